@@ -1,0 +1,92 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Installs the package with pip, and with colcon (ament_python)."""
+
+import sys
+from pathlib import Path
+
+from setuptools import find_packages, setup
+
+NAME = "aerial_gnss_ros"
+HERE = Path(__file__).resolve().parent
+
+# Lower bounds are what Ubuntu 24.04 brings, so that apt's versions satisfy them.
+REQUIRES = [
+    "numpy>=1.26",
+    "scipy>=1.11",
+    "pyproj>=3.6",
+    "opencv-python-headless>=4.6",
+    "PyYAML>=6.0",
+    "rosbags>=0.10",
+    "onnxruntime>=1.17",
+    "rich>=13.7",
+    "matplotlib>=3.6",
+    "jinja2>=3.1",
+    "pygeomag>=1.0",
+]
+TEST = ["pytest>=7.4", "hypothesis>=6.90", "pymap3d>=3.0"]
+LINT = ["ruff>=0.6", "mypy>=1.11", "types-PyYAML", "types-setuptools"]
+EXTRAS = {
+    # ROS 2 Jazzy where no ROS is installed; exactly the versions that interfaces/ is built against.
+    "ros": [
+        "ros-jazzy-rclpy==7.1.6",
+        "ros-jazzy-common-interfaces==5.3.6",
+        "ros-jazzy-rmw-fastrtps-cpp==8.4.3",
+    ],
+    "ultralytics": ["ultralytics>=8.3", "onnx>=1.15"],  # AGPL-3.0: training, .pt and .engine models
+    "test": TEST,
+    "lint": LINT,
+}
+
+
+def shared_files() -> list[tuple[str, list[str]]]:
+    """Return what goes to share/aerial_gnss_ros; `resources.py` finds it there."""
+    files = [
+        ("share/ament_index/resource_index/packages", [f"resource/{NAME}"]),
+        (f"share/{NAME}", ["package.xml"]),
+    ]
+    for top in ("config", "launch", "models"):
+        folders = [HERE / top, *(path for path in sorted((HERE / top).rglob("*")) if path.is_dir())]
+        for folder in folders:
+            names = [
+                path.relative_to(HERE).as_posix()
+                for path in sorted(folder.iterdir())
+                if path.is_file() and not path.name.startswith(".") and path.suffix != ".pyc"
+            ]
+            if names:
+                files.append((f"share/{NAME}/{folder.relative_to(HERE).as_posix()}", names))
+    return files
+
+
+def console_scripts() -> list[str]:
+    """Return the commands: `ros2 run aerial_gnss_ros detector`, but no bare `detector` on the PATH.
+
+    colcon installs through `setup.py install` or `develop`, into lib/aerial_gnss_ros, where each name is
+    the package's own. pip puts the commands beside everybody else's in bin/, so there they carry the
+    package's name.
+    """
+    by_colcon = not {"install", "develop"}.isdisjoint(sys.argv)
+    prefix = "" if by_colcon else "aerial-gnss-"
+    return [
+        f"aerial-gnss = {NAME}.cli:main",
+        f"{prefix}detector = {NAME}.nodes.detector:main",
+        f"{prefix}estimator = {NAME}.nodes.estimator:main",
+    ]
+
+
+setup(
+    name=NAME,
+    version="0.1.0",
+    description="Finds marine robots in a drone's camera images and publishes their latitude and longitude",
+    author="aerial_gnss_ros developers",
+    license="Apache-2.0 AND AGPL-3.0-only",
+    license_files=["LICENSE", "models/LICENSE"],
+    python_requires=">=3.10",
+    install_requires=REQUIRES,
+    extras_require=EXTRAS,
+    tests_require=TEST,
+    packages=find_packages(include=[NAME, f"{NAME}.*"]),
+    package_data={NAME: ["py.typed", "**/*.msg", "**/*.html", "**/*.css", "**/*.js", "**/*.xml"]},
+    data_files=shared_files(),
+    entry_points={"console_scripts": console_scripts()},
+    zip_safe=False,
+)
