@@ -1,0 +1,32 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Errors that a user can act on; the message is one sentence with the value seen and what to do."""
+
+from __future__ import annotations
+
+
+class AerialGnssError(Exception):
+    """Base of every error that the user can mend; `aerial-gnss` prints it and ends with status 2."""
+
+
+class ConfigError(AerialGnssError):
+    """A parameter is unknown, of the wrong type, or out of its range."""
+
+
+class CameraError(AerialGnssError):
+    """A camera description cannot be used: zeros, an unknown distortion model, a wrong size."""
+
+
+class InputError(AerialGnssError):
+    """A file, bag or message cannot be used: missing, truncated, unknown type or encoding."""
+
+
+class OutputError(AerialGnssError):
+    """A result cannot be written: the folder exists already, or the disk is full."""
+
+
+class ModelError(AerialGnssError):
+    """A detection model is missing, is not a model, or has the wrong input or output."""
+
+
+class RosError(AerialGnssError):
+    """ROS 2 is not installed, or a message package is missing."""

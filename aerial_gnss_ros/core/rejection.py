@@ -1,0 +1,89 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Why a detection gave no position: the only words used in diagnostics and rejected.csv."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum
+
+
+class Input(str, Enum):
+    """A telemetry input of the estimator; the value is its canonical topic name."""
+
+    FIX = "fix"
+    ATTITUDE = "attitude"
+    GIMBAL = "gimbal"
+    HEIGHT = "height"
+
+    def __str__(self) -> str:
+        return self.value
+
+
+class Reason(str, Enum):
+    """A typed refusal. `stale_`: no sample came in time; `gap_`: neighbours too far apart."""
+
+    ABOVE_HORIZON = "above_horizon"
+    OUT_OF_RANGE = "out_of_range"
+    OUTSIDE_CALIBRATED_IMAGE = "outside_calibrated_image"
+    NO_CAMERA_INFO = "no_camera_info"
+    NO_FIX = "no_fix"
+    NO_ATTITUDE = "no_attitude"
+    NO_GIMBAL = "no_gimbal"
+    NO_HEIGHT = "no_height"
+    STALE_FIX = "stale_fix"
+    STALE_ATTITUDE = "stale_attitude"
+    STALE_GIMBAL = "stale_gimbal"
+    STALE_HEIGHT = "stale_height"
+    GAP_FIX = "gap_fix"
+    GAP_ATTITUDE = "gap_attitude"
+    GAP_GIMBAL = "gap_gimbal"
+    GAP_HEIGHT = "gap_height"
+    BAD_FIX = "bad_fix"
+    BAD_ATTITUDE = "bad_attitude"
+    BAD_GIMBAL = "bad_gimbal"
+    BAD_HEIGHT = "bad_height"
+    BAD_CAMERA_INFO = "bad_camera_info"
+    BAD_DETECTIONS = "bad_detections"
+    GATED = "gated"
+    LOW_SCORE = "low_score"
+    WRONG_CLASS = "wrong_class"
+
+    def __str__(self) -> str:
+        return self.value
+
+    @classmethod
+    def no(cls, source: Input) -> Reason:
+        """The input never came."""
+        return cls(f"no_{source.value}")
+
+    @classmethod
+    def stale(cls, source: Input) -> Reason:
+        """The input came once, but not for this image within `max_wait`."""
+        return cls(f"stale_{source.value}")
+
+    @classmethod
+    def gap(cls, source: Input) -> Reason:
+        """The samples on both sides of the image are more than `max_gap` apart."""
+        return cls(f"gap_{source.value}")
+
+    @classmethod
+    def bad(cls, source: Input) -> Reason:
+        """The input's value cannot be used: NaN, no fix, a quaternion that is not unit."""
+        return cls(f"bad_{source.value}")
+
+
+@dataclass(frozen=True)
+class Rejection:
+    """One detection that gave no position.
+
+    Attributes:
+        stamp_ns: stamp of the image, ns.
+        reason: the typed refusal.
+        u_px: column of the box centre, px.
+        v_px: row of the box centre, px.
+    """
+
+    stamp_ns: int
+    reason: Reason
+    u_px: float
+    v_px: float
