@@ -58,11 +58,11 @@ def shared_files() -> list[tuple[str, list[str]]]:
 
 
 def console_scripts() -> list[str]:
-    """Return the commands: `ros2 run aerial_gnss_ros detector`, but no bare `detector` on the PATH.
+    """Return the commands: `ros2 run aerial_gnss_ros detector`, but no `detector` on the PATH.
 
-    colcon installs through `setup.py install` or `develop`, into lib/aerial_gnss_ros, where each name is
-    the package's own. pip puts the commands beside everybody else's in bin/, so there they carry the
-    package's name.
+    colcon installs through `setup.py install` or `develop`, into lib/aerial_gnss_ros, where each
+    name is the package's own. pip puts the commands beside everybody else's in bin/, so there
+    they carry the package's name.
     """
     by_colcon = not {"install", "develop"}.isdisjoint(sys.argv)
     prefix = "" if by_colcon else "aerial-gnss-"
@@ -76,7 +76,7 @@ def console_scripts() -> list[str]:
 setup(
     name=NAME,
     version="0.1.0",
-    description="Finds marine robots in a drone's camera images and publishes their latitude and longitude",
+    description="Finds marine robots in a drone's images and publishes where they are (WGS84)",
     author="aerial_gnss_ros developers",
     license="Apache-2.0 AND AGPL-3.0-only",
     license_files=["LICENSE", "models/LICENSE"],

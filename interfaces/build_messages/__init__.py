@@ -1,0 +1,2 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Generates and compiles Python message modules without ament and CMake."""
