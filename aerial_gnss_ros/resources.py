@@ -1,0 +1,78 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Finds the configuration and models that come with the package, however it was installed.
+
+`setup.py` installs both folders to `<prefix>/share/aerial_gnss_ros`, where ROS expects them. The
+prefix is some folder above the package itself: of a virtual environment, of `pip install --user`,
+of `/usr/local`, or of a colcon workspace, merged or not. In a source tree, which is what an
+editable installation runs from, both folders lie beside the package.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from aerial_gnss_ros.core.errors import InputError
+
+NAME = "aerial_gnss_ros"
+_PACKAGE = Path(__file__).resolve().parent
+# <prefix>/lib/python3.12/site-packages/aerial_gnss_ros; Debian has one folder more (local/).
+_DEEPEST_PREFIX = 5
+
+
+def config_path(name: str) -> Path:
+    """Return a configuration file or folder, such as `estimator.yaml` or `vehicles`.
+
+    Args:
+        name: Path relative to config/.
+
+    Raises:
+        InputError: The package has no such file.
+    """
+    return _resource("config", name)
+
+
+def model_path(name: str) -> Path:
+    """Return a shipped model or its card, such as `aqua.onnx`.
+
+    Args:
+        name: Path relative to models/.
+
+    Raises:
+        InputError: The package has no such file.
+    """
+    return _resource("models", name)
+
+
+def _resource(folder: str, name: str) -> Path:
+    """Return `folder/name` below the resource root, or say what there is instead."""
+    root = resource_root(_PACKAGE)
+    path = root / folder / name
+    if not path.exists():
+        present = sorted(p.name for p in (root / folder).glob("*"))
+        raise InputError(
+            f"no {folder} file '{name}' comes with {NAME}: {root / folder} holds "
+            f"{', '.join(present) or 'nothing'}; give the path of a file of your own"
+        )
+    return path
+
+
+def resource_root(package: Path) -> Path:
+    """Return the folder that holds config/ and models/.
+
+    Args:
+        package: The folder of the Python package, symbolic links resolved.
+
+    Raises:
+        InputError: The installation is incomplete.
+    """
+    source_tree = package.parent
+    if (source_tree / "package.xml").is_file() and (source_tree / "config").is_dir():
+        return source_tree
+    for prefix in package.parents[:_DEEPEST_PREFIX]:
+        share = prefix / "share" / NAME
+        if share.is_dir():
+            return share
+    raise InputError(
+        f"the files of {NAME} are missing: no folder above {package} has share/{NAME}; "
+        "install the package with pip or colcon, do not copy its Python files alone"
+    )
