@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Errors that a user can act on; the message is one sentence with the value seen and what to do."""
+"""Errors that a user can act on: one sentence with the value seen and what to do."""
 
 from __future__ import annotations
 
 
 class AerialGnssError(Exception):
-    """Base of every error that the user can mend; `aerial-gnss` prints it and ends with status 2."""
+    """Base of every error that the user can mend; `aerial-gnss` ends with status 2."""
 
 
 class ConfigError(AerialGnssError):

@@ -13,9 +13,7 @@ _NAN = math.nan
 
 
 def _sigma(doc: str, unit: str, high: float) -> float:
-    value: float = key(
-        _NAN, f"{doc} {_FROM_SET}", unit=unit, low=0.0, high=high, optional=True
-    )
+    value: float = key(_NAN, f"{doc} {_FROM_SET}", unit=unit, low=0.0, high=high, optional=True)
     return value
 
 
@@ -44,7 +42,8 @@ class Noise:
     box_center_px: float = _sigma("White noise of a box's centre, each axis.", "px", 500.0)
     robot_acceleration: float = _sigma(
         "Random-walk rate of a robot's velocity: larger follows turns faster and smooths less.",
-        "m/s^1.5", 100.0,
+        "m/s^1.5",
+        100.0,
     )
 
     def value(self, name: str) -> float:

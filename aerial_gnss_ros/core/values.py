@@ -91,8 +91,12 @@ class DetectionFrame:
         """Return the detections where `mask` (n,) is true."""
         names = tuple(name for name, kept in zip(self.class_ids, mask, strict=True) if kept)
         return DetectionFrame(
-            self.stamp_ns, self.frame_id, self.centers[mask], self.sizes[mask],
-            self.scores[mask], names,
+            self.stamp_ns,
+            self.frame_id,
+            self.centers[mask],
+            self.sizes[mask],
+            self.scores[mask],
+            names,
         )
 
 
@@ -209,8 +213,4 @@ class FrameResult:
 
 def empty_detections(stamp_ns: int, frame_id: str = "camera") -> DetectionFrame:
     """Return the frame of an image in which nothing was found."""
-    return DetectionFrame(
-        stamp_ns, frame_id, np.zeros((0, 2)), np.zeros((0, 2)), np.zeros(0), ()
-    )
-
-
+    return DetectionFrame(stamp_ns, frame_id, np.zeros((0, 2)), np.zeros((0, 2)), np.zeros(0), ())

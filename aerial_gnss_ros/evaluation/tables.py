@@ -1,0 +1,105 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Positions over time, as `replay` writes them and as truth has them."""
+
+from __future__ import annotations
+
+import csv
+from collections import Counter
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aerial_gnss_ros.core.errors import InputError
+from aerial_gnss_ros.core.values import Array
+
+POSITION_COLUMNS = (
+    "stamp_ns", "robot_id", "class_id", "latitude_deg", "longitude_deg", "altitude_m",
+    "var_east_m2", "cov_east_north_m2", "var_north_m2", "velocity_east_mps",
+    "velocity_north_mps", "state",
+)  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Track:
+    """Positions of one robot, or of the drone, ordered by stamp.
+
+    Attributes:
+        stamps_ns: (n,) int64.
+        latitude: (n,) rad.
+        longitude: (n,) rad.
+    """
+
+    stamps_ns: NDArray[np.int64]
+    latitude: Array
+    longitude: Array
+
+    def __len__(self) -> int:
+        return len(self.stamps_ns)
+
+
+@dataclass(frozen=True)
+class EstimatedTrack(Track):
+    """Published positions of one robot.
+
+    Attributes:
+        covariance: (n, 2, 2) East, North in m².
+        measured: (n,) True where confirmed, False where coasting.
+    """
+
+    covariance: Array
+    measured: NDArray[np.bool_]
+
+
+def read_positions(path: Path) -> dict[str, EstimatedTrack]:
+    """Read positions.csv.
+
+    Returns:
+        Tracks by robot id.
+
+    Raises:
+        InputError: the file is missing, or its columns are not those of a replay's result.
+    """
+    if not path.is_file():
+        raise InputError(f"There is no {path}; give the folder that `aerial-gnss replay` wrote.")
+    with path.open(newline="", encoding="utf-8") as file:
+        reader = csv.DictReader(file)
+        missing = set(POSITION_COLUMNS) - set(reader.fieldnames or ())
+        if missing:
+            raise InputError(
+                f"{path} lacks the columns {', '.join(sorted(missing))}; it is not the "
+                "positions.csv of a replay."
+            )
+        rows: dict[str, list[dict[str, str]]] = {}
+        for row in reader:
+            rows.setdefault(row["robot_id"], []).append(row)
+    try:
+        return {name: _track(rows[name]) for name in sorted(rows)}
+    except (TypeError, ValueError) as error:
+        raise InputError(f"{path} has a row that cannot be read: {error}.") from error
+
+
+def _track(rows: list[dict[str, str]]) -> EstimatedTrack:
+    def column(name: str) -> Array:
+        return np.array([float(row[name]) for row in rows])
+
+    cross = column("cov_east_north_m2")
+    covariance = np.stack(
+        [column("var_east_m2"), cross, cross, column("var_north_m2")], axis=-1
+    ).reshape(-1, 2, 2)
+    return EstimatedTrack(
+        np.array([int(row["stamp_ns"]) for row in rows], dtype=np.int64),
+        np.radians(column("latitude_deg")),
+        np.radians(column("longitude_deg")),
+        covariance,
+        np.array([row["state"] == "confirmed" for row in rows]),
+    )
+
+
+def read_rejections(path: Path) -> Counter[str]:
+    """Count the rejections in rejected.csv by reason; an absent file counts none."""
+    if not path.is_file():
+        return Counter()
+    with path.open(newline="", encoding="utf-8") as file:
+        return Counter(row["reason"] for row in csv.DictReader(file))
