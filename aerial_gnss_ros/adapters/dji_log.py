@@ -270,16 +270,13 @@ def _statements(columns: dict[str, int], header: list[str], rate_hz: float) -> t
         )
         if key not in columns
     ]
-    return (
-        f"height: {name} ({unit}), {kind}",
-        (
-            f"attitude: {header[columns['yaw']]} is compass heading, {header[columns['pitch']]} nose "
-            "up positive (NED); given as body FLU in ENU"
-        ),
-        (
-            f"gimbal: {header[columns['gimbal_pitch']]} is relative to the ground (earth-referenced), "
-            "-90 deg is straight down; given as camera FLU in ENU"
-        ),
-        f"time: {time}",
-        *([f"not recorded, so assumed: {'; '.join(absent)}"] if absent else []),
+    attitude = (
+        f"attitude: {header[columns['yaw']]} is compass heading, {header[columns['pitch']]} is nose "
+        "up positive (NED); given as body FLU in ENU"
     )
+    gimbal = (
+        f"gimbal: {header[columns['gimbal_pitch']]} is relative to the ground (earth-referenced), "
+        "-90 deg is straight down; given as camera FLU in ENU"
+    )
+    assumed = (f"not recorded, so assumed: {'; '.join(absent)}",) if absent else ()
+    return f"height: {name} ({unit}), {kind}", attitude, gimbal, f"time: {time}", *assumed

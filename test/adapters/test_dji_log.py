@@ -27,7 +27,7 @@ def test_a_row_becomes_si_and_this_packages_frames(tmp_path):
     np.testing.assert_allclose(log.latitude, np.radians(13.0))
     np.testing.assert_allclose(log.height, 30.48)
     forward = matrix_from_quaternion(log.gimbal)[:, :, 0]
-    # Heading 90 deg and 30 deg below the horizon: east and down. Then straight down, image top north.
+    # Heading 90 deg, 30 deg below the horizon: east and down. Then straight down, top is north.
     np.testing.assert_allclose(forward[0], [np.cos(np.pi / 6), 0, -0.5], atol=1e-12)
     np.testing.assert_allclose(forward[1], [0, 0, -1], atol=1e-12)
     np.testing.assert_allclose(matrix_from_quaternion(log.gimbal)[1][:, 2], [0, 1, 0], atol=1e-12)
