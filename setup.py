@@ -23,7 +23,15 @@ REQUIRES = [
     "jinja2>=3.1",
     "pygeomag>=1.0",
 ]
-TEST = ["pytest>=7.4", "hypothesis>=6.90", "pymap3d>=3.0"]
+TEST = [
+    "pytest>=7.4",
+    "hypothesis>=6.90",
+    "pymap3d>=3.0",
+    # test_install.py builds the package as pip and as colcon do
+    "colcon-common-extensions>=0.3",
+    "setuptools>=68",
+    "wheel>=0.42",
+]
 LINT = ["ruff>=0.6", "mypy>=1.11", "types-PyYAML", "types-setuptools"]
 EXTRAS = {
     # ROS 2 Jazzy where no ROS is installed; exactly the versions that interfaces/ is built against.

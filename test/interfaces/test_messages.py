@@ -71,9 +71,7 @@ def test_type_hash_equals_that_of_bags(name: str, hashes_on_the_graph: dict[str,
 
 
 @pytest.mark.parametrize("name", sorted(UPSTREAM))
-def test_type_hash_equals_that_of_upstream(
-    name: str, hashes_on_the_graph: dict[str, str]
-) -> None:
+def test_type_hash_equals_that_of_upstream(name: str, hashes_on_the_graph: dict[str, str]) -> None:
     assert hashes_on_the_graph[name] == UPSTREAM[name]
 
 
