@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""pip, editable and colcon installations of a copy of this tree: what is where, and does it start?"""
+"""Real installations with pip, editable and with colcon: what is where, and does it start?"""
 
 from __future__ import annotations
 
@@ -108,7 +108,7 @@ def test_pip_editable(source: Path, tmp_path: Path) -> None:
 
 @pytest.fixture(scope="module")
 def apt_like(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The libraries without pip's records of them, as apt's python3-opencv has none for pip's name."""
+    """The libraries without the records of pip, as apt installs them (OpenCV for example)."""
     folder = tmp_path_factory.mktemp("dist_packages")
     for path in SITE.iterdir():
         if path.suffix not in (".dist-info", ".egg-info", ".pth", ".egg-link"):

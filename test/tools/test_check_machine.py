@@ -38,7 +38,7 @@ def test_no_headers(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
 
 
 def test_no_compiler(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(check_machine.shutil, "which", lambda name: None)
+    monkeypatch.setattr(check_machine.shutil, "which", lambda _: None)
     assert "no C++ compiler" in check_machine.complaint(with_ros=False)
 
 
