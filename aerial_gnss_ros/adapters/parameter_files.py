@@ -1,0 +1,247 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Reads parameter files: ROS parameter YAML as `--params-file` takes it, or a plain mapping.
+
+ROS itself ignores a parameter that no node declares. Here a misspelt key is refused by name, and
+every message names the file. A section is chosen as ROS chooses it: by the node's full name, where
+`*` stands for one token and `**` for any number; an exact name beats a pattern, and of two equal
+ones the later wins. A file without `ros__parameters` is one section for every node.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import fields, is_dataclass
+from pathlib import Path
+from typing import Any, get_type_hints
+
+import yaml
+
+from aerial_gnss_ros.core.errors import ConfigError
+from aerial_gnss_ros.core.parameters import Leaf, build, check, flatten, leaves
+
+ROS_KEY = "ros__parameters"
+# Declared by every rclpy node itself.
+_ROS_OWN = re.compile(r"use_sim_time|start_type_description_service|qos_overrides\..*")
+
+Section = tuple[tuple[str, ...], Mapping[str, Any]]
+
+
+def read(
+    paths: Sequence[Path | str], schemas: Mapping[str, type[Any]], namespace: str = "/"
+) -> dict[str, dict[str, Any]]:
+    """Return what parameter files give to each node, as dotted names with checked values.
+
+    Args:
+        paths: the files; a later one wins.
+        schemas: node name (`estimator`) to the dataclass of its parameters.
+        namespace: the nodes' namespace, for files with sections such as `/drone1/estimator`.
+
+    Returns:
+        For each node name the values to build its configuration from. `use_sim_time` and other
+        parameters of ROS itself are not among them: see `ros_parameters`.
+
+    Raises:
+        ConfigError: a file is missing or not YAML, none of its sections is for these nodes, or a
+            key is unknown, of the wrong type or out of range.
+    """
+    merged: dict[str, dict[str, Any]] = {node: {} for node in schemas}
+    for path in map(Path, paths):
+        with _naming(path):
+            _merge_file(path, schemas, namespace, merged)
+    return merged
+
+
+def ros_parameters(paths: Sequence[Path | str], node: str, namespace: str = "/") -> dict[str, Any]:
+    """Return the parameters of ROS itself, such as `use_sim_time`, that the files give to a node.
+
+    Raises:
+        ConfigError: a file is missing or not YAML.
+    """
+    own: dict[str, Any] = {}
+    for path in map(Path, paths):
+        with _naming(path):
+            sections = _by_precedence(_sections(_load(path)))
+        for pattern, values in sections:
+            if _matches(pattern, _tokens(namespace, node)):
+                own.update({k: v for k, v in flatten(values).items() if is_ros_own(k)})
+    return own
+
+
+def is_ros_own(name: str) -> bool:
+    """Whether a parameter belongs to ROS itself, so that no schema knows it."""
+    return _ROS_OWN.fullmatch(name) is not None
+
+
+def checked(schema: type[Any], values: Mapping[str, Any]) -> dict[str, Any]:
+    """Return flat values, each as its parameter's own type; free groups are left as they are.
+
+    Raises:
+        ConfigError: an unknown key, a wrong type or a value out of range.
+    """
+    known = {leaf.name: leaf for leaf in leaves(schema)}
+    free = free_groups(schema)
+    return {
+        name: value if _is_free(name, free) else _checked_value(schema, known, name, value)
+        for name, value in values.items()
+    }
+
+
+def free_groups(schema: type[Any]) -> tuple[str, ...]:
+    """Return the groups whose keys the user invents, such as `robots`."""
+    hints = get_type_hints(schema)
+    return tuple(
+        item.name
+        for item in fields(schema)
+        if "key" not in item.metadata and not is_dataclass(hints[item.name])
+    )
+
+
+def _is_free(name: str, free: Sequence[str]) -> bool:
+    return name.split(".", 1)[0] in free
+
+
+def _checked_value(schema: type[Any], known: Mapping[str, Leaf], name: str, value: Any) -> Any:
+    if name not in known:
+        build(schema, {name: value})  # raises, and suggests the nearest name
+        raise ConfigError(f"{name} is not a parameter.")
+    if value is None:
+        if known[name].key.length is None and "tuple" in str(known[name].kind):
+            return ()  # how ROS hands over an empty list
+        raise ConfigError(f"{name} has no value; give one or remove the line.")
+    return check(known[name], value)
+
+
+@contextmanager
+def _naming(path: Path) -> Iterator[None]:
+    """Put the file's name before what was wrong in it."""
+    try:
+        yield
+    except ConfigError as error:
+        raise ConfigError(f"{path}: {error}") from error
+
+
+def _merge_file(
+    path: Path,
+    schemas: Mapping[str, type[Any]],
+    namespace: str,
+    merged: dict[str, dict[str, Any]],
+) -> None:
+    names = {node: _tokens(namespace, node) for node in schemas}
+    sections = _sections(_load(path))
+    if not any(_matches(pattern, name) for pattern, _ in sections for name in names.values()):
+        present = ", ".join("/".join(pattern) for pattern, _ in sections) or "nothing"
+        wanted = " or ".join("/" + "/".join(name) for name in names.values())
+        raise ConfigError(f"has no section for {wanted}, only for {present}.")
+    for pattern, values in _by_precedence(sections):
+        matched = [node for node, name in names.items() if _matches(pattern, name)]
+        flat = {k: v for k, v in flatten(values).items() if not is_ros_own(k)}
+        for node, share in _shares(flat, [(n, schemas[n]) for n in matched]).items():
+            merged[node].update(share)
+
+
+def _shares(
+    flat: Mapping[str, Any], matched: Sequence[tuple[str, type[Any]]]
+) -> dict[str, dict[str, Any]]:
+    """Give each node those values of a section that it knows; one that none knows is refused."""
+    shares: dict[str, dict[str, Any]] = {node: {} for node, _ in matched}
+    for name, value in flat.items() if matched else ():
+        takers = [pair for pair in matched if _knows(pair[1], name)] or _nearest(matched, name)
+        for node, schema in takers:
+            shares[node].update(checked(schema, {name: value}))
+    return shares
+
+
+def _nearest(
+    matched: Sequence[tuple[str, type[Any]]], name: str
+) -> Sequence[tuple[str, type[Any]]]:
+    """Return the node whose parameters an unknown key was probably meant for: it refuses best."""
+    first = name.split(".", 1)[0]
+    near = [
+        pair
+        for pair in matched
+        if any(leaf.name.split(".", 1)[0] == first for leaf in leaves(pair[1]))
+    ]
+    return (near or list(matched))[-1:]
+
+
+def _knows(schema: type[Any], name: str) -> bool:
+    return _is_free(name, free_groups(schema)) or any(leaf.name == name for leaf in leaves(schema))
+
+
+def _tokens(namespace: str, node: str) -> tuple[str, ...]:
+    return (*(token for token in namespace.split("/") if token), node)
+
+
+def _matches(pattern: Sequence[str], name: Sequence[str]) -> bool:
+    if not pattern:
+        return not name
+    if pattern[0] == "**":
+        return any(_matches(pattern[1:], name[skip:]) for skip in range(len(name) + 1))
+    return bool(name) and pattern[0] in ("*", name[0]) and _matches(pattern[1:], name[1:])
+
+
+def _by_precedence(sections: Sequence[Section]) -> list[Section]:
+    return sorted(sections, key=lambda section: not {"*", "**"} & set(section[0]))
+
+
+def _sections(content: Mapping[str, Any]) -> list[Section]:
+    found = list(_ros_sections(content, ()))
+    return found or [(("**",), content)]
+
+
+def _ros_sections(content: Mapping[str, Any], above: tuple[str, ...]) -> Iterator[Section]:
+    for name, value in content.items():
+        if name == ROS_KEY:
+            if not isinstance(value, Mapping):
+                raise ConfigError(f"{'/'.join(above)}.{ROS_KEY} must be a mapping, not {value!r}.")
+            yield above, value
+        elif isinstance(value, Mapping):
+            yield from _ros_sections(value, above + tuple(t for t in name.split("/") if t))
+
+
+class _Loader(yaml.SafeLoader):
+    """YAML as ROS reads it: 1e-3 is a number; but a key given twice is an error."""
+
+
+_Loader.add_implicit_resolver(
+    "tag:yaml.org,2002:float",
+    re.compile(r"[-+]?[0-9]+(\.[0-9]*)?[eE][-+]?[0-9]+$"),
+    list("-+0123456789"),
+)
+
+
+def _mapping(loader: _Loader, node: yaml.MappingNode) -> dict[str, Any]:
+    made: dict[str, Any] = {}
+    for key_node, value_node in node.value:
+        name = str(loader.construct_object(key_node, deep=True))
+        if name in made:
+            raise ConfigError(
+                f"{name} is given twice (line {key_node.start_mark.line + 1}); keep one of them."
+            )
+        made[name] = loader.construct_object(value_node, deep=True)
+    return made
+
+
+_Loader.add_constructor(yaml.resolver.BaseResolver.DEFAULT_MAPPING_TAG, _mapping)
+
+
+def _load(path: Path) -> Mapping[str, Any]:
+    try:
+        content = yaml.load(path.read_text(encoding="utf-8"), Loader=_Loader)  # noqa: S506 (safe)
+    except OSError as error:
+        raise ConfigError(f"cannot be read: {error.strerror}.") from error
+    except (UnicodeDecodeError, yaml.YAMLError) as error:
+        raise ConfigError(f"is not YAML: {_yaml_problem(error)}.") from error
+    if content is None:
+        return {}
+    if not isinstance(content, Mapping):
+        raise ConfigError(f"must hold parameter names with values, not {str(content)[:40]!r}.")
+    return content
+
+
+def _yaml_problem(error: Exception) -> str:
+    mark, problem = getattr(error, "problem_mark", None), getattr(error, "problem", None)
+    where = f" in line {mark.line + 1}" if mark else ""
+    return f"{problem or 'not text'}{where}"
