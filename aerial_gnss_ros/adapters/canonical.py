@@ -1,0 +1,112 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Messages on the canonical topics to core values, by attribute only.
+
+The same functions serve rclpy messages and those that rosbags reads from a bag. They convert and
+nothing else: whether a value can be used (a quaternion of zeros, a NaN) is judged by the core,
+which counts what it refuses.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from aerial_gnss_ros.adapters.stamps import nanoseconds
+from aerial_gnss_ros.core.camera import CameraModel
+from aerial_gnss_ros.core.frames import matrix_from_rpy, quaternion_from_matrix
+from aerial_gnss_ros.core.values import Array, DetectionFrame, Fix, Orientation, Scalar
+
+NO_FIX = -1  # sensor_msgs/NavSatStatus.STATUS_NO_FIX
+COVARIANCE_UNKNOWN = 0  # sensor_msgs/NavSatFix.COVARIANCE_TYPE_UNKNOWN
+
+
+def fix(msg: Any, stamp_ns: int) -> Fix:
+    """Return a sensor_msgs/NavSatFix as a value; degrees become radians here."""
+    return Fix(
+        stamp_ns=stamp_ns,
+        latitude=math.radians(msg.latitude),
+        longitude=math.radians(msg.longitude),
+        altitude=float(msg.altitude),
+        covariance=_fix_covariance(msg),
+        valid=int(msg.status.status) > NO_FIX,
+    )
+
+
+def _fix_covariance(msg: Any) -> Array | None:
+    """Return the covariance (3, 3) East, North, Up, or None where the message gives none.
+
+    Simulators and some drivers fill in a type but leave the variances at zero: that is no
+    covariance either, nobody's GNSS is perfect.
+    """
+    covariance = np.asarray(msg.position_covariance, dtype=np.float64).reshape(3, 3)
+    horizontal = np.diagonal(covariance)[:2]
+    given = int(msg.position_covariance_type) != COVARIANCE_UNKNOWN
+    usable = bool(np.all(np.isfinite(covariance[:2, :2])) and np.all(horizontal > 0.0))
+    return covariance if given and usable else None
+
+
+def orientation(msg: Any, stamp_ns: int, kind: str) -> Orientation:
+    """Return an orientation.
+
+    Args:
+        msg: sensor_msgs/Imu, geometry_msgs/QuaternionStamped or Vector3Stamped.
+        stamp_ns: time of validity, ns.
+        kind: `imu`, `quaternion`, or `vector3`: roll, pitch, yaw in rad, as R = Rz Ry Rx.
+    """
+    if kind == "vector3":
+        angles = msg.vector
+        matrix = matrix_from_rpy(float(angles.x), float(angles.y), float(angles.z))
+        return Orientation(stamp_ns, quaternion_from_matrix(matrix))
+    q = msg.orientation if kind == "imu" else msg.quaternion
+    return Orientation(stamp_ns, np.array([q.x, q.y, q.z, q.w], dtype=np.float64))
+
+
+def scalar(msg: Any, stamp_ns: int) -> Scalar:
+    """Return a std_msgs/Float64 or Float32, or the range of a sensor_msgs/Range."""
+    return Scalar(stamp_ns, float(msg.range if hasattr(msg, "range") else msg.data))
+
+
+def camera(msg: Any, rectified: bool) -> CameraModel:
+    """Return the camera that a sensor_msgs/CameraInfo describes.
+
+    Args:
+        msg: of ROS 2 (`d`, `k`, `r`, `p`) or of ROS 1 (`D`, `K`, `R`, `P`).
+        rectified: True when the images are rectified.
+
+    Raises:
+        CameraError: zeros, or an unknown distortion model.
+    """
+    d, k, r, p = (
+        np.asarray(getattr(msg, name) if hasattr(msg, name) else getattr(msg, name.upper()))
+        for name in "dkrp"
+    )
+    return CameraModel.from_camera_info(
+        int(msg.width), int(msg.height), str(msg.distortion_model), d, k, r, p, rectified
+    )
+
+
+def detection_frame(msg: Any) -> DetectionFrame:
+    """Return a vision_msgs/Detection2DArray.
+
+    The best hypothesis of each box counts. A box without one has score 0 and no class, so that
+    it is refused and counted instead of lost.
+    """
+    boxes = [detection.bbox for detection in msg.detections]
+    best = [_best(detection.results) for detection in msg.detections]
+    centers = [(box.center.position.x, box.center.position.y) for box in boxes]
+    sizes = [(box.size_x, box.size_y) for box in boxes]
+    return DetectionFrame(
+        stamp_ns=nanoseconds(msg.header.stamp),
+        frame_id=str(msg.header.frame_id),
+        centers=np.array(centers, dtype=np.float64).reshape(-1, 2),
+        sizes=np.array(sizes, dtype=np.float64).reshape(-1, 2),
+        scores=np.array([score for _, score in best], dtype=np.float64),
+        class_ids=tuple(name for name, _ in best),
+    )
+
+
+def _best(results: Any) -> tuple[str, float]:
+    hypotheses = [(str(r.hypothesis.class_id), float(r.hypothesis.score)) for r in results]
+    return max(hypotheses, key=lambda h: h[1]) if hypotheses else ("", 0.0)

@@ -1,0 +1,247 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Results as nested dicts in ROS field names; `bags` and `nodes` make messages of them.
+
+A dict names only what is not zero, empty or identity. Positions are east, north, up in the frame
+`map`; only GeoPoseWithCovarianceStamped wants north first.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from aerial_gnss_ros.adapters.markers import marker_array
+from aerial_gnss_ros.adapters.stamps import header_fields
+from aerial_gnss_ros.core.values import (
+    Array,
+    FrameResult,
+    MapDatum,
+    RobotEstimate,
+    State,
+)
+
+if TYPE_CHECKING:
+    from aerial_gnss_ros.detection.base import Detections
+
+MAP_FRAME = "map"
+
+UNKNOWN_LENGTH_M2 = 1e6
+"""Variance of a coordinate about which nothing is known: one sigma is a kilometre."""
+
+UNKNOWN_ANGLE_RAD2 = math.pi**2
+"""Variance of an angle about which nothing is known: one sigma is half a turn."""
+
+ALTITUDE_M2 = 25.0
+"""Variance of a known altitude: it is the drone's GNSS altitude less its height above the water,
+and five metres is what a receiver without corrections does vertically. An estimate of it does not
+exist; message fields that contain it say `approximated`."""
+
+COURSE_KNOWN = 9.21
+"""Squared ratio of velocity to its own uncertainty from which on it has a direction: 99 % of a
+resting robot's estimates lie below (chi-square, two degrees of freedom)."""
+
+FIX, NO_FIX = 0, -1  # sensor_msgs/NavSatStatus
+SERVICE_GPS = 1
+COVARIANCE_APPROXIMATED = 1  # sensor_msgs/NavSatFix
+
+
+@dataclass(frozen=True)
+class OutgoingMessage:
+    """One message to publish or record.
+
+    Attributes:
+        topic: relative name.
+        msgtype: such as `sensor_msgs/msg/NavSatFix`.
+        fields: nested dict in ROS field names; numbers, text, lists, dicts.
+    """
+
+    topic: str
+    msgtype: str
+    fields: dict[str, Any]
+
+
+def result_messages(result: FrameResult) -> list[OutgoingMessage]:
+    """Return everything that the estimator publishes for one image, in a fixed order."""
+    messages = []
+    if result.datum is not None:
+        messages.append(map_datum(result.stamp_ns, result.datum))
+    for estimate in result.estimates:
+        base = f"robots/{estimate.robot_id}"
+        messages += [
+            OutgoingMessage(
+                f"{base}/geo_pose",
+                "geographic_msgs/msg/GeoPoseWithCovarianceStamped",
+                geo_pose(estimate),
+            ),
+            OutgoingMessage(f"{base}/fix", "sensor_msgs/msg/NavSatFix", nav_sat_fix(estimate)),
+            OutgoingMessage(
+                f"{base}/odom", "nav_msgs/msg/Odometry", odometry(estimate, result.datum)
+            ),
+        ]
+    markers = marker_array(result, MAP_FRAME)
+    messages.append(
+        OutgoingMessage("robots/markers", "visualization_msgs/msg/MarkerArray", markers)
+    )
+    return messages
+
+
+def course_frame(robot_id: str) -> str:
+    """Return the frame at a robot whose x axis points along its course over ground."""
+    return f"{robot_id}/course"
+
+
+def course(estimate: RobotEstimate) -> tuple[float, float] | None:
+    """Return a robot's course as ENU yaw in rad and its variance in rad², None when unknown.
+
+    A course exists when the velocity is larger than its own uncertainty can explain; the variance
+    is the first-order one of atan2.
+    """
+    velocity, covariance = estimate.velocity, estimate.covariance[2:, 2:]
+    if not (np.all(np.isfinite(velocity)) and np.all(np.isfinite(covariance))):
+        return None
+    speed2 = float(velocity @ velocity)
+    if speed2 == 0.0 or float(velocity @ np.linalg.pinv(covariance) @ velocity) < COURSE_KNOWN:
+        return None
+    across = np.array([-velocity[1], velocity[0]]) / speed2
+    return math.atan2(velocity[1], velocity[0]), float(across @ covariance @ across)
+
+
+def map_datum(stamp_ns: int, datum: MapDatum) -> OutgoingMessage:
+    """Return the origin of `map` as a geographic_msgs/GeoPoseStamped."""
+    fields = {
+        "header": header_fields(stamp_ns, MAP_FRAME),
+        "pose": {
+            "position": _geo_point(datum.latitude, datum.longitude, datum.altitude),
+            "orientation": _yaw_quaternion(0.0),
+        },
+    }
+    return OutgoingMessage("map_datum", "geographic_msgs/msg/GeoPoseStamped", fields)
+
+
+def geo_pose(estimate: RobotEstimate) -> dict[str, Any]:
+    """Return a geographic_msgs/GeoPoseWithCovarianceStamped; covariance north, east, up."""
+    heading = course(estimate)
+    yaw, yaw_variance = heading or (0.0, UNKNOWN_ANGLE_RAD2)
+    east_north_up = _position_covariance(estimate)
+    north_east_up = east_north_up[np.ix_([1, 0, 2], [1, 0, 2])]
+    return {
+        "header": header_fields(estimate.stamp_ns, MAP_FRAME),
+        "pose": {
+            "pose": {
+                "position": _geo_point(estimate.latitude, estimate.longitude, estimate.altitude),
+                "orientation": _yaw_quaternion(yaw),
+            },
+            "covariance": _pose_covariance(north_east_up, yaw_variance),
+        },
+    }
+
+
+def nav_sat_fix(estimate: RobotEstimate) -> dict[str, Any]:
+    """Return a sensor_msgs/NavSatFix; covariance east, north, up; no fix while coasting."""
+    measured = estimate.state is State.CONFIRMED
+    return {
+        "header": header_fields(estimate.stamp_ns, course_frame(estimate.robot_id)),
+        "status": {"status": FIX if measured else NO_FIX, "service": SERVICE_GPS},
+        **_geo_point(estimate.latitude, estimate.longitude, estimate.altitude),
+        "position_covariance": _floats(_position_covariance(estimate)),
+        "position_covariance_type": COVARIANCE_APPROXIMATED,
+    }
+
+
+def odometry(estimate: RobotEstimate, datum: MapDatum | None) -> dict[str, Any]:
+    """Return a nav_msgs/Odometry in `map`, twist along the course where that is known."""
+    heading = course(estimate)
+    yaw, yaw_variance = heading or (0.0, UNKNOWN_ANGLE_RAD2)
+    up = estimate.altitude - (math.nan if datum is None else datum.altitude)
+    covariance = _position_covariance(estimate)
+    if math.isnan(up):  # RViz and tf draw nothing at NaN; a variance says it as well
+        up, covariance[2, 2] = 0.0, UNKNOWN_LENGTH_M2
+    course_from_enu = np.array([[math.cos(yaw), math.sin(yaw)], [-math.sin(yaw), math.cos(yaw)]])
+    velocity, velocity_covariance = _known_velocity(estimate)
+    along, left = course_from_enu @ velocity
+    twist_covariance = np.diag([0.0, 0.0, UNKNOWN_LENGTH_M2] + 3 * [UNKNOWN_ANGLE_RAD2])
+    twist_covariance[:2, :2] = course_from_enu @ velocity_covariance @ course_from_enu.T
+    east, north = estimate.position
+    return {
+        "header": header_fields(estimate.stamp_ns, MAP_FRAME),
+        "child_frame_id": course_frame(estimate.robot_id),
+        "pose": {
+            "pose": {
+                "position": {"x": float(east), "y": float(north), "z": up},
+                "orientation": _yaw_quaternion(yaw),
+            },
+            "covariance": _pose_covariance(covariance, yaw_variance),
+        },
+        "twist": {
+            "twist": {"linear": {"x": float(along), "y": float(left)}},
+            "covariance": _floats(twist_covariance),
+        },
+    }
+
+
+def detection_array(detections: Detections, header: dict[str, Any]) -> dict[str, Any]:
+    """Return a vision_msgs/Detection2DArray.
+
+    Args:
+        detections: boxes in pixels of the source image.
+        header: the image's header as fields, copied to the array and to each box.
+    """
+    found = []
+    for (x, y, width, height), score, index in zip(
+        detections.xywh, detections.scores, detections.class_ids, strict=True
+    ):
+        name = detections.class_names[int(index)]
+        found.append(
+            {
+                "header": header,
+                "results": [{"hypothesis": {"class_id": name, "score": float(score)}}],
+                "bbox": {
+                    "center": {"position": {"x": float(x), "y": float(y)}},
+                    "size_x": float(width),
+                    "size_y": float(height),
+                },
+            }
+        )
+    return {"header": header, "detections": found}
+
+
+def _known_velocity(estimate: RobotEstimate) -> tuple[Array, Array]:
+    """Return velocity and covariance, ENU; zero with a huge variance where none is estimated."""
+    velocity, covariance = estimate.velocity, estimate.covariance[2:, 2:]
+    if np.all(np.isfinite(velocity)) and np.all(np.isfinite(covariance)):
+        return velocity, covariance
+    return np.zeros(2), np.diag([UNKNOWN_LENGTH_M2, UNKNOWN_LENGTH_M2])
+
+
+def _position_covariance(estimate: RobotEstimate) -> Array:
+    """Return (3, 3) east, north, up, m²."""
+    covariance = np.zeros((3, 3))
+    covariance[:2, :2] = estimate.covariance[:2, :2]
+    covariance[2, 2] = UNKNOWN_LENGTH_M2 if math.isnan(estimate.altitude) else ALTITUDE_M2
+    return covariance
+
+
+def _pose_covariance(position: Array, yaw_variance: float) -> list[float]:
+    """Return 36 numbers; a robot's roll and pitch are never known, its yaw is its course."""
+    covariance = np.diag([0.0, 0.0, 0.0, UNKNOWN_ANGLE_RAD2, UNKNOWN_ANGLE_RAD2, yaw_variance])
+    covariance[:3, :3] = position
+    return _floats(covariance)
+
+
+def _geo_point(latitude: float, longitude: float, altitude: float) -> dict[str, float]:
+    return {
+        "latitude": math.degrees(latitude),
+        "longitude": math.degrees(longitude),
+        "altitude": float(altitude),
+    }
+
+
+def _yaw_quaternion(yaw: float) -> dict[str, float]:
+    return {"x": 0.0, "y": 0.0, "z": math.sin(yaw / 2.0), "w": math.cos(yaw / 2.0)}
+
+
+def _floats(matrix: Array) -> list[float]:
+    return [float(value) for value in matrix.ravel()]

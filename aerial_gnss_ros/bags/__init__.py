@@ -1,0 +1,2 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Recorded bags in and out, through `rosbags`: no ROS needed."""

@@ -1,0 +1,58 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Results that appear whole or not at all: written beside their final name, renamed at the end."""
+
+from __future__ import annotations
+
+import errno
+import shutil
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from aerial_gnss_ros.core.errors import OutputError
+
+
+@contextmanager
+def partial(final: Path) -> Iterator[Path]:
+    """Yield where to write a file or folder that takes its final name when the block succeeds.
+
+    The place is `.NAME.partial/NAME` beside it, on the same disk. The caller makes it. On any
+    error, an interrupt included, it is removed.
+
+    Args:
+        final: the result; must not exist.
+
+    Raises:
+        OutputError: it exists already, its folder cannot be written, or the disk is full.
+    """
+    refuse_existing(final)
+    hidden = final.parent / f".{final.name}.partial"
+    with _disk_errors(final):
+        shutil.rmtree(hidden, ignore_errors=True)  # of a run that was killed
+        hidden.mkdir(parents=True)
+    try:
+        with _disk_errors(final):
+            yield hidden / final.name
+            refuse_existing(final)
+            (hidden / final.name).rename(final)
+    finally:
+        shutil.rmtree(hidden, ignore_errors=True)
+
+
+def refuse_existing(final: Path) -> None:
+    """Raise OutputError where a result would overwrite something."""
+    if final.exists() or final.is_symlink():
+        raise OutputError(f"{final} exists already; choose another name or remove it.")
+
+
+@contextmanager
+def _disk_errors(final: Path) -> Iterator[None]:
+    try:
+        yield
+    except OSError as error:
+        if error.errno == errno.ENOSPC:
+            raise OutputError(
+                f"the disk is full: {final} could not be written and nothing of it was kept; free "
+                "some space or choose another folder."
+            ) from error
+        raise OutputError(f"{final} cannot be written: {error.strerror or error}.") from error

@@ -1,0 +1,95 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Message types of ROS 2 Jazzy with vision_msgs and geographic_msgs, and messages from dicts."""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from rosbags.interfaces import Nodetype
+from rosbags.typesys import Stores, get_types_from_msg, get_typestore
+from rosbags.typesys.store import Typestore
+
+from aerial_gnss_ros.core.errors import InputError
+
+TEXTS = Path(__file__).resolve().parent / "msg"
+"""The .msg texts that rosbags lacks; interfaces/ compiles the same files for the pip build."""
+
+_NUMPY = {"bool": "bool", "byte": "uint8", "char": "uint8"}  # others are named as numpy does
+_DEFAULTS = {"geometry_msgs/msg/Quaternion": {"w": 1.0}}  # the only one in the types used here
+
+
+@functools.cache
+def typestore() -> Typestore:
+    """Return the one store of message types that bags are read and written with."""
+    store = get_typestore(Stores.ROS2_JAZZY)
+    types: dict[str, Any] = {}
+    for path in sorted(TEXTS.glob("*/msg/*.msg")):
+        name = f"{path.parent.parent.name}/msg/{path.stem}"
+        types.update(get_types_from_msg(path.read_text(encoding="utf-8"), name))
+    store.register(types)
+    return store
+
+
+def make(msgtype: str, fields: Mapping[str, Any]) -> Any:
+    """Return a message of `rosbags` from nested dicts in ROS field names.
+
+    Args:
+        msgtype: such as `sensor_msgs/msg/NavSatFix`.
+        fields: what is absent gets its default (zero, empty, identity).
+
+    Raises:
+        InputError: the type is unknown, or it has no field of a given name.
+    """
+    store = typestore()
+    if msgtype not in store.fielddefs:
+        raise InputError(
+            f"message type {msgtype} is unknown; known: vision_msgs, geographic_msgs "
+            "and the common interfaces of ROS 2 Jazzy."
+        )
+    definitions = dict(store.fielddefs[msgtype][1])
+    unknown = set(fields) - set(definitions)
+    if unknown:
+        raise InputError(f"{msgtype} has no field {', '.join(sorted(unknown))}.")
+    defaults = _DEFAULTS.get(msgtype, {})
+    values = {
+        name: _value(definition, fields.get(name, defaults.get(name)))
+        for name, definition in definitions.items()
+    }
+    return store.types[msgtype](**values)
+
+
+def serialize(msgtype: str, fields: Mapping[str, Any]) -> bytes:
+    """Return a message as CDR bytes; see `make`."""
+    return bytes(typestore().serialize_cdr(make(msgtype, fields), msgtype))
+
+
+def _value(definition: Any, value: Any) -> Any:
+    kind, inner = definition
+    if kind == Nodetype.BASE:
+        return _scalar(inner[0], value)
+    if kind == Nodetype.NAME:
+        return make(inner, value or {})
+    (element_kind, element), length = inner
+    length = length if kind == Nodetype.ARRAY else 0
+    if element_kind == Nodetype.NAME:
+        return [make(element, item) for item in (value or [{}] * length)]
+    if element[0] in ("string", "wstring"):
+        return list(value or [""] * length)
+    dtype = _NUMPY.get(element[0], element[0])
+    if isinstance(value, bytes | bytearray | memoryview):
+        return np.frombuffer(value, dtype=dtype)
+    return np.zeros(length, dtype=dtype) if value is None else np.asarray(value, dtype=dtype)
+
+
+def _scalar(name: str, value: Any) -> Any:
+    if name in ("string", "wstring"):
+        return "" if value is None else str(value)
+    if name == "bool":
+        return bool(value)
+    if name.startswith("float"):
+        return 0.0 if value is None else float(value)
+    return 0 if value is None else int(value)
