@@ -15,7 +15,7 @@ from aerial_gnss_ros.core.values import Array
 from aerial_gnss_ros.evaluation.tables import EstimatedTrack, Track
 
 Stamps = NDArray[np.int64]
-_UNRELATED = 1e9
+_MISSED_M = 20.0
 _NEAR_NS = 500_000_000
 
 
@@ -105,17 +105,15 @@ def _assign(estimates: Mapping[str, EstimatedTrack], truth: Mapping[str, Track])
     names, robots = sorted(truth), sorted(estimates)
     if not names or not robots:
         return {}
-    cost = np.full((len(names), len(robots)), _UNRELATED)
-    overlap = np.zeros(cost.shape)
+    total, overlap = np.zeros((2, len(names), len(robots)))
     for i, name in enumerate(names):
         for j, robot in enumerate(robots):
             error, _ = _difference(estimates[robot], truth[name])
             overlap[i, j] = len(error)
-            if len(error):
-                cost[i, j] = np.median(np.hypot(error[:, 0], error[:, 1]))
-    # A short false track may lie exactly on a robot; the longer overlap must win.
-    weight = np.maximum(overlap.max(axis=1, keepdims=True), 1.0) / np.maximum(overlap, 1.0)
-    rows, columns = linear_sum_assignment(cost * weight)
+            total[i, j] = np.minimum(np.hypot(error[:, 0], error[:, 1]), _MISSED_M).sum()
+    # A short false track may lie exactly on a robot: each position that it lacks costs too.
+    lacking = overlap.max(axis=1, keepdims=True) - overlap
+    rows, columns = linear_sum_assignment(total + lacking * _MISSED_M)
     return {names[i]: robots[j] for i, j in zip(rows, columns, strict=True) if overlap[i, j]}
 
 
@@ -130,7 +128,7 @@ def _difference(estimate: EstimatedTrack, truth: Track) -> tuple[Array, NDArray[
     seconds, knots = (stamps[index] - first) * 1e-9, (truth.stamps_ns - first) * 1e-9
     latitude = np.interp(seconds, knots, truth.latitude)
     longitude = np.interp(seconds, knots, np.unwrap(truth.longitude))
-    azimuth, distance = geodesic_inverse(
+    distance, azimuth, _ = geodesic_inverse(
         latitude, longitude, estimate.latitude[index], estimate.longitude[index]
     )
     error = np.stack([distance * np.sin(azimuth), distance * np.cos(azimuth)], axis=-1)

@@ -114,10 +114,10 @@ def _origin(tracks: list[Track]) -> tuple[float, float]:
 
 
 def _local(track: Track, origin: tuple[float, float]) -> tuple[Array, Array]:
-    east, north, _ = enu_from_geodetic(
+    enu = enu_from_geodetic(
         track.latitude, track.longitude, np.zeros(len(track)), origin[0], origin[1], 0.0
     )
-    return np.asarray(east), np.asarray(north)
+    return enu[:, 0], enu[:, 1]
 
 
 def _png(figure: Figure) -> bytes:
