@@ -78,13 +78,26 @@ def camera(msg: Any, rectified: bool) -> CameraModel:
     Raises:
         CameraError: zeros, or an unknown distortion model.
     """
+    width, height, model, d, k, r, p = _camera_fields(msg)
+    return CameraModel.from_camera_info(width, height, model, d, k, r, p, rectified)
+
+
+def camera_key(msg: Any) -> tuple[Any, ...]:
+    """Return what two messages that describe the same camera have in common."""
+    return tuple(
+        field.tobytes() if isinstance(field, np.ndarray) else field for field in _camera_fields(msg)
+    )
+
+
+def _camera_fields(msg: Any) -> tuple[int, int, str, Array, Array, Array, Array]:
     d, k, r, p = (
-        np.asarray(getattr(msg, name) if hasattr(msg, name) else getattr(msg, name.upper()))
+        np.asarray(
+            getattr(msg, name) if hasattr(msg, name) else getattr(msg, name.upper()),
+            dtype=np.float64,
+        )
         for name in "dkrp"
     )
-    return CameraModel.from_camera_info(
-        int(msg.width), int(msg.height), str(msg.distortion_model), d, k, r, p, rectified
-    )
+    return int(msg.width), int(msg.height), str(msg.distortion_model), d, k, r, p
 
 
 def detection_frame(msg: Any) -> DetectionFrame:
