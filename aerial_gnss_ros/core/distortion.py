@@ -1,0 +1,181 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Lens distortion on the normalised image plane, and its inverse where there is one.
+
+Formulas are OpenCV's: Brown-Conrady with an optional rational denominator (`plumb_bob`,
+`rational_polynomial`), and Kannala-Brandt (`equidistant`). A polynomial lens model is monotonic
+only up to some radius: beyond it the image folds over, and a pixel there has no ray, or a wrong
+one.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+
+_STEPS = 50
+_TOLERANCE = 1e-11
+_ACCEPT = 1e-9
+
+
+def _first_positive_root(coefficients: Array) -> float:
+    """Return the smallest positive real root of a polynomial (lowest power first), or inf."""
+    roots = np.polynomial.polynomial.polyroots(np.trim_zeros(coefficients, "b"))
+    real = roots.real[(np.abs(roots.imag) < 1e-9 * (1.0 + np.abs(roots.real))) & (roots.real > 0)]
+    return float(real.min()) if real.size else math.inf
+
+
+class BrownConrady:
+    """`plumb_bob` and `rational_polynomial`.
+
+    Args:
+        coefficients: (8,) k1 k2 p1 p2 k3 k4 k5 k6; absent ones 0.
+
+    Attributes:
+        max_radius: undistorted radius (tangent of the angle off axis) up to which the radial part
+            grows; inf where it always does.
+    """
+
+    def __init__(self, coefficients: Array) -> None:
+        k1, k2, self._p1, self._p2, k3, k4, k5, k6 = (float(c) for c in coefficients)
+        self._over = np.array([1.0, k1, k2, k3])  # powers of r²
+        self._under = np.array([1.0, k4, k5, k6])
+        self.max_radius = math.sqrt(self._monotonic_square())
+
+    def _monotonic_square(self) -> float:
+        poly = np.polynomial.polynomial
+        over, under = self._over, self._under
+        # d/dr [r N(s)/D(s)] with s = r² has the sign of N D + 2 s (N' D - N D').
+        slope = poly.polymulx(
+            poly.polysub(
+                poly.polymul(poly.polyder(over), under), poly.polymul(over, poly.polyder(under))
+            )
+        )
+        total = poly.polyadd(poly.polymul(over, under), 2.0 * slope)
+        return min(_first_positive_root(total), _first_positive_root(under))
+
+    def distort(self, points: Array) -> tuple[Array, Array]:
+        """Return distorted points (n, 2) and the Jacobian (n, 2, 2) of undistorted ones (n, 2)."""
+        x, y = points[:, 0], points[:, 1]
+        s = x * x + y * y
+        n1, n2, n3 = self._over[1:]
+        d1, d2, d3 = self._under[1:]
+        over = 1.0 + s * (n1 + s * (n2 + s * n3))
+        under = 1.0 + s * (d1 + s * (d2 + s * d3))
+        radial = over / under
+        # derivative by s
+        slope = n1 + s * (2.0 * n2 + s * 3.0 * n3) - radial * (d1 + s * (2.0 * d2 + s * 3.0 * d3))
+        slope = slope / under
+        p1, p2 = self._p1, self._p2
+        out = np.empty_like(points)
+        out[:, 0] = x * radial + 2.0 * p1 * x * y + p2 * (s + 2.0 * x * x)
+        out[:, 1] = y * radial + p1 * (s + 2.0 * y * y) + 2.0 * p2 * x * y
+        jacobian = np.empty((len(points), 2, 2))
+        jacobian[:, 0, 0] = radial + 2.0 * x * x * slope + 2.0 * p1 * y + 6.0 * p2 * x
+        jacobian[:, 0, 1] = 2.0 * x * y * slope + 2.0 * p1 * x + 2.0 * p2 * y
+        jacobian[:, 1, 0] = jacobian[:, 0, 1]
+        jacobian[:, 1, 1] = radial + 2.0 * y * y * slope + 6.0 * p1 * y + 2.0 * p2 * x
+        return out, jacobian
+
+    def undistort(self, points: Array) -> tuple[Array, Array, Mask]:
+        """Invert by Newton's method, kept inside the monotonic radius.
+
+        Args:
+            points: (n, 2) distorted.
+
+        Returns:
+            Undistorted points (n, 2), the Jacobian of `distort` there (n, 2, 2), and whether each
+            lies in the monotonic region (n,).
+        """
+        # Inside the fold the start is the distorted point itself: from there a radial function that
+        # bends one way converges from one side.
+        guess = self._inside(points, np.zeros_like(points))
+        out, jacobian = self.distort(guess)
+        for _ in range(_STEPS):
+            residual = out - points
+            if np.all(np.abs(residual) < _TOLERANCE):
+                break
+            guess = self._inside(guess - _solve(jacobian, residual), guess)
+            out, jacobian = self.distort(guess)
+        wrong = np.max(np.abs(out - points), axis=1, initial=0.0)
+        size = 1.0 + np.max(np.abs(points), axis=1, initial=0.0)
+        valid: Mask = (wrong < _ACCEPT * size) & self.monotonic(guess, jacobian)
+        return guess, jacobian, valid
+
+    def monotonic(self, points: Array, jacobian: Array) -> Mask:
+        """Return whether undistorted points (n, 2) lie where the lens does not fold, (n,)."""
+        determinant = jacobian[:, 0, 0] * jacobian[:, 1, 1] - jacobian[:, 0, 1] * jacobian[:, 1, 0]
+        inside: Mask = (np.hypot(points[:, 0], points[:, 1]) < self.max_radius) & (determinant > 0)
+        return inside
+
+    def _inside(self, points: Array, before: Array) -> Array:
+        """Return steps that left the monotonic region shortened to half the way to its edge."""
+        if math.isinf(self.max_radius):
+            return points
+        radius = np.hypot(points[:, 0], points[:, 1])
+        outside = radius >= self.max_radius
+        if not outside.any():
+            return points
+        old = np.hypot(before[:, 0], before[:, 1])
+        wanted = 0.5 * (old + self.max_radius)
+        factor = np.where(outside, wanted / np.where(outside, radius, 1.0), 1.0)
+        shortened: Array = points * factor[:, None]
+        return shortened
+
+
+def _solve(matrices: Array, vectors: Array) -> Array:
+    """Return the solutions (n, 2) of (n, 2, 2) systems; a singular one gives a step of zero."""
+    a, b = matrices[:, 0, 0], matrices[:, 0, 1]
+    c, d = matrices[:, 1, 0], matrices[:, 1, 1]
+    determinant = a * d - b * c
+    inverse = np.where(determinant != 0.0, 1.0, 0.0) / np.where(
+        determinant != 0.0, determinant, 1.0
+    )
+    u, v = vectors[:, 0], vectors[:, 1]
+    return np.stack([(d * u - b * v) * inverse, (a * v - c * u) * inverse], axis=1)
+
+
+class Equidistant:
+    """`equidistant`: distorted radius = t (1 + k1 t² + k2 t⁴ + k3 t⁶ + k4 t⁸), t = angle off axis.
+
+    Args:
+        coefficients: (4,) k1 k2 k3 k4.
+
+    Attributes:
+        max_angle: rad off axis up to which the radius grows, at most pi.
+    """
+
+    def __init__(self, coefficients: Array) -> None:
+        self._k = np.concatenate([[1.0], np.asarray(coefficients, np.float64)])
+        square = _first_positive_root(self._k * (2.0 * np.arange(5) + 1.0))
+        self.max_angle = min(math.sqrt(square), math.pi)
+
+    def radius(self, angle: Array) -> tuple[Array, Array]:
+        """Return the distorted radius and its derivative at angles off axis (rad)."""
+        s = angle * angle
+        _, k1, k2, k3, k4 = self._k
+        value = angle * (1.0 + s * (k1 + s * (k2 + s * (k3 + s * k4))))
+        slope = 1.0 + s * (3.0 * k1 + s * (5.0 * k2 + s * (7.0 * k3 + s * 9.0 * k4)))
+        return value, slope
+
+    def angle(self, radius: Array) -> tuple[Array, Array, Mask]:
+        """Invert `radius` by Newton's method.
+
+        Returns:
+            Angles (n,), the derivative of the radius there (n,), and whether each is valid (n,).
+        """
+        guess = np.where(radius < self.max_angle, radius, 0.5 * self.max_angle)
+        value, slope = self.radius(guess)
+        for _ in range(_STEPS):
+            if np.all(np.abs(value - radius) < _TOLERANCE):
+                break
+            step = guess - (value - radius) / np.where(slope > 1e-12, slope, 1e-12)
+            step = np.where(step >= self.max_angle, 0.5 * (guess + self.max_angle), step)
+            guess = np.where(step < 0.0, 0.5 * guess, step)
+            value, slope = self.radius(guess)
+        valid: Mask = (np.abs(value - radius) < _ACCEPT * (1.0 + radius)) & (slope > 0.0)
+        return guess, slope, valid & (guess < self.max_angle)
