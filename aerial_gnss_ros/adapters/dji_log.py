@@ -271,7 +271,7 @@ def _statements(columns: dict[str, int], header: list[str], rate_hz: float) -> t
         if key not in columns
     ]
     attitude = (
-        f"attitude: {header[columns['yaw']]} is compass heading, {header[columns['pitch']]} is nose "
+        f"attitude: {header[columns['yaw']]} is compass heading, {header[columns['pitch']]} nose "
         "up positive (NED); given as body FLU in ENU"
     )
     gimbal = (
