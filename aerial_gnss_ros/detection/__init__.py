@@ -1,0 +1,2 @@
+# SPDX-License-Identifier: Apache-2.0
+"""From an image to boxes: message decoding, the Detector protocol and its back ends."""

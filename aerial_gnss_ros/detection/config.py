@@ -1,0 +1,120 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The detector's parameters: every key with unit, meaning, default and consequence."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from aerial_gnss_ros.core.parameters import build, group, key
+
+
+@dataclass(frozen=True)
+class ImageConfig:
+    """Where images come from."""
+
+    topic: str = key(
+        "camera/image_raw",
+        "Image topic, relative to the namespace, without the ending /compressed.",
+    )
+    transport: str = key(
+        "raw",
+        "raw: sensor_msgs/Image on the topic; compressed: sensor_msgs/CompressedImage (jpeg or "
+        "png) on the topic with /compressed added. Compressed takes a tenth of the bandwidth and "
+        "some milliseconds of decoding.",
+        choices=("raw", "compressed"),
+    )
+
+    @property
+    def full_topic(self) -> str:
+        """The topic that is subscribed to."""
+        return self.topic + "/compressed" if self.transport == "compressed" else self.topic
+
+
+@dataclass(frozen=True)
+class CameraInfoConfig:
+    """The camera's description, only to refuse images of another size."""
+
+    topic: str = key("camera/camera_info", "CameraInfo topic, relative to the namespace.")
+
+
+@dataclass(frozen=True)
+class DetectionsOutConfig:
+    """Where boxes go."""
+
+    topic: str = key("detections", "Detection2DArray topic, relative to the namespace.")
+
+
+@dataclass(frozen=True)
+class DetectorConfig:
+    """All parameters of the detector."""
+
+    model: str = key(
+        "aqua_yolo11n.onnx",
+        "Path of the model, or the name of one in the package's folder models. The shipped one is "
+        "trained on rendered images, for demonstration and tests: fine-tune it on your own.",
+    )
+    backend: str = key(
+        "auto",
+        "auto: by the file's ending: .onnx on OpenVINO where it is installed, else on ONNX "
+        "Runtime; .pt and .engine on ultralytics. Or the one to use.",
+        choices=("auto", "onnxruntime", "openvino", "ultralytics"),
+    )
+    allow_pickle: bool = key(
+        False,
+        "A .pt file is a pickle: loading it can run any code that its author put there. True says "
+        "that you trust the file.",
+    )
+    class_names: tuple[str, ...] = key(
+        (),
+        "Class names, in the model's order; empty: those that the model file carries. A number of "
+        "names other than the model's is refused.",
+    )
+    score_threshold: float = key(
+        0.25,
+        "Boxes below are not reported. Lower finds more robots and more waves.",
+        low=0.001,
+        high=1.0,
+        dynamic=True,
+    )
+    iou_threshold: float = key(
+        0.5,
+        "Of two boxes of one class that overlap more than this, the better one stays. Lower "
+        "merges robots that swim side by side.",
+        low=0.01,
+        high=1.0,
+        dynamic=True,
+    )
+    max_detections: int = key(
+        100, "At most this many boxes an image, the best ones.", low=1, high=1000, dynamic=True
+    )
+    image_size: int = key(
+        1280,
+        "Longest side given to the network; larger images are shrunk to it, smaller ones are "
+        "never enlarged. Half of it is four times as fast and loses robots below about 32 px. A "
+        "model with a fixed input size uses that.",
+        unit="px",
+        low=32,
+        high=8192,
+    )
+    threads: int = key(
+        0, "Processor threads of the network; 0: one for each core.", low=0, high=256
+    )
+    device: str = key(
+        "",
+        "Device for .pt and .engine models in ultralytics' words: cpu, 0, cuda:0; empty: its own "
+        "choice.",
+    )
+    image: ImageConfig = group(ImageConfig)
+    camera_info: CameraInfoConfig = group(CameraInfoConfig)
+    detections: DetectionsOutConfig = group(DetectionsOutConfig)
+
+
+def detector_config(values: Mapping[str, Any]) -> DetectorConfig:
+    """Return the detector's parameters from nested or dotted values, as in config/detector.yaml.
+
+    Raises:
+        ConfigError: unknown key, wrong type, or out of range.
+    """
+    return build(DetectorConfig, values)

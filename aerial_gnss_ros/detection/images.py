@@ -1,0 +1,158 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Image messages to blue-green-red arrays, by attribute: rclpy's and rosbags' messages alike."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import cv2
+import numpy as np
+
+from aerial_gnss_ros.core.errors import InputError
+from aerial_gnss_ros.detection.base import Image
+
+
+@dataclass(frozen=True)
+class _Layout:
+    """How an encoding lies in memory.
+
+    Attributes:
+        channels: bytes of a pixel in a row.
+        convert: OpenCV's code to blue, green, red; None: it is that already.
+        even: sides that must be even, of "w" and "h".
+        rows: rows of memory for two rows of the image.
+    """
+
+    channels: int
+    convert: int | None
+    even: str = ""
+    rows: int = 2
+
+
+_UYVY = _Layout(2, cv2.COLOR_YUV2BGR_UYVY, even="w")
+_YUYV = _Layout(2, cv2.COLOR_YUV2BGR_YUY2, even="w")
+_LAYOUTS = {
+    "bgr8": _Layout(3, None),
+    "rgb8": _Layout(3, cv2.COLOR_RGB2BGR),
+    "mono8": _Layout(1, cv2.COLOR_GRAY2BGR),
+    "bgra8": _Layout(4, cv2.COLOR_BGRA2BGR),
+    "rgba8": _Layout(4, cv2.COLOR_RGBA2BGR),
+    "nv12": _Layout(1, cv2.COLOR_YUV2BGR_NV12, even="wh", rows=3),
+    "yuv422": _UYVY,  # this is what ROS means by yuv422
+    "uyvy": _UYVY,
+    "yuv422_yuy2": _YUYV,
+    "yuyv": _YUYV,
+}
+_KNOWN = "bgr8, rgb8, mono8, bgra8, rgba8, nv12, yuv422 (UYVY) and yuv422_yuy2"
+_REASONS: tuple[tuple[Callable[[str], bool], str], ...] = (
+    (lambda e: "bayer" in e, "a raw Bayer pattern; let image_proc or the driver debayer it"),
+    (
+        lambda e: any(word in e for word in ("h264", "h265", "hevc", "av1")),
+        "a video stream; let the driver or image_transport decode it",
+    ),
+    (
+        lambda e: "16" in e or "32" in e or "64" in e,
+        "more than 8 bits a channel; set the driver to 8 bits",
+    ),
+    (lambda e: e.startswith("8"), "does not tell the order of colours; set the driver to bgr8"),
+)
+
+
+def decode(message: Any) -> Image:
+    """Return the image of a sensor_msgs Image or CompressedImage.
+
+    Args:
+        message: any object with the attributes of one of the two; `data` is bytes-like.
+
+    Returns:
+        (height, width, 3) blue, green, red; a read-only view of the message where it can be.
+
+    Raises:
+        InputError: unknown encoding, no pixels, or fewer bytes than the size needs.
+    """
+    if hasattr(message, "encoding"):
+        return _decode_raw(message)
+    return _decode_compressed(message)
+
+
+def _decode_raw(message: Any) -> Image:
+    encoding = str(message.encoding)
+    layout = _LAYOUTS.get(encoding.lower())
+    if layout is None:
+        raise InputError(f"images in encoding {encoding!r} cannot be used: {_reason(encoding)}.")
+    width, height, step = int(message.width), int(message.height), int(message.step)
+    if width <= 0 or height <= 0:
+        raise InputError(f"an image of {width} x {height} pixels has nothing in it.")
+    if (width % 2 and "w" in layout.even) or (height % 2 and "h" in layout.even):
+        raise InputError(f"an image in {encoding} cannot be {width} x {height}: odd side.")
+    row = width * layout.channels
+    step = step or row  # some drivers leave it out where rows are not padded
+    if step < row:
+        raise InputError(
+            f"the image's step is {step} bytes, but a row of {width} pixels in {encoding} has "
+            f"{row}."
+        )
+    rows = height * layout.rows // 2
+    data = np.frombuffer(message.data, dtype=np.uint8)
+    needed = step * (rows - 1) + row
+    if data.size < needed:
+        raise InputError(
+            f"an image of {width} x {height} in {encoding} needs {needed} bytes, the message has "
+            f"{data.size}: it was cut off."
+        )
+    # A view with the row's own stride; the last row may lack its padding, so no plain reshape.
+    shape = (rows, width) if layout.channels == 1 else (rows, width, layout.channels)
+    strides = (step, 1) if layout.channels == 1 else (step, layout.channels, 1)
+    view = np.lib.stride_tricks.as_strided(data, shape, strides, writeable=False)
+    if layout.convert is None:
+        return view
+    return np.asarray(cv2.cvtColor(view, layout.convert), dtype=np.uint8)
+
+
+def _reason(encoding: str) -> str:
+    for applies, reason in _REASONS:
+        if applies(encoding.lower()):
+            return reason
+    return f"known are {_KNOWN}"
+
+
+def _decode_compressed(message: Any) -> Image:
+    named, data = str(message.format), np.frombuffer(message.data, dtype=np.uint8)
+    if data.size == 0:
+        raise InputError(f"a compressed image ({named!r}) has no bytes.")
+    start = data[:32].tobytes()
+    if "compressedDepth" in named:
+        raise InputError("compressedDepth is a depth image; the detector needs a colour image.")
+    if start.startswith(b"\x89PNG\r\n\x1a\n"):
+        kind = "PNG"
+        if len(start) > 24 and start[24] > 8:
+            raise InputError(
+                f"a PNG image with {start[24]} bits a channel cannot be used; set the driver to 8 "
+                "bits."
+            )
+    elif start.startswith(b"\xff\xd8"):
+        kind = "JPEG"
+        _check_jpeg_end(data.tobytes())
+    else:
+        reason = _reason(named) if any(applies(named.lower()) for applies, _ in _REASONS) else ""
+        reason = reason or "its bytes are neither JPEG nor PNG"
+        raise InputError(f"a compressed image in format {named!r} cannot be used: {reason}.")
+    # The camera's geometry belongs to the pixels as they were taken: EXIF must not turn them.
+    try:
+        image = cv2.imdecode(data, cv2.IMREAD_COLOR | cv2.IMREAD_IGNORE_ORIENTATION)
+    except cv2.error as error:
+        raise InputError(f"a {kind} image of {data.size} bytes cannot be decoded.") from error
+    if image is None or image.size == 0:
+        raise InputError(f"a {kind} image of {data.size} bytes is damaged or cut off.")
+    return np.asarray(image, dtype=np.uint8)
+
+
+def _check_jpeg_end(data: bytes) -> None:
+    """Refuse a JPEG that was cut off: decoders fill the rest with grey and say nothing.
+
+    Neither marker can occur inside compressed data, where 0xff is followed by 0 or a restart.
+    """
+    if data.rfind(b"\xff\xd9") < data.rfind(b"\xff\xda"):
+        raise InputError(f"a JPEG image of {len(data)} bytes was cut off: its end is missing.")

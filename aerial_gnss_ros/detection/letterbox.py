@@ -1,0 +1,79 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Fits an image of any size into the network's rectangle, and brings boxes back."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from aerial_gnss_ros.detection.base import Image
+
+STRIDE = 32
+_GREY = 114  # what YOLO networks see around an image in training
+
+
+@dataclass(frozen=True)
+class Letterbox:
+    """Shrinks (never enlarges) with the same factor both ways, then pads with grey on all sides.
+
+    Coordinates are those of the image plane: 0 is the left edge of the first pixel, `width` the
+    right edge of the last one, so that scaling is a factor and nothing else.
+
+    Attributes:
+        source: width and height of the image, px.
+        network: width and height of the network's input, px.
+        inner: width and height of the shrunk image within it, px.
+        corner: left and top of the shrunk image within it, px.
+    """
+
+    source: tuple[int, int]
+    network: tuple[int, int]
+    inner: tuple[int, int]
+    corner: tuple[int, int]
+
+    @classmethod
+    def fixed(cls, source: tuple[int, int], network: tuple[int, int]) -> Letterbox:
+        """Return the fit into a network whose input size is fixed; sizes are width, height."""
+        factor = min(1.0, network[0] / source[0], network[1] / source[1])
+        inner = (max(1, round(source[0] * factor)), max(1, round(source[1] * factor)))
+        corner = ((network[0] - inner[0]) // 2, (network[1] - inner[1]) // 2)
+        return cls(source, network, inner, corner)
+
+    @classmethod
+    def flexible(cls, source: tuple[int, int], longest: int, stride: int = STRIDE) -> Letterbox:
+        """Return the fit into the smallest rectangle of whole strides.
+
+        Args:
+            source: width and height, px.
+            longest: longest side of the shrunk image, px.
+            stride: what the sides of the input must be a multiple of.
+        """
+        factor = min(1.0, longest / max(source))
+        sides = [stride * -(-max(1, round(side * factor)) // stride) for side in source]
+        inner = (max(1, round(source[0] * factor)), max(1, round(source[1] * factor)))
+        corner = ((sides[0] - inner[0]) // 2, (sides[1] - inner[1]) // 2)
+        return cls(source, (sides[0], sides[1]), inner, corner)
+
+    def apply(self, image: Image) -> Image:
+        """Return the padded image (network height, width, 3); `image` itself if it fits."""
+        if self.inner != self.source:
+            image = np.asarray(
+                cv2.resize(image, self.inner, interpolation=cv2.INTER_AREA), dtype=np.uint8
+            )
+        if self.inner == self.network:
+            return image
+        left, top = self.corner
+        canvas = np.full((self.network[1], self.network[0], 3), _GREY, dtype=np.uint8)
+        canvas[top : top + self.inner[1], left : left + self.inner[0]] = image
+        return canvas
+
+    def to_source(self, xyxy: NDArray[Any]) -> NDArray[np.float64]:
+        """Return corners (n, 4) in source pixels from corners in network pixels."""
+        factor = np.array(self.source, dtype=np.float64) / np.array(self.inner, dtype=np.float64)
+        corners = np.asarray(xyxy, dtype=np.float64) - np.array([*self.corner, *self.corner])
+        moved: NDArray[np.float64] = corners * np.array([*factor, *factor])
+        return moved

@@ -1,0 +1,132 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What an ONNX detection model says of itself, whichever runtime reads it."""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from aerial_gnss_ros.core.errors import ModelError
+from aerial_gnss_ros.detection.base import Image
+from aerial_gnss_ros.detection.letterbox import Letterbox
+
+
+@dataclass(frozen=True)
+class InputSize:
+    """The network's input: width and height in px, or None where any multiple of 32 will do."""
+
+    fixed: tuple[int, int] | None
+
+    def letterbox(self, image: Image, longest: int) -> Letterbox:
+        """Return how `image` fits; `longest` is used where the size is free."""
+        source = (image.shape[1], image.shape[0])
+        if self.fixed is not None:
+            return Letterbox.fixed(source, self.fixed)
+        return Letterbox.flexible(source, longest)
+
+    @property
+    def words(self) -> str:
+        """The size for the message at start."""
+        return f"{self.fixed[0]}x{self.fixed[1]}" if self.fixed else "any size"
+
+
+def check_file(path: Path) -> None:
+    """Refuse a path that is no file, or an empty one.
+
+    Raises:
+        ModelError: the sentence for the reader.
+    """
+    if not path.exists():
+        raise ModelError(f"the model {path} does not exist; give the path of an .onnx file.")
+    if not path.is_file():
+        raise ModelError(f"the model {path} is not a file; give the path of an .onnx file.")
+    if path.stat().st_size == 0:
+        raise ModelError(f"the model {path} is empty; it was not copied or exported completely.")
+
+
+def input_size(shape: Sequence[Any], where: str) -> InputSize:
+    """Return the input's size.
+
+    Args:
+        shape: of the model's input; what is not a whole number is free.
+        where: the model, for the error.
+
+    Raises:
+        ModelError: not an input for one colour image.
+    """
+    numbers = [side if isinstance(side, int) and side > 0 else None for side in shape]
+    if len(numbers) != 4 or numbers[0] not in (None, 1) or numbers[1] not in (None, 3):
+        raise ModelError(
+            f"{where} takes {_shape_words(shape)}, but one colour image is "
+            "[1, 3, height, width]; export the model for one image."
+        )
+    height, width = numbers[2], numbers[3]
+    if height is not None and width is not None:
+        return InputSize((width, height))
+    if height is None and width is None:
+        return InputSize(None)
+    raise ModelError(
+        f"{where} takes {_shape_words(shape)}: height and width must be both fixed or both free."
+    )
+
+
+def _shape_words(shape: Sequence[Any]) -> str:
+    return "[" + ", ".join("?" if side is None else str(side) for side in shape) + "]"
+
+
+def class_names(
+    metadata: Mapping[str, str], given: tuple[str, ...], where: str
+) -> tuple[str, ...] | None:
+    """Return the class names that the configuration or the model gives, None if neither does.
+
+    Args:
+        metadata: of the model; ultralytics writes `names` and `task` into it.
+        given: `class_names` of the configuration.
+        where: the model, for the error.
+
+    Raises:
+        ModelError: not a detection model, unreadable names, or another number than configured.
+    """
+    task = metadata.get("task", "detect")
+    if task != "detect":
+        raise ModelError(f"{where} is for the task {task}; a model for the task detect is needed.")
+    own = _own_names(metadata.get("names", ""), where)
+    if own and given and len(own) != len(given):
+        raise ModelError(
+            f"{where} knows {len(own)} classes ({', '.join(own)}), but class_names has "
+            f"{len(given)} ({', '.join(given)})."
+        )
+    return given or own
+
+
+def _own_names(text: str, where: str) -> tuple[str, ...] | None:
+    if not text:
+        return None
+    try:
+        value = ast.literal_eval(text)
+        pairs = sorted(value.items()) if isinstance(value, dict) else list(enumerate(value))
+        names = tuple(str(name) for _, name in pairs)
+        in_order = [int(index) for index, _ in pairs] == list(range(len(pairs)))
+    except (ValueError, TypeError, SyntaxError) as error:
+        raise ModelError(f"{where} carries class names that cannot be read: {text!r}.") from error
+    if not names or not in_order:
+        raise ModelError(f"{where} carries class names that cannot be read: {text!r}.")
+    return names
+
+
+def names_or_numbers(names: tuple[str, ...] | None, classes: int) -> tuple[str, ...]:
+    """Return the class names, `class_0` and so on for a model that carries none."""
+    return names if names is not None else tuple(f"class_{i}" for i in range(classes))
+
+
+def tensor(image: Image, dtype: type[np.generic]) -> NDArray[Any]:
+    """Return (1, 3, height, width) red, green, blue, 0 to 1, from a blue-green-red image."""
+    blob = cv2.dnn.blobFromImage(image, 1.0 / 255.0, swapRB=True)
+    return np.asarray(blob, dtype=dtype)
