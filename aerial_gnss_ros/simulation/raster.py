@@ -1,0 +1,166 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Draws a placed mesh into a small supersampled layer, split at the water surface."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from aerial_gnss_ros.core.camera import CameraModel
+from aerial_gnss_ros.simulation.mesh import Mesh
+from aerial_gnss_ros.simulation.scene import Scene
+from aerial_gnss_ros.simulation.view import ViewPose, Window, project_points
+
+Array = NDArray[np.float64]
+F32 = NDArray[np.float32]
+
+SUBPIXEL_BITS = 6
+LAYER_SIZE = 640
+"""Supersampled layers are kept below this many samples a side."""
+
+
+@dataclass(frozen=True)
+class Layer:
+    """A body as the camera sees it, premultiplied by coverage.
+
+    Attributes:
+        window: The pixels that the layer covers; may reach over the image's edge.
+        below, above: (h, w, 4) blue, green, red, coverage of the parts under and over water.
+        coverage: (h, w) of both together.
+    """
+
+    window: Window
+    below: F32
+    above: F32
+    coverage: F32
+
+
+def body_window(camera: CameraModel, pose: ViewPose, mesh: Mesh, margin: int = 2) -> Window | None:
+    """Pixels that a mesh may touch; None if it is out of view."""
+    pixels, valid = project_points(camera, pose, mesh.vertices)
+    if not valid.all():
+        return None
+    low = np.floor(pixels.min(axis=0)).astype(int) - margin
+    high = np.ceil(pixels.max(axis=0)).astype(int) + margin
+    window = Window(int(low[0]), int(low[1]), int(high[0] - low[0]) + 1, int(high[1] - low[1]) + 1)
+    if max(window.width, window.height) > 4 * max(camera.width, camera.height):
+        return None
+    image = Window(0, 0, camera.width, camera.height)
+    return window if window.clipped(image) is not None else None
+
+
+def draw(
+    camera: CameraModel,
+    pose: ViewPose,
+    mesh: Mesh,
+    window: Window,
+    scene: Scene,
+    sun_light: Array,
+    sky_light: Array,
+) -> Layer:
+    """Draws the mesh, nearest faces last.
+
+    Args:
+        camera, pose: The view.
+        mesh: In local ENU.
+        window: Pixels to draw, from `body_window`.
+        scene: For the water's colour and attenuation.
+        sun_light, sky_light: (3,) light of sun and sky on a level sheet.
+    """
+    factor = int(np.clip(LAYER_SIZE // max(window.width, window.height), 2, 8))
+    shape = (window.height * factor, window.width * factor, 4)
+    buffers = {True: np.zeros(shape, np.float32), False: np.zeros(shape, np.float32)}
+    cover = np.zeros(shape[:2], np.uint8)
+    corners = mesh.vertices[mesh.faces]
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-12)
+    middles = corners.mean(axis=1)
+    views = pose.position - middles
+    distances = np.linalg.norm(views, axis=1)
+    facing = np.einsum("ij,ij->i", normals, views)
+    normals[facing < 0.0] *= -1.0
+    order = np.argsort(-(distances - mesh.nearer), kind="stable")
+    polygons: list[tuple[bool, Array, Array]] = []
+    for f in order:
+        # Refraction lets the camera see a little more than the straight line does, so faces are
+        # culled with some tolerance.
+        if not mesh.two_sided[f] and facing[f] < -0.02 * distances[f]:
+            continue
+        for submerged, polygon in _split(corners[f]):
+            light = _face_light(
+                mesh.colours[f], normals[f], polygon, scene, sun_light, sky_light, submerged
+            )
+            polygons.append((submerged, polygon, light))
+    if polygons:
+        points = np.concatenate([p for _, p, _ in polygons])
+        pixels, _ = project_points(camera, pose, points)
+        samples = (pixels - (window.x, window.y) + 0.5) * factor - 0.5
+        fixed = np.round(samples * 2**SUBPIXEL_BITS).astype(np.int32)
+        start = 0
+        for submerged, polygon, light in polygons:
+            corner = fixed[start : start + len(polygon)]
+            start += len(polygon)
+            colour = (float(light[0]), float(light[1]), float(light[2]), 1.0)
+            cv2.fillConvexPoly(buffers[submerged], corner, colour, cv2.LINE_8, SUBPIXEL_BITS)
+            cv2.fillConvexPoly(cover, corner, 255, cv2.LINE_8, SUBPIXEL_BITS)
+    size = (window.width, window.height)
+    return Layer(
+        window,
+        cv2.resize(buffers[True], size, interpolation=cv2.INTER_AREA),
+        cv2.resize(buffers[False], size, interpolation=cv2.INTER_AREA),
+        cv2.resize(cover.astype(np.float32) / 255.0, size, interpolation=cv2.INTER_AREA),
+    )
+
+
+def _split(corners: Array) -> list[tuple[bool, Array]]:
+    """Cuts a triangle at z = 0 into (submerged, polygon) parts."""
+    z = corners[:, 2]
+    if (z >= 0.0).all():
+        return [(False, corners)]
+    if (z <= 0.0).all():
+        return [(True, corners)]
+    above: list[Array] = []
+    below: list[Array] = []
+    for i in range(3):
+        a, b = corners[i], corners[(i + 1) % 3]
+        (above if a[2] >= 0.0 else below).append(a)
+        if (a[2] >= 0.0) != (b[2] >= 0.0):
+            cut = a + (b - a) * (a[2] / (a[2] - b[2]))
+            above.append(cut)
+            below.append(cut)
+    return [(True, np.array(below)), (False, np.array(above))]
+
+
+def _face_light(
+    colour: Array,
+    normal: Array,
+    polygon: Array,
+    scene: Scene,
+    sun_light: Array,
+    sky_light: Array,
+    submerged: bool,
+) -> Array:
+    """Radiance of a face; under water dimmed and tinted by Beer and Lambert's law."""
+    sun = scene.sun_direction
+    height = max(sun[2], 0.15)
+    if submerged:
+        # Snell bends the sun's rays towards the vertical.
+        flat = sun[:2] / 1.34
+        sun = np.array([flat[0], flat[1], np.sqrt(1.0 - flat @ flat)])
+        height = float(sun[2])
+    direct = max(float(normal @ sun), 0.0) / height
+    ambient = 0.55 + 0.45 * float(normal[2])
+    radiance: Array = colour * (sun_light * min(direct, 1.6) + sky_light * ambient)
+    if not submerged:
+        return radiance
+    depth = max(-float(polygon[:, 2].mean()), 0.0)
+    attenuation = np.array(scene.attenuation)
+    # Down with the daylight and up to the camera; 0.6 is the loss at the surface (radiance falls
+    # with the square of the index when it leaves the water).
+    kept = np.exp(-attenuation * depth * 2.2)
+    veil = np.array(scene.water_colour) * (sun_light + sky_light)
+    result: Array = 0.6 * radiance * kept + veil * (1.0 - kept)
+    return result

@@ -1,0 +1,189 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Draws random views with robots and other things in them, for training and testing detectors."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aerial_gnss_ros.core.camera import CameraModel
+from aerial_gnss_ros.core.frames import matrix_from_rpy
+from aerial_gnss_ros.simulation.hexapod import LENGTH, LIVERIES, RobotState
+from aerial_gnss_ros.simulation.mesh import Mesh
+from aerial_gnss_ros.simulation.props import random_prop
+from aerial_gnss_ros.simulation.view import ViewPose, Window
+
+HEIGHTS = (5.0, 60.0)
+"""m above the water."""
+MAX_TILT = np.radians(80.0)
+"""Of the camera's axis, and of the sight line to the robot, off the vertical."""
+FOCAL_PX = (550.0, 4500.0)
+SIZES = (12.0, 250.0)
+USUAL_SIZES = (16.0, 120.0)
+
+
+@dataclass(frozen=True)
+class Stage:
+    """One random view and what is in it."""
+
+    camera: CameraModel
+    pose: ViewPose
+    window: Window
+    robots: list[RobotState]
+    props: list[Mesh]
+    height: float
+    tilt: float
+
+
+def random_stage(
+    rng: np.random.Generator,
+    size: tuple[int, int] | None,
+    occupied: float,
+    image: tuple[int, int] | None = None,
+) -> Stage:
+    """Draws a view.
+
+    Args:
+        rng: All randomness.
+        size: Width and height of the window to render, None for the camera's whole image.
+        occupied: Probability that there are robots.
+        image: Width and height of the camera, None to draw one.
+    """
+    width, height = image or ((1280, 720), (1920, 1080), (1440, 1080))[int(rng.integers(3))]
+    while True:
+        camera = _random_camera(rng, width, height)
+        tilt = float(MAX_TILT * rng.uniform() ** 0.8)
+        rotation = matrix_from_rpy(
+            np.radians(rng.normal(0.0, 3.0)), np.pi / 2 - tilt, rng.uniform(-np.pi, np.pi)
+        )
+        pose = ViewPose(np.array([0.0, 0.0, 1.0]), np.asarray(rotation))
+        pixel = rng.uniform((0.0, 0.0), (width - 1.0, height - 1.0))
+        spot = _water_point(camera, pose, pixel)
+        if spot is None:
+            continue
+        slant = float(np.hypot(np.hypot(spot[0], spot[1]), 1.0))
+        if slant > 1.0 / np.cos(MAX_TILT):
+            continue
+        long_px = _random_size(rng)
+        metres = float(camera.K[0, 0]) * LENGTH / long_px / slant
+        if HEIGHTS[0] <= metres <= HEIGHTS[1]:
+            break
+    pose = replace(pose, position=np.array([*rng.uniform(-500.0, 500.0, 2), metres]))
+    if size is None:
+        window = Window(0, 0, width, height)
+    else:
+        window = _window_round(rng, pixel, size, (width, height))
+    robots: list[RobotState] = []
+    if rng.random() < occupied:
+        main = _water_point(camera, pose, pixel)
+        robots = _random_robots(rng, camera, pose, window, main)
+    elif size is not None and rng.random() < 0.5:
+        # Empty windows anywhere, the horizon and the sky included.
+        corner = rng.integers((0, 0), (width - size[0] + 1, height - size[1] + 1))
+        window = Window(int(corner[0]), int(corner[1]), *size)
+    props = _random_props(rng, camera, pose, window, robots)
+    return Stage(camera, pose, window, robots, props, metres, tilt)
+
+
+def _random_size(rng: np.random.Generator) -> float:
+    low, high = USUAL_SIZES if rng.random() < 0.75 else SIZES
+    return float(np.exp(rng.uniform(np.log(low), np.log(high))))
+
+
+def _random_camera(rng: np.random.Generator, width: int, height: int) -> CameraModel:
+    """Focal length, principal point and a mild distortion that stays monotonic."""
+    focal = float(np.exp(rng.uniform(*np.log(FOCAL_PX)))) * width / 1280.0
+    cx = (width - 1) / 2.0 + rng.normal(0.0, 0.01 * width)
+    cy = (height - 1) / 2.0 + rng.normal(0.0, 0.01 * height)
+    corner = (np.hypot(width, height) / 2.0 / focal) ** 2
+    k1 = rng.uniform(-0.12, 0.08) / max(corner, 0.3)
+    k2 = -0.15 * k1 / max(corner, 0.3)
+    p1, p2 = rng.normal(0.0, 0.0005, 2)
+    k = [focal, 0.0, cx, 0.0, focal * rng.uniform(0.995, 1.005), cy, 0.0, 0.0, 1.0]
+    p = [k[0], 0.0, cx, 0.0, 0.0, k[4], cy, 0.0, 0.0, 0.0, 1.0, 0.0]
+    return CameraModel.from_camera_info(
+        width, height, "plumb_bob", [k1, k2, p1, p2, 0.0], k, np.eye(3).ravel(), p, rectified=False
+    )
+
+
+def _water_point(
+    camera: CameraModel, pose: ViewPose, pixel: NDArray[np.float64]
+) -> NDArray[np.float64] | None:
+    """(2,) ENU point of the water under a pixel, None at and above the horizon."""
+    rays, valid = camera.rays(np.asarray(pixel, dtype=np.float64).reshape(1, 2))
+    ray = pose.enu_from_optical @ rays[0]
+    if not valid[0] or ray[2] > -0.05:
+        return None
+    point: NDArray[np.float64] = pose.position[:2] - ray[:2] * pose.position[2] / ray[2]
+    return point
+
+
+def _window_round(
+    rng: np.random.Generator,
+    pixel: NDArray[np.float64],
+    size: tuple[int, int],
+    image: tuple[int, int],
+) -> Window:
+    """A window that has the pixel somewhere inside, not close to its edge."""
+    offset = rng.uniform(0.12, 0.88, 2) * size
+    corner = np.clip(np.round(pixel - offset), 0, np.subtract(image, size)).astype(int)
+    return Window(int(corner[0]), int(corner[1]), *size)
+
+
+def _random_robots(
+    rng: np.random.Generator,
+    camera: CameraModel,
+    pose: ViewPose,
+    window: Window,
+    main: NDArray[np.float64] | None,
+) -> list[RobotState]:
+    places = [] if main is None else [main]
+    extra = int(rng.choice([0, 1, 2, 3, 6, 9], p=[0.42, 0.2, 0.16, 0.12, 0.07, 0.03]))
+    for _ in range(extra):
+        low = np.array([window.x, window.y], dtype=np.float64)
+        place = _water_point(camera, pose, rng.uniform(low, low + (window.width, window.height)))
+        if place is None:
+            continue
+        if all(np.hypot(*(place - other)) > 0.75 for other in places):
+            places.append(place)
+    livery = sorted(LIVERIES)
+    robots = []
+    for i, place in enumerate(places):
+        shallow = rng.random() < 0.6
+        robots.append(
+            RobotState(
+                robot_id=f"aqua_{i + 1:02d}",
+                east=float(place[0]),
+                north=float(place[1]),
+                course=float(rng.uniform(-np.pi, np.pi)),
+                depth=float(rng.uniform(-0.06, 0.06) if shallow else rng.uniform(0.06, 1.2)),
+                speed=float(rng.choice([0.0, rng.uniform(0.1, 1.0)], p=[0.25, 0.75])),
+                phase=float(rng.uniform(0.0, 2 * np.pi)),
+                roll=float(rng.normal(0.0, 0.08)),
+                pitch=float(rng.normal(0.0, 0.08)),
+                livery=livery[int(rng.integers(len(livery)))],
+            )
+        )
+    return robots
+
+
+def _random_props(
+    rng: np.random.Generator,
+    camera: CameraModel,
+    pose: ViewPose,
+    window: Window,
+    robots: list[RobotState],
+) -> list[Mesh]:
+    props = []
+    for _ in range(int(rng.choice([0, 1, 2, 4], p=[0.45, 0.28, 0.17, 0.10]))):
+        low = np.array([window.x, window.y], dtype=np.float64)
+        place = _water_point(camera, pose, rng.uniform(low, low + (window.width, window.height)))
+        if place is None:
+            continue
+        prop = random_prop(rng, float(place[0]), float(place[1]))
+        reach = float(np.hypot(*(prop.vertices[:, :2] - place).T).max())
+        if all(np.hypot(r.east - place[0], r.north - place[1]) > reach + 0.35 for r in robots):
+            props.append(prop)
+    return props
