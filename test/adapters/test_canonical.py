@@ -1,0 +1,176 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The same message, read by rosbags and by rclpy, gives the same value."""
+
+from __future__ import annotations
+
+import importlib
+import math
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from aerial_gnss_ros.adapters import canonical
+from aerial_gnss_ros.adapters.stamps import copied_header, nanoseconds, stamp_fields
+from aerial_gnss_ros.bags.typestore import serialize, typestore
+from aerial_gnss_ros.core.errors import CameraError
+
+NOW = 12
+
+
+def by_rosbags(msgtype, fields):
+    return typestore().deserialize_cdr(serialize(msgtype, fields), msgtype)
+
+
+def by_rclpy(msgtype, fields):
+    package, _, name = msgtype.split("/")
+    serialization = pytest.importorskip("rclpy.serialization")
+    try:
+        module = importlib.import_module(f"{package}.msg")
+    except ImportError:
+        pytest.skip(f"{package} is not installed")
+    return serialization.deserialize_message(serialize(msgtype, fields), getattr(module, name))
+
+
+@pytest.fixture(params=[by_rosbags, by_rclpy])
+def message(request):
+    return request.param
+
+
+FIX = "sensor_msgs/msg/NavSatFix"
+COVARIANCE = [4.0, 0.5, 0.0, 0.5, 9.0, 0.0, 0.0, 0.0, 25.0]
+
+
+def test_a_fix_comes_in_radians_with_its_covariance(message):
+    fields = {
+        "latitude": 45.0,
+        "longitude": -90.0,
+        "altitude": 12.5,
+        "position_covariance": COVARIANCE,
+        "position_covariance_type": 3,
+    }
+    fix = canonical.fix(message(FIX, fields), NOW)
+    assert (fix.stamp_ns, fix.altitude, fix.valid) == (NOW, 12.5, True)
+    assert fix.latitude == pytest.approx(math.pi / 4, abs=1e-15)
+    assert fix.longitude == pytest.approx(-math.pi / 2, abs=1e-15)
+    np.testing.assert_array_equal(fix.covariance, np.reshape(COVARIANCE, (3, 3)))
+
+
+@pytest.mark.parametrize(
+    ("covariance", "kind", "given"),
+    [
+        (COVARIANCE, 1, True),
+        (COVARIANCE, 0, False),  # type: unknown
+        ([0.0] * 9, 2, False),  # simulators: a type but no variance
+        ([math.nan, *COVARIANCE[1:]], 3, False),
+        ([*COVARIANCE[:8], math.nan], 3, True),  # height is not used
+    ],
+)
+def test_a_covariance_counts_where_it_says_something(message, covariance, kind, given):
+    fields = {"position_covariance": covariance, "position_covariance_type": kind}
+    assert (canonical.fix(message(FIX, fields), NOW).covariance is not None) == given
+
+
+@pytest.mark.parametrize(("status", "valid"), [(-1, False), (0, True), (2, True)])
+def test_status_minus_one_is_no_fix(message, status, valid):
+    assert canonical.fix(message(FIX, {"status": {"status": status}}), NOW).valid is valid
+
+
+def test_orientations_of_all_types_agree(message):
+    half = math.sqrt(0.5)
+    down = {"x": 0.0, "y": half, "z": 0.0, "w": half}  # pitch +90 deg
+    read = [
+        canonical.orientation(message("sensor_msgs/msg/Imu", {"orientation": down}), NOW, "imu"),
+        canonical.orientation(
+            message("geometry_msgs/msg/QuaternionStamped", {"quaternion": down}), NOW, "quaternion"
+        ),
+        canonical.orientation(
+            message("geometry_msgs/msg/Vector3Stamped", {"vector": {"y": math.pi / 2}}),
+            NOW,
+            "vector3",
+        ),
+    ]
+    for orientation in read:
+        assert orientation.stamp_ns == NOW
+        np.testing.assert_allclose(orientation.quaternion, [0.0, half, 0.0, half], atol=1e-15)
+
+
+@pytest.mark.parametrize(
+    ("msgtype", "fields"),
+    [
+        ("std_msgs/msg/Float64", {"data": 7.5}),
+        ("std_msgs/msg/Float32", {"data": 7.5}),
+        ("sensor_msgs/msg/Range", {"range": 7.5, "max_range": 40.0}),
+    ],
+)
+def test_heights_of_all_types_agree(message, msgtype, fields):
+    height = canonical.scalar(message(msgtype, fields), NOW)
+    assert (height.stamp_ns, height.value) == (NOW, 7.5)
+
+
+CAMERA = {
+    "width": 640,
+    "height": 480,
+    "distortion_model": "plumb_bob",
+    "d": [0.1, -0.05, 0.001, 0.002, 0.01],
+    "k": [500.0, 0.0, 320.0, 0.0, 510.0, 240.0, 0.0, 0.0, 1.0],
+    "r": np.eye(3).ravel(),
+    "p": [400.0, 0.0, 310.0, 0.0, 0.0, 410.0, 230.0, 0.0, 0.0, 0.0, 1.0, 0.0],
+}
+
+
+@pytest.mark.parametrize(("rectified", "focal"), [(False, 500.0), (True, 400.0)])
+def test_a_camera_comes_from_k_or_where_rectified_from_p(message, rectified, focal):
+    msg = message("sensor_msgs/msg/CameraInfo", CAMERA)
+    camera = canonical.camera(msg, rectified)
+    assert (camera.width, camera.height) == (640, 480)
+    assert camera.K[0, 0] == focal
+    assert canonical.camera_key(msg) == canonical.camera_key(msg)
+    zoomed = message("sensor_msgs/msg/CameraInfo", CAMERA | {"k": [600.0, *CAMERA["k"][1:]]})
+    assert canonical.camera_key(msg) != canonical.camera_key(zoomed)
+
+
+def test_a_camera_of_ros_1_has_capital_fields():
+    fields = {name.upper() if len(name) == 1 else name: value for name, value in CAMERA.items()}
+    assert canonical.camera(SimpleNamespace(**fields), rectified=False).K[1, 1] == 510.0
+
+
+def test_a_camera_of_zeros_is_refused(message):
+    with pytest.raises(CameraError):
+        canonical.camera(message("sensor_msgs/msg/CameraInfo", {}), rectified=False)
+
+
+def test_detections_take_the_best_hypothesis_and_keep_boxes_without_one(message):
+    def hypothesis(name, score):
+        return {"hypothesis": {"class_id": name, "score": score}}
+
+    fields = {
+        "header": {"stamp": stamp_fields(1_500_000_002), "frame_id": "camera"},
+        "detections": [
+            {
+                "results": [hypothesis("boat", 0.25), hypothesis("aqua", 0.5)],
+                "bbox": {
+                    "center": {"position": {"x": 3.5, "y": 4.5}},
+                    "size_x": 10.0,
+                    "size_y": 20.0,
+                },
+            },
+            {},
+        ],
+    }
+    msg = message("vision_msgs/msg/Detection2DArray", fields)
+    frame = canonical.detection_frame(msg)
+    assert (frame.stamp_ns, frame.frame_id) == (1_500_000_002, "camera")
+    np.testing.assert_array_equal(frame.centers, [[3.5, 4.5], [0.0, 0.0]])
+    np.testing.assert_array_equal(frame.sizes, [[10.0, 20.0], [0.0, 0.0]])
+    np.testing.assert_array_equal(frame.scores, [0.5, 0.0])
+    assert frame.class_ids == ("aqua", "")
+    assert nanoseconds(msg.header.stamp) == 1_500_000_002
+    assert copied_header(msg.header) == fields["header"]
+
+
+def test_an_image_without_detections_is_a_frame_too(message):
+    frame = canonical.detection_frame(message("vision_msgs/msg/Detection2DArray", {}))
+    assert len(frame) == 0
+    assert frame.centers.shape == frame.sizes.shape == (0, 2)
+    assert frame.scores.shape == (0,)
