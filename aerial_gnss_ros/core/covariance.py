@@ -1,0 +1,180 @@
+# SPDX-License-Identifier: Apache-2.0
+"""First-order uncertainty of a point on the water from stated sensor standard deviations.
+
+With a ray of direction d from a camera at P to distance t on a surface of normal n, a small change
+moves the point by (I - d n' / (n.d)) (dP + t dd): it slides along the ray until it is on the
+surface again. Derivatives are exact for the curved surface; only their use is first order.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aerial_gnss_ros.core.camera import CameraModel
+from aerial_gnss_ros.core.frames import skew
+from aerial_gnss_ros.core.gimbal import Reference, error_axes
+from aerial_gnss_ros.core.noise import Noise
+from aerial_gnss_ros.core.surface import View
+from aerial_gnss_ros.core.values import CameraPose
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class RayPoints:
+    """Points where pixels' rays meet the water, and how they move with everything that is measured.
+
+    Attributes:
+        offsets: (n, 3) East, North, Up from the camera, m; NaN where a ray misses the water.
+        directions: (n, 3) unit rays, ENU.
+        distances: (n,) from the camera, m.
+        in_image: (n,) whether the camera model covers the pixel.
+        directions_by_pixel: (n, 3, 2) derivative of the unit rays, 1/px.
+        by_pixel: (n, 2, 2) East, North by u, v, m/px.
+        by_rotation: (n, 2, 3) East, North by a small rotation vector w in ENU (the true
+            orientation is exp(skew(w)) @ enu_from_camera), m/rad.
+        by_height: (n, 2) East, North by the camera's height over the water, m/m.
+        by_position: (2, 2) East, North by the camera's East, North: the identity. (To one part in
+            a million: the level turns with the place.)
+    """
+
+    offsets: Array
+    directions: Array
+    distances: Array
+    in_image: NDArray[np.bool_]
+    directions_by_pixel: Array
+    by_pixel: Array
+    by_rotation: Array
+    by_height: Array
+    by_position: Array
+
+
+def ray_points(view: View, camera: CameraModel, pixels: Array) -> RayPoints:
+    """Return where the rays of pixels (n, 2) meet the water, with all derivatives.
+
+    Args:
+        view: the camera over the water.
+        camera: its intrinsics.
+        pixels: (n, 2) u, v of the raw image (of the rectified one where the model says so).
+    """
+    rays, rays_by_pixel, in_image = camera.rays_with_jacobian(pixels)
+    directions = rays @ view.enu_from_optical.T
+    by_pixel = view.enu_from_optical @ rays_by_pixel
+    distances = view.distances(directions)
+    offsets = directions * distances[:, None]
+    normals = view.normals(offsets)
+    slant = np.sum(normals * directions, axis=1)
+    # (n, 2, 3): the horizontal rows of I - d n' / (n.d)
+    slide = -directions[:, :2, None] * (normals / slant[:, None])[:, None, :]
+    slide[:, 0, 0] += 1.0
+    slide[:, 1, 1] += 1.0
+    reach = slide * distances[:, None, None]
+    return RayPoints(
+        offsets=offsets,
+        directions=directions,
+        distances=distances,
+        in_image=in_image,
+        directions_by_pixel=by_pixel,
+        by_pixel=reach @ by_pixel,
+        by_rotation=reach @ -skew(directions),
+        by_height=slide[:, :, 2],
+        by_position=np.eye(2),
+    )
+
+
+@dataclass(frozen=True)
+class Uncertainty:
+    """Variances of what is measured, in SI, sorted by how they behave over time.
+
+    Attributes:
+        rotation_slow: (3, 3) covariance of the small rotation in ENU, rad².
+        rotation_white: (3, 3) likewise.
+        height_slow: m².
+        height_white: m².
+        position_slow: (2, 2) East, North, m².
+        position_white: (2, 2) likewise.
+        pixel: variance of u and of v, px².
+    """
+
+    rotation_slow: Array
+    rotation_white: Array
+    height_slow: float
+    height_white: float
+    position_slow: Array
+    position_white: Array
+    pixel: float
+
+
+def uncertainty(pose: CameraPose, noise: Noise, reference: Reference | str) -> Uncertainty:
+    """Return the variances for one camera pose.
+
+    Args:
+        pose: its fix covariance, where there is one, replaces the noise's GNSS offset.
+        noise: standard deviations.
+        reference: the gimbal's; says whether the body's attitude noise enters.
+    """
+    axes = error_axes(pose.enu_from_camera)
+    slow = np.array(
+        [
+            math.radians(noise.value(name)) ** 2
+            for name in ("gimbal_roll_deg", "gimbal_pitch_deg", "heading_deg")
+        ]
+    )
+    own = pose.fix_covariance
+    if own is None or not np.isfinite(own).all():
+        own = np.eye(2) * noise.value("gnss_offset_m") ** 2
+    return Uncertainty(
+        rotation_slow=(axes * slow) @ axes.T,
+        rotation_white=np.diag(_white_rotation(noise, Reference(reference))),
+        height_slow=noise.value("height_m") ** 2,
+        height_white=noise.value("height_white_m") ** 2,
+        position_slow=own,
+        position_white=np.eye(2) * noise.value("gnss_white_m") ** 2,
+        pixel=noise.value("box_center_px") ** 2,
+    )
+
+
+def _white_rotation(noise: Noise, reference: Reference) -> list[float]:
+    gimbal = math.radians(noise.value("gimbal_white_deg")) ** 2
+    attitude = math.radians(noise.value("attitude_white_deg")) ** 2
+    if reference is Reference.EARTH:
+        return [gimbal] * 3
+    if reference is Reference.HEADING:  # only the body's yaw is used
+        return [gimbal, gimbal, gimbal + attitude]
+    return [attitude + (gimbal if reference.needs_gimbal else 0.0)] * 3
+
+
+def covariances(points: RayPoints, known: Uncertainty) -> tuple[Array, Array]:
+    """Return the white and the slow covariance of the points, (n, 2, 2) each, East, North, m².
+
+    White parts are independent from image to image; slow ones are shared by all robots and stay
+    for minutes.
+    """
+    turn, lift = points.by_rotation, points.by_height
+    turned = np.swapaxes(turn, 1, 2)
+    lifted = lift[:, :, None] * lift[:, None, :]
+    white = (
+        turn @ known.rotation_white @ turned
+        + known.height_white * lifted
+        + known.pixel * (points.by_pixel @ np.swapaxes(points.by_pixel, 1, 2))
+        + known.position_white
+    )
+    slow = turn @ known.rotation_slow @ turned + known.height_slow * lifted + known.position_slow
+    return white, slow
+
+
+def elevation_sigma(points: RayPoints, known: Uncertainty) -> Array:
+    """Return one sigma (n,) of the rays' elevation above the horizon, rad."""
+    d = points.directions
+    across = np.maximum(np.hypot(d[:, 0], d[:, 1]), 1e-9)
+    # The level axis that raises a ray is (d x up) / |d x up|.
+    axis = np.column_stack([d[:, 1], -d[:, 0], np.zeros(len(d))]) / across[:, None]
+    total = known.rotation_slow + known.rotation_white
+    tilt = np.sum((axis @ total) * axis, axis=1)
+    raised = points.directions_by_pixel[:, 2, :] / across[:, None]
+    sigma: Array = np.sqrt(tilt + known.pixel * np.sum(raised * raised, axis=1))
+    return sigma
