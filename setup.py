@@ -40,6 +40,7 @@ EXTRAS = {
         "ros-jazzy-common-interfaces==5.3.6",
         "ros-jazzy-rmw-fastrtps-cpp==8.4.3",
     ],
+    "openvino": ["openvino>=2024.0"],
     "ultralytics": ["ultralytics>=8.3", "onnx>=1.15"],  # AGPL-3.0: training, .pt and .engine models
     "test": TEST,
     "lint": LINT,

@@ -1,0 +1,114 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Nothing imports what lies above it, and the default path needs neither ROS nor torch to load."""
+
+from __future__ import annotations
+
+import ast
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+PACKAGE = Path(__file__).resolve().parent.parent / "aerial_gnss_ros"
+NAME = PACKAGE.name
+ROS = {"rclpy", "rosidl_runtime_py", "ament_index_python", "launch", "launch_ros"}
+OPTIONAL = {"torch", "ultralytics", "openvino", "tensorrt"}
+
+# From the ground up; parts on one floor may use each other.
+FLOORS = [
+    {"core"},
+    {"resources"},
+    {"adapters"},
+    {"detection", "bags", "simulation", "evaluation", "training"},
+    {"nodes"},
+    {"commands"},
+    {"cli"},
+]
+FLOOR = {part: level for level, parts in enumerate(FLOORS) for part in parts}
+
+# Libraries beyond Python's own that a part may import; None: any.
+MAY_IMPORT = {
+    "core": {"numpy", "scipy", "pyproj", "pygeomag"},
+    "resources": set(),
+    "adapters": {"numpy", "scipy", "yaml"},
+}
+
+MODULES = sorted(path for path in PACKAGE.rglob("*.py"))
+IDS = [str(path.relative_to(PACKAGE)) for path in MODULES]
+
+
+def imports(path: Path) -> Iterator[tuple[str, int]]:
+    """Every imported module of a file, wherever the statement stands, with its line."""
+    for node in ast.walk(ast.parse(path.read_text())):
+        if isinstance(node, ast.Import):
+            yield from ((alias.name, node.lineno) for alias in node.names)
+        elif isinstance(node, ast.ImportFrom):
+            assert node.level == 0, f"{path}:{node.lineno}: relative import"
+            yield from ((f"{node.module}.{alias.name}", node.lineno) for alias in node.names)
+
+
+def part_of(path: Path) -> str:
+    return path.relative_to(PACKAGE).parts[0].removesuffix(".py")
+
+
+def is_ros(name: str) -> bool:
+    return name in ROS or name.endswith(("_msgs", "_interfaces"))
+
+
+@pytest.mark.parametrize("path", MODULES, ids=IDS)
+def test_nothing_imports_what_lies_above_it(path: Path) -> None:
+    part = part_of(path)
+    for name, line in imports(path):
+        words = name.split(".")
+        if words[0] == NAME and part != "__init__" and words[1] in FLOOR:
+            assert FLOOR[words[1]] <= FLOOR[part], f"{path}:{line}: {part} imports {name}"
+
+
+@pytest.mark.parametrize("path", MODULES, ids=IDS)
+def test_libraries_stay_on_their_floor(path: Path) -> None:
+    part = part_of(path)
+    allowed = MAY_IMPORT.get(part)
+    for name, line in imports(path):
+        library = name.split(".")[0]
+        where = f"{path}:{line}: {part} imports {library}"
+        if library == NAME or library in sys.stdlib_module_names:
+            continue
+        assert allowed is None or library in allowed, where
+        assert not is_ros(library) or part in ("nodes", "commands"), where
+        assert library not in OPTIONAL or part in ("detection", "training"), where
+
+
+def test_every_part_has_a_floor() -> None:
+    parts = {part_of(path) for path in MODULES} - {"__init__"}
+    assert parts == set(FLOOR)
+
+
+LOAD_ALL = f"""
+import importlib, pkgutil, sys
+import {NAME}
+class Refuse:
+    def find_spec(self, name, path=None, target=None):
+        if name.split(".")[0] in {sorted(OPTIONAL | {"rclpy"})}:
+            raise ImportError("refused by the test: " + name)
+sys.meta_path.insert(0, Refuse())
+loaded = 0
+for module in pkgutil.walk_packages({NAME}.__path__, "{NAME}."):
+    if not module.name.startswith("{NAME}.nodes"):
+        importlib.import_module(module.name)
+        loaded += 1
+print(loaded)
+"""
+
+
+def test_everything_but_the_nodes_loads_without_ros_and_optional_libraries() -> None:
+    done = subprocess.run(
+        [sys.executable, "-c", LOAD_ALL],
+        cwd=PACKAGE.parent,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    assert int(done.stdout) > 40
