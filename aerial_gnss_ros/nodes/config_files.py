@@ -1,0 +1,40 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Writes config/detector.yaml and config/estimator.yaml from the program's own defaults."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+from aerial_gnss_ros.adapters.parameter_documents import document
+from aerial_gnss_ros.nodes.schemas import ESTIMATOR, SCHEMAS
+
+COMMAND = "`python3 -m aerial_gnss_ros.nodes.config_files config`"
+_ROBOTS = """\
+Names bound to robots, so that each knows its own topic: the robot of that class that is first
+confirmed near `start` (latitude and longitude in degrees; within start_radius_m) is called so.
+robots:
+  leader: {class: aqua, start: [13.19394, -59.64151]}
+  follower: {class: aqua, start: [13.19401, -59.64160]}"""
+
+
+def texts() -> dict[str, str]:
+    """Return file names with their contents."""
+    return {
+        f"{node}.yaml": document(node, schema, COMMAND, _ROBOTS if node == ESTIMATOR else "")
+        for node, schema in SCHEMAS.items()
+    }
+
+
+def main() -> int:
+    """Write the files into the folder given."""
+    if len(sys.argv) != 2 or not Path(sys.argv[1]).is_dir():
+        sys.stderr.write("usage: python3 -m aerial_gnss_ros.nodes.config_files FOLDER\n")
+        return 2
+    for name, text in texts().items():
+        (Path(sys.argv[1]) / name).write_text(text, encoding="utf-8")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

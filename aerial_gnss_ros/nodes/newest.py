@@ -1,0 +1,46 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A place for one item between two threads: the newest wins, those it replaces are counted."""
+
+from __future__ import annotations
+
+import threading
+from typing import Generic, TypeVar
+
+T = TypeVar("T")
+
+
+class Newest(Generic[T]):
+    """Hands the newest item from one thread to another.
+
+    Attributes:
+        dropped: items replaced before anybody took them.
+    """
+
+    def __init__(self) -> None:
+        self.dropped = 0
+        self._item: T | None = None
+        self._closed = False
+        self._changed = threading.Condition()
+
+    def put(self, item: T) -> None:
+        """Offer an item; one that waits is replaced. After `close` nothing happens."""
+        with self._changed:
+            if self._closed:
+                return
+            if self._item is not None:
+                self.dropped += 1
+            self._item = item
+            self._changed.notify()
+
+    def take(self) -> T | None:
+        """Wait for an item and return it, or None once closed."""
+        with self._changed:
+            self._changed.wait_for(lambda: self._closed or self._item is not None)
+            item, self._item = self._item, None
+            return None if self._closed else item
+
+    def close(self) -> None:
+        """End waiting; what was not taken is lost."""
+        with self._changed:
+            self._closed = True
+            self._changed.notify_all()

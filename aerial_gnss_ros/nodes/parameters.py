@@ -1,0 +1,157 @@
+# SPDX-License-Identifier: Apache-2.0
+"""ROS parameters from dataclasses: descriptors, ranges, and a refusal of what ROS would ignore."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from typing import Any, get_args, get_origin
+
+from rcl_interfaces.msg import (
+    FloatingPointRange,
+    IntegerRange,
+    ParameterDescriptor,
+    SetParametersResult,
+)
+from rclpy.node import Node
+from rclpy.parameter import Parameter
+
+from aerial_gnss_ros.adapters.parameter_documents import meaning
+from aerial_gnss_ros.adapters.parameter_files import checked, free_groups, is_ros_own
+from aerial_gnss_ros.core.errors import ConfigError
+from aerial_gnss_ros.core.parameters import Leaf, leaves
+from aerial_gnss_ros.nodes.schemas import SCHEMAS
+
+_ARRAYS = {
+    bool: Parameter.Type.BOOL_ARRAY,
+    int: Parameter.Type.INTEGER_ARRAY,
+    float: Parameter.Type.DOUBLE_ARRAY,
+    str: Parameter.Type.STRING_ARRAY,
+}
+
+
+def own_values(node: str, overrides: Mapping[str, Any]) -> dict[str, Any]:
+    """Return what ROS was given for a node, checked.
+
+    A shared section, or `-p` with two nodes in one process, gives each node the other's keys too:
+    those are left out. Any other unknown key is refused: ROS itself would ignore it.
+
+    Args:
+        node: the node's name in `SCHEMAS`.
+        overrides: from `--params-file` and `-p`.
+
+    Raises:
+        ConfigError: an unknown key, a wrong type or a value out of range.
+    """
+    others = {
+        leaf.name for name, schema in SCHEMAS.items() if name != node for leaf in leaves(schema)
+    }
+    free = {group for schema in SCHEMAS.values() for group in free_groups(schema)}
+    schema = SCHEMAS[node]
+    known = {leaf.name for leaf in leaves(schema)}
+    own = {
+        name: value
+        for name, value in overrides.items()
+        if not is_ros_own(name)
+        and (name in known or not (name in others or _foreign(name, free, schema)))
+    }
+    return checked(schema, own)
+
+
+def _foreign(name: str, free: set[str], schema: type[Any]) -> bool:
+    first = name.split(".", 1)[0]
+    return first in free and first not in free_groups(schema)
+
+
+def declare(node: Node, schema: type[Any], values: Mapping[str, Any]) -> None:
+    """Declare every parameter of a schema, and the free keys given.
+
+    Args:
+        node: declares them.
+        schema: the dataclass of its parameters.
+        values: checked values by dotted name; what is absent keeps its default.
+    """
+    known = {leaf.name: leaf for leaf in leaves(schema)}
+    for name, leaf in known.items():
+        value = values.get(name, leaf.default)
+        if get_origin(leaf.kind) is tuple:
+            _declare_list(node, leaf, list(value))
+        else:
+            node.declare_parameter(name, value, descriptor(leaf), ignore_override=True)
+    for name, value in values.items():
+        if name not in known:
+            fixed = ParameterDescriptor(description="Given by the user.", read_only=True)
+            node.declare_parameter(name, value, fixed, ignore_override=True)
+
+
+def _declare_list(node: Node, leaf: Leaf, value: list[Any]) -> None:
+    """Declare with the type stated: rclpy would take an empty list for one of bytes."""
+    kind = _ARRAYS[get_args(leaf.kind)[0]]
+    node.declare_parameter(leaf.name, kind, ParameterDescriptor(), ignore_override=True)
+    node.set_parameters([Parameter(leaf.name, kind, value)])
+    described = descriptor(leaf)
+    described.type = kind.value
+    node.set_descriptor(leaf.name, described)
+
+
+def descriptor(leaf: Leaf) -> ParameterDescriptor:
+    """Return a parameter's descriptor: meaning, unit, range, and whether it can be changed."""
+    key = leaf.key
+    limits = []
+    if key.choices:
+        limits.append(f"one of {', '.join(key.choices)}")
+    if key.length is not None:
+        limits.append(f"{key.length} elements")
+    if key.optional:
+        limits.append("NaN: not given")
+    made = ParameterDescriptor(
+        name=leaf.name,
+        description=meaning(leaf),
+        additional_constraints="; ".join(limits),
+        read_only=not key.dynamic,
+        dynamic_typing=key.dynamic and leaf.kind is float,  # takes 1 for 1.0
+    )
+    if key.low is None and key.high is None:
+        return made
+    low = -math.inf if key.low is None else key.low
+    high = math.inf if key.high is None else key.high
+    if leaf.kind is float and not key.optional:  # NaN lies in no range that rclpy knows
+        made.floating_point_range = [FloatingPointRange(from_value=low, to_value=high)]
+    elif leaf.kind is int and math.isfinite(low) and math.isfinite(high):
+        made.integer_range = [IntegerRange(from_value=int(low), to_value=int(high))]
+    return made
+
+
+def follow_changes(
+    node: Node,
+    current: Callable[[], Mapping[str, Any]],
+    build: Callable[[Mapping[str, Any]], Any],
+    accept: Callable[[dict[str, Any], Any], None],
+) -> None:
+    """Let a running node take new values of its dynamic parameters.
+
+    Args:
+        node: its parameters are declared already.
+        current: returns the values in use, by dotted name.
+        build: makes a configuration of values; raises ConfigError with the sentence that the
+            caller of `ros2 param set` reads.
+        accept: takes the new values and their configuration.
+    """
+
+    def merged(parameters: list[Parameter]) -> dict[str, Any]:
+        return {**current(), **{p.name: p.value for p in parameters if not is_ros_own(p.name)}}
+
+    def validate(parameters: list[Parameter]) -> SetParametersResult:
+        try:
+            build(merged(parameters))
+        except ConfigError as error:
+            return SetParametersResult(successful=False, reason=str(error))
+        return SetParametersResult(successful=True)
+
+    def changed(parameters: list[Parameter]) -> None:
+        values = merged(parameters)
+        if values != current():
+            accept(values, build(values))
+
+    node.add_on_set_parameters_callback(validate)
+    node.add_post_set_parameters_callback(changed)

@@ -1,0 +1,111 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Runs nodes in a process until a signal: status 0, or 2 with one sentence for wrong input."""
+
+from __future__ import annotations
+
+import re
+import signal
+import sys
+from collections.abc import Callable, Sequence
+from itertools import pairwise
+from types import FrameType
+from typing import Any, NoReturn
+
+import rclpy
+from rclpy.exceptions import InvalidHandle, NotInitializedException
+from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
+from rclpy.node import Node
+from rclpy.utilities import remove_ros_args
+
+from aerial_gnss_ros.adapters.parameter_files import read
+from aerial_gnss_ros.core.errors import AerialGnssError, ConfigError, RosError
+from aerial_gnss_ros.nodes.schemas import SCHEMAS
+
+WRONG_INPUT = 2
+_RCL_ERROR: type[Exception] = rclpy._rclpy_pybind11.RCLError  # noqa: SLF001 (no public name)
+
+
+def main(program: str, make_node: Callable[[], Node], argv: Sequence[str] | None = None) -> int:
+    """Run one node as an executable of its own and return the exit status.
+
+    Args:
+        program: its name, for messages.
+        make_node: called once ROS is initialised.
+        argv: with the program's name first; None takes the process's own.
+    """
+    arguments = list(sys.argv if argv is None else argv)
+    rest = remove_ros_args(args=arguments)[1:]
+    if rest:
+        asked = rest[0] in ("-h", "--help")
+        usage = f"usage: {program} [--ros-args --params-file FILE -p NAME:=VALUE -r FROM:=TO ...]"
+        print(
+            usage if asked else f"{program}: {rest[0]!r} is not understood; {usage}",
+            file=sys.stdout if asked else sys.stderr,
+        )
+        return 0 if asked else WRONG_INPUT
+    try:
+        return spin(lambda: [make_node()], arguments)
+    except AerialGnssError as error:
+        print(f"{program}: {error}", file=sys.stderr)  # noqa: T201
+        return WRONG_INPUT
+
+
+def spin(make_nodes: Callable[[], list[Any]], arguments: Sequence[str]) -> int:
+    """Initialise ROS, make nodes and spin them until SIGINT or SIGTERM; return 0.
+
+    Args:
+        make_nodes: returns the nodes; what it raises ends the process.
+        arguments: with the program's name first, then `--ros-args …`.
+
+    Raises:
+        AerialGnssError: the input was wrong; ROS is shut down again.
+    """
+    signal.signal(signal.SIGTERM, _leave)  # until rclpy's own handlers are installed
+    nodes: list[Any] = []
+    try:
+        _initialise(arguments)
+        nodes = make_nodes()
+        executor = SingleThreadedExecutor()
+        for node in nodes:
+            executor.add_node(node)
+        while rclpy.ok():
+            executor.spin_once()
+    except (KeyboardInterrupt, ExternalShutdownException):
+        pass
+    except (_RCL_ERROR, InvalidHandle, NotInitializedException):
+        if rclpy.ok():  # else a signal came while nodes were made: their context is gone
+            raise
+    finally:
+        _end(nodes)
+    return 0
+
+
+def _end(nodes: Sequence[Any]) -> None:
+    """Destroy nodes and shut ROS down; a second signal does not disturb that."""
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, signal.SIG_IGN)
+    for node in nodes:
+        node.destroy_node()
+    rclpy.try_shutdown()
+
+
+def _leave(_number: int, _frame: FrameType | None) -> NoReturn:
+    raise SystemExit(0)
+
+
+def _initialise(arguments: Sequence[str]) -> None:
+    try:
+        rclpy.init(args=list(arguments))
+    except Exception as error:
+        files = [b for a, b in pairwise(arguments) if a == "--params-file"]
+        read(files, SCHEMAS)  # says what is wrong better than rcl does, if it finds it
+        raise _init_error(str(error), files) from error
+
+
+def _init_error(text: str, files: Sequence[str]) -> AerialGnssError:
+    reason = re.sub(r", at /\S+:\d+", "", text.split("Error: ", 1)[-1]).strip(" .")
+    if "same type" in reason:
+        reason += "; in one list write all numbers with a decimal point, such as [0.0, 90.0]"
+    if files:
+        return ConfigError(f"ROS cannot read the parameters ({', '.join(files)}): {reason}.")
+    return RosError(f"ROS cannot start: {reason}.")

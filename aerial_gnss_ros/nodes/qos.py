@@ -1,0 +1,45 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Quality of service of every topic."""
+
+from __future__ import annotations
+
+from rclpy.qos import (
+    DurabilityPolicy,
+    HistoryPolicy,
+    QoSProfile,
+    ReliabilityPolicy,
+)
+
+
+def sensor(depth: int) -> QoSProfile:
+    """Best effort: matches best-effort and reliable publishers alike. Images have depth 1."""
+    return _profile(depth, ReliabilityPolicy.BEST_EFFORT, DurabilityPolicy.VOLATILE)
+
+
+def detections() -> QoSProfile:
+    """Reliable and volatile, at both ends: a lost array is a lost measurement."""
+    return _profile(10, ReliabilityPolicy.RELIABLE, DurabilityPolicy.VOLATILE)
+
+
+def latched() -> QoSProfile:
+    """Return what results are published with: a late subscriber gets the last one at once.
+
+    That subscriber must itself ask for reliable and transient local.
+    """
+    return _profile(1, ReliabilityPolicy.RELIABLE, DurabilityPolicy.TRANSIENT_LOCAL)
+
+
+def diagnostics() -> QoSProfile:
+    """Return what /diagnostics is published with everywhere in ROS."""
+    return _profile(10, ReliabilityPolicy.RELIABLE, DurabilityPolicy.VOLATILE)
+
+
+def _profile(
+    depth: int, reliability: ReliabilityPolicy, durability: DurabilityPolicy
+) -> QoSProfile:
+    return QoSProfile(
+        history=HistoryPolicy.KEEP_LAST,
+        depth=depth,
+        reliability=reliability,
+        durability=durability,
+    )

@@ -1,0 +1,69 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Messages of rclpy from nested dicts in ROS field names."""
+
+from __future__ import annotations
+
+import array
+import functools
+import importlib
+from collections.abc import Mapping
+from typing import Any
+
+from aerial_gnss_ros.core.errors import RosError
+
+
+@functools.cache
+def message_class(msgtype: str) -> Any:
+    """Return the class of a message type.
+
+    Args:
+        msgtype: such as `sensor_msgs/msg/NavSatFix`.
+
+    Raises:
+        RosError: the type's package is not installed, or has no such message.
+    """
+    package, _, name = msgtype.partition("/msg/")
+    try:
+        return getattr(importlib.import_module(f"{package}.msg"), name)
+    except (ImportError, AttributeError) as error:
+        raise RosError(
+            f"message type {msgtype} is not installed ({error}); on a robot install "
+            f"ros-jazzy-{package.replace('_', '-')}, elsewhere interfaces/ with pip."
+        ) from error
+
+
+def message(msgtype: str, fields: Mapping[str, Any]) -> Any:
+    """Return a message; what is absent in `fields` keeps its default (zero, empty, identity).
+
+    Raises:
+        RosError: the type is not installed.
+        AttributeError: the type has no field of a given name.
+    """
+    made = message_class(msgtype)()
+    _fill(made, fields)
+    return made
+
+
+def _fill(made: Any, fields: Mapping[str, Any]) -> None:
+    kinds: Mapping[str, str] = made.get_fields_and_field_types()
+    for name, value in fields.items():
+        if isinstance(value, Mapping):
+            _fill(getattr(made, name), value)
+        elif isinstance(value, list | tuple) and value and isinstance(value[0], Mapping):
+            setattr(made, name, [message(_element(kinds[name]), item) for item in value])
+        else:
+            setattr(made, name, _plain(getattr(made, name), value))
+
+
+def _plain(default: Any, value: Any) -> Any:
+    """Return a value as its field's own type; rclpy copies lists into arrays element by element."""
+    if isinstance(default, array.array):
+        return array.array(default.typecode, value)
+    return value
+
+
+def _element(kind: str) -> str:
+    """Return `sensor_msgs/msg/X` for `sequence<sensor_msgs/X>`, `sequence<…, 3>` and `…/X[3]`."""
+    inner = kind.removeprefix("sequence<").split("[")[0].split(",")[0].rstrip(">")
+    package, _, name = inner.partition("/")
+    return f"{package}/msg/{name}"

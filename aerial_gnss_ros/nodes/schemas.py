@@ -1,0 +1,13 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The package's nodes and the dataclasses of their parameters."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from aerial_gnss_ros.core.config import EstimatorConfig
+from aerial_gnss_ros.detection.config import DetectorConfig
+
+DETECTOR = "detector"
+ESTIMATOR = "estimator"
+SCHEMAS: dict[str, type[Any]] = {DETECTOR: DetectorConfig, ESTIMATOR: EstimatorConfig}

@@ -1,0 +1,33 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Chooses the Fast DDS transport profile for processes of this package that publish images."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import MutableMapping
+from pathlib import Path
+
+from aerial_gnss_ros.resources import config_path
+
+PROFILE = "fastdds_large_data.xml"
+VARIABLE = "FASTRTPS_DEFAULT_PROFILES_FILE"  # the one that Jazzy's Fast DDS 2.14 reads
+# Where users set transports themselves; any of them wins.
+_USERS_OWN = (VARIABLE, "FASTDDS_DEFAULT_PROFILES_FILE", "FASTDDS_BUILTIN_TRANSPORTS")
+_USERS_FILES = ("DEFAULT_FASTRTPS_PROFILES.xml", "DEFAULT_FASTDDS_PROFILES.xml")
+
+
+def use_large_data_profile(environment: MutableMapping[str, str] = os.environ) -> bool:
+    """Let this process publish images that arrive; call it before rclpy is initialised.
+
+    Args:
+        environment: where the variable is set.
+
+    Returns:
+        False where the user has chosen transports already, which are left as they are.
+    """
+    if any(environment.get(name) for name in _USERS_OWN):
+        return False
+    if any(Path(name).is_file() for name in _USERS_FILES):
+        return False
+    environment[VARIABLE] = str(config_path(PROFILE))
+    return True
