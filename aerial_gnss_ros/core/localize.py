@@ -16,6 +16,7 @@ from aerial_gnss_ros.core.covariance import (
     covariances,
     elevation_sigma,
     ray_points,
+    slow_factor,
     uncertainty,
 )
 from aerial_gnss_ros.core.noise import Noise
@@ -42,6 +43,7 @@ class WaterPoints:
         range_m: (n,) from the camera, m.
         covariance_white: (n, 2, 2) East, North, m²: independent from image to image.
         covariance_slow: (n, 2, 2) East, North, m²: shared by all robots, stays for minutes.
+        slow_factor: (n, 2, 6) East, North in m per one sigma of each slow error: its factor.
         reasons: None, or why there is no position.
     """
 
@@ -52,6 +54,7 @@ class WaterPoints:
     range_m: Array
     covariance_white: Array
     covariance_slow: Array
+    slow_factor: Array
     reasons: tuple[Reason | None, ...]
 
     def __len__(self) -> int:
@@ -107,6 +110,7 @@ def locate(
             points.distances,
             white,
             slow,
+            slow_factor(points, known),
             reasons,
         )
     )
@@ -204,11 +208,14 @@ def masked(points: WaterPoints) -> WaterPoints:
         hidden(points.range_m),
         hidden(points.covariance_white),
         hidden(points.covariance_slow),
+        hidden(points.slow_factor),
         points.reasons,
     )
 
 
 def refused(count: int, reason: Reason) -> WaterPoints:
     """Return `count` points that are all refused for one reason."""
-    line, plane, square = (np.full((count, *shape), np.nan) for shape in ((), (2,), (2, 2)))
-    return WaterPoints(line, line, math.nan, plane, line, square, square, (reason,) * count)
+    line, plane, square, factor = (
+        np.full((count, *shape), np.nan) for shape in ((), (2,), (2, 2), (2, 6))
+    )
+    return WaterPoints(line, line, math.nan, plane, line, square, square, factor, (reason,) * count)
