@@ -1,0 +1,122 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Boxes without images: where robots project, and what a detector would make of it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aerial_gnss_ros.core.camera import CameraModel
+from aerial_gnss_ros.core.values import DetectionFrame
+from aerial_gnss_ros.simulation.hexapod import HEIGHT, LENGTH, WIDTH
+from aerial_gnss_ros.simulation.view import ViewPose, project_points
+
+Array = NDArray[np.float64]
+
+DEEPEST_SEEN_M = 0.6
+"""Robots deeper than this have no box: in most waters too little of them is seen from above."""
+
+_CORNERS = 0.5 * np.array(
+    [[x, y, z] for x in (-LENGTH, LENGTH) for y in (-WIDTH, WIDTH) for z in (-HEIGHT, HEIGHT)]
+)
+
+
+@dataclass(frozen=True)
+class Boxes:
+    """True boxes of the robots that are seen in one image.
+
+    Attributes:
+        names: n robots.
+        class_names: n names of their classes.
+        centers: (n, 2) px; here the projected middles of the bodies, in rendered images those of
+            the boxes.
+        sizes: (n, 2) width and height, px.
+    """
+
+    names: tuple[str, ...]
+    class_names: tuple[str, ...]
+    centers: Array
+    sizes: Array
+
+
+@dataclass(frozen=True)
+class DetectorPlan:
+    """How a simulated detector fails.
+
+    Attributes:
+        center_px: one sigma of a box's centre, each axis, px.
+        missed: probability that a robot in view is not found.
+        false_per_image: mean number of boxes where there is nothing.
+    """
+
+    center_px: float = 2.0
+    missed: float = 0.0
+    false_per_image: float = 0.0
+
+
+def projected_boxes(
+    camera: CameraModel,
+    pose: ViewPose,
+    names: tuple[str, ...],
+    class_name: str,
+    positions: Array,
+    courses: Array,
+) -> Boxes:
+    """Return the boxes of the robots whose middle is in the image and not too deep.
+
+    Args:
+        camera: lens and image size.
+        pose: of the camera.
+        names: n robots.
+        class_name: of all of them.
+        positions: (n, 3) middles, East, North, up, m.
+        courses: (n,) yaws, rad.
+    """
+    middles, _ = project_points(camera, pose, positions)
+    index = np.flatnonzero(camera.inside(middles) & (positions[:, 2] >= -DEEPEST_SEEN_M))
+    c, s = np.cos(courses[index]), np.sin(courses[index])
+    corners = np.repeat(positions[index, None, :], len(_CORNERS), axis=1)
+    corners[..., 0] += c[:, None] * _CORNERS[:, 0] - s[:, None] * _CORNERS[:, 1]
+    corners[..., 1] += s[:, None] * _CORNERS[:, 0] + c[:, None] * _CORNERS[:, 1]
+    corners[..., 2] += _CORNERS[:, 2]
+    pixels, _ = project_points(camera, pose, corners.reshape(-1, 3))
+    pixels = pixels.reshape(len(index), len(_CORNERS), 2)
+    # A corner beyond the lens model counts as the middle: the box is cut there.
+    pixels = np.where(np.isfinite(pixels), pixels, middles[index, None, :])
+    return Boxes(
+        tuple(names[i] for i in index),
+        (class_name,) * len(index),
+        middles[index],
+        np.ptp(pixels, axis=1).reshape(-1, 2),
+    )
+
+
+def detected(
+    boxes: Boxes,
+    plan: DetectorPlan,
+    camera: CameraModel,
+    class_name: str,
+    stamp_ns: int,
+    frame_id: str,
+    rng: np.random.Generator,
+) -> DetectionFrame:
+    """Return what a detector with stated errors finds in an image, best score first."""
+    count, size = len(boxes.names), np.array([camera.width, camera.height], dtype=np.float64)
+    noise = plan.center_px * rng.standard_normal((count, 2))
+    found = rng.random(count) >= plan.missed
+    scores = rng.uniform(0.6, 0.95, count)
+    wrong = int(rng.poisson(plan.false_per_image))
+    centers = np.concatenate([(boxes.centers + noise)[found], size * rng.random((wrong, 2))])
+    sizes = np.concatenate([boxes.sizes[found], rng.uniform(12.0, 60.0, (wrong, 2))])
+    scores = np.concatenate([scores[found], rng.uniform(0.3, 0.7, wrong)])
+    names = [name for name, is_found in zip(boxes.class_names, found, strict=True) if is_found]
+    names += [class_name] * wrong
+    inside = np.all((centers >= -0.5) & (centers <= size - 0.5), axis=1)
+    order = np.argsort(-scores, kind="stable")
+    order = order[inside[order]]
+    return DetectionFrame(
+        stamp_ns, frame_id, centers[order], sizes[order], scores[order],
+        tuple(names[i] for i in order),
+    )  # fmt: skip

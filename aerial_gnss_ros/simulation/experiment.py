@@ -1,0 +1,209 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A simulated flight as a whole: true motion, robots, sensors and the camera's clock.
+
+All stamps are on one clock. With a latency L the image stamped t shows the scene at t - L, as
+`camera.latency_s` says. Truth is stamped with the time at which it held, so a result for the image
+stamped t is to be compared with the truth at t - L.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aerial_gnss_ros.core.camera import CameraModel
+from aerial_gnss_ros.core.errors import ConfigError
+from aerial_gnss_ros.core.values import CameraPose, DetectionFrame, Fix
+from aerial_gnss_ros.simulation.boxes import Boxes, DetectorPlan, detected, projected_boxes
+from aerial_gnss_ros.simulation.chance import generator
+from aerial_gnss_ros.simulation.flight import Flight
+from aerial_gnss_ros.simulation.hexapod import RobotState
+from aerial_gnss_ros.simulation.placement import place_robots
+from aerial_gnss_ros.simulation.robots import Swarm, SwimPlan
+from aerial_gnss_ros.simulation.sensors import (
+    START_NS,
+    SensorPlan,
+    Sensors,
+    Ticks,
+    geodetic,
+    sensor_plan,
+    ticks,
+)
+from aerial_gnss_ros.simulation.view import ViewPose
+
+Array = NDArray[np.float64]
+
+CAMERA_FRAME = "camera"
+LEAD_S = 1.0
+"""Telemetry begins and ends this long before and after the images: each is bracketed."""
+FIELD_OF_VIEW = math.radians(73.7)
+"""Across the image: 24 mm equivalent, as on most small camera drones."""
+DISTORTION = (-0.045, 0.018, 4e-4, -3e-4, -0.004)
+
+
+def default_camera(width: int, height: int, field_of_view: float = FIELD_OF_VIEW) -> CameraModel:
+    """Return a camera with a little distortion and a principal point a little off the middle.
+
+    Args:
+        width: px.
+        height: px.
+        field_of_view: across the width, rad, before distortion.
+    """
+    focal = 0.5 * width / math.tan(0.5 * field_of_view)
+    K = np.array(
+        [
+            [focal, 0.0, 0.5 * (width - 1) + 0.003 * width],
+            [0.0, focal, 0.5 * (height - 1) - 0.002 * width],
+            [0.0, 0.0, 1.0],
+        ]
+    )
+    return CameraModel(width, height, "plumb_bob", K, np.array(DISTORTION))
+
+
+@dataclass(frozen=True)
+class CameraClock:
+    """When images are taken and when they come.
+
+    Attributes:
+        rate_hz: images a second.
+        latency_s: an image stamped t shows the scene at t - latency_s.
+        delay_s: from the later of stamp and scene to the image's arrival, s.
+    """
+
+    rate_hz: float = 10.0
+    latency_s: float = 0.0
+    delay_s: float = 0.08
+
+    def __post_init__(self) -> None:
+        if not 0.1 <= self.rate_hz <= 120.0:
+            raise ConfigError(
+                f"the image rate must lie within 0.1 to 120 Hz, not {self.rate_hz:g}."
+            )
+        if not abs(self.latency_s) <= 3.0:
+            raise ConfigError(f"the latency must lie within -3 to 3 s, not {self.latency_s:g}.")
+
+
+@dataclass(frozen=True)
+class Frame:
+    """One image to be.
+
+    Attributes:
+        stamp_ns: of the image.
+        log_ns: when the image arrives.
+        t: time of the scene, s since the flight's start.
+        pose: of the camera then, in the flight's chart.
+    """
+
+    stamp_ns: int
+    log_ns: int
+    t: float
+    pose: ViewPose
+
+
+@dataclass
+class Experiment:
+    """Everything about one simulated flight; equal arguments give equal values.
+
+    Attributes:
+        flight: true motion of drone and camera.
+        camera: lens and image size.
+        sensors_plan: rates, latencies, noise.
+        clock: of the camera.
+        robots: number of robots, where `places` is None.
+        places: (n, 2) East, North where the robots start, m; None: where the camera sees water.
+        swim: how they move.
+        detector: errors of the simulated detector.
+        seed: of all chance.
+    """
+
+    flight: Flight
+    camera: CameraModel
+    sensors_plan: SensorPlan = field(default_factory=sensor_plan)
+    clock: CameraClock = field(default_factory=CameraClock)
+    robots: int = 3
+    places: Array | None = None
+    swim: SwimPlan = field(default_factory=SwimPlan)
+    detector: DetectorPlan = field(default_factory=DetectorPlan)
+    seed: int = 1
+
+    def __post_init__(self) -> None:
+        margin = LEAD_S + abs(self.clock.latency_s)
+        self._span = (-margin, self.flight.duration_s + margin)
+        if self.places is None:
+            rng = generator(self.seed, "places")
+            self.places = place_robots(self.flight, self.camera, self.robots, rng)
+        self.swarm = Swarm(self.places, self.swim, self.seed, *self._span)
+        self.sensors = Sensors(self.flight, self.sensors_plan, self.seed, *self._span)
+
+    def frames(self) -> list[Frame]:
+        """Return all images to be, in the order of their stamps."""
+        at = ticks(self.clock.rate_hz, 0.0, self.flight.duration_s)
+        if len(at.t) > 1 and at.t[-1] > self.flight.duration_s - 0.5 / self.clock.rate_hz:
+            at = Ticks(at.stamps_ns[:-1], at.t[:-1])  # a minute at 10 Hz is 600 images
+        latency_ns = round(self.clock.latency_s * 1e9)
+        delay_ns = round(self.clock.delay_s * 1e9)
+        scenes = at.t - self.clock.latency_s
+        motion = self.flight.sample(scenes)
+        return [
+            Frame(
+                int(stamp),
+                int(stamp) + max(0, -latency_ns) + delay_ns,
+                float(scenes[i]),
+                ViewPose(motion.camera[i], motion.enu_from_camera[i]),
+            )
+            for i, stamp in enumerate(at.stamps_ns)
+        ]
+
+    def states(self, frame: Frame) -> list[RobotState]:
+        """Return the robots as that image shows them."""
+        return self.swarm.states(frame.t)
+
+    def projected(self, frame: Frame) -> Boxes:
+        """Return true boxes without rendering; their centres are the projected bodies' middles."""
+        t = np.array([frame.t])
+        return projected_boxes(
+            self.camera,
+            frame.pose,
+            self.swarm.names,
+            self.swim.class_name,
+            self.swarm.positions(t)[:, 0],
+            self.swarm.courses(t)[:, 0],
+        )
+
+    def detections(self) -> Iterator[tuple[Frame, Boxes, DetectionFrame]]:
+        """Yield every image's true boxes and what the simulated detector makes of them."""
+        rng = generator(self.seed, "detector")
+        for frame in self.frames():
+            boxes = self.projected(frame)
+            found = detected(
+                boxes, self.detector, self.camera, self.swim.class_name,
+                frame.stamp_ns, CAMERA_FRAME, rng,
+            )  # fmt: skip
+            yield frame, boxes, found
+
+    def robot_fixes(self) -> Iterator[tuple[str, list[Fix]]]:
+        """Yield each robot's true positions, at the images' rate and a little longer."""
+        at = ticks(self.clock.rate_hz, *self._span)
+        positions = self.swarm.positions(at.t)
+        for name, path in zip(self.swarm.names, positions, strict=True):
+            latitude, longitude, altitude = geodetic(self.flight.origin, path)
+            yield (
+                name,
+                [
+                    Fix(int(stamp), float(latitude[i]), float(longitude[i]), float(altitude[i]))
+                    for i, stamp in enumerate(at.stamps_ns)
+                ],
+            )
+
+    def true_pose(self, frame: Frame) -> CameraPose:
+        """Return the camera's true pose as the core's geometry takes it."""
+        position = frame.pose.position
+        latitude, longitude, altitude = geodetic(self.flight.origin, position)
+        return CameraPose(
+            START_NS + round(frame.t * 1e9), float(latitude), float(longitude), float(position[2]),
+            float(altitude), frame.pose.enu_from_camera,
+        )  # fmt: skip

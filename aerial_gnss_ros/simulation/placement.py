@@ -1,0 +1,100 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Where on the water robots can be placed so that the camera sees them."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aerial_gnss_ros.core.camera import CameraModel
+from aerial_gnss_ros.core.errors import InputError
+from aerial_gnss_ros.core.frames import FLU_FROM_OPTICAL
+from aerial_gnss_ros.simulation.flight import Flight, Motion
+from aerial_gnss_ros.simulation.hexapod import LENGTH
+
+Array = NDArray[np.float64]
+
+MOMENTS = 24
+"""Times over the flight at which the view is probed."""
+PER_MOMENT = 60
+MARGIN = 0.1
+"""Share of the image at each edge that does not count as in view: robots move and have a size."""
+SPACING_M = 2.5
+LEAST_LONG_PX = (24.0, 12.0, 6.0)
+"""Places where a robot is at least this long in the image are tried first."""
+
+
+def place_robots(
+    flight: Flight, camera: CameraModel, count: int, rng: np.random.Generator
+) -> Array:
+    """Return places (count, 2) East, North in m that the camera sees during most of the flight.
+
+    Raises:
+        InputError: the camera never looks at water that is near enough.
+    """
+    if count == 0:
+        return np.zeros((0, 2))
+    motion = flight.sample(np.linspace(0.0, flight.duration_s, MOMENTS))
+    for long_px in LEAST_LONG_PX:
+        reach = float(camera.K[0, 0]) * LENGTH / long_px
+        places = _seen_water(motion, camera, reach, rng)
+        if len(places):
+            shares = seen_share(motion, camera, places, reach)
+            return _spread(places, shares, count, rng)
+    raise InputError(
+        f"the camera sees no water nearer than {reach:.0f} m during this flight; let it look down, "
+        "choose another piece with --start, or give --robot-at."
+    )
+
+
+def seen_share(motion: Motion, camera: CameraModel, places: Array, reach_m: float) -> Array:
+    """Return the share (n,) of the moments at which places (n, 2) are well inside the image."""
+    points = np.column_stack([places, np.zeros(len(places))])
+    inset = MARGIN * np.array([camera.width, camera.height])
+    limit = np.array([camera.width, camera.height]) - inset
+    seen = np.zeros(len(places))
+    for position, rotation in zip(motion.camera, motion.enu_from_camera, strict=True):
+        offset = points - position
+        pixels, valid = camera.project(offset @ (rotation @ FLU_FROM_OPTICAL))
+        with np.errstate(invalid="ignore"):
+            inside = ((pixels > inset) & (pixels < limit)).all(axis=1)
+        seen += valid & inside & (np.linalg.norm(offset, axis=1) < reach_m)
+    return np.asarray(seen / len(motion.t))
+
+
+def _seen_water(
+    motion: Motion, camera: CameraModel, reach_m: float, rng: np.random.Generator
+) -> Array:
+    """Return points (n, 2) of the water under random pixels of the inner image at each moment."""
+    size = np.array([camera.width, camera.height])
+    found = []
+    for position, rotation in zip(motion.camera, motion.enu_from_camera, strict=True):
+        pixels = size * rng.uniform(MARGIN, 1.0 - MARGIN, (PER_MOMENT, 2))
+        rays, valid = camera.rays(pixels)
+        world = rays @ (rotation @ FLU_FROM_OPTICAL).T
+        down = np.where(valid & (world[:, 2] < -1e-6), world[:, 2], -1e-9)
+        ranges = -position[2] / down
+        near = (ranges < reach_m) & (ranges > 0.5)
+        found.append((position + ranges[:, None] * world)[near, :2])
+    return np.concatenate(found)
+
+
+def _spread(places: Array, shares: Array, count: int, rng: np.random.Generator) -> Array:
+    """Choose places at random among the most seen, apart from one another."""
+    good = places[shares >= 0.9 * shares.max()]
+    order = rng.permutation(len(good))
+    chosen: list[Array] = []
+    spacing = SPACING_M
+    while len(chosen) < count:
+        for place in good[order]:
+            if all(math.dist(place, other) >= spacing for other in chosen):
+                chosen.append(place)
+            if len(chosen) == count:
+                break
+        else:
+            spacing *= 0.7
+            if spacing < 1e-3:  # more robots than places: they share them
+                chosen.append(good[order[len(chosen) % len(good)]] + rng.normal(0.0, 0.3, 2))
+    return np.array(chosen)

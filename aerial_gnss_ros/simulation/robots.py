@@ -1,0 +1,172 @@
+# SPDX-License-Identifier: Apache-2.0
+"""How the simulated robots truly swim: constant speed, smooth turns, near the surface."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from aerial_gnss_ros.core.errors import ConfigError
+from aerial_gnss_ros.core.frames import wrap_angle
+from aerial_gnss_ros.simulation.chance import Wander, generator
+from aerial_gnss_ros.simulation.hexapod import LIVERIES, RobotState
+
+Array = NDArray[np.float64]
+
+STEP_S = 0.05
+MOST_TURN = 0.5
+"""rad/s."""
+APART_M = 2.0
+"""Robots nearer than this turn away from each other."""
+
+
+@dataclass(frozen=True)
+class SwimPlan:
+    """How robots swim.
+
+    Attributes:
+        slowest_mps, fastest_mps: each robot keeps one speed between these; both 0: they stay.
+        roam_m: a robot this far from where it started turns back.
+        depth_m: mean depth of the hull's middle; 0 is half out of the water.
+        heave_m: root mean square of the depth's slow variation.
+        dives: whether each robot now and then dives out of sight.
+        dive_depth_m: how deep.
+        dive_s: for how long.
+        dive_every_s: mean time from one dive to the next.
+        class_name: what a detector calls them; also the stem of their names.
+    """
+
+    slowest_mps: float = 0.15
+    fastest_mps: float = 0.6
+    roam_m: float = 4.0
+    depth_m: float = 0.0
+    heave_m: float = 0.01
+    dives: bool = False
+    dive_depth_m: float = 3.0
+    dive_s: float = 12.0
+    dive_every_s: float = 40.0
+    class_name: str = "aqua"
+
+    def __post_init__(self) -> None:
+        if not 0.0 <= self.slowest_mps <= self.fastest_mps <= 3.0:
+            raise ConfigError(
+                "robots swim between 0 and 3 m/s, the slowest not faster than the fastest; not "
+                f"{self.slowest_mps:g} to {self.fastest_mps:g} m/s."
+            )
+
+
+class Swarm:
+    """The true motion of all robots; the same plan, places and seed swim the same way.
+
+    Attributes:
+        names: n names, `<class>_<i>` from 1.
+        speeds: (n,) m/s.
+    """
+
+    def __init__(
+        self, places: Array, plan: SwimPlan, seed: int, start_s: float, end_s: float
+    ) -> None:
+        """Let the robots swim over a span of time.
+
+        Args:
+            places: (n, 2) East, North where each is at `start_s`, m.
+            plan: how they swim.
+            seed: of their chance.
+            start_s: first time that will be asked for, s since the flight's start.
+            end_s: last one.
+        """
+        self.plan = plan
+        self._places = np.asarray(places, dtype=np.float64).reshape(-1, 2)
+        count = len(self._places)
+        self.names = tuple(f"{plan.class_name}_{i + 1}" for i in range(count))
+        rng = generator(seed, "robots")
+        self.speeds = rng.uniform(plan.slowest_mps, plan.fastest_mps, count)
+        self._course0 = rng.uniform(-math.pi, math.pi, count)
+        self._turning = [Wander(rng, 0.12, 0.01, 0.08) for _ in range(count)]
+        self._heave = [Wander(rng, plan.heave_m, 0.05, 0.4) for _ in range(count)]
+        self._lean = [Wander(rng, math.radians(2.5), 0.2, 0.8) for _ in range(2 * count)]
+        self._dive_phase = rng.uniform(0.0, 1.0, count)
+        self._beat = rng.uniform(0.0, 2.0 * math.pi, count)
+        liveries = rng.permutation(sorted(LIVERIES))
+        self._liveries = [str(liveries[i % len(liveries)]) for i in range(count)]
+        self._times = np.arange(start_s, end_s + 2.0 * STEP_S, STEP_S)
+        self._path, self._course = self._swim()
+
+    def __len__(self) -> int:
+        return len(self.names)
+
+    def positions(self, t: ArrayLike) -> Array:
+        """Return East, North, up (n robots, m times, 3) of the hulls' middles, m."""
+        times = np.atleast_1d(np.asarray(t, dtype=np.float64))
+        result = np.empty((len(self), len(times), 3))
+        for i in range(len(self)):
+            result[i, :, 0] = np.interp(times, self._times, self._path[:, i, 0])
+            result[i, :, 1] = np.interp(times, self._times, self._path[:, i, 1])
+            result[i, :, 2] = -self._depth(i, times)
+        return result
+
+    def courses(self, t: ArrayLike) -> Array:
+        """Return yaws (n robots, m times), ENU, rad, not wrapped."""
+        times = np.atleast_1d(np.asarray(t, dtype=np.float64))
+        rows = [np.interp(times, self._times, self._course[:, i]) for i in range(len(self))]
+        return np.array(rows).reshape(len(self), len(times))
+
+    def states(self, t: float) -> list[RobotState]:
+        """Return the robots as they are to be rendered at one time in s."""
+        times = np.array([t])
+        positions, courses = self.positions(times)[:, 0], self.courses(times)[:, 0]
+        return [
+            RobotState(
+                robot_id=self.names[i],
+                east=float(positions[i, 0]),
+                north=float(positions[i, 1]),
+                course=float(wrap_angle(courses[i])),
+                depth=float(-positions[i, 2]),
+                speed=float(self.speeds[i]),
+                phase=float(self._beat[i] + 2.0 * math.pi * (0.6 + self.speeds[i]) * t),
+                roll=float(self._lean[2 * i](times)[0]),
+                pitch=float(self._lean[2 * i + 1](times)[0]),
+                class_name=self.plan.class_name,
+                livery=self._liveries[i],
+            )
+            for i in range(len(self))
+        ]
+
+    def _depth(self, i: int, t: Array) -> Array:
+        depth = self.plan.depth_m + self._heave[i](t)
+        if self.plan.dives:
+            period = self.plan.dive_every_s
+            since = (t / period + self._dive_phase[i]) % 1.0 * period - 0.5 * period
+            share = np.clip(1.0 - np.abs(since) / (0.5 * self.plan.dive_s), 0.0, 1.0)
+            depth = depth + self.plan.dive_depth_m * (3.0 - 2.0 * share) * share**2
+        return np.asarray(depth)
+
+    def _swim(self) -> tuple[Array, Array]:
+        """Return positions (steps, n, 2) and courses (steps, n)."""
+        wander = np.array([turn(self._times) for turn in self._turning]).reshape(len(self), -1)
+        path = np.empty((len(self._times), len(self), 2))
+        courses = np.empty((len(self._times), len(self)))
+        place, course = self._places.copy(), self._course0.copy()
+        for step in range(len(self._times)):
+            path[step], courses[step] = place, course
+            rate = wander[:, step] + self._steering(place, course)
+            course = course + STEP_S * np.clip(rate, -MOST_TURN, MOST_TURN)
+            ahead = np.column_stack([np.cos(course), np.sin(course)])
+            place = place + STEP_S * self.speeds[:, None] * ahead
+        return path, courses
+
+    def _steering(self, place: Array, course: Array) -> Array:
+        """Turn rates (n,) that lead back home from afar and away from the others."""
+        home = self._places - place
+        far = np.linalg.norm(home, axis=1)
+        pull = np.where(far > self.plan.roam_m, 1.0, 0.0)[:, None] * home
+        away = place[:, None, :] - place[None, :, :]
+        gap = np.linalg.norm(away, axis=2)
+        np.fill_diagonal(gap, np.inf)
+        push = np.where(gap < APART_M, 3.0 / np.maximum(gap, 0.05) ** 2, 0.0)
+        wish = pull + (push[:, :, None] * away).sum(axis=1)
+        error = wrap_angle(np.arctan2(wish[:, 1], wish[:, 0]) - course)
+        return np.where(np.linalg.norm(wish, axis=1) > 0.0, 0.8 * error, 0.0)
