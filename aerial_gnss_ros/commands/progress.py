@@ -1,0 +1,73 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Progress of long work on standard error: a bar on a terminal, plain lines elsewhere."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import TextIO
+
+Report = Callable[[int], None]
+"""Called with how much of the total is done."""
+
+PLAIN_LINES = 10
+"""A log file gets about this many lines, however long the work is."""
+
+
+@contextmanager
+def progress(
+    what: str, total: int, unit: str = "", stream: TextIO | None = None
+) -> Iterator[Report]:
+    """Yield a function to call with how much is done.
+
+    Args:
+        what: the work in words, such as `rendering`.
+        total: all of it; 0 when unknown.
+        unit: what is counted, such as `images`.
+        stream: where to show it; None: standard error.
+    """
+    stream = sys.stderr if stream is None else stream
+    if stream.isatty():
+        with _bar(what, total, unit, stream) as report:
+            yield report
+    else:
+        yield _lines(what, total, unit, stream)
+
+
+@contextmanager
+def _bar(what: str, total: int, unit: str, stream: TextIO) -> Iterator[Report]:
+    from rich.console import Console
+    from rich.progress import (
+        BarColumn,
+        MofNCompleteColumn,
+        Progress,
+        TextColumn,
+        TimeRemainingColumn,
+    )
+
+    columns = (
+        TextColumn("{task.description}"),
+        BarColumn(),
+        MofNCompleteColumn(),
+        TextColumn(unit),
+        TimeRemainingColumn(),
+    )
+    with Progress(*columns, console=Console(file=stream)) as bars:
+        task = bars.add_task(what, total=total or None)
+        yield lambda done: bars.update(task, completed=done)
+
+
+def _lines(what: str, total: int, unit: str, stream: TextIO) -> Report:
+    step = max(1, total // PLAIN_LINES) if total else 1000
+    said = 0
+
+    def report(done: int) -> None:
+        nonlocal said
+        if done // step > said // step or (done == total and said != total):
+            of = f" of {total}" if total else ""
+            stream.write(f"{what}: {done}{of} {unit}".rstrip() + "\n")
+            stream.flush()
+            said = done
+
+    return report
