@@ -76,10 +76,12 @@ def camera(msg: Any, rectified: bool) -> CameraModel:
         rectified: True when the images are rectified.
 
     Raises:
-        CameraError: zeros, or an unknown distortion model.
+        CameraError: zeros, an unknown distortion model, binning or a region of interest.
     """
-    width, height, model, d, k, r, p = _camera_fields(msg)
-    return CameraModel.from_camera_info(width, height, model, d, k, r, p, rectified)
+    width, height, model, d, k, r, p, binning, roi = _camera_fields(msg)
+    return CameraModel.from_camera_info(
+        width, height, model, d, k, r, p, rectified, binning=binning, roi=roi
+    )
 
 
 def camera_key(msg: Any) -> tuple[Any, ...]:
@@ -89,7 +91,7 @@ def camera_key(msg: Any) -> tuple[Any, ...]:
     )
 
 
-def _camera_fields(msg: Any) -> tuple[int, int, str, Array, Array, Array, Array]:
+def _camera_fields(msg: Any) -> tuple[Any, ...]:
     d, k, r, p = (
         np.asarray(
             getattr(msg, name) if hasattr(msg, name) else getattr(msg, name.upper()),
@@ -97,7 +99,18 @@ def _camera_fields(msg: Any) -> tuple[int, int, str, Array, Array, Array, Array]
         )
         for name in "dkrp"
     )
-    return int(msg.width), int(msg.height), str(msg.distortion_model), d, k, r, p
+    roi = msg.roi
+    return (
+        int(msg.width),
+        int(msg.height),
+        str(msg.distortion_model),
+        d,
+        k,
+        r,
+        p,
+        (int(msg.binning_x), int(msg.binning_y)),
+        (int(roi.x_offset), int(roi.y_offset), int(roi.width), int(roi.height)),
+    )
 
 
 def detection_frame(msg: Any) -> DetectionFrame:

@@ -5,10 +5,10 @@ from __future__ import annotations
 
 import importlib
 import math
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from rosbags.typesys import Stores, get_typestore
 
 from aerial_gnss_ros.adapters import canonical
 from aerial_gnss_ros.adapters.stamps import copied_header, nanoseconds, stamp_fields
@@ -131,8 +131,22 @@ def test_a_camera_comes_from_k_or_where_rectified_from_p(message, rectified, foc
 
 
 def test_a_camera_of_ros_1_has_capital_fields():
+    store = get_typestore(Stores.ROS1_NOETIC)
+    types = store.types
     fields = {name.upper() if len(name) == 1 else name: value for name, value in CAMERA.items()}
-    assert canonical.camera(SimpleNamespace(**fields), rectified=False).K[1, 1] == 510.0
+    msg = types["sensor_msgs/msg/CameraInfo"](
+        header=types["std_msgs/msg/Header"](0, types["builtin_interfaces/msg/Time"](0, 0), ""),
+        roi=types["sensor_msgs/msg/RegionOfInterest"](0, 0, 0, 0, False),
+        binning_x=0,
+        binning_y=0,
+        **fields,
+    )
+    assert canonical.camera(msg, rectified=False).K[1, 1] == 510.0
+
+
+def test_a_binned_camera_is_refused(message):
+    with pytest.raises(CameraError):
+        canonical.camera(message("sensor_msgs/msg/CameraInfo", CAMERA | {"binning_x": 2}), False)
 
 
 def test_a_camera_of_zeros_is_refused(message):
