@@ -4,26 +4,28 @@
 # With ROS sourced (AMENT_PREFIX_PATH is set): uses that ROS, and installs neither.
 
 PYTHON ?= python3
-VENV ?= .venv
 DEMO_ARGS ?=
 PYTEST_ARGS ?=
 
 ifdef AMENT_PREFIX_PATH
-WITH_ROS := .
-WITH_ROS_DEV := '.[test,lint]'
+VENV ?= .venv-beside-ros
+# The messages of apt's ROS are compiled for numpy 1.26 and do not load with numpy 2.
+PACKAGE := . 'numpy<2'
+PACKAGE_DEV := '.[test,lint]' 'numpy<2'
+MESSAGES :=
 else
-WITH_ROS := '.[ros]' ./interfaces
-WITH_ROS_DEV := '.[ros,test,lint]'
+VENV ?= .venv
+PACKAGE := '.[ros]'
+PACKAGE_DEV := '.[ros,test,lint]'
+MESSAGES := $(VENV)/.messages
 endif
 
 BIN := $(VENV)/bin
 PIP := $(BIN)/python -m pip install --disable-pip-version-check --quiet
 CREATED := $(VENV)/.created
+MESSAGES_INPUTS := $(wildcard interfaces/*.* interfaces/build_messages/*.py aerial_gnss_ros/bags/msg/*/msg/*.msg)
 READY := $(VENV)/.ready-to-run
 READY_DEV := $(VENV)/.ready-to-develop
-# What an installation depends on; the package itself is installed editable, so its sources are not among it.
-INPUTS := setup.py setup.cfg pyproject.toml Makefile \
-  $(wildcard interfaces/*.* interfaces/build_messages/*.py aerial_gnss_ros/bags/msg/*/msg/*.msg)
 
 # Nodes of the demo and the tests talk on this machine only.
 export ROS_AUTOMATIC_DISCOVERY_RANGE := LOCALHOST
@@ -65,11 +67,17 @@ $(CREATED):
 	$(PYTHON) -m venv --clear $(VENV)
 	@touch $@
 
-$(READY): $(INPUTS) | $(CREATED)
-	@echo "Setting up $(VENV); the first time this takes about a minute"
-	$(PIP) --editable $(WITH_ROS)
+$(VENV)/.messages: $(MESSAGES_INPUTS) | $(CREATED)
+	@echo "Compiling the message packages that ROS from pip lacks: half a minute, once"
+	$(PIP) ./interfaces
+	@touch $@
+
+# Editable: changed sources need no new installation, only changed dependencies do.
+$(READY): setup.py setup.cfg pyproject.toml $(MESSAGES) | $(CREATED)
+	@echo "Installing the package and its dependencies: about a minute, once"
+	$(PIP) --editable $(PACKAGE)
 	@touch $@
 
 $(READY_DEV): $(READY)
-	$(PIP) --editable $(WITH_ROS_DEV)
+	$(PIP) --editable $(PACKAGE_DEV)
 	@touch $@
