@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What `make` says on a machine that lacks something."""
+"""What `make` installs, and what it says on a machine that lacks something."""
 
 from __future__ import annotations
 
@@ -63,3 +63,23 @@ def test_make_says_it_in_one_sentence_and_leaves_nothing(tmp_path: Path) -> None
     assert done.returncode == 2
     assert done.stderr.splitlines()[0] == "aerial_gnss_ros: this Python is too old"
     assert not (tmp_path / "venv").exists()
+
+
+def test_make_leaves_ros_to_apt_where_it_is_sourced() -> None:
+    def plan(**env: str) -> str:
+        clean = {k: v for k, v in os.environ.items() if not k.startswith(("MAKE", "AMENT_"))}
+        return subprocess.run(
+            ["make", "-n", "VENV=/nowhere", "demo"],
+            cwd=SCRIPT.parent.parent,
+            env=clean | env,
+            capture_output=True,
+            text=True,
+            check=True,
+        ).stdout
+
+    assert "./interfaces" in plan()
+    assert "[ros]" in plan()
+    beside_ros = plan(AMENT_PREFIX_PATH="/opt/ros/jazzy")
+    assert "./interfaces" not in beside_ros
+    assert "[ros]" not in beside_ros
+    assert "numpy<2" in beside_ros
