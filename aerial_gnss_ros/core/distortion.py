@@ -24,7 +24,9 @@ _ACCEPT = 1e-9
 
 def _first_positive_root(coefficients: Array) -> float:
     """Return the smallest positive real root of a polynomial (lowest power first), or inf."""
-    roots = np.polynomial.polynomial.polyroots(np.trim_zeros(coefficients, "b"))
+    # Smaller coefficients move nothing on any image, but their roots overflow.
+    kept = np.where(np.abs(coefficients) < 1e-15, 0.0, coefficients)
+    roots = np.polynomial.polynomial.polyroots(np.trim_zeros(kept, "b"))
     real = roots.real[(np.abs(roots.imag) < 1e-9 * (1.0 + np.abs(roots.real))) & (roots.real > 0)]
     return float(real.min()) if real.size else math.inf
 
