@@ -1,0 +1,68 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Which measurement belongs to which track: the best assignment over all pairs at once."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import linear_sum_assignment
+
+Array = NDArray[np.float64]
+Pairs = tuple[NDArray[np.intp], NDArray[np.intp]]
+
+_FORBIDDEN = 1e9
+
+
+def gate_threshold(probability: float) -> float:
+    """Return the squared Mahalanobis distance that holds a share of a planar normal law.
+
+    The chi-square law with two degrees of freedom has a closed form.
+    """
+    return -2.0 * math.log1p(-probability)
+
+
+def mahalanobis(offsets: Array, covariances: Array) -> tuple[Array, Array]:
+    """Return squared Mahalanobis lengths and log determinants of planar offsets.
+
+    Args:
+        offsets: (..., 2) m.
+        covariances: (..., 2, 2) m².
+    """
+    a, b, d = covariances[..., 0, 0], covariances[..., 0, 1], covariances[..., 1, 1]
+    determinant = np.maximum(a * d - b * b, 1e-24)
+    x, y = offsets[..., 0], offsets[..., 1]
+    squared = (d * x * x - 2.0 * b * x * y + a * y * y) / determinant
+    return squared, np.log(determinant)
+
+
+def assign(
+    squared: Array, log_determinant: Array, allowed: NDArray[np.bool_], threshold: float
+) -> Pairs:
+    """Return rows and columns of the pairs with the largest likelihood in total.
+
+    The cost of a pair is its squared distance plus log determinant (minus twice the log
+    likelihood), so that a track whose place is well known goes before one that could be anywhere.
+    A track without a measurement costs as much as one at the edge of its gate: it does not push a
+    neighbour off the better measurement only to have one itself.
+
+    Args:
+        squared: (n, m) squared Mahalanobis distances.
+        log_determinant: (n, m) of the covariances they were taken with.
+        allowed: (n, m) pairs inside the gate and of one class.
+        threshold: squared distance at the edge of the gate.
+    """
+    none = np.zeros(0, np.intp)
+    rows, columns = np.flatnonzero(allowed.any(axis=1)), np.flatnonzero(allowed.any(axis=0))
+    if not len(rows):
+        return none, none
+    inside = np.ix_(rows, columns)
+    possible, widths = allowed[inside], log_determinant[inside]
+    missing = np.full((len(rows), len(rows)), _FORBIDDEN)
+    edge = threshold + np.max(np.where(possible, widths, -np.inf), axis=1)
+    np.fill_diagonal(missing, edge)
+    cost = np.hstack([np.where(possible, squared[inside] + widths, _FORBIDDEN), missing])
+    picked_rows, picked_columns = linear_sum_assignment(cost)
+    made = picked_columns < len(columns)
+    return rows[picked_rows[made]], columns[picked_columns[made]]

@@ -1,0 +1,53 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Which boxes of an image are used at all."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from aerial_gnss_ros.core.rejection import Reason, Rejection
+from aerial_gnss_ros.core.values import DetectionFrame
+
+
+def refusals(
+    frame: DetectionFrame, min_score: float, classes: tuple[str, ...]
+) -> list[Reason | None]:
+    """Return for each box why it is not used, or None.
+
+    Args:
+        frame: all boxes of one image.
+        min_score: boxes below are refused.
+        classes: names that are robots; empty for all.
+    """
+    with np.errstate(invalid="ignore"):
+        sound = (
+            np.isfinite(frame.centers).all(axis=1)
+            & np.isfinite(frame.sizes).all(axis=1)
+            & (frame.sizes >= 0.0).all(axis=1)
+            & np.isfinite(frame.scores)
+        )
+    return [
+        _refusal(bool(good), float(score), name, min_score, classes)
+        for good, score, name in zip(sound, frame.scores, frame.class_ids, strict=True)
+    ]
+
+
+def _refusal(
+    sound: bool, score: float, name: str, min_score: float, classes: tuple[str, ...]
+) -> Reason | None:
+    if not sound:
+        return Reason.BAD_DETECTIONS
+    if score < min_score:
+        return Reason.LOW_SCORE
+    if classes and name not in classes:
+        return Reason.WRONG_CLASS
+    return None
+
+
+def rejections(frame: DetectionFrame, reasons: list[Reason | None]) -> tuple[Rejection, ...]:
+    """Return the refused boxes in the order of the frame."""
+    return tuple(
+        Rejection(frame.stamp_ns, reason, float(center[0]), float(center[1]))
+        for reason, center in zip(reasons, frame.centers, strict=True)
+        if reason is not None
+    )

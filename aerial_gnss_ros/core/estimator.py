@@ -1,0 +1,296 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The estimator: from detections and telemetry to robots. Live nodes and replay drive this.
+
+Inputs are added in any order as they come; `advance` is told what time it is and returns what has
+become known, in the order of the images' stamps. An image waits until telemetry brackets its scene,
+at most `max_wait` from the first `advance` that knew of it (longer by a negative latency, whose
+telemetry comes that much later). Every image gives exactly one result, refused boxes named in it,
+but for images older than the last one processed, which are dropped and counted in `dropped`.
+"""
+
+from __future__ import annotations
+
+from bisect import insort
+from collections import Counter
+from dataclasses import dataclass
+from pathlib import Path
+
+from aerial_gnss_ros.core import state_file
+from aerial_gnss_ros.core.camera import CameraModel
+from aerial_gnss_ros.core.clock import Clock
+from aerial_gnss_ros.core.config import EstimatorConfig
+from aerial_gnss_ros.core.errors import OutputError
+from aerial_gnss_ros.core.events import Events
+from aerial_gnss_ros.core.identity import Identity, sigma
+from aerial_gnss_ros.core.inputs import Inputs, InputStatus, Lacking, Tally
+from aerial_gnss_ros.core.map_origin import MapOrigin
+from aerial_gnss_ros.core.pipeline import Pipeline
+from aerial_gnss_ros.core.rejection import Input, Reason
+from aerial_gnss_ros.core.saved_names import SavedNames
+from aerial_gnss_ros.core.tracking import Tracking
+from aerial_gnss_ros.core.tracks import Tracker
+from aerial_gnss_ros.core.values import (
+    DetectionFrame,
+    Fix,
+    FrameResult,
+    Orientation,
+    RobotEstimate,
+    Scalar,
+    State,
+)
+
+MAX_WAITING = 4096
+"""Images that wait at most: 30 s at 130 Hz. Older ones are refused to keep memory bounded."""
+
+SAVE_EVERY_NS = 10_000_000_000
+
+CAMERA_INFO, DETECTIONS, WATER_LEVEL = "camera_info", "detections", "water_level"
+
+
+@dataclass(frozen=True)
+class RobotSummary:
+    """One robot for diagnostics.
+
+    Attributes:
+        robot_id: its name.
+        class_id: class name as the detector gave it.
+        state: confirmed or coasting.
+        last_seen_ns: stamp of the image that measured it last, ns.
+        sigma_m: one sigma of the position along the larger axis, m.
+    """
+
+    robot_id: str
+    class_id: str
+    state: State
+    last_seen_ns: int
+    sigma_m: float
+
+
+@dataclass
+class _Waiting:
+    """An image that waits; `since_ns` is when it was first seen to wait."""
+
+    stamp_ns: int
+    frame: DetectionFrame
+    since_ns: int | None = None
+
+
+class Estimator:
+    """Finds robots over time.
+
+    Args:
+        config: all parameters.
+        tracking: another tracker than the first one (see `Tracking`).
+
+    Attributes:
+        counts: refused detections by reason.
+        dropped: images that gave no result: `duplicate` stamp, or `out_of_order` (older than the
+            last one processed).
+        events: sentences for the log, the oldest first; `take_events` empties it.
+        min_score: boxes below are refused; may be changed while running.
+
+    Raises:
+        ConfigError: the state file is damaged or its folder is missing.
+        CameraError: the camera given as parameters cannot be used.
+    """
+
+    def __init__(self, config: EstimatorConfig, tracking: Tracking | None = None) -> None:
+        self.counts: Counter[Reason] = Counter()
+        self.dropped: Counter[str] = Counter()
+        self._log = Events()
+        self._config = config
+        self._latency_ns = round(config.camera.latency_s * 1e9)
+        self._patience_ns = round(config.max_wait * 1e9) + max(0, -self._latency_ns)
+        self._state_path = Path(config.state_file) if config.state_file else None
+        saved = state_file.load(self._state_path) if self._state_path else SavedNames()
+        self._identity = Identity(config, saved)
+        self._inputs = Inputs(config)
+        self._tallies: dict[str, Tally] = {
+            name: Tally()
+            for name in (*(str(i) for i in Input), WATER_LEVEL, CAMERA_INFO, DETECTIONS)
+        }
+        self._origin = MapOrigin(config, self._inputs.constant_fix, self._log)
+        self._pipeline = Pipeline(
+            config,
+            self._inputs,
+            tracking or Tracker(config, self._identity),
+            self._origin,
+            self._log,
+        )
+        self._clock = Clock()
+        self._waiting: list[_Waiting] = []
+        self._ready: list[FrameResult] = []
+        self._last_stamp_ns: int | None = None
+        self._newest_image_ns: int | None = None
+        self._estimates: tuple[RobotEstimate, ...] = ()
+        self._saved_ids: set[str] = set()
+        self._saved_ns: int | None = None
+
+    @property
+    def events(self) -> list[str]:
+        """Sentences for the log that nobody took yet."""
+        return self._log.sentences
+
+    def take_events(self) -> list[str]:
+        """Return the sentences for the log and forget them."""
+        return self._log.take()
+
+    @property
+    def min_score(self) -> float:
+        """Boxes with a lower score are refused."""
+        return self._pipeline.min_score
+
+    @min_score.setter
+    def min_score(self, value: float) -> None:
+        self._pipeline.min_score = value
+
+    @property
+    def inputs(self) -> dict[str, InputStatus]:
+        """What came on each input, by its name."""
+        newest = self._newest_image_ns
+        found = {}
+        for name, tally in self._tallies.items():
+            status = tally.status(name, newest, self._patience_ns)
+            found[name] = self._pipeline.without_messages(status)
+        return found
+
+    @property
+    def robots(self) -> tuple[RobotSummary, ...]:
+        """The robots as of the last image, ordered by name."""
+        return tuple(
+            RobotSummary(e.robot_id, e.class_id, e.state, e.last_seen_ns, sigma(e))
+            for e in self._estimates
+        )
+
+    def add_fix(self, fix: Fix) -> None:
+        """Take a position of the drone."""
+        self._watch(Input.FIX.value, fix.stamp_ns)
+        good = self._inputs.add(Input.FIX, fix)
+        self._tallies[Input.FIX.value].add(fix.stamp_ns, good)
+        if good:
+            self._origin.accept(fix)
+
+    def add_attitude(self, attitude: Orientation) -> None:
+        """Take an orientation of the body."""
+        self._add(Input.ATTITUDE, attitude)
+
+    def add_gimbal(self, gimbal: Orientation) -> None:
+        """Take an orientation of the camera."""
+        self._add(Input.GIMBAL, gimbal)
+
+    def add_height(self, height: Scalar) -> None:
+        """Take a height of the drone."""
+        self._add(Input.HEIGHT, height)
+
+    def add_water_level(self, level: Scalar) -> None:
+        """Take a level of the water; it holds until replaced."""
+        self._watch(WATER_LEVEL, level.stamp_ns)
+        self._tallies[WATER_LEVEL].add(level.stamp_ns, self._inputs.add_level(level))
+
+    def add_camera(self, stamp_ns: int, camera: CameraModel | None) -> None:
+        """Take the camera's description; None when it could not be used."""
+        self._watch(CAMERA_INFO, stamp_ns)
+        self._tallies[CAMERA_INFO].add(stamp_ns, camera is not None)
+        self._inputs.add_camera(stamp_ns, camera)
+
+    def add_detections(self, frame: DetectionFrame) -> None:
+        """Take one image's boxes; they are worked on by `advance`."""
+        stamp_ns = frame.stamp_ns
+        self._watch(DETECTIONS, stamp_ns)
+        self._tallies[DETECTIONS].add(stamp_ns, good=True)
+        waiting = any(item.stamp_ns == stamp_ns for item in self._waiting)
+        if waiting or stamp_ns == self._last_stamp_ns:
+            self.dropped["duplicate"] += 1
+        elif self._last_stamp_ns is not None and stamp_ns < self._last_stamp_ns:
+            self.dropped["out_of_order"] += 1
+        else:
+            insort(self._waiting, _Waiting(stamp_ns, frame), key=lambda item: item.stamp_ns)
+            if self._newest_image_ns is None or stamp_ns > self._newest_image_ns:
+                self._newest_image_ns = stamp_ns
+            if len(self._waiting) > MAX_WAITING:
+                self._finish_first()
+
+    def advance(self, now_ns: int) -> list[FrameResult]:
+        """Return the results that are due, in the order of their images' stamps.
+
+        Args:
+            now_ns: the node's clock, or the bag's log time; only its differences count.
+        """
+        self._watch("clock", now_ns)
+        for item in self._waiting:
+            item.since_ns = now_ns if item.since_ns is None else item.since_ns
+        while self._waiting:
+            first = self._waiting[0]
+            late = first.since_ns is not None and now_ns - first.since_ns >= self._patience_ns
+            if not self._finish_first(late):
+                break
+        return self._take_ready()
+
+    def flush(self) -> list[FrameResult]:
+        """Return results for all images that still wait: nothing more comes (end of a bag)."""
+        while self._waiting:
+            self._finish_first()
+        self._save()
+        return self._take_ready()
+
+    def _add(self, source: Input, value: Orientation | Scalar) -> None:
+        self._watch(source.value, value.stamp_ns)
+        self._tallies[source.value].add(value.stamp_ns, self._inputs.add(source, value))
+
+    def _take_ready(self) -> list[FrameResult]:
+        results, self._ready = self._ready, []
+        return results
+
+    def _finish_first(self, final: bool = True) -> bool:
+        """Work on the oldest image; return False when it has to wait on."""
+        frame = self._waiting[0].frame
+        samples = self._inputs.at(frame.stamp_ns - self._latency_ns)
+        if isinstance(samples, Lacking) and samples.may_come and not final:
+            return False
+        del self._waiting[0]
+        result = self._pipeline.result(frame, samples)
+        self._last_stamp_ns = frame.stamp_ns
+        self._estimates = result.estimates
+        self.counts.update(rejection.reason for rejection in result.rejections)
+        self._ready.append(result)
+        self._save_when_due(frame.stamp_ns)
+        return True
+
+    def _watch(self, source: str, stamp_ns: int) -> None:
+        """Begin anew when an input's clock went backward."""
+        newest = self._clock.newest(source)
+        if not self._clock.went_backward(source, stamp_ns):
+            return
+        while self._waiting:
+            self._finish_first()
+        self._inputs.clear()
+        self._pipeline.reset()
+        self._identity.release()
+        self._clock.begin(source, stamp_ns)
+        self._last_stamp_ns = self._newest_image_ns = self._saved_ns = None
+        for tally in self._tallies.values():
+            tally.last_stamp_ns = None
+        self._estimates = ()
+        jump = 0.0 if newest is None else (newest - stamp_ns) * 1e-9
+        self._log.add(
+            f"Time went backward by {jump:.1f} s ({source}): telemetry and tracks are cleared, and "
+            "robots get new names."
+        )
+
+    def _save_when_due(self, stamp_ns: int) -> None:
+        if self._state_path is None:
+            return
+        ids = {estimate.robot_id for estimate in self._estimates}
+        due = self._saved_ns is None or stamp_ns - self._saved_ns >= SAVE_EVERY_NS
+        if ids - self._saved_ids or (ids and due):
+            self._saved_ids |= ids
+            self._saved_ns = stamp_ns
+            self._save()
+
+    def _save(self) -> None:
+        if self._state_path is None:
+            return
+        try:
+            state_file.save(self._state_path, self._identity.saved())
+        except OutputError as error:
+            self._log.add_once("state_file", str(error))

@@ -1,0 +1,30 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Sentences for the log: what a user wants to be told once."""
+
+from __future__ import annotations
+
+MAX_KEPT = 200
+
+
+class Events:
+    """Collects sentences until somebody takes them; the oldest go when nobody does."""
+
+    def __init__(self) -> None:
+        self.sentences: list[str] = []
+        self._told: set[str] = set()
+
+    def add(self, sentence: str) -> None:
+        """Say something."""
+        self.sentences.append(sentence)
+        del self.sentences[:-MAX_KEPT]
+
+    def add_once(self, topic: str, sentence: str) -> None:
+        """Say something about a topic, the first time only."""
+        if topic not in self._told:
+            self._told.add(topic)
+            self.add(sentence)
+
+    def take(self) -> list[str]:
+        """Return the sentences and forget them."""
+        taken, self.sentences = self.sentences, []
+        return taken

@@ -1,0 +1,270 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The estimator's telemetry: one buffer an input, constants in their place, and what each says."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from enum import Enum
+from typing import cast
+
+import numpy as np
+
+from aerial_gnss_ros.core.camera import CameraModel
+from aerial_gnss_ros.core.config import EstimatorConfig
+from aerial_gnss_ros.core.frames import matrix_from_rpy, quaternion_from_matrix
+from aerial_gnss_ros.core.rejection import Input, Reason
+from aerial_gnss_ros.core.telemetry import (
+    Missing,
+    Sample,
+    Series,
+    fix_series,
+    held_series,
+    orientation_series,
+    scalar_series,
+)
+from aerial_gnss_ros.core.values import Fix, Orientation, Scalar
+
+UNIT_TOLERANCE = 0.01
+"""A quaternion whose length differs from 1 by more is no rotation: zeros, or something else."""
+
+
+class InputState(str, Enum):
+    """How an input does, in one word."""
+
+    UNUSED = "unused"
+    CONSTANT = "constant"
+    WAITING = "waiting"
+    OK = "ok"
+    STALE = "stale"
+    BAD = "bad"
+
+    def __str__(self) -> str:
+        return self.value
+
+
+@dataclass(frozen=True)
+class InputStatus:
+    """What came on one input.
+
+    Attributes:
+        name: fix, attitude, gimbal, height, water_level, camera_info or detections.
+        state: unused and constant need no message; waiting: none came yet; stale: the newest is
+            older than the newest image by more than `max_wait`; bad: the last one was no use.
+        count: messages.
+        bad: messages that were no use.
+        last_stamp_ns: newest stamp, ns; None before the first.
+    """
+
+    name: str
+    state: InputState
+    count: int = 0
+    bad: int = 0
+    last_stamp_ns: int | None = None
+
+
+@dataclass
+class Tally:
+    """Counts the messages of one input."""
+
+    count: int = 0
+    bad: int = 0
+    last_bad: bool = False
+    last_stamp_ns: int | None = None
+
+    def add(self, stamp_ns: int, good: bool) -> None:
+        """Count a message."""
+        self.count += 1
+        self.bad += not good
+        self.last_bad = not good
+        if self.last_stamp_ns is None or stamp_ns > self.last_stamp_ns:
+            self.last_stamp_ns = stamp_ns
+
+    def status(self, name: str, newest_ns: int | None, patience_ns: int) -> InputStatus:
+        """Return the input's status; it is stale when so far behind the newest image."""
+        state = InputState.OK
+        if self.last_stamp_ns is None:
+            state = InputState.WAITING
+        elif newest_ns is not None and newest_ns - self.last_stamp_ns > patience_ns:
+            state = InputState.STALE
+        elif self.last_bad:
+            state = InputState.BAD
+        return InputStatus(name, state, self.count, self.bad, self.last_stamp_ns)
+
+
+@dataclass(frozen=True)
+class Samples:
+    """All telemetry at the time of one scene; what the configuration does not need is None.
+
+    Attributes:
+        stamp_ns: time of the scene, ns.
+        fix: position of the antenna.
+        attitude: body FLU in ENU (or in magnetic ENU).
+        gimbal: camera FLU in the gimbal's reference.
+        height: above the height's reference, m.
+        water_level: above the same reference, m.
+        oldest_age_s: largest distance in time to a sample used, s.
+    """
+
+    stamp_ns: int
+    fix: Fix
+    attitude: Orientation | None
+    gimbal: Orientation | None
+    height: float | None
+    water_level: float
+    oldest_age_s: float
+
+
+@dataclass(frozen=True)
+class Lacking:
+    """Why there is no telemetry for a scene.
+
+    Attributes:
+        reason: the refusal, with the input's name.
+        may_come: whether waiting makes sense.
+    """
+
+    reason: Reason
+    may_come: bool
+
+
+@dataclass(frozen=True)
+class StampedCamera:
+    """A camera's description from a time on; None when the message could not be used."""
+
+    stamp_ns: int
+    camera: CameraModel | None
+
+
+class Inputs:
+    """Holds the telemetry and answers what it was at a time.
+
+    Samples that are no use (NaN, no fix, a quaternion that is not unit) are kept as such: a scene
+    whose neighbours they are is refused, instead of being bridged over them.
+    """
+
+    def __init__(self, config: EstimatorConfig) -> None:
+        self._config = config
+        self._series: dict[Input, Series[Fix] | Series[Orientation] | Series[Scalar]] = {}
+        self._constants: dict[Input, Fix | Orientation | Scalar] = {}
+        self._set_up_fix()
+        self._set_up_orientations()
+        if config.height.source == "constant":
+            self._constants[Input.HEIGHT] = Scalar(0, config.height.value_m)
+        elif config.height.source == "topic":
+            self._series[Input.HEIGHT] = scalar_series(config.height.max_gap)
+        self._level: Series[Scalar] = held_series()
+        self._first_level = config.water_level.value_m
+        self.cameras: Series[StampedCamera] = held_series()
+        self._newest_camera: StampedCamera | None = None
+
+    def _set_up_fix(self) -> None:
+        fix = self._config.fix
+        if fix.source == "topic":
+            self._series[Input.FIX] = fix_series(fix.max_gap)
+            return
+        latitude, longitude = math.radians(fix.latitude_deg), math.radians(fix.longitude_deg)
+        self._constants[Input.FIX] = Fix(0, latitude, longitude, fix.altitude_m)
+
+    def _set_up_orientations(self) -> None:
+        config = self._config
+        wanted: list[tuple[Input, str, float, tuple[float, ...]]] = []
+        if config.needs_attitude:
+            attitude = config.attitude
+            wanted.append((Input.ATTITUDE, attitude.source, attitude.max_gap, attitude.rpy_deg))
+        if config.gimbal.reference != "fixed":
+            gimbal = config.gimbal
+            wanted.append((Input.GIMBAL, gimbal.source, gimbal.max_gap, gimbal.rpy_deg))
+        for source, kind, max_gap, rpy_deg in wanted:
+            if kind == "topic":
+                self._series[source] = orientation_series(max_gap)
+            else:
+                matrix = matrix_from_rpy(*np.radians(rpy_deg))
+                self._constants[source] = Orientation(0, quaternion_from_matrix(matrix))
+
+    @property
+    def constant_fix(self) -> Fix | None:
+        """The position of a camera on a mast, None for one that flies."""
+        return cast("Fix | None", self._constants.get(Input.FIX))
+
+    def state_without_messages(self, source: Input) -> InputState | None:
+        """Return unused or constant for an input that no message is needed for, else None."""
+        if source in self._series:
+            return None
+        return InputState.CONSTANT if source in self._constants else InputState.UNUSED
+
+    def add(self, source: Input, value: Fix | Orientation | Scalar) -> bool:
+        """Keep a sample where the configuration needs it; return whether it is of any use."""
+        good, kept = usable(value)
+        series = self._series.get(source)
+        if series is not None:
+            series.add(kept)  # type: ignore[arg-type]
+        return good
+
+    def add_level(self, level: Scalar) -> bool:
+        """Keep a level of the water until it is replaced; one that is no number is ignored."""
+        good = math.isfinite(level.value)
+        if good:
+            self._level.add(level)
+        return good
+
+    def add_camera(self, stamp_ns: int, camera: CameraModel | None) -> None:
+        """Keep a camera; the same one again costs nothing."""
+        entry = StampedCamera(stamp_ns, camera)
+        latest = self.cameras.latest(stamp_ns)
+        self._newest_camera = entry
+        if latest is None or latest.camera is not camera:
+            self.cameras.add(entry)
+
+    def clear(self) -> None:
+        """Forget all samples; the level and the camera hold on, as they may not be sent again."""
+        for series in self._series.values():
+            series.clear()
+        last = self._level.last
+        self._first_level = last.value if last is not None else self._first_level
+        self._level.clear()
+        self.cameras.clear()
+        if self._newest_camera is not None:
+            self.cameras.add(replace(self._newest_camera, stamp_ns=-(2**62)))
+
+    def at(self, stamp_ns: int) -> Samples | Lacking:
+        """Return all telemetry at the time of a scene, or which input it lacks."""
+        found: dict[Input, Sample[Fix] | Sample[Orientation] | Sample[Scalar]] = {}
+        lacking: list[Lacking] = []
+        for source, series in self._series.items():
+            sample = series.at(stamp_ns)
+            if isinstance(sample, Missing):
+                lacking.append(Lacking(sample.reason(source), sample.may_come))
+            else:
+                found[source] = sample
+        if lacking:  # one that can never come is the answer; the late ones need no wait then
+            return min(lacking, key=lambda one: one.may_come)
+        values = self._constants | {source: sample.value for source, sample in found.items()}
+        level = self._level.latest(stamp_ns)
+        height = cast("Scalar | None", values.get(Input.HEIGHT))
+        return Samples(
+            stamp_ns,
+            cast("Fix", values[Input.FIX]),
+            cast("Orientation | None", values.get(Input.ATTITUDE)),
+            cast("Orientation | None", values.get(Input.GIMBAL)),
+            None if height is None else height.value,
+            self._first_level if level is None else level.value,
+            max((sample.age_s for sample in found.values()), default=0.0),
+        )
+
+
+def usable(value: Fix | Orientation | Scalar) -> tuple[bool, Fix | Orientation | Scalar]:
+    """Return whether a sample can be used, and the sample marked so that it is not used if not.
+
+    A fix keeps its flag; the others become NaN, which no interpolation loses.
+    """
+    if isinstance(value, Fix):
+        place = math.isfinite(value.latitude) and math.isfinite(value.longitude)
+        good = value.valid and place and abs(value.latitude) <= 0.5 * math.pi
+        return good, value if good else replace(value, valid=False)
+    if isinstance(value, Scalar):
+        good = math.isfinite(value.value)
+        return good, value if good else Scalar(value.stamp_ns, math.nan)
+    length = float(np.linalg.norm(value.quaternion))
+    good = abs(length - 1.0) <= UNIT_TOLERANCE  # false for NaN
+    return good, value if good else Orientation(value.stamp_ns, np.full(4, np.nan))

@@ -1,0 +1,189 @@
+# SPDX-License-Identifier: Apache-2.0
+"""One image from boxes to robots: choose boxes, camera, pose, points on the water, tracks."""
+
+from __future__ import annotations
+
+import math
+import time
+from dataclasses import replace
+
+from aerial_gnss_ros.core import boxes, localize, paper
+from aerial_gnss_ros.core.camera import CameraModel
+from aerial_gnss_ros.core.config import EstimatorConfig
+from aerial_gnss_ros.core.events import Events
+from aerial_gnss_ros.core.inputs import Inputs, InputState, InputStatus, Lacking, Samples
+from aerial_gnss_ros.core.localize import WaterPoints
+from aerial_gnss_ros.core.map_origin import MapOrigin
+from aerial_gnss_ros.core.posing import Posing
+from aerial_gnss_ros.core.rejection import Input, Reason
+from aerial_gnss_ros.core.tracking import Tracking, TrackUpdate
+from aerial_gnss_ros.core.values import (
+    CameraPose,
+    DetectionFrame,
+    FrameResult,
+    PosedFrame,
+    RobotEstimate,
+)
+
+_TELEMETRY = frozenset(source.value for source in Input)
+_NO_ALTITUDE = {
+    "ellipsoid": "the fix brings none; give one in the message to have it.",
+    "amsl": "fix.altitude_datum is amsl, and height above sea is not height above the ellipsoid.",
+    "home": "fix.altitude_datum is home, whose altitude nobody said.",
+    "unknown": "fix.altitude_datum is unknown; set it to ellipsoid where the receiver says so.",
+}
+
+
+class Pipeline:
+    """Turns one image's boxes and telemetry into a result; images come in stamp order.
+
+    Attributes:
+        min_score: boxes below are refused.
+    """
+
+    def __init__(
+        self,
+        config: EstimatorConfig,
+        inputs: Inputs,
+        tracking: Tracking,
+        origin: MapOrigin,
+        log: Events,
+    ) -> None:
+        self.min_score = config.detections.min_score
+        self._config = config
+        self._inputs = inputs
+        self._tracking = tracking
+        self._origin = origin
+        self._log = log
+        self._posing = Posing(config)
+        self._fixed_camera = _camera_of(config)
+        self._locate = paper.locate if config.method == "paper" else localize.locate
+
+    def reset(self) -> None:
+        """Forget all tracks."""
+        self._tracking.reset()
+
+    def without_messages(self, status: InputStatus) -> InputStatus:
+        """Return an input's status, unused or constant where no message is needed for it."""
+        name, state = status.name, None
+        if name in _TELEMETRY:
+            state = self._inputs.state_without_messages(Input(name))
+        elif name != "detections":
+            given = self._fixed_camera is not None if name == "camera_info" else not status.count
+            if given:
+                state = InputState.CONSTANT
+            elif status.state is InputState.STALE:
+                state = InputState.OK  # a camera or a level holds until replaced
+        return status if state is None else replace(status, state=state)
+
+    def result(self, frame: DetectionFrame, samples: Samples | Lacking) -> FrameResult:
+        """Return what one image gives."""
+        began = time.perf_counter_ns()
+        reasons = boxes.refusals(frame, self.min_score, self._config.detections.classes)
+        camera = self._camera(frame.stamp_ns)
+        pose = samples.reason if isinstance(samples, Lacking) else self._pose(samples)
+        posed = time.perf_counter_ns()
+        local = self._origin.local
+        if isinstance(camera, Reason) or isinstance(pose, Reason) or local is None:
+            refusal = camera if isinstance(camera, Reason) else pose
+            assert isinstance(refusal, Reason)  # noqa: S101 - a pose needs a fix, that sets local
+            reasons = [reason or refusal for reason in reasons]
+            estimates = self._tracking.coast(frame.stamp_ns)
+            located = posed
+        else:
+            use = [i for i, reason in enumerate(reasons) if reason is None]
+            seen = PosedFrame(_only(frame, use), camera, pose)
+            points = self._locate(
+                pose, camera, seen.detections.centers, self._config.noise, self._config
+            )
+            located = time.perf_counter_ns()
+            update = self._tracking.update(seen, points, local)
+            for row, i in enumerate(use):
+                reasons[i] = points.reasons[row] or (Reason.GATED if update.gated[row] else None)
+            estimates = self._published(update, points)
+        done = time.perf_counter_ns()
+        return FrameResult(
+            frame.stamp_ns,
+            frame.frame_id,
+            estimates,
+            boxes.rejections(frame, reasons),
+            self._origin.datum,
+            pose if isinstance(pose, CameraPose) else None,
+            {
+                "pose": (posed - began) * 1e-6,
+                "locate": (located - posed) * 1e-6,
+                "track": (done - located) * 1e-6,
+            },
+        )
+
+    def _camera(self, stamp_ns: int) -> CameraModel | Reason:
+        """Return the newest camera not later than an image."""
+        if self._fixed_camera is not None:
+            return self._fixed_camera
+        entry = self._inputs.cameras.latest(stamp_ns)
+        if entry is None:
+            return Reason.NO_CAMERA_INFO
+        return entry.camera or Reason.BAD_CAMERA_INFO
+
+    def _pose(self, samples: Samples) -> CameraPose | Reason:
+        pose = self._posing.pose(samples)
+        if self._posing.trouble:
+            self._log.add_once("north", self._posing.trouble)
+        if isinstance(pose, CameraPose) and math.isnan(pose.altitude):
+            why = _NO_ALTITUDE[self._config.fix.altitude_datum]
+            self._log.add_once("altitude", f"Published altitudes are NaN: {why}")
+        return pose
+
+    def _published(self, update: TrackUpdate, points: WaterPoints) -> tuple[RobotEstimate, ...]:
+        """Return the estimates of the configured method.
+
+        With `single` and `paper` the tracker gives the name and the velocity; the position of a
+        robot in view is its own point, with the whole covariance of a point used by itself.
+        """
+        if self._config.method == "filter":
+            return update.estimates
+        return tuple(
+            self._single(estimate, points, update.measured[estimate.robot_id])
+            if estimate.robot_id in update.measured
+            else estimate
+            for estimate in update.estimates
+        )
+
+    def _single(self, estimate: RobotEstimate, points: WaterPoints, row: int) -> RobotEstimate:
+        assert self._origin.local is not None  # noqa: S101 - a robot is seen from a pose
+        latitude, longitude = float(points.latitude[row]), float(points.longitude[row])
+        covariance = estimate.covariance.copy()
+        covariance[:2, 2:] = covariance[2:, :2] = 0.0
+        covariance[:2, :2] = points.covariance[row]
+        return replace(
+            estimate,
+            latitude=latitude,
+            longitude=longitude,
+            position=self._origin.local.positions([latitude], [longitude])[0],
+            covariance=covariance,
+        )
+
+
+def _only(frame: DetectionFrame, rows: list[int]) -> DetectionFrame:
+    return DetectionFrame(
+        frame.stamp_ns,
+        frame.frame_id,
+        frame.centers[rows],
+        frame.sizes[rows],
+        frame.scores[rows],
+        tuple(frame.class_ids[i] for i in rows),
+    )
+
+
+def _camera_of(config: EstimatorConfig) -> CameraModel | None:
+    """Return the camera that the parameters describe, None where CameraInfo does."""
+    camera = config.camera
+    if camera.source != "parameters":
+        return None
+    return CameraModel.from_focal_length(
+        camera.focal_length_mm * 1e-3,
+        camera.sensor_width_mm * 1e-3,
+        None if math.isnan(camera.sensor_height_mm) else camera.sensor_height_mm * 1e-3,
+        camera.image_width_px,
+        camera.image_height_px,
+    )

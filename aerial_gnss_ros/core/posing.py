@@ -1,0 +1,127 @@
+# SPDX-License-Identifier: Apache-2.0
+"""From telemetry at one time to the camera's pose over the water, or a typed refusal."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aerial_gnss_ros.core.config import EstimatorConfig
+from aerial_gnss_ros.core.errors import InputError
+from aerial_gnss_ros.core.frames import matrix_from_quaternion
+from aerial_gnss_ros.core.geodesy import geodetic_from_enu
+from aerial_gnss_ros.core.gimbal import enu_from_camera, mount_matrix
+from aerial_gnss_ros.core.inputs import Samples
+from aerial_gnss_ros.core.magnetic import declination, true_from_magnetic
+from aerial_gnss_ros.core.rejection import Reason
+from aerial_gnss_ros.core.values import CameraPose, Fix
+
+Array = NDArray[np.float64]
+
+
+class Posing:
+    """Puts the camera's pose together as the configuration says.
+
+    Attributes:
+        trouble: why magnetic north could not be corrected, a sentence; empty while it can.
+    """
+
+    def __init__(self, config: EstimatorConfig) -> None:
+        self._config = config
+        self._mount = mount_matrix(config.gimbal.mount_rpy_deg)
+        self._offset = np.array(config.camera.offset_m, dtype=np.float64)
+        self.trouble = ""
+
+    def pose(self, samples: Samples) -> CameraPose | Reason:
+        """Return where the camera was and how it stood.
+
+        Args:
+            samples: at the time of the scene.
+        """
+        fix = samples.fix
+        if not fix.valid:
+            return Reason.BAD_FIX
+        body = self._body(samples)
+        if isinstance(body, Reason):
+            return body
+        gimbal = None
+        if samples.gimbal is not None:
+            gimbal = matrix_from_quaternion(samples.gimbal.quaternion)
+            if not np.isfinite(gimbal).all():
+                return Reason.BAD_GIMBAL
+        height = self.height(samples)
+        if isinstance(height, Reason):
+            return height
+        return self._assemble(samples, height, body, gimbal)
+
+    def height(self, samples: Samples) -> float | Reason:
+        """Return the antenna's height above the water in m (DESIGN, Altitude)."""
+        if samples.height is None:
+            height = samples.fix.altitude - self._config.surface.altitude
+            return height if math.isfinite(height) else Reason.BAD_FIX
+        height = samples.height - samples.water_level
+        return height if math.isfinite(height) else Reason.BAD_HEIGHT
+
+    def altitude(self, fix: Fix) -> float:
+        """Return the antenna's altitude above the ellipsoid in m, NaN where it cannot be known.
+
+        Mean sea level and home are other datums: without a geoid model they give no ellipsoidal
+        altitude, and one that is wrong by the 40 m of a geoid is worse than none.
+        """
+        return fix.altitude if self._config.fix.altitude_datum == "ellipsoid" else math.nan
+
+    def _body(self, samples: Samples) -> Array | Reason | None:
+        """Return body FLU in true ENU, (3, 3); None where nothing needs it."""
+        if samples.attitude is None:
+            return None
+        body = matrix_from_quaternion(samples.attitude.quaternion)
+        if not np.isfinite(body).all():
+            return Reason.BAD_ATTITUDE
+        if self._config.attitude.north == "true":
+            return body
+        fix = samples.fix
+        try:
+            east_of_north = declination(
+                fix.latitude, fix.longitude, samples.stamp_ns, self.altitude(fix)
+            )
+        except InputError as error:
+            self.trouble = str(error)
+            return Reason.BAD_ATTITUDE
+        return true_from_magnetic(body, east_of_north)
+
+    def _assemble(
+        self, samples: Samples, height: float, body: Array | None, gimbal: Array | None
+    ) -> CameraPose | Reason:
+        fix, altitude = samples.fix, self.altitude(samples.fix)
+        latitude, longitude = fix.latitude, fix.longitude
+        if body is not None and self._offset.any():
+            east, north, up = body @ self._offset
+            base = altitude if math.isfinite(altitude) else height
+            lat, lon, _ = geodetic_from_enu(east, north, up, latitude, longitude, base)
+            latitude, longitude = float(lat), float(lon)
+            height, altitude = height + float(up), altitude + float(up)
+        if height <= 0.0:
+            return Reason.BAD_HEIGHT
+        return CameraPose(
+            stamp_ns=samples.stamp_ns,
+            latitude=latitude,
+            longitude=longitude,
+            height=height,
+            altitude=altitude,
+            enu_from_camera=enu_from_camera(
+                self._config.gimbal.reference, gimbal, body, self._mount
+            ),
+            fix_covariance=_horizontal(fix),
+            oldest_age_s=samples.oldest_age_s,
+        )
+
+
+def _horizontal(fix: Fix) -> Array | None:
+    """Return the (2, 2) East, North covariance that a fix reports, None where it is no use."""
+    if fix.covariance is None:
+        return None
+    plane = np.asarray(fix.covariance, dtype=np.float64)[:2, :2]
+    good = bool(np.isfinite(plane).all()) and plane[0, 0] > 0.0 and plane[1, 1] > 0.0
+    return plane if good and plane[0, 1] ** 2 < plane[0, 0] * plane[1, 1] else None

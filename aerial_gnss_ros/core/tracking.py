@@ -1,0 +1,48 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The seam between one image's points and robots over time: any tracker that fits it will do."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aerial_gnss_ros.core.local_map import LocalMap
+from aerial_gnss_ros.core.localize import WaterPoints
+from aerial_gnss_ros.core.values import PosedFrame, RobotEstimate
+
+
+@dataclass(frozen=True)
+class TrackUpdate:
+    """What one image did to the robots.
+
+    Attributes:
+        estimates: confirmed and coasting robots, ordered by robot_id.
+        measured: index of the detection that measured each confirmed robot, by robot_id.
+        gated: (n,) True where a detection with a point neither updated nor began a track.
+    """
+
+    estimates: tuple[RobotEstimate, ...]
+    measured: dict[str, int]
+    gated: NDArray[np.bool_]
+
+
+class Tracking(Protocol):
+    """Turns posed frames, in the order of their stamps, into robots that keep their names."""
+
+    def update(self, frame: PosedFrame, points: WaterPoints, local: LocalMap) -> TrackUpdate:
+        """Take in one image with its pose.
+
+        Args:
+            frame: boxes, camera and pose; a joint filter works on these.
+            points: where each box lies on the water, taken singly; a first tracker works on these.
+            local: the frame `map`, the same from the first call to the last.
+        """
+
+    def coast(self, stamp_ns: int) -> tuple[RobotEstimate, ...]:
+        """Return the predicted robots at an image that has no pose; nothing is measured."""
+
+    def reset(self) -> None:
+        """Forget all tracks; names once given are not given again."""

@@ -1,0 +1,295 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The first tracker: one constant-velocity filter a robot, and the life of a track.
+
+A detection that no track claims begins a tentative track. `confirm_hits` measurements within
+`confirm_window_s` confirm it: only then it has a name and is published. A confirmed robot that an
+image does not show coasts; after `coast_s` unseen it is lost and its name is used up.
+
+A robot unseen for longer than `confirm_window_s` is not updated by a single detection: its gate is
+wide by then, and one false box inside it would tear it away. Detections there begin a tentative
+track, and when that is confirmed inside the gate, it goes on under the coasting robot's name.
+
+The gate compares what is known relative to one another: innovation covariance = the state's own
+white covariance + the measurement's white covariance + what may have happened to the platform's
+slow errors between them: their drift since the last measurement (Gauss-Markov) and the change of
+geometry, (L - M)(L - M)ᵀ, M being the state's sensitivity to them and L the measurement's. A common
+offset that stays therefore costs the gate nothing, while a drone that flies round a robot with a
+wrong compass, so that the same error points the other way, does not lose it. See `filter`.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aerial_gnss_ros.core import filter as kalman
+from aerial_gnss_ros.core.association import Pairs, assign, gate_threshold, mahalanobis
+from aerial_gnss_ros.core.config import EstimatorConfig
+from aerial_gnss_ros.core.identity import Identity, Sighting
+from aerial_gnss_ros.core.local_map import LocalMap
+from aerial_gnss_ros.core.localize import WaterPoints
+from aerial_gnss_ros.core.tracking import TrackUpdate
+from aerial_gnss_ros.core.values import DetectionFrame, PosedFrame, RobotEstimate, State
+
+Array = NDArray[np.float64]
+Indices = NDArray[np.intp]
+
+MAX_TENTATIVE = 300
+"""Tentative tracks kept at once: a frame full of false boxes must not stop the program."""
+
+
+@dataclass
+class Track:
+    """The life of one track; its numbers are the row of `Tracker.beliefs` of the same index."""
+
+    class_id: str
+    last_seen_ns: int
+    state: State = State.TENTATIVE
+    robot_id: str = ""
+    hits: list[int] = field(default_factory=list)
+
+
+@dataclass(frozen=True)
+class Measurements:
+    """The detections of one image that have a point on the water.
+
+    Attributes:
+        index: (m,) row in the image's detections.
+        positions: (m, 2) East, North in `map`, m.
+        white: (m, 2, 2) white covariance, m².
+        slow: (m, 2, k) metres per one sigma of each slow platform error.
+        class_ids: (m,) class names.
+    """
+
+    index: Indices
+    positions: Array
+    white: Array
+    slow: Array
+    class_ids: NDArray[np.str_]
+
+
+class Tracker:
+    """Associates points on the water with robots and filters each robot (see the module)."""
+
+    def __init__(self, config: EstimatorConfig, identity: Identity) -> None:
+        self._rules = config.tracks
+        self._window_ns = round(config.tracks.confirm_window_s * 1e9)
+        self._coast_ns = round(config.tracks.coast_s * 1e9)
+        self._threshold = gate_threshold(config.tracks.gate_probability)
+        self._acceleration = config.noise.value("robot_acceleration")
+        self._correlation_s = config.noise.value("correlation_time_s")
+        self._identity = identity
+        self._local: LocalMap | None = None
+        self.reset()
+
+    def reset(self) -> None:
+        """Forget all tracks."""
+        self.tracks: list[Track] = []
+        self.beliefs = kalman.nothing()
+        self._stamp_ns: int | None = None
+        self._water_altitude = np.nan
+
+    def update(self, frame: PosedFrame, points: WaterPoints, local: LocalMap) -> TrackUpdate:
+        """Take in one image (see `Tracking`)."""
+        self._local = local
+        self._water_altitude = frame.pose.altitude - frame.pose.height
+        stamp_ns = frame.detections.stamp_ns
+        seen = _measurements(frame.detections, points, local)
+        self._advance(stamp_ns)
+        rows, columns = self._associate(seen, stamp_ns)
+        self._correct(seen, rows, columns, stamp_ns)
+        started = self._start(seen, columns, frame.detections)
+        updated = self._confirm(stamp_ns, set(rows.tolist()), local)
+        measured = dict(zip(rows.tolist(), seen.index[columns].tolist(), strict=True)) | started
+        gated = np.zeros(len(frame.detections), dtype=bool)
+        gated[seen.index] = True
+        gated[list(measured.values())] = False
+        names = {self.tracks[row].robot_id: index for row, index in measured.items()}
+        names.pop("", None)
+        self._drop(updated)
+        return TrackUpdate(self._estimates(stamp_ns), names, gated)
+
+    def coast(self, stamp_ns: int) -> tuple[RobotEstimate, ...]:
+        """Return the predicted robots at an image without a pose (see `Tracking`)."""
+        self._advance(stamp_ns)
+        return self._estimates(stamp_ns)
+
+    def _advance(self, stamp_ns: int) -> None:
+        """Predict all tracks to an image and drop those unseen for too long."""
+        if self._stamp_ns is not None:
+            seconds = (stamp_ns - self._stamp_ns) * 1e-9
+            self.beliefs = kalman.predict(self.beliefs, seconds, self._acceleration)
+        self._stamp_ns = stamp_ns
+        gone = set()
+        for row, track in enumerate(self.tracks):
+            confirmed = track.state is not State.TENTATIVE
+            patience = self._coast_ns if confirmed else self._window_ns
+            if confirmed:
+                track.state = State.COASTING
+            if stamp_ns - track.last_seen_ns > patience:
+                track.state = State.LOST
+                gone.add(row)
+        self._drop(gone)
+
+    def _drop(self, rows: set[int]) -> None:
+        if rows:
+            kept = [row for row in range(len(self.tracks)) if row not in rows]
+            self.tracks = [self.tracks[row] for row in kept]
+            self.beliefs = self.beliefs[np.array(kept, np.intp)]
+
+    def _unseen_s(self, stamp_ns: int) -> Array:
+        last = np.array([track.last_seen_ns for track in self.tracks], dtype=np.int64)
+        seconds: Array = (stamp_ns - last) * 1e-9
+        return seconds
+
+    def _associate(self, seen: Measurements, stamp_ns: int) -> Pairs:
+        """Return rows of tracks and columns of measurements that belong together."""
+        drift = kalman.slow_drift(self.beliefs, self._unseen_s(stamp_ns), self._correlation_s)
+        known: Array = self.beliefs.covariance[:, :2, :2] + drift
+        geometry = seen.slow[None] - self.beliefs.sensitivity[:, None, :2]
+        spread = known[:, None] + seen.white[None] + kalman.outer(geometry)
+        offsets = seen.positions[None] - self.beliefs.mean[:, None, :2]
+        squared, log_determinant = mahalanobis(offsets, spread)
+        fresh = self._unseen_s(stamp_ns) * 1e9 <= self._window_ns
+        classes = np.array([track.class_id for track in self.tracks], dtype=str)
+        allowed = (squared <= self._threshold) & (classes[:, None] == seen.class_ids[None])
+        return assign(squared, log_determinant, allowed & fresh[:, None], self._threshold)
+
+    def _correct(self, seen: Measurements, rows: Indices, columns: Indices, stamp_ns: int) -> None:
+        if not len(rows):
+            return
+        prior = self.beliefs[rows]
+        drift = kalman.slow_drift(prior, self._unseen_s(stamp_ns)[rows], self._correlation_s)
+        posterior = kalman.correct(
+            prior, seen.positions[columns], seen.white[columns], seen.slow[columns], drift
+        )
+        self.beliefs = kalman.replace_rows(self.beliefs, rows, posterior)
+        for row in rows:
+            self._hit(self.tracks[row], stamp_ns)
+
+    def _hit(self, track: Track, stamp_ns: int) -> None:
+        track.last_seen_ns = stamp_ns
+        if track.state is State.TENTATIVE:
+            track.hits = [hit for hit in track.hits if stamp_ns - hit <= self._window_ns]
+            track.hits.append(stamp_ns)
+        else:
+            track.state = State.CONFIRMED
+
+    def _start(self, seen: Measurements, columns: Indices, frame: DetectionFrame) -> dict[int, int]:
+        """Begin a track for each measurement left over; return detection indices by row.
+
+        A second box on a robot that has one already (its centre lies in that box, and the class is
+        the same) would only follow the first: it begins nothing and counts as gated, and so does
+        what exceeds `MAX_TENTATIVE`. The best scores come first.
+        """
+        room = MAX_TENTATIVE - sum(track.state is State.TENTATIVE for track in self.tracks)
+        used = seen.index[columns].tolist()
+        begun: list[int] = []
+        left = [column for column in range(len(seen.index)) if column not in set(columns.tolist())]
+        for column in sorted(left, key=lambda item: -frame.scores[seen.index[item]]):
+            index = int(seen.index[column])
+            if len(begun) < room and not _inside_any(frame, index, used):
+                begun.append(column)
+                used.append(index)
+        first = len(self.tracks)
+        fresh = kalman.begin(
+            seen.positions[begun], seen.white[begun], seen.slow[begun], 0.5 * self._rules.max_speed
+        )
+        self.beliefs = kalman.join(self.beliefs, fresh)
+        for column in begun:
+            stamp_ns = frame.stamp_ns
+            self.tracks.append(Track(str(seen.class_ids[column]), stamp_ns, hits=[stamp_ns]))
+        return {first + i: int(seen.index[column]) for i, column in enumerate(begun)}
+
+    def _confirm(self, stamp_ns: int, measured: set[int], local: LocalMap) -> set[int]:
+        """Name the tracks that have hits enough; return the coasting rows that they replace."""
+        ready = [
+            row
+            for row, track in enumerate(self.tracks)
+            if track.state is State.TENTATIVE and len(track.hits) >= self._rules.confirm_hits
+        ]
+        if not ready:
+            return set()
+        resumed = self._resume(ready, measured, stamp_ns)
+        unknown = [row for row in ready if row not in resumed]
+        names = self._identity.names([self._sighting(row) for row in unknown], local)
+        given = dict(zip(unknown, names, strict=True))
+        for row in ready:
+            track = self.tracks[row]
+            track.robot_id = given[row] if row in given else self.tracks[resumed[row]].robot_id
+            track.state, track.hits = State.CONFIRMED, []
+        return set(resumed.values())
+
+    def _resume(self, ready: list[int], measured: set[int], stamp_ns: int) -> dict[int, int]:
+        """Return, by newly confirmed row, the coasting row of the robot that it is."""
+        coasting = [row for row, track in enumerate(self.tracks) if track.robot_id]
+        coasting = [row for row in coasting if row not in measured]
+        old, new = self.beliefs[coasting or np.zeros(0, int)], self.beliefs[ready]
+        unseen = self._unseen_s(stamp_ns)[coasting or np.zeros(0, int)]
+        drift = kalman.slow_drift(old, unseen, self._correlation_s)
+        geometry = new.sensitivity[None, :, :2] - old.sensitivity[:, None, :2]
+        spread = (old.covariance[:, :2, :2] + drift)[:, None] + new.covariance[None, :, :2, :2]
+        offsets = new.mean[None, :, :2] - old.mean[:, None, :2]
+        squared, log_determinant = mahalanobis(offsets, spread + kalman.outer(geometry))
+        old_classes = np.array([self.tracks[row].class_id for row in coasting], dtype=str)
+        new_classes = np.array([self.tracks[row].class_id for row in ready], dtype=str)
+        allowed = (squared <= self._threshold) & (old_classes[:, None] == new_classes[None])
+        rows, columns = assign(squared, log_determinant, allowed, self._threshold)
+        return {ready[j]: coasting[i] for i, j in zip(rows, columns, strict=True)}
+
+    def _sighting(self, row: int) -> Sighting:
+        track, belief = self.tracks[row], self.beliefs[[row]]
+        covariance = belief.total_covariance[0, :2, :2]
+        return Sighting(track.class_id, track.last_seen_ns, belief.mean[0, :2], covariance)
+
+    def _estimates(self, stamp_ns: int) -> tuple[RobotEstimate, ...]:
+        named = [row for row, track in enumerate(self.tracks) if track.robot_id]
+        if not named or self._local is None:
+            return ()
+        named.sort(key=lambda row: self.tracks[row].robot_id)
+        beliefs = self.beliefs[named]
+        covariance = beliefs.total_covariance
+        latitude, longitude = self._local.places(beliefs.mean[:, :2])
+        estimates = tuple(
+            RobotEstimate(
+                stamp_ns=stamp_ns,
+                robot_id=self.tracks[row].robot_id,
+                class_id=self.tracks[row].class_id,
+                state=self.tracks[row].state,
+                latitude=float(latitude[i]),
+                longitude=float(longitude[i]),
+                altitude=float(self._water_altitude),
+                position=beliefs.mean[i, :2].copy(),
+                velocity=beliefs.mean[i, 2:].copy(),
+                covariance=covariance[i],
+                last_seen_ns=self.tracks[row].last_seen_ns,
+            )
+            for i, row in enumerate(named)
+        )
+        self._identity.remember(estimates)
+        return estimates
+
+
+def _inside_any(frame: DetectionFrame, index: int, used: list[int]) -> bool:
+    """Return whether a box's centre lies in one of the used boxes of its class."""
+    same = [other for other in used if frame.class_ids[other] == frame.class_ids[index]]
+    if not same:
+        return False
+    apart = np.abs(frame.centers[same] - frame.centers[index])
+    return bool(np.any(np.all(apart < 0.5 * frame.sizes[same], axis=1)))
+
+
+def _measurements(frame: DetectionFrame, points: WaterPoints, local: LocalMap) -> Measurements:
+    index = np.flatnonzero(points.valid)
+    slow = np.zeros((len(index), 2, kalman.SLOW_COUNT))
+    jacobian = points.slow_factor[index]
+    slow[:, :, : jacobian.shape[-1]] = jacobian
+    return Measurements(
+        index,
+        local.positions(points.latitude[index], points.longitude[index]),
+        points.covariance_white[index],
+        slow,
+        np.array([frame.class_ids[i] for i in index], dtype=str),
+    )
