@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 Image = NDArray[np.uint8]
+_FIRST_PIXEL_MIDDLE = 0.5  # from edges counted from 0 (networks, labels) to middles (camera models)
 
 
 @dataclass(frozen=True)
@@ -17,8 +18,9 @@ class Detections:
     """Boxes found in one image, best score first.
 
     Attributes:
-        xywh: (n, 4) centre u, v, width and height, pixels of the source image. The image covers
-            0 to its width and 0 to its height; boxes lie within.
+        xywh: (n, 4) centre u, v, width and height, pixels of the source image. As in OpenCV and
+            CameraInfo the middle of the first pixel is (0, 0): the image reaches from -0.5 to
+            its width - 0.5, and boxes lie within.
         scores: (n,) 0 to 1.
         class_ids: (n,) index into `class_names`.
         class_names: the model's classes.
@@ -78,7 +80,8 @@ def within_image(
     """Return detections from corners: clipped to the image, those that are left empty dropped.
 
     Args:
-        xyxy: (n, 4) left, top, right, bottom, source pixels.
+        xyxy: (n, 4) left, top, right, bottom, source pixels; here, as networks count, the first
+            pixel reaches from 0 to 1.
         scores: (n,) 0 to 1.
         class_ids: (n,) whole numbers.
         class_names: the model's classes.
@@ -89,7 +92,7 @@ def within_image(
     corners = np.clip(corners, 0.0, np.array([*size, *size], dtype=np.float64))
     extent = corners[:, 2:] - corners[:, :2]
     kept = np.isfinite(corners).all(axis=1) & (extent > 0).all(axis=1)
-    xywh = np.hstack([corners[:, :2] + extent / 2, extent])[kept]
+    xywh = np.hstack([corners[:, :2] + extent / 2 - _FIRST_PIXEL_MIDDLE, extent])[kept]
     return Detections(
         xywh,
         np.clip(np.asarray(scores, dtype=np.float64)[kept], 0.0, 1.0),

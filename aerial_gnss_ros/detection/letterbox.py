@@ -20,8 +20,8 @@ _GREY = 114  # what YOLO networks see around an image in training
 class Letterbox:
     """Shrinks (never enlarges) with the same factor both ways, then pads with grey on all sides.
 
-    Coordinates are those of the image plane: 0 is the left edge of the first pixel, `width` the
-    right edge of the last one, so that scaling is a factor and nothing else.
+    Coordinates are edges: 0 is the left of the first pixel, `width` the right of the last one, so
+    that scaling is a factor and nothing else.
 
     Attributes:
         source: width and height of the image, px.

@@ -106,7 +106,7 @@ def _try(network: Network) -> tuple[int, ...]:
     width, height = network.size.fixed or (2 * STRIDE, 2 * STRIDE)
     try:
         outputs = network.run(np.zeros((1, 3, height, width), network.dtype))
-    except Exception as error:  # noqa: BLE001 - the runtimes' errors have no other common base
+    except Exception as error:  # the runtimes have no common error
         raise ModelError(
             f"{network.path} cannot be run on an image of {width} x {height}: {first_line(error)}"
         ) from error

@@ -69,7 +69,7 @@ def _session(path: Path, threads: int) -> Any:
     options.log_severity_level = 3  # what is wrong reaches the reader as ModelError
     try:
         return onnxruntime.InferenceSession(str(path), options, providers=["CPUExecutionProvider"])
-    except Exception as error:  # noqa: BLE001 - ONNX Runtime's errors have no other common base
+    except Exception as error:  # ONNX Runtime has no common error
         raise ModelError(
             f"{path} is not a model that ONNX Runtime {onnxruntime.__version__} can read: "
             f"{first_line(error)}"

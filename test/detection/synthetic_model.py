@@ -48,7 +48,7 @@ def white_box_model(
     white = node("Greater", [grey, constant("limit", np.array(0.9, np.float32))], "white")
     mask = node("Cast", [white], "mask", to=TensorProto.FLOAT)
     edges = {}
-    for side, axis, other in (("x", 3, 2), ("y", 2, 3)):
+    for side, other in (("x", 2), ("y", 3)):
         line = node("ReduceMax", [mask], f"line_{side}", axes=[1, other], keepdims=0)
         shape = node("Shape", [line], f"shape_{side}")
         count = node("Gather", [shape, one], f"count_{side}", axis=0)
@@ -72,13 +72,15 @@ def white_box_model(
         node("Concat", [lifted, blank], "output0", axis=1)
     else:
         half = constant("half", np.array(0.5, np.float32))
-        columns = []
-        for side in "xy":
-            total = node("Add", [edges[f"{side}1"], edges[f"{side}2"]], f"sum_{side}")
-            columns.append(node("Mul", [total, half], f"centre_{side}"))
-        for side in "xy":
-            columns.append(node("Sub", [edges[f"{side}2"], edges[f"{side}1"]], f"extent_{side}"))
-        column = node("Concat", [*columns, score], "column", axis=1)
+        total = {
+            side: node("Add", [edges[f"{side}1"], edges[f"{side}2"]], f"sum_{side}")
+            for side in "xy"
+        }
+        centre = [node("Mul", [total[side], half], f"centre_{side}") for side in "xy"]
+        extent = [
+            node("Sub", [edges[f"{side}2"], edges[f"{side}1"]], f"extent_{side}") for side in "xy"
+        ]
+        column = node("Concat", [*centre, *extent, score], "column", axis=1)
         lifted = node("Unsqueeze", [column, constant("ax2", np.array([2], np.int64))], "lifted")
         # A second box 1 px larger, and boxes below any threshold: suppression has work to do.
         worse = constant("worse", np.array([0, 0, 1, 1, -0.25], np.float32).reshape(1, 5, 1))

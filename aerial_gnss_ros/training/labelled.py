@@ -1,0 +1,125 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Reads labelled images in YOLO's layout, with the simulation's meta.csv where there is one."""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from aerial_gnss_ros.core.errors import InputError
+from aerial_gnss_ros.detection.base import Image
+
+_ENDINGS = (".jpg", ".jpeg", ".png")
+
+
+@dataclass(frozen=True)
+class Truth:
+    """The robots in one image.
+
+    Attributes:
+        corners: (n, 4) left, top, right, bottom, px; the middle of the first pixel is (0, 0).
+        counted: (n,) whether a detector is expected to find it.
+        long_px: (n,) long side of the robot (of its box where there is no meta.csv).
+        contrast: (n,) against the water, 0 to 1; NaN where there is no meta.csv.
+        class_ids: (n,) index of the class.
+    """
+
+    corners: NDArray[np.float64]
+    counted: NDArray[np.bool_]
+    long_px: NDArray[np.float64]
+    contrast: NDArray[np.float64]
+    class_ids: NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class LabelledImage:
+    """An image file and what is in it."""
+
+    path: Path
+    truth: Truth
+
+    def read(self) -> Image:
+        """Return (height, width, 3) blue, green, red.
+
+        Raises:
+            InputError: not an image.
+        """
+        image = cv2.imread(str(self.path), cv2.IMREAD_COLOR | cv2.IMREAD_IGNORE_ORIENTATION)
+        if image is None:
+            raise InputError(f"the image {self.path} cannot be read; it is damaged or no image.")
+        return np.asarray(image, dtype=np.uint8)
+
+
+def read_folder(folder: Path, split: str) -> Iterator[LabelledImage]:
+    """Yield the images of `folder`/images/`split` by name, each with its truth.
+
+    Args:
+        folder: with images/, labels/ and perhaps meta.csv, as `simulation.dataset` writes it.
+        split: such as train, val or test.
+
+    Raises:
+        InputError: no such images, or a label that cannot be read.
+    """
+    images = folder / "images" / split
+    paths = [path for path in sorted(images.glob("*")) if path.suffix.lower() in _ENDINGS]
+    if not paths:
+        raise InputError(f"{images} has no images; give a folder in YOLO's layout and its split.")
+    meta = _read_meta(folder / "meta.csv")
+    for path in paths:
+        if meta is None:
+            labels = folder / "labels" / split / f"{path.stem}.txt"
+            yield LabelledImage(path, _from_labels(labels, path))
+        else:
+            yield LabelledImage(path, _from_meta(meta.get(path.name, [])))
+
+
+def _read_meta(path: Path) -> dict[str, list[dict[str, str]]] | None:
+    if not path.is_file():
+        return None
+    rows: dict[str, list[dict[str, str]]] = {}
+    with path.open(newline="", encoding="utf-8") as file:
+        for row in csv.DictReader(file):
+            rows.setdefault(row["image"], []).append(row)
+    return rows
+
+
+def _from_meta(rows: list[dict[str, str]]) -> Truth:
+    def column(name: str) -> NDArray[np.float64]:
+        return np.array([float(row[name]) for row in rows], dtype=np.float64)
+
+    edges = [column(name) for name in ("left", "top", "right", "bottom")]
+    return Truth(
+        np.stack(edges, axis=1),
+        column("scored") > 0,
+        column("long_px"),
+        column("contrast"),
+        np.zeros(len(rows), dtype=np.int64),  # the simulation knows one class
+    )
+
+
+def _from_labels(labels: Path, image: Path) -> Truth:
+    lines = labels.read_text(encoding="ascii").splitlines() if labels.is_file() else []
+    try:
+        table = np.array([[float(word) for word in line.split()] for line in lines if line.strip()])
+        table = table.reshape(-1, 5)
+    except ValueError as error:
+        raise InputError(f"{labels} must have lines of `class x y width height`.") from error
+    pixels = cv2.imread(str(image))
+    if pixels is None:
+        raise InputError(f"the image {image} cannot be read; it is damaged or no image.")
+    size = np.array([pixels.shape[1], pixels.shape[0]], dtype=np.float64)
+    centre, extent = table[:, 1:3] * size - 0.5, table[:, 3:5] * size
+    count = len(table)
+    return Truth(
+        np.hstack([centre - extent / 2, centre + extent / 2]),
+        np.ones(count, dtype=np.bool_),
+        extent.max(axis=1) if count else np.zeros(0),
+        np.full(count, np.nan),
+        table[:, 0].astype(np.int64),
+    )
