@@ -1,0 +1,129 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Renders and encodes the images of a flight in a few processes, in order, in bounded memory."""
+
+from __future__ import annotations
+
+import signal
+from collections import deque
+from collections.abc import Iterable, Iterator
+from concurrent.futures import Future, ProcessPoolExecutor
+from concurrent.futures.process import BrokenProcessPool
+from dataclasses import dataclass
+from multiprocessing import get_context
+
+import cv2
+
+from aerial_gnss_ros.core.camera import CameraModel
+from aerial_gnss_ros.core.errors import OutputError
+from aerial_gnss_ros.simulation.hexapod import RobotState
+from aerial_gnss_ros.simulation.labels import RobotLabel
+from aerial_gnss_ros.simulation.renderer import Renderer
+from aerial_gnss_ros.simulation.scene import Scene
+from aerial_gnss_ros.simulation.view import ViewPose
+
+WORKERS = 2
+AHEAD = 4
+"""Images in work or waiting beyond one for each process; this bounds the memory."""
+
+
+@dataclass(frozen=True)
+class Picture:
+    """What is to be rendered: the camera's pose, the time in s that moves the waves, the robots."""
+
+    pose: ViewPose
+    t: float
+    robots: list[RobotState]
+
+
+@dataclass(frozen=True)
+class Rendered:
+    """An image as bytes (JPEG, or rows of blue, green, red) and the truth about its robots."""
+
+    data: bytes
+    labels: list[RobotLabel]
+
+
+class Studio:
+    """One process's renderer and encoder."""
+
+    def __init__(self, scene: Scene, camera: CameraModel, jpeg_quality: int | None) -> None:
+        """Set up.
+
+        Args:
+            scene: how the place looks.
+            camera: lens and image size.
+            jpeg_quality: 1 to 100; None for raw pixels.
+        """
+        self._renderer = Renderer(scene)
+        self._camera = camera
+        self._quality = jpeg_quality
+
+    def take(self, picture: Picture) -> Rendered:
+        """Render one image."""
+        image, labels = self._renderer.render(self._camera, picture.pose, picture.t, picture.robots)
+        if self._quality is None:
+            return Rendered(image.tobytes(), labels)
+        done, data = cv2.imencode(".jpg", image, [cv2.IMWRITE_JPEG_QUALITY, self._quality])
+        if not done:
+            raise OutputError(f"an image of {image.shape} could not be encoded as JPEG.")
+        return Rendered(data.tobytes(), labels)
+
+
+def render_all(
+    pictures: Iterable[Picture],
+    scene: Scene,
+    camera: CameraModel,
+    jpeg_quality: int | None = 92,
+    workers: int = WORKERS,
+) -> Iterator[Rendered]:
+    """Yield the rendered pictures in their order; the bytes do not depend on the processes.
+
+    Args:
+        pictures: what to render; taken as needed.
+        scene: how the place looks.
+        camera: lens and image size.
+        jpeg_quality: 1 to 100; None for raw pixels.
+        workers: processes; 0 renders in this one.
+
+    Raises:
+        OutputError: a process died, most likely for want of memory.
+    """
+    if workers == 0:
+        studio = Studio(scene, camera, jpeg_quality)
+        yield from map(studio.take, pictures)
+        return
+    # Not forked: OpenCV's threads do not survive a fork.
+    pool = ProcessPoolExecutor(
+        workers, get_context("spawn"), _open_studio, (scene, camera, jpeg_quality)
+    )
+    waiting: deque[Future[Rendered]] = deque()
+    try:
+        for picture in pictures:
+            waiting.append(pool.submit(_take, picture))
+            if len(waiting) >= workers + AHEAD:
+                yield waiting.popleft().result()
+        while waiting:
+            yield waiting.popleft().result()
+    except BrokenProcessPool as error:
+        raise OutputError(
+            "a rendering process was ended from outside, most likely for want of memory; choose a "
+            "smaller --size."
+        ) from error
+    finally:
+        pool.shutdown(wait=True, cancel_futures=True)
+
+
+_studio: Studio | None = None  # of a worker process; nowhere else
+
+
+def _open_studio(scene: Scene, camera: CameraModel, jpeg_quality: int | None) -> None:
+    global _studio  # noqa: PLW0603  (a pool's initializer has no other place to put it)
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent ends the work
+    cv2.setNumThreads(1)
+    _studio = Studio(scene, camera, jpeg_quality)
+
+
+def _take(picture: Picture) -> Rendered:
+    if _studio is None:
+        raise RuntimeError("the worker was not set up.")
+    return _studio.take(picture)
