@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Makes labelled image sets for detectors from random scenes (YOLO layout), and the `python -m` entry."""
+"""Makes labelled image sets for detectors from random scenes, in YOLO's layout."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from aerial_gnss_ros.simulation.staging import Stage, random_stage
 
 CLASS_NAMES = ("aqua",)
 SCENE_IMAGES = 5
-"""Images made of one random scene before the next is drawn: waves and clouds cost more than a crop."""
+"""Images made of one random scene: making waves and clouds costs more than a crop."""
 LEAST_LONG_PX = 10.0
 LEAST_VISIBLE_CROP = 0.4
 META = (
@@ -103,7 +103,7 @@ def _write_all(
         (folder / "labels" / split).mkdir(parents=True)
     jobs = list(_jobs(folder, config))
     total, done = sum(config.counts.values()), 0
-    with open(folder / "meta.csv", "w", newline="", encoding="utf-8") as file:
+    with (folder / "meta.csv").open("w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow(META)
         for rows, images in _map(jobs, processes):

@@ -5,13 +5,10 @@ from __future__ import annotations
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
+from aerial_gnss_ros.simulation.planes import F32, U8, merge, transform
 from aerial_gnss_ros.simulation.scene import Scene
 from aerial_gnss_ros.simulation.view import Window
-
-F32 = NDArray[np.float32]
-U8 = NDArray[np.uint8]
 
 TARGET = 0.22
 """Linear level to which the automatic exposure brings the geometric mean of the picture."""
@@ -55,7 +52,7 @@ class Developer:
 
     def tone(self, planes: list[F32], gain: float, window: Window, size: tuple[int, int]) -> U8:
         """Linear planes to 8-bit blue, green, red (h, w, 3), without blur and noise."""
-        image = cv2.transform(cv2.merge(planes), self._colour * gain)
+        image = transform(merge(planes), self._colour * gain)
         if self._scene.vignette > 0.0:
             image *= self._vignette_map(window, size)
         np.clip(image, 0.0, LUT_RANGE, out=image)
@@ -66,16 +63,16 @@ class Developer:
     def finish(self, image: U8, frame_seed: int) -> U8:
         """Lens softness, motion blur and sensor noise."""
         if self._scene.blur_px > 0.15:
-            image = cv2.GaussianBlur(image, (0, 0), self._scene.blur_px)
+            image = np.asarray(cv2.GaussianBlur(image, (0, 0), self._scene.blur_px), np.uint8)
         if max(map(abs, self._scene.motion_px)) > 0.3:
-            image = cv2.filter2D(image, -1, _streak(self._scene.motion_px))
+            image = np.asarray(cv2.filter2D(image, -1, _streak(self._scene.motion_px)), np.uint8)
         if self._scene.noise > 0.0:
             rng = np.random.default_rng([self._scene.seed, 3, frame_seed])
             dy, dx = rng.integers(_NOISE_SIZE, size=2)
             h, w = image.shape[:2]
             repeats = (-(-(h + dy) // _NOISE_SIZE), -(-(w + dx) // _NOISE_SIZE), 1)
             noise = np.tile(self._noise, repeats)[dy : dy + h, dx : dx + w]
-            image = cv2.add(image, noise, dtype=cv2.CV_8U)
+            image = np.asarray(cv2.add(image, noise, dtype=cv2.CV_8U), np.uint8)
         return image
 
     def _vignette_map(self, window: Window, size: tuple[int, int]) -> F32:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The marine robot that is rendered: an Aqua2-like hexapod, 0.65 x 0.45 x 0.13 m with its flippers."""
+"""The robot that is rendered: an Aqua2-like hexapod, 0.65 x 0.45 x 0.13 m with its flippers."""
 
 from __future__ import annotations
 

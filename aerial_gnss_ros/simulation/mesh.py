@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Small triangle meshes with one colour per face: what robots and other floating things are made of."""
+"""Small triangle meshes with a colour per face: robots and other floating things."""
 
 from __future__ import annotations
 
@@ -73,7 +73,8 @@ def tube(
 
     Args:
         stations: (n,) x of the sections, increasing, m.
-        half_widths, half_heights: (n,) of the sections, m.
+        half_widths: (n,) of the sections, m.
+        half_heights: (n,) of the sections, m.
         sides: Corners of a section.
 
     Returns:

@@ -11,11 +11,9 @@ from numpy.typing import NDArray
 
 from aerial_gnss_ros.core.camera import CameraModel
 from aerial_gnss_ros.simulation.mesh import Mesh
+from aerial_gnss_ros.simulation.planes import F32, U8, Array, shrink
 from aerial_gnss_ros.simulation.scene import Scene
 from aerial_gnss_ros.simulation.view import ViewPose, Window, project_points
-
-Array = NDArray[np.float64]
-F32 = NDArray[np.float32]
 
 SUBPIXEL_BITS = 6
 LAYER_SIZE = 640
@@ -28,12 +26,15 @@ class Layer:
 
     Attributes:
         window: The pixels that the layer covers; may reach over the image's edge.
-        below, above: (h, w, 4) blue, green, red, coverage of the parts under and over water.
+        below: (h, w, 3) blue, green, red of the parts under water that get through it.
+        hidden: (h, w, 3) share of the water's own glow that those parts hide, per colour.
+        above: (h, w, 4) blue, green, red, coverage of the parts over water.
         coverage: (h, w) of both together.
     """
 
     window: Window
     below: F32
+    hidden: F32
     above: F32
     coverage: F32
 
@@ -64,16 +65,18 @@ def draw(
     """Draws the mesh, nearest faces last.
 
     Args:
-        camera, pose: The view.
+        camera: Of the view.
+        pose: Of the view.
         mesh: In local ENU.
         window: Pixels to draw, from `body_window`.
         scene: For the water's colour and attenuation.
-        sun_light, sky_light: (3,) light of sun and sky on a level sheet.
+        sun_light: (3,) light of the sun on a level sheet.
+        sky_light: (3,) light of the sky on it.
     """
     factor = int(np.clip(LAYER_SIZE // max(window.width, window.height), 2, 8))
-    shape = (window.height * factor, window.width * factor, 4)
-    buffers = {True: np.zeros(shape, np.float32), False: np.zeros(shape, np.float32)}
-    cover = np.zeros(shape[:2], np.uint8)
+    shape = (window.height * factor, window.width * factor)
+    below, hidden = np.zeros((*shape, 3), np.float32), np.zeros((*shape, 3), np.float32)
+    above, cover = np.zeros((*shape, 4), np.float32), np.zeros(shape, np.uint8)
     corners = mesh.vertices[mesh.faces]
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-12)
@@ -83,36 +86,42 @@ def draw(
     facing = np.einsum("ij,ij->i", normals, views)
     normals[facing < 0.0] *= -1.0
     order = np.argsort(-(distances - mesh.nearer), kind="stable")
-    polygons: list[tuple[bool, Array, Array]] = []
+    polygons: list[tuple[Array, Array, Array | None]] = []
     for f in order:
         # Refraction lets the camera see a little more than the straight line does, so faces are
         # culled with some tolerance.
         if not mesh.two_sided[f] and facing[f] < -0.02 * distances[f]:
             continue
         for submerged, polygon in _split(corners[f]):
-            light = _face_light(
-                mesh.colours[f], normals[f], polygon, scene, sun_light, sky_light, submerged
-            )
-            polygons.append((submerged, polygon, light))
+            light = _face_light(mesh.colours[f], normals[f], scene, sun_light, sky_light, submerged)
+            polygons.append((polygon, light, _kept(polygon, scene) if submerged else None))
     if polygons:
-        points = np.concatenate([p for _, p, _ in polygons])
+        points = np.concatenate([polygon for polygon, _, _ in polygons])
         pixels, _ = project_points(camera, pose, points)
         samples = (pixels - (window.x, window.y) + 0.5) * factor - 0.5
         fixed = np.round(samples * 2**SUBPIXEL_BITS).astype(np.int32)
         start = 0
-        for submerged, polygon, light in polygons:
+        for polygon, light, kept in polygons:
             corner = fixed[start : start + len(polygon)]
             start += len(polygon)
-            colour = (float(light[0]), float(light[1]), float(light[2]), 1.0)
-            cv2.fillConvexPoly(buffers[submerged], corner, colour, cv2.LINE_8, SUBPIXEL_BITS)
-            cv2.fillConvexPoly(cover, corner, 255, cv2.LINE_8, SUBPIXEL_BITS)
+            if kept is None:
+                _fill(above, corner, np.append(light, 1.0))
+            else:
+                _fill(below, corner, light * kept)
+                _fill(hidden, corner, kept)
+            _fill(cover, corner, np.array([255.0]))
     size = (window.width, window.height)
     return Layer(
         window,
-        cv2.resize(buffers[True], size, interpolation=cv2.INTER_AREA),
-        cv2.resize(buffers[False], size, interpolation=cv2.INTER_AREA),
-        cv2.resize(cover.astype(np.float32) / 255.0, size, interpolation=cv2.INTER_AREA),
+        shrink(below, size),
+        shrink(hidden, size),
+        shrink(above, size),
+        shrink(cover.astype(np.float32) / 255.0, size),
     )
+
+
+def _fill(buffer: F32 | U8, corners: NDArray[np.int32], colour: Array) -> None:
+    cv2.fillConvexPoly(buffer, corners, colour.tolist(), cv2.LINE_8, SUBPIXEL_BITS)
 
 
 def _split(corners: Array) -> list[tuple[bool, Array]]:
@@ -137,13 +146,12 @@ def _split(corners: Array) -> list[tuple[bool, Array]]:
 def _face_light(
     colour: Array,
     normal: Array,
-    polygon: Array,
     scene: Scene,
     sun_light: Array,
     sky_light: Array,
     submerged: bool,
 ) -> Array:
-    """Radiance of a face; under water dimmed and tinted by Beer and Lambert's law."""
+    """Radiance of a face, before the water above it dims it."""
     sun = scene.sun_direction
     height = max(sun[2], 0.15)
     if submerged:
@@ -154,13 +162,12 @@ def _face_light(
     direct = max(float(normal @ sun), 0.0) / height
     ambient = 0.55 + 0.45 * float(normal[2])
     radiance: Array = colour * (sun_light * min(direct, 1.6) + sky_light * ambient)
-    if not submerged:
-        return radiance
+    # Radiance falls with the square of the index when it leaves the water.
+    return 0.6 * radiance if submerged else radiance
+
+
+def _kept(polygon: Array, scene: Scene) -> Array:
+    """Share per colour that the water lets through: down with the daylight, up to the camera."""
     depth = max(-float(polygon[:, 2].mean()), 0.0)
-    attenuation = np.array(scene.attenuation)
-    # Down with the daylight and up to the camera; 0.6 is the loss at the surface (radiance falls
-    # with the square of the index when it leaves the water).
-    kept = np.exp(-attenuation * depth * 2.2)
-    veil = np.array(scene.water_colour) * (sun_light + sky_light)
-    result: Array = 0.6 * radiance * kept + veil * (1.0 - kept)
-    return result
+    share: Array = np.exp(-2.2 * depth * np.array(scene.attenuation))
+    return share

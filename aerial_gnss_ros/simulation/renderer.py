@@ -4,39 +4,33 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import replace
 
-import cv2
 import numpy as np
-from numpy.typing import NDArray
 
 from aerial_gnss_ros.core.camera import CameraModel
+from aerial_gnss_ros.simulation.composite import (
+    Body,
+    contrasts,
+    merged,
+    paint_above,
+    paint_below,
+    slices,
+)
 from aerial_gnss_ros.simulation.develop import Developer
 from aerial_gnss_ros.simulation.hexapod import RobotState, placed_robot
 from aerial_gnss_ros.simulation.labels import RobotLabel, box_of_points, turned_size
 from aerial_gnss_ros.simulation.mesh import Mesh
+from aerial_gnss_ros.simulation.planes import F32, U8, split, transform
 from aerial_gnss_ros.simulation.raster import Layer, body_window, draw
 from aerial_gnss_ros.simulation.scene import Scene
 from aerial_gnss_ros.simulation.shading import Effect, Shader, Water
 from aerial_gnss_ros.simulation.view import ViewPose, Window, optical_rays, project_points
 from aerial_gnss_ros.simulation.wash import disturb, reach_points, wobble
 
-F32 = NDArray[np.float32]
-
 STRIP_ROWS = 40
 """Rows shaded at a time: the planes of a strip then stay in the processor's cache."""
 COARSE = 40
-
-
-@dataclass
-class _Body:
-    """Something drawn: a robot (with state) or a prop (without)."""
-
-    mesh: Mesh
-    state: RobotState | None
-    layer: Layer
-    visible: F32
-    distance: float
 
 
 class Renderer:
@@ -60,7 +54,7 @@ class Renderer:
         robots: Sequence[RobotState],
         props: Sequence[Mesh] = (),
         window: Window | None = None,
-    ) -> tuple[NDArray[np.uint8], list[RobotLabel]]:
+    ) -> tuple[U8, list[RobotLabel]]:
         """Renders an image.
 
         Args:
@@ -85,29 +79,29 @@ class Renderer:
         rotation = pose.enu_from_optical.astype(np.float32)
         planes = self._sea(rays, rotation, pose, angle)
         bodies = self._bodies(camera, pose, robots, props, part)
-        contrasts: dict[str, float] = {}
+        contrast: dict[str, float] = {}
         for area in self._areas(camera, pose, robots, bodies, part):
             inner = Window(area.x - part.x, area.y - part.y, area.width, area.height)
             rows = slice(inner.y, inner.y + inner.height)
             columns = slice(inner.x, inner.x + inner.width)
             before = [p[rows, columns] for p in planes]
             block = self._directions(rays[rows, columns], rotation)
-            effects = self._effects(bodies, robots, area, camera, pose, angle)
+            effects = self._effects(bodies, robots, area, pose, angle)
             after = self._shader.shade(block, pose.position, angle, effects)
             for body in bodies:
-                _paint(after, body.layer, area, above=True)
+                paint_above(after, body.layer, area)
             clean = self._developer.tone(before, gain, area, size)
             dirty = self._developer.tone(after, gain, area, size)
-            contrasts.update(_contrasts(bodies, area, clean, dirty))
+            contrast.update(contrasts(bodies, area, clean, dirty))
             for plane, new in zip(planes, after, strict=True):
                 plane[rows, columns] = new
         image = self._developer.tone(planes, gain, part, size)
-        seed = abs(int(round(t_s * 1e6))) * 4096 + part.x + 64 * part.y
+        seed = abs(round(t_s * 1e6)) * 4096 + part.x + 64 * part.y
         image = self._developer.finish(image, seed)
         labels = [
             label
             for body in bodies
-            if (label := self._label(body, camera, pose, part, contrasts)) is not None
+            if (label := self._label(body, camera, pose, part, contrast)) is not None
         ]
         return image, sorted(labels, key=lambda label: label.robot_id)
 
@@ -134,8 +128,7 @@ class Renderer:
 
     @staticmethod
     def _directions(rays: F32, rotation: F32) -> list[F32]:
-        turned: list[F32] = list(cv2.split(cv2.transform(rays, rotation)))
-        return turned
+        return split(transform(rays, rotation))
 
     def _sea(self, rays: F32, rotation: F32, pose: ViewPose, angle: float) -> list[F32]:
         height, width = rays.shape[:2]
@@ -154,7 +147,7 @@ class Renderer:
         robots: Sequence[RobotState],
         props: Sequence[Mesh],
         part: Window,
-    ) -> list[_Body]:
+    ) -> list[Body]:
         """Everything that may touch the window, the farthest first."""
         things: list[tuple[Mesh, RobotState | None]] = [(placed_robot(r), r) for r in robots]
         things += [(prop, None) for prop in props]
@@ -173,14 +166,14 @@ class Renderer:
                 self._shader.sky.irradiance,
             )
             distance = float(np.linalg.norm(mesh.vertices.mean(axis=0) - pose.position))
-            bodies.append(_Body(mesh, state, layer, layer.coverage.copy(), distance))
+            bodies.append(Body(mesh, state, layer, layer.coverage.copy(), distance))
         bodies.sort(key=lambda b: -b.distance)
         for i, body in enumerate(bodies):
             for nearer in bodies[i + 1 :]:
                 overlap = nearer.layer.window.clipped(body.layer.window)
                 if overlap is not None:
-                    body.visible[_slices(overlap, body.layer.window)] *= (
-                        1.0 - nearer.layer.coverage[_slices(overlap, nearer.layer.window)]
+                    body.visible[slices(overlap, body.layer.window)] *= (
+                        1.0 - nearer.layer.coverage[slices(overlap, nearer.layer.window)]
                     )
         return bodies
 
@@ -189,7 +182,7 @@ class Renderer:
         camera: CameraModel,
         pose: ViewPose,
         robots: Sequence[RobotState],
-        bodies: list[_Body],
+        bodies: list[Body],
         part: Window,
     ) -> list[Window]:
         """Disjoint windows in which the plain sea changes: bodies, shadows and wakes."""
@@ -201,14 +194,13 @@ class Renderer:
                 span = np.clip(np.concatenate([low, high]), -1e6, 1e6).astype(int)
                 areas.append(Window(span[0], span[1], span[2] - span[0] + 1, span[3] - span[1] + 1))
         clipped = [w for a in areas if (w := a.clipped(part)) is not None]
-        return _merged(clipped)
+        return merged(clipped)
 
     def _effects(
         self,
-        bodies: list[_Body],
+        bodies: list[Body],
         robots: Sequence[RobotState],
         area: Window,
-        camera: CameraModel,
         pose: ViewPose,
         angle: float,
     ) -> Effect:
@@ -219,36 +211,39 @@ class Renderer:
                 depth = max(-float(body.mesh.vertices[:, 2].mean()), 0.0)
                 # A wave's slope bends the sight line by a quarter of it (1 - 1/1.34).
                 gain = 0.25 * depth / (body.distance * angle)
-                _paint(water.glow, self._wobbled(body, area, water, pose, gain), area, above=False)
+                paint_below(water.glow, self._wobbled(body, area, water, pose, gain), area)
 
         return apply
 
     @staticmethod
-    def _wobbled(body: _Body, area: Window, water: Water, pose: ViewPose, gain: float) -> Layer:
+    def _wobbled(body: Body, area: Window, water: Water, pose: ViewPose, gain: float) -> Layer:
         overlap = body.layer.window.clipped(area)
         if overlap is None or gain < 0.5:
             return body.layer
-        inside = _slices(overlap, area)
+        inside = slices(overlap, area)
         east = water.waves.slope_east[inside]
         north = water.waves.slope_north[inside]
         axes = pose.enu_from_optical
-        below = body.layer.below.copy()
-        here = _slices(overlap, body.layer.window)
         right = east * np.float32(axes[0, 0]) + north * np.float32(axes[1, 0])
         down = east * np.float32(axes[0, 1]) + north * np.float32(axes[1, 1])
-        below[here] = wobble(np.ascontiguousarray(below[here]), right, down, gain)
-        return Layer(body.layer.window, below, body.layer.above, body.layer.coverage)
+        here = slices(overlap, body.layer.window)
+        moved = []
+        for layer in (body.layer.below, body.layer.hidden):
+            copy = layer.copy()
+            copy[here] = wobble(np.ascontiguousarray(layer[here]), right, down, gain)
+            moved.append(copy)
+        return replace(body.layer, below=moved[0], hidden=moved[1])
 
     def _label(
         self,
-        body: _Body,
+        body: Body,
         camera: CameraModel,
         pose: ViewPose,
         part: Window,
-        contrasts: dict[str, float],
+        contrast: dict[str, float],
     ) -> RobotLabel | None:
         state = body.state
-        if state is None or state.robot_id not in contrasts:
+        if state is None or state.robot_id not in contrast:
             return None
         pixels, _ = project_points(camera, pose, body.mesh.vertices)
         box = box_of_points(pixels, part)
@@ -256,65 +251,12 @@ class Renderer:
         if box is None or overlap is None:
             return None
         total = float(body.layer.coverage.sum())
-        seen = float(body.visible[_slices(overlap, body.layer.window)].sum())
+        seen = float(body.visible[slices(overlap, body.layer.window)].sum())
         if seen < 0.5:
             return None
         long_px, short_px = turned_size(pixels)
         middle, _ = project_points(camera, pose, np.array([[state.east, state.north, 0.0]]))
         return RobotLabel(
             state.robot_id, state.class_name, *box, long_px, short_px, state.depth,
-            contrasts[state.robot_id], seen / total, (float(middle[0, 0]), float(middle[0, 1])),
+            contrast[state.robot_id], seen / total, (float(middle[0, 0]), float(middle[0, 1])),
         )  # fmt: skip
-
-
-def _slices(inner: Window, outer: Window) -> tuple[slice, slice]:
-    """Rows and columns of `inner` in an array that covers `outer`."""
-    y, x = inner.y - outer.y, inner.x - outer.x
-    return slice(y, y + inner.height), slice(x, x + inner.width)
-
-
-def _paint(planes: list[F32], layer: Layer, area: Window, above: bool) -> None:
-    """Composites one part of a layer over planes that cover `area`."""
-    overlap = layer.window.clipped(area)
-    if overlap is None:
-        return
-    source = (layer.above if above else layer.below)[_slices(overlap, layer.window)]
-    target = _slices(overlap, area)
-    for i, plane in enumerate(planes):
-        plane[target] = plane[target] * (1.0 - source[..., 3]) + source[..., i]
-
-
-def _contrasts(
-    bodies: list[_Body], area: Window, clean: NDArray[np.uint8], dirty: NDArray[np.uint8]
-) -> dict[str, float]:
-    result = {}
-    change = cv2.absdiff(clean, dirty).mean(axis=-1) / 255.0
-    for body in bodies:
-        overlap = body.layer.window.clipped(area)
-        if body.state is None or overlap is None:
-            continue
-        weight = body.visible[_slices(overlap, body.layer.window)]
-        total = float(weight.sum())
-        value = float((change[_slices(overlap, area)] * weight).sum()) / total if total > 0 else 0.0
-        result[body.state.robot_id] = value
-    return result
-
-
-def _merged(windows: list[Window]) -> list[Window]:
-    """Unites overlapping windows until all are disjoint."""
-    done: list[Window] = []
-    for window in windows:
-        merging = True
-        while merging:
-            merging = False
-            for other in done:
-                if window.clipped(other) is not None:
-                    done.remove(other)
-                    x, y = min(window.x, other.x), min(window.y, other.y)
-                    right = max(window.x + window.width, other.x + other.width)
-                    bottom = max(window.y + window.height, other.y + other.height)
-                    window = Window(x, y, right - x, bottom - y)
-                    merging = True
-                    break
-        done.append(window)
-    return done

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""How a rendered place looks: sun, sky, waves, water and camera electronics, fixed or drawn at random."""
+"""How a rendered place looks: sun, sky, waves, water, camera; fixed or drawn at random."""
 
 from __future__ import annotations
 
@@ -95,14 +95,19 @@ def demo_scene(seed: int = 0) -> Scene:
     return Scene(seed=seed)
 
 
+def _mix(a: Colour, b: Colour, share: float, gain: float = 1.0) -> Colour:
+    """`gain` times the colour that lies `share` of the way from a to b."""
+    b_, g, r = (gain * ((1.0 - share) * p + share * q) for p, q in zip(a, b, strict=True))
+    return b_, g, r
+
+
 def random_scene(rng: np.random.Generator) -> Scene:
     """Draws a scene with wide variation, for training and for tests that must not be easy."""
     names = sorted(WATERS)
     a, b = (WATERS[names[i]] for i in rng.integers(len(names), size=2))
-    mix = rng.uniform(0.0, 0.5)
-    gain = rng.lognormal(0.0, 0.25)
-    water = tuple(float(gain * ((1 - mix) * p + mix * q)) for p, q in zip(a[0], b[0], strict=True))
-    attenuation = tuple(float((1 - mix) * p + mix * q) for p, q in zip(a[1], b[1], strict=True))
+    share = float(rng.uniform(0.0, 0.5))
+    water = _mix(a[0], b[0], share, gain=float(rng.lognormal(0.0, 0.25)))
+    attenuation = _mix(a[1], b[1], share)
     overcast = rng.random() < 0.25
     cover = rng.uniform(0.8, 1.0) if overcast else rng.uniform(0.0, 0.6)
     sun_light = rng.uniform(0.0, 0.15) if overcast else rng.uniform(0.5, 0.85)
@@ -111,7 +116,8 @@ def random_scene(rng: np.random.Generator) -> Scene:
     warm = float(np.clip(1.0 - elevation / np.radians(35.0), 0.0, 1.0))
     grey = rng.uniform(0.30, 0.55)
     blue = (rng.uniform(0.35, 0.6), rng.uniform(0.2, 0.33), rng.uniform(0.09, 0.2))
-    zenith = tuple(float(0.85 * grey if overcast else c) for c in blue)
+    grey *= 0.85
+    zenith: Colour = (grey, grey, grey) if overcast else blue
     bright = rng.uniform(0.5, 0.95)
     horizon = (
         bright * (1.0 - 0.25 * warm),

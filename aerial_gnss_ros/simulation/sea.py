@@ -5,21 +5,19 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import cv2
 import numpy as np
 import scipy.fft
 from numpy.typing import NDArray
 
+from aerial_gnss_ros.simulation.planes import F32, remap
 from aerial_gnss_ros.simulation.scene import Scene
-
-F32 = NDArray[np.float32]
 
 GRAVITY = 9.81
 CAPILLARY = 7.4e-5
 """Surface tension over density, m³/s²: makes ripples shorter than 2 cm run faster."""
 TILE = 256
 LONGEST = (43.0, 8.3, 1.61, 0.31)
-"""Longest wavelength of each band in metres; a band ends where the next begins, the last at 6 cm."""
+"""Longest wavelength of each band in metres; it ends where the next begins, the last at 6 cm."""
 SHORTEST = 0.06
 TILE_LENGTHS = tuple(8.0 * length for length in LONGEST)
 # Tiles are turned against each other so that their repetitions never line up.
@@ -72,7 +70,8 @@ class Sea:
         """Waves at points of the surface.
 
         Args:
-            east, north: (h, w) metres from `origin`.
+            east: (h, w) metres from `origin`.
+            north: (h, w) metres from `origin`.
             origin: (2,) metres, ENU.
             pixel: (h, w) metres of water that one pixel spans.
         """
@@ -112,8 +111,9 @@ class Sea:
     def _foam(self, crest: F32, east: F32, north: F32, origin: NDArray[np.float64]) -> F32:
         detail = _lookup(self._foam_detail, east, north, origin, 5.3, 0.9)
         # Foam is torn: where it is thin only the detail's peaks are left.
-        foam = crest * 1.6 + (detail * 0.45 - 0.75) * np.minimum(crest * 8.0, 1.0)
-        return np.clip(foam, 0.0, 0.9, out=foam)
+        foam: F32 = crest * 1.6 + (detail * 0.45 - 0.75) * np.minimum(crest * 8.0, 1.0)
+        np.clip(foam, 0.0, 0.9, out=foam)
+        return foam
 
 
 def _fade(pixel: F32, full: float, none: float) -> F32:
@@ -142,7 +142,7 @@ def _lookup(
     v += np.float32(v0)
     v -= np.floor(v)
     v *= np.float32(n)
-    return cv2.remap(tile, u, v, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
+    return remap(tile, u, v)
 
 
 def _pad(field: NDArray[np.generic]) -> F32:
@@ -162,7 +162,9 @@ def _noise_tile(rng: np.random.Generator, exponent: float) -> F32:
 
 def _saturation(wind_speed: float) -> float:
     """Slope variance per e-fold of wavenumber of the wind sea, so that the sum is Cox-Munk's."""
-    return slope_variance(wind_speed) / np.log(_peak_length(wind_speed) / CUTOFF)
+    if wind_speed <= 0.0:  # glassy water, for tests
+        return 0.0
+    return slope_variance(wind_speed) / float(np.log(_peak_length(wind_speed) / CUTOFF))
 
 
 def _peak_length(wind_speed: float) -> float:
@@ -240,4 +242,5 @@ class _Band:
         """Where wave crests converge enough to break, 0 to about 1, over the wanted share."""
         squeeze = scipy.fft.ifft2(self._k * h).real
         limit, full = np.quantile(squeeze, [1.0 - self._coverage, 1.0 - 0.15 * self._coverage])
-        return np.clip((squeeze - limit) / max(full - limit, 1e-9), 0.0, 1.0)
+        foam: NDArray[np.float64] = np.clip((squeeze - limit) / max(full - limit, 1e-9), 0.0, 1.0)
+        return foam

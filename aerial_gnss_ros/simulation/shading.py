@@ -9,11 +9,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from aerial_gnss_ros.simulation.planes import F32
 from aerial_gnss_ros.simulation.scene import Scene
 from aerial_gnss_ros.simulation.sea import Sea, SurfaceSample
 from aerial_gnss_ros.simulation.sky import Sky
-
-F32 = NDArray[np.float32]
 
 
 @dataclass
@@ -78,9 +77,7 @@ class Shader:
         if highest > -edge:
             share = np.clip(0.5 - up / edge, 0.0, 1.0)
             above = self.sky.look(directions[0], directions[1], np.maximum(up, 0.0))
-            for plane, over in zip(colour, above, strict=True):
-                plane *= share
-                plane += over * (1.0 - share)
+            colour = [c * share + a * (1.0 - share) for c, a in zip(colour, above, strict=True)]
         return colour
 
     def _water(
@@ -95,7 +92,7 @@ class Shader:
         mu = np.maximum(-up, np.float32(1e-4))
         distance = np.float32(camera[2]) / mu
         east, north = dx * distance, dy * distance
-        # A pixel spans more water along the view than across it: between the two, nearer the larger.
+        # A pixel spans more water along the view than across it: between, nearer the larger.
         pixel = distance * np.float32(pixel_angle) * mu ** np.float32(-0.7)
         waves = self.sea.sample(east, north, camera[:2], pixel)
         patches = self.sea.patches(east, north, camera[:2])
@@ -111,10 +108,10 @@ class Shader:
         colour = self._reflect(dx, dy, mu, water)
         if scene.visibility_m < 1e6:
             keep = np.exp(distance * np.float32(-3.9 / scene.visibility_m))
-            for plane, haze in zip(colour, self.sky.horizon, strict=True):
-                plane -= np.float32(haze)
-                plane *= keep
-                plane += np.float32(haze)
+            for i, haze in enumerate(self.sky.horizon.astype(np.float32)):
+                colour[i] -= haze
+                colour[i] *= keep
+                colour[i] += haze
         return colour
 
     def _reflect(self, dx: F32, dy: F32, mu: F32, water: Water) -> list[F32]:
@@ -171,11 +168,12 @@ class Shader:
         np.maximum(power, -60.0, out=power)
         if float(power.max()) < -14.0:
             return None
-        glint = np.exp(power)
+        glint: F32 = np.exp(power)
         steep = 1.0 + zx * zx + zy * zy
         glint *= fresnel * steep * steep / (spread * mu)
         glint *= np.float32(self.scene.sun_light * 0.15)
-        return np.minimum(glint, 12.0, out=glint)
+        np.minimum(glint, 12.0, out=glint)
+        return glint
 
 
 def _sun_colour(scene: Scene) -> NDArray[np.float64]:

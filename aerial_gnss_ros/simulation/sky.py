@@ -3,14 +3,12 @@
 
 from __future__ import annotations
 
-import cv2
 import numpy as np
 import scipy.fft
 from numpy.typing import NDArray
 
+from aerial_gnss_ros.simulation.planes import F32, remap, split
 from aerial_gnss_ros.simulation.scene import Scene
-
-F32 = NDArray[np.float32]
 
 SIZE = 320
 REACH = 1.06
@@ -71,7 +69,7 @@ class Sky:
         u = (x / (z + 0.12) * 0.11 * n) % n
         v = (y / (z + 0.12) * 0.11 * n) % n
         padded = np.pad(noise, (0, 1), mode="wrap").astype(np.float32)
-        field = cv2.remap(padded, u.astype(np.float32), v.astype(np.float32), cv2.INTER_LINEAR)
+        field = remap(padded, u.astype(np.float32), v.astype(np.float32))
         limit = np.quantile(noise, 1.0 - scene.cloud_cover)
         soft = 0.35 * noise.std()
         density = np.clip((field - limit) / soft + 0.2, 0.0, 1.0)
@@ -89,12 +87,4 @@ class Sky:
         scale = np.float32((SIZE - 1) / (2.0 * REACH))
         shrink = scale / (1.0 + z)
         centre = np.float32((SIZE - 1) / 2.0)
-        colour = cv2.remap(
-            self._map,
-            x * shrink + centre,
-            y * shrink + centre,
-            cv2.INTER_LINEAR,
-            borderMode=cv2.BORDER_REPLICATE,
-        )
-        planes: list[F32] = list(cv2.split(colour))
-        return planes
+        return split(remap(self._map, x * shrink + centre, y * shrink + centre))

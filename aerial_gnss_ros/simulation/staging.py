@@ -143,7 +143,8 @@ def _random_robots(
     extra = int(rng.choice([0, 1, 2, 3, 6, 9], p=[0.42, 0.2, 0.16, 0.12, 0.07, 0.03]))
     for _ in range(extra):
         low = np.array([window.x, window.y], dtype=np.float64)
-        place = _water_point(camera, pose, rng.uniform(low, low + (window.width, window.height)))
+        high = low + np.array([window.width, window.height])
+        place = _water_point(camera, pose, rng.uniform(low, high))
         if place is None:
             continue
         if all(np.hypot(*(place - other)) > 0.75 for other in places):
@@ -179,7 +180,8 @@ def _random_props(
     props = []
     for _ in range(int(rng.choice([0, 1, 2, 4], p=[0.45, 0.28, 0.17, 0.10]))):
         low = np.array([window.x, window.y], dtype=np.float64)
-        place = _water_point(camera, pose, rng.uniform(low, low + (window.width, window.height)))
+        high = low + np.array([window.width, window.height])
+        place = _water_point(camera, pose, rng.uniform(low, high))
         if place is None:
             continue
         prop = random_prop(rng, float(place[0]), float(place[1]))

@@ -1,21 +1,19 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Camera geometry for rendering: rays of a pixel window, and pixels of points seen through water."""
+"""Camera geometry for rendering: rays of a pixel window, pixels of points, through water too."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from aerial_gnss_ros.core.camera import CameraModel
 from aerial_gnss_ros.core.errors import ConfigError
 from aerial_gnss_ros.core.frames import FLU_FROM_OPTICAL
+from aerial_gnss_ros.simulation.planes import F32, Array
 from aerial_gnss_ros.simulation.refraction import apparent_points
 
-Array = NDArray[np.float64]
-F32 = NDArray[np.float32]
 GRID = 8
 """Rays are computed at every eighth pixel and interpolated; lens distortion is smooth."""
 
@@ -34,7 +32,7 @@ class ViewPose:
 
     @property
     def enu_from_optical(self) -> Array:
-        """(3, 3)"""
+        """Camera's optical frame in ENU, (3, 3)."""
         product: Array = self.enu_from_camera @ FLU_FROM_OPTICAL
         return product
 
@@ -55,6 +53,13 @@ class Window:
         y1 = min(self.y + self.height, other.y + other.height)
         return Window(x0, y0, x1 - x0, y1 - y0) if x1 > x0 and y1 > y0 else None
 
+    def united(self, other: Window) -> Window:
+        """The smallest window round both."""
+        x, y = min(self.x, other.x), min(self.y, other.y)
+        right = max(self.x + self.width, other.x + other.width)
+        bottom = max(self.y + self.height, other.y + other.height)
+        return Window(x, y, right - x, bottom - y)
+
 
 def optical_rays(camera: CameraModel, window: Window) -> F32:
     """Unit rays (height, width, 3) in the optical frame through the centres of a window's pixels.
@@ -70,19 +75,30 @@ def optical_rays(camera: CameraModel, window: Window) -> F32:
         rays = _filled(rays, valid, grid)
     coarse = rays.reshape(len(v), len(u), 3)
     coarse = _continued(_continued(coarse, extra_v).swapaxes(0, 1), extra_u).swapaxes(0, 1)
-    coarse = np.ascontiguousarray(coarse, dtype=np.float32)
-    x = np.arange(window.width, dtype=np.float32) / GRID + 1.0
-    y = np.arange(window.height, dtype=np.float32) / GRID + 1.0
-    # cv2.remap rounds coordinates to 1/32, which is exact for an eighth.
-    mx, my = np.meshgrid(x, y)
-    fine: F32 = cv2.remap(coarse, mx, my, cv2.INTER_CUBIC, borderMode=cv2.BORDER_REPLICATE)
-    fine /= np.linalg.norm(fine, axis=-1, keepdims=True)
-    return fine
+    rows = _interpolated(coarse, window.height).astype(np.float32)
+    fine: F32 = _interpolated(rows.swapaxes(0, 1), window.width).swapaxes(0, 1)
+    return np.ascontiguousarray(fine / np.linalg.norm(fine, axis=-1, keepdims=True))
+
+
+def _interpolated(nodes: F32, count: int) -> F32:
+    """Values at `count` pixels from nodes GRID pixels apart along axis 0, by Catmull and Rom.
+
+    The first node lies one cell before the first pixel. (OpenCV's own bicubic interpolation is
+    not exact for straight lines.)
+    """
+    x = np.arange(count) / GRID
+    cell = x.astype(np.int64)
+    f = ((x - cell).reshape((-1,) + (1,) * (nodes.ndim - 1))).astype(nodes.dtype)
+    a, b, c, d = (nodes[cell + k] for k in range(4))
+    result: F32 = b + 0.5 * f * (
+        c - a + f * (2.0 * a - 5.0 * b + 4.0 * c - d + f * (3.0 * (b - c) + d - a))
+    )
+    return result
 
 
 def _nodes(start: int, length: int, limit: int) -> tuple[Array, int]:
     """Pixels of the grid that lie in the image, and how many more the interpolation needs."""
-    count = -(-(length - 1) // GRID) + 2
+    count = (length - 1) // GRID + 3
     nodes = start + GRID * np.arange(count, dtype=np.float64)
     inside = nodes[nodes <= limit - 0.5]
     if len(inside) < 3:  # a sliver: one cell, three nodes in it
@@ -120,4 +136,5 @@ def project_points(
     seen = apparent_points(pose.position, points)
     optical = (seen - pose.position) @ pose.enu_from_optical
     pixels, _ = camera.project(optical)
-    return pixels, np.isfinite(pixels).all(axis=1)
+    in_front: NDArray[np.bool_] = np.isfinite(pixels[:, 0])
+    return pixels, in_front

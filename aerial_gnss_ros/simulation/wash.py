@@ -3,15 +3,13 @@
 
 from __future__ import annotations
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from aerial_gnss_ros.simulation.hexapod import LENGTH, RobotState
+from aerial_gnss_ros.simulation.planes import F32, remap
 from aerial_gnss_ros.simulation.scene import Scene
 from aerial_gnss_ros.simulation.shading import Water
-
-F32 = NDArray[np.float32]
 
 WAKE_LENGTH = 3.2
 """m behind the robot's middle where its wake has faded away."""
@@ -60,8 +58,8 @@ def _shadow(water: Water, state: RobotState, scene: Scene, along: F32, across: F
     dark = np.exp(-square)
     dark *= np.float32(0.45 * scene.sun_light / (1.0 + reach) ** 0.5)
     np.subtract(1.0, dark, out=dark)
-    for plane in water.glow:
-        plane *= dark
+    for i in range(3):
+        water.glow[i] *= dark
 
 
 def _wake(water: Water, state: RobotState, along: F32, across: F32, strength: float) -> None:
@@ -94,14 +92,7 @@ def _wake(water: Water, state: RobotState, along: F32, across: F32, strength: fl
 
 
 def wobble(layer: F32, slope_right: F32, slope_down: F32, gain: float) -> F32:
-    """Shifts a submerged layer (h, w, 4) by the waves' slopes above it (pixels = slope x gain)."""
+    """Shifts a submerged layer (h, w, 3) by the waves' slopes above it (pixels = slope x gain)."""
     h, w = layer.shape[:2]
     x, y = np.meshgrid(np.arange(w, dtype=np.float32), np.arange(h, dtype=np.float32))
-    shifted: F32 = cv2.remap(
-        layer,
-        x + slope_right * np.float32(gain),
-        y + slope_down * np.float32(gain),
-        cv2.INTER_LINEAR,
-        borderMode=cv2.BORDER_REPLICATE,
-    )
-    return shifted
+    return remap(layer, x + slope_right * np.float32(gain), y + slope_down * np.float32(gain))
