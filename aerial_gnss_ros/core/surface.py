@@ -1,10 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """The water's surface as the camera sees it: the WGS84 ellipsoid raised to the water's level.
 
-The ellipsoid with both half axes longer by the level is not exactly the surface of that altitude:
-0.014 mm at 10 m, 0.14 mm at 100 m, so nothing is iterated. Where the altitude's datum is unknown,
-the water is placed at ellipsoid height 0; a wrong level of H metres scales distances from the
-camera by H / 6.4e6: 0.6 mm at 100 m range for the 40 m between ellipsoid and sea at Barbados.
+The ellipsoid with both half axes longer by the level is not exactly the surface of that altitude
+(0.014 mm off at 10 m, 0.14 mm at 100 m), so it is scaled to pass exactly below the camera. Where
+the altitude's datum is unknown, the water is placed at ellipsoid height 0; a wrong level of H
+metres scales distances from the camera by H / 6.4e6: 0.6 mm at 100 m range for the 40 m between
+ellipsoid and sea at Barbados.
 """
 
 from __future__ import annotations
@@ -48,6 +49,9 @@ class View:
         a, b = SEMI_MAJOR_M + self.water_altitude, SEMI_MINOR_M + self.water_altitude
         scale = np.array([1.0 / a, 1.0 / a, 1.0 / b])
         self._place = self._origin * scale
+        below = ecef_from_geodetic(pose.latitude, pose.longitude, self.water_altitude)
+        # |place|² - |below|² of the scaled points, without subtracting nearly equal squares
+        self._above = float(((self._origin - below) * scale) @ ((self._origin + below) * scale))
         self._turn = self._axes * scale  # (3, 3): direction ENU @ this is the scaled direction
         self._enu_from_optical: Array = pose.enu_from_camera @ FLU_FROM_OPTICAL
         self._height = pose.height
@@ -67,7 +71,7 @@ class View:
         d = directions @ self._turn
         a = np.sum(d * d, axis=1)
         b = d @ self._place
-        c = float(self._place @ self._place) - 1.0
+        c = self._above
         discriminant = b * b - a * c
         hit = (discriminant > 0.0) & (b < 0.0) & (c > 0.0)
         # The smaller root, written so that nothing nearly equal is subtracted.

@@ -26,16 +26,21 @@ def test_heading_is_clockwise_from_north_and_yaw_counter_clockwise_from_east(hea
     assert math.degrees(frames.heading_from_yaw(yaw)) == pytest.approx(heading_deg, abs=1e-9)
 
 
-def test_constant_matrices_turn_the_axes_they_name():
-    north, east = np.array([1.0, 0.0, 0.0]), np.array([0.0, 1.0, 0.0])
-    assert frames.ENU_FROM_NED @ north == pytest.approx([0, 1, 0])
-    assert frames.ENU_FROM_NED @ [0, 0, 1] == pytest.approx([0, 0, -1])
-    assert frames.ENU_FROM_NWU @ north == pytest.approx([0, 1, 0])
-    assert frames.ENU_FROM_NWU @ east == pytest.approx([-1, 0, 0])  # its y is west
-    assert frames.FLU_FROM_FRD @ [0, 1, 0] == pytest.approx([0, -1, 0])
-    assert frames.FLU_FROM_OPTICAL @ [0, 0, 1] == pytest.approx([1, 0, 0])  # depth is forward
-    assert frames.FLU_FROM_OPTICAL @ [1, 0, 0] == pytest.approx([0, -1, 0])  # right
-    assert frames.FLU_FROM_OPTICAL @ [0, 1, 0] == pytest.approx([0, 0, -1])  # down
+@pytest.mark.parametrize(
+    ("matrix", "axis", "becomes"),
+    [
+        (frames.ENU_FROM_NED, [1, 0, 0], [0, 1, 0]),  # north
+        (frames.ENU_FROM_NED, [0, 0, 1], [0, 0, -1]),  # down
+        (frames.ENU_FROM_NWU, [1, 0, 0], [0, 1, 0]),  # north
+        (frames.ENU_FROM_NWU, [0, 1, 0], [-1, 0, 0]),  # west
+        (frames.FLU_FROM_FRD, [0, 1, 0], [0, -1, 0]),  # right
+        (frames.FLU_FROM_OPTICAL, [0, 0, 1], [1, 0, 0]),  # depth is forward
+        (frames.FLU_FROM_OPTICAL, [1, 0, 0], [0, -1, 0]),  # right
+        (frames.FLU_FROM_OPTICAL, [0, 1, 0], [0, 0, -1]),  # down
+    ],
+)
+def test_constant_matrices_turn_the_axes_they_name(matrix, axis, becomes):
+    assert (matrix @ axis).tolist() == becomes
 
 
 def test_a_camera_with_pitch_90_looks_down_and_its_image_top_points_along_the_heading():
