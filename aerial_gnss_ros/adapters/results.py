@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -22,9 +22,6 @@ from aerial_gnss_ros.core.values import (
     RobotEstimate,
     State,
 )
-
-if TYPE_CHECKING:
-    from aerial_gnss_ros.detection.base import Detections
 
 MAP_FRAME = "map"
 
@@ -46,6 +43,22 @@ resting robot's estimates lie below (chi-square, two degrees of freedom)."""
 FIX, NO_FIX = 0, -1  # sensor_msgs/NavSatStatus
 SERVICE_GPS = 1
 COVARIANCE_APPROXIMATED = 1  # sensor_msgs/NavSatFix
+
+
+class Boxes(Protocol):
+    """What is needed of `detection.base.Detections`, which lies above this package."""
+
+    @property
+    def xywh(self) -> Array:
+        """(n, 4) centre and size, px."""
+
+    @property
+    def scores(self) -> Array:
+        """(n,) 0 to 1."""
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The class name of each box."""
 
 
 @dataclass(frozen=True)
@@ -182,7 +195,7 @@ def odometry(estimate: RobotEstimate, datum: MapDatum | None) -> dict[str, Any]:
     }
 
 
-def detection_array(detections: Detections, header: dict[str, Any]) -> dict[str, Any]:
+def detection_array(detections: Boxes, header: dict[str, Any]) -> dict[str, Any]:
     """Return a vision_msgs/Detection2DArray.
 
     Args:
@@ -190,10 +203,9 @@ def detection_array(detections: Detections, header: dict[str, Any]) -> dict[str,
         header: the image's header as fields, copied to the array and to each box.
     """
     found = []
-    for (x, y, width, height), score, index in zip(
-        detections.xywh, detections.scores, detections.class_ids, strict=True
+    for (x, y, width, height), score, name in zip(
+        detections.xywh, detections.scores, detections.names, strict=True
     ):
-        name = detections.class_names[int(index)]
         found.append(
             {
                 "header": header,

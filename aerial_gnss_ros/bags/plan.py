@@ -1,0 +1,153 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Which recorded topics a replay uses; says what is missing before any work is done."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+from aerial_gnss_ros.adapters.feed import Subscription
+from aerial_gnss_ros.bags.reader import BagReader, Topic
+from aerial_gnss_ros.core.errors import InputError
+
+DETECTIONS = "detections"
+IMAGE, COMPRESSED = "sensor_msgs/msg/Image", "sensor_msgs/msg/CompressedImage"
+_TOPICS_SHOWN = 40
+
+
+@dataclass(frozen=True)
+class Plan:
+    """What a replay reads.
+
+    Attributes:
+        routes: inputs of the estimator by absolute topic; without `detections` where images are
+            detected.
+        detections: the input that takes boxes, recorded or detected.
+        image_topic: images to detect robots in; None where recorded detections are used.
+    """
+
+    routes: dict[str, Subscription]
+    detections: Subscription
+    image_topic: str | None
+
+    @property
+    def topics(self) -> frozenset[str]:
+        """All topics that are read."""
+        images = [self.image_topic] if self.image_topic else []
+        return frozenset([*self.routes, *images])
+
+
+def make_plan(
+    bag: BagReader,
+    subscriptions: Sequence[Subscription],
+    image_topic: str,
+    *,
+    namespace: str = "",
+    detect: bool = False,
+) -> Plan:
+    """Return what to read.
+
+    Args:
+        bag: open.
+        subscriptions: the estimator's inputs.
+        image_topic: of raw images, relative or absolute; compressed ones lie below it.
+        namespace: that relative topics were recorded in.
+        detect: look for robots in the images even where the bag has detections.
+
+    Raises:
+        InputError: a needed topic is missing (all missing ones are named) or has another type, or
+            there are neither detections nor images.
+    """
+    inputs = {s.name: s for s in subscriptions}
+    boxes = inputs.pop(DETECTIONS)
+    recorded = resolve(boxes.topic, namespace)
+    use_recorded = not detect and _has(bag, recorded)
+    images = None if use_recorded else _images(bag, image_topic, boxes, namespace)
+    routes = {resolve(s.topic, namespace): s for s in inputs.values()}
+    missing = [s for t, s in routes.items() if s.required and not _has(bag, t)]
+    if missing:
+        raise InputError(_missing_sentence(bag, missing, namespace))
+    if use_recorded:
+        routes[recorded] = boxes
+    routes = {topic: s for topic, s in routes.items() if _has(bag, topic)}
+    for topic, subscription in routes.items():
+        _check_type(bag, topic, subscription)
+    return Plan(routes, boxes, images)
+
+
+def resolve(topic: str, namespace: str) -> str:
+    """Return a topic's absolute name, as ROS resolves it."""
+    if topic.startswith("/"):
+        return topic
+    prefix = namespace.strip("/")
+    return f"/{prefix}/{topic}" if prefix else f"/{topic}"
+
+
+def _has(bag: BagReader, topic: str) -> bool:
+    return topic in bag.topics and bag.topics[topic].count > 0
+
+
+def _images(bag: BagReader, topic: str, boxes: Subscription, namespace: str) -> str:
+    raw = resolve(topic, namespace)
+    compressed = raw + "/compressed"
+    for name, msgtype in ((raw, IMAGE), (compressed, COMPRESSED)):
+        if _has(bag, name):
+            found = bag.topics[name].msgtype
+            if found != msgtype:
+                raise InputError(
+                    f"{name} has message type {found}, not {msgtype}; set image.topic in --params "
+                    f"to the images. {_listing(bag)}"
+                )
+            return name
+    raise InputError(
+        f"{_names(bag)} has neither detections on {resolve(boxes.topic, namespace)} nor images on "
+        f"{raw} or {compressed}; {_advice(bag, [topic, boxes.topic], namespace)} {_listing(bag)}"
+    )
+
+
+def _check_type(bag: BagReader, topic: str, subscription: Subscription) -> None:
+    found = bag.topics[topic].msgtype
+    if found != subscription.msgtype:
+        raise InputError(
+            f"{topic} has message type {found}, but {subscription.name} is set to "
+            f"{subscription.msgtype}; set {subscription.name}.type or {subscription.name}.topic "
+            "in --params, or choose another --vehicle."
+        )
+
+
+def _missing_sentence(bag: BagReader, missing: Sequence[Subscription], namespace: str) -> str:
+    wanted = ", ".join(f"{resolve(s.topic, namespace)} ({s.name}, {s.msgtype})" for s in missing)
+    advice = _advice(bag, [s.topic for s in missing], namespace)
+    return f"{_names(bag)} lacks {wanted}; {advice} {_listing(bag)}"
+
+
+def _advice(bag: BagReader, wanted: Sequence[str], namespace: str) -> str:
+    """Return what to do: the namespace under which the wanted topics are, where there is one."""
+    prefixes = {
+        name[: -len(topic) - 1]
+        for name in bag.topics
+        for topic in wanted
+        if name.endswith("/" + topic)
+    }
+    fitting = sorted(
+        prefix
+        for prefix in prefixes
+        if prefix.strip("/") != namespace.strip("/")
+        and any(_has(bag, f"{prefix}/{topic}") for topic in wanted)
+    )
+    if len(fitting) == 1:
+        return f"try --namespace {fitting[0].strip('/') or '/'}."
+    return "give the topics' names with --params or --vehicle, or their --namespace."
+
+
+def _names(bag: BagReader) -> str:
+    return " with ".join(str(path) for path in bag.paths)
+
+
+def _listing(bag: BagReader) -> str:
+    lines: Iterable[Topic] = list(bag.topics.values())[:_TOPICS_SHOWN]
+    if not lines:
+        return "It holds no topics at all."
+    shown = ", ".join(f"{t.name} ({t.msgtype}, {t.count})" for t in lines)
+    more = len(bag.topics) - _TOPICS_SHOWN
+    return f"It holds {shown}{f' and {more} more' if more > 0 else ''}."

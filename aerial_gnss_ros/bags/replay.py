@@ -1,0 +1,163 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Drives the estimator with recorded messages: the same core as in flight, as fast as it goes."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+from aerial_gnss_ros.adapters.feed import Feed
+from aerial_gnss_ros.bags.detect import ImageDetector, detections_message
+from aerial_gnss_ros.bags.plan import Plan, make_plan
+from aerial_gnss_ros.bags.reader import BagReader
+from aerial_gnss_ros.core.config import EstimatorConfig
+from aerial_gnss_ros.core.errors import CameraError
+from aerial_gnss_ros.core.estimator import Estimator
+from aerial_gnss_ros.core.values import FrameResult
+from aerial_gnss_ros.detection.base import Detector
+from aerial_gnss_ros.detection.config import DetectorConfig
+
+CAMERA_INFO = "camera_info"
+
+
+@dataclass
+class Summary:
+    """What a replay did.
+
+    Attributes:
+        frames: images with a result, also those in which nothing was found.
+        detections_from: where the boxes came from, in words.
+        positions: rows for each robot, by robot_id.
+        rejections: refused detections by reason.
+        images_refused: images that could not be decoded.
+        images_dropped: images out of order or with a stamp that came before, by reason.
+        warnings: sentences for the user.
+    """
+
+    frames: int = 0
+    detections_from: str = ""
+    positions: Counter[str] = field(default_factory=Counter)
+    rejections: Counter[str] = field(default_factory=Counter)
+    images_refused: int = 0
+    images_dropped: Counter[str] = field(default_factory=Counter)
+    warnings: list[str] = field(default_factory=list)
+
+    def add(self, result: FrameResult) -> None:
+        """Count one image's result."""
+        self.frames += 1
+        self.positions.update(estimate.robot_id for estimate in result.estimates)
+        self.rejections.update(str(rejection.reason) for rejection in result.rejections)
+
+
+class Replay:
+    """One pass over recorded bags.
+
+    Args:
+        bag: open.
+        config: the estimator's parameters.
+        detector_config: where images are; the model is loaded by `load` only if it is needed.
+        load: makes the detector.
+        namespace: that relative topics were recorded in.
+        detect: look into the images even where the bag has detections.
+
+    Attributes:
+        method: filter, single or paper.
+        plan: the topics used.
+        summary: counts; complete when `results` is exhausted.
+
+    Raises:
+        InputError: a topic is missing or has another type.
+        ModelError: the model cannot be used.
+    """
+
+    def __init__(
+        self,
+        bag: BagReader,
+        config: EstimatorConfig,
+        detector_config: DetectorConfig,
+        load: Callable[[DetectorConfig], Detector],
+        *,
+        namespace: str = "",
+        detect: bool = False,
+    ) -> None:
+        self.method = config.method
+        self._bag = bag
+        # A replay neither knows the names of a later flight nor changes what a node has saved.
+        self._estimator = Estimator(replace(config, state_file=""))
+        self._feed = Feed(config, self._estimator, self._camera_problem)
+        self.plan: Plan = make_plan(
+            bag,
+            self._feed.subscriptions,
+            detector_config.image.topic,
+            namespace=namespace,
+            detect=detect,
+        )
+        self.summary = Summary(detections_from="recorded detections")
+        self._images: ImageDetector | None = None
+        if self.plan.image_topic is not None:
+            detector = load(detector_config)
+            self._images = ImageDetector(detector, self.plan.image_topic)
+            self.summary.detections_from = f"images, {detector.name}"
+        self._camera_seen = False
+
+    @property
+    def message_count(self) -> int:
+        """How many messages will be read."""
+        return sum(self._bag.topics[name].count for name in self.plan.topics)
+
+    def results(
+        self,
+        on_message: Callable[[int], None] = lambda _done: None,
+        on_detections: Callable[[int, dict[str, Any]], None] = lambda _log_ns, _fields: None,
+    ) -> Iterator[FrameResult]:
+        """Yield one result for each image, in the order in which they are complete.
+
+        Args:
+            on_message: takes the number of messages read so far.
+            on_detections: takes log time and fields of each array found in an image.
+
+        Raises:
+            InputError: a bag is damaged, or the first image or CameraInfo cannot be used.
+        """
+        for done, recorded in enumerate(self._bag.messages(self.plan.topics), start=1):
+            message = recorded.message()
+            if recorded.topic == self.plan.image_topic:
+                self._detect(message, recorded.log_ns, on_detections)
+            else:
+                self._take(recorded.topic, message, recorded.log_ns)
+            yield from self._counted(self._estimator.advance(recorded.log_ns))
+            on_message(done)
+        yield from self._counted(self._estimator.flush())
+        self.summary.images_dropped.update(self._estimator.dropped)
+        self.summary.warnings += self._estimator.take_events()
+        if self._images is not None and self._images.refused:
+            self.summary.images_refused = self._images.refused
+            self.summary.warnings.append(self._images.first_refusal)
+
+    def _take(self, topic: str, message: Any, log_ns: int) -> None:
+        subscription = self.plan.routes[topic]
+        if subscription.name == CAMERA_INFO and self._images is not None:
+            self._images.take_camera_info(message)
+        subscription.handle(message, log_ns)
+        self._camera_seen = self._camera_seen or subscription.name == CAMERA_INFO
+
+    def _detect(
+        self, message: Any, log_ns: int, on_detections: Callable[[int, dict[str, Any]], None]
+    ) -> None:
+        fields = None if self._images is None else self._images.detect(message)
+        if fields is not None:
+            on_detections(log_ns, fields)
+            self.plan.detections.handle(detections_message(fields), log_ns)
+
+    def _counted(self, results: list[FrameResult]) -> Iterator[FrameResult]:
+        for result in results:
+            self.summary.add(result)
+            yield result
+
+    def _camera_problem(self, sentence: str) -> None:
+        """Stop at a first CameraInfo that cannot be used; report a later one."""
+        if not self._camera_seen:
+            raise CameraError(sentence)
+        self.summary.warnings.append(sentence)

@@ -1,0 +1,136 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The folder that a replay leaves: tables, maps and the result topics as a bag."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from pathlib import Path
+from types import TracebackType
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from aerial_gnss_ros.adapters.results import result_messages
+from aerial_gnss_ros.bags.detect import DETECTIONS_TYPE
+from aerial_gnss_ros.bags.maps import geojson, kml
+from aerial_gnss_ros.bags.writer import LATCHED, RELIABLE, BagWriter
+from aerial_gnss_ros.core.rejection import Rejection
+from aerial_gnss_ros.core.values import CameraPose, FrameResult, RobotEstimate
+from aerial_gnss_ros.evaluation.tables import Track
+
+if TYPE_CHECKING:
+    from typing_extensions import Self
+
+POSITIONS = (
+    "stamp_ns,robot_id,class_id,latitude_deg,longitude_deg,altitude_m,var_east_m2,"
+    "cov_east_north_m2,var_north_m2,velocity_east_mps,velocity_north_mps,state"
+)
+REJECTED = "stamp_ns,reason,u_px,v_px"
+
+
+class ResultFolder:
+    """Collects results and writes them into an existing folder; use as a context manager.
+
+    Args:
+        folder: where to write; made by the caller.
+        namespace: put before the result topics.
+    """
+
+    def __init__(self, folder: Path, namespace: str = "") -> None:
+        self._folder = folder
+        self._bag = BagWriter(folder / "bag", compress=True, namespace=namespace)
+        self._estimates: list[RobotEstimate] = []
+        self._rejections: list[Rejection] = []
+        self._poses: list[CameraPose] = []
+        self._datum: Mapping[str, Any] | None = None
+
+    def __enter__(self) -> Self:
+        """Begin the bag."""
+        self._bag.__enter__()
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        """End the bag and write the tables and maps, unless something failed."""
+        self._bag.__exit__(kind, error, trace)
+        if kind is None:
+            self._write_tables()
+
+    def add(self, result: FrameResult) -> None:
+        """Take one image's result."""
+        self._estimates += result.estimates
+        self._rejections += result.rejections
+        self._poses += [result.pose] if result.pose is not None else []
+        for message in result_messages(result):
+            if message.topic == "map_datum":  # latched: only a change is news
+                if message.fields["pose"] == self._datum:
+                    continue
+                self._datum = message.fields["pose"]
+            self._bag.write(
+                message.topic, message.msgtype, result.stamp_ns, message.fields, LATCHED
+            )
+
+    def add_detections(self, log_ns: int, fields: dict[str, Any]) -> None:
+        """Keep boxes found in an image, so that the next replay needs no detector."""
+        self._bag.write("detections", DETECTIONS_TYPE, log_ns, fields, RELIABLE)
+
+    @property
+    def drone(self) -> Track:
+        """The camera's own path."""
+        poses = sorted(self._poses, key=lambda pose: pose.stamp_ns)
+        return Track(
+            np.array([pose.stamp_ns for pose in poses], dtype=np.int64),
+            np.array([pose.latitude for pose in poses], dtype=np.float64),
+            np.array([pose.longitude for pose in poses], dtype=np.float64),
+        )
+
+    def _write_tables(self) -> None:
+        estimates = sorted(self._estimates, key=lambda e: (e.stamp_ns, e.robot_id))
+        rejections = sorted(self._rejections, key=lambda r: r.stamp_ns)
+        tracks: dict[str, list[RobotEstimate]] = {}
+        for estimate in estimates:
+            tracks.setdefault(estimate.robot_id, []).append(estimate)
+        tracks = dict(sorted(tracks.items()))
+        for name, text in {
+            "positions.csv": _table(POSITIONS, map(position_row, estimates)),
+            "rejected.csv": _table(REJECTED, map(rejection_row, rejections)),
+            "positions.geojson": geojson(tracks),
+            "positions.kml": kml(tracks),
+        }.items():
+            (self._folder / name).write_text(text, encoding="utf-8", newline="\n")
+
+
+def position_row(estimate: RobotEstimate) -> str:
+    """Return a line of positions.csv; ten decimals of a degree are a hundredth of a millimetre."""
+    covariance = estimate.covariance
+    return ",".join(
+        [
+            str(estimate.stamp_ns),
+            estimate.robot_id,
+            estimate.class_id,
+            f"{math.degrees(estimate.latitude):.10f}",
+            f"{math.degrees(estimate.longitude):.10f}",
+            f"{estimate.altitude:.4f}",
+            f"{covariance[0, 0]:.9g}",
+            f"{covariance[0, 1]:.9g}",
+            f"{covariance[1, 1]:.9g}",
+            f"{estimate.velocity[0]:.6f}",
+            f"{estimate.velocity[1]:.6f}",
+            str(estimate.state),
+        ]
+    )
+
+
+def rejection_row(rejection: Rejection) -> str:
+    """Return a line of rejected.csv."""
+    pixel = f"{rejection.u_px:.3f},{rejection.v_px:.3f}"
+    return f"{rejection.stamp_ns},{rejection.reason},{pixel}"
+
+
+def _table(header: str, rows: Any) -> str:
+    return "\n".join([header, *rows]) + "\n"

@@ -1,0 +1,65 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Parameters from a vehicle profile, parameter files and the command line, in this order."""
+
+from __future__ import annotations
+
+import argparse
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from aerial_gnss_ros.adapters.parameter_files import read
+from aerial_gnss_ros.adapters.vehicles import vehicle_file, vehicle_names
+from aerial_gnss_ros.core.config import EstimatorConfig, estimator_config
+from aerial_gnss_ros.detection.config import DetectorConfig, detector_config
+from aerial_gnss_ros.nodes.schemas import DETECTOR, ESTIMATOR, SCHEMAS
+
+
+@dataclass(frozen=True)
+class Configuration:
+    """The parameters of both halves."""
+
+    detector: DetectorConfig
+    estimator: EstimatorConfig
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments that choose parameters."""
+    parser.add_argument(
+        "--params",
+        type=Path,
+        action="append",
+        default=[],
+        metavar="YAML",
+        help="parameter file as for the nodes; may be given again, a later one wins",
+    )
+    parser.add_argument(
+        "--vehicle",
+        metavar="NAME|PATH",
+        help=f"vehicle profile: {', '.join(vehicle_names())}, or a file",
+    )
+    parser.add_argument("--namespace", default="", help="of relative topics, such as drone1")
+    parser.add_argument(
+        "--method",
+        choices=("filter", "single", "paper"),
+        help="tracked over time, each image alone, or the published equations",
+    )
+    parser.add_argument(
+        "--model", metavar="FILE", help="detection model instead of the shipped one"
+    )
+
+
+def configuration(args: argparse.Namespace) -> Configuration:
+    """Return what the arguments of `add_arguments` ask for.
+
+    Raises:
+        ConfigError: a file is missing, or a parameter is unknown, of a wrong type or out of range.
+    """
+    files = [*([vehicle_file(args.vehicle)] if args.vehicle else []), *args.params]
+    values = read(files, SCHEMAS, "/" + args.namespace.strip("/"))
+    detector: dict[str, Any] = {"model": args.model} if args.model else {}
+    estimator: dict[str, Any] = {"method": args.method} if args.method else {}
+    return Configuration(
+        detector_config(values[DETECTOR] | detector),
+        estimator_config(values[ESTIMATOR] | estimator),
+    )

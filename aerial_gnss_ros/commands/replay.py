@@ -1,0 +1,130 @@
+# SPDX-License-Identifier: Apache-2.0
+"""`aerial-gnss replay`: recorded bags to positions, through the core that flies."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+from pathlib import Path
+from typing import Any
+
+from aerial_gnss_ros.bags.partial import partial, refuse_existing
+from aerial_gnss_ros.bags.reader import open_bag
+from aerial_gnss_ros.bags.replay import Replay, Summary
+from aerial_gnss_ros.bags.results import ResultFolder
+from aerial_gnss_ros.commands.configuration import add_arguments as add_configuration
+from aerial_gnss_ros.commands.configuration import configuration
+from aerial_gnss_ros.commands.progress import progress
+from aerial_gnss_ros.detection.select import load_detector
+from aerial_gnss_ros.evaluation.report import Report, write_report
+from aerial_gnss_ros.evaluation.tables import read_positions
+
+HELP = "localise the robots in recorded bags"
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the command's arguments."""
+    parser.epilog = (
+        "Recorded detections are used where the bag has them, unless --model is given; otherwise "
+        "robots are looked for in the images. Same machine, versions and back end: same bytes."
+    )
+    parser.add_argument(
+        "bags", type=Path, nargs="+", metavar="BAG",
+        help="rosbag2 folder, .mcap, .db3 or ROS 1 .bag; several that belong together",
+    )  # fmt: skip
+    parser.add_argument(
+        "-o", "--output", type=Path, required=True, metavar="DIR", help="new folder for the results"
+    )
+    add_configuration(parser)
+    parser.add_argument("--json", action="store_true", help="the summary for machines")
+
+
+def run(args: argparse.Namespace) -> int:
+    """Replay bags."""
+    refuse_existing(args.output)
+    config = configuration(args)
+    with open_bag(args.bags) as bag:
+        replay = Replay(
+            bag,
+            config.estimator,
+            config.detector,
+            load_detector,
+            namespace=args.namespace,
+            detect=args.model is not None,
+        )
+        say(f"Robots from {replay.summary.detections_from}; method {replay.method}.")
+        with partial(args.output) as folder:
+            folder.mkdir()
+            with (
+                ResultFolder(folder, args.namespace) as results,
+                progress("replaying", replay.message_count, "messages") as report,
+            ):
+                for result in replay.results(report, results.add_detections):
+                    results.add(result)
+            write_replay_report(folder, results, replay)
+    for warning in replay.summary.warnings:
+        say(warning)
+    if args.json:
+        print(json.dumps(as_json(args.output, replay.summary), indent=2))
+    else:
+        print(as_text(args.output, replay.summary))
+    return 0
+
+
+def write_replay_report(folder: Path, results: ResultFolder, replay: Replay) -> None:
+    """Write report.html beside the tables that it is made from."""
+    summary = replay.summary
+    write_report(
+        folder / "report.html",
+        Report(
+            title="Replay",
+            notes=summary.warnings,
+            estimates=read_positions(folder / "positions.csv"),
+            truth={},
+            drone=results.drone,
+            rejections=summary.rejections,
+            methods={},
+            facts=[
+                ("robots from", summary.detections_from),
+                ("method", replay.method),
+                ("images", str(summary.frames)),
+            ],
+        ),
+    )
+
+
+def say(sentence: str) -> None:
+    """Tell the user while work goes on; standard output is for the result."""
+    print(sentence, file=sys.stderr)
+
+
+def as_json(output: Path, summary: Summary) -> dict[str, Any]:
+    """Return the summary for machines."""
+    return {
+        "output": str(output),
+        "detections_from": summary.detections_from,
+        "frames": summary.frames,
+        "positions": sum(summary.positions.values()),
+        "robots": dict(sorted(summary.positions.items())),
+        "rejections": dict(sorted(summary.rejections.items())),
+        "images_refused": summary.images_refused,
+        "images_dropped": dict(sorted(summary.images_dropped.items())),
+        "warnings": summary.warnings,
+    }
+
+
+def as_text(output: Path, summary: Summary) -> str:
+    """Return the summary in words."""
+    robots = summary.positions
+    positions = sum(robots.values())
+    lines = [f"{output}: {summary.frames} images, {len(robots)} robots, {positions} positions"]
+    lines += [f"  {name:<24} {count} positions" for name, count in sorted(robots.items())]
+    refused = sum(summary.rejections.values())
+    lines.append(f"refused detections: {refused or 'none'}")
+    lines += [f"  {name:<24} {count}" for name, count in sorted(summary.rejections.items())]
+    if summary.images_refused:
+        lines.append(f"images that could not be used: {summary.images_refused}")
+    for reason, count in sorted(summary.images_dropped.items()):
+        lines.append(f"images left out ({reason}): {count}")
+    return "\n".join(lines)
