@@ -40,7 +40,6 @@ class Developer:
         rng = np.random.default_rng([scene.seed, 4])
         noise = rng.standard_normal((_NOISE_SIZE, _NOISE_SIZE, 3), dtype=np.float32)
         self._noise = np.round(noise * np.float32(scene.noise)).astype(np.int16)
-        self._vignette: tuple[tuple[int, int, Window], F32] | None = None
 
     def gain(self, coarse: list[F32]) -> float:
         """Exposure for a coarse rendering (three planes) of the whole picture."""
@@ -52,9 +51,10 @@ class Developer:
 
     def tone(self, planes: list[F32], gain: float, window: Window, size: tuple[int, int]) -> U8:
         """Linear planes to 8-bit blue, green, red (h, w, 3), without blur and noise."""
-        image = transform(merge(planes), self._colour * gain)
         if self._scene.vignette > 0.0:
-            image *= self._vignette_map(window, size)
+            fall = self._vignette(window, size)
+            planes = [plane * fall for plane in planes]
+        image = transform(merge(planes), self._colour * gain)
         np.clip(image, 0.0, LUT_RANGE, out=image)
         image *= np.float32((_LUT_STEPS - 1) / LUT_RANGE)
         curved: U8 = _CURVE[image.astype(np.uint16)]
@@ -75,15 +75,14 @@ class Developer:
             image = np.asarray(cv2.add(image, noise, dtype=cv2.CV_8U), np.uint8)
         return image
 
-    def _vignette_map(self, window: Window, size: tuple[int, int]) -> F32:
-        key = (size[0], size[1], window)
-        if self._vignette is None or self._vignette[0] != key:
-            x = (np.arange(window.width) + window.x) / (size[0] - 1) * 2.0 - 1.0
-            y = (np.arange(window.height) + window.y) / (size[1] - 1) * 2.0 - 1.0
-            fall = 1.0 - 0.5 * self._scene.vignette * (x[None, :] ** 2 + y[:, None] ** 2)
-            full = np.repeat(fall[..., None], 3, axis=2).astype(np.float32)
-            self._vignette = (key, full)
-        return self._vignette[1]
+    def _vignette(self, window: Window, size: tuple[int, int]) -> F32:
+        """Brightness (h, w) relative to the image's middle."""
+        x = (np.arange(window.width) + window.x) / (size[0] - 1) * 2.0 - 1.0
+        y = (np.arange(window.height) + window.y) / (size[1] - 1) * 2.0 - 1.0
+        half = 0.5 * self._scene.vignette
+        across, down = (half * x**2).astype(np.float32), (1.0 - half * y**2).astype(np.float32)
+        fall: F32 = down[:, None] - across[None, :]
+        return fall
 
 
 def _streak(motion: tuple[float, float]) -> F32:

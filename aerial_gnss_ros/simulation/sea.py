@@ -99,6 +99,10 @@ class Sea:
         """Slow relative variation of the water's colour at points, mean 0, standard deviation 1."""
         return _lookup(self._patches, east, north, origin, 180.0, 0.3)
 
+    def lumps(self, east: F32, north: F32, origin: NDArray[np.float64]) -> F32:
+        """What tears foam: fine noise at points, mean 0, standard deviation 1."""
+        return _lookup(self._foam_detail, east, north, origin, 5.3, 0.9)
+
     def _sample_tile(self, i: int, east: F32, north: F32, origin: NDArray[np.float64]) -> F32:
         tile = self._tiles[i]
         if tile is None:
@@ -109,7 +113,7 @@ class Sea:
         return _lookup(tile, east, north, origin, TILE_LENGTHS[i], TURNS[i])
 
     def _foam(self, crest: F32, east: F32, north: F32, origin: NDArray[np.float64]) -> F32:
-        detail = _lookup(self._foam_detail, east, north, origin, 5.3, 0.9)
+        detail = self.lumps(east, north, origin)
         # Foam is torn: where it is thin only the detail's peaks are left.
         foam: F32 = crest * 1.6 + (detail * 0.45 - 0.75) * np.minimum(crest * 8.0, 1.0)
         np.clip(foam, 0.0, 0.9, out=foam)

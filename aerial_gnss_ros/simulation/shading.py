@@ -24,6 +24,7 @@ class Water:
         origin: (2,) m ENU.
         waves: Slopes, roughness and foam, changed in place.
         glow: Blue, green, red planes of the radiance from within the water, changed in place.
+        sea: Where they come from.
     """
 
     east: F32
@@ -31,6 +32,7 @@ class Water:
     origin: NDArray[np.float64]
     waves: SurfaceSample
     glow: list[F32]
+    sea: Sea
 
 
 Effect = Callable[[Water], None]
@@ -102,7 +104,7 @@ class Shader:
             light * np.float32(c * d)
             for c, d in zip(scene.water_colour, self.daylight, strict=True)
         ]
-        water = Water(east, north, camera[:2], waves, glow)
+        water = Water(east, north, camera[:2], waves, glow, self.sea)
         if effects is not None:
             effects(water)
         colour = self._reflect(dx, dy, mu, water)

@@ -73,7 +73,7 @@ def _wake(water: Water, state: RobotState, along: F32, across: F32, strength: fl
     number = np.float32(9.81 / speed**2)  # wavenumber of waves that keep up with the robot
     crest = np.exp(-((arm / width) ** 2)) * fade
     ripple = np.cos(np.minimum(number, np.float32(60.0)) * (aft * 0.82 + np.abs(across) * 0.57))
-    slope = ripple * crest * np.float32(0.16 * strength)
+    slope = ripple * crest * np.float32(0.2 * strength)
     side = np.sign(across)
     c, s = np.float32(np.cos(state.course)), np.float32(np.sin(state.course))
     waves = water.waves
@@ -82,9 +82,12 @@ def _wake(water: Water, state: RobotState, along: F32, across: F32, strength: fl
     calm = 1.0 - np.float32(0.6 * min(strength, 1.0)) * strip
     waves.slope_east[:] = waves.slope_east * calm + slope * (0.82 * -c + 0.57 * side * -s)
     waves.slope_north[:] = waves.slope_north * calm + slope * (0.82 * -s + 0.57 * side * c)
-    foam = strip * np.exp(-aft / np.float32(0.45)) * np.float32(0.30 * strength)
-    lumps = 0.5 + 0.5 * np.sin(along * 31.0) * np.sin(across * 43.0 + along * 17.0)
-    foam *= lumps.astype(np.float32)
+    foam = strip * np.exp(-aft / np.float32(0.6)) * np.float32(0.42 * strength)
+    # Water piles up and breaks at the hull.
+    rim = (np.abs(along) / np.float32(0.36)) ** 4 + (np.abs(across) / np.float32(0.2)) ** 4
+    foam += np.exp(-(((rim - 1.0) / 0.9) ** 2)) * np.float32(0.22 * strength)
+    foam *= np.clip(0.45 + 0.75 * water.sea.lumps(water.east, water.north, water.origin), 0.0, 1.6)
+    np.minimum(foam, 0.8, out=foam)
     if waves.foam is None:
         water.waves = type(waves)(waves.slope_east, waves.slope_north, waves.variance, foam)
     else:
