@@ -1,0 +1,142 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A flight whose answer is known by hand, for the commands that read bags."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+import pytest
+
+from aerial_gnss_ros.adapters.stamps import header_fields
+from aerial_gnss_ros.bags.writer import RELIABLE, SENSOR, BagWriter
+
+START = 1_000_000_000_000
+STEP = 100_000_000
+HALF = math.sqrt(0.5)
+
+
+@dataclass
+class MadeFlight:
+    """Hovers 20 m above the water and looks straight down, the image's top to the east.
+
+    With a focal length of 500 px a pixel is 4 cm: a robot u px left of the middle is 0.04 u m north
+    of the drone, one v px above the middle 0.04 v m east.
+    """
+
+    latitude: float = 13.19
+    longitude: float = -59.64
+    altitude: float = -25.0  # above the ellipsoid; the water is at -45 m
+    images: int = 20
+    robots: tuple[tuple[float, float], ...] = ((-100.0, 0.0), (50.0, -75.0))
+    size: tuple[int, int] = (640, 480)
+
+    def true_east_north(self):
+        """Return (n, 2) places of the robots relative to the drone, m."""
+        return np.array([(-0.04 * v, -0.04 * u) for u, v in self.robots])
+
+    def boxes(self, stamp):
+        width, height = self.size
+        header = header_fields(stamp, "camera")
+        return {
+            "header": header,
+            "detections": [
+                {
+                    "header": header,
+                    "results": [{"hypothesis": {"class_id": "aqua", "score": 0.9}}],
+                    "bbox": {
+                        "center": {"position": {"x": width / 2 + u, "y": height / 2 + v}},
+                        "size_x": 16.0,
+                        "size_y": 11.0,
+                    },
+                }
+                for u, v in self.robots
+            ],
+        }
+
+    def telemetry(self, stamp):
+        width, height = self.size
+        header = header_fields(stamp, "drone")
+        yield (
+            "camera/camera_info",
+            "sensor_msgs/msg/CameraInfo",
+            {
+                "header": header,
+                "width": width,
+                "height": height,
+                "distortion_model": "plumb_bob",
+                "d": [0.0] * 5,
+                "k": [500.0, 0.0, width / 2, 0.0, 500.0, height / 2, 0.0, 0.0, 1.0],
+            },
+        )
+        yield (
+            "fix",
+            "sensor_msgs/msg/NavSatFix",
+            {
+                "header": header,
+                "latitude": self.latitude,
+                "longitude": self.longitude,
+                "altitude": self.altitude,
+            },
+        )
+        yield "attitude", "sensor_msgs/msg/Imu", {"header": header, "orientation": {"w": 1.0}}
+        yield (
+            "gimbal",
+            "geometry_msgs/msg/QuaternionStamped",
+            {
+                "header": header,
+                "quaternion": {"x": 0.0, "y": HALF, "z": 0.0, "w": HALF},
+            },
+        )
+        yield "height", "std_msgs/msg/Float64", {"data": 20.0}
+
+    def picture(self, stamp):
+        width, height = self.size
+        return {
+            "header": header_fields(stamp, "camera"),
+            "width": width,
+            "height": height,
+            "encoding": "mono8",
+            "step": width,
+            "data": np.zeros(width * height, dtype=np.uint8),
+        }
+
+    def write(self, path, without=(), namespace="", images=False, change=None):
+        """Write the bag.
+
+        Args:
+            path: the bag's folder.
+            without: topics to leave out.
+            namespace: of all topics.
+            images: images instead of detections.
+            change: takes and returns topic, type and fields of each message.
+        """
+        with BagWriter(path, namespace=namespace) as bag:
+
+            def put(topic, msgtype, stamp, fields, qos):
+                if change is not None:
+                    topic, msgtype, fields = change(topic, msgtype, fields)
+                if topic not in without:
+                    bag.write(topic, msgtype, stamp, fields, qos)
+
+            for i in range(-5, self.images + 5):
+                stamp = START + i * STEP
+                for topic, msgtype, fields in self.telemetry(stamp):
+                    put(topic, msgtype, stamp, fields, SENSOR)
+                if not 0 <= i < self.images:
+                    continue
+                taken = stamp + STEP // 2  # between two samples of telemetry
+                if images:
+                    put("camera/image_raw", "sensor_msgs/msg/Image", taken, self.picture(taken),
+                        SENSOR)  # fmt: skip
+                else:
+                    put("detections", "vision_msgs/msg/Detection2DArray", taken,
+                        self.boxes(taken), RELIABLE)  # fmt: skip
+        return path
+
+
+@pytest.fixture
+def flight():
+    """Return the hover with two robots."""
+    return MadeFlight()
