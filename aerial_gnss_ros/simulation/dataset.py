@@ -16,7 +16,7 @@ import cv2
 import numpy as np
 
 from aerial_gnss_ros.core.errors import AerialGnssError, ConfigError, OutputError
-from aerial_gnss_ros.simulation.labels import MIN_CONTRAST, RobotLabel
+from aerial_gnss_ros.simulation.labels import RobotLabel
 from aerial_gnss_ros.simulation.renderer import Renderer
 from aerial_gnss_ros.simulation.scene import random_scene
 from aerial_gnss_ros.simulation.staging import Stage, random_stage
@@ -24,6 +24,8 @@ from aerial_gnss_ros.simulation.staging import Stage, random_stage
 CLASS_NAMES = ("aqua",)
 SCENE_IMAGES = 5
 """Images made of one random scene: making waves and clouds costs more than a crop."""
+# Labelled for training: a little more than what a detector is scored on (labels.py).
+LEAST_CONTRAST = 0.05
 LEAST_LONG_PX = 10.0
 LEAST_VISIBLE_CROP = 0.4
 META = (
@@ -189,7 +191,7 @@ def _picture(
 
 def _labelled(label: RobotLabel) -> bool:
     return (
-        label.contrast >= MIN_CONTRAST
+        label.contrast >= LEAST_CONTRAST
         and label.visible >= LEAST_VISIBLE_CROP
         and label.long_px >= LEAST_LONG_PX
     )

@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 
 from aerial_gnss_ros.simulation.view import Window
 
-MIN_CONTRAST = 0.05
+MIN_CONTRAST = 0.06
 """Robots of less contrast than this do not count when a detector is scored: a person who is not
-told where to look finds hardly any of them."""
+told where to look misses many of them among waves (looked at before any detector was trained)."""
 MIN_LONG_PX, MIN_SHORT_PX = 16.0, 8.0
 """Robots smaller than this are scored apart, by size."""
 MIN_VISIBLE = 0.5

@@ -52,6 +52,7 @@ def random_stage(
         image: Width and height of the camera, None to draw one.
     """
     width, height = image or ((1280, 720), (1920, 1080), (1440, 1080))[int(rng.integers(3))]
+    long_px = _random_size(rng)
     while True:
         camera = _random_camera(rng, width, height)
         tilt = float(MAX_TILT * rng.uniform() ** 0.8)
@@ -66,8 +67,8 @@ def random_stage(
         slant = float(np.hypot(np.hypot(spot[0], spot[1]), 1.0))
         if slant > 1.0 / np.cos(MAX_TILT):
             continue
-        long_px = _random_size(rng)
         metres = float(camera.K[0, 0]) * LENGTH / long_px / slant
+        # The size was drawn first, so that rare views do not make small robots rare.
         if HEIGHTS[0] <= metres <= HEIGHTS[1]:
             break
     pose = replace(pose, position=np.array([*rng.uniform(-500.0, 500.0, 2), metres]))
