@@ -1,2 +1,23 @@
 # SPDX-License-Identifier: Apache-2.0
 """ROS 2 nodes: a callback converts, calls the core and publishes; no mathematics here."""
+
+from __future__ import annotations
+
+import importlib.util
+
+from aerial_gnss_ros.core.errors import RosError
+
+
+def require_ros() -> None:
+    """Raise RosError, with what to do, where ROS 2 or a message package is missing."""
+    if importlib.util.find_spec("rclpy") is None:
+        raise RosError(
+            "ROS 2 is not found: on a robot source /opt/ros/jazzy/setup.bash first, elsewhere "
+            "install the package with its extra [ros] and interfaces/, as `make setup` does."
+        )
+    for package in ("vision_msgs", "geographic_msgs"):
+        if importlib.util.find_spec(package) is None:
+            raise RosError(
+                f"{package} is not found: on a robot install ros-jazzy-"
+                f"{package.replace('_', '-')}, elsewhere pip install interfaces/."
+            )

@@ -18,10 +18,12 @@ from aerial_gnss_ros.detection.config import DetectorConfig, detector_config
 from aerial_gnss_ros.detection.images import decode
 from aerial_gnss_ros.detection.select import load_detector
 from aerial_gnss_ros.nodes import process, qos
+from aerial_gnss_ros.nodes.diagnostics import OK, STALE, WARN, Status
+from aerial_gnss_ros.nodes.inputs import OPTIONAL
 from aerial_gnss_ros.nodes.newest import Newest
 from aerial_gnss_ros.nodes.ros_messages import message
 from aerial_gnss_ros.nodes.schemas import DETECTOR
-from aerial_gnss_ros.nodes.supervised import OK, STALE, WARN, Given, Status, SupervisedNode
+from aerial_gnss_ros.nodes.supervised import Given, SupervisedNode
 from aerial_gnss_ros.nodes.timings import Timings
 
 DETECTIONS_TYPE = "vision_msgs/msg/Detection2DArray"
@@ -85,7 +87,7 @@ class DetectorNode(SupervisedNode):
             "sensor_msgs/msg/CameraInfo",
             qos.sensor(10),
             self._take_camera_info,
-            expected="never",
+            expected=OPTIONAL,
         )
 
     def destroy_node(self) -> None:

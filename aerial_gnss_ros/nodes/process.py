@@ -12,7 +12,11 @@ from types import FrameType
 from typing import Any, NoReturn
 
 import rclpy
-from rclpy.exceptions import InvalidHandle, NotInitializedException
+from rclpy.exceptions import (
+    InvalidHandle,
+    NameValidationException,
+    NotInitializedException,
+)
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.utilities import remove_ros_args
@@ -44,49 +48,72 @@ def main(program: str, make_node: Callable[[], Node], argv: Sequence[str] | None
         )
         return 0 if asked else WRONG_INPUT
     try:
-        return spin(lambda: [make_node()], arguments)
+        return spin([make_node], arguments)
     except AerialGnssError as error:
         print(f"{program}: {error}", file=sys.stderr)  # noqa: T201
         return WRONG_INPUT
 
 
-def spin(make_nodes: Callable[[], list[Any]], arguments: Sequence[str]) -> int:
+def spin(makers: Sequence[Callable[[], Any]], arguments: Sequence[str]) -> int:
     """Initialise ROS, make nodes and spin them until SIGINT or SIGTERM; return 0.
 
     Args:
-        make_nodes: returns the nodes; what it raises ends the process.
+        makers: each returns a node; what one raises ends the process.
         arguments: with the program's name first, then `--ros-args …`.
 
     Raises:
         AerialGnssError: the input was wrong; ROS is shut down again.
     """
-    signal.signal(signal.SIGTERM, _leave)  # until rclpy's own handlers are installed
     nodes: list[Any] = []
-    try:
-        _initialise(arguments)
-        nodes = make_nodes()
+
+    def until_shutdown() -> None:
         executor = SingleThreadedExecutor()
-        for node in nodes:
-            executor.add_node(node)
+        for make in makers:
+            nodes.append(make())
+            executor.add_node(nodes[-1])
         while rclpy.ok():
             executor.spin_once()
+
+    def destroy() -> None:
+        for node in nodes:
+            node.destroy_node()
+
+    return work(until_shutdown, arguments, destroy)
+
+
+def work(
+    task: Callable[[], None], arguments: Sequence[str], after: Callable[[], None] = lambda: None
+) -> int:
+    """Initialise ROS, do a task until its end, SIGINT or SIGTERM, and shut ROS down; return 0.
+
+    Args:
+        task: the work.
+        arguments: with the program's name first, then `--ros-args …`.
+        after: cleans up before ROS is shut down; a second signal does not disturb it.
+
+    Raises:
+        AerialGnssError: the input was wrong.
+    """
+    former = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
+    signal.signal(signal.SIGTERM, _leave)  # until rclpy's own handlers are installed
+    try:
+        _initialise(arguments)
+        task()
     except (KeyboardInterrupt, ExternalShutdownException):
         pass
+    except NameValidationException as error:
+        raise ConfigError(f"{' '.join(str(error).split())}.") from error
     except (_RCL_ERROR, InvalidHandle, NotInitializedException):
-        if rclpy.ok():  # else a signal came while nodes were made: their context is gone
+        if rclpy.ok():  # else a signal came in the middle of something: the context is gone
             raise
     finally:
-        _end(nodes)
+        for number in former:
+            signal.signal(number, signal.SIG_IGN)
+        after()
+        rclpy.try_shutdown()
+        for number, handler in former.items():
+            signal.signal(number, handler)
     return 0
-
-
-def _end(nodes: Sequence[Any]) -> None:
-    """Destroy nodes and shut ROS down; a second signal does not disturb that."""
-    for number in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(number, signal.SIG_IGN)
-    for node in nodes:
-        node.destroy_node()
-    rclpy.try_shutdown()
 
 
 def _leave(_number: int, _frame: FrameType | None) -> NoReturn:

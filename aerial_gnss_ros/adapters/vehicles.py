@@ -1,0 +1,39 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Finds vehicle profiles: the shipped ones by name, a user's own by path."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from aerial_gnss_ros.core.errors import ConfigError, InputError
+from aerial_gnss_ros.resources import config_path
+
+_FOLDER = "vehicles"
+
+
+def vehicle_file(vehicle: str) -> Path:
+    """Return the parameter file of a vehicle.
+
+    Args:
+        vehicle: the name of a shipped profile (`generic`), or the path of a YAML file.
+
+    Raises:
+        ConfigError: there is no such profile.
+    """
+    path = Path(vehicle).expanduser()
+    if path.suffix in (".yaml", ".yml") or path.name != vehicle:
+        if not path.is_file():
+            raise ConfigError(f"vehicle profile {vehicle} does not exist; give a YAML file.")
+        return path
+    try:
+        return config_path(f"{_FOLDER}/{vehicle}.yaml")
+    except InputError as error:
+        raise ConfigError(
+            f"{vehicle} is not a vehicle profile; there are {', '.join(vehicle_names())}, or give "
+            "the path of a YAML file of your own."
+        ) from error
+
+
+def vehicle_names() -> list[str]:
+    """Return the names of the shipped profiles."""
+    return sorted(path.stem for path in config_path(_FOLDER).glob("*.yaml"))

@@ -1,0 +1,62 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Starts detector and estimator for one vehicle: `aerial-gnss run` with launch arguments.
+
+    ros2 launch aerial_gnss_ros aerial_gnss.launch.py vehicle:=generic namespace:=drone1
+
+A parameter's value comes from, in this order: the arguments model and use_sim_time, the files in
+params (the last one that has it), the vehicle profile, the default. Nothing is downloaded.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from launch.actions import DeclareLaunchArgument, ExecuteProcess, OpaqueFunction
+from launch.substitutions import LaunchConfiguration
+from launch_ros.actions import Node
+
+from launch import LaunchContext, LaunchDescription
+
+ARGUMENTS = {
+    "namespace": ("", "of both nodes and, as all topics are relative, of their topics"),
+    "vehicle": ("generic", "name of a profile in config/vehicles, or the path of a YAML file"),
+    "params": ("", "parameter files, separated by commas"),
+    "model": ("", "path of the detection model; empty: as the parameters say"),
+    "use_sim_time": ("false", "true: the time comes from /clock, as with a bag"),
+    "bag": ("", "rosbag2 to play with /clock; use_sim_time is then true"),
+}
+
+
+def generate_launch_description() -> LaunchDescription:
+    """Return what `ros2 launch` starts."""
+    declared = [
+        DeclareLaunchArgument(name, default_value=default, description=text)
+        for name, (default, text) in ARGUMENTS.items()
+    ]
+    return LaunchDescription([*declared, OpaqueFunction(function=start)])
+
+
+def start(context: LaunchContext) -> list[Any]:
+    """Return the actions once the arguments are known."""
+    given = {name: str(LaunchConfiguration(name).perform(context)).strip() for name in ARGUMENTS}
+    arguments = ["run", "--vehicle", given["vehicle"]]
+    files = [name.strip() for name in given["params"].split(",") if name.strip()]
+    if files:
+        arguments += ["--params", *files]
+    parameters: dict[str, Any] = {}
+    if given["model"]:
+        parameters["model"] = given["model"]
+    if given["bag"] or given["use_sim_time"].lower() in ("true", "1", "yes", "on"):
+        parameters["use_sim_time"] = True
+    nodes = Node(
+        package="aerial_gnss_ros",
+        executable="aerial-gnss",
+        arguments=arguments,
+        namespace=given["namespace"],
+        parameters=[parameters] if parameters else [],
+        output="screen",
+        emulate_tty=True,
+    )
+    if not given["bag"]:
+        return [nodes]
+    return [nodes, ExecuteProcess(cmd=["ros2", "bag", "play", given["bag"], "--clock"])]
