@@ -19,7 +19,7 @@ Array = NDArray[np.float64]
 STEP_S = 0.05
 MOST_TURN = 0.5
 """rad/s."""
-APART_M = 2.0
+APART_M = 2.5
 """Robots nearer than this turn away from each other."""
 
 
@@ -146,7 +146,8 @@ class Swarm:
 
     def _swim(self) -> tuple[Array, Array]:
         """Return positions (steps, n, 2) and courses (steps, n)."""
-        wander = np.array([turn(self._times) for turn in self._turning]).reshape(len(self), -1)
+        turns = [turn(self._times) for turn in self._turning]
+        wander = np.array(turns).reshape(len(self), len(self._times))
         path = np.empty((len(self._times), len(self), 2))
         courses = np.empty((len(self._times), len(self)))
         place, course = self._places.copy(), self._course0.copy()
@@ -166,7 +167,7 @@ class Swarm:
         away = place[:, None, :] - place[None, :, :]
         gap = np.linalg.norm(away, axis=2)
         np.fill_diagonal(gap, np.inf)
-        push = np.where(gap < APART_M, 3.0 / np.maximum(gap, 0.05) ** 2, 0.0)
+        push = np.where(gap < APART_M, 12.0 / np.maximum(gap, 0.05) ** 2, 0.0)
         wish = pull + (push[:, :, None] * away).sum(axis=1)
         error = wrap_angle(np.arctan2(wish[:, 1], wish[:, 0]) - course)
         return np.where(np.linalg.norm(wish, axis=1) > 0.0, 0.8 * error, 0.0)
