@@ -5,7 +5,9 @@ from __future__ import annotations
 
 import argparse
 import json
+import math
 import re
+import textwrap
 from pathlib import Path
 
 from aerial_gnss_ros.adapters.dji_log import (
@@ -23,6 +25,7 @@ from aerial_gnss_ros.core.errors import InputError
 HELP = "turn a DJI flight record (CSV) into a bag"
 _MM = 1e-3
 _LINES_SHOWN = 8
+_WIDTH = 100
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -61,6 +64,8 @@ def run(args: argparse.Namespace) -> int:
     camera = _camera(args)
     if not args.rate > 0.0:
         raise InputError(f"--rate must be above 0 Hz, not {args.rate:g}.")
+    if not (math.isfinite(args.start) and args.start >= 0.0):
+        raise InputError(f"--start must be a Unix time in seconds, not {args.start:g}.")
     log = read_dji_log(args.log, args.rate)
     counts = write_dji_bag(
         log,
@@ -120,19 +125,19 @@ def _summary(path: Path, log: DjiLog, counts: dict[str, int]) -> dict[str, objec
 def _print_table(path: Path, log: DjiLog, counts: dict[str, int], camera: bool) -> None:
     seconds = float(log.stamps_ns[-1] - log.stamps_ns[0]) * 1e-9
     print(f"{log.path}: {len(log)} rows, {seconds:.1f} s\n")
-    for statement in log.statements:
-        name, _, text = statement.partition(": ")
-        print(f"  {name:<10} {text}")
+    rows = [statement.partition(": ")[::2] for statement in log.statements]
+    refused = "nothing"
     if log.refused:
-        refused = summarise_refusals(log.refused, _LINES_SHOWN)
-        print(f"  {'refused':<10} {refused}; --json lists every line")
-    else:
-        print(f"  {'refused':<10} nothing")
+        refused = f"{summarise_refusals(log.refused, _LINES_SHOWN)}; --json lists every line"
+    rows.append(("refused", refused))
     if not camera:
-        print(
-            f"  {'camera':<10} none described; see --image-size, --focal-length-mm and "
-            "--sensor-width-mm"
+        rows.append(
+            ("camera", "none; give --image-size, --focal-length-mm and --sensor-width-mm for one")
         )
+    column = max(len(name) for name, _ in rows) + 4
+    for name, text in rows:
+        first = f"  {name}".ljust(column)
+        print(textwrap.fill(text, _WIDTH, initial_indent=first, subsequent_indent=" " * column))
     print(f"\n{path}:")
     for topic, count in counts.items():
         print(f"  {topic:<24} {count} messages")
