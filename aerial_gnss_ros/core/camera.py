@@ -59,9 +59,15 @@ class CameraModel:
     R: Array = field(default_factory=lambda: np.eye(3))
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "K", checked_matrix(self.K, "K"))
-        object.__setattr__(self, "D", checked_coefficients(self.model, self.D))
-        object.__setattr__(self, "R", np.asarray(self.R, dtype=np.float64).reshape(3, 3))
+        given = {
+            "K": checked_matrix(self.K, "K"),
+            "D": checked_coefficients(self.model, self.D),
+            "R": square(self.R, "R"),
+        }
+        for name, values in given.items():
+            own = values.copy()
+            own.setflags(write=False)
+            object.__setattr__(self, name, own)
         check_size(self.width, self.height)
 
     @classmethod

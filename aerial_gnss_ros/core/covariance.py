@@ -94,7 +94,7 @@ class Uncertainty:
         rotation_slow: (3, 3) covariance of the small rotation in ENU, rad².
         rotation_slow_axes: (3, 3) its factor: columns are the axes of roll, pitch and heading
             errors in ENU, each as long as its one sigma, rad.
-        rotation_white: (3, 3) likewise.
+        rotation_white: (3, 3) covariance of the small rotation in ENU, rad².
         height_slow: m².
         height_white: m².
         position_slow: (2, 2) East, North, m².

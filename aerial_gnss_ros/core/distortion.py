@@ -46,6 +46,7 @@ class BrownConrady:
         k1, k2, self._p1, self._p2, k3, k4, k5, k6 = (float(c) for c in coefficients)
         self._over = np.array([1.0, k1, k2, k3])  # powers of r²
         self._under = np.array([1.0, k4, k5, k6])
+        self._rational = bool(self._under[1:].any())
         self.max_radius = math.sqrt(self._monotonic_square())
 
     def _monotonic_square(self) -> float:
@@ -62,26 +63,30 @@ class BrownConrady:
 
     def distort(self, points: Array) -> tuple[Array, Array]:
         """Return distorted points (n, 2) and the Jacobian (n, 2, 2) of undistorted ones (n, 2)."""
-        x, y = points[:, 0], points[:, 1]
-        s = x * x + y * y
+        u, v, a, b, d = self._values(points[:, 0], points[:, 1])
+        return np.stack([u, v], axis=1), _symmetric(a, b, d)
+
+    def _values(self, x: Array, y: Array) -> tuple[Array, Array, Array, Array, Array]:
+        """Return distorted x and y, and the Jacobian's xx, xy = yx and yy, (n,) each."""
+        xx, xy, yy = x * x, x * y, y * y
+        s = xx + yy
         n1, n2, n3 = self._over[1:]
-        d1, d2, d3 = self._under[1:]
-        over = 1.0 + s * (n1 + s * (n2 + s * n3))
-        under = 1.0 + s * (d1 + s * (d2 + s * d3))
-        radial = over / under
-        # derivative by s
-        slope = n1 + s * (2.0 * n2 + s * 3.0 * n3) - radial * (d1 + s * (2.0 * d2 + s * 3.0 * d3))
-        slope = slope / under
+        radial = 1.0 + s * (n1 + s * (n2 + s * n3))
+        slope = n1 + s * (2.0 * n2 + s * (3.0 * n3))  # by s
+        if self._rational:
+            d1, d2, d3 = self._under[1:]
+            under = 1.0 + s * (d1 + s * (d2 + s * d3))
+            radial = radial / under
+            slope = (slope - radial * (d1 + s * (2.0 * d2 + s * (3.0 * d3)))) / under
         p1, p2 = self._p1, self._p2
-        out = np.empty_like(points)
-        out[:, 0] = x * radial + 2.0 * p1 * x * y + p2 * (s + 2.0 * x * x)
-        out[:, 1] = y * radial + p1 * (s + 2.0 * y * y) + 2.0 * p2 * x * y
-        jacobian = np.empty((len(points), 2, 2))
-        jacobian[:, 0, 0] = radial + 2.0 * x * x * slope + 2.0 * p1 * y + 6.0 * p2 * x
-        jacobian[:, 0, 1] = 2.0 * x * y * slope + 2.0 * p1 * x + 2.0 * p2 * y
-        jacobian[:, 1, 0] = jacobian[:, 0, 1]
-        jacobian[:, 1, 1] = radial + 2.0 * y * y * slope + 6.0 * p1 * y + 2.0 * p2 * x
-        return out, jacobian
+        twice = 2.0 * slope
+        return (
+            x * radial + 2.0 * p1 * xy + p2 * (s + 2.0 * xx),
+            y * radial + p1 * (s + 2.0 * yy) + 2.0 * p2 * xy,
+            radial + twice * xx + 2.0 * p1 * y + 6.0 * p2 * x,
+            twice * xy + 2.0 * p1 * x + 2.0 * p2 * y,
+            radial + twice * yy + 6.0 * p1 * y + 2.0 * p2 * x,
+        )
 
     def undistort(self, points: Array) -> tuple[Array, Array, Mask]:
         """Invert by Newton's method, kept inside the monotonic radius.
@@ -93,20 +98,25 @@ class BrownConrady:
             Undistorted points (n, 2), the Jacobian of `distort` there (n, 2, 2), and whether each
             lies in the monotonic region (n,).
         """
+        wanted_x, wanted_y = points[:, 0], points[:, 1]
         # Inside the fold the start is the distorted point itself: from there a radial function that
         # bends one way converges from one side.
-        guess = self._inside(points, np.zeros_like(points))
-        out, jacobian = self.distort(guess)
+        x, y = self._inside(wanted_x, wanted_y, 0.0, 0.0)
         for _ in range(_STEPS):
-            residual = out - points
-            if np.all(np.abs(residual) < _TOLERANCE):
+            u, v, a, b, d = self._values(x, y)
+            right, down = u - wanted_x, v - wanted_y
+            wrong = np.maximum(np.abs(right), np.abs(down))
+            if not (wrong >= _TOLERANCE).any():
                 break
-            guess = self._inside(guess - _solve(jacobian, residual), guess)
-            out, jacobian = self.distort(guess)
-        wrong = np.max(np.abs(out - points), axis=1, initial=0.0)
-        size = 1.0 + np.max(np.abs(points), axis=1, initial=0.0)
-        valid: Mask = (wrong < _ACCEPT * size) & self.monotonic(guess, jacobian)
-        return guess, jacobian, valid
+            determinant = a * d - b * b
+            scale = 1.0 / np.where(determinant == 0.0, np.inf, determinant)
+            x, y = self._inside(
+                x - (d * right - b * down) * scale, y - (a * down - b * right) * scale, x, y
+            )
+        found, jacobian = np.stack([x, y], axis=1), _symmetric(a, b, d)
+        size = 1.0 + np.maximum(np.abs(wanted_x), np.abs(wanted_y))
+        valid: Mask = (wrong < _ACCEPT * size) & self.monotonic(found, jacobian)
+        return found, jacobian, valid
 
     def monotonic(self, points: Array, jacobian: Array) -> Mask:
         """Return whether undistorted points (n, 2) lie where the lens does not fold, (n,)."""
@@ -114,31 +124,27 @@ class BrownConrady:
         inside: Mask = (np.hypot(points[:, 0], points[:, 1]) < self.max_radius) & (determinant > 0)
         return inside
 
-    def _inside(self, points: Array, before: Array) -> Array:
+    def _inside(
+        self, x: Array, y: Array, before_x: Array | float, before_y: Array | float
+    ) -> tuple[Array, Array]:
         """Return steps that left the monotonic region shortened to half the way to its edge."""
         if math.isinf(self.max_radius):
-            return points
-        radius = np.hypot(points[:, 0], points[:, 1])
+            return x, y
+        radius = np.hypot(x, y)
         outside = radius >= self.max_radius
         if not outside.any():
-            return points
-        old = np.hypot(before[:, 0], before[:, 1])
-        wanted = 0.5 * (old + self.max_radius)
-        factor = np.where(outside, wanted / np.where(outside, radius, 1.0), 1.0)
-        shortened: Array = points * factor[:, None]
-        return shortened
+            return x, y
+        halfway = 0.5 * (np.hypot(before_x, before_y) + self.max_radius)
+        factor = np.where(outside, halfway / np.where(outside, radius, 1.0), 1.0)
+        return x * factor, y * factor
 
 
-def _solve(matrices: Array, vectors: Array) -> Array:
-    """Return the solutions (n, 2) of (n, 2, 2) systems; a singular one gives a step of zero."""
-    a, b = matrices[:, 0, 0], matrices[:, 0, 1]
-    c, d = matrices[:, 1, 0], matrices[:, 1, 1]
-    determinant = a * d - b * c
-    inverse = np.where(determinant != 0.0, 1.0, 0.0) / np.where(
-        determinant != 0.0, determinant, 1.0
-    )
-    u, v = vectors[:, 0], vectors[:, 1]
-    return np.stack([(d * u - b * v) * inverse, (a * v - c * u) * inverse], axis=1)
+def _symmetric(a: Array, b: Array, d: Array) -> Array:
+    """Return matrices (n, 2, 2) of their xx, xy and yy."""
+    matrices = np.empty((len(a), 2, 2))
+    matrices[:, 0, 0], matrices[:, 1, 1] = a, d
+    matrices[:, 0, 1] = matrices[:, 1, 0] = b
+    return matrices
 
 
 class Equidistant:

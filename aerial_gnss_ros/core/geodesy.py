@@ -48,9 +48,9 @@ def geodetic_from_ecef(xyz: ArrayLike) -> tuple[Array, Array, Array]:
     """Return latitude, longitude (rad) and altitude (m) of Earth-centred points (..., 3) in m."""
     points = np.asarray(xyz, dtype=np.float64)
     flat = points.reshape(-1, 3)
-    lon, lat, alt = _cart().transform(
-        flat[:, 0].copy(), flat[:, 1].copy(), flat[:, 2].copy(), radians=True, direction="INVERSE"
-    )
+    # pyproj 3.6 warns of arrays with one element, so a single point goes in as plain numbers.
+    x, y, z = flat[0].tolist() if len(flat) == 1 else np.ascontiguousarray(flat.T)
+    lon, lat, alt = _cart().transform(x, y, z, radians=True, direction="INVERSE")
     shape = points.shape[:-1]
     return np.reshape(lat, shape), np.reshape(lon, shape), np.reshape(alt, shape)
 

@@ -202,6 +202,15 @@ def test_binning_of_one_and_a_whole_region_are_no_binning_and_no_region():
     CameraModel.from_camera_info(**GOOD, binning=(1, 1), roi=(0, 0, 1280, 720))
 
 
+def test_a_model_keeps_its_own_numbers():
+    k = K.copy()
+    camera = CameraModel.from_camera_info(1280, 720, "plumb_bob", [], k)
+    k[0, 0] = 5.0
+    assert camera.K[0, 0] == 1000.0
+    with pytest.raises(ValueError, match="read-only"):
+        camera.K[0, 0] = 5.0
+
+
 def test_no_pixels_give_no_rays():
     rays, valid = _camera("barrel").rays(np.zeros((0, 2)))
     assert rays.shape == (0, 3)
