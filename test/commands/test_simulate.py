@@ -1,0 +1,124 @@
+# SPDX-License-Identifier: Apache-2.0
+"""`aerial-gnss simulate`: what it says, what it refuses, and flights over a real log."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+
+from aerial_gnss_ros.adapters.dji_log import read_dji_log
+from aerial_gnss_ros.cli import main
+from aerial_gnss_ros.simulation.experiment import Experiment, default_camera
+from aerial_gnss_ros.simulation.recorded import RecordedFlight
+from aerial_gnss_ros.simulation.renderer import Renderer
+from aerial_gnss_ros.simulation.robots import SwimPlan
+from aerial_gnss_ros.simulation.scene import demo_scene
+from aerial_gnss_ros.simulation.view import project_points
+
+
+def test_the_summary_states_every_figure(tmp_path, capsys):
+    bag = tmp_path / "flight"
+    assert main(["simulate", "-o", str(bag), "--no-images", "--duration", "2", "--seed", "5"]) == 0
+    said, progress = capsys.readouterr()
+    assert (bag / "metadata.yaml").is_file()
+    for text in (
+        "hover", "seed 5", "1280x720 at 10 Hz", "aqua_3", "GNSS 1.2 m", "heading 1.5 deg",
+        "correlation time 300 s", "gimbal 0.03 deg", "box centre 2 px", "height 10 Hz, 20 ms late",
+    ):  # fmt: skip
+        assert text in said
+    assert "simulating: 20 of 20 images" in progress
+
+
+def test_the_summary_as_json(tmp_path, capsys):
+    arguments = ["simulate", "-o", str(tmp_path / "flight"), "--no-images", "--duration", "1"]
+    arguments += ["--noise", "rtk", "--sigma", "heading_deg=1.5", "--robot-at", "13.19395,-59.6415"]
+    assert main([*arguments, "--json"]) == 0
+    about = json.loads(capsys.readouterr().out)
+    assert about["noise"]["gnss_offset_m"] == 0.02
+    assert about["noise"]["heading_deg"] == 1.5
+    robot = about["robots"]["aqua_1"]
+    assert (robot["latitude_deg"], robot["longitude_deg"]) == pytest.approx((13.19395, -59.6415))
+    assert robot["speed_mps"] == 0.0
+    assert about["messages"]["/detections"] == 10
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["--flight", "loop"], "invalid choice: 'loop'"),
+        (["--size", "wide"], "'wide' is not a size such as 1280x720"),
+        (["--sigma", "speed=1"], "'speed=1' is not NAME=VALUE"),
+        (["--robot-at", "13.19"], "'13.19' is not 2 numbers"),
+        (["--robot-at", "50.0,8.0"], "km from the flight"),
+        (["--robot-at", "13.19,-59.64", "--robots", "2"], "not both"),
+        (["--height", "-5"], "height must lie within"),
+        (["--latency", "9"], "latency must lie within -3 to 3 s"),
+        (["--start", "9"], "only with --telemetry"),
+        (["--telemetry", "absent.csv"], "cannot read absent.csv"),
+        (["--missed", "0.1"], "need --no-images"),
+    ],
+)
+def test_wrong_input_is_one_sentence_and_leaves_nothing(tmp_path, capsys, arguments, words):
+    no_images = [] if "--missed" in arguments else ["--no-images"]
+    status = main(["simulate", "-o", str(tmp_path / "flight"), *no_images, *arguments])
+    said = capsys.readouterr().err
+    assert status == 2
+    assert words in said
+    assert "Traceback" not in said
+    assert len(said.strip().splitlines()) == 1
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_an_existing_output_is_refused_before_the_work(tmp_path, capsys):
+    assert main(["simulate", "-o", str(tmp_path), "--no-images"]) == 2
+    assert "exists already" in capsys.readouterr().err
+
+
+def test_a_log_decides_the_flight_and_says_how_it_was_read(tmp_path, capsys, shared_data):
+    log = str(shared_data / "dji_tracking.csv")
+    arguments = ["simulate", "-o", str(tmp_path / "flight"), "--no-images", "--telemetry", log]
+    assert main([*arguments, "--height", "20"]) == 2
+    assert "--height has no meaning with --telemetry" in capsys.readouterr().err
+    assert main([*arguments, "--start", "660", "--duration", "5"]) == 0
+    said = capsys.readouterr().out
+    assert (
+        "OSD.altitude [ft] (feet, converted to m), above sea level by DJI's own reckoning" in said
+    )
+    assert "gimbal roll: 0" in said
+    assert "refused rows: none" in said
+
+
+def test_a_piece_that_sees_only_sky_is_refused_with_one_that_sees_water(tmp_path, capsys):
+    rows = [f"13,-59,8,0,0,{60 if i < 30 else -40}" for i in range(81)]
+    log = tmp_path / "log.csv"
+    log.write_text("latitude,longitude,height [m],pitch,yaw,GIMBAL.pitch\n" + "\n".join(rows))
+    arguments = ["simulate", "-o", str(tmp_path / "flight"), "--no-images", "--duration", "2"]
+    assert main([*arguments, "--telemetry", str(log)]) == 2
+    said = capsys.readouterr().err
+    assert "the camera sees no water" in said
+    assert "From --start 3 it does" in said
+    assert not (tmp_path / "flight").exists()
+    assert main([*arguments, "--telemetry", str(log), "--start", "3"]) == 0
+
+
+@pytest.mark.parametrize("start", [480.0, 660.0])
+def test_robots_rendered_under_the_real_flight_lie_where_their_truth_projects(shared_data, start):
+    """Rendered boxes of floating robots lie round the projections of their true positions."""
+    flight = RecordedFlight(read_dji_log(shared_data / "dji_tracking.csv"), start, 60.0)
+    made = Experiment(flight, default_camera(640, 360), swim=SwimPlan(heave_m=0.0), seed=2)
+    renderer = Renderer(demo_scene(2))
+    distances = []
+    for frame in made.frames()[::75]:
+        _, labels = renderer.render(made.camera, frame.pose, frame.t, made.states(frame))
+        truth = made.swarm.positions([frame.t])[:, 0]
+        pixels, _ = project_points(made.camera, frame.pose, truth)
+        for label in labels:
+            pixel = pixels[made.swarm.names.index(label.robot_id)]
+            if label.visible > 0.95:
+                np.testing.assert_allclose(label.pixel, pixel, atol=0.1)
+                center, size = np.array(label.xywh[:2]), np.array(label.xywh[2:])
+                distances.append(np.abs(pixel - center) / size)
+    assert len(distances) > 10
+    assert np.max(distances) < 0.25
