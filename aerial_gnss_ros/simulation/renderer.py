@@ -31,6 +31,7 @@ from aerial_gnss_ros.simulation.wash import disturb, reach_points, wobble
 STRIP_ROWS = 40
 """Rows shaded at a time: the planes of a strip then stay in the processor's cache."""
 COARSE = 40
+"""px between the rays that set the exposure."""
 
 
 class Renderer:
@@ -111,8 +112,9 @@ class Renderer:
 
     def _gain(self, camera: CameraModel, pose: ViewPose, angle: float) -> float:
         """Automatic exposure from a coarse grid over the whole image."""
-        u = np.arange(COARSE // 2, camera.width, COARSE, dtype=np.float64)
-        v = np.arange(COARSE // 2, camera.height, COARSE, dtype=np.float64)
+        columns, rows = -(-camera.width // COARSE), -(-camera.height // COARSE)
+        u = (np.arange(columns) + 0.5) * camera.width / columns - 0.5
+        v = (np.arange(rows) + 0.5) * camera.height / rows - 0.5
         grid = np.stack(np.meshgrid(u, v), axis=-1).reshape(-1, 2)
         rays, valid = camera.rays(grid)
         rays = np.where(valid[:, None], rays, (0.0, 0.0, 1.0)).astype(np.float32)
