@@ -8,6 +8,8 @@ import errno
 import hashlib
 import json
 import re
+import subprocess
+import sys
 import xml.etree.ElementTree as ET
 from dataclasses import replace
 
@@ -398,3 +400,24 @@ def test_nothing_found_is_a_result_too(tmp_path, flight, capsys):
     assert (tmp_path / "out/positions.csv").read_text() == COLUMNS + "\n"
     assert "20 images, 0 robots, 0 positions" in capsys.readouterr().out
     assert rows(tmp_path / "out/rejected.csv") == []
+
+
+@pytest.mark.parametrize(
+    ("name", "options"),
+    [
+        ("flight.bag", ["--dst-typestore", "ros1_noetic", "--exclude-topic", "/detections"]),
+        ("humble", ["--dst-storage", "sqlite3", "--dst-version", "8"]),
+        ("packed", ["--dst-storage", "sqlite3", "--compress", "zstd"]),
+    ],
+)
+def test_bags_of_other_kinds_give_the_same_positions(tmp_path, flight, detector, name, options):
+    bag = flight.write(tmp_path / "bag")
+    images = flight.write(tmp_path / "images", images=True)
+    source = images if name.endswith(".bag") else bag
+    other = tmp_path / name
+    convert = [sys.executable, "-m", "rosbags.convert", "--src", source, "--dst", other, *options]
+    subprocess.run(convert, check=True, capture_output=True)
+    assert run(bag, tmp_path / "a") == run(other, tmp_path / "b") == 0
+    assert detector.calls == (flight.images if name.endswith(".bag") else 0)
+    a, b = ((tmp_path / n / "positions.csv").read_bytes() for n in "ab")
+    assert a == b
