@@ -8,6 +8,7 @@ import shutil
 import subprocess
 import sys
 import sysconfig
+from importlib.util import find_spec
 from pathlib import Path
 
 import pytest
@@ -145,3 +146,6 @@ def test_colcon(layout: str, source: Path, tmp_path: Path, apt_like: Path) -> No
     assert layout == "symlink" or not linked  # newer setuptools: --symlink-install copies, too
     check_resources(python, tmp_path, source if linked else share, **env)
     assert "replay" in call(python, executables / "aerial-gnss", "--help", cwd=tmp_path, **env)
+    for node in ("detector", "estimator") if find_spec("rclpy") else ():
+        text = call(python, executables / node, "--help", cwd=tmp_path, **env)
+        assert text.startswith(f"usage: {node} ")
