@@ -17,9 +17,11 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
-_STEPS = 50
+_STEPS = 15
 _TOLERANCE = 1e-11
 _ACCEPT = 1e-9
+_KNOTS = 512
+_WIDEST = math.radians(89.0)
 
 
 def _first_positive_root(coefficients: Array) -> float:
@@ -48,6 +50,10 @@ class BrownConrady:
         self._under = np.array([1.0, k4, k5, k6])
         self._rational = bool(self._under[1:].any())
         self.max_radius = math.sqrt(self._monotonic_square())
+        # Short of the edge, which may be a pole.
+        widest = min(0.9999 * math.atan(self.max_radius), _WIDEST)
+        radius = np.tan(np.linspace(0.0, widest, _KNOTS))
+        self._table = radius, self._radial(radius * radius)[0] * radius
 
     def _monotonic_square(self) -> float:
         poly = np.polynomial.polynomial
@@ -70,14 +76,7 @@ class BrownConrady:
         """Return distorted x and y, and the Jacobian's xx, xy = yx and yy, (n,) each."""
         xx, xy, yy = x * x, x * y, y * y
         s = xx + yy
-        n1, n2, n3 = self._over[1:]
-        radial = 1.0 + s * (n1 + s * (n2 + s * n3))
-        slope = n1 + s * (2.0 * n2 + s * (3.0 * n3))  # by s
-        if self._rational:
-            d1, d2, d3 = self._under[1:]
-            under = 1.0 + s * (d1 + s * (d2 + s * d3))
-            radial = radial / under
-            slope = (slope - radial * (d1 + s * (2.0 * d2 + s * (3.0 * d3)))) / under
+        radial, slope = self._radial(s)
         p1, p2 = self._p1, self._p2
         twice = 2.0 * slope
         return (
@@ -87,6 +86,18 @@ class BrownConrady:
             twice * xy + 2.0 * p1 * x + 2.0 * p2 * y,
             radial + twice * yy + 6.0 * p1 * y + 2.0 * p2 * x,
         )
+
+    def _radial(self, s: Array) -> tuple[Array, Array]:
+        """Return the radial factor at squared radii (n,) and its derivative by them."""
+        n1, n2, n3 = self._over[1:]
+        radial = 1.0 + s * (n1 + s * (n2 + s * n3))
+        slope = n1 + s * (2.0 * n2 + s * (3.0 * n3))
+        if self._rational:
+            d1, d2, d3 = self._under[1:]
+            under = 1.0 + s * (d1 + s * (d2 + s * d3))
+            radial = radial / under
+            slope = (slope - radial * (d1 + s * (2.0 * d2 + s * (3.0 * d3)))) / under
+        return radial, slope
 
     def undistort(self, points: Array) -> tuple[Array, Array, Mask]:
         """Invert by Newton's method, kept inside the monotonic radius.
@@ -99,9 +110,8 @@ class BrownConrady:
             lies in the monotonic region (n,).
         """
         wanted_x, wanted_y = points[:, 0], points[:, 1]
-        # Inside the fold the start is the distorted point itself: from there a radial function that
-        # bends one way converges from one side.
-        x, y = self._inside(wanted_x, wanted_y, 0.0, 0.0)
+        stretch = self._start(np.hypot(wanted_x, wanted_y))
+        x, y = wanted_x * stretch, wanted_y * stretch
         for _ in range(_STEPS):
             u, v, a, b, d = self._values(x, y)
             right, down = u - wanted_x, v - wanted_y
@@ -117,6 +127,12 @@ class BrownConrady:
         size = 1.0 + np.maximum(np.abs(wanted_x), np.abs(wanted_y))
         valid: Mask = (wrong < _ACCEPT * size) & self.monotonic(found, jacobian)
         return found, jacobian, valid
+
+    def _start(self, distorted: Array) -> Array:
+        """Return undistorted over distorted radius (n,) by a table of the radial part alone."""
+        found = np.interp(distorted, self._table[1], self._table[0])
+        ratio: Array = found / np.where(distorted > 0.0, distorted, 1.0)
+        return ratio
 
     def monotonic(self, points: Array, jacobian: Array) -> Mask:
         """Return whether undistorted points (n, 2) lie where the lens does not fold, (n,)."""
@@ -161,6 +177,8 @@ class Equidistant:
         self._k = np.concatenate([[1.0], np.asarray(coefficients, np.float64)])
         square = _first_positive_root(self._k * (2.0 * np.arange(5) + 1.0))
         self.max_angle = min(math.sqrt(square), math.pi)
+        angles = np.linspace(0.0, self.max_angle, _KNOTS)
+        self._table = angles, self.radius(angles)[0]
 
     def radius(self, angle: Array) -> tuple[Array, Array]:
         """Return the distorted radius and its derivative at angles off axis (rad)."""
@@ -176,7 +194,7 @@ class Equidistant:
         Returns:
             Angles (n,), the derivative of the radius there (n,), and whether each is valid (n,).
         """
-        guess = np.where(radius < self.max_angle, radius, 0.5 * self.max_angle)
+        guess = np.interp(radius, self._table[1], self._table[0])
         value, slope = self.radius(guess)
         for _ in range(_STEPS):
             if np.all(np.abs(value - radius) < _TOLERANCE):
