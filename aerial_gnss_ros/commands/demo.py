@@ -1,0 +1,248 @@
+# SPDX-License-Identifier: Apache-2.0
+"""`aerial-gnss demo`: a simulated flight through the real nodes, then map and report."""
+
+from __future__ import annotations
+
+import argparse
+import itertools
+import json
+import math
+import sys
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from aerial_gnss_ros.adapters.canonical import detection_frame
+from aerial_gnss_ros.adapters.stamps import nanoseconds
+from aerial_gnss_ros.bags.reader import BagReader, open_bag
+from aerial_gnss_ros.bags.replay import Replay
+from aerial_gnss_ros.bags.results import ResultFolder
+from aerial_gnss_ros.bags.writer import BagWriter
+from aerial_gnss_ros.commands.live_table import live_table
+from aerial_gnss_ros.commands.progress import progress
+from aerial_gnss_ros.core.config import EstimatorConfig
+from aerial_gnss_ros.core.errors import ConfigError, RosError
+from aerial_gnss_ros.core.values import DetectionFrame, empty_detections
+from aerial_gnss_ros.detection.config import DetectorConfig
+from aerial_gnss_ros.detection.images import decode
+from aerial_gnss_ros.detection.select import load_detector
+from aerial_gnss_ros.evaluation.boxes import boxes_jpeg
+from aerial_gnss_ros.evaluation.errors import RobotErrors, compare, summarise
+from aerial_gnss_ros.evaluation.picture import map_png
+from aerial_gnss_ros.evaluation.report import Report, metres, write_report
+from aerial_gnss_ros.evaluation.tables import EstimatedTrack, read_positions
+from aerial_gnss_ros.evaluation.truth import Truth, read_truth
+from aerial_gnss_ros.nodes import require_ros
+from aerial_gnss_ros.simulation.bag import DETECTIONS_TYPE, IMAGE_TOPICS, write_bag
+from aerial_gnss_ros.simulation.experiment import Experiment, default_camera
+from aerial_gnss_ros.simulation.flight import FlightPlan, GeneratedFlight
+from aerial_gnss_ros.simulation.scenario import scenario
+from aerial_gnss_ros.simulation.scene import demo_scene
+from aerial_gnss_ros.simulation.sensors import sensor_plan
+
+if TYPE_CHECKING:
+    from aerial_gnss_ros.nodes.live import LivePosition
+
+SIMULATED = (
+    "The images are simulated: sea and robots are rendered, sensor errors are drawn with the "
+    "stated sigmas. Nodes, topics and transport are real."
+)
+LIVE = "filter, live: what the nodes published"
+METHODS = {
+    "filter": "filter, replayed: tracked over time",
+    "single": "single: exact ray, each image alone",
+    "paper": "paper: the published equations, mended",
+}
+IMAGES = "/" + IMAGE_TOPICS["jpeg"]
+PLAYED = (IMAGES, "/camera/camera_info", "/fix", "/attitude", "/gimbal", "/height")
+NOISE = "consumer"
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the command's arguments."""
+    parser.epilog = SIMULATED
+    parser.add_argument(
+        "--duration", type=float, default=30.0, metavar="S", help="of the flight (default 30)"
+    )
+    parser.add_argument("--robots", type=int, default=3, metavar="N", help="default 3")
+    parser.add_argument(
+        "--height", type=float, default=15.0, metavar="M", help="above the water (default 15)"
+    )
+    parser.add_argument("--seed", type=int, default=1, help="of all chance (default 1)")
+    parser.add_argument(
+        "-o", "--output", type=Path, default=Path(), metavar="DIR",
+        help="folder in which a new numbered one is made (default: this one)",
+    )  # fmt: skip
+    parser.add_argument("--json", action="store_true", help="the figures for machines")
+
+
+def run(args: argparse.Namespace) -> int:
+    """Simulate, fly, compare and report."""
+    require_ros()
+    if not 5.0 <= args.duration <= 600.0:
+        raise ConfigError(f"--duration must lie within 5 to 600 s, not {args.duration:g}.")
+    if not 1 <= args.robots <= 20:
+        raise ConfigError(f"--robots must lie within 1 to 20, not {args.robots}.")
+    experiment = _experiment(args)
+    folder = numbered_folder(args.output)
+    _say(SIMULATED)
+    with progress("rendering the flight", len(experiment.frames()), "images") as report:
+        about = scenario(experiment, NOISE)
+        write_bag(folder / "flight", experiment, demo_scene(args.seed), scenario=about,
+                  report=report)  # fmt: skip
+    with open_bag(folder / "flight") as bag:
+        truth = read_truth(bag)
+    live = _fly(folder, truth)
+    with open_bag([folder / "flight", folder / "detections"]) as bag:
+        results = {method: _replay(bag, method, folder) for method in METHODS}
+        pictures = _pictures(bag)
+    errors = {LIVE: compare(live, truth.robots)} | {
+        METHODS[method]: compare(tracks, truth.robots) for method, (tracks, _) in results.items()
+    }
+    replay = results["filter"][1]
+    (folder / "map.png").write_bytes(map_png(live, truth.robots, truth.drone))
+    write_report(
+        folder / "report.html",
+        Report(
+            "Demo: robots found from a drone", [SIMULATED], live, truth.robots, truth.drone,
+            replay.summary.rejections, errors, pictures,
+            [("flight", experiment.flight.words), ("sensor errors", NOISE),
+             ("images", str(replay.summary.frames)), ("seed", str(args.seed))],
+        ),
+    )  # fmt: skip
+    _show(folder, errors, as_json=args.json)
+    return 0 if live else 1
+
+
+def _experiment(args: argparse.Namespace) -> Experiment:
+    plan = FlightPlan("orbit", args.duration, args.height)
+    return Experiment(
+        GeneratedFlight(plan, args.seed), default_camera(1280, 720), sensor_plan(NOISE),
+        robots=args.robots, seed=args.seed,
+    )  # fmt: skip
+
+
+def numbered_folder(parent: Path) -> Path:
+    """Make and return the first of demo_001, demo_002, … that does not exist."""
+    parent.mkdir(parents=True, exist_ok=True)
+    for number in itertools.count(1):
+        folder = parent / f"demo_{number:03d}"
+        try:
+            folder.mkdir()
+        except FileExistsError:
+            continue
+        return folder
+    raise AssertionError
+
+
+def _fly(folder: Path, truth: Truth) -> dict[str, EstimatedTrack]:
+    """Play the flight into the nodes; keep the boxes; return the positions published."""
+    import rclpy
+
+    from aerial_gnss_ros.nodes.live import fly
+    from aerial_gnss_ros.nodes.transport import use_large_data_profile
+
+    use_large_data_profile()
+    rclpy.init()
+    try:
+        _say(f"Starting detector and estimator (their log: {folder / 'nodes.log'}).")
+        with (
+            open_bag(folder / "flight") as bag,
+            live_table(truth.robots, sys.stderr) as show,
+        ):
+            heard = fly(
+                bag, list(PLAYED), folder / "nodes.log",
+                lambda elapsed, positions: show(elapsed, _tracks(positions)),
+            )  # fmt: skip
+    finally:
+        rclpy.try_shutdown()
+    if not heard.detections:
+        raise RosError(
+            f"no detections were heard; see {folder / 'nodes.log'}, and check that no firewall "
+            "keeps processes on this machine from talking."
+        )
+    with BagWriter(folder / "detections") as boxes:
+        for stamp_ns, raw in heard.detections:
+            boxes.write("detections", DETECTIONS_TYPE, stamp_ns, raw)
+    _say(f"{len(heard.detections)} of {heard.images} images came through both nodes.")
+    return _tracks(heard.positions)
+
+
+def _tracks(positions: Mapping[str, Sequence[LivePosition]]) -> dict[str, EstimatedTrack]:
+    tracks = {}
+    for name, heard in sorted(positions.items()):
+        rows = list(heard)  # the subscriber's thread goes on appending
+        cov = np.array([row.covariance for row in rows])
+        tracks[name] = EstimatedTrack(
+            np.array([row.stamp_ns for row in rows], dtype=np.int64),
+            np.radians([row.latitude_deg for row in rows]),
+            np.radians([row.longitude_deg for row in rows]),
+            cov[:, [0, 1, 1, 2]].reshape(-1, 2, 2),
+            np.array([row.measured for row in rows]),
+        )
+    return tracks
+
+
+def _replay(bag: BagReader, method: str, folder: Path) -> tuple[dict[str, EstimatedTrack], Replay]:
+    """Replay flight and live boxes with one method into a folder of its own."""
+    config = replace(EstimatorConfig(), method=method)
+    replay = Replay(bag, config, DetectorConfig(), load_detector)
+    target = folder / method
+    target.mkdir()
+    with (
+        ResultFolder(target) as results,
+        progress(f"replaying with method {method}", replay.message_count, "messages") as report,
+    ):
+        for result in replay.results(report):
+            results.add(result)
+    return read_positions(target / "positions.csv"), replay
+
+
+def _pictures(bag: BagReader) -> list[tuple[str, bytes]]:
+    """Return the image in the middle of the flight with the boxes that were found in it."""
+    found: dict[int, DetectionFrame] = {}
+    for recorded in bag.messages({"/detections"}):
+        frame = detection_frame(recorded.message())
+        found[frame.stamp_ns] = frame
+    wanted = sorted(found)[len(found) // 2]
+    for recorded in bag.messages({IMAGES}):
+        message = recorded.message()
+        if nanoseconds(message.header.stamp) == wanted:
+            boxes = found.get(wanted, empty_detections(wanted))
+            return [("A rendered image and the boxes found in it.",
+                     boxes_jpeg(decode(message), boxes))]  # fmt: skip
+    return []
+
+
+def _show(folder: Path, errors: Mapping[str, list[RobotErrors]], *, as_json: bool) -> None:
+    if as_json:
+        figures: dict[str, Any] = {
+            method: {
+                "all": asdict(summarise(robots)),
+                "robots": {r.truth_id: asdict(summarise([r])) for r in robots},
+            }
+            for method, robots in errors.items()
+        }
+        print(json.dumps({"output": str(folder), "errors": figures}, indent=2))
+        return
+    names = [robot.truth_id for robot in next(iter(errors.values()))]
+    print("\nError against truth, median / p95 (m); simulated images")
+    print(f"{'':<42}" + "".join(f"{name:>15}" for name in [*names, "all"]))
+    for method, robots in errors.items():
+        cells = [_cell([robot]) for robot in robots] + [_cell(robots)]
+        print(f"{method:<42}" + "".join(f"{cell:>15}" for cell in cells))
+    print(f"\nmap:    {folder / 'map.png'}\nreport: {folder / 'report.html'}")
+
+
+def _cell(robots: list[RobotErrors]) -> str:
+    summary = summarise(robots)
+    if math.isnan(summary.median):
+        return "not found"
+    return f"{metres(summary.median)} / {metres(summary.p95)}"
+
+
+def _say(sentence: str) -> None:
+    print(sentence, file=sys.stderr, flush=True)

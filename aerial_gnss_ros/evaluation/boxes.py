@@ -1,0 +1,41 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A picture of the boxes that were found in an image."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    from aerial_gnss_ros.core.values import DetectionFrame
+
+_COLOUR = (0, 200, 255)  # BGR: amber, seen on every sea
+_JPEG_QUALITY = 88
+
+
+def boxes_jpeg(image: NDArray[np.uint8], found: DetectionFrame) -> bytes:
+    """Draw boxes, class names and scores.
+
+    Args:
+        image: (h, w, 3) BGR; left as it is.
+        found: the image's detections.
+
+    Returns:
+        A JPEG.
+    """
+    picture = image.copy()
+    for center, size, score, name in zip(
+        found.centers, found.sizes, found.scores, found.class_ids, strict=True
+    ):
+        low = tuple(int(v) for v in np.round(center - size / 2.0))
+        high = tuple(int(v) for v in np.round(center + size / 2.0))
+        cv2.rectangle(picture, low, high, _COLOUR, 2, cv2.LINE_AA)
+        cv2.putText(
+            picture, f"{name} {score:.2f}", (low[0], max(low[1] - 6, 12)),
+            cv2.FONT_HERSHEY_SIMPLEX, 0.55, _COLOUR, 1, cv2.LINE_AA,
+        )  # fmt: skip
+    _, encoded = cv2.imencode(".jpg", picture, [cv2.IMWRITE_JPEG_QUALITY, _JPEG_QUALITY])
+    return bytes(encoded)
