@@ -38,11 +38,12 @@ class Input:
         """Whether silence on it now is worth a report."""
         return self.expected == ALWAYS or (self.expected == ONCE and self.arrivals.count == 0)
 
-    def silence(self, publisher_types: Sequence[str]) -> str:
+    def silence(self, publisher_types: Sequence[str], unfit: bool = False) -> str:
         """Return the sentence that reports silence.
 
         Args:
             publisher_types: message type of each publisher on the topic.
+            unfit: whether one offers another quality of service than this node asks for.
         """
         begin = (
             f"no {self.name} for {SILENCE_S:.0f} s on {self.topic} "
@@ -51,6 +52,8 @@ class Input:
         other = sorted(set(publisher_types) - {self.msgtype})
         if other:
             return f"{begin}: {', '.join(other)} comes there where {self.msgtype} is meant"
+        if unfit:
+            return f"{begin}: its quality of service does not fit, see the message about it"
         if publisher_types:
             return f"{begin}: {self.hint}"
         return f"{begin}: start what publishes it, or remap {self.topic}"

@@ -18,7 +18,6 @@ import rclpy
 from rclpy.node import Node
 from rclpy.publisher import Publisher
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
-from rclpy.utilities import remove_ros_args
 from rosbags.interfaces import QosDurability, QosReliability
 from rosgraph_msgs.msg import Clock
 
@@ -159,7 +158,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     parser.add_argument(
         "--after", type=float, default=0.0, help="seconds /clock goes on at the end"
     )
-    args = parser.parse_args(remove_ros_args(args=arguments)[1:])
+    args = parser.parse_args(process.own_arguments(arguments)[1:])
     use_large_data_profile()
     try:
         with open_bag(args.bags) as bag:

@@ -12,14 +12,9 @@ from types import FrameType
 from typing import Any, NoReturn
 
 import rclpy
-from rclpy.exceptions import (
-    InvalidHandle,
-    NameValidationException,
-    NotInitializedException,
-)
+from rclpy.exceptions import InvalidHandle, NotInitializedException
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.node import Node
-from rclpy.utilities import remove_ros_args
 
 from aerial_gnss_ros.adapters.parameter_files import read
 from aerial_gnss_ros.core.errors import AerialGnssError, ConfigError, RosError
@@ -38,7 +33,7 @@ def main(program: str, make_node: Callable[[], Node], argv: Sequence[str] | None
         argv: with the program's name first; None takes the process's own.
     """
     arguments = list(sys.argv if argv is None else argv)
-    rest = remove_ros_args(args=arguments)[1:]
+    rest = own_arguments(arguments)[1:]
     if rest:
         asked = rest[0] in ("-h", "--help")
         usage = f"usage: {program} [--ros-args --params-file FILE -p NAME:=VALUE -r FROM:=TO ...]"
@@ -52,6 +47,22 @@ def main(program: str, make_node: Callable[[], Node], argv: Sequence[str] | None
     except AerialGnssError as error:
         print(f"{program}: {error}", file=sys.stderr)  # noqa: T201
         return WRONG_INPUT
+
+
+def own_arguments(arguments: Sequence[str]) -> list[str]:
+    """Return what is not meant for ROS: all but `--ros-args ...` up to its end or to `--`.
+
+    rclpy's own function reads the parameter files at once and raises where one is bad.
+    """
+    own, ours = [], True
+    for argument in arguments:
+        if argument == "--ros-args":
+            ours = False
+        elif argument == "--" and not ours:
+            ours = True
+        elif ours:
+            own.append(argument)
+    return own
 
 
 def spin(makers: Sequence[Callable[[], Any]], arguments: Sequence[str]) -> int:
@@ -101,8 +112,6 @@ def work(
         task()
     except (KeyboardInterrupt, ExternalShutdownException):
         pass
-    except NameValidationException as error:
-        raise ConfigError(f"{' '.join(str(error).split())}.") from error
     except (_RCL_ERROR, InvalidHandle, NotInitializedException):
         if rclpy.ok():  # else a signal came in the middle of something: the context is gone
             raise

@@ -12,10 +12,13 @@ from typing import Any
 from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.clock import Clock, ClockType
 from rclpy.event_handler import PublisherEventCallbacks, SubscriptionEventCallbacks
+from rclpy.exceptions import NameValidationException
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.publisher import Publisher
-from rclpy.qos import QoSProfile, qos_policy_name_from_kind
+from rclpy.qos import QoSCompatibility, QoSProfile, qos_check_compatible, qos_policy_name_from_kind
+from rclpy.validate_namespace import validate_namespace
+from rclpy.validate_topic_name import validate_topic_name
 
 from aerial_gnss_ros.adapters.parameter_files import read, ros_parameters
 from aerial_gnss_ros.core.errors import ConfigError
@@ -55,7 +58,7 @@ class SupervisedNode(Node):  # type: ignore[misc]  # rclpy has no complete types
     """
 
     def __init__(self, name: str, given: Given) -> None:
-        super().__init__(name, namespace=given.namespace)
+        super().__init__(name, namespace=_namespace(given.namespace))
         overrides = {key: item.value for key, item in self._parameter_overrides.items()}
         self._set_ros_parameters(given, name, overrides)
         self.values = read(given.files, SCHEMAS, self.get_namespace())[name]
@@ -63,6 +66,7 @@ class SupervisedNode(Node):  # type: ignore[misc]  # rclpy has no complete types
         declare(self, SCHEMAS[name], self.values)
         self.inputs: list[Input] = []
         self._steady = Clock(clock_type=ClockType.STEADY_TIME)
+        self._profiles: dict[str, QoSProfile] = {}
         self._said: dict[str, int] = {}
         self._diagnostics = self.create_publisher(
             DiagnosticArray, "/diagnostics", qos.diagnostics()
@@ -111,7 +115,7 @@ class SupervisedNode(Node):  # type: ignore[misc]  # rclpy has no complete types
         hint: str = "it does not send",
     ) -> Input:
         """Subscribe to a topic and watch it; see `Input` for the arguments."""
-        resolved = self.resolve_topic_name(topic)
+        resolved = self.resolved(topic)
         arrivals = Arrivals(self.steady_ns())
         source = Input(name, resolved, msgtype, expected, hint, arrivals)
 
@@ -132,15 +136,28 @@ class SupervisedNode(Node):  # type: ignore[misc]  # rclpy has no complete types
             message_class(msgtype), topic, take, profile, event_callbacks=events
         )
         self.inputs.append(source)
+        self._profiles[resolved] = profile
         return source
 
     def announce(self, topic: str, msgtype: str, profile: QoSProfile) -> Publisher:
         """Return a publisher that reports subscribers which cannot be served."""
-        resolved = self.resolve_topic_name(topic)
+        resolved = self.resolved(topic)
         events = PublisherEventCallbacks(
             incompatible_qos=lambda event: self._mismatch(resolved, "subscriber", profile, event)
         )
         return self.create_publisher(message_class(msgtype), topic, profile, event_callbacks=events)
+
+    def resolved(self, topic: str) -> str:
+        """Return a topic's full name, remapped.
+
+        Raises:
+            ConfigError: it cannot be a topic's name.
+        """
+        try:
+            validate_topic_name(topic)
+        except NameValidationException as error:
+            raise ConfigError(f"{topic!r} cannot be a topic: {_reason(error)}.") from error
+        return str(self.resolve_topic_name(topic))
 
     def steady_ns(self) -> int:
         """Return a clock that never jumps, ns."""
@@ -170,8 +187,7 @@ class SupervisedNode(Node):  # type: ignore[misc]  # rclpy has no complete types
         now_ns = self.steady_ns()
         for source in self.inputs:
             if source.missed and source.arrivals.fell_silent(now_ns):
-                found = self.get_publishers_info_by_topic(source.topic)
-                self.get_logger().warning(source.silence([info.topic_type for info in found]))
+                self._report_silence(source)
         lines = [self.judge(source, input_status(source, now_ns)) for source in self.inputs]
         self._diagnostics.publish(
             diagnostic_array(
@@ -181,7 +197,37 @@ class SupervisedNode(Node):  # type: ignore[misc]  # rclpy has no complete types
             )
         )
 
+    def _report_silence(self, source: Input) -> None:
+        found = self.get_publishers_info_by_topic(source.topic)
+        profile = self._profiles[source.topic]
+        unfit = any(
+            qos_check_compatible(info.qos_profile, profile)[0] == QoSCompatibility.ERROR
+            for info in found
+        )
+        self.get_logger().warning(source.silence([info.topic_type for info in found], unfit))
+
     def _mismatch(self, topic: str, other: str, profile: QoSProfile, event: Any) -> None:
         policy = qos_policy_name_from_kind(event.last_policy_kind).lower()
-        ours = str(getattr(profile, policy, "")).rsplit(".", 1)[-1].lower().replace("_", " ")
+        ours = getattr(getattr(profile, policy, None), "name", "").lower().replace("_", " ")
         self.get_logger().warning(mismatch(topic, other, policy, ours))
+
+
+def _namespace(given: str | None) -> str | None:
+    """Return a namespace as rclpy wants it.
+
+    Raises:
+        ConfigError: it cannot be one.
+    """
+    if not given:
+        return given
+    absolute = "/" + given.strip("/")
+    try:
+        validate_namespace(absolute)
+    except NameValidationException as error:
+        raise ConfigError(f"{given!r} cannot be a namespace: {_reason(error)}.") from error
+    return absolute
+
+
+def _reason(error: NameValidationException) -> str:
+    """Return what is wrong with a name, without rclpy's picture of the place."""
+    return str(error).split("\n", 1)[0].split(": ", 1)[-1].rstrip(":. ")

@@ -1,0 +1,85 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The programs as a user starts them: what they say, and how they end."""
+
+from __future__ import annotations
+
+import signal
+
+import pytest
+
+pytest.importorskip("rclpy", reason="ROS 2 is not installed")
+
+from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+from std_msgs.msg import String
+
+from aerial_gnss_ros.nodes.ros_messages import message_class
+
+ESTIMATOR = "aerial_gnss_ros.nodes.estimator"
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_signal_ends_a_node_with_status_0(start, number):
+    program = start(ESTIMATOR)
+    program.wait_for("method filter")
+    assert program.end(number) == 0, program.text
+    assert "Traceback" not in program.text
+
+
+def test_silence_and_mismatches_are_reported(ros, start):
+    """One run, as each takes five seconds: silence, wrong type, wrong reliability, durability."""
+    program = start(ESTIMATOR, "--ros-args", "-r", "__ns:=/d", "-r", "gimbal:=mount/attitude")
+    program.wait_for("detections /d/detections.*gimbal /d/mount/attitude")
+    node = ros.node()
+    array = message_class("vision_msgs/msg/Detection2DArray")
+    careless = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
+    node.create_publisher(array, "/d/detections", careless)
+    node.create_publisher(String, "/d/height", 10)
+    program.wait_for(
+        "/d/detections: a publisher does not fit in reliability, .* which asks for reliable; set "
+        "the publisher's reliability to reliable"
+    )
+    program.wait_for(r"no fix for 5 s on /d/fix \(publishers: 0\): start what publishes it")
+    program.wait_for(r"no gimbal for 5 s on /d/mount/attitude \(publishers: 0\)")
+    program.wait_for(r"no height for 5 s on /d/height \(publishers: 1\): std_msgs/msg/String comes")
+    program.wait_for(r"no detections for 5 s on /d/detections \(publishers: 1\): its quality of")
+    assert "no attitude" not in program.text  # the gimbal refers to the earth
+    assert "no water_level" not in program.text
+    fixes = message_class("sensor_msgs/msg/NavSatFix")
+    publisher = node.create_publisher(fixes, "/d/fix", 10)
+    ros.spin_until(publisher.get_subscription_count)
+    ros.spin(0.3)
+    publisher.publish(fixes())
+    program.wait_for(r"fix is back on /d/fix after \d")
+    assert program.end() == 0
+
+
+def test_a_subscriber_that_cannot_be_served_is_told_what_to_change(ros):
+    from aerial_gnss_ros.detection.base import Detections
+    from aerial_gnss_ros.nodes.detector import DetectorNode
+
+    class Nothing:
+        name, class_names = "nothing", ("aqua",)
+
+        def detect(self, image):
+            raise AssertionError(Detections, image)
+
+    node = ros.add(DetectorNode(load=lambda _config: Nothing()))
+    said = []
+    node.get_logger().warning = said.append
+    array = message_class("vision_msgs/msg/Detection2DArray")
+    wish = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+    ros.node().create_subscription(array, "detections", print, wish)
+    ros.spin_until(lambda: said)
+    assert said[0] == (
+        "/detections: a subscriber does not fit in durability, so nothing passes between it and "
+        "this node, which offers volatile; set the subscriber's durability to volatile"
+    )
+
+
+def test_wrong_input_ends_the_process_with_status_2(start, tmp_path):
+    path = tmp_path / "p.yaml"
+    path.write_text("/**:\n  ros__parameters: {model: /absent/robots.onnx}\n")
+    program = start("aerial_gnss_ros.nodes.detector", "--ros-args", "--params-file", path)
+    program.wait_for(r"detector: .*/absent/robots\.onnx")
+    assert program.process.wait(timeout=20.0) == 2
+    assert "Traceback" not in program.text
