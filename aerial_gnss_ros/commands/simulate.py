@@ -14,6 +14,7 @@ import numpy as np
 from aerial_gnss_ros.adapters.dji_log import DjiLog, read_dji_log, summarise_refusals
 from aerial_gnss_ros.bags.partial import refuse_existing
 from aerial_gnss_ros.commands.argument_types import numbers, sigma, size
+from aerial_gnss_ros.commands.ending import ended_cleanly
 from aerial_gnss_ros.commands.progress import progress
 from aerial_gnss_ros.core.errors import ConfigError, InputError
 from aerial_gnss_ros.core.geodesy import enu_from_geodetic
@@ -152,7 +153,7 @@ def run(args: argparse.Namespace) -> int:
     about["images"] = "none" if scene is None else images
     total = len(experiment.frames())
     what = "simulating" if scene is None else "rendering"
-    with progress(what, total, "images") as report:
+    with ended_cleanly(), progress(what, total, "images") as report:
         counts = write_bag(
             args.output, experiment, scene, images=images, scenario=about, report=report
         )

@@ -3,13 +3,15 @@
 
 from __future__ import annotations
 
+import os
 import signal
+import threading
 from collections import deque
 from collections.abc import Iterable, Iterator
 from concurrent.futures import Future, ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass
-from multiprocessing import get_context
+from multiprocessing import get_context, parent_process
 
 import cv2
 
@@ -119,8 +121,17 @@ _studio: Studio | None = None  # of a worker process; nowhere else
 def _open_studio(scene: Scene, camera: CameraModel, jpeg_quality: int | None) -> None:
     global _studio  # noqa: PLW0603  (a pool's initializer has no other place to put it)
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent ends the work
+    threading.Thread(target=_end_with_parent, daemon=True).start()
     cv2.setNumThreads(1)
     _studio = Studio(scene, camera, jpeg_quality)
+
+
+def _end_with_parent() -> None:
+    """A parent that is killed cannot close the pool, and its workers would wait for ever."""
+    parent = parent_process()
+    if parent is not None:
+        parent.join()
+        os._exit(1)
 
 
 def _take(picture: Picture) -> Rendered:

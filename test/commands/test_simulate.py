@@ -4,6 +4,11 @@
 from __future__ import annotations
 
 import json
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -122,3 +127,38 @@ def test_robots_rendered_under_the_real_flight_lie_where_their_truth_projects(sh
                 distances.append(np.abs(pixel - center) / size)
     assert len(distances) > 10
     assert np.max(distances) < 0.25
+
+
+def _started(path):
+    """A rendering run and its worker processes, once the first image is done."""
+    command = [sys.executable, "-m", "aerial_gnss_ros.cli", "simulate", "-o", str(path)]
+    command += ["--duration", "30", "--size", "192x108"]
+    process = subprocess.Popen(command, stderr=subprocess.PIPE, text=True)
+    assert "rendering" in process.stderr.readline()
+    children = Path(f"/proc/{process.pid}/task/{process.pid}/children")
+    return process, [int(pid) for pid in children.read_text().split()]
+
+
+def _wait_until_gone(pids):
+    deadline = time.monotonic() + 20.0
+    while any(Path(f"/proc/{pid}").exists() for pid in pids) and time.monotonic() < deadline:
+        time.sleep(0.05)
+    return not any(Path(f"/proc/{pid}").exists() for pid in pids)
+
+
+@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="reads /proc")
+@pytest.mark.parametrize(
+    ("number", "status"),
+    [(signal.SIGTERM, 130), (signal.SIGKILL, -signal.SIGKILL)],
+)
+def test_an_ended_run_leaves_no_bag_and_no_process(tmp_path, number, status):
+    process, children = _started(tmp_path / "flight")
+    assert len(children) >= 2
+    process.send_signal(number)
+    _, said = process.communicate(timeout=30)
+    assert process.returncode == status
+    assert _wait_until_gone(children)
+    assert not (tmp_path / "flight").exists()
+    if number != signal.SIGKILL:
+        assert "interrupted" in said
+        assert list(tmp_path.iterdir()) == []
