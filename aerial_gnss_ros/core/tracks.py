@@ -2,12 +2,15 @@
 """The first tracker: one constant-velocity filter a robot, and the life of a track.
 
 A detection that no track claims begins a tentative track. `confirm_hits` measurements within
-`confirm_window_s` confirm it: only then it has a name and is published. A confirmed robot that an
-image does not show coasts; after `coast_s` unseen it is lost and its name is used up.
+`confirm_window_s` confirm it, if they came in at least half of the images since the first of them
+(a robot is seen more often than not, a glint is not): only then it has a name and is published. A
+confirmed robot that an image does not show coasts; after `coast_s` unseen it is lost and its name
+is used up.
 
 A robot unseen for longer than `confirm_window_s` is not updated by a single detection: its gate is
 wide by then, and one false box inside it would tear it away. Detections there begin a tentative
-track, and when that is confirmed inside the gate, it goes on under the coasting robot's name.
+track, and when that is confirmed inside the gate, it goes on under the coasting robot's name. Not
+so if it began while the robot was in view: what is seen beside a robot is not that robot.
 
 The gate compares what is known relative to one another: innovation covariance = the state's own
 white covariance + the measurement's white covariance + what may have happened to the platform's
@@ -45,6 +48,7 @@ class Track:
     """The life of one track; its numbers are the row of `Tracker.beliefs` of the same index."""
 
     class_id: str
+    first_seen_ns: int
     last_seen_ns: int
     state: State = State.TENTATIVE
     robot_id: str = ""
@@ -89,6 +93,7 @@ class Tracker:
         self.tracks: list[Track] = []
         self.beliefs = kalman.nothing()
         self._stamp_ns: int | None = None
+        self._images: list[int] = []
         self._water_altitude = np.nan
 
     def update(self, frame: PosedFrame, points: WaterPoints, local: LocalMap) -> TrackUpdate:
@@ -96,6 +101,8 @@ class Tracker:
         self._local = local
         self._water_altitude = frame.pose.altitude - frame.pose.height
         stamp_ns = frame.detections.stamp_ns
+        self._images = [one for one in self._images if stamp_ns - one <= self._window_ns]
+        self._images.append(stamp_ns)
         seen = _measurements(frame.detections, points, local)
         self._advance(stamp_ns)
         rows, columns = self._associate(seen, stamp_ns)
@@ -140,9 +147,8 @@ class Tracker:
             self.beliefs = self.beliefs[np.array(kept, np.intp)]
 
     def _unseen_s(self, stamp_ns: int) -> Array:
-        last = np.array([track.last_seen_ns for track in self.tracks], dtype=np.int64)
-        seconds: Array = (stamp_ns - last) * 1e-9
-        return seconds
+        unseen = [(stamp_ns - track.last_seen_ns) * 1e-9 for track in self.tracks]
+        return np.array(unseen, dtype=np.float64)
 
     def _associate(self, seen: Measurements, stamp_ns: int) -> Pairs:
         """Return rows of tracks and columns of measurements that belong together."""
@@ -152,10 +158,19 @@ class Tracker:
         spread = known[:, None] + seen.white[None] + kalman.outer(geometry)
         offsets = seen.positions[None] - self.beliefs.mean[:, None, :2]
         squared, log_determinant = mahalanobis(offsets, spread)
-        fresh = self._unseen_s(stamp_ns) * 1e9 <= self._window_ns
         classes = np.array([track.class_id for track in self.tracks], dtype=str)
         allowed = (squared <= self._threshold) & (classes[:, None] == seen.class_ids[None])
-        return assign(squared, log_determinant, allowed & fresh[:, None], self._threshold)
+        fresh = self._unseen_s(stamp_ns) <= self._rules.confirm_window_s + 1e-9
+        tentative = np.array([track.state is State.TENTATIVE for track in self.tracks], dtype=bool)
+        # Robots choose first: a stray box of a robot must not grow up on that robot's own boxes.
+        rows, columns = assign(
+            squared, log_determinant, allowed & (fresh & ~tentative)[:, None], self._threshold
+        )
+        allowed[:, columns] = False
+        more_rows, more_columns = assign(
+            squared, log_determinant, allowed & tentative[:, None], self._threshold
+        )
+        return np.concatenate([rows, more_rows]), np.concatenate([columns, more_columns])
 
     def _correct(self, seen: Measurements, rows: Indices, columns: Indices, stamp_ns: int) -> None:
         if not len(rows):
@@ -200,16 +215,14 @@ class Tracker:
         self.beliefs = kalman.join(self.beliefs, fresh)
         for column in begun:
             stamp_ns = frame.stamp_ns
-            self.tracks.append(Track(str(seen.class_ids[column]), stamp_ns, hits=[stamp_ns]))
+            self.tracks.append(
+                Track(str(seen.class_ids[column]), stamp_ns, stamp_ns, hits=[stamp_ns])
+            )
         return {first + i: int(seen.index[column]) for i, column in enumerate(begun)}
 
     def _confirm(self, stamp_ns: int, measured: set[int], local: LocalMap) -> set[int]:
         """Name the tracks that have hits enough; return the coasting rows that they replace."""
-        ready = [
-            row
-            for row, track in enumerate(self.tracks)
-            if track.state is State.TENTATIVE and len(track.hits) >= self._rules.confirm_hits
-        ]
+        ready = [row for row, track in enumerate(self.tracks) if self._is_ready(track)]
         if not ready:
             return set()
         resumed = self._resume(ready, measured, stamp_ns)
@@ -221,6 +234,12 @@ class Tracker:
             track.robot_id = given[row] if row in given else self.tracks[resumed[row]].robot_id
             track.state, track.hits = State.CONFIRMED, []
         return set(resumed.values())
+
+    def _is_ready(self, track: Track) -> bool:
+        if track.state is not State.TENTATIVE or len(track.hits) < self._rules.confirm_hits:
+            return False
+        since = sum(image >= track.hits[0] for image in self._images)
+        return 2 * len(track.hits) >= since
 
     def _resume(self, ready: list[int], measured: set[int], stamp_ns: int) -> dict[int, int]:
         """Return, by newly confirmed row, the coasting row of the robot that it is."""
@@ -236,6 +255,9 @@ class Tracker:
         old_classes = np.array([self.tracks[row].class_id for row in coasting], dtype=str)
         new_classes = np.array([self.tracks[row].class_id for row in ready], dtype=str)
         allowed = (squared <= self._threshold) & (old_classes[:, None] == new_classes[None])
+        left = np.array([self.tracks[row].last_seen_ns for row in coasting], dtype=np.int64)
+        came = np.array([self.tracks[row].first_seen_ns for row in ready], dtype=np.int64)
+        allowed &= left[:, None] < came[None]
         rows, columns = assign(squared, log_determinant, allowed, self._threshold)
         return {ready[j]: coasting[i] for i, j in zip(rows, columns, strict=True)}
 
