@@ -21,7 +21,8 @@ MESSAGES := $(VENV)/.messages
 endif
 
 BIN := $(VENV)/bin
-PIP := $(BIN)/python -m pip install --disable-pip-version-check --quiet
+# The last flag only matters to pip before 23.1, which otherwise warns at length about one of the wheels of ROS.
+PIP := $(BIN)/python -m pip install --disable-pip-version-check --quiet --use-pep517
 CREATED := $(VENV)/.created
 MESSAGES_INPUTS := $(wildcard interfaces/*.* interfaces/build_messages/*.py aerial_gnss_ros/bags/msg/*/msg/*.msg)
 READY := $(VENV)/.ready-to-run
