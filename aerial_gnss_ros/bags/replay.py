@@ -33,7 +33,7 @@ class Summary:
         rejections: refused detections by reason.
         images_refused: images that could not be decoded.
         images_dropped: images out of order or with a stamp that came before, by reason.
-        warnings: sentences for the user.
+        notes: sentences for the user.
     """
 
     frames: int = 0
@@ -42,7 +42,7 @@ class Summary:
     rejections: Counter[str] = field(default_factory=Counter)
     images_refused: int = 0
     images_dropped: Counter[str] = field(default_factory=Counter)
-    warnings: list[str] = field(default_factory=list)
+    notes: list[str] = field(default_factory=list)
 
     def add(self, result: FrameResult) -> None:
         """Count one image's result."""
@@ -131,10 +131,10 @@ class Replay:
             on_message(done)
         yield from self._counted(self._estimator.flush())
         self.summary.images_dropped.update(self._estimator.dropped)
-        self.summary.warnings += self._estimator.take_events()
+        self.summary.notes += self._estimator.take_events()
         if self._images is not None and self._images.refused:
             self.summary.images_refused = self._images.refused
-            self.summary.warnings.append(self._images.first_refusal)
+            self.summary.notes.append(self._images.first_refusal)
 
     def _take(self, topic: str, message: Any, log_ns: int) -> None:
         subscription = self.plan.routes[topic]
@@ -160,4 +160,4 @@ class Replay:
         """Stop at a first CameraInfo that cannot be used; report a later one."""
         if not self._camera_seen:
             raise CameraError(sentence)
-        self.summary.warnings.append(sentence)
+        self.summary.notes.append(sentence)

@@ -3,8 +3,10 @@
 
 from __future__ import annotations
 
+import csv
+import io
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING, Any
@@ -17,16 +19,12 @@ from aerial_gnss_ros.bags.maps import geojson, kml
 from aerial_gnss_ros.bags.writer import LATCHED, RELIABLE, BagWriter
 from aerial_gnss_ros.core.rejection import Rejection
 from aerial_gnss_ros.core.values import CameraPose, FrameResult, RobotEstimate
-from aerial_gnss_ros.evaluation.tables import Track
+from aerial_gnss_ros.evaluation.tables import POSITION_COLUMNS, Track
 
 if TYPE_CHECKING:
     from typing_extensions import Self
 
-POSITIONS = (
-    "stamp_ns,robot_id,class_id,latitude_deg,longitude_deg,altitude_m,var_east_m2,"
-    "cov_east_north_m2,var_north_m2,velocity_east_mps,velocity_north_mps,state"
-)
-REJECTED = "stamp_ns,reason,u_px,v_px"
+REJECTED_COLUMNS = ("stamp_ns", "reason", "u_px", "v_px")
 
 
 class ResultFolder:
@@ -97,40 +95,42 @@ class ResultFolder:
             tracks.setdefault(estimate.robot_id, []).append(estimate)
         tracks = dict(sorted(tracks.items()))
         for name, text in {
-            "positions.csv": _table(POSITIONS, map(position_row, estimates)),
-            "rejected.csv": _table(REJECTED, map(rejection_row, rejections)),
+            "positions.csv": _table(POSITION_COLUMNS, map(position_row, estimates)),
+            "rejected.csv": _table(REJECTED_COLUMNS, map(rejection_row, rejections)),
             "positions.geojson": geojson(tracks),
             "positions.kml": kml(tracks),
         }.items():
             (self._folder / name).write_text(text, encoding="utf-8", newline="\n")
 
 
-def position_row(estimate: RobotEstimate) -> str:
-    """Return a line of positions.csv; ten decimals of a degree are a hundredth of a millimetre."""
+def position_row(estimate: RobotEstimate) -> list[str]:
+    """Return a row of positions.csv; ten decimals of a degree are a hundredth of a millimetre."""
     covariance = estimate.covariance
-    return ",".join(
-        [
-            str(estimate.stamp_ns),
-            estimate.robot_id,
-            estimate.class_id,
-            f"{math.degrees(estimate.latitude):.10f}",
-            f"{math.degrees(estimate.longitude):.10f}",
-            f"{estimate.altitude:.4f}",
-            f"{covariance[0, 0]:.9g}",
-            f"{covariance[0, 1]:.9g}",
-            f"{covariance[1, 1]:.9g}",
-            f"{estimate.velocity[0]:.6f}",
-            f"{estimate.velocity[1]:.6f}",
-            str(estimate.state),
-        ]
-    )
+    return [
+        str(estimate.stamp_ns),
+        estimate.robot_id,
+        estimate.class_id,
+        f"{math.degrees(estimate.latitude):.10f}",
+        f"{math.degrees(estimate.longitude):.10f}",
+        f"{estimate.altitude:.4f}",
+        f"{covariance[0, 0]:.9g}",
+        f"{covariance[0, 1]:.9g}",
+        f"{covariance[1, 1]:.9g}",
+        f"{estimate.velocity[0]:.6f}",
+        f"{estimate.velocity[1]:.6f}",
+        str(estimate.state),
+    ]
 
 
-def rejection_row(rejection: Rejection) -> str:
-    """Return a line of rejected.csv."""
-    pixel = f"{rejection.u_px:.3f},{rejection.v_px:.3f}"
-    return f"{rejection.stamp_ns},{rejection.reason},{pixel}"
+def rejection_row(rejection: Rejection) -> list[str]:
+    """Return a row of rejected.csv."""
+    pixel = [f"{rejection.u_px:.3f}", f"{rejection.v_px:.3f}"]
+    return [str(rejection.stamp_ns), str(rejection.reason), *pixel]
 
 
-def _table(header: str, rows: Any) -> str:
-    return "\n".join([header, *rows]) + "\n"
+def _table(columns: Sequence[str], rows: Iterable[list[str]]) -> str:
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")  # quotes a class name with a comma
+    writer.writerow(columns)
+    writer.writerows(rows)
+    return text.getvalue()

@@ -63,8 +63,8 @@ def run(args: argparse.Namespace) -> int:
                 for result in replay.results(report, results.add_detections):
                     results.add(result)
             write_replay_report(folder, results, replay)
-    for warning in replay.summary.warnings:
-        say(warning)
+    for note in replay.summary.notes:
+        say(note)
     if args.json:
         print(json.dumps(as_json(args.output, replay.summary), indent=2))
     else:
@@ -79,7 +79,7 @@ def write_replay_report(folder: Path, results: ResultFolder, replay: Replay) -> 
         folder / "report.html",
         Report(
             title="Replay",
-            notes=summary.warnings,
+            notes=summary.notes,
             estimates=read_positions(folder / "positions.csv"),
             truth={},
             drone=results.drone,
@@ -110,7 +110,7 @@ def as_json(output: Path, summary: Summary) -> dict[str, Any]:
         "rejections": dict(sorted(summary.rejections.items())),
         "images_refused": summary.images_refused,
         "images_dropped": dict(sorted(summary.images_dropped.items())),
-        "warnings": summary.warnings,
+        "notes": summary.notes,
     }
 
 

@@ -3,6 +3,9 @@
 
 from __future__ import annotations
 
+import sqlite3
+from contextlib import closing
+
 import numpy as np
 import pytest
 from rosbags.rosbag1 import Writer as Writer1
@@ -154,11 +157,16 @@ def test_damaged_content_is_one_sentence(tmp_path):
 
 
 def test_an_unknown_type_is_named_when_it_is_read(tmp_path):
+    # As Humble records: sqlite3 without definitions.
     with Writer(tmp_path / "a", version=8, storage_plugin=StoragePlugin.SQLITE3) as writer:
-        connection = writer.add_connection(
-            "/sonar", "acme_msgs/msg/Sonar", msgdef="", rihs01="RIHS01_0"
-        )
-        writer.write(connection, 7, b"\x00\x01\x00\x00\x00\x00\x00\x00")
+        store = get_typestore(Stores.ROS2_HUMBLE)
+        connection = writer.add_connection("/sonar", FLOAT, typestore=store)
+        writer.write(connection, 7, store.serialize_cdr(store.types[FLOAT](4.5), FLOAT))
+    with closing(sqlite3.connect(tmp_path / "a/a.db3")) as base, base:
+        base.execute("UPDATE topics SET type = 'acme_msgs/msg/Sonar'")
+        base.execute("DELETE FROM message_definitions")
+    metadata = tmp_path / "a/metadata.yaml"
+    metadata.write_text(metadata.read_text().replace(FLOAT, "acme_msgs/msg/Sonar"))
     with open_bag(tmp_path / "a") as bag:
         [recorded] = bag.messages()
         with pytest.raises(InputError, match="topic /sonar has message type acme_msgs/msg/Sonar"):

@@ -9,8 +9,11 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
+from aerial_gnss_ros import cli
 from aerial_gnss_ros.adapters.stamps import header_fields
 from aerial_gnss_ros.bags.writer import RELIABLE, SENSOR, BagWriter
+from aerial_gnss_ros.commands import replay as command
+from aerial_gnss_ros.detection.base import Detections
 
 START = 1_000_000_000_000
 STEP = 100_000_000
@@ -140,3 +143,56 @@ class MadeFlight:
 def flight():
     """Return the hover with two robots."""
     return MadeFlight()
+
+
+@pytest.fixture
+def replay():
+    """Return a function that replays a bag, or several, and returns the exit status."""
+
+    def run(bag, out, *extra):
+        bags = bag if isinstance(bag, list) else [bag]
+        return cli.main(["replay", *map(str, bags), "-o", str(out), *map(str, extra)])
+
+    return run
+
+
+@pytest.fixture
+def refusal(replay, capsys):
+    """Return a function that checks that a replay is refused, and returns the sentence."""
+
+    def refused(bag, out, *extra):
+        before = out.exists()
+        capsys.readouterr()
+        assert replay(bag, out, *extra) == 2
+        assert out.exists() == before
+        assert not list(out.parent.glob(".*.partial"))
+        sentence = capsys.readouterr().err.strip().splitlines()[-1]
+        assert sentence.startswith("aerial-gnss: ")
+        return sentence
+
+    return refused
+
+
+class TwoRobots:
+    """Stands for the network: finds what the made flight shows."""
+
+    name = "two robots, on paper"
+    class_names = ("aqua",)
+
+    def __init__(self, flight):
+        self.flight = flight
+        self.calls = 0
+
+    def detect(self, image):
+        assert image.shape == (480, 640, 3)
+        self.calls += 1
+        boxes = [(320.0 + u, 240.0 + v, 16.0, 11.0) for u, v in self.flight.robots]
+        return Detections(np.array(boxes), np.full(2, 0.9), np.zeros(2, dtype=int), ("aqua",))
+
+
+@pytest.fixture
+def detector(flight, monkeypatch):
+    """Return a detector that `aerial-gnss replay` uses instead of a network."""
+    made = TwoRobots(flight)
+    monkeypatch.setattr(command, "load_detector", lambda _config: made)
+    return made

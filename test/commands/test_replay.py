@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 import csv
-import errno
 import hashlib
 import json
 import re
@@ -19,36 +18,15 @@ import pytest
 from rosbags.highlevel import AnyReader
 from rosbags.interfaces import QosDurability
 
-from aerial_gnss_ros import cli
-from aerial_gnss_ros.commands import replay as command
-from aerial_gnss_ros.detection.base import Detections
-
 COLUMNS = (
     "stamp_ns,robot_id,class_id,latitude_deg,longitude_deg,altitude_m,var_east_m2,"
     "cov_east_north_m2,var_north_m2,velocity_east_mps,velocity_north_mps,state"
 )
 
 
-def run(bag, out, *extra):
-    bags = bag if isinstance(bag, list) else [bag]
-    return cli.main(["replay", *map(str, bags), "-o", str(out), *map(str, extra)])
-
-
 def rows(path):
     with path.open(newline="") as file:
         return list(csv.DictReader(file))
-
-
-def refusal(capsys, bag, out, *extra):
-    """Return the sentence on standard error; nothing may be left under the final name."""
-    before = out.exists()
-    capsys.readouterr()
-    assert run(bag, out, *extra) == 2
-    assert out.exists() == before
-    assert not list(out.parent.glob(".*.partial"))
-    sentence = capsys.readouterr().err.strip().splitlines()[-1]
-    assert sentence.startswith("aerial-gnss: ")
-    return sentence
 
 
 @pytest.fixture
@@ -59,9 +37,11 @@ def ellipsoid(tmp_path):
 
 
 @pytest.mark.parametrize("method", ["filter", "single"])
-def test_positions_are_where_the_robots_are(tmp_path, flight, ellipsoid, method):
+def test_positions_are_where_the_robots_are(tmp_path, flight, ellipsoid, method, replay):
     out = tmp_path / "out"
-    assert run(flight.write(tmp_path / "bag"), out, "--params", ellipsoid, "--method", method) == 0
+    assert (
+        replay(flight.write(tmp_path / "bag"), out, "--params", ellipsoid, "--method", method) == 0
+    )
     table = rows(out / "positions.csv")
     assert (out / "positions.csv").read_text().splitlines()[0] == COLUMNS
     order = [(int(row["stamp_ns"]), row["robot_id"]) for row in table]
@@ -83,9 +63,9 @@ def test_positions_are_where_the_robots_are(tmp_path, flight, ellipsoid, method)
     np.testing.assert_allclose(by_north[:, 2], -20.0, atol=1e-3)
 
 
-def test_every_output_of_the_contract_is_there(tmp_path, flight, capsys):
+def test_every_output_of_the_contract_is_there(tmp_path, flight, capsys, replay):
     out = tmp_path / "out"
-    assert run(flight.write(tmp_path / "bag"), out, "--json") == 0
+    assert replay(flight.write(tmp_path / "bag"), out, "--json") == 0
     summary = json.loads(capsys.readouterr().out)
     table = rows(out / "positions.csv")
     assert {path.name for path in out.iterdir()} == {
@@ -151,60 +131,38 @@ def digest(folder):
     }
 
 
-def test_the_same_input_gives_the_same_bytes(tmp_path, flight):
+def test_the_same_input_gives_the_same_bytes(tmp_path, flight, replay):
     bag = flight.write(tmp_path / "bag")
     for name in ("a", "b"):
-        assert run(bag, tmp_path / name / "out") == 0
+        assert replay(bag, tmp_path / name / "out") == 0
     assert digest(tmp_path / "a/out") == digest(tmp_path / "b/out")
 
 
-def test_bags_that_belong_together_give_what_one_gives(tmp_path, flight):
+def test_bags_that_belong_together_give_what_one_gives(tmp_path, flight, replay):
     whole = flight.write(tmp_path / "whole")
     boxes = flight.write(tmp_path / "boxes", without=("fix", "attitude", "gimbal", "height",
                                                       "camera/camera_info"))  # fmt: skip
     rest = flight.write(tmp_path / "rest", without=("detections",))
-    assert run(whole, tmp_path / "one") == run([boxes, rest], tmp_path / "two") == 0
+    assert replay(whole, tmp_path / "one") == replay([boxes, rest], tmp_path / "two") == 0
     one, two = ((tmp_path / n / "positions.csv").read_bytes() for n in ("one", "two"))
     assert one == two
 
 
-def test_a_namespace_and_a_vehicle(tmp_path, flight):
+def test_a_namespace_and_a_vehicle(tmp_path, flight, replay):
     bag = flight.write(tmp_path / "bag", namespace="drone1")
-    assert run(bag, tmp_path / "out", "--namespace", "drone1", "--vehicle", "generic") == 0
+    assert replay(bag, tmp_path / "out", "--namespace", "drone1", "--vehicle", "generic") == 0
     with AnyReader([tmp_path / "out/bag"]) as reader:
         assert {c.topic.split("/")[1] for c in reader.connections} == {"drone1"}
 
 
-class TwoRobots:
-    """Stands for the network: finds what the made flight shows."""
-
-    name = "two robots, on paper"
-    class_names = ("aqua",)
-
-    def __init__(self, flight):
-        self.flight = flight
-        self.calls = 0
-
-    def detect(self, image):
-        assert image.shape == (480, 640, 3)
-        self.calls += 1
-        boxes = [(320.0 + u, 240.0 + v, 16.0, 11.0) for u, v in self.flight.robots]
-        return Detections(np.array(boxes), np.full(2, 0.9), np.zeros(2, dtype=int), ("aqua",))
-
-
-@pytest.fixture
-def detector(flight, monkeypatch):
-    made = TwoRobots(flight)
-    monkeypatch.setattr(command, "load_detector", lambda _config: made)
-    return made
-
-
-def test_images_are_looked_at_where_there_are_no_detections(tmp_path, flight, detector, capsys):
-    assert run(flight.write(tmp_path / "boxes"), tmp_path / "recorded") == 0
+def test_images_are_looked_at_where_there_are_no_detections(
+    tmp_path, flight, detector, capsys, replay
+):
+    assert replay(flight.write(tmp_path / "boxes"), tmp_path / "recorded") == 0
     assert detector.calls == 0
     bag = flight.write(tmp_path / "images", images=True)
     capsys.readouterr()
-    assert run(bag, tmp_path / "detected", "--json") == 0
+    assert replay(bag, tmp_path / "detected", "--json") == 0
     assert detector.calls == flight.images
     summary = json.loads(capsys.readouterr().out)
     assert summary["detections_from"] == "images, two robots, on paper"
@@ -212,20 +170,22 @@ def test_images_are_looked_at_where_there_are_no_detections(tmp_path, flight, de
     assert recorded.read_bytes() == detected.read_bytes()
     # The boxes found are kept, so that another replay needs no images.
     again = tmp_path / "again"
-    assert run([bag, tmp_path / "detected/bag"], again) == 0
+    assert replay([bag, tmp_path / "detected/bag"], again) == 0
     assert detector.calls == flight.images
     assert (again / "positions.csv").read_bytes() == detected.read_bytes()
 
 
-def test_a_model_asks_for_detection_even_where_boxes_are_recorded(tmp_path, flight, detector):
+def test_a_model_asks_for_detection_even_where_boxes_are_recorded(
+    tmp_path, flight, detector, replay
+):
     a = flight.write(tmp_path / "a")
     b = flight.write(tmp_path / "b", images=True, without=("fix", "height", "gimbal", "attitude",
                                                            "camera/camera_info"))  # fmt: skip
-    assert run([a, b], tmp_path / "out", "--model", "x.onnx") == 0
+    assert replay([a, b], tmp_path / "out", "--model", "x.onnx") == 0
     assert detector.calls == flight.images
 
 
-def test_a_damaged_image_in_the_middle_is_counted(tmp_path, flight, detector, capsys):
+def test_a_damaged_image_in_the_middle_is_counted(tmp_path, flight, detector, capsys, replay):
     seen = []
 
     def cut_off(topic, msgtype, fields):
@@ -236,16 +196,16 @@ def test_a_damaged_image_in_the_middle_is_counted(tmp_path, flight, detector, ca
         return topic, msgtype, fields
 
     bag = flight.write(tmp_path / "bag", images=True, change=cut_off)
-    assert run(bag, tmp_path / "out") == 0
+    assert replay(bag, tmp_path / "out") == 0
     assert detector.calls == flight.images - 1
     captured = capsys.readouterr()
     assert "images that could not be used: 1" in captured.out
     assert "was cut off" in captured.err
 
 
-def test_refused_detections_are_listed_with_their_pixels(tmp_path, flight, capsys):
+def test_refused_detections_are_listed_with_their_pixels(tmp_path, flight, capsys, replay):
     low = replace(flight, robots=((-100.0, 0.0), (5000.0, 0.0)))
-    assert run(low.write(tmp_path / "bag"), tmp_path / "out") == 0
+    assert replay(low.write(tmp_path / "bag"), tmp_path / "out") == 0
     table = rows(tmp_path / "out/rejected.csv")
     assert len(table) == flight.images
     assert {(row["u_px"], row["v_px"]) for row in table} == {("5320.000", "240.000")}
@@ -253,150 +213,9 @@ def test_refused_detections_are_listed_with_their_pixels(tmp_path, flight, capsy
     assert re.search(rf"{reason} +{flight.images}\n", capsys.readouterr().out)
 
 
-def test_an_existing_folder_is_refused_before_anything_is_read(tmp_path, capsys):
-    out = tmp_path / "out"
-    out.mkdir()
-    assert "out exists already; choose another name" in refusal(capsys, tmp_path / "no", out)
-    assert list(out.iterdir()) == []
-
-
-@pytest.mark.parametrize("topic", ["fix", "gimbal", "height", "camera/camera_info"])
-def test_a_missing_topic_is_named_with_those_that_are_there(tmp_path, flight, capsys, topic):
-    bag = flight.write(tmp_path / "bag", without=(topic,))
-    sentence = refusal(capsys, bag, tmp_path / "out")
-    assert f"bag lacks /{topic} (" in sentence
-    assert "It holds /" in sentence
-    assert "/detections (vision_msgs/msg/Detection2DArray, 20)" in sentence
-    assert "--namespace" in sentence
-
-
-def test_all_missing_topics_are_named_and_the_namespace_is_found(tmp_path, flight, capsys):
-    bag = flight.write(tmp_path / "bag", namespace="drone1")
-    sentence = refusal(capsys, bag, tmp_path / "out", "--params", write_params(tmp_path))
-    assert "try --namespace drone1" in sentence
-    bag = flight.write(tmp_path / "b", without=("fix", "height"))
-    sentence = refusal(capsys, bag, tmp_path / "out")
-    assert "lacks /fix (fix, sensor_msgs/msg/NavSatFix), /height (height, std" in sentence
-
-
-def write_params(tmp_path, text="estimator: {ros__parameters: {max_wait: 2}}\n"):
-    path = tmp_path / "params.yaml"
-    path.write_text(text)
-    return path
-
-
-def test_attitude_is_not_needed_with_an_earth_gimbal_but_is_with_a_body_one(
-    tmp_path, flight, capsys
-):
-    bag = flight.write(tmp_path / "bag", without=("attitude",))
-    assert run(bag, tmp_path / "out") == 0
-    body = write_params(tmp_path, "estimator: {ros__parameters: {gimbal: {reference: body}}}\n")
-    sentence = refusal(capsys, bag, tmp_path / "body", "--params", body)
-    assert "lacks /attitude (attitude, sensor_msgs/msg/Imu)" in sentence
-
-
-def test_a_bag_without_images_and_detections_is_refused(tmp_path, flight, capsys):
-    bag = flight.write(tmp_path / "bag", without=("detections",))
-    sentence = refusal(capsys, bag, tmp_path / "out")
-    assert "neither detections on /detections nor images on /camera/image_raw or" in sentence
-
-
-def test_another_message_type_is_named(tmp_path, flight, capsys):
-    def as_float32(topic, msgtype, fields):
-        return topic, "std_msgs/msg/Float32" if topic == "height" else msgtype, fields
-
-    bag = flight.write(tmp_path / "bag", change=as_float32)
-    sentence = refusal(capsys, bag, tmp_path / "out")
-    assert "/height has message type std_msgs/msg/Float32, but height is set to" in sentence
-    text = "estimator: {ros__parameters: {height: {type: float32}}}\n"
-    assert run(bag, tmp_path / "out", "--params", write_params(tmp_path, text)) == 0
-
-
-def test_missing_and_truncated_bags_are_refused(tmp_path, flight, capsys):
-    sentence = refusal(capsys, [tmp_path / "a", tmp_path / "b"], tmp_path / "out")
-    assert f"{tmp_path / 'a'}, {tmp_path / 'b'} do not exist" in sentence
-    bag = flight.write(tmp_path / "bag")
-    content = (bag / "bag.mcap").read_bytes()
-    (bag / "bag.mcap").write_bytes(content[: len(content) // 2])
-    assert "truncated or damaged" in refusal(capsys, bag, tmp_path / "out")
-
-
-@pytest.mark.usefixtures("detector")
-@pytest.mark.parametrize(
-    ("fields", "expected"),
-    [
-        ({"encoding": "bayer_rggb8"}, "encoding 'bayer_rggb8' cannot be used"),
-        ({"width": 320, "step": 320}, "images are 320 x 480, but their CameraInfo describes"),
-    ],
-)
-def test_images_that_can_never_be_used_are_refused(tmp_path, flight, capsys, fields, expected):
-    def change(topic, msgtype, given):
-        return topic, msgtype, given | fields if topic == "camera/image_raw" else given
-
-    bag = flight.write(tmp_path / "bag", images=True, change=change)
-    sentence = refusal(capsys, bag, tmp_path / "out")
-    assert "/camera/image_raw: " in sentence
-    assert expected in sentence
-
-
-def test_a_camera_info_of_zeros_is_refused(tmp_path, flight, capsys):
-    def zeros(topic, msgtype, fields):
-        return topic, msgtype, {"header": fields["header"]} if "info" in topic else fields
-
-    bag = flight.write(tmp_path / "bag", change=zeros)
-    assert "camera/camera_info: " in refusal(capsys, bag, tmp_path / "out")
-
-
-@pytest.mark.parametrize(
-    ("content", "expected"),
-    [
-        (None, "nothing.onnx"),
-        (b"no model", "model.onnx"),
-    ],
-)
-def test_a_model_that_is_none_is_refused(tmp_path, flight, capsys, content, expected):
-    model = tmp_path / ("nothing.onnx" if content is None else "model.onnx")
-    if content is not None:
-        model.write_bytes(content)
-    bag = flight.write(tmp_path / "bag", images=True)
-    assert expected in refusal(capsys, bag, tmp_path / "out", "--model", model)
-
-
-@pytest.mark.parametrize(
-    ("text", "expected"),
-    [
-        ("estimator: {ros__parameters: {max_wiat: 2}}", "max_wiat is not a parameter; did you"),
-        ("estimator: {ros__parameters: {max_wait: long}}", "max_wait must be a number"),
-        ("estimator: {ros__parameters: {max_wait: 99}}", "max_wait must lie within 0 to 30"),
-    ],
-)
-def test_bad_parameters_are_refused(tmp_path, flight, capsys, text, expected):
-    bag = flight.write(tmp_path / "bag")
-    sentence = refusal(capsys, bag, tmp_path / "out", "--params", write_params(tmp_path, text))
-    assert expected in sentence
-
-
-def test_an_unknown_vehicle_is_refused_with_the_known_ones(tmp_path, capsys):
-    sentence = refusal(capsys, tmp_path / "bag", tmp_path / "out", "--vehicle", "submarine")
-    assert "submarine" in sentence
-    assert "generic" in sentence
-
-
-@pytest.mark.parametrize("where", ["rosbags.rosbag2.storage_mcap.McapWriter.write",
-                                   "pathlib.Path.write_text"])  # fmt: skip
-def test_a_full_disk_leaves_nothing(tmp_path, flight, capsys, monkeypatch, where):
-    bag = flight.write(tmp_path / "bag")
-
-    def full(*_args, **_options):
-        raise OSError(errno.ENOSPC, "No space left on device")
-
-    monkeypatch.setattr(where, full)
-    assert "the disk is full: " in refusal(capsys, bag, tmp_path / "out")
-
-
-def test_nothing_found_is_a_result_too(tmp_path, flight, capsys):
+def test_nothing_found_is_a_result_too(tmp_path, flight, capsys, replay):
     empty = replace(flight, robots=())
-    assert run(empty.write(tmp_path / "bag"), tmp_path / "out") == 0
+    assert replay(empty.write(tmp_path / "bag"), tmp_path / "out") == 0
     assert (tmp_path / "out/positions.csv").read_text() == COLUMNS + "\n"
     assert "20 images, 0 robots, 0 positions" in capsys.readouterr().out
     assert rows(tmp_path / "out/rejected.csv") == []
@@ -410,14 +229,16 @@ def test_nothing_found_is_a_result_too(tmp_path, flight, capsys):
         ("packed", ["--dst-storage", "sqlite3", "--compress", "zstd"]),
     ],
 )
-def test_bags_of_other_kinds_give_the_same_positions(tmp_path, flight, detector, name, options):
+def test_bags_of_other_kinds_give_the_same_positions(
+    tmp_path, flight, detector, name, options, replay
+):
     bag = flight.write(tmp_path / "bag")
     images = flight.write(tmp_path / "images", images=True)
     source = images if name.endswith(".bag") else bag
     other = tmp_path / name
     convert = [sys.executable, "-m", "rosbags.convert", "--src", source, "--dst", other, *options]
     subprocess.run(convert, check=True, capture_output=True)
-    assert run(bag, tmp_path / "a") == run(other, tmp_path / "b") == 0
+    assert replay(bag, tmp_path / "a") == replay(other, tmp_path / "b") == 0
     assert detector.calls == (flight.images if name.endswith(".bag") else 0)
     a, b = ((tmp_path / n / "positions.csv").read_bytes() for n in "ab")
     assert a == b

@@ -1,0 +1,103 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Tables and maps: formats, order and names that need quoting."""
+
+from __future__ import annotations
+
+import csv
+import json
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from aerial_gnss_ros.bags.maps import geojson, iso_time, kml
+from aerial_gnss_ros.bags.results import ResultFolder, position_row, rejection_row
+from aerial_gnss_ros.core.rejection import Reason, Rejection
+from aerial_gnss_ros.core.values import CameraPose, FrameResult, RobotEstimate, State
+from aerial_gnss_ros.evaluation.tables import read_positions, read_rejections
+
+ESTIMATE = RobotEstimate(
+    stamp_ns=1_735_689_600_123_456_789,
+    robot_id="aqua_1",
+    class_id="aqua",
+    state=State.COASTING,
+    latitude=math.radians(13.19393870329445),
+    longitude=math.radians(-59.6415065636197),
+    altitude=math.nan,
+    position=np.array([1.0, 2.0]),
+    velocity=np.array([0.25, -1.0]),
+    covariance=np.diag([4.0, 1.0 / 3.0, 1.0, 1.0]) + np.diag([1e-7, 0, 0], 1),
+    last_seen_ns=0,
+)
+
+
+def test_a_row_of_positions():
+    assert ",".join(position_row(ESTIMATE)) == (
+        "1735689600123456789,aqua_1,aqua,13.1939387033,-59.6415065636,nan,4,1e-07,0.333333333,"
+        "0.250000,-1.000000,coasting"
+    )
+
+
+def test_a_row_of_rejections():
+    row = rejection_row(Rejection(5, Reason.ABOVE_HORIZON, 1.25, -3.0))
+    assert row == ["5", "above_horizon", "1.250", "-3.000"]
+
+
+def pose(stamp_ns):
+    return CameraPose(stamp_ns, 0.25, -1.0, 20.0, math.nan, np.eye(3))
+
+
+def test_a_folder_is_in_order_and_its_tables_read_back(tmp_path):
+    later = replace(ESTIMATE, stamp_ns=ESTIMATE.stamp_ns + 10, class_id='robot, "blue"')
+    second = replace(ESTIMATE, robot_id="aqua_2")
+    refused = Rejection(3, Reason.GATED, 1.0, 2.0)
+    with ResultFolder(tmp_path) as folder:
+        # A clock that went backward: the later stamps come first.
+        folder.add(FrameResult(later.stamp_ns, "camera", (later,), (refused,), None, pose(9)))
+        both = (ESTIMATE, second)
+        folder.add(FrameResult(ESTIMATE.stamp_ns, "camera", both, (), None, pose(4)))
+    with (tmp_path / "positions.csv").open(newline="") as file:
+        table = list(csv.DictReader(file))
+    assert [(row["robot_id"], row["class_id"]) for row in table] == [
+        ("aqua_1", "aqua"), ("aqua_2", "aqua"), ("aqua_1", 'robot, "blue"'),
+    ]  # fmt: skip
+    tracks = read_positions(tmp_path / "positions.csv")
+    assert {name: len(track) for name, track in tracks.items()} == {"aqua_1": 2, "aqua_2": 1}
+    assert tracks["aqua_1"].latitude[0] == pytest.approx(ESTIMATE.latitude, abs=1e-12)
+    assert read_rejections(tmp_path / "rejected.csv") == {"gated": 1}
+    assert folder.drone.stamps_ns.tolist() == [4, 9]
+
+
+def test_a_failure_writes_no_tables(tmp_path):
+    def fail():
+        with ResultFolder(tmp_path):
+            raise KeyError
+
+    with pytest.raises(KeyError):
+        fail()
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_single_position_is_a_point_without_a_line():
+    features = json.loads(geojson({"aqua_1": [ESTIMATE]}))["features"]
+    [point] = features
+    assert point["geometry"] == {
+        "type": "Point", "coordinates": [-59.6415065636, 13.1939387033],
+    }  # fmt: skip
+    assert point["properties"]["time"] == "2025-01-01T00:00:00.123Z"
+    assert point["properties"]["sigma_m"] == pytest.approx(math.sqrt((4 + 1 / 3) / 2), abs=1e-4)
+    known = replace(ESTIMATE, altitude=-40.5)
+    [point] = json.loads(geojson({"aqua_1": [known]}))["features"]
+    assert point["geometry"]["coordinates"][2] == -40.5
+
+
+def test_kml_escapes_names():
+    assert "a &lt;b&gt; &amp; c, last position" in kml(
+        {"aqua_1": [replace(ESTIMATE, class_id="a <b> & c")]}
+    )
+
+
+def test_times_before_and_after_the_epoch():
+    assert iso_time(0) == "1970-01-01T00:00:00.000Z"
+    assert iso_time(-1_000_000) == "1969-12-31T23:59:59.999Z"
