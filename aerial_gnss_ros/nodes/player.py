@@ -161,6 +161,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     args = parser.parse_args(process.own_arguments(arguments)[1:])
     use_large_data_profile()
     try:
+        if args.rate <= 0.0:
+            raise InputError(f"--rate {args.rate} is not a speed; give a positive number.")
         with open_bag(args.bags) as bag:
             return process.work(lambda: _play(args, bag), arguments)
     except AerialGnssError as error:
