@@ -33,6 +33,7 @@ from aerial_gnss_ros.core.config import EstimatorConfig
 from aerial_gnss_ros.core.identity import Identity, Sighting
 from aerial_gnss_ros.core.local_map import LocalMap
 from aerial_gnss_ros.core.localize import WaterPoints
+from aerial_gnss_ros.core.measurements import Measurements, inside_any, measurements
 from aerial_gnss_ros.core.tracking import TrackUpdate
 from aerial_gnss_ros.core.values import DetectionFrame, PosedFrame, RobotEstimate, State
 
@@ -53,25 +54,6 @@ class Track:
     state: State = State.TENTATIVE
     robot_id: str = ""
     hits: list[int] = field(default_factory=list)
-
-
-@dataclass(frozen=True)
-class Measurements:
-    """The detections of one image that have a point on the water.
-
-    Attributes:
-        index: (m,) row in the image's detections.
-        positions: (m, 2) East, North in `map`, m.
-        white: (m, 2, 2) white covariance, m².
-        slow: (m, 2, k) metres per one sigma of each slow platform error.
-        class_ids: (m,) class names.
-    """
-
-    index: Indices
-    positions: Array
-    white: Array
-    slow: Array
-    class_ids: NDArray[np.str_]
 
 
 class Tracker:
@@ -103,7 +85,7 @@ class Tracker:
         stamp_ns = frame.detections.stamp_ns
         self._images = [one for one in self._images if stamp_ns - one <= self._window_ns]
         self._images.append(stamp_ns)
-        seen = _measurements(frame.detections, points, local)
+        seen = measurements(frame.detections, points, local)
         self._advance(stamp_ns)
         rows, columns = self._associate(seen, stamp_ns)
         self._correct(seen, rows, columns, stamp_ns)
@@ -205,7 +187,7 @@ class Tracker:
         left = [column for column in range(len(seen.index)) if column not in set(columns.tolist())]
         for column in sorted(left, key=lambda item: -frame.scores[seen.index[item]]):
             index = int(seen.index[column])
-            if len(begun) < room and not _inside_any(frame, index, used):
+            if len(begun) < room and not inside_any(frame, index, used):
                 begun.append(column)
                 used.append(index)
         first = len(self.tracks)
@@ -292,26 +274,3 @@ class Tracker:
         )
         self._identity.remember(estimates)
         return estimates
-
-
-def _inside_any(frame: DetectionFrame, index: int, used: list[int]) -> bool:
-    """Return whether a box's centre lies in one of the used boxes of its class."""
-    same = [other for other in used if frame.class_ids[other] == frame.class_ids[index]]
-    if not same:
-        return False
-    apart = np.abs(frame.centers[same] - frame.centers[index])
-    return bool(np.any(np.all(apart < 0.5 * frame.sizes[same], axis=1)))
-
-
-def _measurements(frame: DetectionFrame, points: WaterPoints, local: LocalMap) -> Measurements:
-    index = np.flatnonzero(points.valid)
-    slow = np.zeros((len(index), 2, kalman.SLOW_COUNT))
-    jacobian = points.slow_factor[index]
-    slow[:, :, : jacobian.shape[-1]] = jacobian
-    return Measurements(
-        index,
-        local.positions(points.latitude[index], points.longitude[index]),
-        points.covariance_white[index],
-        slow,
-        np.array([frame.class_ids[i] for i in index], dtype=str),
-    )

@@ -1,0 +1,59 @@
+# SPDX-License-Identifier: Apache-2.0
+"""One image's detections as a tracker on the water takes them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aerial_gnss_ros.core.filter import SLOW_COUNT
+from aerial_gnss_ros.core.local_map import LocalMap
+from aerial_gnss_ros.core.localize import WaterPoints
+from aerial_gnss_ros.core.values import DetectionFrame
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Measurements:
+    """The detections of one image that have a point on the water.
+
+    Attributes:
+        index: (m,) row in the image's detections.
+        positions: (m, 2) East, North in `map`, m.
+        white: (m, 2, 2) white covariance, m².
+        slow: (m, 2, k) metres per one sigma of each slow platform error.
+        class_ids: (m,) class names.
+    """
+
+    index: NDArray[np.intp]
+    positions: Array
+    white: Array
+    slow: Array
+    class_ids: NDArray[np.str_]
+
+
+def measurements(frame: DetectionFrame, points: WaterPoints, local: LocalMap) -> Measurements:
+    """Return the detections that have a point, in `map`."""
+    index = np.flatnonzero(points.valid)
+    slow = np.zeros((len(index), 2, SLOW_COUNT))
+    jacobian = points.slow_factor[index]
+    slow[:, :, : jacobian.shape[-1]] = jacobian
+    return Measurements(
+        index,
+        local.positions(points.latitude[index], points.longitude[index]),
+        points.covariance_white[index],
+        slow,
+        np.array([frame.class_ids[i] for i in index], dtype=str),
+    )
+
+
+def inside_any(frame: DetectionFrame, index: int, used: list[int]) -> bool:
+    """Return whether a box's centre lies in one of the used boxes of its class."""
+    same = [other for other in used if frame.class_ids[other] == frame.class_ids[index]]
+    if not same:
+        return False
+    apart = np.abs(frame.centers[same] - frame.centers[index])
+    return bool(np.any(np.all(apart < 0.5 * frame.sizes[same], axis=1)))
