@@ -22,8 +22,8 @@ from aerial_gnss_ros.simulation.boxes import Boxes, DetectorPlan, detected, proj
 from aerial_gnss_ros.simulation.chance import generator
 from aerial_gnss_ros.simulation.flight import Flight
 from aerial_gnss_ros.simulation.hexapod import RobotState
-from aerial_gnss_ros.simulation.placement import place_robots
-from aerial_gnss_ros.simulation.robots import Swarm, SwimPlan
+from aerial_gnss_ros.simulation.placement import place_robots, view_width
+from aerial_gnss_ros.simulation.robots import Swarm, SwimPlan, fitted
 from aerial_gnss_ros.simulation.sensors import (
     START_NS,
     SensorPlan,
@@ -133,9 +133,11 @@ class Experiment:
     def __post_init__(self) -> None:
         margin = LEAD_S + abs(self.clock.latency_s)
         self._span = (-margin, self.flight.duration_s + margin)
+        self.swim = fitted(self.swim, view_width(self.flight, self.camera))
         if self.places is None:
             rng = generator(self.seed, "places")
-            self.places = place_robots(self.flight, self.camera, self.robots, rng)
+            apart = self.swim.apart_m or 0.0
+            self.places = place_robots(self.flight, self.camera, self.robots, rng, apart)
         self.swarm = Swarm(self.places, self.swim, self.seed, *self._span)
         self.sensors = Sensors(self.flight, self.sensors_plan, self.seed, *self._span)
 

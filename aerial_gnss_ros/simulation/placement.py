@@ -21,15 +21,25 @@ MOMENTS = 24
 PER_MOMENT = 60
 MARGIN = 0.1
 """Share of the image at each edge that does not count as in view: robots move and have a size."""
-SPACING_M = 2.5
-LEAST_LONG_PX = (24.0, 12.0, 6.0)
-"""Places where a robot is at least this long in the image are tried first."""
+LEAST_LONG_PX = (24.0, 12.0, 6.0, 2.0)
+"""Places where a robot is at least this long in the image, the first that there are."""
 
 
 def place_robots(
-    flight: Flight, camera: CameraModel, count: int, rng: np.random.Generator
+    flight: Flight,
+    camera: CameraModel,
+    count: int,
+    rng: np.random.Generator,
+    apart_m: float = 2.5,
 ) -> Array:
     """Return places (count, 2) East, North in m that the camera sees during most of the flight.
+
+    Args:
+        flight: true motion of the camera.
+        camera: lens and image size.
+        count: how many.
+        rng: where the chance comes from.
+        apart_m: least distance between two; less where there is no room.
 
     Raises:
         InputError: the camera never looks at water that is near enough.
@@ -42,11 +52,23 @@ def place_robots(
         places = _seen_water(motion, camera, reach, rng)
         if len(places):
             shares = seen_share(motion, camera, places, reach)
-            return _spread(places, shares, count, rng)
+            return _spread(places, shares, count, apart_m, rng)
     raise InputError(
-        f"the camera sees no water nearer than {reach:.0f} m during this flight; let it look down, "
-        "choose another piece with --start, or give --robot-at."
+        f"the camera sees no water nearer than {reach:.0f} m during this flight (farther away a "
+        "robot has no pixels); let it look down, choose another piece with --start, or give "
+        "--robot-at."
     )
+
+
+def view_width(flight: Flight, camera: CameraModel) -> float:
+    """Return how much water the image's width covers at its middle, m: the median of the flight.
+
+    Where the middle sees no water the camera's height stands in for its distance.
+    """
+    motion = flight.sample(np.linspace(0.0, flight.duration_s, MOMENTS))
+    height, down = motion.camera[:, 2], -motion.enu_from_camera[:, 2, 0]
+    distance = np.where(down > 0.1, height / np.maximum(down, 0.1), height)
+    return float(np.median(distance)) * camera.width / float(camera.K[0, 0])
 
 
 def seen_share(motion: Motion, camera: CameraModel, places: Array, reach_m: float) -> Array:
@@ -81,12 +103,13 @@ def _seen_water(
     return np.concatenate(found)
 
 
-def _spread(places: Array, shares: Array, count: int, rng: np.random.Generator) -> Array:
+def _spread(
+    places: Array, shares: Array, count: int, spacing: float, rng: np.random.Generator
+) -> Array:
     """Choose places at random among the most seen, apart from one another."""
     good = places[shares >= 0.9 * shares.max()]
     order = rng.permutation(len(good))
     chosen: list[Array] = []
-    spacing = SPACING_M
     while len(chosen) < count:
         for place in good[order]:
             if all(math.dist(place, other) >= spacing for other in chosen):

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -19,8 +19,6 @@ Array = NDArray[np.float64]
 STEP_S = 0.05
 MOST_TURN = 0.5
 """rad/s."""
-APART_M = 2.5
-"""Robots nearer than this turn away from each other."""
 
 
 @dataclass(frozen=True)
@@ -29,7 +27,8 @@ class SwimPlan:
 
     Attributes:
         slowest_mps, fastest_mps: each robot keeps one speed between these; both 0: they stay.
-        roam_m: a robot this far from where it started turns back.
+        roam_m: a robot this far from where it started turns back; None: as the view allows.
+        apart_m: robots nearer than this turn away from each other; None: as the view allows.
         depth_m: mean depth of the hull's middle; 0 is half out of the water.
         heave_m: root mean square of the depth's slow variation.
         dives: whether each robot now and then dives out of sight.
@@ -41,7 +40,8 @@ class SwimPlan:
 
     slowest_mps: float = 0.15
     fastest_mps: float = 0.6
-    roam_m: float = 4.0
+    roam_m: float | None = None
+    apart_m: float | None = None
     depth_m: float = 0.0
     heave_m: float = 0.01
     dives: bool = False
@@ -56,6 +56,13 @@ class SwimPlan:
                 "robots swim between 0 and 3 m/s, the slowest not faster than the fastest; not "
                 f"{self.slowest_mps:g} to {self.fastest_mps:g} m/s."
             )
+
+
+def fitted(plan: SwimPlan, view_width_m: float) -> SwimPlan:
+    """Return a plan whose open distances suit a view so many metres wide."""
+    roam = min(max(0.12 * view_width_m, 0.8), 4.0) if plan.roam_m is None else plan.roam_m
+    apart = min(max(0.1 * view_width_m, 0.9), 2.5) if plan.apart_m is None else plan.apart_m
+    return replace(plan, roam_m=roam, apart_m=apart)
 
 
 class Swarm:
@@ -73,12 +80,14 @@ class Swarm:
 
         Args:
             places: (n, 2) East, North where each is at `start_s`, m.
-            plan: how they swim.
+            plan: how they swim; open distances suit a wide view.
             seed: of their chance.
             start_s: first time that will be asked for, s since the flight's start.
             end_s: last one.
         """
         self.plan = plan
+        wide = fitted(plan, math.inf)
+        self._roam, self._apart = wide.roam_m or 0.0, wide.apart_m or 0.0
         self._places = np.asarray(places, dtype=np.float64).reshape(-1, 2)
         count = len(self._places)
         self.names = tuple(f"{plan.class_name}_{i + 1}" for i in range(count))
@@ -163,11 +172,11 @@ class Swarm:
         """Turn rates (n,) that lead back home from afar and away from the others."""
         home = self._places - place
         far = np.linalg.norm(home, axis=1)
-        pull = np.where(far > self.plan.roam_m, 1.0, 0.0)[:, None] * home
+        pull = np.where(far > self._roam, 1.0, 0.0)[:, None] * home
         away = place[:, None, :] - place[None, :, :]
         gap = np.linalg.norm(away, axis=2)
         np.fill_diagonal(gap, np.inf)
-        push = np.where(gap < APART_M, 12.0 / np.maximum(gap, 0.05) ** 2, 0.0)
+        push = np.where(gap < self._apart, 12.0 / np.maximum(gap, 0.05) ** 2, 0.0)
         wish = pull + (push[:, :, None] * away).sum(axis=1)
         error = wrap_angle(np.arctan2(wish[:, 1], wish[:, 0]) - course)
         return np.where(np.linalg.norm(wish, axis=1) > 0.0, 0.8 * error, 0.0)

@@ -132,7 +132,7 @@ def test_robots_rendered_under_the_real_flight_lie_where_their_truth_projects(sh
 def _started(path):
     """A rendering run and its worker processes, once the first image is done."""
     command = [sys.executable, "-m", "aerial_gnss_ros.cli", "simulate", "-o", str(path)]
-    command += ["--duration", "30", "--size", "192x108"]
+    command += ["--duration", "30", "--size", "320x180"]
     process = subprocess.Popen(command, stderr=subprocess.PIPE, text=True)
     assert "rendering" in process.stderr.readline()
     children = Path(f"/proc/{process.pid}/task/{process.pid}/children")

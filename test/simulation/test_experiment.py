@@ -137,6 +137,14 @@ def test_robots_are_placed_where_they_are_seen_and_apart():
     assert np.mean(seen) > 7.0
 
 
+@pytest.mark.parametrize("height", [5.0, 30.0, 80.0])
+@pytest.mark.parametrize("kind", KINDS)
+def test_robots_are_in_view_from_any_height(kind, height):
+    made = experiment(kind, duration=30.0, height_m=height, seed=2)
+    seen = [len(made.projected(frame).names) for frame in made.frames()]
+    assert np.mean(seen) > 2.4
+
+
 def test_a_camera_that_sees_only_sky_cannot_be_given_robots():
     class Upwards:
         origin = GeneratedFlight(FlightPlan(), 1).origin
