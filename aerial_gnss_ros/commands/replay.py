@@ -15,10 +15,13 @@ from aerial_gnss_ros.bags.replay import Replay, Summary
 from aerial_gnss_ros.bags.results import ResultFolder
 from aerial_gnss_ros.commands.configuration import add_arguments as add_configuration
 from aerial_gnss_ros.commands.configuration import configuration
+from aerial_gnss_ros.commands.ending import ended_cleanly
 from aerial_gnss_ros.commands.progress import progress
 from aerial_gnss_ros.detection.select import load_detector
+from aerial_gnss_ros.evaluation.errors import compare
 from aerial_gnss_ros.evaluation.report import Report, write_report
 from aerial_gnss_ros.evaluation.tables import read_positions
+from aerial_gnss_ros.evaluation.truth import Truth, read_truth
 
 HELP = "localise the robots in recorded bags"
 
@@ -44,7 +47,7 @@ def run(args: argparse.Namespace) -> int:
     """Replay bags."""
     refuse_existing(args.output)
     config = configuration(args)
-    with open_bag(args.bags) as bag:
+    with ended_cleanly(), open_bag(args.bags) as bag:
         replay = Replay(
             bag,
             config.estimator,
@@ -62,7 +65,7 @@ def run(args: argparse.Namespace) -> int:
             ):
                 for result in replay.results(report, results.add_detections):
                     results.add(result)
-            write_replay_report(folder, results, replay)
+            write_replay_report(folder, results, replay, read_truth(bag))
     for note in replay.summary.notes:
         say(note)
     if args.json:
@@ -72,19 +75,21 @@ def run(args: argparse.Namespace) -> int:
     return 0
 
 
-def write_replay_report(folder: Path, results: ResultFolder, replay: Replay) -> None:
-    """Write report.html beside the tables that it is made from."""
+def write_replay_report(folder: Path, results: ResultFolder, replay: Replay, truth: Truth) -> None:
+    """Write report.html from the tables beside it, with errors where the bag has truth."""
     summary = replay.summary
+    estimates = read_positions(folder / "positions.csv")
+    errors = {replay.method: compare(estimates, truth.robots)} if truth.robots else {}
     write_report(
         folder / "report.html",
         Report(
             title="Replay",
             notes=summary.notes,
-            estimates=read_positions(folder / "positions.csv"),
-            truth={},
+            estimates=estimates,
+            truth=truth.robots,
             drone=results.drone,
             rejections=summary.rejections,
-            methods={},
+            methods=errors,
             facts=[
                 ("robots from", summary.detections_from),
                 ("method", replay.method),

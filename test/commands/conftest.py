@@ -39,6 +39,10 @@ class MadeFlight:
         """Return (n, 2) places of the robots relative to the drone, m."""
         return np.array([(-0.04 * v, -0.04 * u) for u, v in self.robots])
 
+    def stamps(self):
+        """Return the stamps of the telemetry while images are taken."""
+        return range(START, START + (self.images + 1) * STEP, STEP)
+
     def boxes(self, stamp):
         width, height = self.size
         header = header_fields(stamp, "camera")

@@ -18,6 +18,9 @@ import pytest
 from rosbags.highlevel import AnyReader
 from rosbags.interfaces import QosDurability
 
+from aerial_gnss_ros.adapters.stamps import header_fields
+from aerial_gnss_ros.bags.writer import BagWriter
+
 COLUMNS = (
     "stamp_ns,robot_id,class_id,latitude_deg,longitude_deg,altitude_m,var_east_m2,"
     "cov_east_north_m2,var_north_m2,velocity_east_mps,velocity_north_mps,state"
@@ -146,6 +149,27 @@ def test_bags_that_belong_together_give_what_one_gives(tmp_path, flight, replay)
     assert replay(whole, tmp_path / "one") == replay([boxes, rest], tmp_path / "two") == 0
     one, two = ((tmp_path / n / "positions.csv").read_bytes() for n in ("one", "two"))
     assert one == two
+
+
+def test_the_report_has_errors_where_the_bag_has_truth(tmp_path, flight, replay):
+    bag = flight.write(tmp_path / "bag")
+    (east, north), _ = flight.true_east_north()
+    latitude, longitude, _ = pymap3d.enu2geodetic(
+        east, north + 0.25, -20.0, flight.latitude, flight.longitude, flight.altitude
+    )
+    with BagWriter(tmp_path / "truth") as truth:
+        for stamp in flight.stamps():
+            fields = {
+                "header": header_fields(stamp, ""),
+                "latitude": latitude,
+                "longitude": longitude,
+            }
+            truth.write("truth/robots/blue/fix", "sensor_msgs/msg/NavSatFix", stamp, fields)
+    assert replay([bag, tmp_path / "truth"], tmp_path / "out") == 0
+    report = (tmp_path / "out/report.html").read_text()
+    assert "Error against truth" in report
+    [row] = re.findall(r"<tr><td>blue</td>.*?</tr>", report)
+    assert re.findall(r"<td>(0\.\d+)</td>", row)[:3] == ["0.25"] * 3  # median, p95, RMSE
 
 
 def test_a_namespace_and_a_vehicle(tmp_path, flight, replay):
