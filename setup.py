@@ -27,6 +27,7 @@ TEST = [
     "pytest>=7.4",
     "hypothesis>=6.90",
     "pymap3d>=3.0",
+    "onnx>=1.15",  # builds small detection models
     # test_install.py builds the package as pip and as colcon do
     "colcon-common-extensions>=0.3",
     "setuptools>=68",
