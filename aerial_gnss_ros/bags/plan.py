@@ -13,6 +13,7 @@ from aerial_gnss_ros.core.errors import InputError
 DETECTIONS = "detections"
 IMAGE, COMPRESSED = "sensor_msgs/msg/Image", "sensor_msgs/msg/CompressedImage"
 _TOPICS_SHOWN = 40
+_TYPED = ("attitude", "gimbal", "height")  # inputs whose message type is a parameter
 
 
 @dataclass(frozen=True)
@@ -108,10 +109,11 @@ def _images(bag: BagReader, topic: str, boxes: Subscription, namespace: str) -> 
 def _check_type(bag: BagReader, topic: str, subscription: Subscription) -> None:
     found = bag.topics[topic].msgtype
     if found != subscription.msgtype:
+        group = "camera" if subscription.name == "camera_info" else subscription.name
+        keys = f"{group}.type or {group}.topic" if group in _TYPED else f"{group}.topic"
         raise InputError(
             f"{topic} has message type {found}, but {subscription.name} is set to "
-            f"{subscription.msgtype}; set {subscription.name}.type or {subscription.name}.topic "
-            "in --params, or choose another --vehicle."
+            f"{subscription.msgtype}; set {keys} in --params, or choose another --vehicle."
         )
 
 

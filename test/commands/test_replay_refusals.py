@@ -67,6 +67,17 @@ def test_another_message_type_is_named(tmp_path, flight, replay, refusal):
     assert replay(bag, tmp_path / "out", "--params", write_params(tmp_path, text)) == 0
 
 
+def test_boxes_of_a_foreign_type_are_named(tmp_path, flight, refusal):
+    def foreign(topic, msgtype, fields):
+        if topic == "detections":
+            return topic, "std_msgs/msg/String", {"data": "aqua at 3, 4"}
+        return topic, msgtype, fields
+
+    sentence = refusal(flight.write(tmp_path / "bag", change=foreign), tmp_path / "out")
+    assert "/detections has message type std_msgs/msg/String, but detections is set" in sentence
+    assert "set detections.topic in --params" in sentence
+
+
 def test_missing_and_truncated_bags_are_refused(tmp_path, flight, refusal):
     sentence = refusal([tmp_path / "a", tmp_path / "b"], tmp_path / "out")
     assert f"{tmp_path / 'a'}, {tmp_path / 'b'} do not exist" in sentence
