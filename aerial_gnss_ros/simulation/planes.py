@@ -36,6 +36,11 @@ def transform(image: F32, matrix: NDArray[np.floating[Any]]) -> F32:
     return cast("F32", cv2.transform(image, matrix))
 
 
+def resize(image: F32, size: tuple[int, int]) -> F32:
+    """Bilinear interpolation to a larger `size` (width, height), whole areas over whole areas."""
+    return cast("F32", cv2.resize(image, size, interpolation=cv2.INTER_LINEAR))
+
+
 def shrink(image: F32, size: tuple[int, int]) -> F32:
     """Mean over the samples of each pixel of a smaller image of `size` (width, height)."""
     return cast("F32", cv2.resize(image, size, interpolation=cv2.INTER_AREA))

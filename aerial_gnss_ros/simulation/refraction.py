@@ -36,13 +36,16 @@ def apparent_points(
     offset = result[below, :2] - camera[:2]
     r = np.hypot(offset[:, 0], offset[:, 1])
     h, d = camera[2], -result[below, 2]
-    low, high = np.zeros_like(r), r.copy()
-    for _ in range(48):  # halving to below a nanometre of any distance in view
-        x = 0.5 * (low + high)
-        excess = x / np.hypot(x, h) - index * (r - x) / np.hypot(r - x, d)
-        low = np.where(excess < 0.0, x, low)
-        high = np.where(excess < 0.0, high, x)
-    share = np.divide(0.5 * (low + high), r, out=np.zeros_like(r), where=r > 0.0)
+    # No ray in the water is flatter than the limit of total reflection.
+    low, high = np.maximum(r - d / np.sqrt(index**2 - 1.0), 0.0), r.copy()
+    x = 0.5 * (low + high)
+    for _ in range(12):  # Newton's method, halving the bracket where it would leave it
+        in_air, in_water = np.hypot(x, h), np.hypot(r - x, d)
+        excess = x / in_air - index * (r - x) / in_water
+        low, high = np.where(excess < 0.0, x, low), np.where(excess < 0.0, high, x)
+        step = x - excess / (h**2 / in_air**3 + index * d**2 / in_water**3)
+        x = np.where((step >= low) & (step <= high), step, 0.5 * (low + high))
+    share = np.divide(x, r, out=np.zeros_like(r), where=r > 0.0)
     result[below, :2] = camera[:2] + offset * share[:, None]
     result[below, 2] = 0.0
     return result

@@ -9,7 +9,7 @@ import numpy as np
 import scipy.fft
 from numpy.typing import NDArray
 
-from aerial_gnss_ros.simulation.planes import F32, remap
+from aerial_gnss_ros.simulation.planes import F32, remap, resize, shrink
 from aerial_gnss_ros.simulation.scene import Scene
 
 GRAVITY = 9.81
@@ -22,6 +22,8 @@ SHORTEST = 0.06
 TILE_LENGTHS = tuple(8.0 * length for length in LONGEST)
 # Tiles are turned against each other so that their repetitions never line up.
 TURNS = (0.0, 0.61, 1.37, 2.21)
+PATCH_LENGTH = 180.0
+"""m after which the water's colour repeats."""
 CUTOFF = 0.017
 """Wavelength in metres below which the wind sea has no energy (viscosity)."""
 
@@ -71,14 +73,14 @@ class Sea:
 
         Args:
             east: (h, w) metres from `origin`.
-            north: (h, w) metres from `origin`.
+            north: (h, w) metres from `origin`; neighbours in a row lie a pixel apart.
             origin: (2,) metres, ENU.
             pixel: (h, w) metres of water that one pixel spans.
         """
         variance = np.full(east.shape, self.residual_variance, dtype=np.float32)
         slope_e = np.zeros_like(east)
         slope_n = np.zeros_like(east)
-        finest = float(pixel.min())
+        finest, coarsest = float(pixel.min()), float(pixel.max())
         foam: F32 | None = None
         for i, band in enumerate(self._bands):
             if band.variance == 0.0:
@@ -86,7 +88,7 @@ class Sea:
             if finest > band.longest / 3.0:
                 variance += np.float32(band.variance)
                 continue
-            field = self._sample_tile(i, east, north, origin)
+            field = self._sample_tile(i, east, north, origin, coarsest)
             weight = _fade(pixel, band.shortest / 3.0, band.longest / 3.0)
             slope_e += field[..., 0] * weight
             slope_n += field[..., 1] * weight
@@ -97,20 +99,24 @@ class Sea:
 
     def patches(self, east: F32, north: F32, origin: NDArray[np.float64]) -> F32:
         """Slow relative variation of the water's colour at points, mean 0, standard deviation 1."""
-        return _lookup(self._patches, east, north, origin, 180.0, 0.3)
+        stride = _stride(PATCH_LENGTH / 20.0, float(np.abs(np.diff(east[::8])).max(initial=0.0)))
+        return _lookup(self._patches, east, north, origin, PATCH_LENGTH, 0.3, stride)
 
     def lumps(self, east: F32, north: F32, origin: NDArray[np.float64]) -> F32:
         """What tears foam: fine noise at points, mean 0, standard deviation 1."""
         return _lookup(self._foam_detail, east, north, origin, 5.3, 0.9)
 
-    def _sample_tile(self, i: int, east: F32, north: F32, origin: NDArray[np.float64]) -> F32:
+    def _sample_tile(
+        self, i: int, east: F32, north: F32, origin: NDArray[np.float64], coarsest: float
+    ) -> F32:
         tile = self._tiles[i]
         if tile is None:
             if self._time is None:
                 self.set_time(0.0)
             tile = self._bands[i].tile(self._time or 0.0)
             self._tiles[i] = tile
-        return _lookup(tile, east, north, origin, TILE_LENGTHS[i], TURNS[i])
+        stride = _stride(self._bands[i].shortest, coarsest)
+        return _lookup(tile, east, north, origin, TILE_LENGTHS[i], TURNS[i], stride)
 
     def _foam(self, crest: F32, east: F32, north: F32, origin: NDArray[np.float64]) -> F32:
         detail = self.lumps(east, north, origin)
@@ -129,24 +135,40 @@ def _fade(pixel: F32, full: float, none: float) -> F32:
     return x * x * (3.0 - 2.0 * x)
 
 
+def _stride(shortest: float, pixel: float) -> int:
+    """Columns from one sample of a field to the next where its waves are much longer than that."""
+    return 4 if 4.0 * pixel < shortest / 12.0 else 1
+
+
 def _lookup(
-    tile: F32, east: F32, north: F32, origin: NDArray[np.float64], length: float, turn: float
+    tile: F32,
+    east: F32,
+    north: F32,
+    origin: NDArray[np.float64],
+    length: float,
+    turn: float,
+    stride: int = 1,
 ) -> F32:
-    """Samples a periodic tile (padded by one row and column) spanning `length` metres."""
+    """Samples a periodic tile (padded by one row and column) spanning `length` metres.
+
+    With a stride, one column in so many is sampled and those between are interpolated, which is
+    much faster than sampling.
+    """
+    full = (east.shape[1], east.shape[0])
+    if stride > 1 and full[0] >= 8 * stride:
+        size = (full[0] // stride, full[1])
+        east, north = shrink(east, size), shrink(north, size)
     n = tile.shape[0] - 1
     c, s = np.cos(turn), np.sin(turn)
-    scale = 1.0 / length
-    u0 = (c * origin[0] + s * origin[1]) * scale % 1.0
-    v0 = (-s * origin[0] + c * origin[1]) * scale % 1.0
-    u = east * np.float32(c * scale) + north * np.float32(s * scale)
-    u += np.float32(u0)
-    u -= np.floor(u)
-    u *= np.float32(n)
-    v = east * np.float32(-s * scale) + north * np.float32(c * scale)
-    v += np.float32(v0)
-    v -= np.floor(v)
-    v *= np.float32(n)
-    return remap(tile, u, v)
+    u0 = (c * origin[0] + s * origin[1]) / length % 1.0
+    v0 = (-s * origin[0] + c * origin[1]) / length % 1.0
+    u = east * np.float32(c / length) + north * np.float32(s / length) + np.float32(u0)
+    v = east * np.float32(-s / length) + north * np.float32(c / length) + np.float32(v0)
+    for x in (u, v):
+        np.subtract(x, np.floor(x), out=x)
+        np.multiply(x, np.float32(n), out=x)
+    field = remap(tile, u, v)
+    return field if east.shape[1] == full[0] else resize(field, full)
 
 
 def _pad(field: NDArray[np.generic]) -> F32:
