@@ -8,6 +8,7 @@ import threading
 import time
 from collections import Counter
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 from aerial_gnss_ros.adapters.results import detection_array
@@ -19,7 +20,7 @@ from aerial_gnss_ros.detection.images import decode
 from aerial_gnss_ros.detection.select import load_detector
 from aerial_gnss_ros.nodes import process, qos
 from aerial_gnss_ros.nodes.diagnostics import OK, STALE, WARN, Status
-from aerial_gnss_ros.nodes.inputs import OPTIONAL
+from aerial_gnss_ros.nodes.inputs import OPTIONAL, Input
 from aerial_gnss_ros.nodes.newest import Newest
 from aerial_gnss_ros.nodes.ros_messages import message
 from aerial_gnss_ros.nodes.schemas import DETECTOR
@@ -181,6 +182,15 @@ class DetectorNode(SupervisedNode):
             f"model {self._detector.name}, classes {', '.join(self._detector.class_names)}; "
             f"{self._images.topic} -> {self._publisher.topic_name}"
         )
+
+    def advice(self, source: Input) -> str:
+        """Say so when images come in the form that the detector is not set to."""
+        image = self._config.image
+        other = "raw" if image.transport == "compressed" else "compressed"
+        topic = self.resolve_topic_name(replace(image, transport=other).full_topic)
+        if source is not self._images or not self.count_publishers(topic):
+            return ""
+        return f"but {topic} has publishers: set image.transport to {other}"
 
     def statuses(self) -> list[Status]:
         """Return how images fared and what each stage took."""

@@ -134,7 +134,7 @@ def fly(
             why.
     """
     heard = Heard()
-    with _nodes(log) as processes, _spinning(_Listener(heard)):
+    with _nodes(log, topics) as processes, _spinning(_Listener(heard)):
         node = rclpy.create_node("player")
         player = Player(node, bag, topics)
         missing = player.wait_for_subscribers(topics, _READY_S)
@@ -177,13 +177,16 @@ class _Ticks:
 
 
 @contextlib.contextmanager
-def _nodes(log: Path) -> Iterator[list[subprocess.Popen[bytes]]]:
+def _nodes(log: Path, topics: list[str]) -> Iterator[list[subprocess.Popen[bytes]]]:
     processes: list[subprocess.Popen[bytes]] = []
+    compressed = any(topic.endswith("/compressed") for topic in topics)
     with log.open("wb") as file:
         try:
             for name in NODES:
                 command = [sys.executable, "-m", f"aerial_gnss_ros.nodes.{name}"]
                 command += ["--ros-args", "-p", "use_sim_time:=true"]
+                if compressed:
+                    command += ["-p", "image.transport:=compressed"]
                 processes.append(
                     subprocess.Popen(command, stdout=file, stderr=subprocess.STDOUT)  # noqa: S603
                 )

@@ -179,6 +179,10 @@ class SupervisedNode(Node):  # type: ignore[misc]  # rclpy has no complete types
     def statuses(self) -> list[Status]:
         """Return this node's lines of /diagnostics, without those of its inputs."""
 
+    def advice(self, _source: Input) -> str:
+        """Return what a node itself knows of why an input is silent; empty for nothing."""
+        return ""
+
     def judge(self, _source: Input, status: Status) -> Status:
         """Return the line of an input with what the node itself knows of it."""
         return status
@@ -204,7 +208,9 @@ class SupervisedNode(Node):  # type: ignore[misc]  # rclpy has no complete types
             qos_check_compatible(info.qos_profile, profile)[0] == QoSCompatibility.ERROR
             for info in found
         )
-        self.get_logger().warning(source.silence([info.topic_type for info in found], unfit))
+        sentence = source.silence([info.topic_type for info in found], unfit)
+        advice = self.advice(source)
+        self.get_logger().warning(f"{sentence}; {advice}" if advice else sentence)
 
     def _mismatch(self, topic: str, other: str, profile: QoSProfile, event: Any) -> None:
         policy = qos_policy_name_from_kind(event.last_policy_kind).lower()

@@ -191,3 +191,12 @@ def test_a_missing_model_is_named(ros, tmp_path):
     assert ros
     with pytest.raises(ModelError, match=r"/absent/robots\.onnx"):
         DetectorNode(Given([path]))
+
+
+def test_images_in_the_other_form_are_pointed_out(ros):
+    node = ros.add(DetectorNode(load=OneBox))
+    assert node.advice(node._images) == ""
+    topic = "/camera/image_raw/compressed"
+    ros.node("camera").create_publisher(message_class(COMPRESSED), topic, qos.sensor(5))
+    ros.spin_until(lambda: node.advice(node._images))
+    assert node.advice(node._images).endswith("has publishers: set image.transport to compressed")
