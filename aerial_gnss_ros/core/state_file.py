@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 from pathlib import Path
 
@@ -43,7 +44,8 @@ def save(path: Path, saved: SavedNames) -> None:
             os.fsync(stream.fileno())  # batteries are pulled without a shutdown
         partial.replace(path)
     except OSError as error:
-        partial.unlink(missing_ok=True)
+        with contextlib.suppress(OSError):
+            partial.unlink()
         raise OutputError(
             f"state_file {path} cannot be written ({error.strerror}); names will not outlive "
             "the program."

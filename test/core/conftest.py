@@ -1,0 +1,144 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A small world for tests of the estimator: a drone, robots, and telemetry that may be wrong."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import numpy as np
+import pytest
+
+from aerial_gnss_ros.core.camera import CameraModel
+from aerial_gnss_ros.core.config import estimator_config
+from aerial_gnss_ros.core.estimator import Estimator
+from aerial_gnss_ros.core.frames import matrix_from_rpy, quaternion_from_matrix
+from aerial_gnss_ros.core.geodesy import geodetic_from_enu
+from aerial_gnss_ros.core.local_map import LocalMap
+from aerial_gnss_ros.core.localize import project_to_image
+from aerial_gnss_ros.core.values import (
+    CameraPose,
+    DetectionFrame,
+    Fix,
+    MapDatum,
+    Orientation,
+    Scalar,
+)
+
+SECOND = 1_000_000_000
+START_NS = 1_700_000_000 * SECOND
+LATITUDE, LONGITUDE = math.radians(13.194), math.radians(-59.6415)
+CAMERA = CameraModel.from_camera_info(
+    1280, 720, "plumb_bob", [], [900.0, 0, 640.0, 0, 900.0, 360.0, 0, 0, 1.0]
+)
+ORIGIN = {"map.latitude_deg": math.degrees(LATITUDE), "map.longitude_deg": math.degrees(LONGITUDE)}
+
+Place = Callable[[float], tuple[float, ...]]
+
+
+def stamp(seconds: float) -> int:
+    return START_NS + round(seconds * SECOND)
+
+
+@dataclass
+class World:
+    """Truth, and what the sensors make of it. East, North, Up from the map's origin."""
+
+    drone: Place = lambda _t: (0.0, 0.0, 30.0)
+    rpy_deg: Place = lambda _t: (0.0, 60.0, 90.0)  # looks north, 60 deg down
+    robots: dict[str, Place] = field(default_factory=dict)
+    gnss_bias: tuple[float, float] = (0.0, 0.0)
+    rpy_bias_deg: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    pixel_sigma: float = 0.0
+    missed: float = 0.0
+    hidden: Callable[[str, float], bool] = lambda _name, _t: False
+    clutter: float = 0.0
+    seed: int = 1
+    local: LocalMap = LocalMap(MapDatum(LATITUDE, LONGITUDE, 0.0))
+
+    def __post_init__(self) -> None:
+        self.rng = np.random.default_rng(self.seed)
+
+    def pose(self, t: float) -> CameraPose:
+        east, north, up = self.drone(t)
+        latitude, longitude, _ = geodetic_from_enu(east, north, up, LATITUDE, LONGITUDE, 0.0)
+        matrix = matrix_from_rpy(*np.radians(self.rpy_deg(t)))
+        return CameraPose(stamp(t), float(latitude), float(longitude), up, up, matrix)
+
+    def fix(self, t: float) -> Fix:
+        east, north, up = self.drone(t)
+        place = east + self.gnss_bias[0], north + self.gnss_bias[1], up
+        latitude, longitude, altitude = geodetic_from_enu(*place, LATITUDE, LONGITUDE, 0.0)
+        return Fix(stamp(t), float(latitude), float(longitude), float(altitude))
+
+    def gimbal(self, t: float) -> Orientation:
+        angles = np.radians(np.add(self.rpy_deg(t), self.rpy_bias_deg))
+        return Orientation(stamp(t), quaternion_from_matrix(matrix_from_rpy(*angles)))
+
+    def height(self, t: float) -> Scalar:
+        return Scalar(stamp(t), float(self.drone(t)[2]))
+
+    def frame(self, t: float, class_id: str = "aqua") -> DetectionFrame:
+        """Boxes of the robots in view at t, shuffled, with misses and clutter."""
+        centers = []
+        for name, place in self.robots.items():
+            if self.hidden(name, t) or self.rng.random() < self.missed:
+                continue
+            latitude, longitude = self.local.places(np.array([place(t)]))
+            pixels, inside = project_to_image(self.pose(t), CAMERA, latitude, longitude)
+            if inside[0]:
+                centers.append(pixels[0] + self.pixel_sigma * self.rng.standard_normal(2))
+        false = self.rng.poisson(self.clutter)
+        centers += list(self.rng.uniform((0, 0), (1280, 720), (false, 2)))
+        self.rng.shuffle(centers)
+        return boxes(t, centers, class_id)
+
+
+def boxes(t: float, centers: object, class_id: str = "aqua", score: float = 0.9) -> DetectionFrame:
+    array = np.array(centers, dtype=np.float64).reshape(-1, 2)
+    count = len(array)
+    sizes = np.full((count, 2), 8.0)
+    return DetectionFrame(
+        stamp(t), "camera", array, sizes, np.full(count, score), (class_id,) * count
+    )
+
+
+def estimator(values: dict[str, object] | None = None) -> Estimator:
+    return Estimator(estimator_config({**ORIGIN, **(values or {})}))
+
+
+def play(engine, world, duration, *, begin=0.0, images=10, telemetry=20, until_flush=True):
+    """Fly a world through an estimator as messages would come; return the results."""
+    results = []
+    ticks = sorted(
+        [(begin + i / telemetry, 0) for i in range(round(duration * telemetry) + 1)]
+        + [(begin + i / images, 1) for i in range(round(duration * images) + 1)]
+    )
+    engine.add_camera(stamp(begin), CAMERA)
+    for t, kind in ticks:
+        if kind:
+            engine.add_detections(world.frame(t))
+        else:
+            engine.add_fix(world.fix(t))
+            engine.add_gimbal(world.gimbal(t))
+            engine.add_height(world.height(t))
+        results += engine.advance(stamp(t))
+    return results + (engine.flush() if until_flush else [])
+
+
+class Tools:
+    """The above, for tests."""
+
+    World = World
+    boxes = staticmethod(boxes)
+    camera = CAMERA
+    estimator = staticmethod(estimator)
+    origin = ORIGIN
+    play = staticmethod(play)
+    stamp = staticmethod(stamp)
+
+
+@pytest.fixture(scope="session")
+def sea() -> type[Tools]:
+    return Tools
