@@ -77,12 +77,14 @@ def generate(
 
     Raises:
         OutputError: If the folder exists or cannot be written.
-        ConfigError: If a count is negative.
+        ConfigError: If a count is negative or a crop too small or large.
     """
     if folder.exists():
         raise OutputError(f"{folder} exists already: name a folder that does not")
     if min(config.counts.values(), default=0) < 0:
         raise ConfigError(f"counts are {config.counts}: they must not be negative")
+    if config.size is not None and not (32 <= min(config.size) <= max(config.size) <= 720):
+        raise ConfigError(f"crops of {config.size} px cannot be made: choose 32 to 720 px a side")
     partial = folder.with_name(f".{folder.name}.partial")
     shutil.rmtree(partial, ignore_errors=True)
     try:

@@ -9,7 +9,7 @@ from pathlib import Path
 import cv2
 import pytest
 
-from aerial_gnss_ros.core.errors import OutputError
+from aerial_gnss_ros.core.errors import ConfigError, OutputError
 from aerial_gnss_ros.simulation.dataset import DatasetConfig, generate
 
 
@@ -56,6 +56,13 @@ def test_label_files_repeat_meta_in_yolo_convention(tmp_path: Path) -> None:
         assert y * 160 + h * 80 - 0.5 == pytest.approx(float(row["bottom"]), abs=0.01)
         assert float(row["contrast"]) >= 0.05
         assert float(row["long_px"]) >= 10.0
+
+
+@pytest.mark.parametrize("config", [DatasetConfig({"train": -1}), DatasetConfig({}, (320, 2000))])
+def test_what_cannot_be_made_is_refused(tmp_path: Path, config: DatasetConfig) -> None:
+    """The message has the value seen."""
+    with pytest.raises(ConfigError, match="-1|2000"):
+        generate(tmp_path / "set", config)
 
 
 def test_an_existing_folder_is_left_alone(tmp_path: Path) -> None:
