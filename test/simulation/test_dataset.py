@@ -61,7 +61,7 @@ def test_label_files_repeat_meta_in_yolo_convention(tmp_path: Path) -> None:
 @pytest.mark.parametrize("config", [DatasetConfig({"train": -1}), DatasetConfig({}, (320, 2000))])
 def test_what_cannot_be_made_is_refused(tmp_path: Path, config: DatasetConfig) -> None:
     """The message has the value seen."""
-    with pytest.raises(ConfigError, match="-1|2000"):
+    with pytest.raises(ConfigError, match=r"-1|2000"):
         generate(tmp_path / "set", config)
 
 
