@@ -10,7 +10,7 @@ but for images older than the last one processed, which are dropped and counted 
 
 from __future__ import annotations
 
-from bisect import insort
+from bisect import bisect_left
 from collections import Counter
 from dataclasses import dataclass
 from pathlib import Path
@@ -73,6 +73,10 @@ class _Waiting:
     stamp_ns: int
     frame: DetectionFrame
     since_ns: int | None = None
+
+
+def _stamp(item: _Waiting) -> int:
+    return item.stamp_ns
 
 
 class Estimator:
@@ -198,13 +202,14 @@ class Estimator:
         stamp_ns = frame.stamp_ns
         self._watch(DETECTIONS, stamp_ns)
         self._tallies[DETECTIONS].add(stamp_ns, good=True)
-        waiting = any(item.stamp_ns == stamp_ns for item in self._waiting)
-        if waiting or stamp_ns == self._last_stamp_ns:
+        place = bisect_left(self._waiting, stamp_ns, key=_stamp)
+        waits = place < len(self._waiting) and self._waiting[place].stamp_ns == stamp_ns
+        if waits or stamp_ns == self._last_stamp_ns:
             self.dropped["duplicate"] += 1
         elif self._last_stamp_ns is not None and stamp_ns < self._last_stamp_ns:
             self.dropped["out_of_order"] += 1
         else:
-            insort(self._waiting, _Waiting(stamp_ns, frame), key=lambda item: item.stamp_ns)
+            self._waiting.insert(place, _Waiting(stamp_ns, frame))
             if self._newest_image_ns is None or stamp_ns > self._newest_image_ns:
                 self._newest_image_ns = stamp_ns
             if len(self._waiting) > MAX_WAITING:

@@ -55,7 +55,7 @@ class World:
     hidden: Callable[[str, float], bool] = lambda _name, _t: False
     clutter: float = 0.0
     seed: int = 1
-    local: LocalMap = LocalMap(MapDatum(LATITUDE, LONGITUDE, 0.0))
+    local: LocalMap = field(default_factory=lambda: LocalMap(MapDatum(LATITUDE, LONGITUDE, 0.0)))
 
     def __post_init__(self) -> None:
         self.rng = np.random.default_rng(self.seed)
