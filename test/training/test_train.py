@@ -1,0 +1,62 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A training of one epoch, exported and loaded; and what is refused."""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+import pytest
+
+from aerial_gnss_ros.training import export, train
+
+
+def dataset(folder):
+    """Eight grey images with an orange disc in each."""
+    rng = np.random.default_rng(0)
+    for split in ("train", "val"):
+        for kind in ("images", "labels"):
+            (folder / kind / split).mkdir(parents=True)
+        for i in range(8):
+            image = np.full((64, 64, 3), 90, np.uint8)
+            u, v = rng.integers(12, 52, 2)
+            cv2.circle(image, (int(u), int(v)), 8, (0, 128, 255), -1)
+            cv2.imwrite(str(folder / "images" / split / f"{i}.png"), image)
+            line = f"0 {u / 64} {v / 64} {17 / 64} {17 / 64}\n"
+            (folder / "labels" / split / f"{i}.txt").write_text(line)
+    (folder / "data.yaml").write_text(
+        f"path: {folder}\ntrain: images/train\nval: images/val\nnames: {{0: aqua}}\n"
+    )
+    return folder / "data.yaml"
+
+
+@pytest.mark.ultralytics
+@pytest.mark.parametrize("bfloat16", [False, True])
+def test_one_epoch_then_export(tmp_path, monkeypatch, bfloat16):
+    pytest.importorskip("ultralytics", reason="needs the extra [ultralytics]")
+    from aerial_gnss_ros.detection.config import DetectorConfig
+    from aerial_gnss_ros.detection.select import load_detector
+
+    monkeypatch.setenv("YOLO_CONFIG_DIR", str(tmp_path))
+    arguments = [str(dataset(tmp_path / "set")), "-o", str(tmp_path / "run"), "--minutes", "0"]
+    arguments += ["--epochs", "1", "--image-size", "64", "--batch", "4"]
+    assert train.main(arguments + ["--bfloat16"] * bfloat16) == 0
+    weights, model = tmp_path / "run" / "weights" / "last.pt", tmp_path / "aqua.onnx"
+    assert export.main([str(weights), "-o", str(model), "--size", "96", "64"]) == 0
+    detector = load_detector(DetectorConfig(model=str(model), backend="onnxruntime"))
+    assert detector.class_names == ("aqua",)
+    assert "96x64" in detector.name
+    assert str(tmp_path) not in model.read_bytes().decode("latin-1")
+    assert not list(tmp_path.glob("*.partial"))
+
+
+def test_what_is_refused(tmp_path, capsys):
+    assert train.main([str(tmp_path / "none.yaml"), "-o", str(tmp_path / "run")]) == 2
+    assert "none.yaml does not exist" in capsys.readouterr().err
+    (tmp_path / "data.yaml").touch()
+    assert train.main([str(tmp_path / "data.yaml"), "-o", str(tmp_path)]) == 2
+    assert "exists already" in capsys.readouterr().err
+    assert export.main([str(tmp_path / "none.pt"), "-o", str(tmp_path / "a.onnx")]) == 2
+    assert "none.pt do not exist" in capsys.readouterr().err
+    (tmp_path / "w.pt").touch()
+    assert export.main([str(tmp_path / "w.pt"), "-o", str(tmp_path / "data.yaml")]) == 2
+    assert "exists already" in capsys.readouterr().err
