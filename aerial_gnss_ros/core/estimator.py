@@ -21,12 +21,13 @@ from aerial_gnss_ros.core.clock import Clock
 from aerial_gnss_ros.core.config import EstimatorConfig
 from aerial_gnss_ros.core.errors import OutputError
 from aerial_gnss_ros.core.events import Events
-from aerial_gnss_ros.core.identity import Identity, sigma
+from aerial_gnss_ros.core.identity import Identity
 from aerial_gnss_ros.core.inputs import Inputs, InputStatus, Lacking, Tally
 from aerial_gnss_ros.core.map_origin import MapOrigin
 from aerial_gnss_ros.core.pipeline import Pipeline
 from aerial_gnss_ros.core.rejection import Input, Reason
 from aerial_gnss_ros.core.saved_names import SavedNames
+from aerial_gnss_ros.core.summary import RobotSummary, summary
 from aerial_gnss_ros.core.tracking import Tracking
 from aerial_gnss_ros.core.tracks import Tracker
 from aerial_gnss_ros.core.values import (
@@ -36,7 +37,6 @@ from aerial_gnss_ros.core.values import (
     Orientation,
     RobotEstimate,
     Scalar,
-    State,
 )
 
 MAX_WAITING = 4096
@@ -45,25 +45,6 @@ MAX_WAITING = 4096
 SAVE_EVERY_NS = 10_000_000_000
 
 CAMERA_INFO, DETECTIONS, WATER_LEVEL = "camera_info", "detections", "water_level"
-
-
-@dataclass(frozen=True)
-class RobotSummary:
-    """One robot for diagnostics.
-
-    Attributes:
-        robot_id: its name.
-        class_id: class name as the detector gave it.
-        state: confirmed or coasting.
-        last_seen_ns: stamp of the image that measured it last, ns.
-        sigma_m: one sigma of the position along the larger axis, m.
-    """
-
-    robot_id: str
-    class_id: str
-    state: State
-    last_seen_ns: int
-    sigma_m: float
 
 
 @dataclass
@@ -161,10 +142,7 @@ class Estimator:
     @property
     def robots(self) -> tuple[RobotSummary, ...]:
         """The robots as of the last image, ordered by name."""
-        return tuple(
-            RobotSummary(e.robot_id, e.class_id, e.state, e.last_seen_ns, sigma(e))
-            for e in self._estimates
-        )
+        return tuple(summary(estimate) for estimate in self._estimates)
 
     def add_fix(self, fix: Fix) -> None:
         """Take a position of the drone."""

@@ -15,6 +15,7 @@ from aerial_gnss_ros.core.config import EstimatorConfig, RobotBinding
 from aerial_gnss_ros.core.local_map import LocalMap
 from aerial_gnss_ros.core.names import Names, class_token
 from aerial_gnss_ros.core.saved_names import SavedNames, SavedRobot
+from aerial_gnss_ros.core.summary import sigma
 from aerial_gnss_ros.core.values import RobotEstimate
 
 Array = NDArray[np.float64]
@@ -173,8 +174,3 @@ def _saved_robot(estimate: RobotEstimate) -> SavedRobot:
         estimate.last_seen_ns,
         sigma(estimate),
     )
-
-
-def sigma(estimate: RobotEstimate) -> float:
-    """Return one sigma of a robot's position along the larger axis, m."""
-    return math.sqrt(float(np.linalg.eigvalsh(estimate.covariance[:2, :2])[-1]))

@@ -11,8 +11,9 @@ from rclpy.publisher import Publisher
 from aerial_gnss_ros.adapters.feed import Feed, Subscription
 from aerial_gnss_ros.adapters.results import OutgoingMessage, result_messages
 from aerial_gnss_ros.core.config import EstimatorConfig, estimator_config
-from aerial_gnss_ros.core.estimator import Estimator, RobotSummary
+from aerial_gnss_ros.core.estimator import Estimator
 from aerial_gnss_ros.core.inputs import InputState
+from aerial_gnss_ros.core.summary import RobotSummary
 from aerial_gnss_ros.core.values import FrameResult, State
 from aerial_gnss_ros.nodes import process, qos
 from aerial_gnss_ros.nodes.arrivals import SECOND_NS

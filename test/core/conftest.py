@@ -34,6 +34,8 @@ CAMERA = CameraModel.from_camera_info(
 )
 ORIGIN = {"map.latitude_deg": math.degrees(LATITUDE), "map.longitude_deg": math.degrees(LONGITUDE)}
 
+MIDDLE = [640.0, 360.0]
+
 Place = Callable[[float], tuple[float, ...]]
 
 
@@ -127,12 +129,48 @@ def play(engine, world, duration, *, begin=0.0, images=10, telemetry=20, until_f
     return results + (engine.flush() if until_flush else [])
 
 
+class Scene:
+    """One image at t = 1 s with everything it needs, from which a test takes something away."""
+
+    def __init__(self, values=None):
+        self.engine = estimator(values)
+        self.world = World()
+        self.boxes = boxes(1.0, [MIDDLE])
+        self.camera = (0.0, CAMERA)
+        self.samples = dict.fromkeys(("fix", "attitude", "gimbal", "height"), (0.9, 1.1))
+        self.change = {}
+
+    def _value(self, name, t):
+        if name in self.change:
+            return self.change[name](stamp(t))
+        if name == "attitude":
+            return Orientation(stamp(t), np.array([0.0, 0.0, 0.0, 1.0]))
+        return getattr(self.world, name)(t)
+
+    def feed(self):
+        if self.camera is not None:
+            self.engine.add_camera(stamp(self.camera[0]), self.camera[1])
+        for name, times in self.samples.items():
+            for t in times:
+                getattr(self.engine, f"add_{name}")(self._value(name, t))
+        self.engine.add_detections(self.boxes)
+
+    def run(self):
+        self.feed()
+        results = self.engine.advance(stamp(1.2))
+        results += self.engine.advance(stamp(30.0))
+        assert [result.stamp_ns for result in results] == [self.boxes.stamp_ns]
+        return results[0]
+
+
 class Tools:
     """The above, for tests."""
 
+    Scene = Scene
     World = World
     boxes = staticmethod(boxes)
     camera = CAMERA
+    middle = MIDDLE
     estimator = staticmethod(estimator)
     origin = ORIGIN
     play = staticmethod(play)

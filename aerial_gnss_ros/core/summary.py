@@ -1,0 +1,46 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Robots in a few words, for diagnostics and the state file."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from aerial_gnss_ros.core.values import RobotEstimate, State
+
+
+@dataclass(frozen=True)
+class RobotSummary:
+    """One robot for diagnostics.
+
+    Attributes:
+        robot_id: its name.
+        class_id: class name as the detector gave it.
+        state: confirmed or coasting.
+        last_seen_ns: stamp of the image that measured it last, ns.
+        sigma_m: one sigma of the position along the larger axis, m.
+    """
+
+    robot_id: str
+    class_id: str
+    state: State
+    last_seen_ns: int
+    sigma_m: float
+
+
+def sigma(estimate: RobotEstimate) -> float:
+    """Return one sigma of a robot's position along the larger axis, m."""
+    return math.sqrt(float(np.linalg.eigvalsh(estimate.covariance[:2, :2])[-1]))
+
+
+def summary(estimate: RobotEstimate) -> RobotSummary:
+    """Return a robot for diagnostics."""
+    return RobotSummary(
+        estimate.robot_id,
+        estimate.class_id,
+        estimate.state,
+        estimate.last_seen_ns,
+        sigma(estimate),
+    )
