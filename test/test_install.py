@@ -23,6 +23,11 @@ SHIPPED = [
     for path in sorted((REPOSITORY / folder).rglob("*"))
     if path.is_file() and not path.name.startswith(".")
 ]
+# Into the environment of the Python that runs it, whatever this one holds; nothing is downloaded.
+PIP_INSTALL = (
+    *("-m", "pip", "install", "--quiet", "--ignore-installed"),
+    *("--no-deps", "--no-build-isolation", "--no-index"),
+)
 FIND = """
 import sys
 from aerial_gnss_ros import resources
@@ -60,8 +65,8 @@ def check_resources(python: Path, cwd: Path, expected: Path, **env: str) -> None
 
 
 def make_venv(folder: Path) -> Path:
-    """Create an environment that borrows this one's libraries, but not this one's package."""
-    call(sys.executable, "-m", "venv", folder, cwd=folder.parent)
+    """Create an environment that borrows this one's libraries and pip, but not its package."""
+    call(sys.executable, "-m", "venv", "--without-pip", folder, cwd=folder.parent)
     python = folder / "bin" / "python"
     purelib = "import sysconfig; print(sysconfig.get_path('purelib'))"
     site = Path(call(python, "-c", purelib, cwd=folder).strip())
@@ -87,10 +92,7 @@ def test_shipped_files_include_configuration_and_a_model() -> None:
 
 def test_pip(source: Path, tmp_path: Path) -> None:
     python = make_venv(tmp_path / "venv")
-    flags = ("--no-deps", "--no-build-isolation", "--no-index", "--quiet")
-    call(sys.executable, "-m", "pip", "wheel", *flags, "-w", tmp_path, source, cwd=tmp_path)
-    wheel = next(tmp_path.glob("*.whl"))
-    call(python, "-m", "pip", "install", "--no-deps", "--no-index", wheel, cwd=tmp_path)
+    call(python, *PIP_INSTALL, source, cwd=tmp_path)
     check_resources(python, tmp_path, tmp_path / "venv" / "share" / "aerial_gnss_ros")
     commands = {path.name for path in (tmp_path / "venv" / "bin").iterdir()}
     assert {"aerial-gnss", "aerial-gnss-detector", "aerial-gnss-estimator"} <= commands
@@ -101,8 +103,7 @@ def test_pip(source: Path, tmp_path: Path) -> None:
 
 def test_pip_editable(source: Path, tmp_path: Path) -> None:
     python = make_venv(tmp_path / "venv")
-    flags = ("--no-deps", "--no-build-isolation", "--no-index", "--quiet")
-    call(python, "-m", "pip", "install", *flags, "--editable", source, cwd=tmp_path)
+    call(python, *PIP_INSTALL, "--editable", source, cwd=tmp_path)
     check_resources(python, tmp_path, source)
     assert "replay" in call(tmp_path / "venv" / "bin" / "aerial-gnss", "--help", cwd=tmp_path)
 
