@@ -16,10 +16,10 @@ import numpy as np
 from aerial_gnss_ros.adapters.results import result_messages
 from aerial_gnss_ros.bags.detect import DETECTIONS_TYPE
 from aerial_gnss_ros.bags.maps import geojson, kml
+from aerial_gnss_ros.bags.tables import POSITION_COLUMNS, Track
 from aerial_gnss_ros.bags.writer import LATCHED, RELIABLE, BagWriter
 from aerial_gnss_ros.core.rejection import Rejection
 from aerial_gnss_ros.core.values import CameraPose, FrameResult, RobotEstimate
-from aerial_gnss_ros.evaluation.tables import POSITION_COLUMNS, Track
 
 if TYPE_CHECKING:
     from typing_extensions import Self

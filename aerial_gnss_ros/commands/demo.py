@@ -20,6 +20,7 @@ from aerial_gnss_ros.adapters.stamps import nanoseconds
 from aerial_gnss_ros.bags.reader import BagReader, open_bag
 from aerial_gnss_ros.bags.replay import Replay
 from aerial_gnss_ros.bags.results import ResultFolder
+from aerial_gnss_ros.bags.tables import EstimatedTrack, read_positions
 from aerial_gnss_ros.bags.writer import BagWriter
 from aerial_gnss_ros.commands.live_table import live_table
 from aerial_gnss_ros.commands.progress import progress
@@ -33,7 +34,6 @@ from aerial_gnss_ros.evaluation.boxes import boxes_jpeg
 from aerial_gnss_ros.evaluation.errors import RobotErrors, compare, summarise
 from aerial_gnss_ros.evaluation.picture import map_png
 from aerial_gnss_ros.evaluation.report import Report, metres, write_report
-from aerial_gnss_ros.evaluation.tables import EstimatedTrack, read_positions
 from aerial_gnss_ros.evaluation.truth import Truth, read_truth
 from aerial_gnss_ros.nodes import require_ros
 from aerial_gnss_ros.simulation.bag import DETECTIONS_TYPE, IMAGE_TOPICS, write_bag

@@ -10,10 +10,10 @@ from pathlib import Path
 
 from aerial_gnss_ros.bags.partial import partial, refuse_existing
 from aerial_gnss_ros.bags.reader import open_bag
+from aerial_gnss_ros.bags.tables import read_positions, read_rejections
 from aerial_gnss_ros.core.errors import InputError
 from aerial_gnss_ros.evaluation.errors import RobotErrors, compare, summarise
 from aerial_gnss_ros.evaluation.report import Report, metres, write_report
-from aerial_gnss_ros.evaluation.tables import read_positions, read_rejections
 from aerial_gnss_ros.evaluation.truth import read_truth
 
 

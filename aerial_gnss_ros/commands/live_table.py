@@ -10,8 +10,8 @@ from typing import TextIO
 
 import numpy as np
 
+from aerial_gnss_ros.bags.tables import EstimatedTrack, Track
 from aerial_gnss_ros.evaluation.errors import compare
-from aerial_gnss_ros.evaluation.tables import EstimatedTrack, Track
 
 Show = Callable[[float, Mapping[str, EstimatedTrack]], None]
 COLUMNS = ("robot", "latitude", "longitude", "one sigma", "error")

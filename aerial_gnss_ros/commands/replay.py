@@ -13,6 +13,7 @@ from aerial_gnss_ros.bags.partial import partial, refuse_existing
 from aerial_gnss_ros.bags.reader import open_bag
 from aerial_gnss_ros.bags.replay import Replay, Summary
 from aerial_gnss_ros.bags.results import ResultFolder
+from aerial_gnss_ros.bags.tables import read_positions
 from aerial_gnss_ros.commands.configuration import add_arguments as add_configuration
 from aerial_gnss_ros.commands.configuration import configuration
 from aerial_gnss_ros.commands.ending import ended_cleanly
@@ -20,7 +21,6 @@ from aerial_gnss_ros.commands.progress import progress
 from aerial_gnss_ros.detection.select import load_detector
 from aerial_gnss_ros.evaluation.errors import compare
 from aerial_gnss_ros.evaluation.report import Report, write_report
-from aerial_gnss_ros.evaluation.tables import read_positions
 from aerial_gnss_ros.evaluation.truth import Truth, read_truth
 
 HELP = "localise the robots in recorded bags"

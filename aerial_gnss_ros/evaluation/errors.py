@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
+from aerial_gnss_ros.bags.tables import EstimatedTrack, Track
 from aerial_gnss_ros.core.geodesy import geodesic_inverse
 from aerial_gnss_ros.core.values import Array
-from aerial_gnss_ros.evaluation.tables import EstimatedTrack, Track
 
 Stamps = NDArray[np.int64]
 _MISSED_M = 20.0

@@ -11,10 +11,10 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.patches import Ellipse
 
+from aerial_gnss_ros.bags.tables import EstimatedTrack, Track
 from aerial_gnss_ros.core.geodesy import enu_from_geodetic
 from aerial_gnss_ros.core.values import Array
 from aerial_gnss_ros.evaluation.errors import RobotErrors
-from aerial_gnss_ros.evaluation.tables import EstimatedTrack, Track
 
 # Okabe and Ito's colours: told apart by the colour-blind too.
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#F0E442")

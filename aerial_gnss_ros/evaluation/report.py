@@ -13,9 +13,9 @@ from pathlib import Path
 import numpy as np
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
+from aerial_gnss_ros.bags.tables import EstimatedTrack, Track
 from aerial_gnss_ros.evaluation.errors import RobotErrors, Summary, summarise
 from aerial_gnss_ros.evaluation.picture import error_png, map_png
-from aerial_gnss_ros.evaluation.tables import EstimatedTrack, Track
 
 
 @dataclass(frozen=True)

@@ -12,7 +12,7 @@ import numpy as np
 
 from aerial_gnss_ros.adapters.stamps import nanoseconds
 from aerial_gnss_ros.bags.reader import BagReader
-from aerial_gnss_ros.evaluation.tables import Track
+from aerial_gnss_ros.bags.tables import Track
 
 _ROBOT = re.compile(r"(?P<namespace>.*)/truth/robots/(?P<name>[^/]+)/fix")
 _DRONE = re.compile(r".*/truth/fix")

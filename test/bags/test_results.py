@@ -13,9 +13,9 @@ import pytest
 
 from aerial_gnss_ros.bags.maps import geojson, iso_time, kml
 from aerial_gnss_ros.bags.results import ResultFolder, position_row, rejection_row
+from aerial_gnss_ros.bags.tables import read_positions, read_rejections
 from aerial_gnss_ros.core.rejection import Reason, Rejection
 from aerial_gnss_ros.core.values import CameraPose, FrameResult, RobotEstimate, State
-from aerial_gnss_ros.evaluation.tables import read_positions, read_rejections
 
 ESTIMATE = RobotEstimate(
     stamp_ns=1_735_689_600_123_456_789,

@@ -8,9 +8,9 @@ import math
 import numpy as np
 import pytest
 
+from aerial_gnss_ros.bags.tables import EstimatedTrack, Track
 from aerial_gnss_ros.core.geodesy import geodetic_from_enu
 from aerial_gnss_ros.evaluation.errors import compare, summarise
-from aerial_gnss_ros.evaluation.tables import EstimatedTrack, Track
 
 LATITUDE, LONGITUDE = math.radians(13.19), math.radians(-59.64)
 STEP_NS = 100_000_000
