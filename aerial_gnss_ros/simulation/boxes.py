@@ -113,7 +113,7 @@ def detected(
     scores = np.concatenate([scores[found], rng.uniform(0.3, 0.7, wrong)])
     names = [name for name, is_found in zip(boxes.class_names, found, strict=True) if is_found]
     names += [class_name] * wrong
-    inside = np.all((centers >= -0.5) & (centers <= size - 0.5), axis=1)
+    inside = camera.inside(centers)
     order = np.argsort(-scores, kind="stable")
     order = order[inside[order]]
     return DetectionFrame(

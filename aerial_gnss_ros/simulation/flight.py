@@ -110,6 +110,7 @@ class FlightPlan:
             ("height", self.height_m, 0.5, 500.0, "m"),
             ("duration", self.duration_s, 0.1, 7200.0, "s"),
             ("speed", self.speed_mps, 0.0, 30.0, "m/s"),
+            ("stand-off", self.stand_off_m or 0.0, 0.0, 5000.0, "m"),
             ("camera tilt", math.degrees(self.tilt), 5.0, 90.0, "deg below the horizon"),
         )
         for name, value, low, high, unit in ranges:

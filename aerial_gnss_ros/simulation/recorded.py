@@ -54,6 +54,8 @@ class RecordedFlight:
                 f"{log.path} is {end:.1f} s long, so no flight begins at {start_s:g} s."
             )
         length = end - start_s if duration_s is None else duration_s
+        if not length > 0.0:
+            raise InputError(f"a flight must last longer than 0 s, not {length:g} s.")
         if start_s + length > end + 1e-6:
             raise InputError(
                 f"{log.path} ends at {end:.1f} s, before {start_s:g} + {length:g} s; begin earlier "

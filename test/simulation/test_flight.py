@@ -95,6 +95,7 @@ def test_motion_is_smooth_and_the_seed_decides():
         ({"height_m": -3.0}, "height must lie within 0.5 to 500 m, not -3"),
         ({"tilt": 0.0}, "tilt must lie within 5 to 90 deg"),
         ({"speed_mps": math.nan}, "speed"),
+        ({"stand_off_m": -1.0}, "stand-off must lie within 0 to 5000 m, not -1"),
     ],
 )
 def test_an_impossible_plan_is_refused(wrong, words):

@@ -61,7 +61,11 @@ def test_pieces_that_look_at_water_are_found(log):
 
 @pytest.mark.parametrize(
     ("start", "duration", "words"),
-    [(11.0, 1.0, "no flight begins at 11 s"), (8.0, 5.0, r"ends at 10.0 s, before 8 \+ 5 s")],
+    [
+        (0.0, 0.0, "longer than 0 s, not 0 s"),
+        (11.0, 1.0, "no flight begins at 11 s"),
+        (8.0, 5.0, r"ends at 10.0 s, before 8 \+ 5 s"),
+    ],
 )
 def test_a_piece_outside_the_log_is_refused(log, start, duration, words):
     with pytest.raises(InputError, match=words):
