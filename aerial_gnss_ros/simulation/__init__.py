@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Simulated flights: motion, sensors, robots, images rendered through the true camera geometry."""
+"""Simulated flights: motion, sensors, robots; images rendered through the true camera geometry."""
