@@ -94,6 +94,7 @@ REFUSALS = [
     (Reason.GAP_HEIGHT, {}, _gap("height")),
     (Reason.BAD_FIX, {}, _value("fix", lambda ns: Fix(ns, 0.2, -1.0, 3.0, valid=False))),
     (Reason.BAD_FIX, {}, _value("fix", lambda ns: Fix(ns, math.nan, -1.0, 3.0))),
+    (Reason.BAD_FIX, {}, _value("fix", lambda ns: Fix(ns, 13.194, -1.0, 3.0))),  # degrees
     (Reason.BAD_ATTITUDE, BODY, _value("attitude", lambda ns: Orientation(ns, np.zeros(4)))),
     (Reason.BAD_GIMBAL, {}, _value("gimbal", lambda ns: Orientation(ns, NAN4))),
     (Reason.BAD_GIMBAL, {}, _value("gimbal", lambda ns: Orientation(ns, np.full(4, 0.6)))),
@@ -136,6 +137,14 @@ def test_one_bad_neighbour_refuses_the_scene_between(sea):
         scene.world.gimbal(0.9) if ns < sea.stamp(1.0) else Orientation(ns, NAN4)
     )
     assert [r.reason for r in scene.run().rejections] == [Reason.BAD_GIMBAL]
+
+
+def test_what_can_never_come_is_told_at_once_and_waits_for_nothing_late(sea):
+    scene = sea.Scene()
+    scene.samples |= {"fix": (0.9,), "height": (-2.0, 2.0)}
+    scene.feed()
+    result = scene.engine.advance(sea.stamp(1.2))[0]
+    assert [r.reason for r in result.rejections] == [Reason.GAP_HEIGHT]
 
 
 def test_constants_need_no_messages(sea):

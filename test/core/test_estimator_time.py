@@ -37,7 +37,7 @@ def test_an_image_waits_for_late_telemetry_and_no_longer_than_max_wait(sea):
 @pytest.mark.parametrize("latency", [-2.25, -0.5, 0.0, 0.4, 2.25])
 def test_latency_of_both_signs(sea, latency):
     """The drone flies east at 5 m/s, so a latency that is not taken out shows as 5 m a second."""
-    engine = sea.estimator({"camera.latency_s": latency, "tracks.confirm_hits": 1})
+    engine = sea.estimator({"camera.latency_s": latency, "tracks.confirm_hits": 1, "max_wait": 1.0})
     world = sea.World(drone=lambda t: (5.0 * t, 0.0, 30.0))
     engine.add_camera(sea.stamp(-5.0), sea.camera)
     # an image stamped 1 s shows the scene at 1 s - latency, where the robot was straight ahead
@@ -92,6 +92,32 @@ def test_time_that_goes_backward_clears_and_says_so_once(sea, source):
     assert [e.robot_id for e in again[-1].estimates] == ["aqua_2"]  # no name is used twice
     stamps = [result.stamp_ns for result in again]
     assert stamps == sorted(stamps)
+
+
+def test_after_a_jump_only_camera_and_level_hold_on(sea):
+    """They may not be sent again; a fix of the former time must not serve the new one."""
+    engine, world = sea.estimator(), sea.World()
+    engine.add_water_level(Scalar(sea.stamp(100.0), 2.0))
+    sea.play(engine, world, 10.0, begin=100.0, until_flush=False)
+    engine.advance(sea.stamp(105.0))
+    engine.add_detections(sea.boxes(105.05, [sea.middle]))
+    assert [r.reason for r in engine.flush()[0].rejections] == [Reason.NO_FIX]
+    for t in (105.1, 105.2):
+        for name in ("fix", "gimbal", "height"):
+            getattr(engine, f"add_{name}")(getattr(world, name)(t))
+    engine.add_detections(sea.boxes(105.15, [sea.middle]))
+    result = engine.advance(sea.stamp(105.2))[0]
+    assert result.rejections == ()
+    assert result.pose.height == pytest.approx(28.0)
+
+
+def test_a_bound_name_is_bound_anew_after_a_jump(sea):
+    place = [math.degrees(a[0]) for a in sea.World().local.places(np.array([[3.0, 22.0]]))]
+    engine = sea.estimator({"robots": {"leader": {"class": "aqua", "start": place}}})
+    world = sea.World(robots={"a": lambda _t: (3.0, 22.0)})
+    for begin in (100.0, 0.0):
+        last = sea.play(engine, world, 2.0, begin=begin)[-1]
+        assert [e.robot_id for e in last.estimates] == ["leader"]
 
 
 def test_a_sample_a_little_out_of_order_is_no_backward_clock(sea):

@@ -60,6 +60,21 @@ def test_without_acceleration_it_is_the_batch_least_squares_line():
     assert belief.covariance[0][::2, ::2] == pytest.approx(np.linalg.inv(information), abs=1e-9)
 
 
+def test_a_new_geometry_moves_the_state_without_faking_a_speed():
+    """Seen from the other side the same compass error shows the other way: 5 m, not 5 m a tick."""
+    slow = np.zeros((1, 2, kalman.SLOW_COUNT))
+    slow[0, 0, 0] = 2.5
+    belief = _one(sigma=0.1, speed=0.1, slow=slow)
+    for _ in range(50):
+        belief = kalman.predict(belief, 0.1, 0.05)
+        belief = kalman.correct(belief, np.zeros((1, 2)), np.eye(2)[None] * 0.01, slow, NO_DRIFT)
+    there = np.array([[-5.0, 0.0]])
+    after = kalman.correct(belief, there, np.eye(2)[None] * 0.01, -slow, NO_DRIFT)
+    assert after.mean[0, 0] == pytest.approx(-5.0, abs=0.05)
+    assert abs(after.mean[0, 2]) < 0.05
+    assert after.sensitivity[0, 0, 0] == pytest.approx(-2.5, abs=0.05)
+
+
 def _flight(bias, seed):
     """Return the belief after 40 images from a place that goes round, with a bias and noise."""
     rng = np.random.default_rng(seed)

@@ -8,8 +8,12 @@ import math
 import numpy as np
 import pytest
 
+from aerial_gnss_ros.core import filter as kalman
+from aerial_gnss_ros.core.config import estimator_config
+from aerial_gnss_ros.core.identity import Identity
 from aerial_gnss_ros.core.localize import locate, project_to_image
 from aerial_gnss_ros.core.noise import Noise
+from aerial_gnss_ros.core.tracks import Track, Tracker
 from aerial_gnss_ros.core.values import State
 
 CROSSING = {
@@ -85,6 +89,46 @@ def test_a_dive_ends_under_the_same_name(sea, dive_s):
     sigmas = [math.sqrt(np.linalg.det(e.covariance[:2, :2])) for e in dived]
     assert all(np.diff(sigmas) > 0.0)
     assert mine[-1].state is State.CONFIRMED
+
+
+@pytest.mark.parametrize("unseen_s", [1.5, 6.0])
+def test_seen_again_from_the_other_side_with_a_wrong_compass(sea, unseen_s):
+    """4 deg of heading at 25 m: the robot seems 1.7 m to one side, then 1.7 m to the other."""
+    begin, end = 4.0, 4.0 + unseen_s
+    far = lambda t: t > 0.5 * (begin + end)  # noqa: E731
+    world = sea.World(
+        drone=lambda t: (0.0, 50.0 if far(t) else 0.0, 30.0),
+        rpy_deg=lambda t: (0.0, 50.0, -90.0 if far(t) else 90.0),
+        rpy_bias_deg=(0.0, 0.0, 4.0),
+        robots={"a": lambda _t: (0.0, 25.0)},
+        hidden=lambda _name, t: begin < t < end,
+        pixel_sigma=1.0,
+    )
+    results = sea.play(sea.estimator(), world, end + 3.0, images=5)
+    first, last = results[15].estimates[0], results[-1].estimates[0]
+    assert {e.robot_id for r in results for e in r.estimates} == {"aqua_1"}
+    assert last.state is State.CONFIRMED
+    assert first.position[0] == pytest.approx(-1.75, abs=0.2)
+    assert last.position[0] == pytest.approx(1.75, abs=0.2)
+
+
+def test_a_glint_seen_now_and_then_is_no_robot(sea):
+    world = sea.World(robots={"glint": CROSSING["c"]}, hidden=lambda _n, t: round(10 * t) % 5 > 0)
+    results = sea.play(sea.estimator(), world, 20.0)
+    assert not any(result.estimates for result in results)
+
+
+@pytest.mark.parametrize(("began_s", "resumed"), [(4.0, {}), (6.0, {1: 0})])
+def test_what_was_seen_beside_a_robot_is_not_that_robot(sea, began_s, resumed):
+    config = estimator_config({})
+    tracker = Tracker(config, Identity(config))
+    places, white = np.zeros((2, 2)), np.tile(np.eye(2), (2, 1, 1))
+    tracker.beliefs = kalman.begin(places, white, np.zeros((2, 2, kalman.SLOW_COUNT)), 0.5)
+    tracker.tracks = [
+        Track("aqua", sea.stamp(0.0), sea.stamp(5.0), State.COASTING, "aqua_1"),
+        Track("aqua", sea.stamp(began_s), sea.stamp(7.0)),
+    ]
+    assert tracker._resume([1], {1}, sea.stamp(7.0)) == resumed
 
 
 def test_a_robot_unseen_for_too_long_is_lost_and_its_name_used_up(sea):
