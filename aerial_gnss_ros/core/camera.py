@@ -26,6 +26,7 @@ from aerial_gnss_ros.core.camera_checks import (
 )
 from aerial_gnss_ros.core.distortion import BrownConrady, Equidistant
 from aerial_gnss_ros.core.errors import CameraError
+from aerial_gnss_ros.core.projection import plane_with_jacobian
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -226,6 +227,16 @@ class CameraModel:
         pixels = plane @ self.K[:2, :2].T + self.K[:2, 2]
         pixels[~seen] = np.nan
         return pixels, seen & self.inside(pixels)
+
+    def project_with_jacobian(self, points: ArrayLike) -> tuple[Array, Array, Mask]:
+        """Return pixels (n, 2) of points (n, 3) as `project` does, and their derivative (n, 2, 3).
+
+        The mask (n,) says which lie before the lens and within its model, on the image or not.
+        """
+        given = np.asarray(points, dtype=np.float64).reshape(-1, 3) @ self.R.T
+        plane, by_point, seen = plane_with_jacobian(self._lens, given)
+        matrix = self.K[:2, :2]
+        return plane @ matrix.T + self.K[:2, 2], matrix @ by_point @ self.R, seen
 
 
 def _pinhole_rays(lens: BrownConrady | None, plane: Array) -> tuple[Array, Array, Mask]:

@@ -133,7 +133,7 @@ def uncertainty(pose: CameraPose, noise: Noise, reference: Reference | str) -> U
     return Uncertainty(
         rotation_slow=(axes * slow) @ axes.T,
         rotation_slow_axes=axes * np.sqrt(slow),
-        rotation_white=np.diag(_white_rotation(noise, Reference(reference))),
+        rotation_white=np.diag(white_rotation(noise, Reference(reference))),
         height_slow=noise.value("height_m") ** 2,
         height_white=noise.value("height_white_m") ** 2,
         position_slow=own,
@@ -142,7 +142,8 @@ def uncertainty(pose: CameraPose, noise: Noise, reference: Reference | str) -> U
     )
 
 
-def _white_rotation(noise: Noise, reference: Reference) -> list[float]:
+def white_rotation(noise: Noise, reference: Reference) -> list[float]:
+    """Return the variances of the white rotation about East, North and Up, rad²."""
     gimbal = math.radians(noise.value("gimbal_white_deg")) ** 2
     attitude = math.radians(noise.value("attitude_white_deg")) ** 2
     if reference is Reference.EARTH:

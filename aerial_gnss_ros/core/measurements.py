@@ -22,6 +22,7 @@ class Measurements:
 
     Attributes:
         index: (m,) row in the image's detections.
+        pixels: (m, 2) centres of the boxes, px.
         positions: (m, 2) East, North in `map`, m.
         white: (m, 2, 2) white covariance, m².
         slow: (m, 2, k) metres per one sigma of each slow platform error.
@@ -29,6 +30,7 @@ class Measurements:
     """
 
     index: NDArray[np.intp]
+    pixels: Array
     positions: Array
     white: Array
     slow: Array
@@ -43,6 +45,7 @@ def measurements(frame: DetectionFrame, points: WaterPoints, local: LocalMap) ->
     slow[:, :, : jacobian.shape[-1]] = jacobian
     return Measurements(
         index,
+        frame.centers[index],
         local.positions(points.latitude[index], points.longitude[index]),
         points.covariance_white[index],
         slow,

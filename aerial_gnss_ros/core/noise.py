@@ -35,6 +35,11 @@ class Noise:
     gimbal_pitch_deg: float = _sigma("Slow error of the camera's pitch.", "deg", 45.0)
     gimbal_roll_deg: float = _sigma("Slow error of the camera's roll.", "deg", 45.0)
     height_m: float = _sigma("Slow error of the height above water.", "m", 100.0)
+    latency_s: float = _sigma(
+        "Slow error of camera.latency_s; above 0 the filter estimates it while the drone moves.",
+        "s",
+        3.0,
+    )
     correlation_time_s: float = _sigma("Correlation time of the slow errors.", "s", 1e6)
     attitude_white_deg: float = _sigma("White noise of the attitude, each axis.", "deg", 45.0)
     gimbal_white_deg: float = _sigma("White noise of the gimbal, each axis.", "deg", 45.0)
@@ -59,6 +64,7 @@ _CONSUMER = {
     "gimbal_pitch_deg": 0.4,
     "gimbal_roll_deg": 0.4,
     "height_m": 0.3,
+    "latency_s": 0.0,
     "correlation_time_s": 300.0,
     "attitude_white_deg": 0.1,
     "gimbal_white_deg": 0.03,

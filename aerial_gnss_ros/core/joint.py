@@ -1,0 +1,229 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The joint filter: what a tracker asks of it, robot by robot, whatever groups they are kept in.
+
+The covariance of `GROUP` robots with the platform is carried whole, which costs the cube of their
+number; more robots are kept in further groups, each with its own copy of the platform's errors. No
+group uses another's measurements, so that none counts anything twice: what is lost is the little
+that the robots beyond the first `GROUP` would add on the platform. The cost is linear in robots.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aerial_gnss_ros.core.config import EstimatorConfig
+from aerial_gnss_ros.core.joint_geometry import (
+    MapFrame,
+    on_water,
+    platform_jacobian,
+    pose_jacobian,
+    water_points,
+)
+from aerial_gnss_ros.core.joint_platform import COUNT, PlatformModel
+from aerial_gnss_ros.core.joint_state import Indices, Joint, Motion
+from aerial_gnss_ros.core.joint_update import Outcome, Sight, correct
+from aerial_gnss_ros.core.local_map import LocalMap
+from aerial_gnss_ros.core.measurements import Measurements
+from aerial_gnss_ros.core.smooth_pose import SmoothPose
+from aerial_gnss_ros.core.values import PosedFrame
+
+Array = NDArray[np.float64]
+
+GROUP = 32
+"""Robots that share one whole covariance."""
+
+
+class JointFilter:
+    """Robots in rows 0 to n - 1, and the platform's errors.
+
+    Args:
+        config: noise, motion and the gimbal's reference.
+
+    Attributes:
+        outcome: how well the last image fitted.
+    """
+
+    def __init__(self, config: EstimatorConfig) -> None:
+        self.model = PlatformModel(config.noise, config.gimbal.reference)
+        speed = 0.5 * config.tracks.max_speed
+        self.motion = Motion(config.noise.value("robot_acceleration"), speed)
+        self._latency_ns = round(config.camera.latency_s * 1e9)
+        self._map: MapFrame | None = None
+        self.reset()
+
+    def reset(self) -> None:
+        """Forget robots and platform."""
+        self._stationary = self.model.stationary(None)
+        self._groups = [Joint(self._stationary)]
+        self._fresh = True
+        self._count = 0
+        self._pose_ns: int | None = None
+        self._smooth = SmoothPose()
+        self._sight: Sight | None = None
+        self.outcome = Outcome(0.0, 0)
+
+    def __len__(self) -> int:
+        return self._count
+
+    @property
+    def platform(self) -> tuple[Array, Array]:
+        """The platform's errors (7,) and their covariance (7, 7)."""
+        first = self._groups[0]
+        return first.mean[:COUNT].copy(), first.covariance[:COUNT, :COUNT].copy()
+
+    @property
+    def stationary(self) -> Array:
+        """(7, 7) covariance of the platform's errors when nothing is known."""
+        return self._stationary
+
+    @property
+    def mean(self) -> Array:
+        """(n, 4) east, north, velocity east, velocity north; m, m/s."""
+        means = np.empty((self._count, 4))
+        for group in self._groups:
+            means[group.rows] = group.robots
+        return means
+
+    @property
+    def covariance(self) -> Array:
+        """(n, 4, 4) covariance of `mean`, the platform's share included."""
+        covariances = np.empty((self._count, 4, 4))
+        for group in self._groups:
+            covariances[group.rows] = group.blocks()
+        return covariances
+
+    def predict(self, seconds: float) -> None:
+        """Move on in time."""
+        for group in self._groups:
+            group.predict(seconds, self.model, self._stationary, self.motion)
+
+    def look(self, frame: PosedFrame, local: LocalMap) -> None:
+        """Take in the pose of an image: what follows is about this image."""
+        if self._map is None or self._map.local is not local:
+            self._map = MapFrame(local)
+        pose = frame.pose
+        self._stationary = self.model.stationary(pose.fix_covariance)
+        if self._fresh:
+            self._groups[0] = Joint(self._stationary)
+            self._fresh = False
+        measured = self._map.pose(pose)
+        passed = 0.0 if self._pose_ns is None else (pose.stamp_ns - self._pose_ns) * 1e-9
+        self._pose_ns = pose.stamp_ns
+        smooth = self._smooth.take(measured, passed)
+        applied = (frame.detections.stamp_ns - pose.stamp_ns - self._latency_ns) * 1e-9
+        self._sight = Sight.of(frame.camera, measured, smooth, self._smooth.rates, applied)
+
+    def compare(self, seen: Measurements) -> tuple[Array, Array]:
+        """Return offsets (n, m, 2) of detections from robots, m, and their covariances.
+
+        Detections are placed by what is known of the platform's errors; the covariances allow for
+        what robot and detection have in common through these.
+        """
+        offsets = np.empty((self._count, len(seen.index), 2))
+        spread = np.empty((self._count, len(seen.index), 2, 2))
+        for group in self._groups:
+            if not len(group):
+                continue
+            places, by_platform = self._place(group, seen)
+            offsets[group.rows] = places[None] - group.robots[:, None, :2]
+            with_robots = group.with_platform()
+            own = by_platform @ group.covariance[:COUNT, :COUNT] @ by_platform.swapaxes(1, 2)
+            shared = np.einsum("iab,jcb->ijac", with_robots, by_platform)
+            spread[group.rows] = (
+                group.blocks()[:, None, :2, :2]
+                + (own + seen.white)[None]
+                - shared
+                - shared.swapaxes(2, 3)
+            )
+        return offsets, spread
+
+    def correct(self, seen: Measurements, rows: Indices, columns: Indices) -> None:
+        """Take in detections `columns` of robots `rows`."""
+        self.outcome = Outcome(0.0, 0)
+        if not len(rows) or self._sight is None:
+            return
+        column_of = np.full(self._count, -1, np.intp)
+        column_of[rows] = columns
+        for group in self._groups:
+            slots = np.flatnonzero(column_of[group.rows] >= 0)
+            if len(slots):
+                pixels = seen.pixels[column_of[group.rows[slots]]]
+                outcome = correct(group, slots, pixels, self._sight, self.model)
+                self.outcome = Outcome(
+                    self.outcome.squared + outcome.squared, self.outcome.count + outcome.count
+                )
+
+    def begin(self, seen: Measurements, columns: Indices) -> None:
+        """Add a robot for each of the detections `columns`, in rows after the present ones."""
+        left = np.asarray(columns, np.intp)
+        while len(left):
+            group = next((one for one in self._groups if len(one) < GROUP), None)
+            if group is None:
+                group = self._another_group()
+            now, left = left[: GROUP - len(group)], left[GROUP - len(group) :]
+            places, by_platform = self._place(group, seen, now)
+            rows = np.arange(self._count, self._count + len(now))
+            group.add(rows, places, by_platform, seen.white[now], self.motion.speed_sigma)
+            self._count += len(now)
+
+    def drop(self, rows: Indices) -> None:
+        """Forget robots; those after them move up."""
+        kept = np.ones(self._count, dtype=np.bool_)
+        kept[rows] = False
+        moved = np.cumsum(kept) - 1
+        for group in self._groups:
+            gone = np.flatnonzero(~kept[group.rows])
+            if len(gone):
+                group.drop(gone)
+            group.rows = moved[group.rows]
+        self._groups = [self._groups[0], *(one for one in self._groups[1:] if len(one))]
+        self._count = int(kept.sum())
+
+    def apart(self, old: Indices, new: Indices) -> tuple[Array, Array]:
+        """Return offsets (n, m, 2) from robots `old` to robots `new`, and their covariances."""
+        group_of, slot_of = self._places_of_rows()
+        mean, covariance = self.mean[:, :2], self.covariance[:, :2, :2]
+        offsets = mean[new][None] - mean[old][:, None]
+        spread = covariance[old][:, None] + covariance[new][None]
+        for i, a in enumerate(old):
+            for j, b in enumerate(new):
+                if group_of[a] == group_of[b]:
+                    shared = _shared(self._groups[group_of[a]], slot_of[a], slot_of[b])
+                    spread[i, j] -= shared + shared.T
+        return offsets, spread
+
+    def _another_group(self) -> Joint:
+        first = self._groups[0]
+        group = Joint(first.covariance[:COUNT, :COUNT])
+        group.mean[:] = first.mean[:COUNT]
+        self._groups.append(group)
+        return group
+
+    def _place(
+        self, group: Joint, seen: Measurements, columns: Indices | None = None
+    ) -> tuple[Array, Array]:
+        """Return where detections are by a group's platform (m, 2), and derivatives (m, 2, 7)."""
+        assert self._sight is not None  # noqa: S101 - `look` came first
+        positions = seen.positions if columns is None else seen.positions[columns]
+        sight, errors = self._sight, group.mean[:COUNT]
+        rays = water_points(positions) - sight.measured.position
+        pose = sight.pose(errors)
+        rays = rays @ sight.measured.rotation @ pose.rotation.T
+        places = on_water(pose, rays)
+        by_pose = pose_jacobian(water_points(places) - pose.position)
+        return places, platform_jacobian(by_pose, sight.axes, sight.rates)
+
+    def _places_of_rows(self) -> tuple[Indices, Indices]:
+        group_of = np.zeros(self._count, np.intp)
+        slot_of = np.zeros(self._count, np.intp)
+        for number, group in enumerate(self._groups):
+            group_of[group.rows] = number
+            slot_of[group.rows] = np.arange(len(group))
+        return group_of, slot_of
+
+
+def _shared(group: Joint, a: int, b: int) -> Array:
+    """Return the covariance (2, 2) of one robot's position with another's."""
+    i, j = COUNT + 4 * a, COUNT + 4 * b
+    return group.covariance[i : i + 2, j : j + 2]

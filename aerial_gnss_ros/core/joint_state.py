@@ -1,0 +1,195 @@
+# SPDX-License-Identifier: Apache-2.0
+"""One normal law over the platform's errors and some robots; prediction in time.
+
+State: the platform's errors (`joint_platform.PLATFORM`), then east, north, velocity east, velocity
+north (m, m/s, in `map`) of each robot. Given the platform's errors robots move independently, but
+their covariance is carried whole: what was measured while the platform's errors wandered leaves
+robots correlated in ways that the present errors do not explain.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aerial_gnss_ros.core.joint_platform import COUNT, PlatformModel
+
+Array = NDArray[np.float64]
+Indices = NDArray[np.intp]
+
+FORGET_S = 2.0
+"""Time constant with which the velocity of a robot out of sight loses its memory, s."""
+
+HELD_S = 0.5
+"""A robot that an image missed holds its course so long, s."""
+
+HELD_SEEN_S = 2.0
+"""The same for one that the last image measured: images may be seconds apart."""
+
+
+class Motion:
+    """How robots move.
+
+    In sight: white acceleration. Out of sight the robot may turn, so that after a moment its
+    velocity goes to zero mean and `speed_sigma` with the time constant `FORGET_S`
+    (Ornstein-Uhlenbeck): its place then diffuses instead of flying off along its last course.
+
+    Attributes:
+        acceleration: root of the spectral density, m/s^1.5.
+        speed_sigma: of an unknown velocity, each axis, m/s.
+    """
+
+    def __init__(self, acceleration: float, speed_sigma: float) -> None:
+        self.acceleration = acceleration
+        self.speed_sigma = speed_sigma
+
+    def step(self, seconds: float, unseen: Array) -> tuple[Array, Array, Array]:
+        """Return reach (n,), kept velocity (n,) and noise (n, 3): pp, pv, vv, of a time step.
+
+        position += reach * velocity; velocity *= kept.
+
+        Args:
+            seconds: length of the step, s.
+            unseen: (n,) time since each robot was measured at the step's beginning, s.
+        """
+        held = np.where(unseen > 0.0, HELD_S, HELD_SEEN_S)
+        straight = np.clip(held - unseen, 0.0, seconds)
+        free = seconds - straight
+        kept = np.exp(-free / FORGET_S)
+        reach = FORGET_S * (1.0 - kept)
+        q, s2 = self.acceleration**2, self.speed_sigma**2
+        pp, pv, vv = q * straight**3 / 3.0, q * straight**2 / 2.0, q * straight
+        noise = np.empty((len(unseen), 3))
+        noise[:, 0] = pp + 2.0 * reach * pv + reach**2 * vv
+        noise[:, 1] = kept * (pv + reach * vv)
+        noise[:, 2] = kept**2 * vv
+        if free.any():
+            spread = 2.0 * free / FORGET_S - 3.0 + 4.0 * kept - kept**2
+            noise[:, 0] += s2 * FORGET_S**2 * np.maximum(spread, 0.0)
+            noise[:, 1] += s2 * FORGET_S * (1.0 - kept) ** 2
+            noise[:, 2] += s2 * (1.0 - kept**2)
+        return straight + reach, kept, noise
+
+
+class Joint:
+    """The platform's errors and robots together.
+
+    Attributes:
+        mean: (7 + 4 n,).
+        covariance: (7 + 4 n, 7 + 4 n).
+        rows: (n,) which robots of the whole program these are.
+        unseen: (n,) time since each was measured, s.
+    """
+
+    def __init__(self, covariance: Array) -> None:
+        """Begin without robots.
+
+        Args:
+            covariance: (7, 7) of the platform's errors.
+        """
+        self.mean = np.zeros(COUNT)
+        self.covariance = covariance.copy()
+        self.rows: Indices = np.zeros(0, np.intp)
+        self.unseen: Array = np.zeros(0)
+
+    def __len__(self) -> int:
+        return len(self.rows)
+
+    @property
+    def robots(self) -> Array:
+        """(n, 4) means; a view."""
+        return self.mean[COUNT:].reshape(-1, 4)
+
+    def blocks(self) -> Array:
+        """Return the robots' own covariances (n, 4, 4)."""
+        n = len(self)
+        every = np.arange(n)
+        block: Array = self.covariance[COUNT:, COUNT:].reshape(n, 4, n, 4)[every, :, every, :]
+        return block
+
+    def with_platform(self) -> Array:
+        """Return the covariances (n, 2, 7) of positions with the platform's errors."""
+        return self.covariance[COUNT:, :COUNT].reshape(-1, 4, COUNT)[:, :2]
+
+    def predict(
+        self, seconds: float, model: PlatformModel, stationary: Array, motion: Motion
+    ) -> None:
+        """Move on in time.
+
+        Args:
+            seconds: length of the step, s.
+            model: how the platform's errors wander.
+            stationary: (7, 7) covariance that they tend to.
+            motion: how robots move.
+        """
+        if seconds <= 0.0:
+            return
+        keep, P = model.keep(seconds), self.covariance
+        self.mean[:COUNT] *= keep
+        P[:COUNT] *= keep
+        P[:, :COUNT] *= keep
+        P[:COUNT, :COUNT] += (1.0 - keep * keep) * stationary
+        n = len(self)
+        if not n:
+            return
+        reach, kept, noise = motion.step(seconds, self.unseen)
+        robots = self.robots
+        robots[:, :2] += reach[:, None] * robots[:, 2:]
+        robots[:, 2:] *= kept[:, None]
+        down = P[COUNT:].reshape(n, 4, -1)
+        down[:, :2] += reach[:, None, None] * down[:, 2:]
+        across = P[:, COUNT:].reshape(-1, n, 4)
+        across[:, :, :2] += reach[:, None] * across[:, :, 2:]
+        if (kept < 1.0).any():
+            down[:, 2:] *= kept[:, None, None]
+            across[:, :, 2:] *= kept[:, None]
+        place = COUNT + 4 * np.arange(n)
+        for axis in (0, 1):
+            p, v = place + axis, place + axis + 2
+            P[p, p] += noise[:, 0]
+            P[p, v] += noise[:, 1]
+            P[v, p] += noise[:, 1]
+            P[v, v] += noise[:, 2]
+        self.unseen = self.unseen + seconds
+
+    def add(
+        self, rows: Indices, positions: Array, by_platform: Array, white: Array, speed: float
+    ) -> None:
+        """Take in robots, each from one measurement through the platform's errors.
+
+        Args:
+            rows: (m,) their numbers.
+            positions: (m, 2) where they are by the present estimate of the platform's errors, m.
+            by_platform: (m, 2, 7) how these move with the platform's errors.
+            white: (m, 2, 2) white covariance of the positions, m².
+            speed: one sigma of the unknown velocity, each axis, m/s.
+        """
+        m, old = len(rows), len(self.mean)
+        grown = np.zeros((old + 4 * m, old + 4 * m))
+        grown[:old, :old] = self.covariance
+        through = np.zeros((m, 4, COUNT))
+        through[:, :2] = by_platform
+        flat = through.reshape(4 * m, COUNT)
+        cross = flat @ self.covariance[:COUNT]
+        grown[old:, :old] = cross
+        grown[:old, old:] = cross.T
+        grown[old:, old:] = cross[:, :COUNT] @ flat.T
+        every = np.arange(m)
+        grown[old:, old:].reshape(m, 4, m, 4)[every, :2, every, :2] += white
+        velocity = old + (4 * every[:, None] + np.array([2, 3])).ravel()
+        grown[velocity, velocity] += speed**2
+        state = np.zeros((m, 4))
+        state[:, :2] = positions
+        self.mean = np.concatenate([self.mean, state.ravel()])
+        self.covariance = grown
+        self.rows = np.concatenate([self.rows, rows])
+        self.unseen = np.concatenate([self.unseen, np.zeros(m)])
+
+    def drop(self, slots: Indices) -> None:
+        """Forget the robots at some places of `rows`."""
+        kept = np.ones(len(self), dtype=np.bool_)
+        kept[slots] = False
+        index = np.concatenate([np.ones(COUNT, np.bool_), np.repeat(kept, 4)])
+        self.mean = self.mean[index]
+        self.covariance = self.covariance[np.ix_(index, index)]
+        self.rows, self.unseen = self.rows[kept], self.unseen[kept]
