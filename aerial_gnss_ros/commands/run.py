@@ -8,6 +8,7 @@ from pathlib import Path
 
 from aerial_gnss_ros.adapters.vehicles import vehicle_file, vehicle_names
 from aerial_gnss_ros.nodes import require_ros
+from aerial_gnss_ros.nodes.leaving import leave_on_signals
 
 HELP = "start detector and estimator nodes in one process"
 
@@ -42,10 +43,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Start both nodes and return when a signal ends them."""
+    leave_on_signals()
     require_ros()
     from aerial_gnss_ros.nodes import process
-    from aerial_gnss_ros.nodes.detector import DetectorNode
-    from aerial_gnss_ros.nodes.estimator import EstimatorNode
+    from aerial_gnss_ros.nodes.detector_node import DetectorNode
+    from aerial_gnss_ros.nodes.estimator_node import EstimatorNode
     from aerial_gnss_ros.nodes.supervised import Given
 
     vehicle = [vehicle_file(args.vehicle)] if args.vehicle else []

@@ -8,8 +8,7 @@ import signal
 import sys
 from collections.abc import Callable, Sequence
 from itertools import pairwise
-from types import FrameType
-from typing import Any, NoReturn
+from typing import Any
 
 import rclpy
 from rclpy.exceptions import InvalidHandle, NotInitializedException
@@ -18,6 +17,7 @@ from rclpy.node import Node
 
 from aerial_gnss_ros.adapters.parameter_files import read
 from aerial_gnss_ros.core.errors import AerialGnssError, ConfigError, RosError
+from aerial_gnss_ros.nodes.leaving import SIGNALS, Leave, leave_on_signals
 from aerial_gnss_ros.nodes.schemas import SCHEMAS
 
 WRONG_INPUT = 2
@@ -105,12 +105,12 @@ def work(
     Raises:
         AerialGnssError: the input was wrong.
     """
-    former = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
-    signal.signal(signal.SIGTERM, _leave)  # until rclpy's own handlers are installed
+    former = {number: signal.getsignal(number) for number in SIGNALS}
+    leave_on_signals()
     try:
         _initialise(arguments)
         task()
-    except (KeyboardInterrupt, ExternalShutdownException):
+    except (Leave, ExternalShutdownException):
         pass
     except (_RCL_ERROR, InvalidHandle, NotInitializedException):
         if rclpy.ok():  # else a signal came in the middle of something: the context is gone
@@ -123,10 +123,6 @@ def work(
         for number, handler in former.items():
             signal.signal(number, handler)
     return 0
-
-
-def _leave(_number: int, _frame: FrameType | None) -> NoReturn:
-    raise SystemExit(0)
 
 
 def _initialise(arguments: Sequence[str]) -> None:

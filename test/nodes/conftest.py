@@ -79,7 +79,13 @@ class Program:
 
     def __init__(self, module, *arguments):
         self.process = subprocess.Popen(
-            [sys.executable, "-u", "-m", module, *map(str, arguments)],
+            [
+                sys.executable,
+                "-u",
+                *(() if module == "-c" else ("-m",)),
+                module,
+                *map(str, arguments),
+            ],
             cwd=REPOSITORY,
             stdout=subprocess.PIPE,
             stderr=subprocess.STDOUT,

@@ -18,7 +18,7 @@ rclpy = pytest.importorskip("rclpy", reason="ROS 2 is not installed")
 from rclpy.parameter import Parameter  # noqa: E402
 
 from aerial_gnss_ros.nodes import qos  # noqa: E402
-from aerial_gnss_ros.nodes.detector import DetectorNode  # noqa: E402
+from aerial_gnss_ros.nodes.detector_node import DetectorNode  # noqa: E402
 from aerial_gnss_ros.nodes.diagnostics import OK, STALE, WARN  # noqa: E402
 from aerial_gnss_ros.nodes.ros_messages import message, message_class  # noqa: E402
 from aerial_gnss_ros.nodes.supervised import Given  # noqa: E402

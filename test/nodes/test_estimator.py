@@ -14,7 +14,7 @@ from rclpy.qos import DurabilityPolicy, QoSProfile  # noqa: E402
 
 from aerial_gnss_ros.nodes import qos  # noqa: E402
 from aerial_gnss_ros.nodes.diagnostics import ERROR, OK, STALE  # noqa: E402
-from aerial_gnss_ros.nodes.estimator import EstimatorNode  # noqa: E402
+from aerial_gnss_ros.nodes.estimator_node import EstimatorNode  # noqa: E402
 from aerial_gnss_ros.nodes.ros_messages import message, message_class  # noqa: E402
 from aerial_gnss_ros.nodes.supervised import Given  # noqa: E402
 
@@ -119,6 +119,17 @@ def test_namespace_remapping_and_own_topics(ros, tmp_path):
     assert topics["fix"] == "/drone1/fix"
     assert topics["height"] == "/drone1/altimeter"
     assert node.get_fully_qualified_name() == "/drone1/estimator"
+
+
+def test_in_a_namespace_everything_is_in_it(ros):
+    node = ros.add(EstimatorNode(Given(namespace="drone1")))
+    Drone(ros, "drone1").fly()
+    fixes = listen(ros, "sensor_msgs/msg/NavSatFix", "/drone1/robots/aqua_1/fix", latched())
+    ros.spin_until(lambda: fixes and node._images == 6)
+    ours = [name for name, _ in node.get_publisher_names_and_types_by_node("estimator", "/drone1")]
+    shared = {"/diagnostics", "/parameter_events", "/rosout"}
+    assert {"/drone1/map_datum", "/drone1/robots/markers"} <= set(ours)
+    assert all(name.startswith("/drone1/") for name in set(ours) - shared)
 
 
 def test_diagnostics_tell_inputs_robots_and_refusals(ros):

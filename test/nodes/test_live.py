@@ -111,7 +111,7 @@ def red_square_detector():
     import cv2
 
     from aerial_gnss_ros.detection.base import Detections
-    from aerial_gnss_ros.nodes.detector import DetectorNode
+    from aerial_gnss_ros.nodes.detector_node import DetectorNode
 
     class RedSquares:
         name = "red squares on OpenCV"

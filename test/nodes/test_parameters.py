@@ -16,7 +16,7 @@ rclpy = pytest.importorskip("rclpy", reason="ROS 2 is not installed")
 from rclpy.parameter import Parameter  # noqa: E402
 
 from aerial_gnss_ros.nodes import process  # noqa: E402
-from aerial_gnss_ros.nodes.estimator import EstimatorNode  # noqa: E402
+from aerial_gnss_ros.nodes.estimator_node import EstimatorNode  # noqa: E402
 from aerial_gnss_ros.nodes.parameters import own_values  # noqa: E402
 from aerial_gnss_ros.nodes.supervised import Given  # noqa: E402
 

@@ -55,7 +55,7 @@ def test_silence_and_mismatches_are_reported(ros, start):
 
 def test_a_subscriber_that_cannot_be_served_is_told_what_to_change(ros):
     from aerial_gnss_ros.detection.base import Detections
-    from aerial_gnss_ros.nodes.detector import DetectorNode
+    from aerial_gnss_ros.nodes.detector_node import DetectorNode
 
     class Nothing:
         name, class_names = "nothing", ("aqua",)
@@ -82,4 +82,17 @@ def test_wrong_input_ends_the_process_with_status_2(start, tmp_path):
     program = start("aerial_gnss_ros.nodes.detector", "--ros-args", "--params-file", path)
     program.wait_for(r"detector: .*/absent/robots\.onnx")
     assert program.process.wait(timeout=20.0) == 2
+    assert "Traceback" not in program.text
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_signal_while_the_program_still_imports_ends_it_properly(start, number):
+    script = (
+        "import os, sys, threading, aerial_gnss_ros.nodes.estimator as e;"
+        "own = e.leave_on_signals;"
+        f"e.leave_on_signals = lambda: (own(), os.kill(os.getpid(), {number}));"
+        "sys.exit(e.main())"
+    )
+    program = start("-c", script)
+    assert program.process.wait(timeout=20.0) == 0
     assert "Traceback" not in program.text

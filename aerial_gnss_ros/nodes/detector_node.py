@@ -1,0 +1,216 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The detector node: images in, one array of boxes for every processed image out."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections import Counter
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+from aerial_gnss_ros.adapters.results import detection_array
+from aerial_gnss_ros.adapters.stamps import copied_header, nanoseconds
+from aerial_gnss_ros.core.errors import AerialGnssError, InputError
+from aerial_gnss_ros.detection.base import Detector
+from aerial_gnss_ros.detection.config import DetectorConfig, detector_config
+from aerial_gnss_ros.detection.images import decode
+from aerial_gnss_ros.detection.select import load_detector
+from aerial_gnss_ros.nodes import qos
+from aerial_gnss_ros.nodes.diagnostics import OK, STALE, WARN, Status
+from aerial_gnss_ros.nodes.inputs import OPTIONAL, Input
+from aerial_gnss_ros.nodes.newest import Newest
+from aerial_gnss_ros.nodes.ros_messages import message
+from aerial_gnss_ros.nodes.schemas import DETECTOR
+from aerial_gnss_ros.nodes.supervised import Given, SupervisedNode
+from aerial_gnss_ros.nodes.timings import Timings
+
+DETECTIONS_TYPE = "vision_msgs/msg/Detection2DArray"
+_LOST_HINT = (
+    "it does not send, or its images are lost between the processes: see docs/image_transport.md"
+)
+
+
+class DetectorNode(SupervisedNode):
+    """Finds robots in images, in a thread of its own: the newest image wins.
+
+    Args:
+        given: parameter files and namespace.
+        load: makes the detector of the configuration.
+
+    Raises:
+        AerialGnssError: a parameter or the model cannot be used.
+    """
+
+    def __init__(
+        self,
+        given: Given | None = None,
+        load: Callable[[DetectorConfig], Detector] = load_detector,
+    ) -> None:
+        super().__init__(DETECTOR, given or Given())
+        self._config = detector_config(self.values)
+        self._load = load
+        self._detector = load(self._config)
+        self._wanted = self._config
+        self._waiting: Newest[Any] = Newest()
+        self._published = 0
+        self._refused: Counter[str] = Counter()
+        self._timings = Timings()
+        self._image_age_s = float("nan")
+        self._camera_size: tuple[int, int] | None = None
+        self._failure: BaseException | None = None
+        self._publisher = self.announce(
+            self._config.detections.topic, DETECTIONS_TYPE, qos.detections()
+        )
+        self._subscribe()
+        self.follow(detector_config, self._set_config)
+        self._thread = threading.Thread(target=self._work, name="detection", daemon=True)
+        self._thread.start()
+        self.every(0.5, self._fail_if_thread_failed)
+        self.get_logger().info(self._start_message())
+
+    def _subscribe(self) -> None:
+        config = self._config
+        compressed = config.image.transport == "compressed"
+        self._images = self.listen(
+            "images",
+            config.image.full_topic,
+            "sensor_msgs/msg/CompressedImage" if compressed else "sensor_msgs/msg/Image",
+            qos.sensor(1),
+            self._waiting.put,
+            hint=_LOST_HINT,
+        )
+        self.listen(
+            "camera_info",
+            config.camera_info.topic,
+            "sensor_msgs/msg/CameraInfo",
+            qos.sensor(10),
+            self._take_camera_info,
+            expected=OPTIONAL,
+        )
+
+    def destroy_node(self) -> None:
+        """End the thread, then the node."""
+        self._waiting.close()
+        self._thread.join(timeout=5.0)
+        super().destroy_node()
+
+    def _take_camera_info(self, info: Any) -> None:
+        usable = info.width > 0 and info.height > 0 and info.k[0] > 0.0
+        self._camera_size = (int(info.width), int(info.height)) if usable else (0, 0)
+
+    def _work(self) -> None:
+        """Process images until closed; runs in its own thread."""
+        try:
+            while (image := self._waiting.take()) is not None:
+                self._reload_if_wanted()
+                self._process(image)
+        except BaseException as error:  # noqa: BLE001 - raised again in the node's own thread
+            if self.context.ok():
+                self._failure = error
+
+    def _process(self, msg: Any) -> None:
+        started = time.perf_counter()
+        try:
+            image = decode(msg)
+        except InputError as error:
+            self._refuse("bad_image", f"{self._images.topic}: {error}")
+            return
+        height, width = image.shape[:2]
+        if not self._fits_camera(width, height):
+            return
+        decoded = time.perf_counter()
+        found = self._detector.detect(image)
+        fields = detection_array(found, copied_header(msg.header))
+        self._publisher.publish(message(DETECTIONS_TYPE, fields))
+        ended = time.perf_counter()
+        total = {"decode": (decoded - started) * 1e3, "total": (ended - started) * 1e3}
+        self._timings.add({**total, **found.timings_ms})
+        self._image_age_s = (self.now_ns() - nanoseconds(msg.header.stamp)) / 1e9
+        self._published += 1
+        if self._published == 1:
+            self.get_logger().info(
+                f"first image from {self._images.topic}: {width} x {height}, {len(found)} robots, "
+                f"{total['total']:.0f} ms"
+            )
+
+    def _fits_camera(self, width: int, height: int) -> bool:
+        size = self._camera_size
+        if size is None or size == (width, height):
+            return True
+        topic = self.resolve_topic_name(self._config.camera_info.topic)
+        if size == (0, 0):
+            reason = "its size or focal length is 0: the camera is not calibrated"
+            self._refuse(
+                "camera_info_zeros", f"images are refused, {topic} cannot be used: {reason}"
+            )
+        else:
+            self._refuse(
+                "camera_info_size",
+                f"images of {width} x {height} are refused: {topic} describes a camera of "
+                f"{size[0]} x {size[1]}; let the driver publish both in one size",
+            )
+        return False
+
+    def _refuse(self, reason: str, sentence: str) -> None:
+        self._refused[reason] += 1
+        self.warn_seldom(sentence)
+
+    def _set_config(self, config: DetectorConfig) -> None:
+        self._wanted = config
+
+    def _reload_if_wanted(self) -> None:
+        wanted = self._wanted
+        if wanted == self._config:
+            return
+        try:
+            self._detector = self._load(wanted)
+        except AerialGnssError as error:
+            self.get_logger().warning(f"the former parameters stay in use: {error}")
+            self._wanted = self._config
+            return
+        self._config = wanted
+
+    def _fail_if_thread_failed(self) -> None:
+        if self._failure is not None:
+            raise self._failure
+
+    def _start_message(self) -> str:
+        return (
+            f"model {self._detector.name}, classes {', '.join(self._detector.class_names)}; "
+            f"{self._images.topic} -> {self._publisher.topic_name}"
+        )
+
+    def advice(self, source: Input) -> str:
+        """Say so when images come in the form that the detector is not set to."""
+        image = self._config.image
+        other = "raw" if image.transport == "compressed" else "compressed"
+        topic = self.resolve_topic_name(replace(image, transport=other).full_topic)
+        if source is not self._images or not self.count_publishers(topic):
+            return ""
+        return f"but {topic} has publishers: set image.transport to {other}"
+
+    def statuses(self) -> list[Status]:
+        """Return how images fared and what each stage took."""
+        received = self._images.arrivals.count
+        lost, refused = self._images.lost, sum(self._refused.values())
+        if not received:
+            level, words = STALE, "no image yet"
+        elif refused:
+            level, words = WARN, f"{refused} images refused"
+        elif lost > received:
+            level, words = WARN, f"{lost} of {lost + received} images were lost in transport"
+        else:
+            level, words = OK, "detecting"
+        values: dict[str, Any] = {
+            "images_published": received + lost,
+            "images_received": received,
+            "images_lost_in_transport": lost,
+            "images_dropped_for_newer": self._waiting.dropped,
+            "images_processed": self._published,
+            "image_age_s": self._image_age_s,
+        }
+        values |= {f"refused_{reason}": count for reason, count in sorted(self._refused.items())}
+        values |= {f"ms_{stage}": mean for stage, mean in self._timings.means_ms().items()}
+        return [Status("detection", level, words, {"model": self._detector.name, **values})]

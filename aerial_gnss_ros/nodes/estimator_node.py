@@ -1,0 +1,157 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The estimator node: detections and telemetry in, one latched position for every robot out."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from rclpy.publisher import Publisher
+
+from aerial_gnss_ros.adapters.feed import Feed, Subscription
+from aerial_gnss_ros.adapters.results import OutgoingMessage, result_messages
+from aerial_gnss_ros.core.config import EstimatorConfig, estimator_config
+from aerial_gnss_ros.core.estimator import Estimator
+from aerial_gnss_ros.core.inputs import InputState
+from aerial_gnss_ros.core.summary import RobotSummary
+from aerial_gnss_ros.core.values import FrameResult, State
+from aerial_gnss_ros.nodes import qos
+from aerial_gnss_ros.nodes.arrivals import SECOND_NS
+from aerial_gnss_ros.nodes.diagnostics import ERROR, OK, STALE, WARN, Status
+from aerial_gnss_ros.nodes.inputs import ALWAYS, ONCE, OPTIONAL, Input
+from aerial_gnss_ros.nodes.ros_messages import message
+from aerial_gnss_ros.nodes.schemas import ESTIMATOR
+from aerial_gnss_ros.nodes.supervised import Given, SupervisedNode
+from aerial_gnss_ros.nodes.timings import Timings
+
+DETECTIONS = "detections"
+CAMERA_INFO = "camera_info"
+ADVANCE_S = 0.02  # what waits for its time gives up at most this late
+
+
+class EstimatorNode(SupervisedNode):
+    """Drives the core's estimator with messages and publishes what it returns.
+
+    Args:
+        given: parameter files and namespace.
+
+    Raises:
+        AerialGnssError: a parameter or the state file cannot be used.
+    """
+
+    def __init__(self, given: Given | None = None) -> None:
+        super().__init__(ESTIMATOR, given or Given())
+        self._config = estimator_config(self.values)
+        self._estimator = Estimator(self._config)
+        self._feed = Feed(self._config, self._estimator, self.warn_seldom)
+        self._results: dict[str, Publisher] = {}
+        self._timings = Timings()
+        self._images = 0
+        for subscription in self._feed.subscriptions:
+            self._subscribe(subscription)
+        self.follow(estimator_config, self._set_config)
+        self.every(ADVANCE_S, self._advance)
+        self.get_logger().info(self._start_message())
+
+    def destroy_node(self) -> None:
+        """Save the robots' names where a state file is wanted, then end the node."""
+        self._estimator.flush()
+        self._log_events()
+        super().destroy_node()
+
+    def _subscribe(self, subscription: Subscription) -> None:
+        reliable = subscription.name == DETECTIONS
+        expected = ALWAYS if subscription.required else OPTIONAL
+        self.listen(
+            subscription.name,
+            subscription.topic,
+            subscription.msgtype,
+            qos.detections() if reliable else qos.sensor(subscription.depth),
+            lambda msg: self._take(subscription, msg),
+            expected=ONCE if subscription.name == CAMERA_INFO else expected,
+        )
+
+    def _take(self, subscription: Subscription, msg: Any) -> None:
+        now_ns = self.now_ns()
+        if now_ns == 0:  # simulated time has not begun: what is stamped on arrival has no time
+            self.warn_seldom("messages come, but no time yet: use_sim_time is true, /clock silent")
+            return
+        subscription.handle(msg, now_ns)
+        self._advance()
+
+    def _advance(self) -> None:
+        now_ns = self.now_ns()
+        if now_ns == 0:
+            return
+        for result in self._estimator.advance(now_ns):
+            self._publish(result)
+        self._log_events()
+
+    def _publish(self, result: FrameResult) -> None:
+        self._images += 1
+        self._timings.add(result.timings_ms)
+        for outgoing in result_messages(result):
+            self._publisher(outgoing).publish(message(outgoing.msgtype, outgoing.fields))
+
+    def _publisher(self, outgoing: OutgoingMessage) -> Publisher:
+        if outgoing.topic not in self._results:
+            self._results[outgoing.topic] = self.announce(
+                outgoing.topic, outgoing.msgtype, qos.latched()
+            )
+        return self._results[outgoing.topic]
+
+    def _log_events(self) -> None:
+        for sentence in self._estimator.take_events():
+            self.get_logger().info(sentence)
+
+    def _set_config(self, config: EstimatorConfig) -> None:
+        self._estimator.min_score = config.detections.min_score
+
+    def _start_message(self) -> str:
+        heard = ", ".join(f"{source.name} {source.topic}" for source in self.inputs)
+        out = self.resolve_topic_name("robots")
+        return f"method {self._config.method}; {heard} -> {out}/<id>/geo_pose, fix, odom"
+
+    def judge(self, source: Input, status: Status) -> Status:
+        """Add how the core finds an input: its state, and messages that were of no use."""
+        known = self._estimator.inputs.get(source.name)
+        if known is None:
+            return status
+        values = {**status.values, "state": str(known.state), "unusable": known.bad}
+        if known.state is InputState.BAD:
+            words = f"the last message was of no use ({known.bad} of {known.count})"
+            return Status(status.name, ERROR, words, values)
+        if known.state is InputState.STALE and status.level == OK and source.expected == ALWAYS:
+            return Status(status.name, WARN, "its stamps lag behind the images", values)
+        return Status(status.name, status.level, status.message, values)
+
+    def statuses(self) -> list[Status]:
+        """Return inputs that need no topic, each robot, and what was refused."""
+        listened = {source.name for source in self.inputs}
+        still = [
+            Status(name, OK, str(known.state))
+            for name, known in self._estimator.inputs.items()
+            if name not in listened
+        ]
+        now_ns = self.now_ns()
+        robots = [_robot_status(robot, now_ns) for robot in self._estimator.robots]
+        return [*still, *robots, self._positions_status(len(robots))]
+
+    def _positions_status(self, robots: int) -> Status:
+        counts = {str(reason): n for reason, n in sorted(self._estimator.counts.items()) if n}
+        words = f"{robots} robots" if self._images else "no image yet"
+        values: dict[str, Any] = {"method": self._config.method, "images": self._images}
+        values |= {f"rejected_{reason}": n for reason, n in counts.items()}
+        values |= {f"images_{why}": n for why, n in sorted(self._estimator.dropped.items())}
+        values |= {f"ms_{stage}": mean for stage, mean in self._timings.means_ms().items()}
+        return Status("positions", OK if self._images else STALE, words, values)
+
+
+def _robot_status(robot: RobotSummary, now_ns: int) -> Status:
+    values = {
+        "state": str(robot.state),
+        "class": robot.class_id,
+        "last_seen_s": (now_ns - robot.last_seen_ns) / SECOND_NS,
+        "sigma_m": robot.sigma_m,
+    }
+    level = OK if robot.state is State.CONFIRMED else WARN
+    return Status(f"robot {robot.robot_id}", level, str(robot.state), values)
