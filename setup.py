@@ -95,7 +95,9 @@ setup(
     extras_require=EXTRAS,
     tests_require=TEST,
     packages=find_packages(include=[NAME, f"{NAME}.*"]),
-    package_data={NAME: ["py.typed", "**/*.msg", "**/*.html", "**/*.css", "**/*.js", "**/*.xml"]},
+    package_data={
+        NAME: ["py.typed", "**/*.msg", "**/*.html", "**/*.css", "**/*.js", "**/*.xml", "**/*.npz"]
+    },
     data_files=shared_files(),
     entry_points={"console_scripts": console_scripts()},
     zip_safe=False,

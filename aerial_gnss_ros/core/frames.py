@@ -34,6 +34,11 @@ FLU_FROM_OPTICAL = _constant([[0, 0, 1], [-1, 0, 0], [0, -1, 0]])
 """(3, 3) camera FLU from camera optical (REP 103)."""
 
 
+_HALF = math.sqrt(0.5)
+_ENU_QUATERNION = {"ned": (_HALF, _HALF, 0.0, 0.0), "nwu": (0.0, 0.0, _HALF, _HALF)}
+_FLU_QUATERNION = {"frd": (1.0, 0.0, 0.0, 0.0)}
+
+
 def wrap_angle(angle: Any) -> Any:
     """Return angles in rad wrapped to [-pi, pi)."""
     return (angle + math.pi) % (2.0 * math.pi) - math.pi
@@ -80,6 +85,53 @@ def matrix_from_quaternion(quaternion: ArrayLike) -> Array:
     matrix[..., 2, 1] = s * (y * z + x * w)
     matrix[..., 2, 2] = 1.0 - s * (x * x + y * y)
     return matrix
+
+
+def quaternion_product(a: ArrayLike, b: ArrayLike) -> Array:
+    """Return the quaternions (..., 4) x, y, z, w of rotating by `b` first, then by `a`.
+
+    Lengths are multiplied, not normalised: what was no rotation does not become one.
+    """
+    x0, y0, z0, w0 = np.moveaxis(np.asarray(a, dtype=np.float64), -1, 0)
+    x1, y1, z1, w1 = np.moveaxis(np.asarray(b, dtype=np.float64), -1, 0)
+    return np.stack(
+        [
+            w0 * x1 + x0 * w1 + y0 * z1 - z0 * y1,
+            w0 * y1 - x0 * z1 + y0 * w1 + z0 * x1,
+            w0 * z1 + x0 * y1 - y0 * x1 + z0 * w1,
+            w0 * w1 - x0 * x1 - y0 * y1 - z0 * z1,
+        ],
+        axis=-1,
+    )
+
+
+def to_enu_flu(quaternion: Array, world: str, body: str) -> Array:
+    """Return the orientation (4,) of FLU axes in ENU from one in other axes.
+
+    Args:
+        quaternion: (4,) x, y, z, w of a body's axes in the world's; its length is kept.
+        world: `enu`, `ned` or `nwu`.
+        body: `flu` or `frd`.
+    """
+    turned = quaternion
+    if world in _ENU_QUATERNION:
+        turned = quaternion_product(_ENU_QUATERNION[world], turned)
+    if body in _FLU_QUATERNION:  # its own inverse, but for the sign, which is no matter
+        turned = quaternion_product(turned, _FLU_QUATERNION[body])
+    return turned
+
+
+def to_level_flu(quaternion: Array, body: str) -> Array:
+    """Return the orientation (4,) of FLU axes in a vehicle's FLU (or levelled FLU) axes.
+
+    Args:
+        quaternion: (4,) x, y, z, w of one in the other, both of the same kind; length is kept.
+        body: `flu` or `frd`, of both.
+    """
+    if body not in _FLU_QUATERNION:
+        return quaternion
+    turn = _FLU_QUATERNION[body]
+    return -quaternion_product(quaternion_product(turn, quaternion), turn)
 
 
 def quaternion_from_matrix(matrix: ArrayLike) -> Array:

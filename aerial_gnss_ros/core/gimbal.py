@@ -19,13 +19,14 @@ class Reference(str, Enum):
 
     EARTH: ENU. HEADING: level, x along the vehicle's nose (roll and pitch from the horizon, yaw
     from the nose). BODY: the airframe with its tilt. FIXED: no gimbal, a constant mount in the
-    body.
+    body. MAVLINK_FLAGS: each message says which of these it is relative to.
     """
 
     EARTH = "earth"
     HEADING = "heading"
     BODY = "body"
     FIXED = "fixed"
+    MAVLINK_FLAGS = "mavlink_flags"
 
     def __str__(self) -> str:
         return self.value
@@ -65,6 +66,8 @@ def enu_from_camera(
         ValueError: an argument that the reference needs is absent, or an unknown reference.
     """
     kind = Reference(reference)
+    if kind is Reference.MAVLINK_FLAGS:
+        raise ValueError("a reading must say whether it is relative to earth, heading or body")
     if kind.needs_attitude and enu_from_flu is None:
         raise ValueError(f"gimbal reference {kind} needs the body's orientation")
     inner = gimbal if kind.needs_gimbal else mount

@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from aerial_gnss_ros.core.frames import slerp, wrap_angle
 from aerial_gnss_ros.core.values import Array, Fix, Orientation, Scalar
 
@@ -19,8 +21,14 @@ def between_scalars(before: Scalar, after: Scalar, fraction: float, stamp_ns: in
 def between_orientations(
     before: Orientation, after: Orientation, fraction: float, stamp_ns: int
 ) -> Orientation:
-    """Return the orientation at `fraction` of the shortest rotation."""
-    return Orientation(stamp_ns, slerp(before.quaternion, after.quaternion, fraction))
+    """Return the orientation at `fraction` of the shortest rotation.
+
+    Between two samples that are relative to different frames there is none: NaN.
+    """
+    if before.reference != after.reference:
+        return Orientation(stamp_ns, np.full(4, np.nan))
+    turned = slerp(before.quaternion, after.quaternion, fraction)
+    return Orientation(stamp_ns, turned, before.reference)
 
 
 def between_fixes(before: Fix, after: Fix, fraction: float, stamp_ns: int) -> Fix:

@@ -45,10 +45,13 @@ class Orientation:
     Attributes:
         stamp_ns: time of validity, ns.
         quaternion: (4,) x, y, z, w.
+        reference: of this sample, where the message itself says it (`earth`, `heading`, `body`);
+            empty: as the configuration says.
     """
 
     stamp_ns: int
     quaternion: Array
+    reference: str = ""
 
 
 @dataclass(frozen=True)

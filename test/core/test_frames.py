@@ -135,3 +135,36 @@ def test_wrapped_angles_are_the_same_direction(angle):
     wrapped = frames.wrap_angle(angle)
     assert -math.pi <= wrapped < math.pi
     assert math.cos(wrapped - angle) == pytest.approx(1.0)
+
+
+def _quaternion(angles):
+    return frames.quaternion_from_matrix(frames.matrix_from_rpy(*angles))
+
+
+@pytest.mark.parametrize(
+    ("world", "outer"),
+    [("enu", np.eye(3)), ("ned", frames.ENU_FROM_NED), ("nwu", frames.ENU_FROM_NWU)],
+)
+@pytest.mark.parametrize(("body", "inner"), [("flu", np.eye(3)), ("frd", frames.FLU_FROM_FRD)])
+def test_other_axes_become_enu_and_flu_as_matrices_do(world, outer, body, inner):
+    q = _quaternion((0.3, -0.7, 2.5))
+    turned = frames.to_enu_flu(q, world, body)
+    expected = outer @ frames.matrix_from_quaternion(q) @ inner
+    assert frames.matrix_from_quaternion(turned) == pytest.approx(expected, abs=1e-12)
+    level = frames.to_level_flu(q, body)
+    expected = inner @ frames.matrix_from_quaternion(q) @ inner
+    assert frames.matrix_from_quaternion(level) == pytest.approx(expected, abs=1e-12)
+
+
+@pytest.mark.parametrize("length", [0.0, 0.5, 3.0])
+def test_changing_axes_keeps_what_is_no_rotation(length):
+    q = length * _quaternion((0.3, -0.7, 2.5))
+    for turned in (frames.to_enu_flu(q, "ned", "frd"), frames.to_level_flu(q, "frd")):
+        assert np.linalg.norm(turned) == pytest.approx(length)
+
+
+def test_quaternion_products_are_those_of_matrices():
+    a, b = _quaternion((0.3, -0.7, 2.5)), _quaternion((-1.0, 0.2, 0.4))
+    product = frames.matrix_from_quaternion(frames.quaternion_product(a, b))
+    expected = frames.matrix_from_quaternion(a) @ frames.matrix_from_quaternion(b)
+    assert product == pytest.approx(expected, abs=1e-12)

@@ -42,7 +42,14 @@ def test_a_fixed_camera_turns_with_the_body():
 
 def test_earth_needs_no_attitude_and_the_others_say_what_they_need():
     assert enu_from_camera("earth", DOWN_30, None, None) is DOWN_30
-    assert [r.value for r in Reference if r.needs_attitude] == ["heading", "body", "fixed"]
+    assert [r.value for r in Reference if r.needs_attitude] == [
+        "heading",
+        "body",
+        "fixed",
+        "mavlink_flags",
+    ]
+    with pytest.raises(ValueError, match="a reading must say"):
+        enu_from_camera("mavlink_flags", DOWN_30, NORTH_PITCHED, None)
     with pytest.raises(ValueError, match="body's orientation"):
         enu_from_camera("heading", DOWN_30, None, None)
     with pytest.raises(ValueError, match="mount"):
