@@ -93,7 +93,6 @@ setup(
     python_requires=">=3.10",
     install_requires=REQUIRES,
     extras_require=EXTRAS,
-    tests_require=TEST,
     packages=find_packages(include=[NAME, f"{NAME}.*"]),
     package_data={
         NAME: ["py.typed", "**/*.msg", "**/*.html", "**/*.css", "**/*.js", "**/*.xml", "**/*.npz"]
