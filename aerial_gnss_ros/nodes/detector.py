@@ -1,20 +1,24 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The executable `detector`; imports little, so that a signal ends it properly from the start."""
+"""The executable `detector`."""
 
 from __future__ import annotations
 
 import sys
+from collections.abc import Callable
+from typing import Any
 
-from aerial_gnss_ros.nodes.leaving import leave_on_signals
+from aerial_gnss_ros.nodes.executable import execute
 
 
 def main() -> int:
     """Run the detector node until a signal."""
-    leave_on_signals()
-    from aerial_gnss_ros.nodes import process
+    return execute("detector", _node_class)
+
+
+def _node_class() -> Callable[[], Any]:
     from aerial_gnss_ros.nodes.detector_node import DetectorNode
 
-    return process.main("detector", DetectorNode)
+    return DetectorNode
 
 
 if __name__ == "__main__":

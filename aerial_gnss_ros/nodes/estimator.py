@@ -1,20 +1,24 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The executable `estimator`; imports little, so that a signal ends it properly from the start."""
+"""The executable `estimator`."""
 
 from __future__ import annotations
 
 import sys
+from collections.abc import Callable
+from typing import Any
 
-from aerial_gnss_ros.nodes.leaving import leave_on_signals
+from aerial_gnss_ros.nodes.executable import execute
 
 
 def main() -> int:
     """Run the estimator node until a signal."""
-    leave_on_signals()
-    from aerial_gnss_ros.nodes import process
+    return execute("estimator", _node_class)
+
+
+def _node_class() -> Callable[[], Any]:
     from aerial_gnss_ros.nodes.estimator_node import EstimatorNode
 
-    return process.main("estimator", EstimatorNode)
+    return EstimatorNode
 
 
 if __name__ == "__main__":

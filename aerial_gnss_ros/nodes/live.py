@@ -119,8 +119,9 @@ def fly(
     topics: list[str],
     log: Path,
     on_tick: Callable[[float, Mapping[str, list[LivePosition]]], None],
+    rate: float = 1.0,
 ) -> Heard:
-    """Play a bag in real time into real nodes; ROS must be initialised.
+    """Play a bag into real nodes; ROS must be initialised.
 
     Args:
         bag: open; its images and telemetry.
@@ -128,6 +129,7 @@ def fly(
         log: file that takes what the nodes print.
         on_tick: called about five times a second with seconds since the start of the bag and
             the positions heard so far.
+        rate: 1 plays in real time, 0.5 takes twice as long.
 
     Raises:
         RosError: a node ended by itself, or nobody listened to a topic; the log's last line says
@@ -136,7 +138,7 @@ def fly(
     heard = Heard()
     with _nodes(log, topics) as processes, _spinning(_Listener(heard)):
         node = rclpy.create_node("player")
-        player = Player(node, bag, topics)
+        player = Player(node, bag, topics, rate)
         missing = player.wait_for_subscribers(topics, _READY_S)
         if missing:
             raise RosError(f"nobody listens to {', '.join(missing)}; {_last_line(log)}")

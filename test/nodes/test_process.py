@@ -88,11 +88,25 @@ def test_wrong_input_ends_the_process_with_status_2(start, tmp_path):
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_a_signal_while_the_program_still_imports_ends_it_properly(start, number):
     script = (
-        "import os, sys, threading, aerial_gnss_ros.nodes.estimator as e;"
+        "import os, sys; from aerial_gnss_ros.nodes import estimator as n, executable as e;"
         "own = e.leave_on_signals;"
         f"e.leave_on_signals = lambda: (own(), os.kill(os.getpid(), {number}));"
-        "sys.exit(e.main())"
+        "sys.exit(n.main())"
     )
     program = start("-c", script)
     assert program.process.wait(timeout=20.0) == 0
     assert "Traceback" not in program.text
+
+
+def test_without_ros_the_executable_says_how_to_get_it(monkeypatch, capsys):
+    import importlib.util
+
+    from aerial_gnss_ros.nodes import detector
+
+    find = importlib.util.find_spec
+    monkeypatch.setattr(
+        importlib.util, "find_spec", lambda name: None if name == "rclpy" else find(name)
+    )
+    monkeypatch.setattr(signal, "signal", lambda *_: None)  # pytest keeps its own
+    assert detector.main() == 2
+    assert "source /opt/ros/jazzy/setup.bash" in capsys.readouterr().err

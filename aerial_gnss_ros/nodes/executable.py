@@ -1,0 +1,32 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What both executables do first; imports little, so that a signal ends them properly at once."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable
+from typing import Any
+
+from aerial_gnss_ros.core.errors import RosError
+from aerial_gnss_ros.nodes import require_ros
+from aerial_gnss_ros.nodes.leaving import leave_on_signals
+
+WRONG_INPUT = 2
+
+
+def execute(name: str, node_class: Callable[[], Callable[[], Any]]) -> int:
+    """Run a node until a signal and return the exit status.
+
+    Args:
+        name: of the executable, for messages.
+        node_class: imports and returns what makes the node.
+    """
+    leave_on_signals()
+    try:
+        require_ros()
+    except RosError as error:
+        sys.stderr.write(f"{name}: {error}\n")
+        return WRONG_INPUT
+    from aerial_gnss_ros.nodes import process
+
+    return process.main(name, node_class())
