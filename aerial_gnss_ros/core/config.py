@@ -10,15 +10,19 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 from aerial_gnss_ros.core.config_groups import (
-    AttitudeConfig,
     CameraConfig,
     DetectionsConfig,
-    FixConfig,
-    GimbalConfig,
-    HeightConfig,
     MapConfig,
     SurfaceConfig,
     TracksConfig,
+)
+from aerial_gnss_ros.core.config_telemetry import (
+    HEADERLESS,
+    PX4,
+    AttitudeConfig,
+    FixConfig,
+    GimbalConfig,
+    HeightConfig,
     WaterLevelConfig,
 )
 from aerial_gnss_ros.core.errors import ConfigError
@@ -100,8 +104,9 @@ class EstimatorConfig:
 
     @property
     def needs_attitude(self) -> bool:
-        """Whether the gimbal's reference or a lever arm needs the body's orientation."""
-        return self.gimbal.reference != "earth" or any(self.camera.offset_m)
+        """Whether the gimbal's reference, a lever arm or a range finder needs the body."""
+        ranged = self.height.source == "topic" and self.height.along == "body"
+        return self.gimbal.reference != "earth" or ranged or any(self.camera.offset_m)
 
 
 def estimator_config(values: Mapping[str, Any]) -> EstimatorConfig:
@@ -120,6 +125,51 @@ def estimator_config(values: Mapping[str, Any]) -> EstimatorConfig:
     config = replace(build(EstimatorConfig, rest), robots=_bindings(robots))
     _check_together(config)
     return config
+
+
+def _check_clocks(config: EstimatorConfig) -> None:
+    """Refuse a clock that an input's messages do not carry."""
+    for name in ("fix", "attitude", "gimbal", "height"):
+        group_ = getattr(config, name)
+        kind, stamp = group_.type, group_.stamp
+        px4 = kind.startswith(PX4)
+        fits = ("arrival", "px4_us") if px4 else ("arrival",)
+        if group_.source != "topic" or stamp in fits:
+            continue
+        if kind in HEADERLESS:
+            raise ConfigError(
+                f"{name}.stamp is {stamp}, but {kind} messages carry no stamp; use arrival."
+            )
+        if px4 or stamp == "px4_us":
+            instead = "px4_us or arrival" if px4 else "header or arrival"
+            raise ConfigError(
+                f"{name}.stamp is {stamp}, which {kind} messages do not carry; use {instead}."
+            )
+
+
+def _check_axes(config: EstimatorConfig) -> None:
+    """Refuse axes and references that contradict the type of message."""
+    fix, gimbal = config.fix, config.gimbal
+    for name, group_ in (("attitude", config.attitude), ("gimbal", gimbal)):
+        kind = group_.type
+        autopilot = kind.startswith((PX4, "mavros_"))
+        wanted = ("ned", "frd") if autopilot else ("enu", "flu")
+        if (autopilot or kind == "psdk_gimbal") and (group_.world, group_.body) != wanted:
+            raise ConfigError(
+                f"{name}.type is {kind}, whose axes are {wanted[0]} and {wanted[1]}; set "
+                f"{name}.world: {wanted[0]} and {name}.body: {wanted[1]}."
+            )
+    flagged = gimbal.type in ("mavros_gimbal", "px4_gimbal") and gimbal.source == "topic"
+    if gimbal.reference == "mavlink_flags" and not flagged:
+        raise ConfigError(
+            f"gimbal.reference is mavlink_flags, but {gimbal.type} messages carry no flags; set "
+            "it to earth, heading, body or fixed."
+        )
+    if fix.type.startswith(PX4) and fix.altitude_datum not in ("ellipsoid", "amsl"):
+        raise ConfigError(
+            f"fix.type is {fix.type}, which has an altitude above the ellipsoid and one above "
+            "mean sea level; set fix.altitude_datum to ellipsoid or amsl."
+        )
 
 
 def _bindings(flat: Mapping[str, Any]) -> tuple[RobotBinding, ...]:
@@ -172,11 +222,6 @@ def _check_together(config: EstimatorConfig) -> None:
         )
     if config.height.source == "constant" and math.isnan(config.height.value_m):
         raise ConfigError("height.source is constant, so height.value_m must be given.")
-    if config.height.stamp == "header" and config.height.type != "range":
-        raise ConfigError(
-            f"height.stamp is header, but {config.height.type} messages carry no stamp; use "
-            "arrival."
-        )
     if config.height.source == "none":
         if math.isnan(config.surface.altitude):
             raise ConfigError("height.source is none, so surface.altitude must be given.")
@@ -185,5 +230,7 @@ def _check_together(config: EstimatorConfig) -> None:
                 "height.source is none, so fix.altitude_datum must say what surface.altitude and "
                 "the fix's altitude are measured from."
             )
+    _check_clocks(config)
+    _check_axes(config)
     if math.isnan(config.map.latitude_deg) != math.isnan(config.map.longitude_deg):
         raise ConfigError("map.latitude_deg and map.longitude_deg must be given together.")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Groups of the estimator's parameters, one a topic of the flight: unit, meaning, consequence."""
+"""Parameters of camera, surface, boxes, tracks and map: unit, meaning, consequence."""
 
 from __future__ import annotations
 
@@ -9,8 +9,6 @@ from dataclasses import dataclass
 from aerial_gnss_ros.core.parameters import key
 
 NAN = math.nan
-_STAMP = "header: the message's own stamp; arrival: when it came (for headerless topics always)."
-_MAX_GAP = "Samples farther apart than this are not interpolated; the detection is refused."
 
 
 @dataclass(frozen=True)
@@ -23,6 +21,12 @@ class CameraConfig:
         choices=("topic", "parameters"),
     )
     topic: str = key("camera/camera_info", "CameraInfo topic, relative to the namespace.")
+    stamp: str = key(
+        "header",
+        "Of CameraInfo. header: its own stamp; arrival: when it came, where its clock is not the "
+        "images'.",
+        choices=("header", "arrival"),
+    )
     rectified: bool = key(
         False, "True when the images are rectified: uses P and no distortion instead of K and D."
     )
@@ -73,149 +77,6 @@ class CameraConfig:
     image_height_px: int = key(
         0, "Image height; only with source: parameters.", unit="px", low=0, high=20000
     )
-
-
-@dataclass(frozen=True)
-class FixConfig:
-    """The drone's GNSS position."""
-
-    source: str = key(
-        "topic", "topic, or constant for a camera on a mast.", choices=("topic", "constant")
-    )
-    topic: str = key("fix", "NavSatFix topic, relative to the namespace.")
-    stamp: str = key("header", _STAMP, choices=("header", "arrival"))
-    max_gap: float = key(2.5, _MAX_GAP, unit="s", low=0.001, high=60.0)
-    altitude_datum: str = key(
-        "unknown",
-        "What the fix's altitude is measured from. With unknown, published altitudes are NaN "
-        "(robot_localization drops such fixes) and height is required.",
-        choices=("ellipsoid", "amsl", "home", "unknown"),
-    )
-    latitude_deg: float = key(
-        NAN, "Latitude with source: constant.", unit="deg", low=-90.0, high=90.0, optional=True
-    )
-    longitude_deg: float = key(
-        NAN, "Longitude with source: constant.", unit="deg", low=-180.0, high=180.0, optional=True
-    )
-    altitude_m: float = key(
-        NAN,
-        "Altitude with source: constant, in altitude_datum.",
-        unit="m",
-        low=-500.0,
-        high=10000.0,
-        optional=True,
-    )
-
-
-@dataclass(frozen=True)
-class AttitudeConfig:
-    """The drone's body, FLU in ENU."""
-
-    source: str = key(
-        "topic", "topic, or constant for a camera on a mast.", choices=("topic", "constant")
-    )
-    topic: str = key("attitude", "Attitude topic, relative to the namespace.")
-    type: str = key(
-        "imu",
-        "imu: sensor_msgs/Imu; quaternion: geometry_msgs/QuaternionStamped.",
-        choices=("imu", "quaternion"),
-    )
-    stamp: str = key("header", _STAMP, choices=("header", "arrival"))
-    max_gap: float = key(0.5, _MAX_GAP, unit="s", low=0.001, high=60.0)
-    north: str = key(
-        "true",
-        "magnetic: yaw is measured from magnetic north and corrected by the World Magnetic "
-        "Model. Wrong by 10 deg of declination is wrong by 5 m at 30 m range.",
-        choices=("true", "magnetic"),
-    )
-    rpy_deg: tuple[float, ...] = key(
-        (0.0, 0.0, 0.0),
-        "Roll, pitch, yaw (FLU in ENU) with source: constant.",
-        unit="deg",
-        low=-360.0,
-        high=360.0,
-        length=3,
-    )
-
-
-@dataclass(frozen=True)
-class GimbalConfig:
-    """The camera's orientation; camera FLU, straight down is pitch +90 deg."""
-
-    source: str = key("topic", "topic, or constant (rpy_deg below).", choices=("topic", "constant"))
-    topic: str = key("gimbal", "Gimbal topic, relative to the namespace.")
-    type: str = key(
-        "quaternion",
-        "quaternion: geometry_msgs/QuaternionStamped; vector3: geometry_msgs/Vector3Stamped with "
-        "roll, pitch, yaw in rad.",
-        choices=("quaternion", "vector3"),
-    )
-    stamp: str = key("header", _STAMP, choices=("header", "arrival"))
-    max_gap: float = key(0.5, _MAX_GAP, unit="s", low=0.001, high=60.0)
-    reference: str = key(
-        "earth",
-        "What the angles are relative to. earth: ENU; heading: level, yaw from the nose; body: "
-        "the airframe; fixed: no gimbal, mount_rpy_deg in the body. A wrong reference is wrong "
-        "by metres as soon as the drone tilts or turns.",
-        choices=("earth", "heading", "body", "fixed"),
-    )
-    mount_rpy_deg: tuple[float, ...] = key(
-        (0.0, 0.0, 0.0),
-        "With reference: fixed, the camera in the body: roll, pitch, yaw (FLU); straight down "
-        "is 0, 90, 0.",
-        unit="deg",
-        low=-360.0,
-        high=360.0,
-        length=3,
-    )
-    rpy_deg: tuple[float, ...] = key(
-        (0.0, 90.0, 0.0),
-        "Roll, pitch, yaw with source: constant.",
-        unit="deg",
-        low=-360.0,
-        high=360.0,
-        length=3,
-    )
-
-
-@dataclass(frozen=True)
-class HeightConfig:
-    """The drone above the water."""
-
-    source: str = key(
-        "topic",
-        "topic; constant (value_m below); none: fix altitude less surface.altitude.",
-        choices=("topic", "constant", "none"),
-    )
-    topic: str = key("height", "Height topic, relative to the namespace.")
-    type: str = key(
-        "float64",
-        "float64, float32 (std_msgs) or range (sensor_msgs/Range).",
-        choices=("float64", "float32", "range"),
-    )
-    stamp: str = key(
-        "arrival",
-        "header is possible with type: range only; std_msgs numbers carry no stamp.",
-        choices=("header", "arrival"),
-    )
-    max_gap: float = key(1.5, _MAX_GAP, unit="s", low=0.001, high=60.0)
-    reference: str = key(
-        "water",
-        "water: above the water; home: above the take-off point, give water_level relative to "
-        "it. Wrong by 1 m is wrong by 1.7 m at 60 deg off nadir.",
-        choices=("water", "home"),
-    )
-    value_m: float = key(
-        NAN, "Height with source: constant.", unit="m", low=0.1, high=5000.0, optional=True
-    )
-
-
-@dataclass(frozen=True)
-class WaterLevelConfig:
-    """How far the water stands above the height's reference (tide); held until replaced."""
-
-    topic: str = key("water_level", "std_msgs/Float64 topic, relative to the namespace.")
-    value_m: float = key(0.0, "Level before the first message.", unit="m", low=-500.0, high=10000.0)
 
 
 @dataclass(frozen=True)

@@ -147,9 +147,7 @@ class Estimator:
     def add_fix(self, fix: Fix) -> None:
         """Take a position of the drone."""
         self._watch(Input.FIX.value, fix.stamp_ns)
-        good = self._inputs.add(Input.FIX, fix)
-        self._tallies[Input.FIX.value].add(fix.stamp_ns, good)
-        if good:
+        if not self._count(Input.FIX.value, fix.stamp_ns, self._inputs.add(Input.FIX, fix)):
             self._origin.accept(fix)
 
     def add_attitude(self, attitude: Orientation) -> None:
@@ -167,19 +165,20 @@ class Estimator:
     def add_water_level(self, level: Scalar) -> None:
         """Take a level of the water; it holds until replaced."""
         self._watch(WATER_LEVEL, level.stamp_ns)
-        self._tallies[WATER_LEVEL].add(level.stamp_ns, self._inputs.add_level(level))
+        self._count(WATER_LEVEL, level.stamp_ns, self._inputs.add_level(level))
 
     def add_camera(self, stamp_ns: int, camera: CameraModel | None) -> None:
         """Take the camera's description; None when it could not be used."""
         self._watch(CAMERA_INFO, stamp_ns)
-        self._tallies[CAMERA_INFO].add(stamp_ns, camera is not None)
+        trouble = "" if camera is not None else "it describes no camera"
+        self._tallies[CAMERA_INFO].add(stamp_ns, trouble)
         self._inputs.add_camera(stamp_ns, camera)
 
     def add_detections(self, frame: DetectionFrame) -> None:
         """Take one image's boxes; they are worked on by `advance`."""
         stamp_ns = frame.stamp_ns
         self._watch(DETECTIONS, stamp_ns)
-        self._tallies[DETECTIONS].add(stamp_ns, good=True)
+        self._tallies[DETECTIONS].add(stamp_ns)
         place = bisect_left(self._waiting, stamp_ns, key=_stamp)
         waits = place < len(self._waiting) and self._waiting[place].stamp_ns == stamp_ns
         if waits or stamp_ns == self._last_stamp_ns:
@@ -218,7 +217,14 @@ class Estimator:
 
     def _add(self, source: Input, value: Orientation | Scalar) -> None:
         self._watch(source.value, value.stamp_ns)
-        self._tallies[source.value].add(value.stamp_ns, self._inputs.add(source, value))
+        self._count(source.value, value.stamp_ns, self._inputs.add(source, value))
+
+    def _count(self, name: str, stamp_ns: int, trouble: str) -> str:
+        """Count a message, and tell the first time that one is no use, and why."""
+        self._tallies[name].add(stamp_ns, trouble)
+        if trouble:
+            self._log.add_once(f"bad {name}", f"A message on {name} is of no use: {trouble}.")
+        return trouble
 
     def _take_ready(self) -> list[FrameResult]:
         results, self._ready = self._ready, []

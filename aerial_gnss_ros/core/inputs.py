@@ -54,6 +54,7 @@ class InputStatus:
         count: messages.
         bad: messages that were no use.
         last_stamp_ns: newest stamp, ns; None before the first.
+        trouble: why the last one was no use, in words; empty where it was of use.
     """
 
     name: str
@@ -61,6 +62,7 @@ class InputStatus:
     count: int = 0
     bad: int = 0
     last_stamp_ns: int | None = None
+    trouble: str = ""
 
 
 @dataclass
@@ -69,14 +71,14 @@ class Tally:
 
     count: int = 0
     bad: int = 0
-    last_bad: bool = False
+    trouble: str = ""
     last_stamp_ns: int | None = None
 
-    def add(self, stamp_ns: int, good: bool) -> None:
-        """Count a message."""
+    def add(self, stamp_ns: int, trouble: str = "") -> None:
+        """Count a message; `trouble` says why it is no use."""
         self.count += 1
-        self.bad += not good
-        self.last_bad = not good
+        self.bad += bool(trouble)
+        self.trouble = trouble
         if self.last_stamp_ns is None or stamp_ns > self.last_stamp_ns:
             self.last_stamp_ns = stamp_ns
 
@@ -87,9 +89,9 @@ class Tally:
             state = InputState.WAITING
         elif newest_ns is not None and newest_ns - self.last_stamp_ns > patience_ns:
             state = InputState.STALE
-        elif self.last_bad:
+        elif self.trouble:
             state = InputState.BAD
-        return InputStatus(name, state, self.count, self.bad, self.last_stamp_ns)
+        return InputStatus(name, state, self.count, self.bad, self.last_stamp_ns, self.trouble)
 
 
 @dataclass(frozen=True)
@@ -193,20 +195,20 @@ class Inputs:
             return None
         return InputState.CONSTANT if source in self._constants else InputState.UNUSED
 
-    def add(self, source: Input, value: Fix | Orientation | Scalar) -> bool:
-        """Keep a sample where the configuration needs it; return whether it is of any use."""
-        good, kept = usable(value)
+    def add(self, source: Input, value: Fix | Orientation | Scalar) -> str:
+        """Keep a sample where the configuration needs it; return why it is no use, else empty."""
+        trouble, kept = usable(value)
         series = self._series.get(source)
         if series is not None:
             series.add(kept)  # type: ignore[arg-type]
-        return good
+        return trouble
 
-    def add_level(self, level: Scalar) -> bool:
+    def add_level(self, level: Scalar) -> str:
         """Keep a level of the water until it is replaced; one that is no number is ignored."""
-        good = math.isfinite(level.value)
-        if good:
+        trouble, _ = usable(level)
+        if not trouble:
             self._level.add(level)
-        return good
+        return trouble
 
     def add_camera(self, stamp_ns: int, camera: CameraModel | None) -> None:
         """Keep a camera; the same one again costs nothing."""
@@ -253,18 +255,29 @@ class Inputs:
         )
 
 
-def usable(value: Fix | Orientation | Scalar) -> tuple[bool, Fix | Orientation | Scalar]:
-    """Return whether a sample can be used, and the sample marked so that it is not used if not.
+def usable(value: Fix | Orientation | Scalar) -> tuple[str, Fix | Orientation | Scalar]:
+    """Return why a sample is no use (empty: it is), and the sample, marked as such where it is not.
 
     A fix keeps its flag; the others become NaN, which no interpolation loses.
     """
     if isinstance(value, Fix):
-        place = math.isfinite(value.latitude) and math.isfinite(value.longitude)
-        good = value.valid and place and abs(value.latitude) <= 0.5 * math.pi
-        return good, value if good else replace(value, valid=False)
+        trouble = _fix_trouble(value)
+        return trouble, replace(value, valid=False) if trouble else value
     if isinstance(value, Scalar):
-        good = math.isfinite(value.value)
-        return good, value if good else Scalar(value.stamp_ns, math.nan)
+        if math.isfinite(value.value):
+            return "", value
+        return f"its value is {value.value}", Scalar(value.stamp_ns, math.nan)
     length = float(np.linalg.norm(value.quaternion))
-    good = abs(length - 1.0) <= UNIT_TOLERANCE  # false for NaN
-    return good, value if good else Orientation(value.stamp_ns, np.full(4, np.nan))
+    if abs(length - 1.0) <= UNIT_TOLERANCE:  # false for NaN
+        return "", value
+    trouble = f"its quaternion has length {length:.3g} instead of 1, so it is no rotation"
+    return trouble, replace(value, quaternion=np.full(4, np.nan))
+
+
+def _fix_trouble(fix: Fix) -> str:
+    latitude, longitude = math.degrees(fix.latitude), math.degrees(fix.longitude)
+    if not fix.valid:
+        return "the receiver reports no fix"
+    if math.isfinite(latitude) and math.isfinite(longitude) and abs(latitude) <= 90.0:
+        return ""
+    return f"{latitude:g}, {longitude:g} is no place on Earth"

@@ -6,6 +6,7 @@ from __future__ import annotations
 import math
 
 from aerial_gnss_ros.core.config import EstimatorConfig
+from aerial_gnss_ros.core.datum import ellipsoidal_altitude, explained
 from aerial_gnss_ros.core.events import Events
 from aerial_gnss_ros.core.local_map import LocalMap
 from aerial_gnss_ros.core.values import Fix, MapDatum
@@ -26,6 +27,7 @@ class MapOrigin:
     def __init__(self, config: EstimatorConfig, constant: Fix | None, log: Events) -> None:
         self._config = config
         self._log = log
+        self._explained = False
         self.local: LocalMap | None = None
         given = config.map
         if not math.isnan(given.latitude_deg):
@@ -36,6 +38,9 @@ class MapOrigin:
             self._set(MapDatum(latitude, longitude, given.altitude_m), "as configured")
         elif constant is not None:
             self._set(self._at(constant), "the constant position")
+        if constant is not None:
+            self._explained = True
+            log.add(explained(constant, config.fix, config.height))
 
     @property
     def datum(self) -> MapDatum | None:
@@ -44,12 +49,15 @@ class MapOrigin:
 
     def accept(self, fix: Fix) -> None:
         """Take a usable fix: the first one becomes the origin where none is configured."""
+        if not self._explained:
+            self._explained = True
+            self._log.add(explained(fix, self._config.fix, self._config.height))
         if self.local is None:
             self._set(self._at(fix), "the first accepted fix")
 
     def _at(self, fix: Fix) -> MapDatum:
-        known = self._config.fix.altitude_datum == "ellipsoid"
-        return MapDatum(fix.latitude, fix.longitude, fix.altitude if known else math.nan)
+        altitude = ellipsoidal_altitude(fix, self._config.fix)
+        return MapDatum(fix.latitude, fix.longitude, altitude)
 
     def _set(self, datum: MapDatum, source: str) -> None:
         self.local = LocalMap(datum)

@@ -28,8 +28,8 @@ from aerial_gnss_ros.core.values import (
 _TELEMETRY = frozenset(source.value for source in Input)
 _NO_ALTITUDE = {
     "ellipsoid": "the fix brings none; give one in the message to have it.",
-    "amsl": "fix.altitude_datum is amsl, and height above sea is not height above the ellipsoid.",
-    "home": "fix.altitude_datum is home, whose altitude nobody said.",
+    "amsl": "the fix brings none; give one in the message to have it.",
+    "home": "fix.altitude_datum is home; give its own altitude as fix.home_altitude_m.",
     "unknown": "fix.altitude_datum is unknown; set it to ellipsoid where the receiver says so.",
 }
 
@@ -128,7 +128,7 @@ class Pipeline:
     def _pose(self, samples: Samples) -> CameraPose | Reason:
         pose = self._posing.pose(samples)
         if self._posing.trouble:
-            self._log.add_once("north", self._posing.trouble)
+            self._log.add_once(self._posing.trouble, self._posing.trouble)
         if isinstance(pose, CameraPose) and math.isnan(pose.altitude):
             why = _NO_ALTITUDE[self._config.fix.altitude_datum]
             self._log.add_once("altitude", f"Published altitudes are NaN: {why}")

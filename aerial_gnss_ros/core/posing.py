@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aerial_gnss_ros.core.config import EstimatorConfig
+from aerial_gnss_ros.core.datum import ellipsoidal_altitude
 from aerial_gnss_ros.core.errors import InputError
 from aerial_gnss_ros.core.frames import matrix_from_quaternion
 from aerial_gnss_ros.core.geodesy import geodetic_from_enu
@@ -25,7 +26,7 @@ class Posing:
     """Puts the camera's pose together as the configuration says.
 
     Attributes:
-        trouble: why magnetic north could not be corrected, a sentence; empty while it can.
+        trouble: why the last pose was refused, a sentence; empty where the reason says it all.
     """
 
     def __init__(self, config: EstimatorConfig) -> None:
@@ -40,37 +41,40 @@ class Posing:
         Args:
             samples: at the time of the scene.
         """
-        fix = samples.fix
-        if not fix.valid:
+        self.trouble = ""
+        if not samples.fix.valid:
             return Reason.BAD_FIX
         body = self._body(samples)
         if isinstance(body, Reason):
             return body
-        gimbal = None
-        if samples.gimbal is not None:
-            gimbal = matrix_from_quaternion(samples.gimbal.quaternion)
-            if not np.isfinite(gimbal).all():
-                return Reason.BAD_GIMBAL
-        height = self.height(samples)
+        gimbal = self._gimbal(samples)
+        if isinstance(gimbal, Reason):
+            return gimbal
+        height = self.height(samples, body)
         if isinstance(height, Reason):
             return height
         return self._assemble(samples, height, body, gimbal)
 
-    def height(self, samples: Samples) -> float | Reason:
+    def height(self, samples: Samples, body: Array | None) -> float | Reason:
         """Return the antenna's height above the water in m (DESIGN, Altitude)."""
         if samples.height is None:
             height = samples.fix.altitude - self._config.surface.altitude
-            return height if math.isfinite(height) else Reason.BAD_FIX
-        height = samples.height - samples.water_level
+            if math.isfinite(height):
+                return height
+            self.trouble = (
+                "The fix's altitude is NaN, and height.source none makes the height of it; give "
+                "the height on a topic, or as height.value_m."
+            )
+            return Reason.BAD_FIX
+        height = samples.height
+        if self._config.height.along == "body" and body is not None:
+            height *= float(body[2, 2])
+        height -= samples.water_level
         return height if math.isfinite(height) else Reason.BAD_HEIGHT
 
     def altitude(self, fix: Fix) -> float:
-        """Return the antenna's altitude above the ellipsoid in m, NaN where it cannot be known.
-
-        Mean sea level and home are other datums: without a geoid model they give no ellipsoidal
-        altitude, and one that is wrong by the 40 m of a geoid is worse than none.
-        """
-        return fix.altitude if self._config.fix.altitude_datum == "ellipsoid" else math.nan
+        """Return the antenna's altitude above the ellipsoid in m, NaN where it cannot be known."""
+        return ellipsoidal_altitude(fix, self._config.fix)
 
     def _body(self, samples: Samples) -> Array | Reason | None:
         """Return body FLU in true ENU, (3, 3); None where nothing needs it."""
@@ -81,6 +85,28 @@ class Posing:
             return Reason.BAD_ATTITUDE
         if self._config.attitude.north == "true":
             return body
+        turned = self._true_north(body, samples)
+        return Reason.BAD_ATTITUDE if turned is None else turned
+
+    def _gimbal(self, samples: Samples) -> Array | Reason | None:
+        """Return camera FLU in its reference, (3, 3); None where there is no gimbal."""
+        if samples.gimbal is None:
+            return None
+        camera = matrix_from_quaternion(samples.gimbal.quaternion)
+        if not np.isfinite(camera).all():
+            return Reason.BAD_GIMBAL
+        if self._config.gimbal.north == "true" or self._reference(samples) != "earth":
+            return camera
+        turned = self._true_north(camera, samples)
+        return Reason.BAD_GIMBAL if turned is None else turned
+
+    def _reference(self, samples: Samples) -> str:
+        """Return what the gimbal's angles are relative to, which a message may say itself."""
+        own = samples.gimbal.reference if samples.gimbal is not None else ""
+        return own or self._config.gimbal.reference
+
+    def _true_north(self, from_magnetic: Array, samples: Samples) -> Array | None:
+        """Return (3, 3) turned from magnetic to true north; None, with `trouble`, without model."""
         fix = samples.fix
         try:
             east_of_north = declination(
@@ -88,8 +114,8 @@ class Posing:
             )
         except InputError as error:
             self.trouble = str(error)
-            return Reason.BAD_ATTITUDE
-        return true_from_magnetic(body, east_of_north)
+            return None
+        return true_from_magnetic(from_magnetic, east_of_north)
 
     def _assemble(
         self, samples: Samples, height: float, body: Array | None, gimbal: Array | None
@@ -110,9 +136,7 @@ class Posing:
             longitude=longitude,
             height=height,
             altitude=altitude,
-            enu_from_camera=enu_from_camera(
-                self._config.gimbal.reference, gimbal, body, self._mount
-            ),
+            enu_from_camera=enu_from_camera(self._reference(samples), gimbal, body, self._mount),
             fix_covariance=_horizontal(fix),
             oldest_age_s=samples.oldest_age_s,
         )

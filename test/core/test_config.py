@@ -58,6 +58,7 @@ def test_noise_sets_are_the_designs_and_single_values_replace_theirs():
         ({"gimbal.reference": "body"}, True),
         ({"gimbal.reference": "fixed"}, True),
         ({"camera.offset_m": [0.1, 0.0, -0.2]}, True),
+        ({"height.along": "body"}, True),
     ],
 )
 def test_attitude_is_needed_for_its_references_and_a_lever_arm(values, needed):
@@ -86,6 +87,18 @@ def test_robots_are_bound_to_their_starts_in_order_of_name():
         ({"fix.source": "constant"}, r"fix\.latitude_deg"),
         ({"height.source": "constant"}, r"height\.value_m must be given"),
         ({"height.stamp": "header"}, "carry no stamp"),
+        ({"gimbal.stamp": "px4_us"}, "quaternion messages do not carry; use header or arrival"),
+        ({"attitude.type": "px4_attitude"}, "attitude.stamp is header, which px4_attitude"),
+        (
+            {"attitude.type": "px4_attitude", "attitude.stamp": "px4_us"},
+            "set attitude.world: ned and attitude.body: frd",
+        ),
+        ({"gimbal.type": "psdk_gimbal", "gimbal.body": "frd"}, "set gimbal.world: enu"),
+        ({"gimbal.reference": "mavlink_flags"}, "quaternion messages carry no flags"),
+        (
+            {"fix.type": "px4_global_position", "fix.stamp": "px4_us"},
+            "set fix.altitude_datum to ellipsoid or amsl",
+        ),
         ({"height.source": "none"}, r"surface\.altitude must be given"),
         ({"height.source": "none", "surface.altitude": 0.0}, r"fix\.altitude_datum"),
         ({"map.latitude_deg": 13.0}, "given together"),

@@ -85,7 +85,9 @@ def test_map_datum_is_the_first_accepted_fix(sea):
     assert datum.latitude == world.fix(0.2).latitude
     assert math.isnan(datum.altitude)  # fix.altitude_datum is unknown
     assert engine.take_events() == [
-        "The origin of map is 13.1940000, -59.6415000 (the first accepted fix)."
+        "A message on fix is of no use: the receiver reports no fix.",
+        "Altitude of the fix: from an unknown datum, not used; height: height above the water.",
+        "The origin of map is 13.1940000, -59.6415000 (the first accepted fix).",
     ]
 
 

@@ -11,6 +11,7 @@ import pytest
 from aerial_gnss_ros.core.config import estimator_config
 from aerial_gnss_ros.core.frames import matrix_from_rpy, quaternion_from_matrix
 from aerial_gnss_ros.core.geodesy import enu_from_geodetic
+from aerial_gnss_ros.core.geoid import undulation
 from aerial_gnss_ros.core.inputs import Samples
 from aerial_gnss_ros.core.magnetic import declination
 from aerial_gnss_ros.core.posing import Posing
@@ -43,6 +44,8 @@ def _pose(samples, **values):
     return Posing(estimator_config(values)).pose(samples)
 
 
+SEA = undulation(LAT, LON)
+ROLLED = _orientation(roll=60.0)
 NONE = {"height.source": "none", "surface.altitude": -41.0}
 
 
@@ -53,8 +56,17 @@ NONE = {"height.source": "none", "surface.altitude": -41.0}
         ({}, {"altitude": 22.0}, 30.0, NAN),
         ({"fix.altitude_datum": "ellipsoid"}, {"altitude": -11.0}, 30.0, -41.0),
         ({"fix.altitude_datum": "ellipsoid"}, {"altitude": NAN}, 30.0, NAN),
-        ({"fix.altitude_datum": "amsl"}, {"altitude": 31.0}, 30.0, NAN),
+        ({"fix.altitude_datum": "amsl"}, {"altitude": 31.0}, 30.0, 1.0 + SEA),
         ({"fix.altitude_datum": "home"}, {"altitude": 31.0}, 30.0, NAN),
+        (
+            {"fix.altitude_datum": "home", "fix.home_altitude_m": -40.0},
+            {"altitude": 31.0},
+            30.0,
+            -39.0,
+        ),
+        # a range finder on a body that is tilted by 60 deg
+        ({"height.along": "body"}, {"height": 30.0, "body": ROLLED}, 15.0, NAN),
+        ({}, {"height": 30.0, "body": ROLLED}, 30.0, NAN),
         # tide: the water stands 1.5 m above the height's reference
         (
             {"fix.altitude_datum": "ellipsoid", "height.reference": "home"},
@@ -64,7 +76,7 @@ NONE = {"height.source": "none", "surface.altitude": -41.0}
         ),
         # without height: the fix less the surface, in one datum
         (NONE | {"fix.altitude_datum": "ellipsoid"}, {"altitude": -11.0, "height": None}, 30, -41),
-        (NONE | {"fix.altitude_datum": "amsl"}, {"altitude": -11.0, "height": None}, 30, NAN),
+        (NONE | {"fix.altitude_datum": "amsl"}, {"altitude": -11.0, "height": None}, 30, -41 + SEA),
         (NONE | {"fix.altitude_datum": "home"}, {"altitude": -11.0, "height": None}, 30, NAN),
     ],
 )
@@ -127,6 +139,38 @@ def test_magnetic_north_turns_the_camera_by_the_declination():
     east_of_north = math.atan2(forward[0], forward[1])
     assert east_of_north == pytest.approx(declination(LAT, LON, STAMP), abs=1e-9)
     assert math.degrees(east_of_north) == pytest.approx(-15.0, abs=1.0)  # Barbados, 2023
+
+
+def test_a_gimbal_with_a_compass_of_its_own_is_corrected_too():
+    turned = _pose(
+        _samples(gimbal=_orientation(pitch=30.0, yaw=90.0)), **{"gimbal.north": "magnetic"}
+    )
+    forward = turned.enu_from_camera[:, 0]
+    east_of_north = math.atan2(forward[0], forward[1])
+    assert east_of_north == pytest.approx(declination(LAT, LON, STAMP), abs=1e-9)
+
+
+@pytest.mark.parametrize(("reference", "yaw_deg"), [("earth", 0.0), ("heading", 90.0)])
+def test_a_sample_that_names_its_reference_has_it(reference, yaw_deg):
+    gimbal = Orientation(STAMP, _orientation(pitch=30.0).quaternion, reference)
+    values = {
+        "gimbal.reference": "mavlink_flags",
+        "gimbal.type": "mavros_gimbal",
+        "gimbal.world": "ned",
+        "gimbal.body": "frd",
+    }
+    forward = _pose(_samples(body=_orientation(yaw=90.0), gimbal=gimbal), **values).enu_from_camera[
+        :, 0
+    ]
+    assert math.degrees(math.atan2(forward[1], forward[0])) == pytest.approx(yaw_deg)
+
+
+def test_an_altitude_of_nan_that_the_height_is_made_of_is_explained():
+    posing = Posing(estimator_config(NONE | {"fix.altitude_datum": "ellipsoid"}))
+    assert posing.pose(_samples(altitude=NAN, height=None)) is Reason.BAD_FIX
+    assert "altitude is NaN" in posing.trouble
+    posing.pose(_samples(altitude=-11.0, height=None))
+    assert posing.trouble == ""
 
 
 def test_a_clock_without_a_date_cannot_correct_magnetic_north():

@@ -178,3 +178,12 @@ def test_orientations_turn_the_short_way_whatever_the_quaternions_sign():
     series.add(Orientation(SECOND // 5, -np.array([0.0, 0.0, math.sin(half), math.cos(half)])))
     got = series.at(SECOND // 10).value.quaternion
     assert got == pytest.approx([0.0, 0.0, math.sin(half / 2), math.cos(half / 2)])
+
+
+def test_nothing_lies_between_orientations_relative_to_different_frames():
+    series = orientation_series(1.0)
+    same = np.array([0.0, 0.0, 0.0, 1.0])
+    for stamp, reference in ((0, "earth"), (10, "heading"), (20, "heading")):
+        series.add(Orientation(stamp, same, reference))
+    assert np.isnan(series.at(5).value.quaternion).all()
+    assert series.at(15).value.reference == "heading"
