@@ -13,8 +13,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aerial_gnss_ros.core.config import EstimatorConfig
+from aerial_gnss_ros.core.events import Events
+from aerial_gnss_ros.core.innovation_monitor import InnovationMonitor
 from aerial_gnss_ros.core.joint_geometry import (
     MapFrame,
+    MapPose,
     on_water,
     platform_jacobian,
     pose_jacobian,
@@ -22,7 +25,7 @@ from aerial_gnss_ros.core.joint_geometry import (
 )
 from aerial_gnss_ros.core.joint_platform import COUNT, PlatformModel
 from aerial_gnss_ros.core.joint_state import Indices, Joint, Motion
-from aerial_gnss_ros.core.joint_update import Outcome, Sight, correct
+from aerial_gnss_ros.core.joint_update import Sight, correct
 from aerial_gnss_ros.core.local_map import LocalMap
 from aerial_gnss_ros.core.measurements import Measurements
 from aerial_gnss_ros.core.smooth_pose import SmoothPose
@@ -33,18 +36,30 @@ Array = NDArray[np.float64]
 GROUP = 32
 """Robots that share one whole covariance."""
 
+JUMP_M, JUMP_MPS = 5.0, 10.0
+"""A drone so many metres, and metres a second, from where its past told has not flown there."""
+
+SETTLE_S = 3.0
+"""A position that has jumped is believed after so long."""
+
+SAME_PLACE_M = 0.1
+"""How well a robot that surfaced is at the place of its old track's prediction."""
+
 
 class JointFilter:
     """Robots in rows 0 to n - 1, and the platform's errors.
 
     Args:
         config: noise, motion and the gimbal's reference.
+        log: where it says what is odd.
 
     Attributes:
-        outcome: how well the last image fitted.
+        monitor: how well boxes fit what is stated.
     """
 
-    def __init__(self, config: EstimatorConfig) -> None:
+    def __init__(self, config: EstimatorConfig, log: Events | None = None) -> None:
+        self.log = log or Events()
+        self.monitor = InnovationMonitor()
         self.model = PlatformModel(config.noise, config.gimbal.reference)
         speed = 0.5 * config.tracks.max_speed
         self.motion = Motion(config.noise.value("robot_acceleration"), speed)
@@ -60,8 +75,10 @@ class JointFilter:
         self._count = 0
         self._pose_ns: int | None = None
         self._smooth = SmoothPose()
+        self._jump = np.zeros(3)
+        self._since_s = 0.0
         self._sight: Sight | None = None
-        self.outcome = Outcome(0.0, 0)
+        self.monitor.reset()
 
     def __len__(self) -> int:
         return self._count
@@ -71,6 +88,11 @@ class JointFilter:
         """The platform's errors (7,) and their covariance (7, 7)."""
         first = self._groups[0]
         return first.mean[:COUNT].copy(), first.covariance[:COUNT, :COUNT].copy()
+
+    @property
+    def latency_s(self) -> float:
+        """Estimated correction of `camera.latency_s`, s; 0 where it is not estimated."""
+        return float(self._groups[0].mean[6])
 
     @property
     def stationary(self) -> Array:
@@ -98,8 +120,8 @@ class JointFilter:
         for group in self._groups:
             group.predict(seconds, self.model, self._stationary, self.motion)
 
-    def look(self, frame: PosedFrame, local: LocalMap) -> None:
-        """Take in the pose of an image: what follows is about this image."""
+    def look(self, frame: PosedFrame, local: LocalMap) -> bool:
+        """Take in the pose of an image; return whether its boxes can be used."""
         if self._map is None or self._map.local is not local:
             self._map = MapFrame(local)
         pose = frame.pose
@@ -110,9 +132,45 @@ class JointFilter:
         measured = self._map.pose(pose)
         passed = 0.0 if self._pose_ns is None else (pose.stamp_ns - self._pose_ns) * 1e-9
         self._pose_ns = pose.stamp_ns
-        smooth = self._smooth.take(measured, passed)
+        settled = self._settled(measured, passed)
+        shown = MapPose(measured.position - self._jump, measured.rotation)
+        smooth = self._smooth.take(shown, passed)
         applied = (frame.detections.stamp_ns - pose.stamp_ns - self._latency_ns) * 1e-9
-        self._sight = Sight.of(frame.camera, measured, smooth, self._smooth.rates, applied)
+        self._sight = Sight.of(frame.camera, shown, smooth, self._smooth.rates, applied)
+        return settled
+
+    def _settled(self, measured: MapPose, passed: float) -> bool:
+        """Return whether the drone's position is where its past told, or has stayed elsewhere."""
+        expected = self._smooth.predicted(passed)
+        if expected is not None:
+            step = measured.position - self._jump - expected.position
+            step[2] = 0.0
+            if float(np.hypot(step[0], step[1])) > JUMP_M + JUMP_MPS * passed:
+                self._jump = self._jump + step
+                self._since_s = 0.0
+                if float(np.hypot(self._jump[0], self._jump[1])) < JUMP_M:
+                    self.log.add("The drone's position is back where it was before it jumped.")
+                    self._jump = np.zeros(3)
+                else:
+                    self.log.add(
+                        f"The drone's position jumped by {np.hypot(step[0], step[1]):.0f} m "
+                        f"within {passed:.2g} s: boxes are not used until it settles."
+                    )
+                return False
+        if not self._jump.any():
+            return True
+        self._since_s += passed
+        if self._since_s < SETTLE_S:
+            return False
+        for group in self._groups:
+            group.shift(self._jump[:2])
+        self._smooth.shift(self._jump)
+        self.log.add(
+            f"The drone's position stays {np.hypot(self._jump[0], self._jump[1]):.0f} m from where "
+            "it was before it jumped; robots may be wrong by as much, and say so."
+        )
+        self._jump = np.zeros(3)
+        return True
 
     def compare(self, seen: Measurements) -> tuple[Array, Array]:
         """Return offsets (n, m, 2) of detections from robots, m, and their covariances.
@@ -140,19 +198,26 @@ class JointFilter:
 
     def correct(self, seen: Measurements, rows: Indices, columns: Indices) -> None:
         """Take in detections `columns` of robots `rows`."""
-        self.outcome = Outcome(0.0, 0)
         if not len(rows) or self._sight is None:
             return
         column_of = np.full(self._count, -1, np.intp)
         column_of[rows] = columns
+        squared, count = 0.0, 0
         for group in self._groups:
             slots = np.flatnonzero(column_of[group.rows] >= 0)
             if len(slots):
                 pixels = seen.pixels[column_of[group.rows[slots]]]
                 outcome = correct(group, slots, pixels, self._sight, self.model)
-                self.outcome = Outcome(
-                    self.outcome.squared + outcome.squared, self.outcome.count + outcome.count
-                )
+                squared, count = squared + outcome.squared, count + outcome.count
+        self._watch(squared, count)
+
+    def _watch(self, squared: float, count: int) -> None:
+        for sentence in (
+            self.monitor.take(squared, count),
+            self.monitor.check_platform(self._groups[0].mean[:COUNT], self._stationary),
+        ):
+            if sentence is not None:
+                self.log.add(sentence)
 
     def begin(self, seen: Measurements, columns: Indices) -> None:
         """Add a robot for each of the detections `columns`, in rows after the present ones."""
@@ -166,6 +231,13 @@ class JointFilter:
             rows = np.arange(self._count, self._count + len(now))
             group.add(rows, places, by_platform, seen.white[now], self.motion.speed_sigma)
             self._count += len(now)
+
+    def merge(self, old: int, new: int) -> None:
+        """Let robot `new` know what is known of `old`, which it turned out to be."""
+        group_of, slot_of = self._places_of_rows()
+        if group_of[old] == group_of[new]:
+            group = self._groups[group_of[old]]
+            group.tie(int(slot_of[old]), int(slot_of[new]), SAME_PLACE_M)
 
     def drop(self, rows: Indices) -> None:
         """Forget robots; those after them move up."""

@@ -17,8 +17,11 @@ from aerial_gnss_ros.core.joint_platform import COUNT, PlatformModel
 Array = NDArray[np.float64]
 Indices = NDArray[np.intp]
 
-FORGET_S = 2.0
-"""Time constant with which the velocity of a robot out of sight loses its memory, s."""
+TURN_S = 2.0
+"""Out of sight a robot's velocity loses its memory with this time constant, for so long, s."""
+
+CRUISE_S = 10.0
+"""Time constant of the unknown velocity that it has from then on, s."""
 
 HELD_S = 0.5
 """A robot that an image missed holds its course so long, s."""
@@ -31,8 +34,9 @@ class Motion:
     """How robots move.
 
     In sight: white acceleration. Out of sight the robot may turn, so that after a moment its
-    velocity goes to zero mean and `speed_sigma` with the time constant `FORGET_S`
-    (Ornstein-Uhlenbeck): its place then diffuses instead of flying off along its last course.
+    velocity goes to zero mean and `speed_sigma` (Ornstein-Uhlenbeck): at first fast, that a robot
+    which turned back at the edge of the view is found again; then slowly, that one which swims
+    straight on is as well.
 
     Attributes:
         acceleration: root of the spectral density, m/s^1.5.
@@ -54,21 +58,33 @@ class Motion:
         """
         held = np.where(unseen > 0.0, HELD_S, HELD_SEEN_S)
         straight = np.clip(held - unseen, 0.0, seconds)
-        free = seconds - straight
-        kept = np.exp(-free / FORGET_S)
-        reach = FORGET_S * (1.0 - kept)
-        q, s2 = self.acceleration**2, self.speed_sigma**2
-        pp, pv, vv = q * straight**3 / 3.0, q * straight**2 / 2.0, q * straight
+        q = self.acceleration**2
         noise = np.empty((len(unseen), 3))
-        noise[:, 0] = pp + 2.0 * reach * pv + reach**2 * vv
-        noise[:, 1] = kept * (pv + reach * vv)
-        noise[:, 2] = kept**2 * vv
-        if free.any():
-            spread = 2.0 * free / FORGET_S - 3.0 + 4.0 * kept - kept**2
-            noise[:, 0] += s2 * FORGET_S**2 * np.maximum(spread, 0.0)
-            noise[:, 1] += s2 * FORGET_S * (1.0 - kept) ** 2
-            noise[:, 2] += s2 * (1.0 - kept**2)
-        return straight + reach, kept, noise
+        noise[:, 0] = q * straight**3 / 3.0
+        noise[:, 1] = q * straight**2 / 2.0
+        noise[:, 2] = q * straight
+        left = seconds - straight
+        if not left.any():
+            return straight, np.ones(len(unseen)), noise
+        turning = np.clip(held + TURN_S - unseen - straight, 0.0, left)
+        reach, kept = straight, np.ones(len(unseen))
+        for time, length in ((TURN_S, turning), (CRUISE_S, left - turning)):
+            keep = np.exp(-length / time)
+            reach = reach + kept * time * (1.0 - keep)
+            kept = kept * keep
+            self._forget(noise, time, length, keep)
+        return reach, kept, noise
+
+    def _forget(self, noise: Array, time: float, length: Array, keep: Array) -> None:
+        """Carry noise (n, 3) through a time without memory, and add what comes in it."""
+        arm, s2 = time * (1.0 - keep), self.speed_sigma**2
+        noise[:, 0] += 2.0 * arm * noise[:, 1] + arm**2 * noise[:, 2]
+        noise[:, 1] = keep * (noise[:, 1] + arm * noise[:, 2])
+        noise[:, 2] *= keep**2
+        spread = 2.0 * length / time - 3.0 + 4.0 * keep - keep**2
+        noise[:, 0] += s2 * time**2 * np.maximum(spread, 0.0)
+        noise[:, 1] += s2 * time * (1.0 - keep) ** 2
+        noise[:, 2] += s2 * (1.0 - keep**2)
 
 
 class Joint:
@@ -140,7 +156,7 @@ class Joint:
         down[:, :2] += reach[:, None, None] * down[:, 2:]
         across = P[:, COUNT:].reshape(-1, n, 4)
         across[:, :, :2] += reach[:, None] * across[:, :, 2:]
-        if (kept < 1.0).any():
+        if kept.min() < 1.0:
             down[:, 2:] *= kept[:, None, None]
             across[:, :, 2:] *= kept[:, None]
         place = COUNT + 4 * np.arange(n)
@@ -184,6 +200,36 @@ class Joint:
         self.covariance = grown
         self.rows = np.concatenate([self.rows, rows])
         self.unseen = np.concatenate([self.unseen, np.zeros(m)])
+
+    def tie(self, first: int, second: int, sigma: float) -> None:
+        """Take in that two robots are at one place: what is known of one is known of the other.
+
+        Args:
+            first: place in `rows`.
+            second: likewise.
+            sigma: how far apart they can be after all, m.
+        """
+        a, b = COUNT + 4 * first, COUNT + 4 * second
+        apart = self.covariance[a : a + 2] - self.covariance[b : b + 2]
+        spread = apart[:, a : a + 2] - apart[:, b : b + 2] + sigma**2 * np.eye(2)
+        gain = np.linalg.solve(spread, apart)
+        self.mean -= (self.mean[a : a + 2] - self.mean[b : b + 2]) @ gain
+        self.covariance -= apart.T @ gain
+
+    def shift(self, jump: Array) -> None:
+        """Go over to another GNSS position; nobody knows whether it or the old one is right.
+
+        The robots move with it. Their common place, and with it the GNSS offset, become uncertain
+        by the jump itself; how robots lie to the drone and to one another stays as well known.
+
+        Args:
+            jump: (2,) East, North, m.
+        """
+        common = np.zeros(len(self.mean))
+        common[:2] = jump
+        common[COUNT:].reshape(-1, 4)[:, :2] = jump
+        self.robots[:, :2] += jump
+        self.covariance += np.outer(common, common)
 
     def drop(self, slots: Indices) -> None:
         """Forget the robots at some places of `rows`."""

@@ -56,6 +56,11 @@ class SmoothPose:
             rotation_matrix(self.turn_rate * seconds) @ self._pose.rotation,
         )
 
+    def shift(self, jump: Array) -> None:
+        """Go over to positions (3,) m away: the drone did not fly there."""
+        if self._pose is not None:
+            self._pose = MapPose(self._pose.position + jump, self._pose.rotation)
+
     def take(self, measured: MapPose, seconds: float) -> MapPose:
         """Take in a pose; return where to linearise for it.
 

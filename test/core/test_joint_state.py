@@ -13,7 +13,7 @@ from aerial_gnss_ros.core.camera import CameraModel
 from aerial_gnss_ros.core.frames import matrix_from_rpy
 from aerial_gnss_ros.core.joint_geometry import MapPose
 from aerial_gnss_ros.core.joint_platform import PlatformModel
-from aerial_gnss_ros.core.joint_state import FORGET_S, HELD_S, Joint, Motion
+from aerial_gnss_ros.core.joint_state import CRUISE_S, HELD_S, TURN_S, Joint, Motion
 from aerial_gnss_ros.core.joint_update import HUBER, Sight, correct, linearise
 from aerial_gnss_ros.core.noise import Noise
 
@@ -39,11 +39,13 @@ def crowd() -> Joint:
 
 
 def textbook_step(unseen: float, seconds: float, motion: Motion) -> tuple[np.ndarray, np.ndarray]:
-    """Van Loan's integral (1978) of one robot's motion: straight on first, then without memory."""
+    """Van Loan's integral (1978) of one robot's motion: straight on, turning, cruising."""
     held = 2.0 if unseen == 0.0 else HELD_S
     straight = min(max(held - unseen, 0.0), seconds)
     parts = [(straight, 0.0, motion.acceleration**2)]
-    parts += [(seconds - straight, 1.0 / FORGET_S, 2.0 * motion.speed_sigma**2 / FORGET_S)]
+    turning = min(max(held + TURN_S - unseen - straight, 0.0), seconds - straight)
+    for time, length in ((TURN_S, turning), (CRUISE_S, seconds - straight - turning)):
+        parts.append((length, 1.0 / time, 2.0 * motion.speed_sigma**2 / time))
     transition, noise = np.eye(2), np.zeros((2, 2))
     for length, rate, density in parts:
         A = np.array([[0.0, 1.0], [0.0, -rate]])
@@ -74,7 +76,7 @@ def test_correction_is_that_of_the_textbook():
     joint = crowd()
     slots = np.array([2, 0])
     linear = linearise(sight(), joint.mean[:7], joint.robots[slots, :2])
-    pixels = linear.pixels + [[1.5, -2.0], [0.5, 1.0]]
+    pixels = linear.pixels + np.array([[1.5, -2.0], [0.5, 1.0]])
     H = np.zeros((4, 19))
     H[:, :7] = linear.by_platform.reshape(4, 7)
     H[:2, 15:17], H[2:, 7:9] = linear.by_place[0], linear.by_place[1]
@@ -98,7 +100,7 @@ def test_an_outlier_pulls_no_more_than_at_the_edge_of_what_is_good():
     for distance in (0.0, 20.0, 1000.0, 10000.0):
         joint = Joint(MODEL.stationary(None))
         joint.add(np.arange(1), PLACES[:1], np.zeros((1, 2, 7)), 0.01 * np.eye(2)[None], 0.0)
-        pixels = linearise(sight(), np.zeros(7), PLACES[:1]).pixels + [distance, 0.0]
+        pixels = linearise(sight(), np.zeros(7), PLACES[:1]).pixels + np.array([distance, 0.0])
         before = joint.robots[0, :2].copy()
         correct(joint, np.array([0]), pixels, sight(), MODEL)
         pulls.append(float(np.linalg.norm(joint.robots[0, :2] - before)))
@@ -138,3 +140,31 @@ def test_an_error_that_is_switched_off_stays_zero():
         correct(joint, np.arange(1), pixels, sight(), model)
     assert joint.mean[6] == 0.0
     assert not joint.covariance[6].any()
+
+
+def test_a_robot_that_surfaces_brings_its_old_knowledge():
+    joint = crowd()
+    joint.mean[7:11] = [1.0, 1.0, 0, 0]
+    joint.mean[11:15] = [1.3, 0.9, 0, 0]
+    H = np.zeros((2, 19))
+    H[:, 7:9], H[:, 11:13] = np.eye(2), -np.eye(2)
+    P = joint.covariance.copy()
+    K = P @ H.T @ np.linalg.inv(H @ P @ H.T + 0.01 * np.eye(2))
+    mean, covariance = joint.mean - K @ H @ joint.mean, P - K @ H @ P
+    joint.tie(0, 1, 0.1)
+    np.testing.assert_allclose(joint.mean, mean, atol=1e-12)
+    np.testing.assert_allclose(joint.covariance, covariance, atol=1e-12)
+
+
+def test_a_jump_makes_places_uncertain_together():
+    joint = crowd()
+    before, relative = joint.covariance.copy(), joint.robots[1, :2] - joint.robots[0, :2]
+    joint.shift(np.array([30.0, 40.0]))
+    np.testing.assert_allclose(joint.robots[1, :2] - joint.robots[0, :2], relative)
+    grown = joint.covariance - before
+    np.testing.assert_allclose(grown[7:9, 7:9], [[900.0, 1200.0], [1200.0, 1600.0]])
+    difference = np.zeros((2, 19))  # robot to robot, and robot to drone, stay as well known
+    difference[:, 7:9], difference[:, 11:13] = np.eye(2), -np.eye(2)
+    np.testing.assert_allclose(difference @ grown @ difference.T, 0.0, atol=1e-9)
+    difference[:, 11:13], difference[:, :2] = 0.0, -np.eye(2)
+    np.testing.assert_allclose(difference @ grown @ difference.T, 0.0, atol=1e-9)

@@ -1,0 +1,109 @@
+# SPDX-License-Identifier: Apache-2.0
+"""How well any estimator could know the robots of a flight: the posterior Cramér-Rao bound.
+
+Recursion of Tichavský, Muravchik and Nehorai (1998, IEEE Trans. Signal Processing 46(5)) with the
+filter's own states and dynamics, all derivatives on the true trajectory. With additive normal noise
+and linear dynamics it is the covariance recursion of a Kalman filter that knows where everything
+is; so it is computed by the filter's own prediction and correction, held on the truth. Of one
+realised trajectory it is the bound on the mean square error over all noise.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aerial_gnss_ros.core.camera import CameraModel
+from aerial_gnss_ros.core.config import EstimatorConfig
+from aerial_gnss_ros.core.joint_geometry import MapFrame, MapPose, rotation_vector
+from aerial_gnss_ros.core.joint_platform import PlatformModel
+from aerial_gnss_ros.core.joint_state import Indices, Joint, Motion
+from aerial_gnss_ros.core.joint_update import Linear, Sight, correct, linearise
+from aerial_gnss_ros.core.local_map import LocalMap
+from aerial_gnss_ros.core.values import CameraPose
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class TrueFrame:
+    """The truth of one image.
+
+    Attributes:
+        pose: of the camera; its stamp is the time of the scene.
+        positions: (n, 2) East, North of all robots in `map`, m.
+        seen: (n,) which of them have a box.
+    """
+
+    pose: CameraPose
+    positions: Array
+    seen: NDArray[np.bool_]
+
+
+def bound(
+    config: EstimatorConfig, camera: CameraModel, frames: Sequence[TrueFrame], local: LocalMap
+) -> Array:
+    """Return the bounds (images, n, 4, 4) on the robots' covariances; NaN before first seen.
+
+    Args:
+        config: the stated noise and motion.
+        camera: lens and image.
+        frames: in the order of time; all with the same robots.
+        local: the frame `map`.
+    """
+    model = PlatformModel(config.noise, config.gimbal.reference)
+    motion = Motion(config.noise.value("robot_acceleration"), 0.5 * config.tracks.max_speed)
+    chart = MapFrame(local)
+    poses = [chart.pose(frame.pose) for frame in frames]
+    stamps = [frame.pose.stamp_ns * 1e-9 for frame in frames]
+    count = len(frames[0].positions) if frames else 0
+    found = np.full((len(frames), count, 4, 4), np.nan)
+    joint = Joint(model.stationary(None))
+    for k, frame in enumerate(frames):
+        if k:
+            joint.predict(stamps[k] - stamps[k - 1], model, model.stationary(None), motion)
+        joint.mean[:] = 0.0
+        joint.robots[:, :2] = frame.positions[joint.rows]
+        sight = Sight.of(camera, poses[k], poses[k], _rates(poses, stamps, k), 0.0)
+        slots = np.flatnonzero(frame.seen[joint.rows])
+        if len(slots):
+            places = joint.robots[slots, :2]
+            correct(joint, slots, linearise(sight, np.zeros(7), places).pixels, sight, model)
+        _begin(joint, np.setdiff1d(np.flatnonzero(frame.seen), joint.rows), frame, sight, model,
+               motion)  # fmt: skip
+        found[k, joint.rows] = joint.blocks()
+    return found
+
+
+def _begin(
+    joint: Joint, rows: Indices, frame: TrueFrame, sight: Sight, model: PlatformModel,
+    motion: Motion,
+) -> None:  # fmt: skip
+    """Take in robots that are seen for the first time."""
+    if not len(rows):
+        return
+    places = frame.positions[rows]
+    linear = linearise(sight, np.zeros(7), places)
+    metres: Array = np.asarray(np.linalg.inv(linear.by_place), np.float64)
+    white = _white(linear, metres, model)
+    joint.add(rows, places, -metres @ linear.by_platform, white, motion.speed_sigma)
+
+
+def _white(linear: Linear, metres: Array, model: PlatformModel) -> Array:
+    """Return (m, 2, 2) white covariances on the water, m²."""
+    by_pose = metres @ linear.by_pose
+    white: Array = (by_pose * model.white) @ by_pose.swapaxes(1, 2)
+    return white + model.pixel * metres @ metres.swapaxes(1, 2)
+
+
+def _rates(poses: Sequence[MapPose], stamps: Sequence[float], k: int) -> Array:
+    """Return the pose's (6,) rates by central differences, m/s and rad/s."""
+    a, b = max(k - 1, 0), min(k + 1, len(poses) - 1)
+    span = stamps[b] - stamps[a]
+    if span <= 0.0:
+        return np.zeros(6)
+    turn = rotation_vector(poses[b].rotation @ poses[a].rotation.T)
+    return np.concatenate([poses[b].position - poses[a].position, turn]) / span

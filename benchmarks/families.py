@@ -1,0 +1,222 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The flights on which the estimation is judged: families, heights, receivers, robots' motion."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from aerial_gnss_ros.core.config import EstimatorConfig, estimator_config
+from aerial_gnss_ros.core.estimator import Estimator
+from aerial_gnss_ros.core.local_map import LocalMap
+from aerial_gnss_ros.core.values import FrameResult, MapDatum
+from aerial_gnss_ros.evaluation.bound import TrueFrame, bound
+from aerial_gnss_ros.simulation.chance import generator
+from aerial_gnss_ros.simulation.experiment import CameraClock, Experiment, default_camera
+from aerial_gnss_ros.simulation.flight import HOLETOWN, FlightPlan, GeneratedFlight
+from aerial_gnss_ros.simulation.robots import SwimPlan
+from aerial_gnss_ros.simulation.sensors import START_NS, sensor_plan
+
+Array = NDArray[np.float64]
+
+ACCELERATION = 0.05
+"""Random-walk rate of the moving robots' velocity, m/s^1.5: the default that the filter states."""
+RTK_OFFSET_M = 0.02
+ORIGIN = MapDatum(HOLETOWN.latitude, HOLETOWN.longitude, 0.0)
+
+
+@dataclass(frozen=True)
+class Cell:
+    """One kind of flight.
+
+    Attributes:
+        family: hover, orbit or transit (to and fro), past a point, looking at it.
+        height_m: above the water.
+        receiver: consumer (1.2 m slow offset) or rtk (2 cm); all else consumer grade in both.
+        moving: robots swim at first 0.2 to 0.7 m/s with random accelerations, or stay.
+    """
+
+    family: str
+    height_m: float
+    receiver: str
+    moving: bool
+
+    @property
+    def words(self) -> str:
+        """Return the cell in words."""
+        motion = "moving" if self.moving else "still"
+        return f"{self.family} {self.height_m:g} m {self.receiver} {motion}"
+
+
+def cells() -> list[Cell]:
+    """Return all families."""
+    kinds = itertools.product(
+        ("hover", "orbit", "transit"), (10.0, 30.0, 80.0), ("consumer", "rtk"), (False, True)
+    )
+    return [Cell(*kind) for kind in kinds]
+
+
+@dataclass(frozen=True)
+class Setting:
+    """What may be wrong or different about a flight.
+
+    Attributes:
+        robots: how many.
+        duration_s: s.
+        latency_s: true one of the images.
+        sigmas: true sensor errors that replace the set's, by the names of `core.noise`.
+        stated: parameters of the estimator beside those of the cell.
+    """
+
+    robots: int = 3
+    duration_s: float = 60.0
+    latency_s: float = 0.0
+    sigmas: dict[str, float] = field(default_factory=dict)
+    stated: dict[str, object] = field(default_factory=dict)
+
+
+class RandomSwimmers:
+    """Robots that move as the filter supposes: white acceleration. Stands in for `Swarm`."""
+
+    STEP_S = 0.05
+
+    def __init__(self, places: Array, moving: bool, seed: int, duration_s: float) -> None:
+        rng = generator(seed, "random swimmers")
+        count, dt = len(places), self.STEP_S
+        self.names = tuple(f"aqua_{i + 1}" for i in range(count))
+        self.speeds = rng.uniform(0.2, 0.7, count) * moving
+        course = rng.uniform(-math.pi, math.pi, count)
+        velocity = self.speeds[:, None] * np.column_stack([np.cos(course), np.sin(course)])
+        self._t = np.arange(-4.0, duration_s + 4.0, dt)
+        self._path = np.empty((len(self._t), count, 2))
+        place = np.array(places, dtype=np.float64)
+        for step in range(len(self._t)):
+            self._path[step] = place
+            one, two = rng.standard_normal((2, count, 2)) * ACCELERATION * moving
+            # Exact for white acceleration: place and velocity are correlated within a step.
+            drift = math.sqrt(dt**3) * (0.5 * one + two / math.sqrt(12.0))
+            place = place + velocity * dt + drift
+            velocity = velocity + math.sqrt(dt) * one
+
+    def positions(self, t: ArrayLike) -> Array:
+        """Return East, North, up (n, m, 3) at times (m,), m."""
+        times = np.atleast_1d(np.asarray(t, dtype=np.float64))
+        found = np.zeros((len(self.names), len(times), 3))
+        for i in range(len(self.names)):
+            for axis in (0, 1):
+                found[i, :, axis] = np.interp(times, self._t, self._path[:, i, axis])
+        return found
+
+    def courses(self, t: ArrayLike) -> Array:
+        """Return yaws (n, m); they do not matter to boxes' centres."""
+        return np.zeros((len(self.names), len(np.atleast_1d(np.asarray(t)))))
+
+
+def experiment(cell: Cell, seed: int, setting: Setting) -> Experiment:
+    """Return the flight of a cell; equal arguments give equal flights."""
+    plan = FlightPlan(
+        kind=cell.family, duration_s=setting.duration_s, height_m=cell.height_m, speed_mps=5.0
+    )
+    sigmas = dict(setting.sigmas)
+    if cell.receiver == "rtk":
+        sigmas.setdefault("gnss_offset_m", RTK_OFFSET_M)
+    made = Experiment(
+        GeneratedFlight(plan, seed),
+        default_camera(1280, 720),
+        sensor_plan("consumer", **sigmas),
+        CameraClock(latency_s=setting.latency_s),
+        robots=setting.robots,
+        swim=SwimPlan(0.0, 0.0, roam_m=1e3, apart_m=1.5),
+        seed=seed,
+    )
+    assert made.places is not None  # noqa: S101 - it places the robots itself
+    swimmers = RandomSwimmers(made.places, cell.moving, seed, setting.duration_s)
+    made.swarm = swimmers  # type: ignore[assignment]
+    return made
+
+
+def config(cell: Cell, setting: Setting) -> EstimatorConfig:
+    """Return the estimator's parameters: the noise and motion of the flight, as stated."""
+    values: dict[str, object] = {
+        "map.latitude_deg": math.degrees(ORIGIN.latitude),
+        "map.longitude_deg": math.degrees(ORIGIN.longitude),
+        "fix.altitude_datum": "ellipsoid",
+    }
+    if cell.receiver == "rtk":
+        values["noise.gnss_offset_m"] = RTK_OFFSET_M
+    if not cell.moving:
+        values |= {"noise.robot_acceleration": 0.0, "tracks.max_speed": 0.01}
+    return estimator_config(values | setting.stated)
+
+
+def results(made: Experiment, stated: EstimatorConfig) -> list[FrameResult]:
+    """Return what the estimator makes of a flight."""
+    engine = Estimator(stated)
+    engine.add_camera(START_NS - 10_000_000_000, made.camera)
+    sensors = made.sensors
+    telemetry: list[tuple[int, object, object]] = []
+    for add, values in (
+        (engine.add_fix, sensors.fixes()),
+        (engine.add_gimbal, sensors.gimbals()),
+        (engine.add_height, sensors.heights()),
+    ):
+        telemetry += [(value.stamp_ns, add, value) for value in values]
+    for _, _, frame in made.detections():
+        # Late telemetry belongs to earlier images: an image waits for what brackets its scene.
+        telemetry.append((frame.stamp_ns, engine.add_detections, frame))
+    telemetry.sort(key=lambda item: item[0])
+    found: list[FrameResult] = []
+    for stamp_ns, add, value in telemetry:
+        add(value)  # type: ignore[operator]
+        found += engine.advance(stamp_ns)
+    return found + engine.flush()
+
+
+def truth(made: Experiment) -> list[TrueFrame]:
+    """Return the true camera and robots of each image."""
+    frames = []
+    for frame in made.frames():
+        names = made.projected(frame).names
+        positions = made.swarm.positions(np.array([frame.t]))[:, 0, :2]
+        seen = np.array([name in names for name in made.swarm.names])
+        frames.append(TrueFrame(made.true_pose(frame), positions, seen))
+    return frames
+
+
+def bounds(made: Experiment, stated: EstimatorConfig, true: list[TrueFrame]) -> Array:
+    """Return the posterior Cramér-Rao bounds (images, n, 4, 4)."""
+    return bound(stated, made.camera, true, LocalMap(ORIGIN))
+
+
+def robots_of(found: list[FrameResult], true: list[TrueFrame]) -> dict[str, int]:
+    """Return which true robot each name is: the nearest over the flight, two names may share one.
+
+    The best assignment over all names comes first; names beyond the robots take their nearest.
+    """
+    from scipy.optimize import linear_sum_assignment
+
+    total: dict[str, Array] = {}
+    images: dict[str, int] = {}
+    for result, frame in zip(found, true, strict=True):
+        for estimate in result.estimates:
+            apart = np.linalg.norm(frame.positions - estimate.position, axis=1)
+            total[estimate.robot_id] = total.get(estimate.robot_id, 0.0) + apart
+            images[estimate.robot_id] = images.get(estimate.robot_id, 0) + 1
+    names = sorted(total)
+    if not names:
+        return {}
+    cost = np.array([total[name] / images[name] for name in names])
+    rows, columns = linear_sum_assignment(cost)
+    given = {name: int(np.argmin(cost[i])) for i, name in enumerate(names)}
+    given.update({names[row]: int(column) for row, column in zip(rows, columns, strict=True)})
+    return given
+
+
+def in_order(seeds: int) -> Iterator[tuple[Cell, int]]:
+    """Yield all cells and seeds."""
+    yield from itertools.product(cells(), range(seeds))
