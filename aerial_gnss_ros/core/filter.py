@@ -130,6 +130,33 @@ def predict(beliefs: Beliefs, seconds: float, acceleration: float) -> Beliefs:
     return Beliefs(beliefs.mean @ step.T, covariance, step @ beliefs.sensitivity)
 
 
+def wander(beliefs: Beliefs, seconds: float, speed_sigma: float, memory_s: float) -> Beliefs:
+    """Return the beliefs about robots that nobody sees, a time step later.
+
+    Such a robot may turn or stop: its velocity forgets itself and goes over into one of zero mean
+    and `speed_sigma` (an Ornstein-Uhlenbeck process, discretised exactly; Bar-Shalom, Li,
+    Kirubarajan 2001, 8.2.3 with velocity in place of acceleration). Steps compose.
+
+    Args:
+        beliefs: n robots.
+        seconds: length of the step, s.
+        speed_sigma: one sigma of the velocity in the long run, each axis, m/s.
+        memory_s: time after which a velocity counts for 1/e, s.
+    """
+    if seconds == 0.0 or not len(beliefs):
+        return beliefs
+    left, gone = np.exp(-seconds / memory_s), -np.expm1(-seconds / memory_s)
+    step, noise = np.eye(4), np.zeros((4, 4))
+    variance, t = speed_sigma**2, seconds / memory_s
+    for p, v in ((0, 2), (1, 3)):
+        step[p, v], step[v, v] = memory_s * gone, left
+        noise[p, p] = variance * memory_s**2 * (2.0 * t - 2.0 * gone - gone**2)
+        noise[p, v] = noise[v, p] = variance * memory_s * gone**2
+        noise[v, v] = variance * (1.0 - left**2)
+    covariance = step @ beliefs.covariance @ step.T + noise
+    return Beliefs(beliefs.mean @ step.T, covariance, step @ beliefs.sensitivity)
+
+
 def correct(beliefs: Beliefs, positions: Array, white: Array, slow: Array, drift: Array) -> Beliefs:
     """Return the beliefs after one measurement of each robot.
 

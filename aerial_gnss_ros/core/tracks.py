@@ -43,6 +43,12 @@ Indices = NDArray[np.intp]
 MAX_TENTATIVE = 300
 """Tentative tracks kept at once: a frame full of false boxes must not stop the program."""
 
+UNSEEN_S = 0.5
+"""After this long unseen a robot's velocity begins to be forgotten."""
+
+MEMORY_S = 3.0
+"""How long an unseen robot keeps its velocity: robots of a metre turn within seconds."""
+
 
 @dataclass
 class Track:
@@ -109,7 +115,7 @@ class Tracker:
         """Predict all tracks to an image and drop those unseen for too long."""
         if self._stamp_ns is not None:
             seconds = (stamp_ns - self._stamp_ns) * 1e-9
-            self.beliefs = kalman.predict(self.beliefs, seconds, self._acceleration)
+            self._predict(stamp_ns, seconds)
         self._stamp_ns = stamp_ns
         gone = set()
         for row, track in enumerate(self.tracks):
@@ -121,6 +127,18 @@ class Tracker:
                 track.state = State.LOST
                 gone.add(row)
         self._drop(gone)
+
+    def _predict(self, stamp_ns: int, seconds: float) -> None:
+        # A robot out of view swims on for a moment; then it may have turned, and the gate that
+        # finds it again must know.
+        unseen = self._unseen_s(stamp_ns) - seconds >= UNSEEN_S
+        predicted = kalman.predict(self.beliefs, seconds, self._acceleration)
+        if unseen.any():
+            rows = np.flatnonzero(unseen)
+            speed = 0.5 * self._rules.max_speed
+            wandered = kalman.wander(self.beliefs[rows], seconds, speed, MEMORY_S)
+            predicted = kalman.replace_rows(predicted, rows, wandered)
+        self.beliefs = predicted
 
     def _drop(self, rows: set[int]) -> None:
         if rows:

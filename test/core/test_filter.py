@@ -135,3 +135,18 @@ def test_drift_of_a_gauss_markov_error(seconds, tau, share):
     slow[0, 0, 0] = 2.0
     drift = kalman.slow_drift(_one(slow=slow), np.array([seconds]), tau)
     assert drift[0] == pytest.approx(np.array([[4.0 * share, 0.0], [0.0, 0.0]]), rel=1e-5)
+
+
+def test_an_unseen_robot_forgets_its_velocity() -> None:
+    """Steps compose; after long the velocity has the given sigma, the path that of diffusion."""
+    known = kalman.begin(np.zeros((1, 2)), np.zeros((1, 2, 2)), np.zeros((1, 2, 6)), 0.1)
+    known = kalman.Beliefs(np.array([[0.0, 0.0, 0.6, 0.0]]), known.covariance, known.sensitivity)
+    at_once = kalman.wander(known, 6.0, 0.75, 3.0)
+    stepwise = known
+    for _ in range(60):
+        stepwise = kalman.wander(stepwise, 0.1, 0.75, 3.0)
+    np.testing.assert_allclose(stepwise.covariance, at_once.covariance, atol=1e-12)
+    np.testing.assert_allclose(at_once.mean[0], [1.8 * (1 - np.exp(-2)), 0, 0.6 * np.exp(-2), 0])
+    late = kalman.wander(known, 3000.0, 0.75, 3.0)
+    assert late.covariance[0, 2, 2] == pytest.approx(0.75**2)
+    assert late.covariance[0, 0, 0] == pytest.approx(2 * 0.75**2 * 3.0 * 3000.0, rel=2e-3)

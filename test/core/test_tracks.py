@@ -91,6 +91,20 @@ def test_a_dive_ends_under_the_same_name(sea, dive_s):
     assert mine[-1].state is State.CONFIRMED
 
 
+def test_a_robot_that_turns_back_unseen_keeps_its_name(sea):
+    """It swims at 0.5 m/s, is hidden for 3 s, and comes back where it came from."""
+
+    def place(t):
+        return (0.5 * (t if t < 9.5 else 19.0 - t), 18.0)
+
+    world = sea.World(
+        robots={"a": place}, pixel_sigma=2.0, hidden=lambda _name, t: 8.0 <= t < 11.0, **BIAS
+    )
+    results = sea.play(sea.estimator(), world, 18.0)
+    assert {e.robot_id for result in results for e in result.estimates} == {"aqua_1"}
+    assert results[-1].estimates[0].state is State.CONFIRMED
+
+
 @pytest.mark.parametrize("unseen_s", [1.5, 6.0])
 def test_seen_again_from_the_other_side_with_a_wrong_compass(sea, unseen_s):
     """4 deg of heading at 25 m: the robot seems 1.7 m to one side, then 1.7 m to the other."""
