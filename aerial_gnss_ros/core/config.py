@@ -183,10 +183,10 @@ def _bindings(flat: Mapping[str, Any]) -> tuple[RobotBinding, ...]:
 
 
 def _binding(name: str, values: Mapping[str, Any]) -> RobotBinding:
-    if not re.fullmatch(r"[a-z][a-z0-9_]*", name):
+    if not re.fullmatch(r"[a-z][a-z0-9]*(_[a-z0-9]+)*", name):
         raise ConfigError(
-            f"robots.{name} cannot be a topic name; use lower-case letters, digits and _, and "
-            "begin with a letter."
+            f"robots.{name} cannot be a topic name; use lower-case letters and digits with single "
+            "_ between, and begin with a letter."
         )
     class_id, start = values.get("class"), values.get("start")
     if not isinstance(class_id, str) or not class_id:
