@@ -7,7 +7,9 @@ import argparse
 import itertools
 import json
 import math
+import statistics
 import sys
+import timeit
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, replace
 from pathlib import Path
@@ -37,7 +39,7 @@ from aerial_gnss_ros.evaluation.report import Report, metres, write_report
 from aerial_gnss_ros.evaluation.truth import Truth, read_truth
 from aerial_gnss_ros.nodes import require_ros
 from aerial_gnss_ros.simulation.bag import DETECTIONS_TYPE, IMAGE_TOPICS, write_bag
-from aerial_gnss_ros.simulation.experiment import Experiment, default_camera
+from aerial_gnss_ros.simulation.experiment import CameraClock, Experiment, default_camera
 from aerial_gnss_ros.simulation.flight import FlightPlan, GeneratedFlight
 from aerial_gnss_ros.simulation.scenario import scenario
 from aerial_gnss_ros.simulation.scene import demo_scene
@@ -59,6 +61,7 @@ METHODS = {
 IMAGES = "/" + IMAGE_TOPICS["jpeg"]
 PLAYED = (IMAGES, "/camera/camera_info", "/fix", "/attitude", "/gimbal", "/height")
 NOISE = "consumer"
+_BUSY = 0.6  # share of the time that looking into images may take; the rest is for the others
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -95,7 +98,8 @@ def run(args: argparse.Namespace) -> int:
                   report=report)  # fmt: skip
     with open_bag(folder / "flight") as bag:
         truth = read_truth(bag)
-    live = _fly(folder, truth)
+        rate = _rate(bag)
+    live = _fly(folder, truth, rate)
     with open_bag([folder / "flight", folder / "detections"]) as bag:
         results = {method: _replay(bag, method, folder) for method in METHODS}
         pictures = _pictures(bag)
@@ -138,7 +142,23 @@ def numbered_folder(parent: Path) -> Path:
     raise AssertionError
 
 
-def _fly(folder: Path, truth: Truth) -> dict[str, EstimatedTrack]:
+def _rate(bag: BagReader) -> float:
+    """Return how fast to play so that this machine's detector keeps up; 1 is real time."""
+    images = bag.messages({IMAGES})
+    image = decode(next(images).message())
+    detector = load_detector(DetectorConfig())
+    detector.detect(image)  # the first one also sets the network up
+    seconds = statistics.median(timeit.repeat(lambda: detector.detect(image), number=1, repeat=7))
+    rate = min(1.0, _BUSY / (seconds * CameraClock().rate_hz))
+    if rate < 1.0:
+        _say(
+            f"An image takes {1000.0 * seconds:.0f} ms here, too long for "
+            f"{CameraClock().rate_hz:g} a second: the flight is played at {rate:.2f} of real time."
+        )
+    return rate
+
+
+def _fly(folder: Path, truth: Truth, rate: float) -> dict[str, EstimatedTrack]:
     """Play the flight into the nodes; keep the boxes; return the positions published."""
     import rclpy
 
@@ -155,7 +175,7 @@ def _fly(folder: Path, truth: Truth) -> dict[str, EstimatedTrack]:
         ):
             heard = fly(
                 bag, list(PLAYED), folder / "nodes.log",
-                lambda elapsed, positions: show(elapsed, _tracks(positions)),
+                lambda elapsed, positions: show(elapsed * rate, _tracks(positions)), rate,
             )  # fmt: skip
     finally:
         rclpy.try_shutdown()
