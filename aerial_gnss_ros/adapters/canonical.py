@@ -47,25 +47,33 @@ def _fix_covariance(msg: Any) -> Array | None:
     return covariance if given and usable else None
 
 
-def orientation(msg: Any, stamp_ns: int, kind: str) -> Orientation:
-    """Return an orientation.
+def orientation(msg: Any, stamp_ns: int, kind: str, unit: str = "rad") -> Orientation:
+    """Return an orientation in the message's own axes.
 
     Args:
         msg: sensor_msgs/Imu, geometry_msgs/QuaternionStamped or Vector3Stamped.
         stamp_ns: time of validity, ns.
-        kind: `imu`, `quaternion`, or `vector3`: roll, pitch, yaw in rad, as R = Rz Ry Rx.
+        kind: `imu`, `quaternion`, or `vector3`: roll, pitch, yaw, as R = Rz Ry Rx.
+        unit: of a vector's angles, `rad` or `deg`.
     """
     if kind == "vector3":
-        angles = msg.vector
-        matrix = matrix_from_rpy(float(angles.x), float(angles.y), float(angles.z))
+        angles = np.array([msg.vector.x, msg.vector.y, msg.vector.z], dtype=np.float64)
+        matrix = matrix_from_rpy(*(np.radians(angles) if unit == "deg" else angles))
         return Orientation(stamp_ns, quaternion_from_matrix(matrix))
     q = msg.orientation if kind == "imu" else msg.quaternion
     return Orientation(stamp_ns, np.array([q.x, q.y, q.z, q.w], dtype=np.float64))
 
 
 def scalar(msg: Any, stamp_ns: int) -> Scalar:
-    """Return a std_msgs/Float64 or Float32, or the range of a sensor_msgs/Range."""
-    return Scalar(stamp_ns, float(msg.range if hasattr(msg, "range") else msg.data))
+    """Return a std_msgs/Float64 or Float32, or the range of a sensor_msgs/Range.
+
+    A range outside the sensor's own limits is none (REP 117): NaN. Limits of 0, 0 say nothing.
+    """
+    if not hasattr(msg, "range"):
+        return Scalar(stamp_ns, float(msg.data))
+    near, far, value = float(msg.min_range), float(msg.max_range), float(msg.range)
+    outside = far > near and not near <= value <= far
+    return Scalar(stamp_ns, math.nan if outside else value)
 
 
 def camera(msg: Any, rectified: bool) -> CameraModel:

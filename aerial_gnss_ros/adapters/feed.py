@@ -3,12 +3,13 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Protocol
 
 from aerial_gnss_ros.adapters import canonical
-from aerial_gnss_ros.adapters.stamps import nanoseconds
+from aerial_gnss_ros.adapters.kinds import ATTITUDE, FIX, GIMBAL, HEIGHT, Kind, stamp_ns
 from aerial_gnss_ros.core.camera import CameraModel
 from aerial_gnss_ros.core.config import EstimatorConfig
 from aerial_gnss_ros.core.errors import CameraError
@@ -16,17 +17,6 @@ from aerial_gnss_ros.core.values import DetectionFrame, Fix, Orientation, Scalar
 
 TELEMETRY_DEPTH = 50  # half a second at 100 Hz while the estimator is busy
 DETECTIONS_DEPTH = 10
-
-_ORIENTATION_TYPES = {
-    "imu": "sensor_msgs/msg/Imu",
-    "quaternion": "geometry_msgs/msg/QuaternionStamped",
-    "vector3": "geometry_msgs/msg/Vector3Stamped",
-}
-_HEIGHT_TYPES = {
-    "float64": "std_msgs/msg/Float64",
-    "float32": "std_msgs/msg/Float32",
-    "range": "sensor_msgs/msg/Range",
-}
 
 
 class Inputs(Protocol):
@@ -59,12 +49,14 @@ class Subscription:
     """One topic that the estimator listens to.
 
     Attributes:
-        name: the input: fix, attitude, gimbal, height, water_level, camera_info or detections.
+        name: the input: fix, attitude, gimbal, height, home, water_level, camera_info or
+            detections.
         topic: relative to the namespace, or absolute.
         msgtype: such as `sensor_msgs/msg/NavSatFix`.
         depth: of the queue.
         handle: takes a message and when it came, ns.
         required: whether no position can be found without it.
+        versioned: whether the topic may end with `_v1`, `_v2`, … instead.
     """
 
     name: str
@@ -73,6 +65,7 @@ class Subscription:
     depth: int
     handle: Callable[[Any, int], None]
     required: bool = True
+    versioned: bool = False
 
 
 class Feed:
@@ -100,6 +93,7 @@ class Feed:
         self._last_warning = ""
         self._camera_key: tuple[Any, ...] = ()
         self._camera: CameraModel | None = None
+        self._home_altitude = math.nan
         self.subscriptions = tuple(self._subscriptions())
 
     def _subscriptions(self) -> list[Subscription]:
@@ -121,19 +115,17 @@ class Feed:
                 )
             )
         if fix.source == "topic":
-            found.append(_telemetry("fix", fix.topic, "sensor_msgs/msg/NavSatFix", self._fix))
+            found.append(_of_kind("fix", fix.topic, FIX[fix.type], self._fix))
         if attitude.source == "topic":
-            msgtype = _ORIENTATION_TYPES[attitude.type]
+            kind = ATTITUDE[attitude.type]
             needed = config.needs_attitude
-            found.append(
-                _telemetry("attitude", attitude.topic, msgtype, self._attitude, required=needed)
-            )
+            found.append(_of_kind("attitude", attitude.topic, kind, self._attitude, needed))
         if gimbal.source == "topic" and gimbal.reference != "fixed":
-            msgtype = _ORIENTATION_TYPES[gimbal.type]
-            found.append(_telemetry("gimbal", gimbal.topic, msgtype, self._gimbal))
+            found.append(_of_kind("gimbal", gimbal.topic, GIMBAL[gimbal.type], self._gimbal))
         if height.source == "topic":
-            msgtype = _HEIGHT_TYPES[height.type]
-            found.append(_telemetry("height", height.topic, msgtype, self._height))
+            found.append(_of_kind("height", height.topic, HEIGHT[height.type], self._height))
+            if height.home_topic:
+                found.append(_of_kind("home", height.home_topic, HEIGHT[height.type], self._home))
         level = _telemetry(
             "water_level",
             config.water_level.topic,
@@ -147,33 +139,47 @@ class Feed:
         self._estimator.add_detections(canonical.detection_frame(msg))
 
     def _fix(self, msg: Any, arrival_ns: int) -> None:
-        self._estimator.add_fix(
-            canonical.fix(msg, _stamp_ns(msg, arrival_ns, self._config.fix.stamp))
-        )
+        config = self._config.fix
+        stamp = stamp_ns(msg, arrival_ns, config.stamp)
+        self._estimator.add_fix(FIX[config.type].read(msg, stamp, config))
 
     def _attitude(self, msg: Any, arrival_ns: int) -> None:
         config = self._config.attitude
-        stamp_ns = _stamp_ns(msg, arrival_ns, config.stamp)
-        self._estimator.add_attitude(canonical.orientation(msg, stamp_ns, config.type))
+        stamp = stamp_ns(msg, arrival_ns, config.stamp)
+        self._estimator.add_attitude(ATTITUDE[config.type].read(msg, stamp, config))
 
     def _gimbal(self, msg: Any, arrival_ns: int) -> None:
         config = self._config.gimbal
-        stamp_ns = _stamp_ns(msg, arrival_ns, config.stamp)
-        self._estimator.add_gimbal(canonical.orientation(msg, stamp_ns, config.type))
+        stamp = stamp_ns(msg, arrival_ns, config.stamp)
+        self._estimator.add_gimbal(GIMBAL[config.type].read(msg, stamp, config))
 
     def _height(self, msg: Any, arrival_ns: int) -> None:
-        stamp_ns = _stamp_ns(msg, arrival_ns, self._config.height.stamp)
-        self._estimator.add_height(canonical.scalar(msg, stamp_ns))
+        config = self._config.height
+        stamp = stamp_ns(msg, arrival_ns, config.stamp)
+        height = HEIGHT[config.type].read(msg, stamp, config)
+        if config.home_topic:
+            if math.isnan(self._home_altitude):  # an altitude is no height: better none than it
+                return
+            height = replace(height, value=height.value - self._home_altitude)
+        self._estimator.add_height(height)
+
+    def _home(self, msg: Any, arrival_ns: int) -> None:
+        """Keep the altitude of the take-off point: it is sent seldom, or once."""
+        config = self._config.height
+        altitude = HEIGHT[config.type].read(msg, arrival_ns, config).value
+        if math.isfinite(altitude):
+            self._home_altitude = altitude
 
     def _water_level(self, msg: Any, arrival_ns: int) -> None:
         self._estimator.add_water_level(canonical.scalar(msg, arrival_ns))
 
-    def _info(self, msg: Any, _arrival_ns: int) -> None:
+    def _info(self, msg: Any, arrival_ns: int) -> None:
         key = canonical.camera_key(msg)
         if key != self._camera_key:  # a model costs more than a comparison, and comes per image
             self._camera_key = key
             self._camera = self._model(msg)
-        self._estimator.add_camera(nanoseconds(msg.header.stamp), self._camera)
+        stamp = stamp_ns(msg, arrival_ns, self._config.camera.stamp)
+        self._estimator.add_camera(stamp, self._camera)
 
     def _model(self, msg: Any) -> CameraModel | None:
         try:
@@ -197,5 +203,12 @@ def _telemetry(
     return Subscription(name, topic, msgtype, TELEMETRY_DEPTH, handle, required)
 
 
-def _stamp_ns(msg: Any, arrival_ns: int, clock: str) -> int:
-    return nanoseconds(msg.header.stamp) if clock == "header" else arrival_ns
+def _of_kind(
+    name: str,
+    topic: str,
+    kind: Kind[Any, Any],
+    handle: Callable[[Any, int], None],
+    required: bool = True,
+) -> Subscription:
+    depth = TELEMETRY_DEPTH
+    return Subscription(name, topic, kind.msgtype, depth, handle, required, kind.versioned)

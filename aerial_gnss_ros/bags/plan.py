@@ -3,8 +3,10 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Any
 
 from aerial_gnss_ros.adapters.feed import Subscription
 from aerial_gnss_ros.bags.reader import BagReader, Topic
@@ -13,7 +15,7 @@ from aerial_gnss_ros.core.errors import InputError
 DETECTIONS = "detections"
 IMAGE, COMPRESSED = "sensor_msgs/msg/Image", "sensor_msgs/msg/CompressedImage"
 _TOPICS_SHOWN = 40
-_TYPED = ("attitude", "gimbal", "height")  # inputs whose message type is a parameter
+_TYPED = ("fix", "attitude", "gimbal", "height")  # inputs whose message type is a parameter
 
 
 @dataclass(frozen=True)
@@ -64,16 +66,41 @@ def make_plan(
     recorded = resolve(boxes.topic, namespace)
     use_recorded = not detect and _has(bag, recorded)
     images = None if use_recorded else _images(bag, image_topic, boxes, namespace)
-    routes = {resolve(s.topic, namespace): s for s in inputs.values()}
-    missing = [s for t, s in routes.items() if s.required and not _has(bag, t)]
+    found = [(recorded_name(bag, s, namespace), s) for s in inputs.values()]
+    missing = [s for topic, s in found if s.required and not _has(bag, topic)]
     if missing:
         raise InputError(_missing_sentence(bag, missing, namespace))
-    if use_recorded:
-        routes[recorded] = boxes
-    routes = {topic: s for topic, s in routes.items() if _has(bag, topic)}
-    for topic, subscription in routes.items():
-        _check_type(bag, topic, subscription)
+    routes: dict[str, Subscription] = {}
+    for topic, subscription in [*found, *([(recorded, boxes)] if use_recorded else [])]:
+        if _has(bag, topic):
+            _check_type(bag, topic, subscription)
+            routes[topic] = _both(routes.get(topic), subscription)
     return Plan(routes, boxes, images)
+
+
+def recorded_name(bag: BagReader, subscription: Subscription, namespace: str) -> str:
+    """Return the absolute topic of an input; the newest version where the bag has versions."""
+    name = resolve(subscription.topic, namespace)
+    if not subscription.versioned or _has(bag, name):
+        return name
+    pattern = re.compile(re.escape(name) + r"_v(\d+)")
+    versions = [
+        (int(m[1]), m[0]) for t in bag.topics if _has(bag, t) and (m := pattern.fullmatch(t))
+    ]
+    return max(versions)[1] if versions else name
+
+
+def _both(first: Subscription | None, second: Subscription) -> Subscription:
+    """Return one subscription for two inputs of one topic: position and attitude of one pose."""
+    if first is None:
+        return second
+    one = first.handle
+
+    def handle(msg: Any, arrival_ns: int) -> None:
+        one(msg, arrival_ns)
+        second.handle(msg, arrival_ns)
+
+    return replace(first, name=f"{first.name} and {second.name}", handle=handle)
 
 
 def resolve(topic: str, namespace: str) -> str:

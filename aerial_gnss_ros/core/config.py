@@ -220,6 +220,8 @@ def _check_together(config: EstimatorConfig) -> None:
         raise ConfigError(
             "fix.source is constant, so fix.latitude_deg and fix.longitude_deg must be given."
         )
+    if config.gimbal.source == "constant" and any(map(math.isnan, config.gimbal.rpy_deg)):
+        raise ConfigError("gimbal.source is constant, so gimbal.rpy_deg must be given.")
     if config.height.source == "constant" and math.isnan(config.height.value_m):
         raise ConfigError("height.source is constant, so height.value_m must be given.")
     if config.height.source == "none":

@@ -167,11 +167,12 @@ class GimbalConfig:
     )
     rpy_deg: tuple[float, ...] = key(
         (0.0, 90.0, 0.0),
-        "Roll, pitch, yaw with source: constant.",
+        "Roll, pitch, yaw with source: constant, in the reference (FLU; earth: in ENU).",
         unit="deg",
         low=-360.0,
         high=360.0,
         length=3,
+        optional=True,
     )
 
 

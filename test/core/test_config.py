@@ -85,6 +85,10 @@ def test_robots_are_bound_to_their_starts_in_order_of_name():
     [
         ({"camera.source": "parameters"}, r"camera\.focal_length_mm"),
         ({"fix.source": "constant"}, r"fix\.latitude_deg"),
+        (
+            {"gimbal.source": "constant", "gimbal.rpy_deg": [0.0, math.nan, 0.0]},
+            r"gimbal\.rpy_deg must be given",
+        ),
         ({"height.source": "constant"}, r"height\.value_m must be given"),
         ({"height.stamp": "header"}, "carry no stamp"),
         ({"gimbal.stamp": "px4_us"}, "quaternion messages do not carry; use header or arrival"),

@@ -1,0 +1,42 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Orientations in a message's own axes to FLU in ENU, or in the vehicle's FLU."""
+
+from __future__ import annotations
+
+from aerial_gnss_ros.core.config_telemetry import AttitudeConfig, GimbalConfig
+from aerial_gnss_ros.core.frames import to_enu_flu, to_level_flu
+from aerial_gnss_ros.core.values import Array, Orientation
+
+MAVLINK_FLAGS = "mavlink_flags"
+
+
+def body(quaternion: Array, stamp_ns: int, config: AttitudeConfig) -> Orientation:
+    """Return the body FLU in ENU.
+
+    Args:
+        quaternion: (4,) x, y, z, w of `config.body` axes in `config.world` axes.
+        stamp_ns: time of validity, ns.
+        config: names the axes.
+    """
+    return Orientation(stamp_ns, to_enu_flu(quaternion, config.world, config.body))
+
+
+def camera(
+    quaternion: Array, stamp_ns: int, config: GimbalConfig, reference: str = ""
+) -> Orientation:
+    """Return the camera FLU in ENU, or in the vehicle's FLU where it is relative to the vehicle.
+
+    Args:
+        quaternion: (4,) x, y, z, w of `config.body` axes in `config.world` axes, or in the
+            vehicle's `config.body` axes.
+        stamp_ns: time of validity, ns.
+        config: names the axes and what they are relative to.
+        reference: what this message says it is relative to; counts only where the configuration
+            leaves it to the message.
+    """
+    own = reference if config.reference == MAVLINK_FLAGS else ""
+    if (own or config.reference) == "earth":
+        turned = to_enu_flu(quaternion, config.world, config.body)
+    else:
+        turned = to_level_flu(quaternion, config.body)
+    return Orientation(stamp_ns, turned, own)
