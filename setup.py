@@ -28,6 +28,7 @@ TEST = [
     "hypothesis>=6.90",
     "pymap3d>=3.0",
     "onnx>=1.15",  # builds small detection models
+    "motmetrics>=1.4",
     # test_install.py builds the package as pip and as colcon do
     "colcon-common-extensions>=0.3",
     "setuptools>=68",
@@ -43,6 +44,7 @@ EXTRAS = {
     ],
     "openvino": ["openvino>=2024.0"],
     "ultralytics": ["ultralytics>=8.3", "onnx>=1.15"],  # AGPL-3.0: training, .pt and .engine models
+    "identity": ["motmetrics>=1.4"],  # IDF1 and identity switches in `aerial-gnss evaluate`
     "test": TEST,
     "lint": LINT,
 }

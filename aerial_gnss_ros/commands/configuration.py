@@ -23,7 +23,7 @@ class Configuration:
     estimator: EstimatorConfig
 
 
-def add_arguments(parser: argparse.ArgumentParser) -> None:
+def add_arguments(parser: argparse._ActionsContainer) -> None:
     """Add the arguments that choose parameters."""
     parser.add_argument(
         "--params",

@@ -1,87 +1,254 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`aerial-gnss evaluate`: errors of a replay's positions against the truth of a bag."""
+"""`aerial-gnss evaluate`: errors of a replay's positions against truth; figures and a report."""
 
 from __future__ import annotations
 
 import argparse
+import csv
 import json
-from dataclasses import asdict
+import math
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
+from typing import Any
+
+import numpy as np
 
 from aerial_gnss_ros.bags.partial import partial, refuse_existing
 from aerial_gnss_ros.bags.reader import open_bag
-from aerial_gnss_ros.bags.tables import read_positions, read_rejections
-from aerial_gnss_ros.core.errors import InputError
+from aerial_gnss_ros.bags.replay import Replay
+from aerial_gnss_ros.bags.tables import EstimatedTrack, read_positions, read_rejections
+from aerial_gnss_ros.commands.configuration import add_arguments as add_configuration
+from aerial_gnss_ros.commands.configuration import configuration
+from aerial_gnss_ros.commands.progress import progress
+from aerial_gnss_ros.core.errors import ConfigError, InputError
+from aerial_gnss_ros.detection.select import load_detector
 from aerial_gnss_ros.evaluation.errors import RobotErrors, compare, summarise
-from aerial_gnss_ros.evaluation.report import Report, metres, write_report
-from aerial_gnss_ros.evaluation.truth import read_truth
+from aerial_gnss_ros.evaluation.hover import Hover, away_from, find_hovers, hover_truth
+from aerial_gnss_ros.evaluation.identity import Identities, identities
+from aerial_gnss_ros.evaluation.platform import read_platform
+from aerial_gnss_ros.evaluation.report import Report, draw, metres, write_report
+from aerial_gnss_ros.evaluation.truth import Truth, read_truth, read_truth_csv
+
+ERROR_COLUMNS = (
+    "frame", "stamp_ns", "truth_id", "robot_id", "geodesic_m", "haversine_m", "latitude_error_m",
+    "longitude_error_m", "nees", "sigma_m", "range_m",
+)  # fmt: skip
+
+
+@dataclass(frozen=True)
+class _Found:
+    """What positions are compared with, and how it came about."""
+
+    truth: Truth
+    estimates: dict[str, EstimatedTrack]
+    notes: list[str] = field(default_factory=list)
+    hovers: list[Hover] = field(default_factory=list)
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the command's arguments."""
+    parser.epilog = (
+        "Truth is stamped with the scene's time and positions with the image's: --latency, or what "
+        "a simulated bag states on truth/scenario, brings them together."
+    )
     parser.add_argument("result", type=Path, metavar="RESULT", help="folder that replay wrote")
-    parser.add_argument(
-        "--truth", type=Path, nargs="+", required=True, metavar="BAG",
-        help="bag with truth/robots/<id>/fix",
+    source = parser.add_mutually_exclusive_group(required=True)
+    source.add_argument(
+        "--truth", type=Path, nargs="+", metavar="BAG|CSV",
+        help="bag with truth/robots/<id>/fix, or CSV: stamp_ns, robot_id, latitude_deg, "
+        "longitude_deg",
     )  # fmt: skip
-    parser.add_argument("-o", "--output", type=Path, metavar="HTML", help="write a report too")
+    source.add_argument(
+        "--hover", type=Path, nargs="+", metavar="BAG",
+        help="the flight itself: a robot's place is taken where the camera looks straight down at "
+        "it, as the paper does; errors are then relative to the drone's receiver",
+    )  # fmt: skip
+    parser.add_argument(
+        "--latency", type=float, metavar="S",
+        help="an image stamped t shows the scene at t - S (default: what the bag states, else 0)",
+    )  # fmt: skip
+    parser.add_argument(
+        "--nadir-deg", type=float, default=10.0, metavar="DEG",
+        help="with --hover: straight down is so near to the vertical (default 10)",
+    )  # fmt: skip
+    parser.add_argument(
+        "--still", type=float, metavar="S",
+        help="with --hover: a robot stays so long before and after (default: the whole flight)",
+    )  # fmt: skip
+    parser.add_argument(
+        "-o", "--output", type=Path, metavar="DIR",
+        help="new folder for report.html, the figures as PNG, errors.csv and summary.json",
+    )  # fmt: skip
     parser.add_argument("--json", action="store_true", help="the figures for machines")
+    add_configuration(parser.add_argument_group("with --hover, as for replay"))
 
 
 def run(args: argparse.Namespace) -> int:
-    """Compare and print."""
-    if args.output is not None:
-        refuse_existing(args.output)
+    """Compare, print, and write what is asked for."""
+    _check(args)
     estimates = read_positions(args.result / "positions.csv")
-    with open_bag(args.truth) as bag:
-        truth = read_truth(bag)
-        if not truth.robots:
-            raise InputError(
-                f"{', '.join(map(str, args.truth))} has no truth: no topic is named "
-                f"truth/robots/<id>/fix; it has {', '.join(bag.topics) or 'no topics'}."
-            )
-    errors = compare(estimates, truth.robots)
+    found = _hovers(args, estimates) if args.hover else _Found(_truth(args), estimates)
+    truth = found.truth
+    errors = compare(found.estimates, truth.robots, truth.drone)
+    identity = identities(found.estimates, truth.robots, errors, truth.in_view)
+    figures = _as_dict(errors, identity, found)
     if args.output is not None:
-        rejections = read_rejections(args.result / "rejected.csv")
-        report = Report(
-            f"Evaluation of {args.result.name}", [], estimates, truth.robots, truth.drone,
-            rejections, {"published positions": errors},
-        )  # fmt: skip
-        with partial(args.output) as path:
-            path.parent.mkdir(parents=True, exist_ok=True)
-            write_report(path, report)
+        with partial(args.output) as folder:
+            folder.mkdir(parents=True)
+            _write(folder, args, found, errors, identity, figures)
     if args.json:
-        print(json.dumps(_as_dict(errors), indent=2))
+        print(json.dumps(figures, indent=2))
     else:
-        print(_as_text(errors))
+        print(_as_text(errors, identity, found))
+        if args.output is not None:
+            print(f"report: {args.output / 'report.html'}")
     return 0
 
 
-def _as_dict(errors: list[RobotErrors]) -> dict[str, object]:
+def _check(args: argparse.Namespace) -> None:
+    if args.output is not None:
+        refuse_existing(args.output)
+    if args.latency is not None and not abs(args.latency) <= 3.0:
+        raise ConfigError(f"--latency must lie within -3 to 3 s, not {args.latency:g}.")
+    if not 0.5 <= args.nadir_deg <= 45.0:
+        raise ConfigError(f"--nadir-deg must lie within 0.5 to 45, not {args.nadir_deg:g}.")
+    if args.still is not None and not args.still >= 0.0:
+        raise ConfigError(f"--still must not be negative, but is {args.still:g}.")
+
+
+def _truth(args: argparse.Namespace) -> Truth:
+    if len(args.truth) == 1 and args.truth[0].suffix.lower() == ".csv":
+        truth = read_truth_csv(args.truth[0], args.latency or 0.0)
+        why = "it has no rows."
+    else:
+        with open_bag(args.truth) as bag:
+            truth = read_truth(bag, args.latency)
+            why = (
+                "no topic is named truth/robots/<id>/fix, or none has messages; it has "
+                f"{', '.join(bag.topics) or 'no topics'}."
+            )
+    if not truth.robots:
+        raise InputError(f"{', '.join(map(str, args.truth))} has no truth: {why}")
+    return truth
+
+
+def _hovers(args: argparse.Namespace, estimates: dict[str, EstimatedTrack]) -> _Found:
+    config = configuration(args)
+    single = replace(config.estimator, method="single")
+    with open_bag(args.hover) as bag:
+        flown = read_truth(bag, args.latency)
+        replay = Replay(
+            bag, single, config.detector, load_detector, namespace=args.namespace,
+            detect=args.model is not None,
+        )  # fmt: skip
+        with progress("looking for hovers", replay.message_count, "messages") as report:
+            results = list(replay.results(report))
+    hovers = find_hovers(results, math.radians(args.nadir_deg))
+    stamps = np.array([result.stamp_ns for result in results], dtype=np.int64)
+    robots = hover_truth(hovers, stamps, args.still)
+    note = (
+        "Truth is taken from hovers over the robots, with the drone's own receiver: errors are "
+        "relative to it, its offset does not show. Positions during the hovers are left out."
+    )
+    notes = [note]
+    notes += [
+        f"{h.robot} was hovered over for {(h.end_ns - h.start_ns) * 1e-9:.1f} s; {h.count} images "
+        f"agree within {h.spread_m:.2f} m."
+        for h in hovers
+    ]
+    still = "the whole flight" if args.still is None else f"{args.still:g} s before and after"
+    notes.append(f"Each robot counts as still for {still}.")
+    truth = Truth(robots, flown.drone, flown.latency_s)
+    return _Found(truth, away_from(hovers, estimates), notes, hovers)
+
+
+def _write(
+    folder: Path,
+    args: argparse.Namespace,
+    found: _Found,
+    errors: list[RobotErrors],
+    identity: Identities | None,
+    figures: dict[str, Any],
+) -> None:
+    source = args.hover or args.truth
+    facts = [("result", str(args.result)), ("truth", ", ".join(map(str, source)))]
+    if found.truth.latency_s:
+        facts.append(("latency of the images", f"{found.truth.latency_s:g} s"))
+    report = Report(
+        f"Evaluation of {args.result.name}", found.notes, found.estimates, found.truth.robots,
+        found.truth.drone, read_rejections(args.result / "rejected.csv"),
+        {"published positions": errors}, (), facts, identity,
+        read_platform(args.result / "platform.csv"),
+    )  # fmt: skip
+    pictures = draw(report)
+    for picture in pictures:
+        (folder / picture.name).write_bytes(picture.content)
+    write_report(folder / "report.html", report, pictures)
+    (folder / "summary.json").write_text(json.dumps(figures, indent=2) + "\n", encoding="utf-8")
+    _write_errors(folder / "errors.csv", errors)
+
+
+def _write_errors(path: Path, errors: Sequence[RobotErrors]) -> None:
+    stamps = np.unique(np.concatenate([robot.stamps_ns for robot in errors]))
+    rows: list[tuple[int, str, list[str]]] = []
+    for robot in errors:
+        east, north = robot.east_north.T
+        columns = robot.distance, robot.haversine, north, east, robot.nees, robot.sigma
+        values = np.column_stack([*columns, robot.range_m])
+        for frame, stamp, row in zip(
+            np.searchsorted(stamps, robot.stamps_ns), robot.stamps_ns, values, strict=True
+        ):
+            text = [str(stamp), robot.truth_id, robot.robot_id, *(f"{value:.4f}" for value in row)]
+            rows.append((int(frame), robot.truth_id, text))
+    with path.open("w", newline="", encoding="utf-8") as file:
+        writer = csv.writer(file, lineterminator="\n")
+        writer.writerow(ERROR_COLUMNS)
+        writer.writerows([frame, *text] for frame, _, text in sorted(rows))
+
+
+def _as_dict(
+    errors: list[RobotErrors], identity: Identities | None, found: _Found
+) -> dict[str, Any]:
     return {
-        "all": asdict(summarise(errors)),
+        "all": summarise(errors).figures(),
         "robots": {
             robot.truth_id: {
                 "robot_id": robot.robot_id,
                 "availability": robot.coverage,
-                **asdict(summarise([robot])),
+                **summarise([robot]).figures(),
             }
             for robot in errors
         },
+        "identity": None if identity is None else asdict(identity),
+        "latency_s": found.truth.latency_s,
+        "hovers": [asdict(hover) for hover in found.hovers],
+        "notes": found.notes,
     }
 
 
-def _as_text(errors: list[RobotErrors]) -> str:
-    lines = ["true robot    published as   positions  availability   median      p95     RMSE (m)"]
-    for robot in errors:
-        s = summarise([robot])
-        lines.append(
-            f"{robot.truth_id:<13} {robot.robot_id or 'not found':<14} {s.count:>9} "
-            f"{robot.coverage:>12.0%} {metres(s.median):>8} {metres(s.p95):>8} {metres(s.rmse):>8}"
-        )
-    s = summarise(errors)
-    lines.append(
-        f"{'all':<13} {'':<14} {s.count:>9} {'':>12} {metres(s.median):>8} {metres(s.p95):>8} "
-        f"{metres(s.rmse):>8}"
+def _as_text(errors: list[RobotErrors], identity: Identities | None, found: _Found) -> str:
+    head = (
+        f"{'true robot':<13} {'published as':<14} {'positions':>9} {'availability':>12} "
+        f"{'CEP':>7} {'CE90':>6} {'p95':>6} {'RMSE (m)':>9} {'NEES':>6}"
     )
+    lines = [*found.notes, head]
+    for robot in [*errors, None]:
+        s = summarise(errors if robot is None else [robot])
+        name, other, share = "all", "", ""
+        if robot is not None:
+            name, other = robot.truth_id, robot.robot_id or "not found"
+            share = f"{robot.coverage:.0%}"
+        lines.append(
+            f"{name:<13} {other:<14} {s.count:>9} {share:>12} {metres(s.median):>7} "
+            f"{metres(s.ce90):>6} {metres(s.p95):>6} {metres(s.rmse):>9} {metres(s.nees):>6}"
+        )
+    if identity is not None:
+        counted = "IDF1 and switches need motmetrics: pip install 'aerial_gnss_ros[identity]'"
+        if identity.idf1 is not None:
+            counted = (
+                f"IDF1 {identity.idf1:.3f}, {identity.switches} switches, "
+                f"{identity.fragmentations} fragments"
+            )
+        lines.append(f"identity: HOTA {identity.hota:.3f}, {counted}")
     return "\n".join(lines)

@@ -3,20 +3,23 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
 from aerial_gnss_ros.bags.tables import EstimatedTrack, Track
-from aerial_gnss_ros.core.geodesy import geodesic_inverse
+from aerial_gnss_ros.core.geodesy import geodesic_inverse, haversine
 from aerial_gnss_ros.core.values import Array
 
 Stamps = NDArray[np.int64]
 _MISSED_M = 20.0
 _NEAR_NS = 500_000_000
+_BRIDGED_NS = 10_000_000_000
+"""Truth is not interpolated between samples farther apart."""
 
 
 @dataclass(frozen=True)
@@ -31,6 +34,8 @@ class RobotErrors:
         nees: (n,) squared Mahalanobis distance of the error by the published covariance.
         sigma: (n,) published one sigma, root of the mean of both variances, m.
         coverage: share of truth's samples with a measured position within 0.5 s.
+        haversine: (n,) distance on the sphere, m, as the paper measures; up to 0.6 % wrong.
+        range_m: (n,) horizontal distance from the drone to truth, m; NaN where unknown.
     """
 
     truth_id: str
@@ -40,6 +45,8 @@ class RobotErrors:
     nees: Array
     sigma: Array
     coverage: float
+    haversine: Array = field(default_factory=lambda: np.zeros(0))
+    range_m: Array = field(default_factory=lambda: np.zeros(0))
 
     @property
     def distance(self) -> Array:
@@ -49,7 +56,10 @@ class RobotErrors:
 
 @dataclass(frozen=True)
 class Summary:
-    """Figures over a set of errors, m; NaN where there are none."""
+    """Figures over a set of errors, m; NaN where there are none.
+
+    The median is the CEP: the circle round truth that holds half of the positions; ce90 holds 90 %.
+    """
 
     count: int
     median: float
@@ -59,6 +69,15 @@ class Summary:
     mean_north: float
     nees: float
     sigma: float
+    ce90: float = float("nan")
+    rmse_east: float = float("nan")
+    rmse_north: float = float("nan")
+    haversine_rmse: float = float("nan")
+
+    def figures(self) -> dict[str, float | int | None]:
+        """Return every figure by name, CEP too; None in place of NaN, which JSON lacks."""
+        named = {**asdict(self), "cep": self.median}
+        return {name: None if math.isnan(value) else value for name, value in named.items()}
 
 
 def summarise(robots: list[RobotErrors]) -> Summary:
@@ -78,11 +97,17 @@ def summarise(robots: list[RobotErrors]) -> Summary:
         float(np.mean(error[:, 1])),
         float(np.mean(np.concatenate([robot.nees for robot in found]))),
         float(np.mean(np.concatenate([robot.sigma for robot in found]))),
+        float(np.percentile(distance, 90)),
+        float(np.sqrt(np.mean(error[:, 0] ** 2))),
+        float(np.sqrt(np.mean(error[:, 1] ** 2))),
+        float(np.sqrt(np.mean(np.concatenate([robot.haversine for robot in found]) ** 2))),
     )
 
 
 def compare(
-    estimates: Mapping[str, EstimatedTrack], truth: Mapping[str, Track]
+    estimates: Mapping[str, EstimatedTrack],
+    truth: Mapping[str, Track],
+    drone: Track | None = None,
 ) -> list[RobotErrors]:
     """Match each true robot with one estimated robot for the whole flight, and take errors.
 
@@ -93,12 +118,15 @@ def compare(
     Args:
         estimates: published tracks by robot id.
         truth: true tracks by truth id.
+        drone: its path, for ranges.
 
     Returns:
         One entry a true robot, ordered by truth id; those never found have no errors.
     """
     pairs = _assign(estimates, truth)
-    return [_errors(name, truth[name], pairs.get(name, ""), estimates) for name in sorted(truth)]
+    return [
+        _errors(name, truth[name], pairs.get(name, ""), estimates, drone) for name in sorted(truth)
+    ]
 
 
 def _assign(estimates: Mapping[str, EstimatedTrack], truth: Mapping[str, Track]) -> dict[str, str]:
@@ -117,39 +145,63 @@ def _assign(estimates: Mapping[str, EstimatedTrack], truth: Mapping[str, Track])
     return {names[i]: robots[j] for i, j in zip(rows, columns, strict=True) if overlap[i, j]}
 
 
+def at_stamps(track: Track, stamps: Stamps) -> tuple[Array, Array, NDArray[np.bool_]]:
+    """Return latitude and longitude (n,) rad at stamps (n,) by interpolation, and which are known.
+
+    Nothing is known outside the track, nor between samples more than 10 s apart.
+    """
+    after = np.clip(np.searchsorted(track.stamps_ns, stamps), 0, len(track) - 1)
+    before = np.maximum(after - 1, 0)
+    exact = track.stamps_ns[after] == stamps
+    known = exact | (track.stamps_ns[after] - track.stamps_ns[before] <= _BRIDGED_NS)
+    known &= (stamps >= track.stamps_ns[0]) & (stamps <= track.stamps_ns[-1])
+    first = track.stamps_ns[0]  # floats hold ns exactly only for short spans
+    seconds, knots = (stamps - first) * 1e-9, (track.stamps_ns - first) * 1e-9
+    latitude = np.interp(seconds, knots, track.latitude)
+    longitude = np.interp(seconds, knots, np.unwrap(track.longitude))
+    return latitude, longitude, known
+
+
 def _difference(estimate: EstimatedTrack, truth: Track) -> tuple[Array, NDArray[np.intp]]:
     """East, North differences (m, 2) at the measured stamps within truth, and their indices."""
-    stamps = estimate.stamps_ns
-    inside = (stamps >= truth.stamps_ns[0]) & (stamps <= truth.stamps_ns[-1])
-    index = np.flatnonzero(inside & estimate.measured)
+    latitude, longitude, known = at_stamps(truth, estimate.stamps_ns)
+    index = np.flatnonzero(known & estimate.measured)
     if not len(index):
         return np.zeros((0, 2)), index
-    first = truth.stamps_ns[0]  # floats hold ns exactly only for short spans
-    seconds, knots = (stamps[index] - first) * 1e-9, (truth.stamps_ns - first) * 1e-9
-    latitude = np.interp(seconds, knots, truth.latitude)
-    longitude = np.interp(seconds, knots, np.unwrap(truth.longitude))
     distance, azimuth, _ = geodesic_inverse(
-        latitude, longitude, estimate.latitude[index], estimate.longitude[index]
+        latitude[index], longitude[index], estimate.latitude[index], estimate.longitude[index]
     )
     error = np.stack([distance * np.sin(azimuth), distance * np.cos(azimuth)], axis=-1)
     return error, index
 
 
 def _errors(
-    name: str, truth: Track, robot: str, estimates: Mapping[str, EstimatedTrack]
+    name: str,
+    truth: Track,
+    robot: str,
+    estimates: Mapping[str, EstimatedTrack],
+    drone: Track | None,
 ) -> RobotErrors:
     if not robot:
         none = np.zeros(0)
         return RobotErrors(name, "", none.astype(np.int64), np.zeros((0, 2)), none, none, 0.0)
     estimate = estimates[robot]
     error, index = _difference(estimate, truth)
-    covariance = estimate.covariance[index]
+    covariance, stamps = estimate.covariance[index], estimate.stamps_ns[index]
     nees = np.einsum("ni,ni->n", error, np.linalg.solve(covariance, error[..., None])[..., 0])
     sigma = np.sqrt(np.trace(covariance, axis1=1, axis2=2) / 2.0)
     measured = estimate.stamps_ns[estimate.measured]
+    latitude, longitude, _ = at_stamps(truth, stamps)
+    sphere = haversine(latitude, longitude, estimate.latitude[index], estimate.longitude[index])
+    away = np.full(len(index), np.nan)
+    if drone is not None and len(drone) and len(index):
+        drone_latitude, drone_longitude, known = at_stamps(drone, stamps)
+        distance, _, _ = geodesic_inverse(drone_latitude, drone_longitude, latitude, longitude)
+        away = np.where(known, distance, np.nan)
     return RobotErrors(
-        name, robot, estimate.stamps_ns[index], error, nees, sigma, _coverage(measured, truth)
-    )
+        name, robot, stamps, error, nees, sigma, _coverage(measured, truth),
+        np.asarray(sphere), away,
+    )  # fmt: skip
 
 
 def _coverage(measured: Stamps, truth: Track) -> float:

@@ -19,6 +19,9 @@ from aerial_gnss_ros.evaluation.errors import RobotErrors
 # Okabe and Ito's colours: told apart by the colour-blind too.
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#F0E442")
 _CHI2_95_2D = 5.991
+_WIDE = 1.3
+_ELLIPSES = 6
+"""So many along each track, from its first position to its last."""
 
 
 def map_png(
@@ -26,7 +29,7 @@ def map_png(
     truth: Mapping[str, Track],
     drone: Track | None = None,
 ) -> bytes:
-    """Draw tracks, their last 95 % ellipses, truth and the drone's path; east to the right.
+    """Draw tracks with some of their 95 % ellipses, truth and the drone's path; east to the right.
 
     Args:
         estimates: published tracks by robot id.
@@ -50,8 +53,13 @@ def map_png(
         label = "truth" if index == 0 else None
         axes.plot(east, north, "k--", linewidth=1.2, label=label)
         axes.plot(east[-1:], north[-1:], "kx", markersize=8)
-    axes.set_aspect("equal", adjustable="datalim")
-    axes.margins(0.08)
+    shown = [*truth.values(), *([drone] if drone is not None and len(drone) else [])]
+    _frame(
+        axes,
+        [_local(t, origin) for t in shown]
+        + [_local(_measured(t), origin) for t in estimates.values()],
+    )
+    axes.set_aspect("equal", adjustable="box")
     axes.grid(color="#dddddd")
     axes.set_axisbelow(True)
     latitude, longitude = np.degrees(origin)
@@ -59,7 +67,7 @@ def map_png(
     axes.set_ylabel(f"north of {latitude:.6f}° (m)")
     if axes.get_legend_handles_labels()[0]:
         axes.legend(loc="best", fontsize=9)
-    return _png(figure)
+    return png(figure)
 
 
 def _draw_robot(
@@ -70,13 +78,37 @@ def _draw_robot(
     axes.plot(east * shown, north * shown, color=colour, linewidth=2, label=name)
     axes.plot(east, north, color=colour, linewidth=1, linestyle=":")
     axes.plot(east[-1:], north[-1:], "o", color=colour, markersize=6)
-    values, vectors = np.linalg.eigh(track.covariance[-1])
+    seen = np.flatnonzero(track.measured)
+    if not len(seen):
+        seen = np.zeros(1, dtype=int)
+    for row in np.unique(seen[np.linspace(0, len(seen) - 1, _ELLIPSES, dtype=int)]):
+        axes.add_patch(_ellipse(track, int(row), (east[row], north[row]), colour, row == seen[-1]))
+    place = (east[seen[-1]], north[seen[-1]])
+    axes.annotate(name, place, xytext=(8, 8), textcoords="offset points", color=colour)
+
+
+def _frame(axes: Any, tracks: list[tuple[Array, Array]]) -> None:
+    """Show what was measured or is true: a robot that coasts away may leave the map."""
+    east = np.concatenate([track[0] for track in tracks])
+    north = np.concatenate([track[1] for track in tracks])
+    if not len(east):
+        return
+    half = 2.0 + 0.6 * max(np.ptp(north), np.ptp(east) / _WIDE)
+    middle = 0.5 * (east.min() + east.max()), 0.5 * (north.min() + north.max())
+    axes.set_xlim(middle[0] - _WIDE * half, middle[0] + _WIDE * half)
+    axes.set_ylim(middle[1] - half, middle[1] + half)
+
+
+def _ellipse(
+    track: EstimatedTrack, row: int, center: tuple[float, float], colour: str, last: bool
+) -> Ellipse:
+    values, vectors = np.linalg.eigh(track.covariance[row])
     width, height = 2.0 * np.sqrt(np.maximum(values[::-1], 0.0) * _CHI2_95_2D)
     angle = float(np.degrees(np.arctan2(vectors[1, 1], vectors[0, 1])))
-    axes.add_patch(
-        Ellipse((east[-1], north[-1]), width, height, angle=angle, facecolor=colour, alpha=0.15)
-    )
-    axes.annotate(name, (east[-1], north[-1]), xytext=(8, 8), textcoords="offset points")
+    return Ellipse(
+        center, width, height, angle=angle, facecolor=colour if last else "none",
+        edgecolor=colour, alpha=0.15 if last else 0.35, linewidth=0.8,
+    )  # fmt: skip
 
 
 def error_png(methods: Mapping[str, list[RobotErrors]]) -> bytes:
@@ -103,7 +135,12 @@ def error_png(methods: Mapping[str, list[RobotErrors]]) -> bytes:
     panels[-1, 0].set_xlabel("time (s)")
     if starts:
         panels[0, 0].legend(loc="upper right", fontsize=8)
-    return _png(figure)
+    return png(figure)
+
+
+def _measured(track: EstimatedTrack) -> Track:
+    seen = track.measured
+    return Track(track.stamps_ns[seen], track.latitude[seen], track.longitude[seen])
 
 
 def _origin(tracks: list[Track]) -> tuple[float, float]:
@@ -120,7 +157,8 @@ def _local(track: Track, origin: tuple[float, float]) -> tuple[Array, Array]:
     return enu[:, 0], enu[:, 1]
 
 
-def _png(figure: Figure) -> bytes:
+def png(figure: Figure) -> bytes:
+    """Return a figure as PNG."""
     buffer = io.BytesIO()
     # Without the software entry the same figure gives the same bytes.
     figure.savefig(buffer, format="png", dpi=110, metadata={"Software": None})

@@ -15,7 +15,10 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from aerial_gnss_ros.bags.tables import EstimatedTrack, Track
 from aerial_gnss_ros.evaluation.errors import RobotErrors, Summary, summarise
+from aerial_gnss_ros.evaluation.figures import axes_png, frames_png, range_png
+from aerial_gnss_ros.evaluation.identity import Identities
 from aerial_gnss_ros.evaluation.picture import error_png, map_png
+from aerial_gnss_ros.evaluation.platform import PlatformError, platform_png
 
 
 @dataclass(frozen=True)
@@ -32,6 +35,8 @@ class Report:
         methods: errors by method name; the first is the one that was published.
         pictures: caption and JPEG or PNG bytes.
         facts: name and value, such as duration and model.
+        identity: scores of the first method, or None.
+        platform: errors that the filter estimated, by name; may be empty.
     """
 
     title: str
@@ -43,10 +48,27 @@ class Report:
     methods: Mapping[str, list[RobotErrors]]
     pictures: Sequence[tuple[str, bytes]] = ()
     facts: Sequence[tuple[str, str]] = field(default_factory=tuple)
+    identity: Identities | None = None
+    platform: Mapping[str, PlatformError] = field(default_factory=dict)
 
 
-def write_report(path: Path, report: Report) -> None:
-    """Write the report as one HTML file that a browser opens without a network."""
+@dataclass(frozen=True)
+class Picture:
+    """A picture of the report: name of a file, caption, PNG or JPEG."""
+
+    name: str
+    caption: str
+    content: bytes
+
+
+def write_report(path: Path, report: Report, drawn: Sequence[Picture] | None = None) -> None:
+    """Write the report as one HTML file that a browser opens without a network.
+
+    Args:
+        path: the file.
+        report: what it shows.
+        drawn: its pictures, where `draw` has been called already.
+    """
     environment = Environment(
         loader=PackageLoader("aerial_gnss_ros.evaluation"),
         autoescape=True,
@@ -55,18 +77,79 @@ def write_report(path: Path, report: Report) -> None:
         lstrip_blocks=True,
     )
     environment.filters["metres"] = metres
-    pictures = [("Map: tracks, last 95 % ellipses, truth dashed.",
-                 map_png(report.estimates, report.truth, report.drone))]  # fmt: skip
-    if any(len(robot.stamps_ns) for robots in report.methods.values() for robot in robots):
-        pictures.append(("Horizontal error over time, by method.", error_png(report.methods)))
-    pictures.extend(report.pictures)
+    pictures = draw(report) if drawn is None else drawn
+    methods = [(name, _rows(robots)) for name, robots in report.methods.items()]
     text = environment.get_template("report.html").render(
         report=report,
         last=[_last(name, track) for name, track in report.estimates.items()],
-        methods=[(name, _rows(robots)) for name, robots in report.methods.items()],
-        pictures=[(caption, _data_url(content)) for caption, content in pictures],
+        methods=methods,
+        figures=[] if not methods else key_figures(methods[0][1][-1], report.identity),
+        pictures=[(p.caption, _data_url(p.content)) for p in pictures],
+        extra=[(caption, _data_url(content)) for caption, content in report.pictures],
     )
     path.write_text(text, encoding="utf-8")
+
+
+def draw(report: Report) -> list[Picture]:
+    """Return the report's own pictures; the first is the map."""
+    found = [
+        Picture(
+            "map.png",
+            "Map: tracks with 95 % ellipses (filled: of the last measured position), truth dashed; "
+            "dotted while coasting, which may lead off the map.",
+            map_png(report.estimates, report.truth, report.drone),
+        )
+    ]
+    compared = {
+        name: robots
+        for name, robots in report.methods.items()
+        if any(len(robot.stamps_ns) for robot in robots)
+    }
+    if compared:
+        robots = next(iter(compared.values()))
+        found += [
+            Picture("error_over_frames.png", "Haversine error over frames.", frames_png(robots)),
+            Picture(
+                "latitude_longitude_error.png",
+                "Latitude and longitude error over frames, in metres.",
+                axes_png(robots),
+            ),
+        ]
+        by_range = range_png(robots)
+        if by_range is not None:
+            caption = "Error against the distance from the drone."
+            found.append(Picture("error_against_range.png", caption, by_range))
+    if len(compared) > 1:
+        caption = "Horizontal error over time, by method."
+        found.append(Picture("error_by_method.png", caption, error_png(compared)))
+    if report.platform:
+        caption = (
+            "The platform's errors as the filter estimates them, with one and two sigma: what is "
+            "added to the measured value to have the true one."
+        )
+        found.append(Picture("platform_errors.png", caption, platform_png(report.platform)))
+    return found
+
+
+def key_figures(
+    row: tuple[str, str, float, Summary], identity: Identities | None
+) -> list[tuple[str, str, str]]:
+    """Return value, name and meaning of what is read first."""
+    _, _, coverage, s = row
+    if not s.count:
+        return []
+    found = [
+        (f"{s.median:.2f} m", "CEP", "half of the positions are nearer to truth"),
+        (f"{s.ce90:.2f} m", "CE90", "nine in ten are nearer"),
+        (f"{s.rmse:.2f} m", "RMSE", "root mean square of the distance"),
+        (f"{s.nees:.2f}", "NEES", "2 where the published covariance is right"),
+        (f"{100 * coverage:.0f} %", "availability", "of truth with a position within 0.5 s"),
+    ]
+    if identity is not None and identity.idf1 is not None:
+        found.append((f"{identity.idf1:.3f}", "IDF1", f"{identity.switches} identity switches"))
+    elif identity is not None:
+        found.append((f"{identity.hota:.3f}", "HOTA", "1: every robot keeps one name"))
+    return found
 
 
 def _rows(robots: list[RobotErrors]) -> list[tuple[str, str, float, Summary]]:

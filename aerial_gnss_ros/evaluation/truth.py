@@ -1,58 +1,119 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Truth from a bag: `truth/robots/<id>/fix`, and the drone's `truth/fix` if simulated."""
+"""Truth from a bag (`truth/robots/<id>/fix`, the drone's path) or from a CSV.
+
+Truth is stamped with the time at which it held, results with the image's stamp. An image stamped t
+shows the scene at t - latency, so truth is moved by the latency to the images' stamps.
+"""
 
 from __future__ import annotations
 
+import csv
+import json
 import math
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from aerial_gnss_ros.adapters.stamps import nanoseconds
 from aerial_gnss_ros.bags.reader import BagReader
 from aerial_gnss_ros.bags.tables import Track
+from aerial_gnss_ros.core.errors import InputError
 
+CSV_COLUMNS = ("stamp_ns", "robot_id", "latitude_deg", "longitude_deg")
 _ROBOT = re.compile(r"(?P<namespace>.*)/truth/robots/(?P<name>[^/]+)/fix")
 _DRONE = re.compile(r".*/truth/fix")
+_MEASURED = re.compile(r"(?!.*/(truth|robots)/).*/fix")
+_SCENARIO = re.compile(r".*/truth/scenario")
+_BOXES = re.compile(r".*/truth/detections")
 _FIX = "sensor_msgs/msg/NavSatFix"
 
 
 @dataclass(frozen=True)
 class Truth:
-    """Where everything really was.
+    """Where everything really was, at the stamps of the images that show it.
 
     Attributes:
-        robots: tracks by the truth's own names; empty where the bag has no truth.
-        drone: the drone's path, or None.
+        robots: tracks by the truth's own names; empty where there is no truth.
+        drone: the drone's path (measured, where no better is known), or None.
+        latency_s: by which truth was moved, s.
+        in_view: image stamps at which each robot was truly to be seen; empty where unknown.
     """
 
     robots: dict[str, Track] = field(default_factory=dict)
     drone: Track | None = None
+    latency_s: float = 0.0
+    in_view: dict[str, NDArray[np.int64]] = field(default_factory=dict)
 
 
-def read_truth(bag: BagReader) -> Truth:
+def read_truth(bag: BagReader, latency_s: float | None = None) -> Truth:
     """Read the truth topics of a bag; a bag without them has an empty truth.
+
+    Args:
+        bag: open.
+        latency_s: of the images; None: what `truth/scenario` says, else 0.
 
     Raises:
         InputError: the bag is damaged.
     """
-    names: dict[str, str | None] = {}
+    names: dict[str, str] = {}
     for topic in bag.topics.values():
         robot = _ROBOT.fullmatch(topic.name)
-        if topic.msgtype == _FIX and (robot or _DRONE.fullmatch(topic.name)):
-            names[topic.name] = robot["name"] if robot else None
+        if topic.msgtype == _FIX and robot:
+            names[topic.name] = robot["name"]
+    drone = _drone_topic(bag)
     rows: dict[str, list[tuple[int, float, float]]] = {name: [] for name in names}
-    if names:
-        for recorded in bag.messages(set(names)):
-            fix = recorded.message()
-            rows[recorded.topic].append(
-                (nanoseconds(fix.header.stamp), fix.latitude, fix.longitude)
+    if drone is not None:
+        rows[drone] = []
+    wanted = set(rows) | {t for t in bag.topics if _SCENARIO.fullmatch(t) or _BOXES.fullmatch(t)}
+    stated, seen = 0.0, dict[str, list[int]]()
+    for recorded in bag.messages(wanted) if wanted else ():
+        message = recorded.message()
+        if recorded.topic in rows:
+            place = nanoseconds(message.header.stamp), message.latitude, message.longitude
+            if math.isfinite(message.latitude) and math.isfinite(message.longitude):
+                rows[recorded.topic].append(place)
+        elif recorded.msgtype == "std_msgs/msg/String":
+            stated = _latency(message.data)
+        elif recorded.msgtype == "vision_msgs/msg/Detection2DArray":
+            for box in message.detections:
+                seen.setdefault(str(box.id), []).append(nanoseconds(message.header.stamp))
+    late = stated if latency_s is None else latency_s
+    robots = {name: moved(track(rows[t]), late) for t, name in names.items() if rows[t]}
+    path = track(rows[drone]) if drone is not None and rows[drone] else None
+    return Truth(
+        dict(sorted(robots.items())),
+        None if path is None else moved(path, late),
+        late,
+        {name: np.array(stamps, dtype=np.int64) for name, stamps in seen.items()},
+    )
+
+
+def read_truth_csv(path: Path, latency_s: float = 0.0) -> Truth:
+    """Read a CSV with the columns stamp_ns, robot_id, latitude_deg, longitude_deg, and any others.
+
+    Raises:
+        InputError: the file is missing, lacks a column, or has a row that is no number.
+    """
+    if not path.is_file():
+        raise InputError(f"{path} does not exist; give a bag, or a CSV of true positions.")
+    rows: dict[str, list[tuple[int, float, float]]] = {}
+    with path.open(newline="", encoding="utf-8") as file:
+        reader = csv.DictReader(file)
+        missing = [name for name in CSV_COLUMNS if name not in (reader.fieldnames or ())]
+        if missing:
+            raise InputError(
+                f"{path} lacks the columns {', '.join(missing)}; a table of true positions has "
+                f"{', '.join(CSV_COLUMNS)}."
             )
-    robots = {name: track(rows[t]) for t, name in names.items() if name is not None and rows[t]}
-    drone = next((track(rows[t]) for t, name in names.items() if name is None and rows[t]), None)
-    return Truth(dict(sorted(robots.items())), drone)
+        for row in reader:
+            rows.setdefault(str(row["robot_id"]), []).append(_csv_row(path, reader.line_num, row))
+    robots = {name: moved(track(rows[name]), latency_s) for name in sorted(rows)}
+    return Truth(robots, None, latency_s)
 
 
 def track(rows: Sequence[tuple[int, float, float]]) -> Track:
@@ -61,3 +122,36 @@ def track(rows: Sequence[tuple[int, float, float]]) -> Track:
     stamps = np.array([row[0] for row in ordered], dtype=np.int64)
     places = np.array([row[1:] for row in ordered]).reshape(-1, 2) * (math.pi / 180.0)
     return Track(stamps, places[:, 0], places[:, 1])
+
+
+def moved(track_: Track, latency_s: float) -> Track:
+    """Return a track stamped as the images that show it."""
+    late_ns = round(latency_s * 1e9)
+    return Track(track_.stamps_ns + late_ns, track_.latitude, track_.longitude)
+
+
+def _drone_topic(bag: BagReader) -> str | None:
+    """Return the drone's true path, else its measured one where just one topic can be that."""
+    fixes = [t.name for t in bag.topics.values() if t.msgtype == _FIX and t.count]
+    true = [name for name in fixes if _DRONE.fullmatch(name)]
+    measured = [name for name in fixes if _MEASURED.fullmatch(name)]
+    return true[0] if true else measured[0] if len(measured) == 1 else None
+
+
+def _latency(text: str) -> float:
+    """Return the latency that a scenario states; 0 where it states none."""
+    try:
+        about: Any = json.loads(text)
+        return float(about["camera"]["latency_s"])
+    except (ValueError, KeyError, TypeError):
+        return 0.0
+
+
+def _csv_row(path: Path, line: int, row: Mapping[str, str]) -> tuple[int, float, float]:
+    try:
+        place = int(row["stamp_ns"]), float(row["latitude_deg"]), float(row["longitude_deg"])
+    except (TypeError, ValueError) as error:
+        raise InputError(f"{path}, line {line}, has no number: {error}.") from error
+    if not (abs(place[1]) <= 90.0 and abs(place[2]) <= 180.0):
+        raise InputError(f"{path}, line {line}: {place[1]}, {place[2]} is not a place on Earth.")
+    return place

@@ -1,0 +1,197 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Identity scores: whether a name stays with its robot (IDF1, switches, HOTA).
+
+IDF1, switches and misses come from motmetrics (MIT), a standard tool, where it is installed (extra
+`[identity]`). HOTA (Luiten et al., IJCV 2021) is computed here: the released motmetrics lacks it,
+and TrackEval would replace OpenCV and numpy. What all robots' errors have in common in an image
+(GNSS offset, compass) is taken out first: it says nothing about who is who.
+"""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import linear_sum_assignment
+
+from aerial_gnss_ros.bags.tables import EstimatedTrack, Track
+from aerial_gnss_ros.core.geodesy import enu_from_geodetic
+from aerial_gnss_ros.core.values import Array
+from aerial_gnss_ros.evaluation.errors import RobotErrors, at_stamps
+
+ALPHAS = np.arange(0.05, 0.99, 0.05)
+"""Similarities at which HOTA is taken; it is their mean."""
+NEAR_M = 2.0
+"""A name this far from a robot, the common error taken out, is not the robot's."""
+
+
+@dataclass(frozen=True)
+class Scene:
+    """Robots and names in one image.
+
+    Attributes:
+        robots: n true robots in view, by number.
+        names: m published names, by number.
+        distances: (n, m) m.
+    """
+
+    robots: NDArray[np.intp]
+    names: NDArray[np.intp]
+    distances: Array
+
+
+@dataclass(frozen=True)
+class Identities:
+    """Scores, 0 to 1, and counts; None where motmetrics is not installed.
+
+    Attributes:
+        hota: higher-order tracking accuracy; 1 is perfect.
+        assa: its association part.
+        deta: its detection part.
+        idf1: share of images in which robots bear their one name.
+        switches: how often a robot's name changed.
+        fragmentations: how often a robot was lost and found again.
+        misses: robots in view without a name near them, over all images.
+        false_names: names without a robot near them, over all images.
+        images: compared.
+    """
+
+    hota: float
+    assa: float
+    deta: float
+    idf1: float | None
+    switches: int | None
+    fragmentations: int | None
+    misses: int | None
+    false_names: int | None
+    images: int
+
+
+def identities(
+    estimates: Mapping[str, EstimatedTrack],
+    truth: Mapping[str, Track],
+    errors: list[RobotErrors],
+    in_view: Mapping[str, NDArray[np.int64]] | None = None,
+    near_m: float = NEAR_M,
+) -> Identities | None:
+    """Return the scores of published names against true robots; None where nothing can be compared.
+
+    Args:
+        estimates: published tracks; only measured positions count.
+        truth: true tracks, at the images' stamps.
+        errors: of `compare`, for the common error.
+        in_view: image stamps at which each robot could be seen; None: always.
+        near_m: reach of a match.
+    """
+    scenes = _scenes(estimates, truth, errors, in_view or {})
+    if not scenes:
+        return None
+    hota, assa, deta = hota_scores(scenes, near_m)
+    counted = _motmetrics(scenes, near_m)
+    return Identities(hota, assa, deta, *counted, len(scenes))
+
+
+def hota_scores(scenes: list[Scene], near_m: float) -> tuple[float, float, float]:
+    """Return HOTA, AssA and DetA, the means over `ALPHAS`; similarity is 1 - distance / near_m."""
+    robots = 1 + max(int(s.robots.max(initial=-1)) for s in scenes)
+    names = 1 + max(int(s.names.max(initial=-1)) for s in scenes)
+    similar = [np.maximum(0.0, 1.0 - s.distances / near_m) for s in scenes]
+    robot_count = np.zeros(robots)
+    name_count = np.zeros(names)
+    potential = np.zeros((robots, names))
+    for scene, s in zip(scenes, similar, strict=True):
+        total = s.sum(axis=0)[None] + s.sum(axis=1)[:, None] - s
+        share = np.divide(s, total, out=np.zeros_like(s), where=total > 1e-12)
+        potential[np.ix_(scene.robots, scene.names)] += share
+        robot_count[scene.robots] += 1
+        name_count[scene.names] += 1
+    either = robot_count[:, None] + name_count[None]
+    alignment = potential / np.maximum(either - potential, 1e-12)
+    matches = np.zeros((len(ALPHAS), robots, names))
+    for scene, s in zip(scenes, similar, strict=True):
+        rows, columns = linear_sum_assignment(-alignment[np.ix_(scene.robots, scene.names)] * s)
+        for a, alpha in enumerate(ALPHAS):
+            good = s[rows, columns] >= alpha - 1e-12
+            matches[a, scene.robots[rows[good]], scene.names[columns[good]]] += 1
+    hits = matches.sum(axis=(1, 2))
+    union = robot_count.sum() + name_count.sum() - hits
+    deta = hits / np.maximum(union, 1.0)
+    associated = matches / np.maximum(either[None] - matches, 1.0)
+    assa = (matches * associated).sum(axis=(1, 2)) / np.maximum(hits, 1.0)
+    return float(np.mean(np.sqrt(deta * assa))), float(assa.mean()), float(deta.mean())
+
+
+def _scenes(
+    estimates: Mapping[str, EstimatedTrack],
+    truth: Mapping[str, Track],
+    errors: list[RobotErrors],
+    in_view: Mapping[str, NDArray[np.int64]],
+) -> list[Scene]:
+    names, robots = sorted(estimates), sorted(truth)
+    if not names or not robots:
+        return []
+    stamps = np.unique(np.concatenate([*(e.stamps_ns for e in estimates.values()),
+                                       *in_view.values()]))  # fmt: skip
+    origin = float(truth[robots[0]].latitude[0]), float(truth[robots[0]].longitude[0])
+    true = np.full((len(stamps), len(robots), 2), np.nan)
+    for i, robot in enumerate(robots):
+        latitude, longitude, known = at_stamps(truth[robot], stamps)
+        if in_view:
+            known = known & np.isin(stamps, in_view.get(robot, []))
+        true[known, i] = _plane(latitude[known], longitude[known], origin)
+    found = np.full((len(stamps), len(names), 2), np.nan)
+    for j, name in enumerate(names):
+        track = estimates[name]
+        rows = np.searchsorted(stamps, track.stamps_ns[track.measured])
+        found[rows, j] = _plane(
+            track.latitude[track.measured], track.longitude[track.measured], origin
+        )
+    found -= _common(stamps, errors)[:, None]
+    scenes = []
+    for t in range(len(stamps)):
+        here = np.flatnonzero(np.isfinite(true[t, :, 0]))
+        there = np.flatnonzero(np.isfinite(found[t, :, 0]))
+        if len(here) or len(there):
+            apart = true[t, here][:, None] - found[t, there][None]
+            scenes.append(Scene(here, there, np.hypot(apart[..., 0], apart[..., 1])))
+    return scenes
+
+
+def _common(stamps: NDArray[np.int64], errors: list[RobotErrors]) -> Array:
+    """Return the mean error of all robots at each stamp, (n, 2); 0 where none was measured."""
+    total, count = np.zeros((len(stamps), 2)), np.zeros(len(stamps))
+    for robot in errors:
+        rows = np.searchsorted(stamps, robot.stamps_ns)
+        total[rows] += robot.east_north
+        count[rows] += 1.0
+    return np.asarray(total / np.maximum(count, 1.0)[:, None])
+
+
+def _plane(latitude: Array, longitude: Array, origin: tuple[float, float]) -> Array:
+    zeros = np.zeros(len(latitude))
+    return enu_from_geodetic(latitude, longitude, zeros, *origin, 0.0)[:, :2]
+
+
+def _motmetrics(
+    scenes: list[Scene], near_m: float
+) -> tuple[float | None, int | None, int | None, int | None, int | None]:
+    try:
+        import motmetrics  # type: ignore[import-untyped,unused-ignore]
+    except ImportError:
+        return None, None, None, None, None
+    accumulator = motmetrics.MOTAccumulator(auto_id=True)
+    with warnings.catch_warnings():  # of its use of pandas
+        warnings.simplefilter("ignore")
+        for scene in scenes:
+            near = np.where(scene.distances <= near_m, scene.distances, np.nan)
+            accumulator.update(scene.robots, scene.names, near)
+        wanted = ["idf1", "num_switches", "num_fragmentations", "num_misses", "num_false_positives"]
+        row = motmetrics.metrics.create().compute(
+            accumulator, metrics=wanted, return_dataframe=False
+        )
+    counts = (int(row[name]) for name in wanted[1:])
+    switches, fragments, misses, false = counts
+    return float(row["idf1"]), switches, fragments, misses, false

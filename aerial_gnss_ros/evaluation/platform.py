@@ -1,0 +1,102 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The platform's estimated errors over time, with their bands, where the filter wrote them.
+
+A result folder may hold platform.csv with the columns `stamp_ns,error,value,sigma`: what has to be
+added to the measured value to have the true one, in SI units (rad, m, s).
+"""
+
+from __future__ import annotations
+
+import csv
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from aerial_gnss_ros.core.errors import InputError
+from aerial_gnss_ros.core.values import Array
+from aerial_gnss_ros.evaluation.picture import COLOURS, png
+
+COLUMNS = ("stamp_ns", "error", "value", "sigma")
+_DEGREES = ("heading", "pitch", "roll")
+
+
+@dataclass(frozen=True)
+class PlatformError:
+    """One error over time.
+
+    Attributes:
+        stamps_ns: (n,) of images.
+        value: (n,) SI.
+        sigma: (n,) SI, one sigma.
+    """
+
+    stamps_ns: NDArray[np.int64]
+    value: Array
+    sigma: Array
+
+
+def read_platform(path: Path) -> dict[str, PlatformError]:
+    """Read platform.csv; a file that does not exist holds no errors.
+
+    Raises:
+        InputError: a column is missing, or a row has no number.
+    """
+    if not path.is_file():
+        return {}
+    rows: dict[str, list[tuple[int, float, float]]] = {}
+    with path.open(newline="", encoding="utf-8") as file:
+        reader = csv.DictReader(file)
+        missing = [name for name in COLUMNS if name not in (reader.fieldnames or ())]
+        if missing:
+            raise InputError(f"{path} lacks the columns {', '.join(missing)}.")
+        try:
+            for row in reader:
+                values = int(row["stamp_ns"]), float(row["value"]), float(row["sigma"])
+                rows.setdefault(row["error"], []).append(values)
+        except (TypeError, ValueError) as error:
+            raise InputError(f"{path} has a row that cannot be read: {error}.") from error
+    return {
+        name: PlatformError(
+            np.array([row[0] for row in found], dtype=np.int64),
+            np.array([row[1] for row in found]),
+            np.array([row[2] for row in found]),
+        )
+        for name, found in rows.items()
+    }
+
+
+def platform_png(errors: Mapping[str, PlatformError]) -> bytes:
+    """Draw each error with its band of one and two sigma, one panel each.
+
+    An error that the filter does not estimate (sigma 0 throughout) is left out.
+    """
+    shown = {name: e for name, e in errors.items() if np.any(e.sigma > 0.0)} or dict(errors)
+    rows = math.ceil(len(shown) / 2)
+    figure = Figure(figsize=(9, 0.6 + 1.7 * rows), layout="constrained")
+    panels = figure.subplots(rows, 2, sharex=True, squeeze=False)
+    start = min(int(e.stamps_ns[0]) for e in shown.values())
+    for axes in panels.flat[len(shown) :]:
+        axes.set_visible(False)
+    for axes, (name, error) in zip(panels.flat, shown.items(), strict=False):
+        angle = any(word in name for word in _DEGREES)
+        scale = math.degrees(1.0) if angle else 1.0
+        unit = "deg" if angle else "s" if "latency" in name else "m"
+        seconds = (error.stamps_ns - start) * 1e-9
+        value, sigma = scale * error.value, scale * error.sigma
+        for width in (2.0, 1.0):
+            axes.fill_between(
+                seconds, value - width * sigma, value + width * sigma, color=COLOURS[0],
+                alpha=0.15, linewidth=0,
+            )  # fmt: skip
+        axes.plot(seconds, value, color=COLOURS[0], linewidth=1.2)
+        axes.axhline(0.0, color="#1b2733", linewidth=0.6)
+        axes.set_ylabel(f"{name.replace('_', ' ')}\n({unit})", fontsize=8)
+        axes.grid(color="#dddddd")
+    for axes in panels[-1]:
+        axes.set_xlabel("time (s)")
+    return png(figure)

@@ -1,0 +1,137 @@
+# SPDX-License-Identifier: Apache-2.0
+"""`aerial-gnss evaluate`: latency, hover truth, CSV truth, figures and report."""
+
+from __future__ import annotations
+
+import csv
+import json
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from aerial_gnss_ros.cli import main
+from aerial_gnss_ros.core.frames import matrix_from_rpy
+from aerial_gnss_ros.simulation.bag import write_bag
+from aerial_gnss_ros.simulation.boxes import DetectorPlan
+from aerial_gnss_ros.simulation.experiment import CameraClock, Experiment, default_camera
+from aerial_gnss_ros.simulation.flight import HOLETOWN, FlightPlan, GeneratedFlight, Motion
+from aerial_gnss_ros.simulation.robots import SwimPlan
+from aerial_gnss_ros.simulation.scenario import scenario
+from aerial_gnss_ros.simulation.sensors import sensor_plan
+
+STILL = SwimPlan(0.0, 0.0, heave_m=0.0)
+
+
+class OverThenAside:
+    """Hovers straight over the origin for 6 s, then backs off 12 m while looking at it."""
+
+    origin, duration_s, words = HOLETOWN, 16.0, "over, then aside"
+
+    def sample(self, t):
+        times = np.atleast_1d(np.asarray(t, dtype=np.float64))
+        share = np.clip((times - 6.0) / 6.0, 0.0, 1.0)
+        place = np.column_stack([-12.0 * share, np.zeros(len(times)), np.full(len(times), 10.0)])
+        level = np.tile(np.eye(3), (len(times), 1, 1))
+        zeros = np.zeros(len(times))
+        look = matrix_from_rpy(zeros, np.arctan2(10.0, 12.0 * share), zeros)
+        return Motion(times, place, place, level, look)
+
+
+def _run(*arguments: object) -> int:
+    return main([str(argument) for argument in arguments])
+
+
+@pytest.fixture
+def late(tmp_path: Path) -> Path:
+    """A perfect drone past moving robots whose images are 0.5 s late."""
+    flight = GeneratedFlight(FlightPlan("transit", 12.0, 15.0, speed_mps=3.0), 3)
+    experiment = Experiment(
+        flight, default_camera(1280, 720), sensor_plan("none", box_center_px=0.0),
+        CameraClock(5.0, 0.5), robots=2, swim=SwimPlan(0.5, 0.6, heave_m=0.0),
+        detector=DetectorPlan(0.0), seed=3,
+    )  # fmt: skip
+    write_bag(tmp_path / "bag", experiment, None, scenario=scenario(experiment, "none"))
+    (tmp_path / "late.yaml").write_text("estimator: {ros__parameters: {camera: {latency_s: 0.5}}}")
+    assert _run("replay", tmp_path / "bag", "-o", tmp_path / "result", "--method", "single",
+                "--params", tmp_path / "late.yaml") == 0  # fmt: skip
+    return tmp_path
+
+
+def test_truth_is_compared_at_the_time_of_the_scene(late, capsys):
+    capsys.readouterr()
+    assert _run("evaluate", late / "result", "--truth", late / "bag", "--json") == 0
+    aligned = json.loads(capsys.readouterr().out)
+    assert aligned["latency_s"] == 0.5
+    assert _run("evaluate", late / "result", "--truth", late / "bag", "--latency", 0, "--json") == 0
+    wrong = json.loads(capsys.readouterr().out)
+    # robots at 0.5 to 0.6 m/s are 0.25 to 0.3 m further half a second later
+    assert wrong["all"]["rmse"] == pytest.approx(0.28, abs=0.08)
+    assert aligned["all"]["rmse"] < 0.02
+    assert aligned["all"]["haversine_rmse"] == pytest.approx(aligned["all"]["rmse"], rel=0.006)
+
+
+def test_report_figures_and_tables(late):
+    assert _run("evaluate", late / "result", "--truth", late / "bag", "-o", late / "out") == 0
+    assert {path.name for path in (late / "out").iterdir()} == {
+        "report.html", "summary.json", "errors.csv", "map.png", "error_over_frames.png",
+        "latitude_longitude_error.png", "error_against_range.png",
+    }  # fmt: skip
+    with (late / "out" / "errors.csv").open() as file:
+        rows = list(csv.DictReader(file))
+    summary = json.loads((late / "out" / "summary.json").read_text())
+    assert len(rows) == summary["all"]["count"]
+    distance = [float(row["geodesic_m"]) for row in rows]
+    assert summary["all"]["cep"] == pytest.approx(np.median(distance), abs=1e-4)
+    legs = [math.hypot(float(r["latitude_error_m"]), float(r["longitude_error_m"])) for r in rows]
+    np.testing.assert_allclose(legs, distance, atol=2e-4)
+
+
+def test_another_result_can_be_the_truth(late, capsys):
+    truth = late / "result" / "positions.csv"
+    capsys.readouterr()
+    assert _run("evaluate", late / "result", "--truth", truth, "--json") == 0
+    assert json.loads(capsys.readouterr().out)["all"]["rmse"] == pytest.approx(0.0, abs=1e-6)
+
+
+def test_truth_from_hovers(tmp_path, capsys):
+    """The receiver's offset of 3 m cancels, a compass wrong by 4 deg shows at 12 m."""
+    flight = OverThenAside()
+    plan = sensor_plan("none", gnss_offset_m=3.0, heading_deg=4.0, correlation_time_s=1e9)
+    experiment = Experiment(
+        flight, default_camera(1280, 720), plan, CameraClock(5.0), swim=STILL,
+        places=np.zeros((1, 2)), seed=2,
+    )  # fmt: skip
+    write_bag(tmp_path / "bag", experiment, None)
+    result = tmp_path / "result"
+    assert _run("replay", tmp_path / "bag", "-o", result, "--method", "single") == 0
+    capsys.readouterr()
+    assert _run("evaluate", result, "--hover", tmp_path / "bag", "--json") == 0
+    found = json.loads(capsys.readouterr().out)
+    (hover,) = found["hovers"]
+    assert (hover["end_ns"] - hover["start_ns"]) * 1e-9 == pytest.approx(6.0, abs=1.5)
+    heading = abs(float(experiment.sensors.error("heading", np.zeros(1))[0]))
+    expected = 12.0 * math.radians(heading)  # at the end; on the way there less
+    assert 0.5 * expected < found["all"]["p95"] < 1.2 * expected + 0.1
+    assert found["all"]["rmse"] < 1.0
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["--truth", "positions.csv", "--latency", "9"], "-3 to 3 s"),
+        (["--truth", "bad.csv"], "lacks the columns robot_id"),
+        (["--truth", "far.csv"], "line 2"),
+        (["--truth", "positions.csv", "--hover", "bag"], "not allowed with"),
+    ],
+)
+def test_one_sentence_for_wrong_input(late, monkeypatch, capsys, arguments, words):
+    monkeypatch.chdir(late)
+    (late / "bad.csv").write_text("stamp_ns\n1\n")
+    (late / "far.csv").write_text("stamp_ns,robot_id,latitude_deg,longitude_deg\n1,a,99,0\n")
+    (late / "positions.csv").write_bytes((late / "result" / "positions.csv").read_bytes())
+    capsys.readouterr()
+    assert _run("evaluate", late / "result", *arguments, "-o", late / "out") == 2
+    assert words in capsys.readouterr().err
+    assert not (late / "out").exists()
