@@ -147,7 +147,7 @@ def start():
 def drone(t):
     """Return east, north, height in m and roll, pitch, yaw of the camera in rad at a time."""
     angles = (0.02 * math.sin(t), math.radians(50.0) + 0.05 * math.sin(0.7 * t), math.pi / 2)
-    return 0.5 * t, 0.1 * t, 10.0 + 0.05 * t, *angles
+    return 0.5 * t, 0.1 * t, 10.0 + 0.02 * t, *angles  # height has no stamp: it changes slowly
 
 
 def boxes(t):

@@ -1,0 +1,75 @@
+# SPDX-License-Identifier: Apache-2.0
+"""`aerial-gnss check` on live topics: a real publisher in another thread."""
+
+from __future__ import annotations
+
+import json
+import threading
+
+import pytest
+
+rclpy = pytest.importorskip("rclpy", reason="ROS 2 is not installed")
+
+from aerial_gnss_ros import cli  # noqa: E402
+
+
+class Vehicle:
+    """Publishes a hover, heading 90 deg, camera 30 deg down, at 20 Hz, in a context of its own."""
+
+    def __init__(self):
+        from geometry_msgs.msg import QuaternionStamped
+        from rclpy.context import Context
+        from rclpy.executors import SingleThreadedExecutor
+        from rclpy.qos import qos_profile_sensor_data as qos
+        from sensor_msgs.msg import Imu, NavSatFix
+        from std_msgs.msg import Float64
+
+        self.context = Context()
+        rclpy.init(context=self.context)
+        self.node = rclpy.create_node("vehicle", context=self.context, namespace="d1")
+        types = {"fix": NavSatFix, "attitude": Imu, "gimbal": QuaternionStamped, "height": Float64}
+        self.publishers = {
+            name: (kind, self.node.create_publisher(kind, name, qos))
+            for name, kind in types.items()
+        }
+        self.node.create_timer(0.05, self.send)
+        self.executor = SingleThreadedExecutor(context=self.context)
+        self.executor.add_node(self.node)
+        self.thread = threading.Thread(target=self.executor.spin, daemon=True)
+        self.thread.start()
+
+    def send(self):
+        stamp = self.node.get_clock().now().to_msg()
+        for name, (kind, publisher) in self.publishers.items():
+            message = kind()
+            if name == "height":
+                message.data = 10.0
+            else:
+                message.header.stamp = stamp
+            if name == "fix":
+                message.latitude, message.longitude = 13.0, -59.0
+            if name == "gimbal":
+                q = message.quaternion
+                q.x, q.y, q.z, q.w = 0.0, 0.25881904510252074, 0.0, 0.9659258262890683
+            publisher.publish(message)
+
+    def stop(self):
+        self.executor.shutdown()
+        self.thread.join(5.0)
+        self.node.destroy_node()
+        rclpy.shutdown(context=self.context)
+
+
+def test_the_live_check_says_where_the_camera_points(capsys):
+    vehicle = Vehicle()
+    try:
+        status = cli.main(["check", "--namespace", "d1", "--seconds", "4", "--json"])
+    finally:
+        vehicle.stop()
+    out, err = capsys.readouterr()
+    found = json.loads(out)
+    assert status == 0, out
+    assert found["camera"]["distance_m"] == pytest.approx(17.3, abs=0.1)
+    assert found["inputs"]["gimbal"]["problem"] == ""
+    assert found["inputs"]["camera_info"]["problem"] == "nobody publishes /d1/camera/camera_info"
+    assert "17 m ahead, heading 90 deg, 30 deg below the horizon" in err
