@@ -30,7 +30,7 @@ def fix(msg: Any, stamp_ns: int) -> Fix:
         longitude=math.radians(msg.longitude),
         altitude=float(msg.altitude),
         covariance=_fix_covariance(msg),
-        valid=int(msg.status.status) > NO_FIX,
+        valid=int(msg.status.status) != NO_FIX,  # -2 says unknown: drivers that set no status
     )
 
 

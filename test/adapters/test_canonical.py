@@ -71,7 +71,7 @@ def test_a_covariance_counts_where_it_says_something(message, covariance, kind, 
     assert (canonical.fix(message(FIX, fields), NOW).covariance is not None) == given
 
 
-@pytest.mark.parametrize(("status", "valid"), [(-1, False), (0, True), (2, True)])
+@pytest.mark.parametrize(("status", "valid"), [(-2, True), (-1, False), (0, True), (2, True)])
 def test_status_minus_one_is_no_fix(message, status, valid):
     assert canonical.fix(message(FIX, {"status": {"status": status}}), NOW).valid is valid
 
