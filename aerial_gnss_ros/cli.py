@@ -23,6 +23,7 @@ COMMANDS = {
     "simulate": ("simulate", "make a bag of a simulated flight with rendered images and truth"),
     "import-dji": ("import_dji", "turn a DJI flight record (CSV) into a bag"),
     "evaluate": ("evaluate", "compare the result of a replay with the truth"),
+    "check": ("check", "say in words where the camera points, and test signs and references"),
     "camera": ("camera", "field of view and ground sample distance of a camera"),
 }
 WRONG_INPUT = 2

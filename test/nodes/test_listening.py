@@ -47,6 +47,7 @@ class Vehicle:
             else:
                 message.header.stamp = stamp
             if name == "fix":
+                message.status.status = 0
                 message.latitude, message.longitude = 13.0, -59.0
             if name == "gimbal":
                 q = message.quaternion

@@ -1,0 +1,111 @@
+# SPDX-License-Identifier: Apache-2.0
+"""`aerial-gnss check`: says in words where drone and camera are, so that signs can be verified."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import math
+import sys
+from pathlib import Path
+from typing import Any
+
+from aerial_gnss_ros.adapters.feed import Feed, Subscription
+from aerial_gnss_ros.bags.reader import open_bag
+from aerial_gnss_ros.bags.watching import message_count, watch_bag
+from aerial_gnss_ros.commands.check_report import Check, as_json, as_text, one_line
+from aerial_gnss_ros.commands.configuration import add_arguments as add_configuration
+from aerial_gnss_ros.commands.configuration import configuration
+from aerial_gnss_ros.commands.progress import progress
+from aerial_gnss_ros.core.config import EstimatorConfig
+from aerial_gnss_ros.core.errors import InputError
+from aerial_gnss_ros.core.sign_tests import sign_tests
+from aerial_gnss_ros.core.watch import Watch
+from aerial_gnss_ros.nodes import require_ros
+
+HELP = "say in words where the camera points, and test signs and references"
+NOT_GOOD = 1
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the command's arguments."""
+    parser.epilog = (
+        "Status 0: the camera's pose is known and no test failed; 1: it is not, or one did. "
+        "docs/field_check.md guides a pilot through two minutes at the field."
+    )
+    parser.add_argument(
+        "bags", type=Path, nargs="*", metavar="BAG",
+        help="recorded bags; without one the live topics are heard",
+    )  # fmt: skip
+    parser.add_argument(
+        "--seconds", type=float, default=10.0, metavar="S",
+        help="how long to listen to live topics (%(default)g)",
+    )  # fmt: skip
+    parser.add_argument(
+        "--at", type=float, metavar="S", help="read a bag up to this time from its start (its end)"
+    )
+    add_configuration(parser)
+    parser.add_argument("--json", action="store_true", help="the report for machines")
+
+
+def run(args: argparse.Namespace) -> int:
+    """Check a bag or the live topics."""
+    if not (math.isfinite(args.seconds) and args.seconds > 0.0):
+        raise InputError(f"--seconds must be above 0, not {args.seconds:g}.")
+    if args.at is not None and not args.at > 0.0:
+        raise InputError(f"--at must be above 0 s, not {args.at:g}.")
+    config = configuration(args).estimator
+    check = _of_bag(args, config) if args.bags else _live(args, config)
+    print(json.dumps(as_json(check), indent=2) if args.json else as_text(check))
+    return 0 if check.good else NOT_GOOD
+
+
+def _of_bag(args: argparse.Namespace, config: EstimatorConfig) -> Check:
+    watch, notes = Watch(config), list[str]()
+    feed = Feed(config, watch, notes.append)
+    with open_bag(args.bags) as bag:
+        total = message_count(bag, feed.subscriptions, args.namespace)
+        with progress("reading", total, "messages") as report:
+            end_ns, problems = watch_bag(
+                bag,
+                feed.subscriptions,
+                watch,
+                namespace=args.namespace,
+                until_s=args.at,
+                on_message=report,
+            )
+    return _judged(config, watch, feed.subscriptions, problems, end_ns, notes)
+
+
+def _live(args: argparse.Namespace, config: EstimatorConfig) -> Check:
+    require_ros()
+    from aerial_gnss_ros.nodes.listening import listen
+
+    watch, notes, newest = Watch(config), list[str](), [0]
+    feed = Feed(config, watch, notes.append)
+
+    def take(subscription: Subscription, message: Any, now_ns: int) -> None:
+        watch.arriving(subscription.name, now_ns)
+        subscription.handle(message, now_ns)
+        watch.advance()
+
+    def tick(now_ns: int) -> None:
+        newest[0] = now_ns
+        print(one_line(watch), file=sys.stderr, flush=True)
+
+    problems = listen(feed.subscriptions, args.namespace, args.seconds, take, tick)
+    watch.advance(final=True)
+    return _judged(config, watch, feed.subscriptions, problems, newest[0], notes)
+
+
+def _judged(
+    config: EstimatorConfig,
+    watch: Watch,
+    subscriptions: tuple[Subscription, ...],
+    problems: dict[str, str],
+    now_ns: int,
+    notes: list[str],
+) -> Check:
+    tests = sign_tests(list(watch.moments))
+    all_notes = [*watch.events, *sorted(watch.troubles), *dict.fromkeys(notes)]
+    return Check(config, watch, subscriptions, problems, now_ns, tests, all_notes)

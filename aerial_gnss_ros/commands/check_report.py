@@ -1,0 +1,244 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What `aerial-gnss check` says: drone, camera, every input and the sign tests, in words."""
+
+from __future__ import annotations
+
+import math
+import textwrap
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from aerial_gnss_ros.adapters.feed import Subscription
+from aerial_gnss_ros.core.aim import Aim, aim, side
+from aerial_gnss_ros.core.config import EstimatorConfig
+from aerial_gnss_ros.core.frames import heading_from_yaw, yaw_of
+from aerial_gnss_ros.core.sign_tests import SignTest, Verdict
+from aerial_gnss_ros.core.watch import Moment, Watch
+
+_WIDTH = 100
+_CLOCK_S = 3.0
+_REFERENCES = ("altitude_datum", "world", "body", "unit", "north", "reference", "along",
+               "mount_rpy_deg", "stamp", "latency_s")  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Check:
+    """All that is reported.
+
+    Attributes:
+        config: the estimator's parameters.
+        watch: what came.
+        subscriptions: the inputs.
+        problems: sentences by input about topics that cannot be heard.
+        now_ns: arrival time that ages count from, ns.
+        tests: the sign tests.
+        notes: other sentences.
+    """
+
+    config: EstimatorConfig
+    watch: Watch
+    subscriptions: Sequence[Subscription]
+    problems: Mapping[str, str]
+    now_ns: int
+    tests: Sequence[SignTest]
+    notes: Sequence[str]
+
+    @property
+    def moment(self) -> Moment | None:
+        """The newest state with a pose, or without one where there never was one."""
+        posed = (m for m in reversed(self.watch.moments) if m.pose is not None)
+        last = self.watch.moments[-1] if self.watch.moments else None
+        return next(posed, last)
+
+    @property
+    def good(self) -> bool:
+        """Whether the camera's pose is known now and no test failed."""
+        last = self.watch.moments[-1] if self.watch.moments else None
+        posed = last is not None and last.pose is not None
+        return posed and all(test.verdict is not Verdict.FAIL for test in self.tests)
+
+
+def one_line(watch: Watch) -> str:
+    """Return the newest state in one line, for a pilot who turns the drone by hand."""
+    if not watch.moments:
+        return "nothing yet: waiting for telemetry"
+    moment = watch.moments[-1]
+    nose = "" if moment.body is None else f"nose {_degrees(_nose(moment))}, "
+    if moment.pose is None:
+        return f"{nose}camera unknown: {moment.reason}"
+    return nose + _sentence(moment, aim(moment.pose, watch.camera))
+
+
+def as_text(check: Check) -> str:
+    """Return the report for people."""
+    lines = [*_place_lines(check), "", "inputs"]
+    lines += [_input_line(check, subscription) for subscription in check.subscriptions]
+    lines += _clock_lines(check)
+    lines += ["", "sign tests"]
+    for test in check.tests:
+        first = f"  {test.verdict!s:<11} {test.name}: "
+        text = f"{test.seen} ({test.rule})"
+        lines.append(textwrap.fill(first + text, _WIDTH, subsequent_indent=" " * 14))
+    for note in check.notes:
+        lines += ["", textwrap.fill(note, _WIDTH)]
+    return "\n".join(lines)
+
+
+def as_json(check: Check) -> dict[str, Any]:
+    """Return the report for machines."""
+    moment = check.moment
+    found: dict[str, Any] = {"good": check.good, "drone": None, "camera": None}
+    if moment is not None and moment.fix is not None:
+        found["drone"] = {
+            "stamp_ns": moment.stamp_ns,
+            "latitude_deg": math.degrees(moment.fix.latitude),
+            "longitude_deg": math.degrees(moment.fix.longitude),
+            "altitude_m": _number(moment.fix.altitude),
+            "height_m": moment.pose.height if moment.pose else moment.height,
+            "nose_heading_deg": None if moment.body is None else math.degrees(_nose(moment)),
+        }
+    if moment is not None and moment.pose is not None:
+        point = aim(moment.pose, check.watch.camera)
+        found["camera"] = {
+            "heading_deg": math.degrees(point.heading),
+            "below_horizon_deg": math.degrees(point.below_horizon),
+            "distance_m": _number(point.distance),
+            "range_m": _number(point.range_m),
+            "bearing_deg": _number(math.degrees(point.bearing)),
+            "latitude_deg": _number(math.degrees(point.latitude)),
+            "longitude_deg": _number(math.degrees(point.longitude)),
+        }
+    found["inputs"] = {s.name: _input_fields(check, s) for s in check.subscriptions}
+    found["no_pose"] = {str(reason): n for reason, n in sorted(check.watch.reasons.items())}
+    found["tests"] = [
+        {"name": t.name, "rule": t.rule, "verdict": str(t.verdict), "seen": t.seen}
+        for t in check.tests
+    ]
+    found["notes"] = list(check.notes)
+    return found
+
+
+def _place_lines(check: Check) -> list[str]:
+    moment, watch = check.moment, check.watch
+    if moment is None:
+        return ["drone   unknown: no telemetry came"]
+    lines = []
+    if moment.fix is None:
+        lines.append("drone   its position is unknown")
+    else:
+        place = _place(moment.fix.latitude, moment.fix.longitude)
+        height = moment.pose.height if moment.pose is not None else moment.height
+        above = "" if height is None else f", {height:.1f} m above the water"
+        lines.append(f"drone   {place}{above}")
+    if moment.body is not None:
+        tilt = math.degrees(math.acos(max(-1.0, min(1.0, float(moment.body[2, 2])))))
+        lines.append(f"nose    heading {_degrees(_nose(moment))}, body tilted by {tilt:.0f} deg")
+    if moment.pose is None:
+        lines.append(f"camera  unknown: {moment.reason}")
+    else:
+        point = aim(moment.pose, watch.camera)
+        lines.append(f"camera  {_sentence(moment, point)}")
+        if math.isfinite(point.distance):
+            where = _place(point.latitude, point.longitude)
+            lines.append(
+                f"        its middle meets the water at {where}, {point.range_m:.1f} m away"
+            )
+    if watch.reasons:
+        total = len(watch.moments)
+        parts = [f"{r} {n / total:.0%}" for r, n in watch.reasons.most_common()]
+        lines.append(f"        no pose in a part of the time: {', '.join(parts)}")
+    return lines
+
+
+def _sentence(moment: Moment, point: Aim) -> str:
+    below = math.degrees(point.below_horizon)
+    tilt = f"{abs(below):.0f} deg {'below' if below > 0.0 else 'above'} the horizon"
+    tilt = "along the horizon" if abs(below) < 0.5 else tilt
+    if math.isnan(point.distance):
+        return f"heading {_degrees(point.heading)}, {tilt}: looks at no water"
+    if point.distance < 0.05 * point.range_m:
+        return f"straight below, image top to {_degrees(point.heading)}, {tilt}"
+    where = "out" if moment.body is None else side(point.bearing, _nose(moment))
+    return f"{point.distance:.0f} m {where}, heading {_degrees(point.bearing)}, {tilt}"
+
+
+def _input_fields(check: Check, subscription: Subscription) -> dict[str, Any]:
+    heard = check.watch.heard.get(subscription.name)
+    found: dict[str, Any] = {
+        "topic": subscription.topic,
+        "type": subscription.msgtype,
+        "required": subscription.required,
+        "uses": references(check.config, subscription.name),
+        "problem": check.problems.get(subscription.name, ""),
+        "count": heard.count if heard else 0,
+    }
+    if heard:
+        found |= {
+            "bad": heard.bad,
+            "trouble": heard.trouble,
+            "rate_hz": round(heard.rate, 2),
+            "age_s": round((check.now_ns - heard.last_arrival_ns) * 1e-9, 3),
+            "stamp_to_arrival_s": round(heard.delay_s, 4),
+        }
+    return found
+
+
+def _input_line(check: Check, subscription: Subscription) -> str:
+    fields = _input_fields(check, subscription)
+    uses = ", ".join(f"{name} {value}" for name, value in fields["uses"].items())
+    if not fields["count"]:
+        needed = subscription.required and subscription.name != "detections"  # of no use here
+        need = "MISSING" if needed else "none"
+        why = fields["problem"] or f"nothing came on {subscription.topic}"
+        return f"  {subscription.name:<12} {need}: {why}"
+    bad = f", {fields['bad']} of no use ({fields['trouble']})" if fields["bad"] else ""
+    line = (
+        f"  {subscription.name:<12} {fields['rate_hz']:6.1f} Hz, age {fields['age_s']:.2f} s, "
+        f"{fields['count']} messages{bad}; {uses}"
+    )
+    return textwrap.fill(line.rstrip("; "), _WIDTH, subsequent_indent=" " * 15)
+
+
+def references(config: EstimatorConfig, name: str) -> dict[str, Any]:
+    """Return the datums, references and clock that an input uses, by parameter."""
+    group = getattr(config, {"camera_info": "camera"}.get(name, name), None)
+    found = {key: getattr(group, key) for key in _REFERENCES if hasattr(group, key)}
+    kind = getattr(group, "type", "")
+    if kind != "vector3":
+        found.pop("unit", None)
+    if getattr(group, "reference", "") != "fixed":
+        found.pop("mount_rpy_deg", None)
+    return found
+
+
+def _clock_lines(check: Check) -> list[str]:
+    lines = []
+    for subscription in check.subscriptions:
+        heard = check.watch.heard.get(subscription.name)
+        if heard and abs(heard.delay_s) > _CLOCK_S:
+            late = heard.delay_s
+            text = (
+                f"  ! {subscription.name}: its stamps are {abs(late):.1f} s "
+                f"{'older' if late > 0 else 'newer'} than their arrival: another clock. Set "
+                f"{subscription.name}.stamp: arrival, unless the images have that clock too."
+            )
+            lines.append(textwrap.fill(text, _WIDTH, subsequent_indent="    "))
+    return lines
+
+
+def _place(latitude: float, longitude: float) -> str:
+    return f"{math.degrees(latitude):.7f}, {math.degrees(longitude):.7f}"
+
+
+def _nose(moment: Moment) -> float:
+    assert moment.body is not None  # noqa: S101 - asked for only where there is one
+    return float(heading_from_yaw(yaw_of(moment.body)))
+
+
+def _degrees(heading: float) -> str:
+    return f"{math.degrees(heading) % 360.0:.0f} deg"
+
+
+def _number(value: float) -> float | None:
+    return value if math.isfinite(value) else None

@@ -1,0 +1,261 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Simple tests of signs and references on a watched flight: what physics says must hold.
+
+Each compares two inputs that know nothing of each other (where the GNSS moved, where the attitude
+says the nose is), so that a wrong sign shows. What the flight did not show is not judged.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from enum import Enum
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aerial_gnss_ros.core.flight_arrays import (
+    FAST,
+    HALF,
+    STEP_S,
+    FlightArrays,
+    changes,
+    correlation,
+    courses,
+    differences,
+    flight_arrays,
+)
+from aerial_gnss_ros.core.watch import Moment
+
+_ENOUGH = round(5.0 / STEP_S)
+
+
+class Verdict(str, Enum):
+    """What a test says. LOOK: two explanations fit, and a person knows which one is true."""
+
+    PASS = "pass"  # noqa: S105 - no password
+    FAIL = "FAIL"
+    LOOK = "look"
+    NOT_JUDGED = "not judged"
+
+    def __str__(self) -> str:
+        return self.value
+
+
+@dataclass(frozen=True)
+class SignTest:
+    """One test: its name, what must hold, the verdict and what was seen, in words."""
+
+    name: str
+    rule: str
+    verdict: Verdict
+    seen: str
+
+
+def sign_tests(moments: Sequence[Moment]) -> tuple[SignTest, ...]:
+    """Return all tests on moments in order of time, `STEP_NS` apart."""
+    flight = flight_arrays(moments)
+    return (
+        _level(flight),
+        _camera_down(flight),
+        _turn(flight),
+        _nose_and_course(flight),
+        _lean(flight),
+        _camera_and_nose(flight),
+        _height(flight),
+    )
+
+
+def _level(flight: FlightArrays) -> SignTest:
+    name, rule = "body is level", "at rest and in slow flight a drone stands level, top up"
+    tilt = np.degrees(np.arccos(np.clip(flight.up[:, 2], -1.0, 1.0)))
+    tilt = tilt[np.isfinite(tilt)]
+    if len(tilt) < HALF:
+        return SignTest(name, rule, Verdict.NOT_JUDGED, "no attitude came")
+    median = float(np.median(tilt))
+    seen = f"tilted by {median:.1f} deg (median)"
+    if median < 20.0:
+        return SignTest(name, rule, Verdict.PASS, seen)
+    if median > 135.0:
+        return SignTest(
+            name, rule, Verdict.FAIL,
+            f"{seen}: upside down, so the attitude is probably FRD or NED where FLU in ENU is set",
+        )  # fmt: skip
+    verdict = Verdict.FAIL if median > 45.0 else Verdict.LOOK
+    return SignTest(name, rule, verdict, f"{seen}: more than flying explains, unless in a storm")
+
+
+def _camera_down(flight: FlightArrays) -> SignTest:
+    name, rule = "camera meets water", "a gimbal pitched down must look below the horizon"
+    below = np.degrees(flight.below[np.isfinite(flight.below)])
+    if len(below) < HALF:
+        return SignTest(name, rule, Verdict.NOT_JUDGED, "the camera's pose is not known")
+    median = float(np.median(below))
+    if median > 2.0:
+        return SignTest(name, rule, Verdict.PASS, f"{median:.1f} deg below the horizon (median)")
+    seen = f"{-median:.1f} deg above the horizon (median)"
+    if median < -10.0:
+        return SignTest(
+            name, rule, Verdict.FAIL,
+            f"{seen}: if the camera looked down, the sign of the gimbal's pitch is wrong",
+        )  # fmt: skip
+    return SignTest(name, rule, Verdict.LOOK, f"{seen}: tilt the camera down and look again")
+
+
+def _turn(flight: FlightArrays) -> SignTest:
+    name, rule = "turn", "when the nose turns clockwise, heading must rise"
+    turned = changes(flight.nose)
+    known = np.isfinite(turned)
+    if known.sum() < HALF:
+        return SignTest(name, rule, Verdict.NOT_JUDGED, "no attitude came")
+    biggest = float(turned[known][np.argmax(np.abs(turned[known]))])
+    if abs(biggest) < math.radians(20.0):
+        return SignTest(
+            name, rule, Verdict.NOT_JUDGED,
+            "the nose hardly turned: turn it clockwise by 90 deg within some seconds",
+        )  # fmt: skip
+    course = changes(courses(flight))
+    both = known & np.isfinite(course)
+    way = "rose (clockwise)" if biggest > 0.0 else "fell (counter-clockwise)"
+    seen = f"heading {way} by {abs(math.degrees(biggest)):.0f} deg in the fastest 2 s"
+    if both.sum() >= _ENOUGH and np.std(course[both]) > math.radians(8.0):
+        agree = correlation(turned[both], course[both])
+        if agree > 0.5:
+            return SignTest(name, rule, Verdict.PASS, f"{seen}; the GNSS course turned alike")
+        if agree < -0.5:
+            return SignTest(
+                name, rule, Verdict.FAIL,
+                f"{seen}; the GNSS course turned the other way: the sign of yaw is wrong",
+            )  # fmt: skip
+    return SignTest(name, rule, Verdict.LOOK, f"{seen}: right if that is what the nose did")
+
+
+def _nose_and_course(flight: FlightArrays) -> SignTest:
+    name, rule = "nose and course", "flying forward, the GNSS course is the nose's heading"
+    off = courses(flight) - flight.nose
+    off = off[np.isfinite(off)]
+    if len(off) < _ENOUGH:
+        return SignTest(
+            name, rule, Verdict.NOT_JUDGED,
+            f"it never flew faster than {FAST} m/s for 5 s with attitude: fly forward 20 m",
+        )  # fmt: skip
+    mean = np.mean(np.exp(1j * off))
+    angle, spread = math.degrees(float(np.angle(mean))), float(abs(mean))
+    if spread < 0.8:
+        return SignTest(
+            name, rule, Verdict.NOT_JUDGED, "it flew in many directions relative to its nose"
+        )
+    seen = f"the course lies {abs(angle):.0f} deg {_way(angle)} of the nose"
+    if abs(angle) < 25.0:
+        return SignTest(name, rule, Verdict.PASS, seen)
+    return SignTest(
+        name, rule, Verdict.LOOK,
+        f"{seen} throughout: either it flew so, or yaw is off by that (90: another world frame, "
+        "such as north-west-up or a heading taken for yaw)",
+    )  # fmt: skip
+
+
+def _lean(flight: FlightArrays) -> SignTest:
+    """Fit the lean of the body (complex, east + i north) to velocity and acceleration.
+
+    A yaw error turns all of it by one angle; a wrong sense of yaw mirrors it.
+    """
+    name, rule = "lean", "a multicopter leans to where it flies and speeds up"
+    lean = flight.up[:, 0] + 1j * flight.up[:, 1]
+    velocity = flight.velocity[:, 0] + 1j * flight.velocity[:, 1]
+    gain = np.full(len(velocity), np.nan + 0j)
+    if len(velocity) > 2 * HALF:
+        gain[HALF:-HALF] = (velocity[2 * HALF :] - velocity[: -2 * HALF]) / 2.0
+    use = np.isfinite(lean) & np.isfinite(velocity) & np.isfinite(gain)
+    if use.sum() < 2 * _ENOUGH or np.std(velocity[use]) < 0.7:
+        return SignTest(
+            name, rule, Verdict.NOT_JUDGED,
+            "too little change of speed: fly forward fast and stop, twice",
+        )  # fmt: skip
+    straight, phase = _explained(lean[use], velocity[use], gain[use])
+    mirrored, _ = _explained(lean[use], velocity[use].conj(), gain[use].conj())
+    if max(straight, mirrored) < 0.3:
+        return SignTest(
+            name, rule, Verdict.NOT_JUDGED, "lean and motion have little in common (wind, no roll?)"
+        )
+    if mirrored > straight + 0.2:
+        return SignTest(
+            name, rule, Verdict.FAIL,
+            "it leans to the mirror image of where it flies: the sense of yaw is wrong",
+        )  # fmt: skip
+    angle = -math.degrees(phase)  # clockwise positive
+    seen = f"it leans {abs(angle):.0f} deg {_way(angle)} of its motion"
+    if abs(angle) < 35.0:
+        return SignTest(name, rule, Verdict.PASS, seen)
+    return SignTest(
+        name, rule, Verdict.FAIL,
+        f"{seen}: yaw is off by that, or roll and pitch have the wrong sign (180)",
+    )  # fmt: skip
+
+
+def _camera_and_nose(flight: FlightArrays) -> SignTest:
+    name, rule = (
+        "camera and nose",
+        "a camera that follows the nose turns with it, as far and as fast",
+    )
+    nose, view = changes(flight.nose), changes(flight.view)
+    use = np.isfinite(nose) & np.isfinite(view) & (np.abs(nose) > math.radians(5.0))
+    if use.sum() < HALF:
+        return SignTest(
+            name, rule, Verdict.NOT_JUDGED, "the nose hardly turned while the camera was known"
+        )
+    share = float(nose[use] @ view[use] / (nose[use] @ nose[use]))
+    seen = f"the camera turned {share:.2f} times as far as the nose"
+    if 0.6 < share < 1.4:
+        return SignTest(name, rule, Verdict.PASS, seen)
+    if share >= 1.4:
+        return SignTest(
+            name, rule, Verdict.FAIL,
+            f"{seen}: its yaw is from north already; set gimbal.reference: earth",
+        )  # fmt: skip
+    if share < -0.4:
+        return SignTest(name, rule, Verdict.FAIL, f"{seen}: its yaw has the wrong sign")
+    return SignTest(
+        name, rule, Verdict.LOOK,
+        f"{seen}: right for a camera that holds its heading; if it follows the nose, its yaw is "
+        "from the nose: set gimbal.reference: heading",
+    )  # fmt: skip
+
+
+def _height(flight: FlightArrays) -> SignTest:
+    name, rule = "height", "when the drone climbs, height rises as much as the fix's altitude"
+    use = np.isfinite(flight.altitude) & np.isfinite(flight.height)
+    if use.sum() < _ENOUGH:
+        return SignTest(name, rule, Verdict.NOT_JUDGED, "height or the fix's altitude is not given")
+    rise, up = differences(flight.altitude), differences(flight.height)
+    both = np.isfinite(rise) & np.isfinite(up)
+    moved = both & (np.abs(rise) > 0.5)
+    if moved.sum() < HALF or np.ptp(flight.altitude[use]) < 2.0:
+        return SignTest(name, rule, Verdict.NOT_JUDGED, "it hardly climbed: climb 5 m and descend")
+    share = float(rise[moved] @ up[moved] / (rise[moved] @ rise[moved]))
+    seen = f"height rises {share:.2f} m for each metre of the fix's altitude"
+    if 0.7 < share < 1.4:
+        return SignTest(name, rule, Verdict.PASS, seen)
+    if share < -0.2:
+        return SignTest(name, rule, Verdict.FAIL, f"{seen}: it counts downward")
+    unit = " (feet taken for metres?)" if 2.6 < share < 4.0 or 0.25 < share < 0.37 else ""
+    verdict = Verdict.FAIL if unit or share > 2.0 else Verdict.LOOK
+    return SignTest(name, rule, verdict, seen + unit)
+
+
+def _explained(
+    lean: NDArray[np.complex128],
+    velocity: NDArray[np.complex128],
+    gain: NDArray[np.complex128],
+) -> tuple[float, float]:
+    """Return the share of the lean's variance that motion explains, and its phase in rad."""
+    design = np.column_stack([np.ones_like(velocity), velocity, gain])
+    weights, *_ = np.linalg.lstsq(design, lean, rcond=None)
+    residual = lean - design @ weights
+    share = 1.0 - float(np.var(residual) / max(float(np.var(lean)), 1e-12))
+    return share, float(np.angle(weights[1] * np.std(velocity) + weights[2] * np.std(gain)))
+
+
+def _way(angle_deg: float) -> str:
+    return "clockwise" if angle_deg > 0.0 else "counter-clockwise"

@@ -1,0 +1,252 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Watches the estimator's inputs without looking for robots: what `aerial-gnss check` judges.
+
+It takes the same values as the estimator, through the same feed, and samples the drone's state a
+few times a second with the same interpolation and the same composition of the pose.
+"""
+
+from __future__ import annotations
+
+from collections import Counter, deque
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aerial_gnss_ros.core.camera import CameraModel
+from aerial_gnss_ros.core.config import EstimatorConfig
+from aerial_gnss_ros.core.errors import InputError
+from aerial_gnss_ros.core.frames import matrix_from_quaternion
+from aerial_gnss_ros.core.inputs import Inputs, Lacking, usable
+from aerial_gnss_ros.core.magnetic import declination, true_from_magnetic
+from aerial_gnss_ros.core.posing import Posing
+from aerial_gnss_ros.core.rejection import Input, Reason
+from aerial_gnss_ros.core.telemetry import Sample, fix_series, orientation_series, scalar_series
+from aerial_gnss_ros.core.values import CameraPose, DetectionFrame, Fix, Orientation, Scalar
+
+Array = NDArray[np.float64]
+
+STEP_NS = 200_000_000
+KEPT = 18_000
+"""Moments that are kept: one hour."""
+
+_JUMP_NS = 30_000_000_000
+_BACK_NS = 1_000_000_000
+
+
+@dataclass(frozen=True)
+class Moment:
+    """The drone at one time; what is not known is None.
+
+    Attributes:
+        stamp_ns: ns.
+        fix: its position.
+        body: (3, 3) body FLU in ENU (true north).
+        height: above the height's reference, m.
+        pose: of the camera.
+        reason: why there is no pose.
+    """
+
+    stamp_ns: int
+    fix: Fix | None = None
+    body: Array | None = None
+    height: float | None = None
+    pose: CameraPose | None = None
+    reason: Reason | None = None
+
+
+@dataclass
+class Heard:
+    """What came on one input.
+
+    Attributes:
+        count: messages.
+        bad: messages that were no use.
+        trouble: why the last of them was no use.
+        first_arrival_ns: of the first message, ns.
+        last_arrival_ns: of the newest, ns.
+        last_stamp_ns: its stamp, ns.
+        delays_ns: arrival less stamp of the newest messages, ns.
+    """
+
+    count: int = 0
+    bad: int = 0
+    trouble: str = ""
+    first_arrival_ns: int = 0
+    last_arrival_ns: int = 0
+    last_stamp_ns: int = 0
+    delays_ns: deque[int] = field(default_factory=lambda: deque(maxlen=500))
+
+    @property
+    def rate(self) -> float:
+        """Messages a second; 0 with fewer than two."""
+        span = (self.last_arrival_ns - self.first_arrival_ns) * 1e-9
+        return (self.count - 1) / span if self.count > 1 and span > 0.0 else 0.0
+
+    @property
+    def delay_s(self) -> float:
+        """Median of how much later than its stamp a message arrives, s."""
+        return float(np.median(self.delays_ns)) * 1e-9 if self.delays_ns else 0.0
+
+
+class Watch:
+    """Takes what the feed gives an estimator.
+
+    Args:
+        config: the estimator's parameters.
+
+    Attributes:
+        heard: what came, by input.
+        moments: the drone's states, the oldest first.
+        reasons: how often there was no pose, and why.
+        camera: the newest description.
+        troubles: sentences that say more about a reason.
+        events: sentences about jumps of a clock.
+    """
+
+    def __init__(self, config: EstimatorConfig) -> None:
+        self.heard: dict[str, Heard] = {}
+        self.moments: deque[Moment] = deque(maxlen=KEPT)
+        self.reasons: Counter[Reason] = Counter()
+        self.camera: CameraModel | None = None
+        self.troubles: set[str] = set()
+        self.events: list[str] = []
+        self._config = config
+        self._inputs = Inputs(config)
+        self._posing = Posing(config)
+        # The estimator keeps only what it needs; the sign tests want all there is.
+        self._fixes = fix_series(config.fix.max_gap)
+        self._bodies = orientation_series(config.attitude.max_gap)
+        self._heights = scalar_series(config.height.max_gap)
+        self._wait_ns = round(config.max_wait * 1e9)
+        self._next_ns: int | None = None
+        self._arrival_ns = 0
+        self._name = ""
+
+    def arriving(self, name: str, arrival_ns: int) -> None:
+        """Note that a message of an input is about to be handed to the feed."""
+        self._name, self._arrival_ns = name, arrival_ns
+        heard = self.heard.setdefault(name, Heard(first_arrival_ns=arrival_ns))
+        heard.count += 1
+        heard.last_arrival_ns = arrival_ns
+
+    def add_fix(self, fix: Fix) -> None:
+        """Take a position of the drone."""
+        self._take(Input.FIX, fix)
+        self._fixes.add(fix)
+
+    def add_attitude(self, attitude: Orientation) -> None:
+        """Take an orientation of the body."""
+        self._take(Input.ATTITUDE, attitude)
+        if not usable(attitude)[0]:
+            self._bodies.add(attitude)
+
+    def add_gimbal(self, gimbal: Orientation) -> None:
+        """Take an orientation of the camera."""
+        self._take(Input.GIMBAL, gimbal)
+
+    def add_height(self, height: Scalar) -> None:
+        """Take a height of the drone."""
+        self._take(Input.HEIGHT, height)
+        if not usable(height)[0]:
+            self._heights.add(height)
+
+    def add_water_level(self, level: Scalar) -> None:
+        """Take a level of the water."""
+        self._stamped(level.stamp_ns, self._inputs.add_level(level))
+
+    def add_camera(self, stamp_ns: int, camera: CameraModel | None) -> None:
+        """Take the camera's description; None when it could not be used."""
+        self._stamped(stamp_ns, "" if camera is not None else "it describes no usable camera")
+        self.camera = camera or self.camera
+
+    def add_detections(self, frame: DetectionFrame) -> None:
+        """Note that boxes came."""
+        self._stamped(frame.stamp_ns)
+
+    def advance(self, final: bool = False) -> None:
+        """Sample the drone as far as its inputs allow.
+
+        Args:
+            final: nothing more comes.
+        """
+        if self._next_ns is None:
+            return
+        newest = max(self.heard[i].last_stamp_ns for i in self._telemetry())
+        if newest - self._next_ns > _JUMP_NS:
+            self._next_ns = newest - self._wait_ns
+        while self._next_ns <= newest:
+            samples = self._inputs.at(self._next_ns)
+            waits = newest - self._next_ns < self._wait_ns and not final
+            if isinstance(samples, Lacking) and samples.may_come and waits:
+                return
+            reason = samples.reason if isinstance(samples, Lacking) else None
+            pose = None
+            if not isinstance(samples, Lacking):
+                found = self._posing.pose(samples)
+                pose, reason = (found, None) if isinstance(found, CameraPose) else (None, found)
+                if self._posing.trouble:
+                    self.troubles.add(self._posing.trouble)
+            at_the_end = final and str(reason).startswith("stale_")  # would have come
+            if not at_the_end or newest - self._next_ns >= self._wait_ns:
+                self._keep(self._next_ns, pose, reason)
+            self._next_ns += STEP_NS
+
+    def _telemetry(self) -> list[str]:
+        return [str(source) for source in Input if str(source) in self.heard]
+
+    def _keep(self, stamp_ns: int, pose: CameraPose | None, reason: Reason | None) -> None:
+        fix, body = self._fixes.at(stamp_ns), self._bodies.at(stamp_ns)
+        height = self._heights.at(stamp_ns)
+        place = fix.value if isinstance(fix, Sample) and fix.value.valid else None
+        self.moments.append(
+            Moment(
+                stamp_ns,
+                place,
+                self._body(body.value, place) if isinstance(body, Sample) else None,
+                height.value.value if isinstance(height, Sample) else None,
+                pose,
+                reason,
+            )
+        )
+        if reason is not None:
+            self.reasons[reason] += 1
+
+    def _body(self, attitude: Orientation, fix: Fix | None) -> Array | None:
+        body = matrix_from_quaternion(attitude.quaternion)
+        if self._config.attitude.north == "true":
+            return body
+        if fix is None:
+            return None
+        altitude = self._posing.altitude(fix)
+        try:
+            east = declination(fix.latitude, fix.longitude, attitude.stamp_ns, altitude)
+        except InputError:
+            return None
+        return true_from_magnetic(body, east)
+
+    def _take(self, source: Input, value: Fix | Orientation | Scalar) -> None:
+        heard = self.heard.get(source.value)
+        if heard is not None and heard.last_stamp_ns - value.stamp_ns > _BACK_NS:
+            self._begin_anew(source.value, heard.last_stamp_ns - value.stamp_ns)
+        self._stamped(value.stamp_ns, self._inputs.add(source, value))
+        if self._next_ns is None:
+            self._next_ns = -(-value.stamp_ns // STEP_NS) * STEP_NS
+
+    def _begin_anew(self, name: str, back_ns: int) -> None:
+        self.events.append(f"Time went backward by {back_ns * 1e-9:.1f} s ({name}).")
+        self._inputs.clear()
+        self._fixes.clear()
+        self._bodies.clear()
+        self._heights.clear()
+        self.moments.clear()
+        self._next_ns = None
+        for heard in self.heard.values():
+            heard.last_stamp_ns = 0
+
+    def _stamped(self, stamp_ns: int, trouble: str = "") -> None:
+        heard = self.heard[self._name]
+        heard.bad += bool(trouble)
+        heard.trouble = trouble or heard.trouble
+        heard.last_stamp_ns = max(stamp_ns, heard.last_stamp_ns)
+        heard.delays_ns.append(self._arrival_ns - stamp_ns)

@@ -1,0 +1,79 @@
+# SPDX-License-Identifier: Apache-2.0
+"""`aerial-gnss check` on bags: the hover whose answer is known, and what goes wrong."""
+
+from __future__ import annotations
+
+import json
+
+import pytest
+
+from aerial_gnss_ros import cli
+
+
+def check(capsys, bag, *extra):
+    capsys.readouterr()
+    status = cli.main(["check", str(bag), *map(str, extra)])
+    return status, capsys.readouterr().out
+
+
+def test_a_hover_is_described_in_words_and_numbers(flight, tmp_path, capsys):
+    bag = flight.write(tmp_path / "bag")
+    status, out = check(capsys, bag)
+    assert status == 0
+    for words in ("13.1900000, -59.6400000, 20.0 m above the water", "nose    heading 90 deg",
+                  "straight below, image top to 90 deg", "altitude_datum unknown",
+                  "reference earth", "10.0 Hz", "pass        camera meets water"):  # fmt: skip
+        assert words in out, out
+    status, out = check(capsys, bag, "--json", "--at", "1.5")
+    found = json.loads(out)
+    assert found["good"]
+    assert found["camera"]["below_horizon_deg"] == pytest.approx(90.0, abs=0.1)
+    assert found["camera"]["distance_m"] == pytest.approx(0.03, abs=0.02)  # half a pixel
+    assert found["inputs"]["gimbal"]["uses"]["reference"] == "earth"
+    assert found["inputs"]["fix"]["count"] == 16
+    assert found["inputs"]["fix"]["stamp_to_arrival_s"] == 0.0
+
+
+def test_a_missing_input_or_another_type_is_named(flight, tmp_path, capsys):
+    bag = flight.write(tmp_path / "a", without=("gimbal",))
+    status, out = check(capsys, bag)
+    assert status == 1
+    assert "gimbal       MISSING: nothing on /gimbal" in out
+    assert "camera  unknown: no_gimbal" in out
+
+    def float32(topic, msgtype, fields):
+        return topic, "std_msgs/msg/Float32" if topic == "height" else msgtype, fields
+
+    status, out = check(capsys, flight.write(tmp_path / "b", change=float32))
+    assert status == 1
+    assert "/height carries std_msgs/msg/Float32, not std_msgs/msg/Float64" in out
+
+
+def test_bad_values_and_foreign_clocks_are_told(flight, tmp_path, capsys):
+    def spoilt(topic, msgtype, fields):
+        if topic == "gimbal":
+            fields = fields | {"quaternion": {"x": 0.0, "y": 0.0, "z": 0.0, "w": 0.0}}
+        if topic == "attitude":
+            stamp = fields["header"]["stamp"] | {"sec": fields["header"]["stamp"]["sec"] - 500}
+            fields = fields | {"header": fields["header"] | {"stamp": stamp}}
+        return topic, msgtype, fields
+
+    status, out = check(capsys, flight.write(tmp_path / "bag", change=spoilt))
+    assert status == 1
+    assert "30 of no use" in out
+    assert "attitude: its stamps are 500.0 s older than their arrival" in out
+
+
+def test_wrong_input_is_one_sentence(flight, tmp_path, capsys):
+    bag = flight.write(tmp_path / "bag", namespace="d1")
+    for args, words in (
+        ((bag,), "doctor"),
+        ((bag, "--namespace", "d1", "--at", "-1"), "--at must be above 0"),
+        ((tmp_path / "no",), "does not exist"),
+        ((bag, "--seconds", "0"), "--seconds must be above 0"),
+    ):
+        assert cli.main(["check", *map(str, args)]) == 2
+        sentence = capsys.readouterr().err.strip()
+        assert words in sentence
+        assert "\n" not in sentence
+    assert check(capsys, bag, "--namespace", "d1")[0] == 0

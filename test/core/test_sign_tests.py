@@ -1,0 +1,132 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The sign tests on a flight made by physics, right and with the errors that users make."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from aerial_gnss_ros.core.frames import ENU_FROM_NWU, matrix_from_rpy
+from aerial_gnss_ros.core.geodesy import geodetic_from_enu
+from aerial_gnss_ros.core.sign_tests import Verdict, sign_tests
+from aerial_gnss_ros.core.values import CameraPose, Fix
+from aerial_gnss_ros.core.watch import STEP_NS, Moment
+
+LATITUDE, LONGITUDE = math.radians(13.2), math.radians(-59.6)
+DRAG = 0.04  # rad of lean per m/s
+
+
+def flight(course_off_nose=0.0):
+    """Fly an oval with changing speed and height; the body leans by drag and acceleration."""
+    step = STEP_NS * 1e-9
+    t = np.arange(0.0, 90.0, step)
+    course = 0.3 + 0.12 * t + 0.9 * np.sin(0.25 * t)  # ENU yaw of the velocity
+    speed = 3.5 + 2.0 * np.sin(0.4 * t)
+    velocity = speed * np.exp(1j * course)
+    place = np.cumsum(velocity) * step
+    up = 30.0 + 6.0 * np.sin(0.15 * t)
+    lean = DRAG * velocity + np.gradient(velocity, step) / 9.81
+    moments = []
+    for i in range(len(t)):
+        nose = course[i] + course_off_nose
+        forward = lean[i] * np.exp(-1j * nose)  # along and across the nose
+        body = matrix_from_rpy(0.0, 0.0, nose) @ matrix_from_rpy(-forward.imag, forward.real, 0.0)
+        latitude, longitude, _ = geodetic_from_enu(
+            place[i].real, place[i].imag, 0.0, LATITUDE, LONGITUDE, 0.0
+        )
+        fix = Fix(i * STEP_NS, float(latitude), float(longitude), up[i] - 40.0)
+        camera = matrix_from_rpy(0.0, math.radians(30.0), nose)
+        pose = CameraPose(i * STEP_NS, fix.latitude, fix.longitude, up[i], math.nan, camera)
+        moments.append(Moment(i * STEP_NS, fix, body, up[i], pose))
+    return moments
+
+
+def changed(moments, body=None, height=None, camera=None):
+    def one(m):
+        pose = m.pose
+        if camera is not None:
+            pose = replace(pose, enu_from_camera=camera(m))
+        return replace(
+            m,
+            body=m.body if body is None else body(m.body),
+            height=m.height if height is None else height(m.height),
+            pose=pose,
+        )
+
+    return [one(m) for m in moments]
+
+
+def verdicts(moments):
+    return {test.name: test.verdict for test in sign_tests(moments)}
+
+
+def test_a_right_flight_passes_everything():
+    assert set(verdicts(flight()).values()) == {Verdict.PASS}
+
+
+def yaw_mirrored(body):
+    """Heading taken for yaw: the sense is wrong."""
+    forward = body[:, 0]
+    return matrix_from_rpy(0.0, 0.0, math.pi / 2 - 2 * math.atan2(forward[1], forward[0])) @ body
+
+
+def nwu(body):
+    return ENU_FROM_NWU.T @ body
+
+
+def half_turned(body):
+    return body @ np.diag([1.0, -1.0, -1.0])  # FRD given as FLU
+
+
+def pitch_and_roll_reversed(body):
+    yaw = math.atan2(body[1, 0], body[0, 0])
+    level = matrix_from_rpy(0.0, 0.0, yaw)
+    return level @ (level.T @ body).T
+
+
+@pytest.mark.parametrize(
+    ("change", "expected"),
+    [
+        ({"body": yaw_mirrored}, {"turn": Verdict.FAIL, "lean": Verdict.FAIL}),
+        ({"body": nwu}, {"nose and course": Verdict.LOOK, "lean": Verdict.FAIL}),
+        ({"body": half_turned}, {"body is level": Verdict.FAIL}),
+        ({"body": pitch_and_roll_reversed}, {"lean": Verdict.FAIL}),
+        ({"height": lambda h: h / 0.3048}, {"height": Verdict.FAIL}),
+        ({"height": lambda h: -h}, {"height": Verdict.FAIL}),
+        (
+            {"camera": lambda _m: matrix_from_rpy(0.0, math.radians(-30.0), 0.0)},
+            {"camera meets water": Verdict.FAIL, "camera and nose": Verdict.LOOK},
+        ),
+        (  # an earth-referenced gimbal composed with the nose a second time
+            {
+                "camera": lambda m: (
+                    matrix_from_rpy(0.0, 0.0, math.atan2(m.body[1, 0], m.body[0, 0]))
+                    @ m.pose.enu_from_camera
+                )
+            },
+            {"camera and nose": Verdict.FAIL},
+        ),
+    ],
+)
+def test_each_error_is_seen_by_the_test_for_it(change, expected):
+    found = verdicts(changed(flight(), **change))
+    assert {name: found[name] for name in expected} == expected
+
+
+def test_flying_sideways_fails_nothing():
+    found = verdicts(flight(course_off_nose=math.pi / 2))
+    assert found["nose and course"] is Verdict.LOOK
+    assert Verdict.FAIL not in found.values()
+    assert found["lean"] is Verdict.PASS
+
+
+def test_a_drone_on_the_ground_is_judged_only_where_that_shows_something():
+    still = [replace(flight()[0], stamp_ns=i * STEP_NS) for i in range(50)]
+    found = verdicts(still)
+    assert found.pop("body is level") is Verdict.PASS
+    assert found.pop("camera meets water") is Verdict.PASS
+    assert set(found.values()) == {Verdict.NOT_JUDGED}
+    assert set(verdicts([]).values()) == {Verdict.NOT_JUDGED}
