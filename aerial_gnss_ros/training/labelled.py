@@ -4,8 +4,9 @@
 from __future__ import annotations
 
 import csv
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 import cv2
@@ -39,21 +40,29 @@ class Truth:
 
 @dataclass(frozen=True)
 class LabelledImage:
-    """An image file and what is in it."""
+    """An image and what is in it.
 
-    path: Path
+    Attributes:
+        name: file name, or topic and stamp.
+        truth: the robots.
+        read: returns (height, width, 3) blue, green, red; InputError if it is no image.
+    """
+
+    name: str
     truth: Truth
+    read: Callable[[], Image]
 
-    def read(self) -> Image:
-        """Return (height, width, 3) blue, green, red.
 
-        Raises:
-            InputError: not an image.
-        """
-        image = cv2.imread(str(self.path), cv2.IMREAD_COLOR | cv2.IMREAD_IGNORE_ORIENTATION)
-        if image is None:
-            raise InputError(f"the image {self.path} cannot be read; it is damaged or no image.")
-        return np.asarray(image, dtype=np.uint8)
+def read_image(path: Path) -> Image:
+    """Return an image file as (height, width, 3) blue, green, red.
+
+    Raises:
+        InputError: not an image.
+    """
+    image = cv2.imread(str(path), cv2.IMREAD_COLOR | cv2.IMREAD_IGNORE_ORIENTATION)
+    if image is None:
+        raise InputError(f"the image {path} cannot be read; it is damaged or no image.")
+    return np.asarray(image, dtype=np.uint8)
 
 
 def read_folder(folder: Path, split: str) -> Iterator[LabelledImage]:
@@ -74,9 +83,10 @@ def read_folder(folder: Path, split: str) -> Iterator[LabelledImage]:
     for path in paths:
         if meta is None:
             labels = folder / "labels" / split / f"{path.stem}.txt"
-            yield LabelledImage(path, _from_labels(labels, path))
+            truth = _from_labels(labels, path)
         else:
-            yield LabelledImage(path, _from_meta(meta.get(path.name, [])))
+            truth = _from_meta(meta.get(path.name, []))
+        yield LabelledImage(path.name, truth, partial(read_image, path))
 
 
 def _read_meta(path: Path) -> dict[str, list[dict[str, str]]] | None:
@@ -110,9 +120,7 @@ def _from_labels(labels: Path, image: Path) -> Truth:
         table = table.reshape(-1, 5)
     except ValueError as error:
         raise InputError(f"{labels} must have lines of `class x y width height`.") from error
-    pixels = cv2.imread(str(image))
-    if pixels is None:
-        raise InputError(f"the image {image} cannot be read; it is damaged or no image.")
+    pixels = read_image(image)
     size = np.array([pixels.shape[1], pixels.shape[0]], dtype=np.float64)
     centre, extent = table[:, 1:3] * size - 0.5, table[:, 3:5] * size
     count = len(table)

@@ -24,6 +24,7 @@ from aerial_gnss_ros.detection.config import DetectorConfig
 from aerial_gnss_ros.detection.select import load_detector
 from aerial_gnss_ros.detection.yolo import iou
 from aerial_gnss_ros.training.labelled import LabelledImage, Truth, read_folder
+from aerial_gnss_ros.training.labelled_bag import is_bag, read_bag
 
 MATCH_IOU = 0.5
 SIZES_PX = (0.0, 16.0, 24.0, 40.0, 80.0, 160.0, float("inf"))
@@ -205,7 +206,9 @@ def main(arguments: list[str] | None = None) -> int:
     default = DetectorConfig()
     parser = argparse.ArgumentParser(prog="score", description=__doc__)
     parser.add_argument("model", help="path of a model, or the name of a shipped one")
-    parser.add_argument("folder", type=Path, help="labelled images in YOLO's layout")
+    parser.add_argument(
+        "folder", type=Path, help="labelled images in YOLO's layout, or a simulated bag"
+    )
     parser.add_argument("--split", default="test", help="folder below images/ (default test)")
     parser.add_argument("--backend", default=default.backend)
     parser.add_argument("--score-threshold", type=float, default=default.score_threshold)
@@ -221,7 +224,11 @@ def main(arguments: list[str] | None = None) -> int:
         allow_pickle=given.allow_pickle,
     )
     try:
-        result = score(load_detector(config), read_folder(given.folder, given.split))
+        if is_bag(given.folder):
+            images = read_bag(given.folder)
+        else:
+            images = read_folder(given.folder, given.split)
+        result = score(load_detector(config), images)
     except AerialGnssError as error:
         sys.stderr.write(f"score: {error}\n")
         return 2

@@ -116,10 +116,10 @@ def test_a_perfect_detector_scores_perfectly_on_rendered_images(rendered):
 
 def test_labels_and_meta_agree(rendered):
     """The two files count pixels differently; read, they must say the same."""
-    with_meta = {image.path.name: image.truth for image in read_folder(rendered, "test")}
+    with_meta = {image.name: image.truth for image in read_folder(rendered, "test")}
     (rendered / "meta.csv").rename(rendered / "meta.hidden")
     try:
-        plain = {image.path.name: image.truth for image in read_folder(rendered, "test")}
+        plain = {image.name: image.truth for image in read_folder(rendered, "test")}
     finally:
         (rendered / "meta.hidden").rename(rendered / "meta.csv")
     assert plain.keys() == with_meta.keys()
