@@ -23,7 +23,9 @@ COMMANDS = {
     "simulate": ("simulate", "make a bag of a simulated flight with rendered images and truth"),
     "import-dji": ("import_dji", "turn a DJI flight record (CSV) into a bag"),
     "evaluate": ("evaluate", "compare the result of a replay with the truth"),
+    "profiles": ("profiles", "list the vehicle profiles, or print one as a start for your own"),
     "check": ("check", "say in words where the camera points, and test signs and references"),
+    "doctor": ("doctor", "propose the vehicle profile for a bag or the live topics"),
     "camera": ("camera", "field of view and ground sample distance of a camera"),
 }
 WRONG_INPUT = 2

@@ -6,7 +6,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 
 from aerial_gnss_ros.adapters.feed import Subscription
-from aerial_gnss_ros.bags.plan import resolve
+from aerial_gnss_ros.bags.plan import recorded_name, resolve
 from aerial_gnss_ros.bags.reader import BagReader
 from aerial_gnss_ros.core.errors import InputError
 from aerial_gnss_ros.core.watch import Watch
@@ -51,9 +51,10 @@ def watch_bag(
         if limit_ns is not None and recorded.log_ns > limit_ns:
             break
         end_ns = recorded.log_ns
-        subscription = routes[recorded.topic]
-        watch.arriving(subscription.name, recorded.log_ns)
-        subscription.handle(recorded.message(), recorded.log_ns)
+        message = recorded.message()
+        for subscription in routes[recorded.topic]:
+            watch.arriving(subscription.name, recorded.log_ns)
+            subscription.handle(message, recorded.log_ns)
         watch.advance()
         on_message(done)
     watch.advance(final=True)
@@ -62,12 +63,12 @@ def watch_bag(
 
 def route(
     bag: BagReader, subscriptions: Sequence[Subscription], namespace: str
-) -> tuple[dict[str, Subscription], dict[str, str]]:
-    """Return inputs by recorded topic, and for the others why not, by name."""
-    routes: dict[str, Subscription] = {}
+) -> tuple[dict[str, list[Subscription]], dict[str, str]]:
+    """Return inputs by recorded topic (one may serve several), and for the others why not."""
+    routes: dict[str, list[Subscription]] = {}
     problems: dict[str, str] = {}
     for subscription in subscriptions:
-        name = resolve(subscription.topic, namespace)
+        name = recorded_name(bag, subscription, namespace)
         topic = bag.topics.get(name)
         if topic is None or not topic.count:
             problems[subscription.name] = f"nothing on {name}"
@@ -76,7 +77,7 @@ def route(
                 f"{name} carries {topic.msgtype}, not {subscription.msgtype}"
             )
         else:
-            routes[name] = subscription
+            routes.setdefault(name, []).append(subscription)
     return routes, problems
 
 

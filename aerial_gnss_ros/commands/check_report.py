@@ -18,8 +18,8 @@ from aerial_gnss_ros.core.watch import Moment, Watch
 
 _WIDTH = 100
 _CLOCK_S = 3.0
-_REFERENCES = ("altitude_datum", "world", "body", "unit", "north", "reference", "along",
-               "mount_rpy_deg", "stamp", "latency_s")  # fmt: skip
+_REFERENCES = ("type", "altitude_datum", "world", "body", "unit", "north", "reference", "along",
+               "home_topic", "mount_rpy_deg", "stamp", "latency_s")  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -204,6 +204,7 @@ def references(config: EstimatorConfig, name: str) -> dict[str, Any]:
     """Return the datums, references and clock that an input uses, by parameter."""
     group = getattr(config, {"camera_info": "camera"}.get(name, name), None)
     found = {key: getattr(group, key) for key in _REFERENCES if hasattr(group, key)}
+    found = {key: value for key, value in found.items() if value != ""}
     kind = getattr(group, "type", "")
     if kind != "vector3":
         found.pop("unit", None)

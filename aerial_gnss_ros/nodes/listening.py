@@ -3,7 +3,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+import re
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import rclpy
@@ -12,11 +13,14 @@ from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 
 from aerial_gnss_ros.adapters.feed import Subscription
+from aerial_gnss_ros.adapters.matching import SeenTopic
+from aerial_gnss_ros.core.errors import RosError
 from aerial_gnss_ros.nodes import qos
 from aerial_gnss_ros.nodes.process import work
 from aerial_gnss_ros.nodes.ros_messages import message_class
 
 _TICK_S = 1.0
+_OWN = ("/rosout", "/parameter_events")
 
 
 def listen(
@@ -47,8 +51,9 @@ def listen(
 
     def task() -> None:
         node = rclpy.create_node("check", namespace=namespace or None)
+        names = {s.name: node.resolve_topic_name(s.topic) for s in subscriptions}
         for subscription in subscriptions:
-            _subscribe(node, subscription, take)
+            _subscribe(node, subscription, names[subscription.name], take)
         executor = SingleThreadedExecutor()
         executor.add_node(node)
         steady = Clock(clock_type=ClockType.STEADY_TIME)
@@ -57,8 +62,13 @@ def listen(
             executor.spin_once(timeout_sec=0.1)
             if now - last >= _TICK_S * 1e9:
                 last = now
+                for subscription in subscriptions:
+                    version = _newest_version(node, subscription, names[subscription.name])
+                    if version != names[subscription.name]:
+                        names[subscription.name] = version
+                        _subscribe(node, subscription, version, take)
                 problems.clear()
-                problems.update(_problems(node, subscriptions))
+                problems.update(_problems(node, subscriptions, names))
                 tick(int(node.get_clock().now().nanoseconds))
         tick(int(node.get_clock().now().nanoseconds))
         executor.shutdown()
@@ -69,23 +79,38 @@ def listen(
 
 
 def _subscribe(
-    node: Node, subscription: Subscription, take: Callable[[Subscription, Any, int], None]
+    node: Node,
+    subscription: Subscription,
+    topic: str,
+    take: Callable[[Subscription, Any, int], None],
 ) -> None:
     def callback(message: Any) -> None:
         take(subscription, message, int(node.get_clock().now().nanoseconds))
 
     node.create_subscription(
-        message_class(subscription.msgtype),
-        subscription.topic,
-        callback,
-        qos.sensor(subscription.depth),
+        message_class(subscription.msgtype), topic, callback, qos.sensor(subscription.depth)
     )
 
 
-def _problems(node: Node, subscriptions: Sequence[Subscription]) -> dict[str, str]:
+def _newest_version(node: Node, subscription: Subscription, current: str) -> str:
+    """Return the topic to hear: PX4 appends _v1, _v2, … to names whose message has changed."""
+    if not subscription.versioned or node.count_publishers(current):
+        return current
+    pattern = re.compile(re.escape(current) + r"_v(\d+)")
+    found = [
+        (int(match[1]), name)
+        for name, _ in node.get_topic_names_and_types()
+        if (match := pattern.fullmatch(name)) and node.count_publishers(name)
+    ]
+    return max(found)[1] if found else current
+
+
+def _problems(
+    node: Node, subscriptions: Sequence[Subscription], names: Mapping[str, str]
+) -> dict[str, str]:
     found = {}
     for subscription in subscriptions:
-        name = node.resolve_topic_name(subscription.topic)
+        name = names[subscription.name]
         types = {info.topic_type for info in node.get_publishers_info_by_topic(name)}
         if not types:
             found[subscription.name] = f"nobody publishes {name}"
@@ -93,3 +118,55 @@ def _problems(node: Node, subscriptions: Sequence[Subscription]) -> dict[str, st
             other = ", ".join(sorted(types))
             found[subscription.name] = f"{name} carries {other}, not {subscription.msgtype}"
     return found
+
+
+def survey(seconds: float, ros_args: Sequence[str] = ()) -> list[SeenTopic]:
+    """Return the live topics with their types; rates of those whose type is installed.
+
+    Args:
+        seconds: how long to look.
+        ros_args: for ROS.
+
+    Raises:
+        RosError: ROS cannot start.
+    """
+    counts: dict[str, int] = {}
+    types: dict[str, str] = {}
+    troubles: dict[str, str] = {}
+
+    def task() -> None:
+        node = rclpy.create_node("doctor")
+        executor = SingleThreadedExecutor()
+        executor.add_node(node)
+        steady = Clock(clock_type=ClockType.STEADY_TIME)
+        start = int(steady.now().nanoseconds)
+        while rclpy.ok() and int(steady.now().nanoseconds) - start < seconds * 1e9:
+            _discover(node, types, troubles, counts)
+            executor.spin_once(timeout_sec=0.1)
+        executor.shutdown()
+        node.destroy_node()
+
+    work(task, ["aerial-gnss", "--ros-args", *ros_args])
+    return [
+        SeenTopic(name, types[name], counts[name] / seconds, counts[name], troubles.get(name, ""))
+        for name in sorted(types)
+    ]
+
+
+def _discover(
+    node: Node, types: dict[str, str], troubles: dict[str, str], counts: dict[str, int]
+) -> None:
+    for name, found in node.get_topic_names_and_types():
+        if name in types or not node.count_publishers(name) or name in _OWN:
+            continue
+        types[name], counts[name] = " and ".join(sorted(found)), 0
+        try:
+            kind = message_class(found[0])
+        except RosError as error:
+            troubles[name] = str(error)
+            continue
+
+        def count(_raw: bytes, name: str = name) -> None:
+            counts[name] += 1
+
+        node.create_subscription(kind, name, count, qos.sensor(10), raw=True)

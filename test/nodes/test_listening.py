@@ -74,3 +74,19 @@ def test_the_live_check_says_where_the_camera_points(capsys):
     assert found["inputs"]["gimbal"]["problem"] == ""
     assert found["inputs"]["camera_info"]["problem"] == "nobody publishes /d1/camera/camera_info"
     assert "17 m ahead, heading 90 deg, 30 deg below the horizon" in err
+
+
+def test_the_doctor_finds_the_profile_of_a_live_vehicle(capsys):
+    vehicle = Vehicle()
+    try:
+        status = cli.main(["doctor", "--seconds", "3", "--json"])
+    finally:
+        vehicle.stop()
+    found = json.loads(capsys.readouterr().out)
+    best = found["profiles"][0]
+    assert (best["profile"], best["namespace"]) == ("generic", "d1")
+    assert set(best["matched"]) == {"fix", "attitude", "gimbal", "height"}
+    assert best["missing"] == ["camera_info"]
+    assert status == 1
+    rates = {topic["name"]: topic["rate_hz"] for topic in found["topics"]}
+    assert rates["/d1/fix"] > 1.0
