@@ -37,3 +37,13 @@ def vehicle_file(vehicle: str) -> Path:
 def vehicle_names() -> list[str]:
     """Return the names of the shipped profiles."""
     return sorted(path.stem for path in config_path(_FOLDER).glob("*.yaml"))
+
+
+def vehicle_summary(vehicle: str) -> str:
+    """Return what a profile is for: the comment in its first line.
+
+    Raises:
+        ConfigError: there is no such profile.
+    """
+    first = vehicle_file(vehicle).read_text(encoding="utf-8").partition("\n")[0]
+    return first.removeprefix("#").strip() if first.startswith("#") else ""

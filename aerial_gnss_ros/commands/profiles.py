@@ -1,0 +1,36 @@
+# SPDX-License-Identifier: Apache-2.0
+"""`aerial-gnss profiles`: the vehicle profiles that come with the package, and their texts."""
+
+from __future__ import annotations
+
+import argparse
+import json
+
+from aerial_gnss_ros.adapters.vehicles import vehicle_file, vehicle_names, vehicle_summary
+
+HELP = "list the vehicle profiles, or print one as a start for your own"
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the command's arguments."""
+    parser.epilog = (
+        "Use one with --vehicle NAME (run, replay) or vehicle:=NAME (launch). For a drone that "
+        "differs: aerial-gnss profiles NAME > mine.yaml, change it, and give its path instead."
+    )
+    parser.add_argument("name", nargs="?", metavar="NAME", help="print this profile")
+    parser.add_argument("--json", action="store_true", help="the list for machines")
+
+
+def run(args: argparse.Namespace) -> int:
+    """List the profiles, or print one."""
+    if args.name:
+        print(vehicle_file(args.name).read_text(encoding="utf-8"), end="")
+        return 0
+    found = {name: vehicle_summary(name) for name in vehicle_names()}
+    if args.json:
+        print(json.dumps(found, indent=2))
+        return 0
+    width = max(map(len, found))
+    for name, summary in found.items():
+        print(f"{name:<{width}}  {summary}")
+    return 0
