@@ -3,12 +3,12 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
 from aerial_gnss_ros.adapters.feed import Subscription
+from aerial_gnss_ros.adapters.versions import newest_version
 from aerial_gnss_ros.bags.reader import BagReader, Topic
 from aerial_gnss_ros.core.errors import InputError
 
@@ -81,13 +81,9 @@ def make_plan(
 def recorded_name(bag: BagReader, subscription: Subscription, namespace: str) -> str:
     """Return the absolute topic of an input; the newest version where the bag has versions."""
     name = resolve(subscription.topic, namespace)
-    if not subscription.versioned or _has(bag, name):
+    if not subscription.versioned:
         return name
-    pattern = re.compile(re.escape(name) + r"_v(\d+)")
-    versions = [
-        (int(m[1]), m[0]) for t in bag.topics if _has(bag, t) and (m := pattern.fullmatch(t))
-    ]
-    return max(versions)[1] if versions else name
+    return newest_version(name, [topic for topic in bag.topics if _has(bag, topic)])
 
 
 def _both(first: Subscription | None, second: Subscription) -> Subscription:

@@ -9,6 +9,7 @@ from rclpy.publisher import Publisher
 
 from aerial_gnss_ros.adapters.feed import Feed, Subscription
 from aerial_gnss_ros.adapters.results import OutgoingMessage, result_messages
+from aerial_gnss_ros.adapters.versions import newest_version
 from aerial_gnss_ros.core.config import EstimatorConfig, estimator_config
 from aerial_gnss_ros.core.estimator import Estimator
 from aerial_gnss_ros.core.inputs import InputState
@@ -24,7 +25,7 @@ from aerial_gnss_ros.nodes.supervised import Given, SupervisedNode
 from aerial_gnss_ros.nodes.timings import Timings
 
 DETECTIONS = "detections"
-CAMERA_INFO = "camera_info"
+SENT_ONCE = ("camera_info", "home")  # latched or repeated: it may stay silent after the first
 ADVANCE_S = 0.02  # what waits for its time gives up at most this late
 
 
@@ -46,8 +47,11 @@ class EstimatorNode(SupervisedNode):
         self._results: dict[str, Publisher] = {}
         self._timings = Timings()
         self._images = 0
+        self._versioned: list[Input] = []
         for subscription in self._feed.subscriptions:
             self._subscribe(subscription)
+        if self._versioned:
+            self.every(1.0, self._follow_versions)
         self.follow(estimator_config, self._set_config)
         self.every(ADVANCE_S, self._advance)
         self.get_logger().info(self._start_message())
@@ -61,14 +65,28 @@ class EstimatorNode(SupervisedNode):
     def _subscribe(self, subscription: Subscription) -> None:
         reliable = subscription.name == DETECTIONS
         expected = ALWAYS if subscription.required else OPTIONAL
-        self.listen(
+        source = self.listen(
             subscription.name,
             subscription.topic,
             subscription.msgtype,
             qos.detections() if reliable else qos.sensor(subscription.depth),
             lambda msg: self._take(subscription, msg),
-            expected=ONCE if subscription.name == CAMERA_INFO else expected,
+            expected=ONCE if subscription.name in SENT_ONCE else expected,
         )
+        if subscription.versioned:
+            self._versioned.append(source)
+
+    def _follow_versions(self) -> None:
+        """Go over to `<topic>_v<n>` where only that is published: PX4 since 1.16."""
+        silent = [source for source in self._versioned if not source.arrivals.count]
+        if not silent:
+            return
+        names = [name for name, _ in self.get_topic_names_and_types()]
+        present = [name for name in names if self.count_publishers(name)]
+        for source in silent:
+            found = newest_version(source.topic, present)
+            if found != source.topic:
+                self.listen_instead(source, found)
 
     def _take(self, subscription: Subscription, msg: Any) -> None:
         now_ns = self.now_ns()
@@ -118,7 +136,9 @@ class EstimatorNode(SupervisedNode):
             return status
         values = {**status.values, "state": str(known.state), "unusable": known.bad}
         if known.state is InputState.BAD:
-            words = f"the last message was of no use ({known.bad} of {known.count})"
+            words = (
+                f"the last message was of no use ({known.bad} of {known.count}): {known.trouble}"
+            )
             return Status(status.name, ERROR, words, values)
         if known.state is InputState.STALE and status.level == OK and source.expected == ALWAYS:
             return Status(status.name, WARN, "its stamps lag behind the images", values)

@@ -27,9 +27,21 @@ def message_class(msgtype: str) -> Any:
         return getattr(importlib.import_module(f"{package}.msg"), name)
     except (ImportError, AttributeError) as error:
         raise RosError(
-            f"message type {msgtype} is not installed ({error}); on a robot install "
-            f"ros-jazzy-{package.replace('_', '-')}, elsewhere interfaces/ with pip."
+            f"message type {msgtype} is not installed ({error}); {_remedy(package)}."
         ) from error
+
+
+def _remedy(package: str) -> str:
+    """Return where a message package comes from."""
+    if package == "px4_msgs":
+        return (
+            "build px4_msgs of the firmware's release in a colcon workspace and source it, or "
+            "choose another vehicle profile"
+        )
+    apt = f"ros-jazzy-{package.replace('_', '-')}"
+    if package == "mavros_msgs":
+        return f"install {apt} (it comes with MAVROS), or choose another vehicle profile"
+    return f"on a robot install {apt}, elsewhere interfaces/ with pip"
 
 
 def message(msgtype: str, fields: Mapping[str, Any]) -> Any:

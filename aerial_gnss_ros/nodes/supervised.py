@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -66,7 +66,9 @@ class SupervisedNode(Node):  # type: ignore[misc]  # rclpy has no complete types
         declare(self, SCHEMAS[name], self.values)
         self.inputs: list[Input] = []
         self._steady = Clock(clock_type=ClockType.STEADY_TIME)
+        self._silences: dict[str, str] = {}
         self._profiles: dict[str, QoSProfile] = {}
+        self._attached: dict[str, tuple[Callable[[Any], None], QoSProfile, Any]] = {}
         self._said: dict[str, int] = {}
         self._diagnostics = self.create_publisher(
             DiagnosticArray, "/diagnostics", qos.diagnostics()
@@ -122,8 +124,25 @@ class SupervisedNode(Node):  # type: ignore[misc]  # rclpy has no complete types
         def take(msg: Any) -> None:
             quiet_s = arrivals.record(self.steady_ns())
             if quiet_s is not None:
-                self.get_logger().info(f"{name} is back on {resolved} after {quiet_s:.1f} s")
+                self.get_logger().info(f"{name} is back on {source.topic} after {quiet_s:.1f} s")
             callback(msg)
+
+        self._attach(source, topic, take, profile)
+        self.inputs.append(source)
+        return source
+
+    def listen_instead(self, source: Input, topic: str) -> None:
+        """Listen on another topic for an input that was listened to before."""
+        callback, profile, former = self._attached.pop(source.name)
+        self.destroy_subscription(former)
+        self.get_logger().info(f"{source.name} comes on {topic} instead of {source.topic}")
+        source.topic = topic
+        self._attach(source, topic, callback, profile)
+
+    def _attach(
+        self, source: Input, topic: str, callback: Callable[[Any], None], profile: QoSProfile
+    ) -> None:
+        resolved = source.topic
 
         def lost(event: Any) -> None:
             source.lost = event.total_count
@@ -132,12 +151,11 @@ class SupervisedNode(Node):  # type: ignore[misc]  # rclpy has no complete types
             incompatible_qos=lambda event: self._mismatch(resolved, "publisher", profile, event),
             message_lost=lost,
         )
-        self.create_subscription(
-            message_class(msgtype), topic, take, profile, event_callbacks=events
+        made = self.create_subscription(
+            message_class(source.msgtype), topic, callback, profile, event_callbacks=events
         )
-        self.inputs.append(source)
         self._profiles[resolved] = profile
-        return source
+        self._attached[source.name] = (callback, profile, made)
 
     def announce(self, topic: str, msgtype: str, profile: QoSProfile) -> Publisher:
         """Return a publisher that reports subscribers which cannot be served."""
@@ -192,7 +210,7 @@ class SupervisedNode(Node):  # type: ignore[misc]  # rclpy has no complete types
         for source in self.inputs:
             if source.missed and source.arrivals.fell_silent(now_ns):
                 self._report_silence(source)
-        lines = [self.judge(source, input_status(source, now_ns)) for source in self.inputs]
+        lines = [self.judge(source, self._status(source, now_ns)) for source in self.inputs]
         self._diagnostics.publish(
             diagnostic_array(
                 self.get_fully_qualified_name(),
@@ -200,6 +218,13 @@ class SupervisedNode(Node):  # type: ignore[misc]  # rclpy has no complete types
                 lines + self.statuses(),
             )
         )
+
+    def _status(self, source: Input, now_ns: int) -> Status:
+        """Return an input's line; while it is silent, with what is known of why."""
+        status = input_status(source, now_ns)
+        if not source.arrivals.silent:
+            return status
+        return replace(status, message=self._silences.get(source.name, status.message))
 
     def _report_silence(self, source: Input) -> None:
         found = self.get_publishers_info_by_topic(source.topic)
@@ -210,7 +235,8 @@ class SupervisedNode(Node):  # type: ignore[misc]  # rclpy has no complete types
         )
         sentence = source.silence([info.topic_type for info in found], unfit)
         advice = self.advice(source)
-        self.get_logger().warning(f"{sentence}; {advice}" if advice else sentence)
+        self._silences[source.name] = f"{sentence}; {advice}" if advice else sentence
+        self.get_logger().warning(self._silences[source.name])
 
     def _mismatch(self, topic: str, other: str, profile: QoSProfile, event: Any) -> None:
         policy = qos_policy_name_from_kind(event.last_policy_kind).lower()
