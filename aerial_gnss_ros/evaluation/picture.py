@@ -89,9 +89,9 @@ def _draw_robot(
 
 def _frame(axes: Any, tracks: list[tuple[Array, Array]]) -> None:
     """Show what was measured or is true: a robot that coasts away may leave the map."""
-    east = np.concatenate([track[0] for track in tracks])
-    north = np.concatenate([track[1] for track in tracks])
-    if not len(east):
+    east = np.concatenate([np.zeros(0), *(track[0] for track in tracks)])
+    north = np.concatenate([np.zeros(0), *(track[1] for track in tracks)])
+    if not len(east):  # nothing was found: no reason to fail
         return
     half = 2.0 + 0.6 * max(np.ptp(north), np.ptp(east) / _WIDE)
     middle = 0.5 * (east.min() + east.max()), 0.5 * (north.min() + north.max())
