@@ -108,6 +108,35 @@ def test_heights_of_all_types_agree(message, msgtype, fields):
     assert (height.stamp_ns, height.value) == (NOW, 7.5)
 
 
+@pytest.mark.parametrize(
+    ("value", "limits", "kept"),
+    [
+        (7.5, (0.2, 40.0), True),
+        (math.inf, (0.2, 40.0), False),  # REP 117: nothing within reach
+        (-math.inf, (0.2, 40.0), False),
+        (41.0, (0.2, 40.0), False),
+        (7.5, (0.0, 0.0), True),  # limits that say nothing
+    ],
+)
+def test_a_range_outside_the_sensor_s_limits_is_none(message, value, limits, kept):
+    fields = {"range": value, "min_range": limits[0], "max_range": limits[1]}
+    height = canonical.scalar(message("sensor_msgs/msg/Range", fields), NOW)
+    assert math.isfinite(height.value) == kept
+
+
+def test_angles_in_degrees_are_those_in_radians(message):
+    degrees = message(
+        "geometry_msgs/msg/Vector3Stamped", {"vector": {"x": 5.0, "y": 90.0, "z": -30.0}}
+    )
+    angles = {"x": math.radians(5.0), "y": math.pi / 2, "z": math.radians(-30.0)}
+    radians = message("geometry_msgs/msg/Vector3Stamped", {"vector": angles})
+    np.testing.assert_allclose(
+        canonical.orientation(degrees, NOW, "vector3", "deg").quaternion,
+        canonical.orientation(radians, NOW, "vector3").quaternion,
+        atol=1e-15,
+    )
+
+
 CAMERA = {
     "width": 640,
     "height": 480,

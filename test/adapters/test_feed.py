@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+import math
+
 import pytest
 
 from aerial_gnss_ros.adapters.feed import Feed
@@ -147,3 +149,22 @@ def test_a_bad_camera_is_passed_on_as_none_and_told_once():
     assert cameras[4].width == 640
     assert len(told) == 1
     assert told[0].startswith("camera/camera_info: ")
+
+
+def test_an_altitude_becomes_a_height_once_home_s_is_known():
+    subscriptions, recorder = feed(
+        {"height.type": "float32", "height.topic": "altitude", "height.home_topic": "home"}
+    )
+    assert subscriptions["home"].msgtype == "std_msgs/msg/Float32"
+    for name, value in (("height", 40.0), ("home", 12.5), ("height", 40.0), ("home", math.nan)):
+        subscriptions[name].handle(make("std_msgs/msg/Float32", {"data": value}), ARRIVAL)
+    subscriptions["height"].handle(make("std_msgs/msg/Float32", {"data": 41.0}), ARRIVAL)
+    assert [value.value for _, value in recorder.calls] == [27.5, 28.5]
+
+
+def test_a_camera_info_of_another_clock_is_stamped_on_arrival():
+    subscriptions, recorder = feed({"camera.stamp": "arrival"}, warn=lambda _sentence: None)
+    subscriptions["camera_info"].handle(
+        make("sensor_msgs/msg/CameraInfo", {"header": HEADER}), ARRIVAL
+    )
+    assert recorder.calls == [("add_camera", ARRIVAL, None)]
