@@ -21,7 +21,7 @@ COMMANDS = {
     "run": ("run", "start detector and estimator nodes in one process"),
     "replay": ("replay", "localise the robots in recorded bags"),
     "simulate": ("simulate", "make a bag of a simulated flight with rendered images and truth"),
-    "import-dji": ("import_dji", "turn a DJI flight record (CSV) into a bag"),
+    "import-dji": ("import_dji", "turn a DJI flight record, with its video, into a bag"),
     "evaluate": ("evaluate", "compare the result of a replay with the truth"),
     "profiles": ("profiles", "list the vehicle profiles, or print one as a start for your own"),
     "check": ("check", "say in words where the camera points, and test signs and references"),

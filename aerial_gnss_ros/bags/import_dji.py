@@ -1,13 +1,16 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A DJI flight record as a bag on the canonical topics."""
+"""A DJI flight record, with its video or without, as a bag on the canonical topics."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import heapq
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from aerial_gnss_ros.adapters.dji_log import DjiLog
+from aerial_gnss_ros.adapters.stamps import header_fields
 from aerial_gnss_ros.adapters.telemetry_fields import (
     CAMERA_INFO_TYPE,
     FIX_TYPE,
@@ -20,13 +23,34 @@ from aerial_gnss_ros.adapters.telemetry_fields import (
     imu_fields,
     quaternion_fields,
 )
+from aerial_gnss_ros.bags.video import Video
 from aerial_gnss_ros.bags.writer import SENSOR, BagWriter
 from aerial_gnss_ros.core.camera import CameraModel
 
 START_NS = 1_735_689_600_000_000_000
-"""The log's first row, where the user names no time: the log tells no date. 2025-01-01, 0 h UTC."""
+"""The log's first row, where nobody names a time: most logs tell no date. 2025-01-01, 0 h UTC."""
+
+IMAGE_TOPIC = "camera/image_raw/compressed"
+IMAGE_TYPE = "sensor_msgs/msg/CompressedImage"
 
 Message = tuple[int, str, str, dict[str, Any]]
+
+
+@dataclass(frozen=True)
+class Footage:
+    """A video and how it goes into the bag.
+
+    Attributes:
+        video: the file.
+        start_s: when it began, in the log's time, s.
+        every: each n-th frame is taken.
+        quality: of the JPEGs, 1 to 100.
+    """
+
+    video: Video
+    start_s: float
+    every: int = 1
+    quality: int = 95
 
 
 def write_dji_bag(
@@ -34,45 +58,65 @@ def write_dji_bag(
     path: Path,
     *,
     camera: CameraModel | None = None,
+    footage: Footage | None = None,
     start_ns: int = START_NS,
     namespace: str = "",
+    on_message: Callable[[int], None] = lambda _done: None,
 ) -> dict[str, int]:
-    """Write fix, attitude, gimbal, height and, where it is given, the camera.
+    """Write fix, attitude, gimbal and height, and the camera and images where they are given.
 
     Args:
         log: the flight.
         path: the bag's folder; must not exist.
-        camera: described with every row, so that live players hear it at once.
-        start_ns: time of the log's first row, ns.
+        camera: described with every image, or with every row where there are none, so that live
+            players hear it at once.
+        footage: the video.
+        start_ns: time at which the log's own time is zero, ns.
         namespace: put before the topics, such as `drone1`.
+        on_message: takes the number of messages written so far.
 
     Returns:
         Number of messages by topic.
 
     Raises:
+        InputError: the video is damaged.
         OutputError: the folder exists, or the disk is full.
     """
-    with BagWriter(path, compress=True, namespace=namespace) as bag:
-        for stamp_ns, topic, msgtype, fields in messages(log, camera, start_ns):
+    rows = messages(log, None if footage else camera, start_ns)
+    streams = [rows] if footage is None else [rows, images(footage, camera, start_ns)]
+    with BagWriter(path, compress=footage is None, namespace=namespace) as bag:
+        merged = heapq.merge(*streams, key=lambda message: message[0])
+        for done, (stamp_ns, topic, msgtype, fields) in enumerate(merged, start=1):
             bag.write(topic, msgtype, stamp_ns, fields, SENSOR)
+            on_message(done)
         return dict(bag.counts)
 
 
 def messages(log: DjiLog, camera: CameraModel | None, start_ns: int) -> Iterator[Message]:
-    """Yield stamp, topic, type and fields of every message in the order of the log's rows."""
-    rows = zip(
-        log.fixes(start_ns),
-        log.attitudes(start_ns),
-        log.gimbals(start_ns),
-        log.heights(start_ns),
-        strict=True,
-    )
-    for fix, attitude, gimbal, height in rows:
+    """Yield stamp, topic, type and fields of the telemetry in the order of the log's rows."""
+    attitudes, gimbals = log.attitudes(start_ns), log.gimbals(start_ns)
+    heights = log.heights(start_ns)
+    for i, fix in enumerate(log.fixes(start_ns)):
         stamp_ns = fix.stamp_ns
         if camera is not None:
             info = camera_info_fields(camera, stamp_ns, "camera")
             yield stamp_ns, "camera/camera_info", CAMERA_INFO_TYPE, info
         yield stamp_ns, "fix", FIX_TYPE, fix_fields(fix)
-        yield stamp_ns, "attitude", IMU_TYPE, imu_fields(attitude)
-        yield stamp_ns, "gimbal", QUATERNION_TYPE, quaternion_fields(gimbal, "enu")
-        yield stamp_ns, "height", FLOAT_TYPE, float_fields(height)
+        if attitudes:
+            yield stamp_ns, "attitude", IMU_TYPE, imu_fields(attitudes[i])
+        if gimbals:
+            yield stamp_ns, "gimbal", QUATERNION_TYPE, quaternion_fields(gimbals[i], "enu")
+        if heights:
+            yield stamp_ns, "height", FLOAT_TYPE, float_fields(heights[i])
+
+
+def images(footage: Footage, camera: CameraModel | None, start_ns: int) -> Iterator[Message]:
+    """Yield the video's frames, each after the camera's description."""
+    begin_ns = start_ns + round(footage.start_s * 1e9)
+    for seconds, jpeg in footage.video.frames(footage.every, footage.quality):
+        stamp_ns = begin_ns + round(seconds * 1e9)
+        if camera is not None:
+            info = camera_info_fields(camera, stamp_ns, "camera")
+            yield stamp_ns, "camera/camera_info", CAMERA_INFO_TYPE, info
+        header = header_fields(stamp_ns, "camera")
+        yield stamp_ns, IMAGE_TOPIC, IMAGE_TYPE, {"header": header, "format": "jpeg", "data": jpeg}

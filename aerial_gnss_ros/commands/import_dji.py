@@ -1,40 +1,38 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`aerial-gnss import-dji`: a DJI flight record to a bag on the canonical topics."""
+"""`aerial-gnss import-dji`: a DJI flight record, with its video, to a bag on canonical topics."""
 
 from __future__ import annotations
 
 import argparse
 import json
 import math
-import re
-import textwrap
 from pathlib import Path
 
-from aerial_gnss_ros.adapters.dji_log import (
-    ROW_RATE_HZ,
-    DjiLog,
-    RefusedRow,
-    read_dji_log,
-    summarise_refusals,
-)
-from aerial_gnss_ros.bags.import_dji import START_NS, write_dji_bag
+from aerial_gnss_ros.adapters.dji_log import ROW_RATE_HZ, DjiLog, read_dji_log
+from aerial_gnss_ros.bags.alignment import Alignment, align
+from aerial_gnss_ros.bags.import_dji import START_NS, Footage, write_dji_bag
 from aerial_gnss_ros.bags.partial import refuse_existing
-from aerial_gnss_ros.core.camera import CameraModel
+from aerial_gnss_ros.bags.video import Video, open_video
+from aerial_gnss_ros.commands.camera_arguments import add_numbers, chosen_camera
+from aerial_gnss_ros.commands.ending import ended_cleanly
+from aerial_gnss_ros.commands.import_report import Imported, as_json, as_text
+from aerial_gnss_ros.commands.progress import progress
 from aerial_gnss_ros.core.errors import InputError
 
-HELP = "turn a DJI flight record (CSV) into a bag"
-_MM = 1e-3
-_LINES_SHOWN = 8
-_WIDTH = 100
+HELP = "turn a DJI flight record (CSV, SRT), with its video, into a bag"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the command's arguments."""
     parser.epilog = (
-        "The log's video is not imported yet: the bag holds telemetry only, and the camera where "
-        "its three arguments are given."
+        "An interrupted import leaves nothing behind: run it again. Memory does not grow with the "
+        "video's length."
     )
-    parser.add_argument("log", type=Path, help="flight record as CSV, heights in feet or metres")
+    parser.add_argument(
+        "log", type=Path,
+        help="flight record or AirData as CSV, heights in feet or metres; or SRT subtitles",
+    )  # fmt: skip
+    parser.add_argument("video", type=Path, nargs="?", help="the video of that flight, such as mp4")
     parser.add_argument(
         "-o", "--output", type=Path, required=True, metavar="BAG", help="folder of the new bag"
     )
@@ -44,100 +42,96 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="rows a second where the log has no time column (%(default)g)",
     )  # fmt: skip
     parser.add_argument(
-        "--start", type=float, default=START_NS / 1e9, metavar="S",
-        help="Unix time of the first row, s; the log tells no date (2025-01-01, 0 h UTC)",
+        "--start", type=float, metavar="S",
+        help="Unix time at which the log's time is zero, s (the log's own UTC date where it has "
+        "one, else 2025-01-01)",
     )  # fmt: skip
-    camera = parser.add_argument_group(
-        "camera", "described in the bag where all three are given: a pinhole without distortion"
-    )
-    camera.add_argument("--image-size", metavar="WxH", help="px, such as 1920x1080")
-    camera.add_argument("--focal-length-mm", type=float, metavar="MM", help="at the zoom used")
+    _add_video(parser.add_argument_group("video"))
+    camera = parser.add_argument_group("camera", "described in the bag where it is given")
     camera.add_argument(
-        "--sensor-width-mm", type=float, metavar="MM", help="that the image's width covers"
-    )
+        "--camera", metavar="YAML|NAME",
+        help="CameraInfo YAML, or a known drone (`aerial-gnss camera --list`)",
+    )  # fmt: skip
+    add_numbers(camera)
     parser.add_argument("--json", action="store_true", help="the summary for machines")
+
+
+def _add_video(group: argparse._ArgumentGroup) -> None:
+    group.add_argument(
+        "--offset", type=float, metavar="S",
+        help="log time at which the video begins, s (default: from the log's video marker)",
+    )  # fmt: skip
+    group.add_argument(
+        "--recording", type=int, metavar="N", help="which of the log's recordings it is, from 1"
+    )
+    group.add_argument(
+        "--every", type=int, default=1, metavar="N", help="take each N-th frame (%(default)s)"
+    )
+    group.add_argument(
+        "--jpeg-quality", type=int, default=95, metavar="Q",
+        help="1 to 100 (%(default)s); H.264 frames must be encoded anew",
+    )  # fmt: skip
 
 
 def run(args: argparse.Namespace) -> int:
     """Import a log."""
     refuse_existing(args.output)
-    camera = _camera(args)
-    if not args.rate > 0.0:
-        raise InputError(f"--rate must be above 0 Hz, not {args.rate:g}.")
-    if not (math.isfinite(args.start) and args.start >= 0.0):
-        raise InputError(f"--start must be a Unix time in seconds, not {args.start:g}.")
+    _check(args)
     log = read_dji_log(args.log, args.rate)
-    counts = write_dji_bag(
-        log,
-        args.output,
-        camera=camera,
-        start_ns=round(args.start * 1e9),
-        namespace=args.namespace,
-    )
-    if args.json:
-        print(json.dumps(_summary(args.output, log, counts), indent=2))
-    else:
-        _print_table(args.output, log, counts, camera is not None)
+    video = None if args.video is None else open_video(args.video)
+    size = None if video is None else (video.width, video.height)
+    camera = chosen_camera(args, args.camera, size)
+    start = None if video is None else align(log, video.duration_s, args.offset, args.recording)
+    start_ns = _start_ns(args, log)
+    footage = _footage(args, video, start)
+    total = _total(log, footage, camera is not None)
+    with ended_cleanly(), progress("importing", total, "messages") as report:
+        counts = write_dji_bag(
+            log,
+            args.output,
+            camera=None if camera is None else camera.camera,
+            footage=footage,
+            start_ns=start_ns,
+            namespace=args.namespace,
+            on_message=report,
+        )
+    done = Imported(args.output, log, camera, video, start, args.every, start_ns, counts)
+    print(json.dumps(as_json(done), indent=2) if args.json else as_text(done))
     return 0
 
 
-def _camera(args: argparse.Namespace) -> CameraModel | None:
-    given = {
-        "--image-size": args.image_size,
-        "--focal-length-mm": args.focal_length_mm,
-        "--sensor-width-mm": args.sensor_width_mm,
-    }
-    missing = [flag for flag, value in given.items() if value is None]
-    if len(missing) == len(given):
+def _check(args: argparse.Namespace) -> None:
+    if not args.rate > 0.0:
+        raise InputError(f"--rate must be above 0 Hz, not {args.rate:g}.")
+    if args.start is not None and not (math.isfinite(args.start) and args.start >= 0.0):
+        raise InputError(f"--start must be a Unix time in seconds, not {args.start:g}.")
+    if args.offset is not None and not math.isfinite(args.offset):
+        raise InputError(f"--offset must be a time in seconds, not {args.offset:g}.")
+    if args.every < 1:
+        raise InputError(f"--every must be 1 or more, not {args.every}.")
+    if not 1 <= args.jpeg_quality <= 100:
+        raise InputError(f"--jpeg-quality must lie within 1 and 100, not {args.jpeg_quality}.")
+    if args.video is None and (args.offset is not None or args.recording is not None):
+        raise InputError("--offset and --recording belong to a video; give it after the log.")
+
+
+def _start_ns(args: argparse.Namespace, log: DjiLog) -> int:
+    if args.start is not None:
+        return round(float(args.start) * 1e9)
+    return START_NS if log.clock_ns is None else log.clock_ns
+
+
+def _footage(
+    args: argparse.Namespace, video: Video | None, start: Alignment | None
+) -> Footage | None:
+    if video is None or start is None:
         return None
-    if missing:
-        raise InputError(f"a camera needs {', '.join(missing)} too; give all three or none.")
-    match = re.fullmatch(r"(\d+)[xX](\d+)", args.image_size)
-    if match is None:
-        raise InputError(f"--image-size must be such as 1920x1080, not {args.image_size!r}.")
-    return CameraModel.from_focal_length(
-        args.focal_length_mm * _MM,
-        args.sensor_width_mm * _MM,
-        None,
-        int(match[1]),
-        int(match[2]),
-    )
+    return Footage(video, start.start_s, args.every, args.jpeg_quality)
 
 
-def _by_reason(refused: tuple[RefusedRow, ...]) -> dict[str, list[int]]:
-    lines: dict[str, list[int]] = {}
-    for row in refused:
-        lines.setdefault(row.reason, []).append(row.line)
-    return lines
-
-
-def _summary(path: Path, log: DjiLog, counts: dict[str, int]) -> dict[str, object]:
-    return {
-        "bag": str(path),
-        "rows": len(log),
-        "duration_s": float(log.stamps_ns[-1] - log.stamps_ns[0]) * 1e-9,
-        "messages": counts,
-        "conversions": list(log.statements),
-        "refused_lines": _by_reason(log.refused),
-    }
-
-
-def _print_table(path: Path, log: DjiLog, counts: dict[str, int], camera: bool) -> None:
-    seconds = float(log.stamps_ns[-1] - log.stamps_ns[0]) * 1e-9
-    print(f"{log.path}: {len(log)} rows, {seconds:.1f} s\n")
-    rows = [statement.partition(": ")[::2] for statement in log.statements]
-    refused = "nothing"
-    if log.refused:
-        refused = f"{summarise_refusals(log.refused, _LINES_SHOWN)}; --json lists every line"
-    rows.append(("refused", refused))
-    if not camera:
-        rows.append(
-            ("camera", "none; give --image-size, --focal-length-mm and --sensor-width-mm for one")
-        )
-    column = max(len(name) for name, _ in rows) + 4
-    for name, text in rows:
-        first = f"  {name}".ljust(column)
-        print(textwrap.fill(text, _WIDTH, initial_indent=first, subsequent_indent=" " * column))
-    print(f"\n{path}:")
-    for topic, count in counts.items():
-        print(f"  {topic:<24} {count} messages")
+def _total(log: DjiLog, footage: Footage | None, camera: bool) -> int:
+    """Return how many messages will be written."""
+    inputs = 1 + sum(bool(len(values)) for values in (log.attitude, log.gimbal, log.height))
+    if footage is None:
+        return len(log) * (inputs + camera)
+    return len(log) * inputs + -(-footage.video.count // footage.every) * (1 + camera)

@@ -46,6 +46,11 @@ class RecordedFlight:
         Raises:
             InputError: the piece is not in the log, or rows are missing in it.
         """
+        if not (len(log.gimbal) and len(log.attitude) and len(log.height)):
+            raise InputError(
+                f"{log.path} lacks height, attitude or gimbal angles; a flight record as CSV "
+                "has them."
+            )
         self._log = log
         seconds: Array = np.asarray(log.stamps_ns * 1e-9)
         end = float(seconds[-1])
@@ -130,6 +135,8 @@ def water_seconds(
         duration_s: length of a piece, s.
         steepest_rad: least angle of the optical axis below the horizon, rad.
     """
+    if not (len(log.gimbal) and len(log.height)):
+        return np.zeros(0)
     down = -matrix_from_quaternion(log.gimbal)[:, 2, 0]
     bad = (down < math.sin(steepest_rad)) | (log.height < 1.0)
     seconds: Array = np.asarray(log.stamps_ns * 1e-9)

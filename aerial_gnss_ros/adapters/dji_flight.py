@@ -1,0 +1,143 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A flight as a DJI recorded it, in SI and this package's frames, whatever file it came from."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aerial_gnss_ros.core.frames import matrix_from_rpy, quaternion_from_matrix
+from aerial_gnss_ros.core.values import Array, Fix, Orientation, Scalar
+
+METRES_PER_FOOT = 0.3048
+LONGEST_STEP_S = 1.0
+"""Rows farther apart leave a gap that is reported: telemetry is not interpolated far."""
+
+
+@dataclass(frozen=True)
+class RefusedRow:
+    """A row that gives no telemetry: its line in the file (the header is line 1) and why."""
+
+    line: int
+    reason: str
+
+
+@dataclass(frozen=True)
+class DjiLog:
+    """A flight as recorded, in SI and this package's frames; refused rows are left out.
+
+    Attributes:
+        path: the file.
+        stamps_ns: (n,) time since the file's first row, ns, strictly increasing.
+        latitude: (n,) rad, WGS84.
+        longitude: (n,) rad, WGS84.
+        height: (n,) m; what it is measured from is DJI's, see `statements`. (0,) where absent.
+        attitude: (n, 4) quaternions x, y, z, w of the body, FLU in ENU; (0, 4) where absent.
+        gimbal: (n, 4) quaternions of the camera, FLU in ENU (earth-referenced); (0, 4) likewise.
+        refused: rows that give nothing.
+        statements: how each column was understood, in words for the user.
+        guesses: what the file does not say and was assumed, in words.
+        recordings_s: (start, end) of each video recording that the log marks, s.
+        clock_ns: Unix time of the file's first row, ns, where the file says it in UTC.
+        of_video: whether the times are those of the video itself (subtitles).
+    """
+
+    path: Path
+    stamps_ns: NDArray[np.int64]
+    latitude: Array
+    longitude: Array
+    height: Array
+    attitude: Array
+    gimbal: Array
+    refused: tuple[RefusedRow, ...]
+    statements: tuple[str, ...]
+    guesses: tuple[str, ...] = ()
+    recordings_s: tuple[tuple[float, float], ...] = ()
+    clock_ns: int | None = None
+    of_video: bool = False
+
+    def __len__(self) -> int:
+        return len(self.stamps_ns)
+
+    @property
+    def seconds(self) -> Array:
+        """Times (n,) in s since the file's first row."""
+        return np.asarray(self.stamps_ns * 1e-9)
+
+    @property
+    def gaps_s(self) -> tuple[tuple[float, float], ...]:
+        """Where rows are missing: (time of the last row before, length), s."""
+        seconds = self.seconds
+        lengths = np.diff(seconds)
+        usual = float(np.median(lengths)) if len(lengths) else 0.0
+        long = np.flatnonzero(lengths > max(LONGEST_STEP_S, 5.0 * usual))
+        return tuple((float(seconds[i]), float(lengths[i])) for i in long)
+
+    def fixes(self, start_ns: int = 0) -> list[Fix]:
+        """Return the positions; altitude is NaN, for the log's datum is not stated."""
+        return [
+            Fix(start_ns + int(stamp), float(lat), float(lon), math.nan)
+            for stamp, lat, lon in zip(self.stamps_ns, self.latitude, self.longitude, strict=True)
+        ]
+
+    def attitudes(self, start_ns: int = 0) -> list[Orientation]:
+        """Return the body's orientations, FLU in ENU; empty where the log has none."""
+        return self._orientations(self.attitude, start_ns)
+
+    def gimbals(self, start_ns: int = 0) -> list[Orientation]:
+        """Return the camera's orientations, FLU in ENU; empty where the log has none."""
+        return self._orientations(self.gimbal, start_ns)
+
+    def heights(self, start_ns: int = 0) -> list[Scalar]:
+        """Return the heights, m; empty where the log has none."""
+        if not len(self.height):
+            return []
+        return [
+            Scalar(start_ns + int(stamp), float(value))
+            for stamp, value in zip(self.stamps_ns, self.height, strict=True)
+        ]
+
+    def _orientations(self, quaternions: Array, start_ns: int) -> list[Orientation]:
+        if not len(quaternions):
+            return []
+        return [
+            Orientation(start_ns + int(stamp), quaternion)
+            for stamp, quaternion in zip(self.stamps_ns, quaternions, strict=True)
+        ]
+
+
+def summarise_refusals(refused: Sequence[RefusedRow], most: int = 5) -> str:
+    """Return refused rows in words: the count for each reason and the first few line numbers."""
+    by_reason: dict[str, list[int]] = {}
+    for row in refused:
+        by_reason.setdefault(row.reason, []).append(row.line)
+    parts = []
+    for reason, lines in by_reason.items():
+        shown = ", ".join(str(line) for line in lines[:most])
+        more = ", …" if len(lines) > most else ""
+        rows = "row" if len(lines) == 1 else "rows"
+        at = "line" if len(lines) == 1 else "lines"
+        parts.append(f"{len(lines)} {rows}: {reason} ({at} {shown}{more})")
+    return "; ".join(parts)
+
+
+def quaternions(roll_deg: Array, pitch_deg: Array, yaw: Array) -> Array:
+    """Return FLU in ENU (n, 4) from DJI's roll and pitch (NED: nose up positive) and ENU yaw."""
+    matrices = matrix_from_rpy(np.radians(roll_deg), -np.radians(pitch_deg), yaw)
+    return np.asarray(quaternion_from_matrix(matrices), dtype=np.float64)
+
+
+def position_refusal(latitude_deg: float, longitude_deg: float) -> str | None:
+    """Return why a position cannot be one, or None."""
+    if not (math.isfinite(latitude_deg) and math.isfinite(longitude_deg)):
+        return "a value is missing or not a number"
+    if abs(latitude_deg) > 90.0 or abs(longitude_deg) > 180.0:
+        return "latitude or longitude out of range"
+    if latitude_deg == 0.0 and longitude_deg == 0.0:
+        return "position 0, 0: no fix"
+    return None

@@ -1,0 +1,210 @@
+# SPDX-License-Identifier: Apache-2.0
+"""SRT subtitles with telemetry, as DJI drones write beside their videos, to a flight.
+
+Generations known: `GPS(lon,lat,sats) BAROMETER:h` (Phantom 3, 4); `GPS (lon, lat, sats), D …m,
+H …m`, with or without `F.PRY (p°, r°, y°), G.PRY (p°, r°, y°)` (Mavic Mini, Phantom 4 RTK);
+brackets `[latitude: …] [longtitude: …] [altitude: …] [Drone: Yaw:…]` (Mavic Air, 2 Enterprise);
+`[rel_alt: … abs_alt: …]` (Mini 3, Air 3); `[gb_yaw: … gb_pitch: … gb_roll: …]` (Mavic 3
+Enterprise, M30). The times are those of the video.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+
+from aerial_gnss_ros.adapters.dji_flight import (
+    DjiLog,
+    RefusedRow,
+    position_refusal,
+    quaternions,
+    summarise_refusals,
+)
+from aerial_gnss_ros.core.errors import InputError
+from aerial_gnss_ros.core.frames import yaw_from_heading
+from aerial_gnss_ros.core.values import Array
+
+_N = r"([-+]?\d+(?:\.\d+)?)"
+_TIMES = re.compile(r"(\d+):(\d\d):(\d\d)[,.](\d{3})\s*--\s?>")
+_GPS = re.compile(rf"\b(?:GPS|RTK)\s*\(\s*{_N}\s*,\s*{_N}\s*[,)]", re.IGNORECASE)
+_LATITUDE = re.compile(rf"latitude\s*:?\s*{_N}", re.IGNORECASE)
+_LONGITUDE = re.compile(rf"longt?itude\s*:?\s*{_N}", re.IGNORECASE)
+_HEIGHTS = {
+    "rel_alt": re.compile(rf"rel_alt\s*:?\s*{_N}", re.IGNORECASE),
+    "H": re.compile(rf"\bH\s*:?\s*{_N}\s?m\b"),
+    "BAROMETER": re.compile(rf"BAROMETER\s*:\s*{_N}", re.IGNORECASE),
+}
+_ALTITUDE = re.compile(rf"\baltitude\s*:\s*{_N}", re.IGNORECASE)
+
+
+def _triple(*names: str) -> re.Pattern[str]:
+    return re.compile(r"[\s,]*".join(rf"{name}\s*:\s*{_N}" for name in names), re.IGNORECASE)
+
+
+def _pry(name: str) -> re.Pattern[str]:
+    return re.compile(rf"{name}\.PRY\s*\(\s*{_N}°?\s*,\s*{_N}°?\s*,\s*{_N}°?\s*\)")
+
+
+# Pattern, and where roll, pitch and yaw stand in it.
+_GIMBAL = ((_triple("gb_yaw", "gb_pitch", "gb_roll"), (2, 1, 0)), (_pry("G"), (1, 0, 2)))
+_BODY = (
+    (_triple("drone_yaw", "drone_pitch", "drone_roll"), (2, 1, 0)),
+    (re.compile(rf"Drone\s*:\s*Yaw\s*:\s*{_N}\s*,\s*Pitch\s*:\s*{_N}\s*,\s*Roll\s*:\s*{_N}"),
+     (2, 1, 0)),
+    (_pry("F"), (1, 0, 2)),
+)  # fmt: skip
+_EXPECTED = (
+    "GPS (longitude, latitude, …), or [latitude: …] [longitude: …], and for the camera gb_yaw, "
+    "gb_pitch, gb_roll or G.PRY"
+)
+
+
+def read_srt(path: Path) -> DjiLog:
+    """Read a telemetry subtitle file; see `dji_log.read_dji_log`."""
+    blocks = list(_blocks(path))
+    if not blocks:
+        raise InputError(f"{path} holds no subtitles; expected blocks with `0:00:01,000 --> …`.")
+    swapped = _is_latitude_first([text for _, _, text in blocks])
+    rows: list[tuple[float, ...]] = []
+    refused: list[RefusedRow] = []
+    sources: set[str] = set()
+    last = -1.0
+    for line, time, text in blocks:
+        row, reason = _row(time, text, swapped, sources)
+        reason = reason or ("time does not increase" if time <= last else None)
+        if row is None or reason:
+            refused.append(RefusedRow(line, reason or ""))
+            continue
+        last = time
+        rows.append(row)
+    if len(rows) < 2:
+        words = re.sub(r"<[^>]*>|\n\d+\s*$", "", blocks[0][2])  # without the next one's number
+        sample = " ".join(words.split())[:160]
+        why = summarise_refusals(refused)
+        raise InputError(
+            f"{path} has {len(rows)} usable subtitles, and a flight needs two ({why}); the first "
+            f"one reads «{sample}»; expected: {_EXPECTED}."
+        )
+    return _flight(path, np.array(rows, dtype=np.float64), refused, sources, swapped)
+
+
+def _blocks(path: Path) -> Iterator[tuple[int, float, str]]:
+    """Yield line number, time in s and text of each subtitle."""
+    try:
+        lines = path.read_text(encoding="utf-8-sig", errors="replace").splitlines()
+    except OSError as error:
+        raise InputError(f"cannot read {path}: {error.strerror or error}.") from error
+    start, time, text = 0, 0.0, list[str]()
+    for number, line in enumerate(lines, start=1):
+        match = _TIMES.match(line.strip())
+        if match is None:
+            text.append(line)
+            continue
+        if start:
+            yield start, time, "\n".join(text)
+        hours, minutes, seconds, thousandths = map(int, match.groups())
+        start, time = number, 3600.0 * hours + 60.0 * minutes + seconds + thousandths * 1e-3
+        text = []
+    if start:
+        yield start, time, "\n".join(text)
+
+
+def _is_latitude_first(texts: list[str]) -> bool:
+    """Whether GPS(a, b) must be latitude first: b could not be a latitude."""
+    pairs = [(float(m[1]), float(m[2])) for text in texts if (m := _GPS.search(text))]
+    return any(abs(b) > 90.0 for _, b in pairs) and all(abs(a) <= 90.0 for a, _ in pairs)
+
+
+def _row(
+    time: float, text: str, swapped: bool, sources: set[str]
+) -> tuple[tuple[float, ...] | None, str | None]:
+    """Return time, latitude, longitude, height, body and gimbal roll, pitch, yaw; or why not."""
+    latitude, longitude, gps = _LATITUDE.search(text), _LONGITUDE.search(text), _GPS.search(text)
+    if latitude and longitude:
+        place = float(latitude[1]), float(longitude[1])
+        sources.add("[latitude] [longitude]")
+    elif gps:
+        place = (float(gps[1]), float(gps[2])) if swapped else (float(gps[2]), float(gps[1]))
+        sources.add("GPS(…)")
+    else:
+        return None, "no position"
+    reason = position_refusal(*place)
+    if reason:
+        return None, reason
+    height = float("nan")
+    for name, pattern in _HEIGHTS.items():
+        match = pattern.search(text)
+        if match:
+            height = float(match[1])
+            sources.add(name)
+            break
+    else:
+        if _ALTITUDE.search(text):
+            sources.add("altitude")
+    return (time, *place, height, *_angles(text, _BODY), *_angles(text, _GIMBAL)), None
+
+
+def _angles(
+    text: str, patterns: tuple[tuple[re.Pattern[str], tuple[int, int, int]], ...]
+) -> tuple[float, ...]:
+    for pattern, places in patterns:
+        match = pattern.search(text)
+        if match:
+            return tuple(float(match[1 + place]) for place in places)
+    return (float("nan"),) * 3
+
+
+def _flight(
+    path: Path, rows: Array, refused: list[RefusedRow], sources: set[str], swapped: bool
+) -> DjiLog:
+    height = rows[:, 3]
+    body, gimbal = _orientations(rows[:, 4:7]), _orientations(rows[:, 7:10])
+    with_height = bool(np.isfinite(height).all() and (height >= 0.0).any())
+    statements = ["time: of the video itself"]
+    guesses: list[str] = []
+    if "GPS(…)" in sources:
+        order = "latitude, longitude" if swapped else "longitude, latitude"
+        (statements if swapped else guesses).append(f"position: GPS(…) is {order}, …")
+    else:
+        statements.append("position: latitude and longitude")
+    if with_height:
+        used = next(name for name in _HEIGHTS if name in sources)
+        statements.append(
+            f"height: {used} (m), above the take-off point, and taken as height above the water; "
+            "if you took off from higher up, give the water level"
+        )
+    else:
+        why = "altitude has no stated datum" if "altitude" in sources else "none is recorded"
+        guesses.append(f"height: {why}, so the bag has none; give height.source: constant")
+    for name, values in (("attitude", body), ("gimbal", gimbal)):
+        if len(values):
+            statements.append(f"{name}: roll, pitch, yaw from north (NED), given as FLU in ENU")
+        else:
+            guesses.append(
+                f"{name}: not recorded in this file, so the bag has none"
+                + ("; the flight record as CSV has it" if name == "gimbal" else "")
+            )
+    return DjiLog(
+        path=path,
+        stamps_ns=np.round(rows[:, 0] * 1e9).astype(np.int64),
+        latitude=np.radians(rows[:, 1]),
+        longitude=np.radians(rows[:, 2]),
+        height=height if with_height else np.zeros(0),
+        attitude=body,
+        gimbal=gimbal,
+        refused=tuple(refused),
+        statements=tuple(statements),
+        guesses=tuple(guesses),
+        of_video=True,
+    )
+
+
+def _orientations(rpy_deg: Array) -> Array:
+    """Return FLU in ENU (n, 4); (0, 4) where any row lacks an angle."""
+    if not np.isfinite(rpy_deg).all():
+        return np.zeros((0, 4))
+    roll, pitch, yaw = rpy_deg.T
+    return quaternions(roll, pitch, np.asarray(yaw_from_heading(np.radians(yaw))))

@@ -1,0 +1,109 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Frames of a video, one at a time: hours of it need no more memory than a frame."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import cv2
+
+from aerial_gnss_ros.core.errors import InputError
+
+
+@dataclass(frozen=True)
+class Video:
+    """A video file.
+
+    Attributes:
+        path: the file.
+        width: of its frames, px.
+        height: px.
+        rate_hz: frames a second.
+        count: frames, as the file says.
+    """
+
+    path: Path
+    width: int
+    height: int
+    rate_hz: float
+    count: int
+
+    @property
+    def duration_s(self) -> float:
+        """Length, s."""
+        return self.count / self.rate_hz
+
+    def frames(self, every: int, quality: int) -> Iterator[tuple[float, bytes]]:
+        """Yield time in s and JPEG of every n-th frame.
+
+        A frame of H.264 or H.265 video is mostly the difference from others, so it must be encoded
+        anew; at quality 95 that costs nothing that a detector sees.
+
+        Raises:
+            InputError: the video ends far before its own length (damaged, or cut off).
+        """
+        capture = _open(self.path)
+        options = [int(cv2.IMWRITE_JPEG_QUALITY), quality]
+        last, index = -1.0, 0
+        try:
+            while capture.grab():
+                stamp = _time(capture, index, self.rate_hz, last)
+                if index % every == 0:
+                    read, image = capture.retrieve()
+                    if not read:
+                        break
+                    encoded, data = cv2.imencode(".jpg", image, options)
+                    if encoded:
+                        last = stamp
+                        yield stamp, data.tobytes()
+                index += 1
+        finally:
+            capture.release()
+        if index < 0.9 * self.count:
+            raise InputError(
+                f"{self.path} breaks off after {index} of {self.count} frames; it is damaged or "
+                "cut off, copy it from the card again."
+            )
+
+
+def open_video(path: str | Path) -> Video:
+    """Look at a video.
+
+    Raises:
+        InputError: no such file, or OpenCV cannot read it.
+    """
+    path = Path(path)
+    if not path.is_file():
+        raise InputError(f"{path} does not exist; give the video file.")
+    capture = _open(path)
+    try:
+        width = int(capture.get(cv2.CAP_PROP_FRAME_WIDTH))
+        height = int(capture.get(cv2.CAP_PROP_FRAME_HEIGHT))
+        rate = float(capture.get(cv2.CAP_PROP_FPS))
+        count = int(capture.get(cv2.CAP_PROP_FRAME_COUNT))
+    finally:
+        capture.release()
+    if not (width > 0 and height > 0 and math.isfinite(rate) and rate > 0.0 and count > 0):
+        raise InputError(
+            f"{path} has no usable video ({width}x{height}, {rate:g} frames a second, {count} "
+            "frames); convert it to mp4 first."
+        )
+    return Video(path, width, height, rate, count)
+
+
+def _open(path: Path) -> cv2.VideoCapture:
+    capture = cv2.VideoCapture(str(path))
+    if not capture.isOpened():
+        raise InputError(f"{path} is no video that OpenCV can read; convert it to mp4 first.")
+    return capture
+
+
+def _time(capture: cv2.VideoCapture, index: int, rate_hz: float, last: float) -> float:
+    """Return the grabbed frame's time, s: its own stamp where that makes sense, else its number."""
+    own = float(capture.get(cv2.CAP_PROP_POS_MSEC)) * 1e-3
+    counted = index / rate_hz
+    sensible = math.isfinite(own) and own > last and abs(own - counted) < 0.05 * counted + 0.5
+    return own if sensible else max(counted, last + 1e-6)

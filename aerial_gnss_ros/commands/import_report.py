@@ -1,0 +1,144 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What an import says of itself: a table of what was read, guessed and refused."""
+
+from __future__ import annotations
+
+import textwrap
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+from aerial_gnss_ros.adapters.dji_log import DjiLog, RefusedRow, summarise_refusals
+from aerial_gnss_ros.bags.alignment import Alignment
+from aerial_gnss_ros.bags.maps import iso_time
+from aerial_gnss_ros.bags.video import Video
+from aerial_gnss_ros.commands.camera_arguments import ChosenCamera
+
+_LINES_SHOWN = 8
+_WIDTH = 100
+_GAPS_SHOWN = 5
+
+
+@dataclass(frozen=True)
+class Imported:
+    """What was imported.
+
+    Attributes:
+        path: of the bag.
+        log: the flight.
+        camera: as described in the bag.
+        video: the file.
+        alignment: when it began.
+        every: each n-th frame was taken.
+        start_ns: Unix time at which the log's time is zero, ns.
+        counts: messages by topic.
+    """
+
+    path: Path
+    log: DjiLog
+    camera: ChosenCamera | None
+    video: Video | None
+    alignment: Alignment | None
+    every: int
+    start_ns: int
+    counts: dict[str, int]
+
+    @property
+    def duration_s(self) -> float:
+        """Length of the flight, s."""
+        return float(self.log.stamps_ns[-1] - self.log.stamps_ns[0]) * 1e-9
+
+
+def as_json(done: Imported) -> dict[str, object]:
+    """Return the summary for machines."""
+    found: dict[str, object] = {
+        "bag": str(done.path),
+        "rows": len(done.log),
+        "duration_s": done.duration_s,
+        "start": iso_time(done.start_ns),
+        "messages": done.counts,
+        "conversions": list(done.log.statements),
+        "guesses": list(_guesses(done)),
+        "gaps_s": [list(gap) for gap in done.log.gaps_s],
+        "refused_lines": _by_reason(done.log.refused),
+    }
+    if done.video is not None and done.alignment is not None:
+        found["video"] = {
+            "path": str(done.video.path),
+            "size": [done.video.width, done.video.height],
+            "rate_hz": done.video.rate_hz,
+            "duration_s": done.video.duration_s,
+            "begins_at_s": done.alignment.start_s,
+            "known_from": done.alignment.how,
+        }
+    if done.camera is not None:
+        found["camera"] = {"source": done.camera.source, "warnings": done.camera.warnings}
+    return found
+
+
+def as_text(done: Imported) -> str:
+    """Return the table for people."""
+    lines = [f"{done.log.path}: {len(done.log)} rows, {done.duration_s:.1f} s"]
+    groups = {
+        "read": list(_read(done)),
+        "guessed": list(_guesses(done)) or ["nothing"],
+        "refused": list(_refused(done)) or ["nothing"],
+    }
+    for group, texts in groups.items():
+        lines.append("")
+        for i, text in enumerate(texts):
+            first = f"  {group if i == 0 else '':<9}"
+            lines.append(
+                textwrap.fill(text, _WIDTH, initial_indent=first, subsequent_indent=" " * 13)
+            )
+    lines += ["", f"{done.path}:"]
+    lines += [f"  {topic:<28} {count} messages" for topic, count in done.counts.items()]
+    return "\n".join(lines)
+
+
+def _read(done: Imported) -> Iterator[str]:
+    yield from done.log.statements
+    if done.log.clock_ns is not None:
+        yield f"start: {iso_time(done.start_ns)}"
+    if done.video is not None and done.alignment is not None:
+        video = done.video
+        each = "every frame" if done.every == 1 else f"every {done.every}th frame"
+        yield (
+            f"video: {video.path}, {video.width}x{video.height}, {video.rate_hz:.2f} frames a "
+            f"second, {video.duration_s:.1f} s; {each} encoded anew as JPEG (an H.264 frame cannot "
+            "be copied)"
+        )
+        yield f"video begins at {done.alignment.start_s:.1f} s: {done.alignment.how}"
+    if done.camera is not None:
+        yield f"camera: {done.camera.source}"
+
+
+def _guesses(done: Imported) -> Iterator[str]:
+    yield from done.log.guesses
+    if done.log.clock_ns is None:
+        yield f"date: the log names none in UTC, so it begins at {iso_time(done.start_ns)}"
+    if done.camera is None:
+        yield (
+            "camera: none in the bag; give --camera, or --image-size, --focal-length-mm and "
+            "--sensor-width-mm, for one"
+        )
+    else:
+        yield from (f"camera: {warning}" for warning in done.camera.warnings)
+
+
+def _refused(done: Imported) -> Iterator[str]:
+    if done.log.refused:
+        words = summarise_refusals(done.log.refused, _LINES_SHOWN)
+        yield f"{words}; --json lists every line"
+    gaps = done.log.gaps_s
+    if gaps:
+        shown = ", ".join(f"{length:.1f} s after {at:.1f} s" for at, length in gaps[:_GAPS_SHOWN])
+        more = f" and {len(gaps) - _GAPS_SHOWN} more" if len(gaps) > _GAPS_SHOWN else ""
+        yield f"gaps in the log: {shown}{more}; images in a gap give no positions"
+
+
+def _by_reason(refused: tuple[RefusedRow, ...]) -> dict[str, list[int]]:
+    lines: dict[str, list[int]] = {}
+    for row in refused:
+        lines.setdefault(row.reason, []).append(row.line)
+    return lines
