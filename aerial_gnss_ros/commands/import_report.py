@@ -89,7 +89,13 @@ def as_text(done: Imported) -> str:
         for i, text in enumerate(texts):
             first = f"  {group if i == 0 else '':<9}"
             lines.append(
-                textwrap.fill(text, _WIDTH, initial_indent=first, subsequent_indent=" " * 13)
+                textwrap.fill(
+                    text,
+                    _WIDTH,
+                    initial_indent=first,
+                    subsequent_indent=" " * 13,
+                    break_on_hyphens=False,
+                )
             )
     lines += ["", f"{done.path}:"]
     lines += [f"  {topic:<28} {count} messages" for topic, count in done.counts.items()]

@@ -145,7 +145,7 @@ def run(args: argparse.Namespace) -> int:
     if log is not None:
         about["telemetry"] = {
             "file": log.path.name,
-            "understood_as": list(log.statements),
+            "understood_as": [*log.statements, *log.guesses],
             "refused_rows": summarise_refusals(log.refused) or "none",
         }
     images = "raw" if args.raw else "jpeg"
