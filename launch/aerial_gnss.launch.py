@@ -3,8 +3,13 @@
 
     ros2 launch aerial_gnss_ros aerial_gnss.launch.py vehicle:=generic namespace:=drone1
 
-A parameter's value comes from, in this order: the arguments model and use_sim_time, the files in
-params (the last one that has it), the vehicle profile, the default. Nothing is downloaded.
+A parameter's value comes from, in this order: the arguments model, autostart and use_sim_time, the
+files in params (the last one that has it), the vehicle profile, the default. Nothing is downloaded.
+
+Both nodes run in one process. To free the network's memory in flight, and to take it up again:
+
+    ros2 lifecycle set /drone1/detector deactivate; ros2 lifecycle set /drone1/detector cleanup
+    ros2 lifecycle set /drone1/detector configure; ros2 lifecycle set /drone1/detector activate
 """
 
 from __future__ import annotations
@@ -22,6 +27,7 @@ ARGUMENTS = {
     "params": ("", "parameter files, separated by commas"),
     "model": ("", "path of the detection model; empty: as the parameters say"),
     "use_sim_time": ("false", "true: the time comes from /clock, as with a bag"),
+    "autostart": ("true", "false: the detector waits for its lifecycle transitions"),
     "bag": ("", "rosbag2 to play with /clock; use_sim_time is then true"),
 }
 
@@ -35,6 +41,10 @@ def generate_launch_description() -> LaunchDescription:
     return LaunchDescription([*declared, OpaqueFunction(function=start)])
 
 
+def _is_true(text: str) -> bool:
+    return text.lower() in ("true", "1", "yes", "on")
+
+
 def start(context: LaunchContext) -> list[Any]:
     """Return the actions once the arguments are known."""
     given = {name: str(LaunchConfiguration(name).perform(context)).strip() for name in ARGUMENTS}
@@ -45,8 +55,10 @@ def start(context: LaunchContext) -> list[Any]:
     parameters: dict[str, Any] = {}
     if given["model"]:
         parameters["model"] = given["model"]
-    if given["bag"] or given["use_sim_time"].lower() in ("true", "1", "yes", "on"):
+    if given["bag"] or _is_true(given["use_sim_time"]):
         parameters["use_sim_time"] = True
+    if not _is_true(given["autostart"]):
+        parameters["autostart"] = False
     nodes = Node(
         package="aerial_gnss_ros",
         executable="aerial-gnss",

@@ -106,6 +106,11 @@ class DetectorConfig:
         "Device for .pt and .engine models in ultralytics' words: cpu, 0, cuda:0; empty: its own "
         "choice.",
     )
+    autostart: bool = key(
+        True,
+        "False: the node loads and subscribes nothing until lifecycle transitions (configure, "
+        "activate) ask for it. Deactivate and cleanup give the network's memory back in flight.",
+    )
     image: ImageConfig = group(ImageConfig)
     camera_info: CameraInfoConfig = group(CameraInfoConfig)
     detections: DetectionsOutConfig = group(DetectionsOutConfig)

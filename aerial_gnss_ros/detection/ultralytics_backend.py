@@ -3,7 +3,9 @@
 
 from __future__ import annotations
 
+import gc
 import os
+import sys
 import time
 from pathlib import Path
 from typing import Any
@@ -56,6 +58,14 @@ class UltralyticsDetector:
     def class_names(self) -> tuple[str, ...]:
         """The classes that the model knows."""
         return self._class_names
+
+    def close(self) -> None:
+        """Give the device's memory back: PyTorch keeps what it once got, unless it is told."""
+        self._model = None
+        gc.collect()
+        torch = sys.modules.get("torch")
+        if torch is not None and torch.cuda.is_available():
+            torch.cuda.empty_cache()
 
     def detect(self, image: Image) -> Detections:
         """Return the boxes found in `image` (height, width, 3), blue, green, red."""

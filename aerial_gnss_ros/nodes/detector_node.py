@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import gc
 import threading
 import time
 from collections import Counter
@@ -20,6 +21,7 @@ from aerial_gnss_ros.detection.select import load_detector
 from aerial_gnss_ros.nodes import qos
 from aerial_gnss_ros.nodes.diagnostics import OK, STALE, WARN, Status
 from aerial_gnss_ros.nodes.inputs import OPTIONAL, Input
+from aerial_gnss_ros.nodes.lifecycle import Managed
 from aerial_gnss_ros.nodes.newest import Newest
 from aerial_gnss_ros.nodes.ros_messages import message
 from aerial_gnss_ros.nodes.schemas import DETECTOR
@@ -32,8 +34,11 @@ _LOST_HINT = (
 )
 
 
-class DetectorNode(SupervisedNode):
+class DetectorNode(Managed, SupervisedNode):
     """Finds robots in images, in a thread of its own: the newest image wins.
+
+    Its lifecycle: configured it holds the network, active it also listens and works. It goes to
+    active by itself unless `autostart` is false.
 
     Args:
         given: parameter files and namespace.
@@ -48,12 +53,15 @@ class DetectorNode(SupervisedNode):
         given: Given | None = None,
         load: Callable[[DetectorConfig], Detector] = load_detector,
     ) -> None:
-        super().__init__(DETECTOR, given or Given())
+        SupervisedNode.__init__(self, DETECTOR, given or Given())
         self._config = detector_config(self.values)
         self._load = load
-        self._detector = load(self._config)
+        self._detector: Detector | None = None
         self._wanted = self._config
         self._waiting: Newest[Any] = Newest()
+        self._images: Input | None = None
+        self._camera: Input | None = None
+        self._thread: threading.Thread | None = None
         self._published = 0
         self._refused: Counter[str] = Counter()
         self._timings = Timings()
@@ -63,12 +71,44 @@ class DetectorNode(SupervisedNode):
         self._publisher = self.announce(
             self._config.detections.topic, DETECTIONS_TYPE, qos.detections()
         )
-        self._subscribe()
         self.follow(detector_config, self._set_config)
+        self.every(0.5, self._fail_if_thread_failed)
+        self.manage(self._config.autostart)
+        if not self._config.autostart:
+            self.get_logger().info("waits for the transitions configure and activate")
+
+    def load(self) -> None:
+        """Load the network."""
+        self._config = self._wanted
+        self._detector = self._load(self._config)
+
+    def start(self) -> None:
+        """Listen for images and work on them."""
+        self._waiting = Newest()
+        self._subscribe()
         self._thread = threading.Thread(target=self._work, name="detection", daemon=True)
         self._thread.start()
-        self.every(0.5, self._fail_if_thread_failed)
         self.get_logger().info(self._start_message())
+
+    def stop(self) -> None:
+        """End listening and the thread, which finishes its image first."""
+        self._waiting.close()
+        if self._thread is not None:
+            self._thread.join()
+            self._thread = None
+        for source in (self._images, self._camera):
+            if source is not None:
+                self.listen_no_more(source)
+        self._images = self._camera = None
+
+    def release(self) -> None:
+        """Give the network's memory back."""
+        detector, self._detector = self._detector, None
+        close = getattr(detector, "close", None)  # what more than forgetting it is needed
+        if close is not None:
+            close()
+        del detector, close
+        gc.collect()
 
     def _subscribe(self) -> None:
         config = self._config
@@ -81,7 +121,7 @@ class DetectorNode(SupervisedNode):
             self._waiting.put,
             hint=_LOST_HINT,
         )
-        self.listen(
+        self._camera = self.listen(
             "camera_info",
             config.camera_info.topic,
             "sensor_msgs/msg/CameraInfo",
@@ -93,7 +133,8 @@ class DetectorNode(SupervisedNode):
     def destroy_node(self) -> None:
         """End the thread, then the node."""
         self._waiting.close()
-        self._thread.join(timeout=5.0)
+        if self._thread is not None:
+            self._thread.join(timeout=5.0)
         super().destroy_node()
 
     def _take_camera_info(self, info: Any) -> None:
@@ -111,6 +152,8 @@ class DetectorNode(SupervisedNode):
                 self._failure = error
 
     def _process(self, msg: Any) -> None:
+        assert self._detector is not None  # noqa: S101 - no thread without a network
+        assert self._images is not None  # noqa: S101
         started = time.perf_counter()
         try:
             image = decode(msg)
@@ -177,6 +220,8 @@ class DetectorNode(SupervisedNode):
             raise self._failure
 
     def _start_message(self) -> str:
+        assert self._detector is not None  # noqa: S101 - active
+        assert self._images is not None  # noqa: S101
         return (
             f"model {self._detector.name}, classes {', '.join(self._detector.class_names)}; "
             f"{self._images.topic} -> {self._publisher.topic_name}"
@@ -193,6 +238,8 @@ class DetectorNode(SupervisedNode):
 
     def statuses(self) -> list[Status]:
         """Return how images fared and what each stage took."""
+        if self._images is None or self._detector is None:
+            return [Status("detection", STALE, f"{self.phase}: no images are looked at")]
         received = self._images.arrivals.count
         lost, refused = self._images.lost, sum(self._refused.values())
         if not received:

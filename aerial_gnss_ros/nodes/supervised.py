@@ -139,6 +139,12 @@ class SupervisedNode(Node):  # type: ignore[misc]  # rclpy has no complete types
         source.topic = topic
         self._attach(source, topic, callback, profile)
 
+    def listen_no_more(self, source: Input) -> None:
+        """End listening for an input."""
+        _, _, subscription = self._attached.pop(source.name)
+        self.destroy_subscription(subscription)
+        self.inputs.remove(source)
+
     def _attach(
         self, source: Input, topic: str, callback: Callable[[Any], None], profile: QoSProfile
     ) -> None:

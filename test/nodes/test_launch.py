@@ -14,6 +14,9 @@ from types import ModuleType, SimpleNamespace
 import pytest
 
 from aerial_gnss_ros import cli
+from aerial_gnss_ros.adapters.vehicles import vehicle_file, vehicle_names
+from aerial_gnss_ros.core.parameters import leaves
+from aerial_gnss_ros.nodes.schemas import SCHEMAS
 
 
 class Recorded(SimpleNamespace):
@@ -73,6 +76,20 @@ def test_every_argument_reaches_its_place(launch_file):
     assert node.parameters == [{"model": "/m.onnx", "use_sim_time": True}]
     assert player.cmd == ["ros2", "bag", "play", "/flight", "--clock"]
     assert started(launch_file, use_sim_time="True")[0].parameters == [{"use_sim_time": True}]
+    assert started(launch_file, autostart="false")[0].parameters == [{"autostart": False}]
+
+
+def test_every_parameter_that_it_sets_is_one_of_a_node(launch_file):
+    node, _ = started(launch_file, model="/m.onnx", autostart="false", bag="/flight")
+    known = {leaf.name for schema in SCHEMAS.values() for leaf in leaves(schema)}
+    assert {name for name in node.parameters[0] if name not in known} == {"use_sim_time"}
+
+
+@pytest.mark.parametrize("vehicle", vehicle_names())
+def test_every_profile_is_a_vehicle_that_it_can_start(launch_file, vehicle):
+    (node,) = started(launch_file, vehicle=vehicle)
+    assert node.arguments == ["run", "--vehicle", vehicle]
+    assert vehicle_file(node.arguments[-1]).is_file()
 
 
 def test_run_understands_what_launch_gives_it(launch_file, capfd, tmp_path):
