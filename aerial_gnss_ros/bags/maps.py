@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Tracks for map programs: GeoJSON (QGIS, web maps) and KML (Google Earth)."""
+"""Tracks for map programs: GeoJSON (QGIS, web, Foxglove), GPX (chart plotters), KML (Earth)."""
 
 from __future__ import annotations
 
@@ -7,6 +7,8 @@ import json
 import math
 from collections.abc import Mapping, Sequence
 from datetime import datetime, timezone
+from itertools import pairwise
+from typing import Any
 from xml.sax.saxutils import escape
 
 import numpy as np
@@ -21,17 +23,27 @@ _COLORS = ("ffb27200", "ff005ed5", "ff739e00", "ffa779cc", "ff009fe6", "ffe9b456
 
 
 def geojson(tracks: Tracks) -> str:
-    """Return a FeatureCollection: a line for each robot with its stamps, and its last position."""
+    """Return a FeatureCollection (RFC 7946): each robot's line with its stamps, and last position.
+
+    QGIS and web maps open it as it is; `name` and `style` are what Foxglove's map panel reads. A
+    line that crosses the antimeridian is cut there, as the RFC asks (3.1.9).
+    """
     features = []
-    for robot_id, track in tracks.items():
+    for index, (robot_id, track) in enumerate(tracks.items()):
         last = track[-1]
-        common = {"robot_id": robot_id, "class_id": last.class_id}
+        color = "#" + "".join(_COLORS[index % len(_COLORS)][i : i + 2] for i in (6, 4, 2))
+        common = {
+            "name": robot_id,
+            "robot_id": robot_id,
+            "class_id": last.class_id,
+            "style": {"color": color, "weight": 3},
+        }
         if len(track) > 1:  # a GeoJSON line has at least two positions
-            line = {"type": "LineString", "coordinates": [_coordinates(e) for e in track]}
             times = {
                 "stamps_ns": [e.stamp_ns for e in track],
                 "states": [str(e.state) for e in track],
             }
+            line = _line([_coordinates(e) for e in track])
             features.append({"type": "Feature", "properties": common | times, "geometry": line})
         point = {"type": "Point", "coordinates": _coordinates(last)}
         details = {
@@ -42,6 +54,32 @@ def geojson(tracks: Tracks) -> str:
         }
         features.append({"type": "Feature", "properties": common | details, "geometry": point})
     return json.dumps({"type": "FeatureCollection", "features": features}, indent=1) + "\n"
+
+
+def gpx(tracks: Tracks) -> str:
+    """Return GPX 1.1: a track for each robot, and a waypoint where it was last.
+
+    Without elevations: programs take them as above sea level, which nobody measured here.
+    """
+    marks = "".join(
+        f"<wpt {_gpx_place(track[-1])}><time>{iso_time(track[-1].stamp_ns)}</time>"
+        f"<name>{escape(robot_id)}</name>"
+        f"<desc>{escape(_words(track[-1]))}</desc></wpt>\n"
+        for robot_id, track in tracks.items()
+    )
+    lines = "".join(
+        f"<trk><name>{escape(robot_id)}</name><type>{escape(track[-1].class_id)}</type><trkseg>\n"
+        + "".join(
+            f"<trkpt {_gpx_place(e)}><time>{iso_time(e.stamp_ns)}</time></trkpt>\n" for e in track
+        )
+        + "</trkseg></trk>\n"
+        for robot_id, track in tracks.items()
+    )
+    return (
+        '<?xml version="1.0" encoding="UTF-8"?>\n'
+        '<gpx version="1.1" creator="aerial_gnss_ros" xmlns="http://www.topografix.com/GPX/1/1">\n'
+        f"{marks}{lines}</gpx>\n"
+    )
 
 
 def kml(tracks: Tracks) -> str:
@@ -67,10 +105,7 @@ def _robot_kml(index: int, robot_id: str, track: Sequence[RobotEstimate]) -> str
     last, color = track[-1], _COLORS[index % len(_COLORS)]
     whens = "".join(f"<when>{iso_time(e.stamp_ns)}</when>\n" for e in track)
     coords = "".join(f"<gx:coord>{_spaced(e, ' ')}</gx:coord>\n" for e in track)
-    sentence = (
-        f"{last.class_id}, last position {iso_time(last.stamp_ns)}, {last.state}, "
-        f"one sigma {_sigma(last):.2f} m"
-    )
+    sentence = _words(last)
     return (
         f"<Placemark>\n<name>{escape(robot_id)}</name>\n"
         f"<description>{escape(sentence)}</description>\n"
@@ -79,6 +114,35 @@ def _robot_kml(index: int, robot_id: str, track: Sequence[RobotEstimate]) -> str
         "<gx:Track>\n<altitudeMode>clampToGround</altitudeMode>\n"
         f"{whens}{coords}</gx:Track>\n</Placemark>\n"
     )
+
+
+def _words(last: RobotEstimate) -> str:
+    return (
+        f"{last.class_id}, last position {iso_time(last.stamp_ns)}, {last.state}, "
+        f"one sigma {_sigma(last):.2f} m"
+    )
+
+
+def _gpx_place(estimate: RobotEstimate) -> str:
+    longitude, latitude = _coordinates(estimate)[:2]
+    return f'lat="{latitude:.10f}" lon="{longitude:.10f}"'
+
+
+def _line(coordinates: list[list[float]]) -> dict[str, Any]:
+    """Return a LineString, or where it crosses the antimeridian a MultiLineString cut there."""
+    parts = [[coordinates[0]]]
+    for before, after in pairwise(coordinates):
+        if abs(after[0] - before[0]) > 180.0:
+            side = math.copysign(180.0, before[0])
+            share = (side - before[0]) / (after[0] + 2.0 * side - before[0])
+            latitude = round(before[1] + share * (after[1] - before[1]), _DECIMALS)
+            height = before[2:]
+            parts[-1].append([side, latitude, *height])
+            parts.append([[-side, latitude, *height]])
+        parts[-1].append(after)
+    if len(parts) == 1:
+        return {"type": "LineString", "coordinates": parts[0]}
+    return {"type": "MultiLineString", "coordinates": parts}
 
 
 def _spaced(estimate: RobotEstimate, separator: str) -> str:

@@ -15,8 +15,9 @@ import numpy as np
 
 from aerial_gnss_ros.adapters.results import result_messages
 from aerial_gnss_ros.bags.detect import DETECTIONS_TYPE
-from aerial_gnss_ros.bags.maps import geojson, kml
+from aerial_gnss_ros.bags.maps import geojson, gpx, kml
 from aerial_gnss_ros.bags.tables import POSITION_COLUMNS, Track
+from aerial_gnss_ros.bags.typestore import GEOJSON_TYPE
 from aerial_gnss_ros.bags.writer import LATCHED, RELIABLE, BagWriter
 from aerial_gnss_ros.core.rejection import Rejection
 from aerial_gnss_ros.core.values import CameraPose, FrameResult, RobotEstimate
@@ -55,6 +56,10 @@ class ResultFolder:
         trace: TracebackType | None,
     ) -> None:
         """End the bag and write the tables and maps, unless something failed."""
+        if kind is None and self._estimates:
+            last_ns = max(estimate.stamp_ns for estimate in self._estimates)
+            fields = {"geojson": geojson(self._tracks())}
+            self._bag.write("robots/geojson", GEOJSON_TYPE, last_ns, fields, LATCHED)
         self._bag.__exit__(kind, error, trace)
         if kind is None:
             self._write_tables()
@@ -87,17 +92,22 @@ class ResultFolder:
             np.array([pose.longitude for pose in poses], dtype=np.float64),
         )
 
+    def _tracks(self) -> dict[str, list[RobotEstimate]]:
+        """Return what was estimated by robot, in the order of names and stamps."""
+        tracks: dict[str, list[RobotEstimate]] = {}
+        for estimate in sorted(self._estimates, key=lambda e: (e.robot_id, e.stamp_ns)):
+            tracks.setdefault(estimate.robot_id, []).append(estimate)
+        return tracks
+
     def _write_tables(self) -> None:
         estimates = sorted(self._estimates, key=lambda e: (e.stamp_ns, e.robot_id))
         rejections = sorted(self._rejections, key=lambda r: r.stamp_ns)
-        tracks: dict[str, list[RobotEstimate]] = {}
-        for estimate in estimates:
-            tracks.setdefault(estimate.robot_id, []).append(estimate)
-        tracks = dict(sorted(tracks.items()))
+        tracks = self._tracks()
         for name, text in {
             "positions.csv": _table(POSITION_COLUMNS, map(position_row, estimates)),
             "rejected.csv": _table(REJECTED_COLUMNS, map(rejection_row, rejections)),
             "positions.geojson": geojson(tracks),
+            "positions.gpx": gpx(tracks),
             "positions.kml": kml(tracks),
         }.items():
             (self._folder / name).write_text(text, encoding="utf-8", newline="\n")

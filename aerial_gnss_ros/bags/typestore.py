@@ -18,6 +18,9 @@ from aerial_gnss_ros.core.errors import InputError
 TEXTS = Path(__file__).resolve().parent / "msg"
 """The .msg texts that rosbags lacks; interfaces/ compiles the same files for the pip build."""
 
+GEOJSON_TYPE = "foxglove_msgs/msg/GeoJSON"
+"""What Foxglove's map panel draws; only bags hold it, so no package is needed for it."""
+
 _NUMPY = {"bool": "bool", "byte": "uint8", "char": "uint8"}  # others are named as numpy does
 _DEFAULTS = {"geometry_msgs/msg/Quaternion": {"w": 1.0}}  # the only one in the types used here
 
@@ -30,6 +33,7 @@ def typestore() -> Typestore:
     for path in sorted(TEXTS.glob("*/msg/*.msg")):
         name = f"{path.parent.parent.name}/msg/{path.stem}"
         types.update(get_types_from_msg(path.read_text(encoding="utf-8"), name))
+    types.update(get_types_from_msg("string geojson\n", GEOJSON_TYPE))
     store.register(types)
     return store
 

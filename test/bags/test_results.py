@@ -6,12 +6,13 @@ from __future__ import annotations
 import csv
 import json
 import math
+import xml.etree.ElementTree as ET
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from aerial_gnss_ros.bags.maps import geojson, iso_time, kml
+from aerial_gnss_ros.bags.maps import geojson, gpx, iso_time, kml
 from aerial_gnss_ros.bags.results import ResultFolder, position_row, rejection_row
 from aerial_gnss_ros.bags.tables import read_positions, read_rejections
 from aerial_gnss_ros.core.rejection import Reason, Rejection
@@ -101,3 +102,35 @@ def test_kml_escapes_names():
 def test_times_before_and_after_the_epoch():
     assert iso_time(0) == "1970-01-01T00:00:00.000Z"
     assert iso_time(-1_000_000) == "1969-12-31T23:59:59.999Z"
+
+
+def test_a_line_over_the_antimeridian_is_cut_there():
+    places = [(10.0, 179.0), (12.0, -179.0), (12.0, -178.0)]
+    track = [
+        replace(ESTIMATE, latitude=math.radians(a), longitude=math.radians(b)) for a, b in places
+    ]
+    [line, point] = json.loads(geojson({"aqua_1": track}))["features"]
+    assert line["geometry"] == {
+        "type": "MultiLineString",
+        "coordinates": [
+            [[179.0, 10.0], [180.0, 11.0]],
+            [[-180.0, 11.0], [-179.0, 12.0], [-178.0, 12.0]],
+        ],
+    }
+    assert (line["properties"]["name"], point["properties"]["name"]) == ("aqua_1", "aqua_1")
+    assert line["properties"]["style"]["color"] == "#0072b2"
+
+
+def test_gpx_has_a_track_and_the_last_place_of_each_robot():
+    later = replace(ESTIMATE, stamp_ns=ESTIMATE.stamp_ns + 10**9, class_id="a <b>")
+    space = "{http://www.topografix.com/GPX/1/1}"
+    root = ET.fromstring(gpx({"aqua_1": [ESTIMATE, later]}))  # noqa: S314 - our own
+    assert (root.tag, root.get("version")) == (space + "gpx", "1.1")
+    assert [child.tag for child in root] == [space + "wpt", space + "trk"]  # the schema's order
+    points = root.findall(f".//{space}trkpt")
+    assert [p.get("lat") for p in points] == ["13.1939387033"] * 2
+    assert [p.find(space + "time").text for p in points] == [
+        "2025-01-01T00:00:00.123Z", "2025-01-01T00:00:01.123Z",
+    ]  # fmt: skip
+    assert root.find(f"{space}trk/{space}type").text == "a <b>"
+    assert root.find(f".//{space}ele") is None

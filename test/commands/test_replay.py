@@ -73,7 +73,7 @@ def test_every_output_of_the_contract_is_there(tmp_path, flight, capsys, replay)
     table = rows(out / "positions.csv")
     assert {path.name for path in out.iterdir()} == {
         "positions.csv", "rejected.csv", "bag", "positions.geojson", "positions.kml",
-        "report.html",
+        "positions.gpx", "report.html",
     }  # fmt: skip
     assert summary["frames"] == flight.images
     assert summary["positions"] == len(table)
@@ -108,12 +108,17 @@ def check_bag(out, table, images):
             (t, reader.deserialize(raw, c.msgtype))
             for c, t, raw in reader.messages([topics["/robots/aqua_1/geo_pose"]])
         ]
+        maps = [
+            reader.deserialize(raw, c.msgtype).geojson
+            for c, _, raw in reader.messages([topics["/robots/geojson"]])
+        ]
     assert sorted(topics) == [
         "/map_datum", "/robots/aqua_1/fix", "/robots/aqua_1/geo_pose", "/robots/aqua_1/odom",
         "/robots/aqua_2/fix", "/robots/aqua_2/geo_pose", "/robots/aqua_2/odom",
-        "/robots/markers",
+        "/robots/geojson", "/robots/markers",
     ]  # fmt: skip
-    assert topics["/map_datum"].msgcount == 1
+    assert topics["/map_datum"].msgcount == topics["/robots/geojson"].msgcount == 1
+    assert maps == [(out / "positions.geojson").read_text()]
     assert topics["/robots/markers"].msgcount == images
     for connection in topics.values():
         [qos] = connection.ext.offered_qos_profiles
