@@ -28,6 +28,7 @@ TEST = [
     "hypothesis>=6.90",
     "pymap3d>=3.0",
     "onnx>=1.15",  # builds small detection models
+    "pymavlink>=2.4.41",  # reads back what --mavlink sends
     "motmetrics>=1.4",
     # test_install.py builds the package as pip and as colcon do
     "colcon-common-extensions>=0.3",
@@ -43,6 +44,7 @@ EXTRAS = {
         "ros-jazzy-rmw-fastrtps-cpp==8.4.3",
     ],
     "openvino": ["openvino>=2024.0"],
+    "mavlink": ["pymavlink>=2.4.41"],  # aerial-gnss stream --mavlink
     "ultralytics": ["ultralytics>=8.3", "onnx>=1.15"],  # AGPL-3.0: training, .pt and .engine models
     "identity": ["motmetrics>=1.4"],  # IDF1 and identity switches in `aerial-gnss evaluate`
     "test": TEST,

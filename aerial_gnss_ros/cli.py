@@ -19,10 +19,12 @@ from aerial_gnss_ros.core.errors import AerialGnssError
 COMMANDS = {
     "demo": ("demo", "simulate a short flight and localise its robots with the real nodes, live"),
     "run": ("run", "start detector and estimator nodes in one process"),
+    "stream": ("stream", "send live positions on: Cursor on Target, MAVLink"),
     "replay": ("replay", "localise the robots in recorded bags"),
     "simulate": ("simulate", "make a bag of a simulated flight with rendered images and truth"),
     "import-dji": ("import_dji", "turn a DJI flight record, with its video, into a bag"),
     "evaluate": ("evaluate", "compare the result of a replay with the truth"),
+    "calibrate": ("calibrate", "find latency, heading, gimbal and height errors from a recording"),
     "profiles": ("profiles", "list the vehicle profiles, or print one as a start for your own"),
     "check": ("check", "say in words where the camera points, and test signs and references"),
     "doctor": ("doctor", "propose the vehicle profile for a bag or the live topics"),

@@ -1,0 +1,106 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Sends published positions by UDP: Cursor on Target, and MAVLink through pymavlink."""
+
+from __future__ import annotations
+
+import importlib
+import os
+import socket
+from typing import Any, Protocol
+
+from aerial_gnss_ros.adapters.sightings import Sighting, cursor_on_target, tracking_geo_status
+from aerial_gnss_ros.core.errors import InputError
+
+CAMERA_COMPONENT = 100  # MAV_COMP_ID_CAMERA
+
+
+class Output(Protocol):
+    """Takes positions as they are published."""
+
+    def send(self, seen: Sighting) -> None:
+        """Send one position."""
+
+    def close(self) -> None:
+        """End."""
+
+
+class _Udp:
+    """Datagrams to one address; where nobody listens they are lost, as datagrams are."""
+
+    def __init__(self, host: str, port: int) -> None:
+        try:
+            found = socket.getaddrinfo(host, port, type=socket.SOCK_DGRAM)[0]
+        except OSError as error:
+            raise InputError(f"{host} is no address that this computer knows ({error}).") from error
+        self._address: Any = found[4]
+        self._socket = socket.socket(found[0], found[1])
+        self._socket.setblocking(False)
+        self.lost = 0
+
+    def write(self, data: bytes) -> None:
+        try:
+            self._socket.sendto(data, self._address)
+        except OSError:  # no route, or a full buffer: the next position comes soon
+            self.lost += 1
+
+    def close(self) -> None:
+        self._socket.close()
+
+
+class CursorOnTarget:
+    """Sends each position as a Cursor on Target event.
+
+    Args:
+        host: receiver.
+        port: its UDP port.
+        kind: the events' type.
+        stale_s: see `adapters.sightings.cursor_on_target`.
+
+    Raises:
+        InputError: the host is unknown.
+    """
+
+    def __init__(self, host: str, port: int, kind: str, stale_s: float) -> None:
+        self._udp = _Udp(host, port)
+        self._kind, self._stale_s = kind, stale_s
+
+    def send(self, seen: Sighting) -> None:
+        """Send one position."""
+        self._udp.write(cursor_on_target(seen, self._kind, self._stale_s))
+
+    def close(self) -> None:
+        """Close the socket."""
+        self._udp.close()
+
+
+class Mavlink:
+    """Sends each position as CAMERA_TRACKING_GEO_STATUS, which names one target and no robot.
+
+    Args:
+        host: receiver, such as a ground station.
+        port: its UDP port.
+        system: MAVLink system id of the drone.
+
+    Raises:
+        InputError: the host is unknown, or pymavlink is not installed.
+    """
+
+    def __init__(self, host: str, port: int, system: int) -> None:
+        os.environ["MAVLINK20"] = "1"  # message numbers above 255 need version 2
+        try:
+            dialect: Any = importlib.import_module("pymavlink.dialects.v20.common")
+        except ImportError as error:
+            raise InputError(
+                "MAVLink output needs pymavlink: install the extra [mavlink], as in "
+                "`pip install '.[mavlink]'`."
+            ) from error
+        self._udp = _Udp(host, port)
+        self._mavlink = dialect.MAVLink(self._udp, srcSystem=system, srcComponent=CAMERA_COMPONENT)
+
+    def send(self, seen: Sighting) -> None:
+        """Send one position."""
+        self._mavlink.camera_tracking_geo_status_send(**tracking_geo_status(seen))
+
+    def close(self) -> None:
+        """Close the socket."""
+        self._udp.close()
