@@ -3,18 +3,20 @@
 
 from __future__ import annotations
 
-import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from typing import Any
 
 import rclpy
 from rclpy.clock import Clock, ClockType
+from rclpy.exceptions import NameValidationException
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 
 from aerial_gnss_ros.adapters.feed import Subscription
 from aerial_gnss_ros.adapters.matching import SeenTopic
-from aerial_gnss_ros.core.errors import RosError
+from aerial_gnss_ros.adapters.versions import newest_version
+from aerial_gnss_ros.core.errors import ConfigError, RosError
 from aerial_gnss_ros.nodes import qos
 from aerial_gnss_ros.nodes.process import work
 from aerial_gnss_ros.nodes.ros_messages import message_class
@@ -50,10 +52,11 @@ def listen(
     problems: dict[str, str] = {}
 
     def task() -> None:
-        node = rclpy.create_node("check", namespace=namespace or None)
-        names = {s.name: node.resolve_topic_name(s.topic) for s in subscriptions}
-        for subscription in subscriptions:
-            _subscribe(node, subscription, names[subscription.name], take)
+        with valid_names():
+            node = rclpy.create_node("check", namespace=namespace or None)
+            names = {s.name: node.resolve_topic_name(s.topic) for s in subscriptions}
+            for subscription in subscriptions:
+                _subscribe(node, subscription, names[subscription.name], take)
         executor = SingleThreadedExecutor()
         executor.add_node(node)
         steady = Clock(clock_type=ClockType.STEADY_TIME)
@@ -78,6 +81,20 @@ def listen(
     return problems
 
 
+@contextmanager
+def valid_names() -> Iterator[None]:
+    """Turn rclpy's picture of a bad name into a sentence.
+
+    Raises:
+        ConfigError: a namespace or topic cannot be one.
+    """
+    try:
+        yield
+    except NameValidationException as error:
+        reason = str(error).split("\n", 1)[0].split(": ", 1)[-1].rstrip(":. ")
+        raise ConfigError(f"a namespace or topic cannot be used: {reason}.") from error
+
+
 def _subscribe(
     node: Node,
     subscription: Subscription,
@@ -94,15 +111,10 @@ def _subscribe(
 
 def _newest_version(node: Node, subscription: Subscription, current: str) -> str:
     """Return the topic to hear: PX4 appends _v1, _v2, … to names whose message has changed."""
-    if not subscription.versioned or node.count_publishers(current):
+    if not subscription.versioned:
         return current
-    pattern = re.compile(re.escape(current) + r"_v(\d+)")
-    found = [
-        (int(match[1]), name)
-        for name, _ in node.get_topic_names_and_types()
-        if (match := pattern.fullmatch(name)) and node.count_publishers(name)
-    ]
-    return max(found)[1] if found else current
+    names = [name for name, _ in node.get_topic_names_and_types()]
+    return newest_version(current, [name for name in names if node.count_publishers(name)])
 
 
 def _problems(

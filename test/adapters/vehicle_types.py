@@ -10,7 +10,7 @@ import functools
 
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
-from aerial_gnss_ros.bags import typestore as shipped
+from aerial_gnss_ros.bags.typestore import typestore as shipped_typestore
 
 TEXTS = {
     "mavros_msgs/msg/GimbalDeviceAttitudeStatus": """
@@ -93,10 +93,8 @@ bool received_from_mavlink
 def extended():
     """Return the shipped types and those above in one store."""
     store = get_typestore(Stores.ROS2_JAZZY)
-    types = {}
-    for path in sorted(shipped.TEXTS.glob("*/msg/*.msg")):
-        name = f"{path.parent.parent.name}/msg/{path.stem}"
-        types.update(get_types_from_msg(path.read_text(encoding="utf-8"), name))
+    known = shipped_typestore().fielddefs
+    types = {name: known[name] for name in known if name not in store.fielddefs}
     for name, text in TEXTS.items():
         types.update(get_types_from_msg(text, name))
     store.register(types)
