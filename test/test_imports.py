@@ -21,7 +21,7 @@ FLOORS = [
     {"core"},
     {"resources"},
     {"adapters"},
-    {"detection", "bags", "simulation", "evaluation", "training"},
+    {"detection", "bags", "simulation", "evaluation", "training", "calibration"},
     {"nodes"},
     {"commands"},
     {"cli"},

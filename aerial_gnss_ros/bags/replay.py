@@ -61,6 +61,7 @@ class Replay:
         load: makes the detector.
         namespace: that relative topics were recorded in.
         detect: look into the images even where the bag has detections.
+        estimator: that is driven; None: a new one.
 
     Attributes:
         method: filter, single or paper.
@@ -81,11 +82,12 @@ class Replay:
         *,
         namespace: str = "",
         detect: bool = False,
+        estimator: Estimator | None = None,
     ) -> None:
         self.method = config.method
         self._bag = bag
         # A replay neither knows the names of a later flight nor changes what a node has saved.
-        self._estimator = Estimator(replace(config, state_file=""))
+        self._estimator = estimator or Estimator(replace(config, state_file=""))
         self._feed = Feed(config, self._estimator, self._camera_problem)
         self.plan: Plan = make_plan(
             bag,

@@ -9,6 +9,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
 
+from aerial_gnss_ros.core.config_corrections import CalibrationConfig, DepthConfig
 from aerial_gnss_ros.core.config_groups import (
     CameraConfig,
     DetectionsConfig,
@@ -31,7 +32,9 @@ from aerial_gnss_ros.core.parameters import build, flatten, group, key
 
 __all__ = [
     "AttitudeConfig",
+    "CalibrationConfig",
     "CameraConfig",
+    "DepthConfig",
     "DetectionsConfig",
     "EstimatorConfig",
     "FixConfig",
@@ -96,6 +99,8 @@ class EstimatorConfig:
     height: HeightConfig = group(HeightConfig)
     water_level: WaterLevelConfig = group(WaterLevelConfig)
     surface: SurfaceConfig = group(SurfaceConfig)
+    depth: DepthConfig = group(DepthConfig)
+    calibration: CalibrationConfig = group(CalibrationConfig)
     detections: DetectionsConfig = group(DetectionsConfig)
     tracks: TracksConfig = group(TracksConfig)
     map: MapConfig = group(MapConfig)
@@ -205,6 +210,7 @@ def _binding(name: str, values: Mapping[str, Any]) -> RobotBinding:
 
 
 def _check_together(config: EstimatorConfig) -> None:
+    config.depth.by_class()
     camera, fix = config.camera, config.fix
     if camera.source == "parameters" and (
         math.isnan(camera.focal_length_mm)

@@ -145,8 +145,9 @@ class Inputs:
     whose neighbours they are is refused, instead of being bridged over them.
     """
 
-    def __init__(self, config: EstimatorConfig) -> None:
+    def __init__(self, config: EstimatorConfig, keep_s: float = 60.0) -> None:
         self._config = config
+        self._keep_s = keep_s
         self._series: dict[Input, Series[Fix] | Series[Orientation] | Series[Scalar]] = {}
         self._constants: dict[Input, Fix | Orientation | Scalar] = {}
         self._set_up_fix()
@@ -154,16 +155,16 @@ class Inputs:
         if config.height.source == "constant":
             self._constants[Input.HEIGHT] = Scalar(0, config.height.value_m)
         elif config.height.source == "topic":
-            self._series[Input.HEIGHT] = scalar_series(config.height.max_gap)
-        self._level: Series[Scalar] = held_series()
+            self._series[Input.HEIGHT] = scalar_series(config.height.max_gap, keep_s=keep_s)
+        self._level: Series[Scalar] = held_series(keep_s=keep_s)
         self._first_level = config.water_level.value_m
-        self.cameras: Series[StampedCamera] = held_series()
+        self.cameras: Series[StampedCamera] = held_series(keep_s=keep_s)
         self._newest_camera: StampedCamera | None = None
 
     def _set_up_fix(self) -> None:
         fix = self._config.fix
         if fix.source == "topic":
-            self._series[Input.FIX] = fix_series(fix.max_gap)
+            self._series[Input.FIX] = fix_series(fix.max_gap, keep_s=self._keep_s)
             return
         latitude, longitude = math.radians(fix.latitude_deg), math.radians(fix.longitude_deg)
         self._constants[Input.FIX] = Fix(0, latitude, longitude, fix.altitude_m)
@@ -179,7 +180,7 @@ class Inputs:
             wanted.append((Input.GIMBAL, gimbal.source, gimbal.max_gap, gimbal.rpy_deg))
         for source, kind, max_gap, rpy_deg in wanted:
             if kind == "topic":
-                self._series[source] = orientation_series(max_gap)
+                self._series[source] = orientation_series(max_gap, keep_s=self._keep_s)
             else:
                 matrix = matrix_from_rpy(*np.radians(rpy_deg))
                 self._constants[source] = Orientation(0, quaternion_from_matrix(matrix))

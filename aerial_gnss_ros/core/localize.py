@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -19,7 +19,9 @@ from aerial_gnss_ros.core.covariance import (
     slow_factor,
     uncertainty,
 )
+from aerial_gnss_ros.core.frames import skew
 from aerial_gnss_ros.core.noise import Noise
+from aerial_gnss_ros.core.refraction import slopes, submerged_offsets
 from aerial_gnss_ros.core.rejection import Reason
 from aerial_gnss_ros.core.surface import View
 from aerial_gnss_ros.core.values import CameraPose
@@ -44,6 +46,8 @@ class WaterPoints:
         covariance_white: (n, 2, 2) East, North, m²: independent from image to image.
         covariance_slow: (n, 2, 2) East, North, m²: shared by all robots, stays for minutes.
         slow_factor: (n, 2, 6) East, North in m per one sigma of each slow error: its factor.
+        pixels: (n, 2) where places on the surface over the robots are seen: those measured, but
+            for robots below it, whose refraction is taken out.
         reasons: None, or why there is no position.
     """
 
@@ -55,6 +59,7 @@ class WaterPoints:
     covariance_white: Array
     covariance_slow: Array
     slow_factor: Array
+    pixels: Array
     reasons: tuple[Reason | None, ...]
 
     def __len__(self) -> int:
@@ -78,8 +83,9 @@ def locate(
     pixels: ArrayLike,
     noise: Noise,
     config: EstimatorConfig | None = None,
+    depths: Array | None = None,
 ) -> WaterPoints:
-    """Return where pixels see the water: the exact ray, each image by itself.
+    """Return where pixels see robots on or below the water: the exact ray, each image by itself.
 
     Args:
         pose: the camera at the time of the scene.
@@ -87,6 +93,7 @@ def locate(
         pixels: (n, 2) u, v.
         noise: sensor standard deviations.
         config: limits of range and sigma, and the gimbal's reference; None for the defaults.
+        depths: (n,) of the robots below the surface, m; None: 0.
     """
     config = config or EstimatorConfig()
     given = np.asarray(pixels, dtype=np.float64).reshape(-1, 2)
@@ -95,8 +102,13 @@ def locate(
         return refused(len(given), bad)
     view = View(pose)
     points = ray_points(view, camera, given)
+    if depths is not None and depths.any():
+        points = submerged(points, depths)
     known = uncertainty(pose, noise, config.gimbal.reference)
     white, slow = covariances(points, known)
+    if config.depth.sigma_m:
+        slope = config.depth.sigma_m * slopes(points.directions)
+        slow = slow + slope[:, :, None] * slope[:, None, :]
     elevation = np.arcsin(np.clip(points.directions[:, 2], -1.0, 1.0))
     margin = -elevation - view.dip - HORIZON_SIGMAS * elevation_sigma(points, known)
     reasons = _reasons(given, points, margin, largest_sigma(white + slow), config)
@@ -111,9 +123,38 @@ def locate(
             white,
             slow,
             slow_factor(points, known),
+            _seen_at_surface(view, camera, given, points, depths),
             reasons,
         )
     )
+
+
+def submerged(points: RayPoints, depths: Array) -> RayPoints:
+    """Return points below the surface with their derivatives: a ray's end moves on as it bends.
+
+    Args:
+        points: where the rays meet the surface.
+        depths: (n,) m.
+    """
+    beyond, by_level = submerged_offsets(points.directions, depths)
+    offsets = points.offsets.copy()
+    offsets[:, :2] += beyond
+    turned = -skew(points.directions)[:, :2]
+    return replace(
+        points,
+        offsets=offsets,
+        by_pixel=points.by_pixel + by_level @ points.directions_by_pixel[:, :2],
+        by_rotation=points.by_rotation + by_level @ turned,
+    )
+
+
+def _seen_at_surface(
+    view: View, camera: CameraModel, given: Array, points: RayPoints, depths: Array | None
+) -> Array:
+    if depths is None or not depths.any():
+        return given
+    pixels, _ = camera.project(np.nan_to_num(points.offsets) @ view.enu_from_optical)
+    return np.where((depths > 0.0)[:, None], pixels, given)
 
 
 def located_jacobian(pose: CameraPose, camera: CameraModel, pixels: ArrayLike) -> RayPoints:
@@ -209,6 +250,7 @@ def masked(points: WaterPoints) -> WaterPoints:
         hidden(points.covariance_white),
         hidden(points.covariance_slow),
         hidden(points.slow_factor),
+        points.pixels,
         points.reasons,
     )
 
@@ -218,4 +260,6 @@ def refused(count: int, reason: Reason) -> WaterPoints:
     line, plane, square, factor = (
         np.full((count, *shape), np.nan) for shape in ((), (2,), (2, 2), (2, 6))
     )
-    return WaterPoints(line, line, math.nan, plane, line, square, square, factor, (reason,) * count)
+    return WaterPoints(
+        line, line, math.nan, plane, line, square, square, factor, plane, (reason,) * count
+    )

@@ -22,7 +22,7 @@ class Measurements:
 
     Attributes:
         index: (m,) row in the image's detections.
-        pixels: (m, 2) centres of the boxes, px.
+        pixels: (m, 2) centres of the boxes, px; refraction of robots below the surface taken out.
         positions: (m, 2) East, North in `map`, m.
         white: (m, 2, 2) white covariance, m².
         slow: (m, 2, k) metres per one sigma of each slow platform error.
@@ -45,7 +45,7 @@ def measurements(frame: DetectionFrame, points: WaterPoints, local: LocalMap) ->
     slow[:, :, : jacobian.shape[-1]] = jacobian
     return Measurements(
         index,
-        frame.centers[index],
+        points.pixels[index],
         local.positions(points.latitude[index], points.longitude[index]),
         points.covariance_white[index],
         slow,

@@ -75,11 +75,13 @@ def locate(
     pixels: ArrayLike,
     noise: Noise,
     config: EstimatorConfig | None = None,
+    _depths: Array | None = None,
 ) -> WaterPoints:
     """Return where pixels see the water by the paper's equations; arguments as `localize.locate`.
 
     What the paper does not have is taken from the exact method: the covariance, and the refusals
-    beyond the paper's own horizon, so that all methods are compared on the same detections.
+    beyond the paper's own horizon, so that all methods are compared on the same detections. The
+    paper ignores refraction.
     """
     given = np.asarray(pixels, dtype=np.float64).reshape(-1, 2)
     bad = bad_pose(pose)
@@ -104,6 +106,7 @@ def locate(
             exact.covariance_white,
             exact.covariance_slow,
             exact.slow_factor,
+            given,
             reasons,
         )
     )

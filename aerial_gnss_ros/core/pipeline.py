@@ -8,6 +8,7 @@ import time
 from dataclasses import replace
 
 from aerial_gnss_ros.core import boxes, localize, paper
+from aerial_gnss_ros.core.calibration import scaled_camera
 from aerial_gnss_ros.core.camera import CameraModel
 from aerial_gnss_ros.core.config import EstimatorConfig
 from aerial_gnss_ros.core.events import Events
@@ -57,6 +58,7 @@ class Pipeline:
         self._log = log
         self._posing = Posing(config)
         self._fixed_camera = _camera_of(config)
+        self._scaled: tuple[CameraModel, CameraModel] | None = None
         self._locate = paper.locate if config.method == "paper" else localize.locate
 
     def reset(self) -> None:
@@ -93,8 +95,10 @@ class Pipeline:
         else:
             use = [i for i, reason in enumerate(reasons) if reason is None]
             seen = PosedFrame(_only(frame, use), camera, pose)
+            depth, found = self._config.depth, seen.detections
+            depths = depth.of(found.class_ids) if depth.used else None
             points = self._locate(
-                pose, camera, seen.detections.centers, self._config.noise, self._config
+                pose, camera, found.centers, self._config.noise, self._config, depths
             )
             located = time.perf_counter_ns()
             update = self._tracking.update(seen, points, local)
@@ -119,11 +123,22 @@ class Pipeline:
     def _camera(self, stamp_ns: int) -> CameraModel | Reason:
         """Return the newest camera not later than an image."""
         if self._fixed_camera is not None:
-            return self._fixed_camera
+            return self._corrected(self._fixed_camera)
         entry = self._inputs.cameras.latest(stamp_ns)
         if entry is None:
             return Reason.NO_CAMERA_INFO
-        return entry.camera or Reason.BAD_CAMERA_INFO
+        if entry.camera is None:
+            return Reason.BAD_CAMERA_INFO
+        return self._corrected(entry.camera)
+
+    def _corrected(self, camera: CameraModel) -> CameraModel:
+        """Return a camera with the calibrated focal length; made once for each camera."""
+        scale = self._config.calibration.focal_scale
+        if scale == 1.0:
+            return camera
+        if self._scaled is None or self._scaled[0] is not camera:
+            self._scaled = camera, scaled_camera(camera, scale)
+        return self._scaled[1]
 
     def _pose(self, samples: Samples) -> CameraPose | Reason:
         pose = self._posing.pose(samples)

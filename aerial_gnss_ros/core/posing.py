@@ -8,10 +8,11 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from aerial_gnss_ros.core.calibration import corrected_camera
 from aerial_gnss_ros.core.config import EstimatorConfig
 from aerial_gnss_ros.core.datum import ellipsoidal_altitude
 from aerial_gnss_ros.core.errors import InputError
-from aerial_gnss_ros.core.frames import matrix_from_quaternion
+from aerial_gnss_ros.core.frames import matrix_from_quaternion, matrix_from_rpy
 from aerial_gnss_ros.core.geodesy import geodetic_from_enu
 from aerial_gnss_ros.core.gimbal import enu_from_camera, mount_matrix
 from aerial_gnss_ros.core.inputs import Samples
@@ -33,6 +34,10 @@ class Posing:
         self._config = config
         self._mount = mount_matrix(config.gimbal.mount_rpy_deg)
         self._offset = np.array(config.camera.offset_m, dtype=np.float64)
+        calibration = config.calibration
+        self._lift = calibration.height_m
+        angles = calibration.gimbal_roll_deg, calibration.gimbal_pitch_deg, calibration.heading_deg
+        self._turn = np.radians(angles)
         self.trouble = ""
 
     def pose(self, samples: Samples) -> CameraPose | Reason:
@@ -53,7 +58,7 @@ class Posing:
         height = self.height(samples, body)
         if isinstance(height, Reason):
             return height
-        return self._assemble(samples, height, body, gimbal)
+        return self._assemble(samples, height + self._lift, body, gimbal)
 
     def height(self, samples: Samples, body: Array | None) -> float | Reason:
         """Return the antenna's height above the water in m (DESIGN, Altitude)."""
@@ -123,7 +128,7 @@ class Posing:
         fix, altitude = samples.fix, self.altitude(samples.fix)
         latitude, longitude = fix.latitude, fix.longitude
         if body is not None and self._offset.any():
-            east, north, up = body @ self._offset
+            east, north, up = self._true_body(body) @ self._offset
             base = altitude if math.isfinite(altitude) else height
             lat, lon, _ = geodetic_from_enu(east, north, up, latitude, longitude, base)
             latitude, longitude = float(lat), float(lon)
@@ -136,10 +141,21 @@ class Posing:
             longitude=longitude,
             height=height,
             altitude=altitude,
-            enu_from_camera=enu_from_camera(self._reference(samples), gimbal, body, self._mount),
+            enu_from_camera=self._true_camera(
+                enu_from_camera(self._reference(samples), gimbal, body, self._mount)
+            ),
             fix_covariance=_horizontal(fix),
             oldest_age_s=samples.oldest_age_s,
         )
+
+    def _true_body(self, body: Array) -> Array:
+        if not self._turn[2]:
+            return body
+        turned: Array = matrix_from_rpy(0.0, 0.0, self._turn[2]) @ body
+        return turned
+
+    def _true_camera(self, measured: Array) -> Array:
+        return corrected_camera(measured, self._turn) if self._turn.any() else measured
 
 
 def _horizontal(fix: Fix) -> Array | None:

@@ -6,8 +6,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-WATER_INDEX = 1.34
-"""Refractive index of sea water for visible light (Mobley, Light and Water, 1994)."""
+from aerial_gnss_ros.core.refraction import WATER_INDEX
 
 
 def apparent_points(

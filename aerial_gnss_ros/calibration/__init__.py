@@ -1,0 +1,2 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Constant errors of the platform from a whole recording, by least squares."""

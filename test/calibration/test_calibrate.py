@@ -1,0 +1,138 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Calibration of simulated flights whose errors are known."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from aerial_gnss_ros.calibration.advice import advice, excitation
+from aerial_gnss_ros.calibration.model import DRIFTING, LATENCY, Boxes, Layout, residuals
+from aerial_gnss_ros.calibration.poses import PoseTable
+from aerial_gnss_ros.calibration.recording import Recording
+from aerial_gnss_ros.calibration.solve import Fit, calibrate, unknown
+from aerial_gnss_ros.core.config import estimator_config
+from aerial_gnss_ros.core.errors import InputError
+from aerial_gnss_ros.simulation.experiment import CameraClock, Experiment, default_camera
+from aerial_gnss_ros.simulation.flight import FlightPlan, GeneratedFlight
+from aerial_gnss_ros.simulation.robots import SwimPlan
+from aerial_gnss_ros.simulation.sensors import sensor_plan
+
+DURATION_S = 40.0
+
+
+def _experiment(kind: str, latency_s: float, seed: int) -> Experiment:
+    flight = GeneratedFlight(FlightPlan(kind, DURATION_S, 20.0, speed_mps=3.0), seed)
+    return Experiment(
+        flight, default_camera(1280, 720), sensor_plan("consumer"), CameraClock(4.0, latency_s),
+        robots=2, swim=SwimPlan(0.0, 0.0), seed=seed,
+    )  # fmt: skip
+
+
+def _record(experiment: Experiment, latency_s: float) -> Recording:
+    """Drive a recording as a bag would, with `latency_s` configured."""
+    recording = Recording(estimator_config({"camera": {"latency_s": latency_s}}))
+    sensors, events = experiment.sensors, []
+    for values, take in (
+        (sensors.fixes(), recording.add_fix),
+        (sensors.gimbals(), recording.add_gimbal),
+        (sensors.heights(), recording.add_height),
+    ):
+        events += [(value.stamp_ns, 0, take, value) for value in values]
+    for frame, _, found in experiment.detections():
+        events.append((frame.log_ns, 1, recording.add_detections, found))
+    events.sort(key=lambda event: event[:2])
+    recording.add_camera(events[0][0], experiment.camera)
+    for now_ns, kind, take, value in events:
+        take(value)
+        if kind:
+            recording.advance(now_ns)
+    recording.flush()
+    return recording
+
+
+def _truth(experiment: Experiment) -> dict[str, float]:
+    """What has to be added to what was measured, in deg and m: the mean over the flight."""
+    times = np.linspace(0.0, DURATION_S, 100)
+    names = ("heading", "gimbal_pitch", "gimbal_roll", "height")
+    return {name: -float(np.mean(experiment.sensors.error(name, times))) for name in names}
+
+
+@pytest.mark.parametrize(
+    ("kind", "latency_s", "configured_s", "seed"),
+    [("transit", 2.5, 2.2, 1), ("transit", -1.5, 0.0, 2), ("orbit", 0.1, 0.0, 3)],
+)
+def test_latency_and_angles_are_recovered(kind, latency_s, configured_s, seed) -> None:
+    experiment = _experiment(kind, latency_s, seed)
+    recording = _record(experiment, configured_s)
+    fit = calibrate(recording, estimator_config({"camera": {"latency_s": configured_s}}))
+    value, sigma = fit.value("latency")
+    assert configured_s + value == pytest.approx(latency_s, abs=0.05)
+    assert fit.determined("latency")
+    assert sigma < 0.05
+    for name, true in _truth(experiment).items():
+        value, sigma = fit.value(name)
+        assert abs(value - true) < 3.5 * sigma, (name, value, true, sigma)
+        assert sigma < 1.0  # not by knowing nothing
+
+
+def test_a_hover_leaves_everything_but_the_latency_open() -> None:
+    experiment = _experiment("hover", 0.0, 4)
+    recording = _record(experiment, 0.0)
+    fit = calibrate(recording, estimator_config({}))
+    for name in ("heading", "gimbal_pitch", "gimbal_roll", "height"):
+        assert not fit.determined(name)
+        value, sigma = fit.value(name)
+        assert abs(value) < 3.0 * unknown(name).enough * 2.0 or sigma > unknown(name).enough
+    told = " ".join(advice(fit))
+    assert "orbit a still robot once" in told
+    assert excitation(recording).directions_deg <= 40.0
+    assert "from 360 deg" not in " ".join(excitation(recording).words())
+
+
+def test_too_little_to_go_by() -> None:
+    recording = Recording(estimator_config({}))
+    with pytest.raises(InputError, match="0 images"):
+        calibrate(recording, estimator_config({}))
+
+
+def test_all_determined_needs_no_advice() -> None:
+    fit = Fit(("heading",), np.zeros(1), np.eye(1) * math.radians(0.1) ** 2, 2.0, 9, 0, 9, ("a",))
+    assert advice(fit) == []
+    assert fit.value("heading")[1] == pytest.approx(0.1)
+
+
+def test_derivatives_of_the_boxes() -> None:
+    """Against finite differences, a little off the measured pose."""
+    recording = _record(_experiment("orbit", 0.0, 5), 0.0)
+    sightings = recording.sightings[10:40:5]
+    layout = Layout(sightings, still=True)
+    table = PoseTable(recording)
+    boxes = Boxes.of(sightings, layout)
+    rng = np.random.default_rng(1)
+    at = np.zeros(layout.size)
+    for name in DRIFTING:
+        at[layout.drift(name)] = rng.normal(0.0, 0.002, layout.knots)
+    for robot in range(len(layout.robots)):
+        at[layout.place(robot)] = sightings[0].places[robot]
+
+    def predicted(unknowns: np.ndarray) -> np.ndarray:
+        return -residuals(table, boxes, layout, unknowns, 0.0).values
+
+    found = residuals(table, boxes, layout, at, 0.0)
+    rates = np.abs(found.jacobian[:, :, LATENCY])
+    for column in [c for c in range(layout.size) if c != LATENCY]:
+        step = np.zeros(layout.size)
+        step[column] = 1e-5
+        numeric = (predicted(at + step) - predicted(at - step)) / 2e-5
+        scale = 1.0 + np.abs(numeric).max()
+        np.testing.assert_allclose(found.jacobian[:, :, column], numeric, atol=0.01 * scale)
+    # rates are means over 0.6 s, so this derivative is compared over as long
+    step = np.zeros(layout.size)
+    step[LATENCY] = 0.3
+    numeric = (predicted(at + step) - predicted(at - step)) / 0.6
+    np.testing.assert_allclose(
+        found.jacobian[:, :, LATENCY], numeric, atol=0.3 * float(rates.max()) + 3.0
+    )
