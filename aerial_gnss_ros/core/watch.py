@@ -119,6 +119,8 @@ class Watch:
         self._bodies = orientation_series(config.attitude.max_gap)
         self._heights = scalar_series(config.height.max_gap)
         self._wait_ns = round(config.max_wait * 1e9)
+        # What the pose waits for; a camera on a mast has none, and boxes or CameraInfo tell time.
+        self._needed = [i.value for i in Input if self._inputs.state_without_messages(i) is None]
         self._next_ns: int | None = None
         self._arrival_ns = 0
         self._name = ""
@@ -172,7 +174,8 @@ class Watch:
         """
         if self._next_ns is None:
             return
-        newest = max(self.heard[i].last_stamp_ns for i in self._telemetry())
+        names = [name for name in self._needed if name in self.heard] or list(self.heard)
+        newest = max(self.heard[name].last_stamp_ns for name in names)
         if newest - self._next_ns > _JUMP_NS:
             self._next_ns = newest - self._wait_ns
         while self._next_ns <= newest:
@@ -191,9 +194,6 @@ class Watch:
             if not at_the_end or newest - self._next_ns >= self._wait_ns:
                 self._keep(self._next_ns, pose, reason)
             self._next_ns += STEP_NS
-
-    def _telemetry(self) -> list[str]:
-        return [str(source) for source in Input if str(source) in self.heard]
 
     def _keep(self, stamp_ns: int, pose: CameraPose | None, reason: Reason | None) -> None:
         fix, body = self._fixes.at(stamp_ns), self._bodies.at(stamp_ns)
@@ -230,8 +230,6 @@ class Watch:
         if heard is not None and heard.last_stamp_ns - value.stamp_ns > _BACK_NS:
             self._begin_anew(source.value, heard.last_stamp_ns - value.stamp_ns)
         self._stamped(value.stamp_ns, self._inputs.add(source, value))
-        if self._next_ns is None:
-            self._next_ns = -(-value.stamp_ns // STEP_NS) * STEP_NS
 
     def _begin_anew(self, name: str, back_ns: int) -> None:
         self.events.append(f"Time went backward by {back_ns * 1e-9:.1f} s ({name}).")
@@ -250,3 +248,5 @@ class Watch:
         heard.trouble = trouble or heard.trouble
         heard.last_stamp_ns = max(stamp_ns, heard.last_stamp_ns)
         heard.delays_ns.append(self._arrival_ns - stamp_ns)
+        if self._next_ns is None and (self._name in self._needed or not self._needed):
+            self._next_ns = -(-stamp_ns // STEP_NS) * STEP_NS

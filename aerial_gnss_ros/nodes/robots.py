@@ -13,6 +13,7 @@ from rclpy.node import Node
 from sensor_msgs.msg import NavSatFix
 
 from aerial_gnss_ros.nodes import qos
+from aerial_gnss_ros.nodes.listening import valid_names
 from aerial_gnss_ros.nodes.process import work
 
 _LOOK_S = 0.5
@@ -37,7 +38,8 @@ def hear_robots(
     """
 
     def task() -> None:
-        node = rclpy.create_node("stream", namespace=namespace or None)
+        with valid_names():
+            node = rclpy.create_node("stream", namespace=namespace or None)
         executor = SingleThreadedExecutor()
         executor.add_node(node)
         known: set[str] = set()

@@ -77,3 +77,18 @@ def test_wrong_input_is_one_sentence(flight, tmp_path, capsys):
         assert words in sentence
         assert "\n" not in sentence
     assert check(capsys, bag, "--namespace", "d1")[0] == 0
+
+
+def test_a_camera_on_a_mast_needs_no_telemetry(flight, tmp_path, capsys):
+    params = tmp_path / "mast.yaml"
+    params.write_text(
+        "fix: {source: constant, latitude_deg: 13.0, longitude_deg: -59.0}\n"
+        "gimbal: {source: constant, rpy_deg: [0.0, 30.0, 90.0]}\n"
+        "height: {source: constant, value_m: 10.0}\n"
+    )
+    bag = flight.write(tmp_path / "bag", without=("fix", "attitude", "gimbal", "height"))
+    status, out = check(capsys, bag, "--params", params, "--json")
+    found = json.loads(out)
+    assert status == 0
+    assert (found["camera"]["bearing_deg"] + 90.0) % 360.0 == pytest.approx(90.0, abs=0.1)
+    assert found["camera"]["distance_m"] == pytest.approx(17.3, abs=0.1)

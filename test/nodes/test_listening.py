@@ -90,3 +90,8 @@ def test_the_doctor_finds_the_profile_of_a_live_vehicle(capsys):
     assert status == 1
     rates = {topic["name"]: topic["rate_hz"] for topic in found["topics"]}
     assert rates["/d1/fix"] > 1.0
+
+
+def test_a_bad_namespace_is_one_sentence(capsys):
+    assert cli.main(["check", "--namespace", "bad name", "--seconds", "1"]) == 2
+    assert "cannot be used" in capsys.readouterr().err.strip().splitlines()[-1]

@@ -65,6 +65,7 @@ def test_a_position_arrives_as_cursor_on_target(capsys):
         (("--cot", "nowhere"), "is not HOST:PORT"),
         (("--cot", "no.such.host.invalid:4242"), "no address that this computer knows"),
         (("--cot", "--stale", "0"), "--stale must be above 0"),
+        (("--cot", "--namespace", "bad name", "--seconds", "1"), "cannot be used"),
         (("--mavlink", "--mavlink-system", "0"), "--mavlink-system must be 1 to 255"),
     ],
 )
