@@ -1,0 +1,113 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What an image costs the estimator's core, from 1 to 1,000 robots; publishing is not in it.
+
+python benchmarks/scaling.py --json scaling.json --markdown scaling.md
+
+An orbit of 80 m height over still robots on a grid, all in view of a camera of 4K; no image is
+rendered. The time is that of one processor core for pose, points on the water and tracking, as each
+result states it, after the robots are confirmed.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import math
+import os
+import sys
+from pathlib import Path
+
+for _name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS"):
+    os.environ.setdefault(_name, "1")
+
+import numpy as np  # noqa: E402 - the number of threads comes first
+
+from aerial_gnss_ros.core.config import estimator_config  # noqa: E402
+from aerial_gnss_ros.core.estimator import Estimator  # noqa: E402
+from aerial_gnss_ros.simulation.experiment import (  # noqa: E402
+    CameraClock,
+    Experiment,
+    default_camera,
+)
+from aerial_gnss_ros.simulation.flight import FlightPlan, GeneratedFlight  # noqa: E402
+from aerial_gnss_ros.simulation.robots import SwimPlan  # noqa: E402
+from aerial_gnss_ros.simulation.sensors import START_NS  # noqa: E402
+
+COUNTS = (1, 3, 10, 30, 100, 300, 1000)
+GRID_M = 1.8
+STAGES = ("pose", "locate", "track")
+
+
+def measure(robots: int, images: int) -> dict[str, float]:
+    """Return microseconds per image: the median of all, of each stage, and the 95th percentile."""
+    side = math.ceil(math.sqrt(robots))
+    grid = GRID_M * (np.stack(np.meshgrid(*[np.arange(side)] * 2), axis=-1) - 0.5 * (side - 1))
+    made = Experiment(
+        GeneratedFlight(FlightPlan("orbit", images / 10.0, 80.0, speed_mps=5.0), 1),
+        default_camera(3840, 2160), clock=CameraClock(10.0), places=grid.reshape(-1, 2)[:robots],
+        swim=SwimPlan(0.0, 0.0, roam_m=1e3, apart_m=0.1), seed=1,
+    )  # fmt: skip
+    engine = Estimator(estimator_config({}))
+    engine.add_camera(START_NS - 10_000_000_000, made.camera)
+    sensors = made.sensors
+    for fix in sensors.fixes():
+        engine.add_fix(fix)
+    for gimbal in sensors.gimbals():
+        engine.add_gimbal(gimbal)
+    for height in sensors.heights():
+        engine.add_height(height)
+    found, tracked = [], 0
+    for frame, _, boxes in made.detections():
+        engine.add_detections(boxes)
+        for result in engine.advance(frame.stamp_ns):
+            found.append([1e3 * result.timings_ms[stage] for stage in STAGES])
+            tracked = len(result.estimates)
+    rows = np.array(found[len(found) // 3 :])
+    total = rows.sum(axis=1)
+    return {
+        "robots": robots,
+        "tracked": tracked,
+        "images": len(rows),
+        "median_us": float(np.median(total)),
+        "p95_us": float(np.percentile(total, 95)),
+        "us_per_robot": float(np.median(total)) / robots,
+        **{f"{stage}_us": float(np.median(rows[:, i])) for i, stage in enumerate(STAGES)},
+    }
+
+
+def markdown(rows: list[dict[str, float]]) -> str:
+    """Return the table."""
+    lines = [
+        "| robots | tracked | µs per image (median) | p95 | µs per robot | pose | locate | track |",
+        "|---:|---:|---:|---:|---:|---:|---:|---:|",
+    ]
+    keys = ("median_us", "p95_us", "us_per_robot", "pose_us", "locate_us", "track_us")
+    for one in rows:
+        cells = " | ".join(f"{one[key]:.0f}" for key in keys)
+        lines.append(f"| {one['robots']:.0f} | {one['tracked']:.0f} | {cells} |")
+    return "\n".join(lines) + "\n"
+
+
+def main() -> int:
+    """Measure and write the table."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--images", type=int, default=60, help="of each flight (default 60)")
+    parser.add_argument("--most", type=int, default=1000, help="robots (default 1000)")
+    parser.add_argument("--json", type=Path)
+    parser.add_argument("--markdown", type=Path)
+    given = parser.parse_args()
+    rows = []
+    for robots in COUNTS:
+        if robots <= given.most:
+            rows.append(measure(robots, given.images))
+            print(markdown(rows).splitlines()[-1], file=sys.stderr, flush=True)
+    print(markdown(rows))
+    if given.markdown:
+        given.markdown.write_text(markdown(rows), encoding="utf-8")
+    if given.json:
+        given.json.write_text(json.dumps(rows, indent=1) + "\n", encoding="utf-8")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
