@@ -12,6 +12,7 @@ from typing import Any
 from aerial_gnss_ros.adapters.feed import Subscription
 from aerial_gnss_ros.core.aim import Aim, aim, side
 from aerial_gnss_ros.core.config import EstimatorConfig
+from aerial_gnss_ros.core.datum import explained
 from aerial_gnss_ros.core.frames import heading_from_yaw, yaw_of
 from aerial_gnss_ros.core.sign_tests import SignTest, Verdict
 from aerial_gnss_ros.core.watch import Moment, Watch
@@ -75,6 +76,10 @@ def as_text(check: Check) -> str:
     lines = [*_place_lines(check), "", "inputs"]
     lines += [_input_line(check, subscription) for subscription in check.subscriptions]
     lines += _clock_lines(check)
+    moment = check.moment
+    if moment is not None and moment.fix is not None:
+        datums = explained(moment.fix, check.config.fix, check.config.height)
+        lines.append(textwrap.fill(f"  {datums}", _WIDTH, subsequent_indent="  "))
     lines += ["", "sign tests"]
     for test in check.tests:
         first = f"  {test.verdict!s:<11} {test.name}: "
@@ -146,8 +151,10 @@ def _place_lines(check: Check) -> list[str]:
             )
     if watch.reasons:
         total = len(watch.moments)
-        parts = [f"{r} {n / total:.0%}" for r, n in watch.reasons.most_common()]
-        lines.append(f"        no pose in a part of the time: {', '.join(parts)}")
+        common = watch.reasons.most_common()
+        parts = [f"{r} {n / total:.0%}" for r, n in common if n > 0.01 * total]
+        if parts:
+            lines.append(f"        no pose in a part of the time: {', '.join(parts)}")
     return lines
 
 

@@ -108,7 +108,7 @@ def _read(done: Imported) -> Iterator[str]:
         yield f"start: {iso_time(done.start_ns)}"
     if done.video is not None and done.alignment is not None:
         video = done.video
-        each = "every frame" if done.every == 1 else f"every {done.every}th frame"
+        each = "every frame" if done.every == 1 else f"one frame in {done.every}"
         yield (
             f"video: {video.path}, {video.width}x{video.height}, {video.rate_hz:.2f} frames a "
             f"second, {video.duration_s:.1f} s; {each} encoded anew as JPEG (an H.264 frame cannot "

@@ -130,3 +130,18 @@ def test_a_drone_on_the_ground_is_judged_only_where_that_shows_something():
     assert found.pop("camera meets water") is Verdict.PASS
     assert set(found.values()) == {Verdict.NOT_JUDGED}
     assert set(verdicts([]).values()) == {Verdict.NOT_JUDGED}
+
+
+def test_a_slow_turn_on_the_spot_is_seen_and_left_to_the_pilot():
+    still = flight()[0]
+    turned = [
+        replace(
+            still,
+            stamp_ns=i * STEP_NS,
+            body=matrix_from_rpy(0.0, 0.0, 1.0 - math.radians(0.9 * i)),  # 90 deg in 20 s
+        )
+        for i in range(101)
+    ]
+    [turn] = [test for test in sign_tests(turned) if test.name == "turn"]
+    assert turn.verdict is Verdict.LOOK
+    assert "rose (clockwise) by up to" in turn.seen
