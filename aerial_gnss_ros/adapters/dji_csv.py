@@ -66,14 +66,17 @@ def read_csv(path: Path, rate_hz: float) -> DjiLog:
 def _read_rows(path: Path) -> tuple[list[str], list[list[str]], int]:
     try:
         with path.open(newline="", encoding="utf-8-sig") as file:
-            rows = list(csv.reader(file))
+            first = file.readline()
+            file.seek(0)
+            told = first.startswith("sep=") and len(first.rstrip()) == 5
+            rows = list(csv.reader(file, delimiter=first[4] if told else ","))
     except OSError as error:
         raise InputError(f"cannot read {path}: {error.strerror or error}.") from error
     except (UnicodeDecodeError, csv.Error) as error:
         raise InputError(
             f"{path} is not a CSV text file ({error}); export the flight record as CSV first."
         ) from error
-    skip = 1 if rows and ",".join(rows[0]).startswith("sep=") else 0
+    skip = 1 if first.startswith("sep=") else 0
     if len(rows) <= skip:
         raise InputError(f"{path} is empty; expected a header with {EXPECTED}.")
     return [name.strip() for name in rows[skip]], rows[skip + 1 :], skip + 2

@@ -47,10 +47,12 @@ class Video:
         """
         capture = _open(self.path)
         options = [int(cv2.IMWRITE_JPEG_QUALITY), quality]
-        last, index = -1.0, 0
+        last, index, origin = -1.0, 0, 0.0
         try:
             while capture.grab():
-                stamp = _time(capture, index, self.rate_hz, last)
+                own = float(capture.get(cv2.CAP_PROP_POS_MSEC)) * 1e-3
+                origin = own if index == 0 else origin  # the first frame is at 0, whatever it says
+                stamp = _time(own - origin, index / self.rate_hz, last)
                 if index % every == 0:
                     read, image = capture.retrieve()
                     if not read:
@@ -101,9 +103,7 @@ def _open(path: Path) -> cv2.VideoCapture:
     return capture
 
 
-def _time(capture: cv2.VideoCapture, index: int, rate_hz: float, last: float) -> float:
-    """Return the grabbed frame's time, s: its own stamp where that makes sense, else its number."""
-    own = float(capture.get(cv2.CAP_PROP_POS_MSEC)) * 1e-3
-    counted = index / rate_hz
+def _time(own: float, counted: float, last: float) -> float:
+    """Return a frame's time, s: its own stamp where that makes sense, else by its number."""
     sensible = math.isfinite(own) and own > last and abs(own - counted) < 0.05 * counted + 0.5
     return own if sensible else max(counted, last + 1e-6)

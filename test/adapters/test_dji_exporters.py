@@ -83,6 +83,14 @@ def test_a_long_unknown_header_is_told_with_what_was_expected(tmp_path):
         read_dji_log(path)
 
 
+def test_a_file_that_names_another_separator_is_read(tmp_path):
+    path = tmp_path / "log.csv"
+    path.write_text(VIEWER.replace(",", ";"))
+    log = read_dji_log(path)
+    assert len(log) == 3
+    assert len(log.recordings_s) == 1
+
+
 def test_gaps_are_found(tmp_path):
     header = (
         "OSD.flyTime [s],OSD.latitude,OSD.longitude,OSD.height [m],OSD.pitch,OSD.yaw,GIMBAL.pitch\n"
