@@ -3,16 +3,20 @@
 
 from __future__ import annotations
 
+import copy
 import json
 import struct
 
 import pytest
 import yaml
 from rosbags.rosbag2 import StoragePlugin, Writer
-from rosbags.typesys import Stores, get_types_from_msg, get_typestore
+from rosbags.typesys import get_types_from_msg
 
 from aerial_gnss_ros import cli
 from aerial_gnss_ros.adapters.parameter_files import read
+from aerial_gnss_ros.adapters.vehicles import vehicle_names
+from aerial_gnss_ros.bags.typestore import typestore
+from aerial_gnss_ros.commands import doctor as command
 from aerial_gnss_ros.nodes.schemas import SCHEMAS
 
 DJI = {
@@ -31,7 +35,7 @@ float32[4] q
 
 def write(path, topics, definitions=None):
     """Write a bag of empty messages, ten a second; a definition of None is not recorded."""
-    store = get_typestore(Stores.ROS2_JAZZY)
+    store = copy.deepcopy(typestore())
     for name, text in (definitions or {}).items():
         if text is not None:
             store.register(get_types_from_msg(text, name))
@@ -111,6 +115,21 @@ def test_types_that_nobody_knows_are_told_and_harm_nothing(tmp_path, capsys):
     assert status == 1
     assert "secret_msgs/msg/Thing" in out
     assert "neither the bag nor this program" in " ".join(out.split())
+
+
+TWINS = {"mavros_px4", "mavros_ardupilot"}  # one driver: names and types are the same
+
+
+@pytest.mark.parametrize("vehicle", [v for v in vehicle_names() if v != "fixed_camera"])
+def test_every_profile_is_proposed_for_its_own_topics(tmp_path, capsys, vehicle):
+    topics = {f"/x1/{s.topic}": s.msgtype for s in command._subscriptions(vehicle)}
+    shipped = typestore().fielddefs
+    foreign = {kind: PX4 for kind in topics.values() if kind not in shipped}
+    bag = write(tmp_path / "bag", topics, foreign)
+    found = json.loads(doctor(capsys, bag, "--json")[1])["profiles"][0]
+    assert found["namespace"] == "x1"
+    assert found["complete"]
+    assert found["profile"] == vehicle or {found["profile"], vehicle} == TWINS
 
 
 @pytest.mark.parametrize(

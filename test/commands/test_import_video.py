@@ -11,6 +11,8 @@ import pytest
 
 from aerial_gnss_ros import cli
 from aerial_gnss_ros.bags.reader import open_bag
+from aerial_gnss_ros.bags.tables import read_positions
+from aerial_gnss_ros.core.geodesy import enu_from_geodetic
 from aerial_gnss_ros.detection.images import decode
 
 HEADER = (
@@ -18,19 +20,20 @@ HEADER = (
     "CAMERA.isVideo\n"
 )
 SIZE, RATE = (64, 48), 10.0
+HERE = np.radians([13.2, -59.6])
 
 
 @pytest.fixture
 def video(tmp_path):
     """Return a function that makes an mp4 whose frames are grey, brighter by 8 with each one."""
 
-    def make(frames=30, name="video.mp4"):
+    def make(frames=30, name="video.mp4", size=SIZE):
         path = tmp_path / name
-        writer = cv2.VideoWriter(str(path), cv2.VideoWriter_fourcc(*"mp4v"), RATE, SIZE)
+        writer = cv2.VideoWriter(str(path), cv2.VideoWriter_fourcc(*"mp4v"), RATE, size)
         if not writer.isOpened():
             pytest.skip("this OpenCV has no encoder for mp4v")
         for i in range(frames):
-            writer.write(np.full((SIZE[1], SIZE[0], 3), 8 * (i % 30), dtype=np.uint8))
+            writer.write(np.full((size[1], size[0], 3), 8 * (i % 30), dtype=np.uint8))
         writer.release()
         return path
 
@@ -148,3 +151,19 @@ def test_no_video_and_a_broken_one_are_refused(tmp_path, capsys, video):
     chosen = run(capsys, log(tmp_path, [(1.0, 4.0), (9.0, 12.0)], name="two.csv"), video(),
                  "-o", tmp_path / "bag", "--recording", "2", "--json")  # fmt: skip
     assert json.loads(chosen[1])["video"]["begins_at_s"] == pytest.approx(9.0)
+
+
+def test_the_bag_of_log_and_video_gives_positions(tmp_path, capsys, video, detector, replay):
+    """20 m up, straight down, image top to the north, 500 px: a pixel is 4 cm."""
+    flight, film = log(tmp_path, [(2.0, 5.0)], length=8.0), video(size=(640, 480))
+    status, _, err = run(capsys, flight, film, "-o", tmp_path / "bag", "--focal-length-mm", "5",
+                         "--sensor-width-mm", "6.4")  # fmt: skip
+    assert status == 0, err
+    assert replay(tmp_path / "bag", tmp_path / "out") == 0
+    assert detector.calls == 30
+    tracks = read_positions(tmp_path / "out/positions.csv")
+    found = {
+        tuple(np.round(enu_from_geodetic(t.latitude[-1], t.longitude[-1], 0.0, *HERE, 0.0)[:2], 2))
+        for t in tracks.values()
+    }
+    assert found == {(-4.0, 0.0), (2.0, 3.0)}
