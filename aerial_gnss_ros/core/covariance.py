@@ -92,8 +92,6 @@ class Uncertainty:
 
     Attributes:
         rotation_slow: (3, 3) covariance of the small rotation in ENU, rad².
-        rotation_slow_axes: (3, 3) its factor: columns are the axes of roll, pitch and heading
-            errors in ENU, each as long as its one sigma, rad.
         rotation_white: (3, 3) covariance of the small rotation in ENU, rad².
         height_slow: m².
         height_white: m².
@@ -103,7 +101,6 @@ class Uncertainty:
     """
 
     rotation_slow: Array
-    rotation_slow_axes: Array
     rotation_white: Array
     height_slow: float
     height_white: float
@@ -132,7 +129,6 @@ def uncertainty(pose: CameraPose, noise: Noise, reference: Reference | str) -> U
         own = np.eye(2) * noise.value("gnss_offset_m") ** 2
     return Uncertainty(
         rotation_slow=(axes * slow) @ axes.T,
-        rotation_slow_axes=axes * np.sqrt(slow),
         rotation_white=np.diag(white_rotation(noise, Reference(reference))),
         height_slow=noise.value("height_m") ** 2,
         height_white=noise.value("height_white_m") ** 2,
@@ -170,32 +166,6 @@ def covariances(points: RayPoints, known: Uncertainty) -> tuple[Array, Array]:
     )
     slow = turn @ known.rotation_slow @ turned + known.height_slow * lifted + known.position_slow
     return white, slow
-
-
-def slow_factor(points: RayPoints, known: Uncertainty) -> Array:
-    """Return (n, 2, 6) East, North in m per one sigma of each slow error; F Fᵀ is their covariance.
-
-    The errors are those of GNSS (two), roll, pitch, heading and height. Unlike the covariance, this
-    says how the same error shows from another place: a tracker that sees the drone move needs it.
-    """
-    count = len(points.offsets)
-    return np.concatenate(
-        [
-            np.broadcast_to(_factor(known.position_slow), (count, 2, 2)),
-            points.by_rotation @ known.rotation_slow_axes,
-            math.sqrt(known.height_slow) * points.by_height[:, :, None],
-        ],
-        axis=2,
-    )
-
-
-def _factor(covariance: Array) -> Array:
-    """Return the lower triangle F (2, 2) with F Fᵀ the covariance; a singular one is fine."""
-    east = math.sqrt(max(float(covariance[0, 0]), 0.0))
-    shared = float(covariance[0, 1]) / east if east > 0.0 else 0.0
-    return np.array(
-        [[east, 0.0], [shared, math.sqrt(max(float(covariance[1, 1]) - shared**2, 0.0))]]
-    )
 
 
 def elevation_sigma(points: RayPoints, known: Uncertainty) -> Array:

@@ -98,7 +98,7 @@ class Estimator:
         self._pipeline = Pipeline(
             config,
             self._inputs,
-            tracking or Tracker(config, self._identity),
+            tracking or Tracker(config, self._identity, self._log),
             self._origin,
             self._log,
         )

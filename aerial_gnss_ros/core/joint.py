@@ -25,10 +25,10 @@ from aerial_gnss_ros.core.joint_geometry import (
 )
 from aerial_gnss_ros.core.joint_platform import COUNT, PlatformModel
 from aerial_gnss_ros.core.joint_state import Indices, Joint, Motion
-from aerial_gnss_ros.core.joint_update import Sight, correct
+from aerial_gnss_ros.core.joint_update import Sight, correct, hold
 from aerial_gnss_ros.core.local_map import LocalMap
 from aerial_gnss_ros.core.measurements import Measurements
-from aerial_gnss_ros.core.smooth_pose import SmoothPose
+from aerial_gnss_ros.core.pose_motion import PoseMotion
 from aerial_gnss_ros.core.values import PosedFrame
 
 Array = NDArray[np.float64]
@@ -36,7 +36,7 @@ Array = NDArray[np.float64]
 GROUP = 32
 """Robots that share one whole covariance."""
 
-JUMP_M, JUMP_MPS = 5.0, 10.0
+JUMP_M, JUMP_MPS = 10.0, 10.0
 """A drone so many metres, and metres a second, from where its past told has not flown there."""
 
 SETTLE_S = 3.0
@@ -74,7 +74,7 @@ class JointFilter:
         self._fresh = True
         self._count = 0
         self._pose_ns: int | None = None
-        self._smooth = SmoothPose()
+        self._motion = PoseMotion()
         self._jump = np.zeros(3)
         self._since_s = 0.0
         self._sight: Sight | None = None
@@ -134,16 +134,16 @@ class JointFilter:
         self._pose_ns = pose.stamp_ns
         settled = self._settled(measured, passed)
         shown = MapPose(measured.position - self._jump, measured.rotation)
-        smooth = self._smooth.take(shown, passed)
+        self._motion.take(shown, passed)
         applied = (frame.detections.stamp_ns - pose.stamp_ns - self._latency_ns) * 1e-9
-        self._sight = Sight.of(frame.camera, shown, smooth, self._smooth.rates, applied)
+        self._sight = Sight.of(frame.camera, shown, self._motion.rates, applied)
         return settled
 
     def _settled(self, measured: MapPose, passed: float) -> bool:
         """Return whether the drone's position is where its past told, or has stayed elsewhere."""
-        expected = self._smooth.predicted(passed)
+        expected = self._motion.predicted(passed)
         if expected is not None:
-            step = measured.position - self._jump - expected.position
+            step = measured.position - self._jump - expected
             step[2] = 0.0
             if float(np.hypot(step[0], step[1])) > JUMP_M + JUMP_MPS * passed:
                 self._jump = self._jump + step
@@ -164,7 +164,7 @@ class JointFilter:
             return False
         for group in self._groups:
             group.shift(self._jump[:2])
-        self._smooth.shift(self._jump)
+        self._motion.shift(self._jump)
         self.log.add(
             f"The drone's position stays {np.hypot(self._jump[0], self._jump[1]):.0f} m from where "
             "it was before it jumped; robots may be wrong by as much, and say so."
@@ -229,7 +229,8 @@ class JointFilter:
             now, left = left[: GROUP - len(group)], left[GROUP - len(group) :]
             places, by_platform = self._place(group, seen, now)
             rows = np.arange(self._count, self._count + len(now))
-            group.add(rows, places, by_platform, seen.white[now], self.motion.speed_sigma)
+            speed = self.motion.speed_sigma
+            group.add(rows, places, by_platform, seen.white[now], speed)
             self._count += len(now)
 
     def merge(self, old: int, new: int) -> None:
@@ -283,8 +284,9 @@ class JointFilter:
         pose = sight.pose(errors)
         rays = rays @ sight.measured.rotation @ pose.rotation.T
         places = on_water(pose, rays)
-        by_pose = pose_jacobian(water_points(places) - pose.position)
-        return places, platform_jacobian(by_pose, sight.axes, sight.rates)
+        held = hold(group, sight)
+        by_pose = pose_jacobian(water_points(places) - held.place)
+        return places, platform_jacobian(by_pose, held.axes, sight.rates)
 
     def _places_of_rows(self) -> tuple[Indices, Indices]:
         group_of = np.zeros(self._count, np.intp)

@@ -146,12 +146,16 @@ def rotation_matrix(vector: Array) -> Array:
 
 
 def rotation_vector(matrix: Array) -> Array:
-    """Return the rotation vector (3,) in rad of a rotation (3, 3) by less than pi."""
+    """Return the rotation vector (3,) in rad of a rotation (3, 3)."""
     twice = np.array(
         [matrix[2, 1] - matrix[1, 2], matrix[0, 2] - matrix[2, 0], matrix[1, 0] - matrix[0, 1]]
     )
     sine = 0.5 * float(np.sqrt(twice @ twice))
-    if sine < 1e-9:
+    cosine = 0.5 * (float(np.trace(matrix)) - 1.0)
+    if sine > 1e-7:
+        return twice * (0.5 * float(np.arctan2(sine, cosine)) / sine)
+    if cosine > 0.0:
         return 0.5 * twice
-    angle = float(np.arctan2(sine, 0.5 * (np.trace(matrix) - 1.0)))
-    return twice * (0.5 * angle / sine)
+    along = matrix + np.eye(3)  # half a turn: every column lies along the axis
+    axis: Array = along[:, int(np.argmax(np.diag(along)))]
+    return axis * (np.pi / float(np.sqrt(axis @ axis)))

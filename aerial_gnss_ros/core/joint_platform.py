@@ -20,6 +20,9 @@ turn the camera about the axes of `gimbal.error_axes`; a latency is added to `ca
 
 COUNT = len(PLATFORM)
 
+LATENCY_TIME_S = 3600.0
+"""Correlation time of the latency: it comes from how camera and recorder are built."""
+
 
 class PlatformModel:
     """Each error is a first-order Gauss-Markov process; a sigma of 0 switches it off.
@@ -60,8 +63,10 @@ class PlatformModel:
         covariance[:2, :2] = fix_covariance
         return covariance
 
-    def keep(self, seconds: float) -> float:
-        """Return the factor by which an error's old value still counts after a time."""
-        if self.correlation_time_s <= 0.0:
-            return 0.0 if seconds > 0.0 else 1.0
-        return math.exp(-seconds / self.correlation_time_s)
+    def keep(self, seconds: float) -> Array:
+        """Return the factors (7,) by which errors' old values still count after a time."""
+        kept = np.zeros(COUNT)
+        if self.correlation_time_s > 0.0:
+            kept[:] = math.exp(-seconds / self.correlation_time_s)
+        kept[-1] = math.exp(-seconds / LATENCY_TIME_S)
+        return kept

@@ -95,6 +95,9 @@ class Joint:
         covariance: (7 + 4 n, 7 + 4 n).
         rows: (n,) which robots of the whole program these are.
         unseen: (n,) time since each was measured, s.
+        anchor: (3,) place of the camera, errors taken out, from where derivatives by the
+            platform's errors are taken, m; NaN at first.
+        axes: (3, 3) of roll, pitch and heading for these.
     """
 
     def __init__(self, covariance: Array) -> None:
@@ -107,6 +110,7 @@ class Joint:
         self.covariance = covariance.copy()
         self.rows: Indices = np.zeros(0, np.intp)
         self.unseen: Array = np.zeros(0)
+        self.anchor, self.axes = np.full(3, np.nan), np.eye(3)
 
     def __len__(self) -> int:
         return len(self.rows)
@@ -142,9 +146,9 @@ class Joint:
             return
         keep, P = model.keep(seconds), self.covariance
         self.mean[:COUNT] *= keep
-        P[:COUNT] *= keep
+        P[:COUNT] *= keep[:, None]
         P[:, :COUNT] *= keep
-        P[:COUNT, :COUNT] += (1.0 - keep * keep) * stationary
+        P[:COUNT, :COUNT] += (1.0 - keep[:, None] * keep) * stationary
         n = len(self)
         if not n:
             return
@@ -169,7 +173,12 @@ class Joint:
         self.unseen = self.unseen + seconds
 
     def add(
-        self, rows: Indices, positions: Array, by_platform: Array, white: Array, speed: float
+        self,
+        rows: Indices,
+        positions: Array,
+        by_platform: Array,
+        white: Array,
+        speed: float,
     ) -> None:
         """Take in robots, each from one measurement through the platform's errors.
 

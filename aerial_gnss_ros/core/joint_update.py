@@ -1,5 +1,13 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What one image tells of the platform's errors and of the robots in it."""
+"""What one image tells of the platform's errors and of the robots in it.
+
+Pixels are predicted exactly. Their derivatives by the platform's errors, however, are taken from a
+place of the camera that is held until the camera has moved by a share `HOLD` of its distance. Its
+place as estimated jitters from image to image with the noise of telemetry and of the state itself,
+and that jitter is correlated with the innovation; over hundreds of images it would read as
+information on height, heading and tilt which is not there: docs/estimation.md has the figures. A
+robot's own motion must show in the derivatives at once: how fast it swims scales with the height.
+"""
 
 from __future__ import annotations
 
@@ -24,10 +32,16 @@ Array = NDArray[np.float64]
 HUBER = 2.8
 """Normalised residual (planar) from which a box counts less: 2 % of the good ones."""
 
+HOLD = 0.03
+"""How far the camera may go, as a share of its distance to the robots, and turn about the vertical,
+rad, before derivatives are taken from another place. Well above the jitter."""
+
 RELINEARISE = 0.02
 """A robot that a correction moves by this share of its distance is corrected from there anew."""
 
 MAX_ITERATIONS = 3
+
+_EAST_NORTH_UP = np.eye(3)
 
 
 @dataclass(frozen=True)
@@ -37,7 +51,6 @@ class Sight:
     Attributes:
         camera: lens and image.
         measured: the pose as telemetry has it.
-        smooth: the pose to linearise at, see `smooth_pose`.
         axes: (3, 3) of roll, pitch and heading errors.
         rates: (6,) of the pose, m/s and rad/s.
         applied: latency that the pose already allows for, beyond the configured one, s.
@@ -45,27 +58,20 @@ class Sight:
 
     camera: CameraModel
     measured: MapPose
-    smooth: MapPose
     axes: Array
     rates: Array
     applied: float = 0.0
 
     @staticmethod
-    def of(
-        camera: CameraModel, measured: MapPose, smooth: MapPose, rates: Array, applied: float
-    ) -> Sight:
+    def of(camera: CameraModel, measured: MapPose, rates: Array, applied: float) -> Sight:
         """Return it with the axes of the measured pose."""
-        return Sight(camera, measured, smooth, level_axes(measured.rotation), rates, applied)
+        return Sight(camera, measured, level_axes(measured.rotation), rates, applied)
 
-    def pose(self, errors: Array, base: MapPose | None = None) -> MapPose:
+    def pose(self, errors: Array) -> MapPose:
         """Return the pose with the platform's errors (7,) taken out."""
-        base = self.measured if base is None else base
+        pose = self.measured.corrected(errors, self.axes)
         late = float(errors[6]) - self.applied
-        pose = base.corrected(errors, self.axes)
-        if late:
-            moved = np.concatenate([-late * self.rates[:3], -late * self.rates[3:]])
-            pose = pose.corrected(moved, np.eye(3))
-        return pose
+        return pose.corrected(-late * self.rates, _EAST_NORTH_UP) if late else pose
 
 
 @dataclass(frozen=True)
@@ -86,13 +92,23 @@ class Linear:
     by_pose: Array
     seen: NDArray[np.bool_]
 
+    def only(self, mask: NDArray[np.bool_]) -> Linear:
+        """Return the robots where `mask` (m,) is true."""
+        return Linear(
+            self.pixels[mask],
+            self.by_place[mask],
+            self.by_platform[mask],
+            self.by_pose[mask],
+            self.seen[mask],
+        )
+
 
 @dataclass(frozen=True)
 class Outcome:
     """How well an image fitted.
 
     Attributes:
-        squared: normalised squared residual of the whole image.
+        squared: normalised squared innovation of the whole image.
         count: its degrees of freedom.
     """
 
@@ -100,28 +116,54 @@ class Outcome:
     count: int
 
 
-def linearise(sight: Sight, errors: Array, positions: Array) -> Linear:
-    """Return predicted pixels and all derivatives.
+@dataclass(frozen=True)
+class Held:
+    """From where derivatives by the platform's errors are taken.
 
-    Pixels are exact, at the measured pose with the errors taken out. Derivatives are taken at the
-    smooth pose, for the same place on the water: see `smooth_pose`.
+    Attributes:
+        place: (3,) of the camera, m.
+        axes: (3, 3) of roll, pitch and heading errors.
+    """
+
+    place: Array
+    axes: Array
+
+
+def linearise(sight: Sight, errors: Array, positions: Array, held: Held | None = None) -> Linear:
+    """Return predicted pixels and all derivatives at an estimate.
 
     Args:
         sight: the camera.
         errors: (7,) estimate of the platform's errors.
         positions: (m, 2) estimate of the robots' East, North, m.
+        held: see the module; None: the estimate itself.
     """
+    pose = sight.pose(errors)
     points = water_points(positions)
-    pose, near = sight.pose(errors), sight.pose(errors, sight.smooth)
-    pixels, _ = sight.camera.project((points - pose.position) @ pose.optical)
-    offsets = points - near.position
-    optical = near.optical
-    _, by_point, seen = sight.camera.project_with_jacobian(offsets @ optical)
+    offsets = points - pose.position
+    optical = pose.optical
+    pixels, by_point, seen = sight.camera.project_with_jacobian(offsets @ optical)
     by_place = (by_point @ optical.T)[:, :, :2]
-    by_pose = pose_jacobian(offsets)
-    by_platform = platform_jacobian(by_pose, sight.axes, sight.rates)
-    seen = seen & np.isfinite(pixels).all(axis=1) & (offsets[:, 2] < 0.0)
+    seen = seen & (offsets[:, 2] < 0.0)
+    held = held or Held(pose.position, sight.axes)
+    by_pose = pose_jacobian(points - held.place)
+    by_platform = platform_jacobian(by_pose, held.axes, sight.rates)
     return Linear(pixels, by_place, -by_place @ by_platform, -by_place @ by_pose, seen)
+
+
+def hold(joint: Joint, sight: Sight) -> Held:
+    """Return from where to take derivatives, which goes on only after the camera moved enough."""
+    place, axes = sight.pose(joint.mean[:COUNT]).position, sight.axes
+    level = joint.robots[:, :2] - place[:2]
+    distance = abs(float(place[2]))
+    if len(level):
+        distance = float(np.median(np.hypot(np.hypot(level[:, 0], level[:, 1]), distance)))
+    apart = place - joint.anchor
+    turned = axes[:2, 0] - joint.axes[:2, 0]
+    near = float(apart @ apart) <= (HOLD * distance) ** 2  # false for NaN
+    if not (near and float(turned @ turned) <= HOLD**2):
+        joint.anchor, joint.axes = place, axes
+    return Held(joint.anchor, joint.axes)
 
 
 def correct(
@@ -136,11 +178,10 @@ def correct(
         sight: the camera.
         model: white noise of pose and boxes.
     """
-    before = joint.mean.copy()
-    linear = linearise(sight, before[:COUNT], joint.robots[slots, :2])
+    before = joint.mean
+    linear = linearise(sight, before[:COUNT], joint.robots[slots, :2], hold(joint, sight))
     if not linear.seen.all():
-        slots, pixels = slots[linear.seen], pixels[linear.seen]
-        linear = _only(linear, linear.seen)
+        slots, pixels, linear = slots[linear.seen], pixels[linear.seen], linear.only(linear.seen)
     m = len(slots)
     if not m:
         return Outcome(0.0, 0)
@@ -151,11 +192,40 @@ def correct(
     _soften(spread, residual, model.pixel)
     whiten = np.linalg.inv(np.linalg.cholesky(spread))
     gain = whiten @ by_state
-    joint.mean = before + gain.T @ (whiten @ residual.ravel())
+    joint.mean = before + (whiten @ residual.ravel()) @ gain
     _iterate(joint, before, slots, pixels, sight, linear, whiten, gain)
     joint.covariance -= gain.T @ gain
     joint.unseen[slots] = 0.0
     return Outcome(squared, 2 * m)
+
+
+def _iterate(
+    joint: Joint,
+    before: Array,
+    slots: Indices,
+    pixels: Array,
+    sight: Sight,
+    linear: Linear,
+    whiten: Array,
+    gain: Array,
+) -> None:
+    """Repeat the correction from its own result where it went far (iterated filter).
+
+    The derivatives stay: only the residual is taken anew, less what the step should have changed.
+    """
+    far = RELINEARISE * float(sight.measured.position[2])
+    for _ in range(MAX_ITERATIONS):
+        robots = joint.robots[slots, :2]
+        moved = robots - before[COUNT:].reshape(-1, 4)[slots, :2]
+        if not (np.abs(moved) > far).any():
+            return
+        now = linearise(sight, joint.mean[:COUNT], robots)
+        if not now.seen.all():
+            return
+        step = joint.mean - before
+        told = linear.by_platform @ step[:COUNT] + (linear.by_place @ moved[:, :, None])[:, :, 0]
+        residual = pixels - now.pixels + told
+        joint.mean = before + (whiten @ residual.ravel()) @ gain
 
 
 def _times_covariance(joint: Joint, slots: Indices, linear: Linear) -> Array:
@@ -198,44 +268,3 @@ def _soften(spread: Array, residual: Array, pixel: float) -> None:
     # In units of the whole innovation: also a robot of which little is known is not pulled.
     own[every, 0, every, 0] += more * np.maximum(a, pixel)
     own[every, 1, every, 1] += more * np.maximum(d, pixel)
-
-
-def _iterate(
-    joint: Joint,
-    before: Array,
-    slots: Indices,
-    pixels: Array,
-    sight: Sight,
-    linear: Linear,
-    whiten: Array,
-    gain: Array,
-) -> None:
-    """Repeat the correction from its own result where it went far (iterated filter).
-
-    The derivatives stay: only the residual is taken anew, less what the step should have changed.
-    """
-    for _ in range(MAX_ITERATIONS):
-        robots = joint.robots[slots, :2]
-        moved = robots - before[COUNT:].reshape(-1, 4)[slots, :2]
-        distance = float(sight.measured.position[2])
-        if not (np.abs(moved) > RELINEARISE * distance).any():
-            return
-        pose = sight.pose(joint.mean[:COUNT])
-        points = water_points(robots)
-        now, _ = sight.camera.project((points - pose.position) @ pose.optical)
-        if not np.isfinite(now).all():
-            return
-        step = joint.mean - before
-        told = linear.by_platform @ step[:COUNT] + (linear.by_place @ moved[:, :, None])[:, :, 0]
-        residual = pixels - now + told
-        joint.mean = before + gain.T @ (whiten @ residual.ravel())
-
-
-def _only(linear: Linear, mask: NDArray[np.bool_]) -> Linear:
-    return Linear(
-        linear.pixels[mask],
-        linear.by_place[mask],
-        linear.by_platform[mask],
-        linear.by_pose[mask],
-        linear.seen[mask],
-    )

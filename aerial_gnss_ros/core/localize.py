@@ -16,7 +16,6 @@ from aerial_gnss_ros.core.covariance import (
     covariances,
     elevation_sigma,
     ray_points,
-    slow_factor,
     uncertainty,
 )
 from aerial_gnss_ros.core.frames import skew
@@ -45,7 +44,6 @@ class WaterPoints:
         range_m: (n,) from the camera, m.
         covariance_white: (n, 2, 2) East, North, m²: independent from image to image.
         covariance_slow: (n, 2, 2) East, North, m²: shared by all robots, stays for minutes.
-        slow_factor: (n, 2, 6) East, North in m per one sigma of each slow error: its factor.
         pixels: (n, 2) where places on the surface over the robots are seen: those measured, but
             for robots below it, whose refraction is taken out.
         reasons: None, or why there is no position.
@@ -58,7 +56,6 @@ class WaterPoints:
     range_m: Array
     covariance_white: Array
     covariance_slow: Array
-    slow_factor: Array
     pixels: Array
     reasons: tuple[Reason | None, ...]
 
@@ -122,7 +119,6 @@ def locate(
             points.distances,
             white,
             slow,
-            slow_factor(points, known),
             _seen_at_surface(view, camera, given, points, depths),
             reasons,
         )
@@ -249,7 +245,6 @@ def masked(points: WaterPoints) -> WaterPoints:
         hidden(points.range_m),
         hidden(points.covariance_white),
         hidden(points.covariance_slow),
-        hidden(points.slow_factor),
         points.pixels,
         points.reasons,
     )
@@ -257,9 +252,5 @@ def masked(points: WaterPoints) -> WaterPoints:
 
 def refused(count: int, reason: Reason) -> WaterPoints:
     """Return `count` points that are all refused for one reason."""
-    line, plane, square, factor = (
-        np.full((count, *shape), np.nan) for shape in ((), (2,), (2, 2), (2, 6))
-    )
-    return WaterPoints(
-        line, line, math.nan, plane, line, square, square, factor, plane, (reason,) * count
-    )
+    line, plane, square = (np.full((count, *shape), np.nan) for shape in ((), (2,), (2, 2)))
+    return WaterPoints(line, line, math.nan, plane, line, square, square, plane, (reason,) * count)

@@ -8,7 +8,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from aerial_gnss_ros.core.filter import SLOW_COUNT
 from aerial_gnss_ros.core.local_map import LocalMap
 from aerial_gnss_ros.core.localize import WaterPoints
 from aerial_gnss_ros.core.values import DetectionFrame
@@ -25,7 +24,6 @@ class Measurements:
         pixels: (m, 2) centres of the boxes, px; refraction of robots below the surface taken out.
         positions: (m, 2) East, North in `map`, m.
         white: (m, 2, 2) white covariance, m².
-        slow: (m, 2, k) metres per one sigma of each slow platform error.
         class_ids: (m,) class names.
     """
 
@@ -33,22 +31,17 @@ class Measurements:
     pixels: Array
     positions: Array
     white: Array
-    slow: Array
     class_ids: NDArray[np.str_]
 
 
 def measurements(frame: DetectionFrame, points: WaterPoints, local: LocalMap) -> Measurements:
     """Return the detections that have a point, in `map`."""
     index = np.flatnonzero(points.valid)
-    slow = np.zeros((len(index), 2, SLOW_COUNT))
-    jacobian = points.slow_factor[index]
-    slow[:, :, : jacobian.shape[-1]] = jacobian
     return Measurements(
         index,
         points.pixels[index],
         local.positions(points.latitude[index], points.longitude[index]),
         points.covariance_white[index],
-        slow,
         np.array([frame.class_ids[i] for i in index], dtype=str),
     )
 

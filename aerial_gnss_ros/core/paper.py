@@ -105,7 +105,6 @@ def locate(
             np.hypot(pose.height, np.hypot(offsets[:, 0], offsets[:, 1])),
             exact.covariance_white,
             exact.covariance_slow,
-            exact.slow_factor,
             given,
             reasons,
         )

@@ -101,7 +101,7 @@ class Pipeline:
                 pose, camera, found.centers, self._config.noise, self._config, depths
             )
             located = time.perf_counter_ns()
-            update = self._tracking.update(seen, points, local)
+            update = self._tracking.update(seen, self._tracked(seen, points), local)
             for row, i in enumerate(use):
                 reasons[i] = points.reasons[row] or (Reason.GATED if update.gated[row] else None)
             estimates = self._published(update, points)
@@ -119,6 +119,15 @@ class Pipeline:
                 "track": (done - located) * 1e-6,
             },
         )
+
+    def _tracked(self, seen: PosedFrame, points: WaterPoints) -> WaterPoints:
+        """Return the points that names are kept by: the exact ones, whatever is published."""
+        if self._config.method != "paper":
+            return points
+        centers = seen.detections.centers
+        exact = localize.locate(seen.pose, seen.camera, centers, self._config.noise, self._config)
+        both = zip(points.reasons, exact.reasons, strict=True)
+        return replace(exact, reasons=tuple(one or other for one, other in both))
 
     def _camera(self, stamp_ns: int) -> CameraModel | Reason:
         """Return the newest camera not later than an image."""

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The first tracker: one constant-velocity filter a robot, and the life of a track.
+"""The tracker: which detection is which robot, and the life of a track.
 
 A detection that no track claims begins a tentative track. `confirm_hits` measurements within
 `confirm_window_s` confirm it, if they came in at least half of the images since the first of them
@@ -12,12 +12,10 @@ wide by then, and one false box inside it would tear it away. Detections there b
 track, and when that is confirmed inside the gate, it goes on under the coasting robot's name. Not
 so if it began while the robot was in view: what is seen beside a robot is not that robot.
 
-The gate compares what is known relative to one another: innovation covariance = the state's own
-white covariance + the measurement's white covariance + what may have happened to the platform's
-slow errors between them: their drift since the last measurement (Gauss-Markov) and the change of
-geometry, (L - M)(L - M)ᵀ, M being the state's sensitivity to them and L the measurement's. A common
-offset that stays therefore costs the gate nothing, while a drone that flies round a robot with a
-wrong compass, so that the same error points the other way, does not lose it. See `filter`.
+Where robots are, and how well that is known, is the business of the joint filter (`joint`). Its
+gate compares what is known relative to one another: an error that robot and detection share through
+the platform costs nothing, while a drone that flies round a robot with a wrong compass, so that the
+same error points the other way, does not lose it.
 """
 
 from __future__ import annotations
@@ -27,10 +25,11 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from aerial_gnss_ros.core import filter as kalman
 from aerial_gnss_ros.core.association import Pairs, assign, gate_threshold, mahalanobis
 from aerial_gnss_ros.core.config import EstimatorConfig
+from aerial_gnss_ros.core.events import Events
 from aerial_gnss_ros.core.identity import Identity, Sighting
+from aerial_gnss_ros.core.joint import JointFilter
 from aerial_gnss_ros.core.local_map import LocalMap
 from aerial_gnss_ros.core.localize import WaterPoints
 from aerial_gnss_ros.core.measurements import Measurements, inside_any, measurements
@@ -43,16 +42,10 @@ Indices = NDArray[np.intp]
 MAX_TENTATIVE = 300
 """Tentative tracks kept at once: a frame full of false boxes must not stop the program."""
 
-UNSEEN_S = 0.5
-"""After this long unseen a robot's velocity begins to be forgotten."""
-
-MEMORY_S = 3.0
-"""How long an unseen robot keeps its velocity: robots of a metre turn within seconds."""
-
 
 @dataclass
 class Track:
-    """The life of one track; its numbers are the row of `Tracker.beliefs` of the same index."""
+    """The life of one track; its numbers are those of the same row of `Tracker.filter`."""
 
     class_id: str
     first_seen_ns: int
@@ -65,13 +58,14 @@ class Track:
 class Tracker:
     """Associates points on the water with robots and filters each robot (see the module)."""
 
-    def __init__(self, config: EstimatorConfig, identity: Identity) -> None:
+    def __init__(
+        self, config: EstimatorConfig, identity: Identity, log: Events | None = None
+    ) -> None:
+        self.filter = JointFilter(config, log)
         self._rules = config.tracks
         self._window_ns = round(config.tracks.confirm_window_s * 1e9)
         self._coast_ns = round(config.tracks.coast_s * 1e9)
         self._threshold = gate_threshold(config.tracks.gate_probability)
-        self._acceleration = config.noise.value("robot_acceleration")
-        self._correlation_s = config.noise.value("correlation_time_s")
         self._identity = identity
         self._local: LocalMap | None = None
         self.reset()
@@ -79,7 +73,7 @@ class Tracker:
     def reset(self) -> None:
         """Forget all tracks."""
         self.tracks: list[Track] = []
-        self.beliefs = kalman.nothing()
+        self.filter.reset()
         self._stamp_ns: int | None = None
         self._images: list[int] = []
         self._water_altitude = np.nan
@@ -93,10 +87,12 @@ class Tracker:
         self._images.append(stamp_ns)
         seen = measurements(frame.detections, points, local)
         self._advance(stamp_ns)
+        if not self.filter.look(frame, local):
+            return TrackUpdate(self._estimates(stamp_ns), {}, points.valid)
         rows, columns = self._associate(seen, stamp_ns)
         self._correct(seen, rows, columns, stamp_ns)
         started = self._start(seen, columns, frame.detections)
-        updated = self._confirm(stamp_ns, set(rows.tolist()), local)
+        updated = self._confirm(set(rows.tolist()), local)
         measured = dict(zip(rows.tolist(), seen.index[columns].tolist(), strict=True)) | started
         gated = np.zeros(len(frame.detections), dtype=bool)
         gated[seen.index] = True
@@ -114,8 +110,7 @@ class Tracker:
     def _advance(self, stamp_ns: int) -> None:
         """Predict all tracks to an image and drop those unseen for too long."""
         if self._stamp_ns is not None:
-            seconds = (stamp_ns - self._stamp_ns) * 1e-9
-            self._predict(stamp_ns, seconds)
+            self.filter.predict((stamp_ns - self._stamp_ns) * 1e-9)
         self._stamp_ns = stamp_ns
         gone = set()
         for row, track in enumerate(self.tracks):
@@ -128,23 +123,11 @@ class Tracker:
                 gone.add(row)
         self._drop(gone)
 
-    def _predict(self, stamp_ns: int, seconds: float) -> None:
-        # A robot out of view swims on for a moment; then it may have turned, and the gate that
-        # finds it again must know.
-        unseen = self._unseen_s(stamp_ns) - seconds >= UNSEEN_S
-        predicted = kalman.predict(self.beliefs, seconds, self._acceleration)
-        if unseen.any():
-            rows = np.flatnonzero(unseen)
-            speed = 0.5 * self._rules.max_speed
-            wandered = kalman.wander(self.beliefs[rows], seconds, speed, MEMORY_S)
-            predicted = kalman.replace_rows(predicted, rows, wandered)
-        self.beliefs = predicted
-
     def _drop(self, rows: set[int]) -> None:
         if rows:
             kept = [row for row in range(len(self.tracks)) if row not in rows]
             self.tracks = [self.tracks[row] for row in kept]
-            self.beliefs = self.beliefs[np.array(kept, np.intp)]
+            self.filter.drop(np.array(sorted(rows), np.intp))
 
     def _unseen_s(self, stamp_ns: int) -> Array:
         unseen = [(stamp_ns - track.last_seen_ns) * 1e-9 for track in self.tracks]
@@ -152,11 +135,9 @@ class Tracker:
 
     def _associate(self, seen: Measurements, stamp_ns: int) -> Pairs:
         """Return rows of tracks and columns of measurements that belong together."""
-        drift = kalman.slow_drift(self.beliefs, self._unseen_s(stamp_ns), self._correlation_s)
-        known: Array = self.beliefs.covariance[:, :2, :2] + drift
-        geometry = seen.slow[None] - self.beliefs.sensitivity[:, None, :2]
-        spread = known[:, None] + seen.white[None] + kalman.outer(geometry)
-        offsets = seen.positions[None] - self.beliefs.mean[:, None, :2]
+        if not self.tracks or not len(seen.index):
+            return np.zeros(0, np.intp), np.zeros(0, np.intp)
+        offsets, spread = self.filter.compare(seen)
         squared, log_determinant = mahalanobis(offsets, spread)
         classes = np.array([track.class_id for track in self.tracks], dtype=str)
         allowed = (squared <= self._threshold) & (classes[:, None] == seen.class_ids[None])
@@ -173,14 +154,7 @@ class Tracker:
         return np.concatenate([rows, more_rows]), np.concatenate([columns, more_columns])
 
     def _correct(self, seen: Measurements, rows: Indices, columns: Indices, stamp_ns: int) -> None:
-        if not len(rows):
-            return
-        prior = self.beliefs[rows]
-        drift = kalman.slow_drift(prior, self._unseen_s(stamp_ns)[rows], self._correlation_s)
-        posterior = kalman.correct(
-            prior, seen.positions[columns], seen.white[columns], seen.slow[columns], drift
-        )
-        self.beliefs = kalman.replace_rows(self.beliefs, rows, posterior)
+        self.filter.correct(seen, rows, columns)
         for row in rows:
             self._hit(self.tracks[row], stamp_ns)
 
@@ -209,10 +183,7 @@ class Tracker:
                 begun.append(column)
                 used.append(index)
         first = len(self.tracks)
-        fresh = kalman.begin(
-            seen.positions[begun], seen.white[begun], seen.slow[begun], 0.5 * self._rules.max_speed
-        )
-        self.beliefs = kalman.join(self.beliefs, fresh)
+        self.filter.begin(seen, np.array(begun, np.intp))
         for column in begun:
             stamp_ns = frame.stamp_ns
             self.tracks.append(
@@ -220,17 +191,19 @@ class Tracker:
             )
         return {first + i: int(seen.index[column]) for i, column in enumerate(begun)}
 
-    def _confirm(self, stamp_ns: int, measured: set[int], local: LocalMap) -> set[int]:
+    def _confirm(self, measured: set[int], local: LocalMap) -> set[int]:
         """Name the tracks that have hits enough; return the coasting rows that they replace."""
         ready = [row for row, track in enumerate(self.tracks) if self._is_ready(track)]
         if not ready:
             return set()
-        resumed = self._resume(ready, measured, stamp_ns)
+        resumed = self._resume(ready, measured)
         unknown = [row for row in ready if row not in resumed]
         names = self._identity.names([self._sighting(row) for row in unknown], local)
         given = dict(zip(unknown, names, strict=True))
         for row in ready:
             track = self.tracks[row]
+            if row in resumed:
+                self.filter.merge(resumed[row], row)
             track.robot_id = given[row] if row in given else self.tracks[resumed[row]].robot_id
             track.state, track.hits = State.CONFIRMED, []
         return set(resumed.values())
@@ -241,17 +214,14 @@ class Tracker:
         since = sum(image >= track.hits[0] for image in self._images)
         return 2 * len(track.hits) >= since
 
-    def _resume(self, ready: list[int], measured: set[int], stamp_ns: int) -> dict[int, int]:
+    def _resume(self, ready: list[int], measured: set[int]) -> dict[int, int]:
         """Return, by newly confirmed row, the coasting row of the robot that it is."""
         coasting = [row for row, track in enumerate(self.tracks) if track.robot_id]
         coasting = [row for row in coasting if row not in measured]
-        old, new = self.beliefs[coasting or np.zeros(0, int)], self.beliefs[ready]
-        unseen = self._unseen_s(stamp_ns)[coasting or np.zeros(0, int)]
-        drift = kalman.slow_drift(old, unseen, self._correlation_s)
-        geometry = new.sensitivity[None, :, :2] - old.sensitivity[:, None, :2]
-        spread = (old.covariance[:, :2, :2] + drift)[:, None] + new.covariance[None, :, :2, :2]
-        offsets = new.mean[None, :, :2] - old.mean[:, None, :2]
-        squared, log_determinant = mahalanobis(offsets, spread + kalman.outer(geometry))
+        if not coasting:
+            return {}
+        offsets, spread = self.filter.apart(np.array(coasting), np.array(ready))
+        squared, log_determinant = mahalanobis(offsets, spread)
         old_classes = np.array([self.tracks[row].class_id for row in coasting], dtype=str)
         new_classes = np.array([self.tracks[row].class_id for row in ready], dtype=str)
         allowed = (squared <= self._threshold) & (old_classes[:, None] == new_classes[None])
@@ -262,18 +232,17 @@ class Tracker:
         return {ready[j]: coasting[i] for i, j in zip(rows, columns, strict=True)}
 
     def _sighting(self, row: int) -> Sighting:
-        track, belief = self.tracks[row], self.beliefs[[row]]
-        covariance = belief.total_covariance[0, :2, :2]
-        return Sighting(track.class_id, track.last_seen_ns, belief.mean[0, :2], covariance)
+        track = self.tracks[row]
+        position, covariance = self.filter.mean[row, :2], self.filter.covariance[row, :2, :2]
+        return Sighting(track.class_id, track.last_seen_ns, position, covariance)
 
     def _estimates(self, stamp_ns: int) -> tuple[RobotEstimate, ...]:
         named = [row for row, track in enumerate(self.tracks) if track.robot_id]
         if not named or self._local is None:
             return ()
         named.sort(key=lambda row: self.tracks[row].robot_id)
-        beliefs = self.beliefs[named]
-        covariance = beliefs.total_covariance
-        latitude, longitude = self._local.places(beliefs.mean[:, :2])
+        mean, covariance = self.filter.mean[named], self.filter.covariance[named]
+        latitude, longitude = self._local.places(mean[:, :2])
         estimates = tuple(
             RobotEstimate(
                 stamp_ns=stamp_ns,
@@ -283,8 +252,8 @@ class Tracker:
                 latitude=float(latitude[i]),
                 longitude=float(longitude[i]),
                 altitude=float(self._water_altitude),
-                position=beliefs.mean[i, :2].copy(),
-                velocity=beliefs.mean[i, 2:].copy(),
+                position=mean[i, :2].copy(),
+                velocity=mean[i, 2:].copy(),
                 covariance=covariance[i],
                 last_seen_ns=self.tracks[row].last_seen_ns,
             )

@@ -67,7 +67,8 @@ def bound(
             joint.predict(stamps[k] - stamps[k - 1], model, model.stationary(None), motion)
         joint.mean[:] = 0.0
         joint.robots[:, :2] = frame.positions[joint.rows]
-        sight = Sight.of(camera, poses[k], poses[k], _rates(poses, stamps, k), 0.0)
+        joint.anchor[:] = np.nan  # derivatives of each image, where the filter would hold them
+        sight = Sight.of(camera, poses[k], _rates(poses, stamps, k), 0.0)
         slots = np.flatnonzero(frame.seen[joint.rows])
         if len(slots):
             places = joint.robots[slots, :2]

@@ -39,7 +39,8 @@ def test_noise_sets_are_the_designs_and_single_values_replace_theirs():
     expected = {
         "gnss_offset_m": (1.2, 0.02), "gnss_white_m": (0.03, 0.03), "heading_deg": (1.5, 0.3),
         "gimbal_pitch_deg": (0.4, 0.15), "gimbal_roll_deg": (0.4, 0.15), "height_m": (0.3, 0.05),
-        "latency_s": (0.0, 0.0), "correlation_time_s": (300.0, 300.0), "attitude_white_deg": (0.1, 0.1),
+        "correlation_time_s": (300.0, 300.0), "latency_s": (0.0, 0.0),
+        "attitude_white_deg": (0.1, 0.1),
         "gimbal_white_deg": (0.03, 0.03), "height_white_m": (0.03, 0.03),
         "box_center_px": (2.0, 2.0), "robot_acceleration": (0.05, 0.05),
     }  # fmt: skip

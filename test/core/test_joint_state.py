@@ -26,7 +26,7 @@ PLACES = np.array([[-3.0, 20.0], [5.0, 24.0], [1.0, 31.0]])
 
 def sight() -> Sight:
     pose = MapPose(np.array([0.0, 0.0, 30.0]), matrix_from_rpy(0.0, math.radians(50), math.pi / 2))
-    return Sight.of(CAMERA, pose, pose, np.array([2.0, 1.0, 0, 0, 0, 0.05]), 0.0)
+    return Sight.of(CAMERA, pose, np.array([2.0, 1.0, 0, 0, 0, 0.05]), 0.0)
 
 
 def crowd() -> Joint:
@@ -62,9 +62,9 @@ def test_prediction_is_that_of_the_textbook(seconds):
     joint, motion = crowd(), Motion(0.05, 0.75)
     joint.unseen = np.array([0.0, 0.3, 20.0])
     steps = [textbook_step(float(unseen), seconds, motion) for unseen in joint.unseen]
-    keep = math.exp(-seconds / 300.0)
-    F = block_diag(keep * np.eye(7), *(step[0] for step in steps))
-    Q = block_diag((1.0 - keep**2) * MODEL.stationary(None), *(step[1] for step in steps))
+    keep = np.exp(-seconds / np.array([300.0] * 6 + [3600.0]))
+    F = block_diag(np.diag(keep), *(step[0] for step in steps))
+    Q = block_diag(np.diag(1.0 - keep**2) @ MODEL.stationary(None), *(step[1] for step in steps))
     mean, covariance = F @ joint.mean, F @ joint.covariance @ F.T + Q
     joint.predict(seconds, MODEL, MODEL.stationary(None), motion)
     np.testing.assert_allclose(joint.mean, mean, rtol=1e-12, atol=1e-12)

@@ -219,14 +219,6 @@ def test_the_fixs_own_covariance_replaces_the_noises():
     assert locate(broken, PINHOLE, pixel, NOISE).covariance_slow[0] == pytest.approx(theirs)
 
 
-def test_the_slow_factor_is_the_root_of_the_slow_covariance():
-    own = np.array([[0.25, 0.1], [0.1, 0.16]])
-    pose = replace(_pose(20.0, 50.0, 40.0), fix_covariance=own)
-    got = locate(pose, CAMERAS[1], [[960, 540], [300, 900]], NOISE)
-    product = got.slow_factor @ np.swapaxes(got.slow_factor, 1, 2)
-    assert product == pytest.approx(got.covariance_slow, rel=1e-9)
-
-
 def test_a_single_frame_reaches_the_published_bounds():
     # geolocation, 2.3: CEP of one frame, consumer without the GNSS term, about 1 / 0.589
     noise = Noise(
