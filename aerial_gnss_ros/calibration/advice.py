@@ -8,9 +8,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from aerial_gnss_ros.calibration.fit import Fit
 from aerial_gnss_ros.calibration.poses import PoseTable
 from aerial_gnss_ros.calibration.recording import Recording
-from aerial_gnss_ros.calibration.solve import Fit
 
 ORBIT = "orbit a still robot once, at a distance of one to two heights, looking at it"
 _ADVICE = {

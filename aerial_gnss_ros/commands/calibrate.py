@@ -14,8 +14,9 @@ from aerial_gnss_ros.bags.partial import partial, refuse_existing
 from aerial_gnss_ros.bags.reader import open_bag
 from aerial_gnss_ros.bags.replay import Replay
 from aerial_gnss_ros.calibration.advice import Excitation, advice, excitation
+from aerial_gnss_ros.calibration.fit import Fit, unknown
 from aerial_gnss_ros.calibration.recording import Recording
-from aerial_gnss_ros.calibration.solve import Fit, calibrate, unknown
+from aerial_gnss_ros.calibration.solve import calibrate
 from aerial_gnss_ros.commands.configuration import add_arguments as add_configuration
 from aerial_gnss_ros.commands.configuration import configuration
 from aerial_gnss_ros.commands.ending import ended_cleanly
@@ -25,6 +26,7 @@ from aerial_gnss_ros.core.errors import ConfigError
 from aerial_gnss_ros.detection.config import DetectorConfig
 from aerial_gnss_ros.detection.select import load_detector
 
+OUTLIERS = 0.08
 KEYS = {
     "heading": "heading_deg",
     "gimbal_pitch": "gimbal_pitch_deg",
@@ -142,7 +144,9 @@ def _calibrate(
     fit, detected = _pass(args, config, detector)
     base = config
     if not detected:
-        base = corrected_config(config, fit)
+        # The latency alone: what else the first pass says may rest on boxes that it mixed up.
+        late = corrected_config(config, fit).camera.latency_s
+        base = replace(config, camera=replace(config.camera, latency_s=late))
         fit, _ = _pass(args, base, detector)
     assert args.recording is not None  # noqa: S101 - a pass was made
     return Calibration(fit, base, config, excitation(args.recording))
@@ -219,6 +223,11 @@ def _as_text(found: Calibration) -> list[str]:
         *(f"  {line}" for line in _table(found)),
         "GNSS offset: cannot be told from the flight; it moves drone and robots alike.",
     ]
+    if fit.outliers > OUTLIERS * fit.boxes:
+        lines.append(
+            f"CAUTION: {fit.outliers / fit.boxes:.0%} of the boxes do not fit: robots moved (see "
+            "--robot-speed), or boxes were taken for another robot's."
+        )
     todo = advice(fit)
     if todo:
         lines += ["", "What to fly next:", *(f"  {sentence}" for sentence in todo)]

@@ -1,0 +1,90 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The constants that a calibration finds, and how well it found them."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Unknown:
+    """One constant that is estimated.
+
+    Attributes:
+        name: latency, heading, gimbal_pitch, gimbal_roll, height or focal.
+        unit: s, deg, m or %.
+        scale: of the unit: SI value times this.
+        prior: one sigma before the data, in the unit: wide.
+        enough: at most this sigma, in the unit, counts as determined.
+    """
+
+    name: str
+    unit: str
+    scale: float
+    prior: float
+    enough: float
+
+
+UNKNOWNS = (
+    Unknown("latency", "s", 1.0, 1.5, 0.05),
+    Unknown("heading", "deg", math.degrees(1.0), 15.0, 0.75),
+    Unknown("gimbal_pitch", "deg", math.degrees(1.0), 3.0, 0.3),
+    Unknown("gimbal_roll", "deg", math.degrees(1.0), 3.0, 0.5),
+    Unknown("height", "m", 1.0, 2.0, 0.25),
+    Unknown("focal", "%", 100.0, 5.0, 1.0),
+)
+
+
+@dataclass(frozen=True)
+class Fit:
+    """What was found.
+
+    Attributes:
+        names: of the constants, in the order of `mean`.
+        mean: corrections in SI units (rad, m, s; logarithm of the focal scale).
+        covariance: of `mean`.
+        residual_px: weighted root mean square of the residuals, px.
+        boxes: used.
+        outliers: boxes far off, which counted less.
+        images: used.
+        robots: ids.
+    """
+
+    names: tuple[str, ...]
+    mean: Array
+    covariance: Array
+    residual_px: float
+    boxes: int
+    outliers: int
+    images: int
+    robots: tuple[str, ...]
+
+    def value(self, name: str) -> tuple[float, float]:
+        """Return correction and one sigma in the unit of `UNKNOWNS`."""
+        at = self.names.index(name)
+        scale = unknown(name).scale
+        return float(self.mean[at]) * scale, math.sqrt(float(self.covariance[at, at])) * scale
+
+    def determined(self, name: str) -> bool:
+        """Whether the data tell it well enough to be used."""
+        return self.value(name)[1] <= unknown(name).enough
+
+    def correlation(self, name: str) -> tuple[str, float]:
+        """Return the constant that is hardest to tell from this one, and their correlation."""
+        sigma = np.sqrt(np.diag(self.covariance))
+        at = self.names.index(name)
+        row = self.covariance[at] / (sigma * sigma[at])
+        row[at] = 0.0
+        other = int(np.argmax(np.abs(row)))
+        return self.names[other], float(row[other])
+
+
+def unknown(name: str) -> Unknown:
+    """Return what is to be known about a constant."""
+    return next(one for one in UNKNOWNS if one.name == name)
