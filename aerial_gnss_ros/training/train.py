@@ -92,7 +92,7 @@ def train(training: Training) -> Path:
         warmup_bias_lr=0.0,  # the default is meant for SGD
         seed=training.seed,
         deterministic=True,
-        pretrained=False,
+        pretrained=training.weights.endswith(".pt"),  # else ultralytics forgets them
         device="cpu",
         workers=2,
         cache="ram",

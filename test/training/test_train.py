@@ -49,6 +49,25 @@ def test_one_epoch_then_export(tmp_path, monkeypatch, bfloat16):
     assert not list(tmp_path.glob("*.partial"))
 
 
+@pytest.mark.ultralytics
+def test_training_goes_on_from_given_weights(tmp_path, monkeypatch):
+    ultralytics = pytest.importorskip("ultralytics", reason="needs the extra [ultralytics]")
+    monkeypatch.setenv("YOLO_CONFIG_DIR", str(tmp_path))
+    data = str(dataset(tmp_path / "set"))
+    common = ["--minutes", "0", "--epochs", "1", "--image-size", "64", "--batch", "4"]
+    first, second = tmp_path / "first", tmp_path / "second"
+    assert train.main([data, "-o", str(first), "--seed", "1", *common]) == 0
+    weights = first / "weights" / "last.pt"
+    arguments = [data, "-o", str(second), "--weights", str(weights), *common]
+    assert train.main([*arguments, "--learning-rate", "0"]) == 0
+
+    def first_layer(folder):
+        model = ultralytics.YOLO(str(folder / "weights" / "last.pt")).model
+        return model.state_dict()["model.0.conv.weight"].float().numpy()
+
+    np.testing.assert_array_equal(first_layer(first), first_layer(second))
+
+
 def test_what_is_refused(tmp_path, capsys):
     assert train.main([str(tmp_path / "none.yaml"), "-o", str(tmp_path / "run")]) == 2
     assert "none.yaml does not exist" in capsys.readouterr().err
