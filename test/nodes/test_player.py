@@ -49,7 +49,9 @@ def test_images_larger_than_the_default_segment_arrive_with_the_bags_time(ros, s
     ros.spin_until(lambda: player.process.poll() is not None, 30.0)
     ros.spin(0.3)
     assert player.end() == 0, player.text
-    assert len(images) == 26  # 691 kB each: 5 s at 5 Hz, the first and the last one too
+    # 26 of 691 kB each. Best effort may lose one on a starved machine; with the default segment
+    # of 512 kB nearly all are lost.
+    assert len(images) >= 22
     stamps = [nanoseconds(one.clock) for one in clock]
     assert stamps == sorted(stamps)
     assert nanoseconds(images[-1].header.stamp) <= stamps[-1]
