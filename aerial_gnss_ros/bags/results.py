@@ -20,11 +20,14 @@ from aerial_gnss_ros.bags.tables import POSITION_COLUMNS, Track
 from aerial_gnss_ros.bags.typestore import GEOJSON_TYPE
 from aerial_gnss_ros.bags.writer import LATCHED, RELIABLE, BagWriter
 from aerial_gnss_ros.core.rejection import Rejection
-from aerial_gnss_ros.core.values import CameraPose, FrameResult, RobotEstimate
+from aerial_gnss_ros.core.values import CameraPose, FrameResult, PlatformError, RobotEstimate
 
 if TYPE_CHECKING:
     from typing_extensions import Self
 
+PLATFORM_COLUMNS = ("stamp_ns", "error", "value", "sigma")
+PLATFORM_STEP_NS = 500_000_000
+"""The platform's errors drift over minutes: a row each half second shows them."""
 REJECTED_COLUMNS = ("stamp_ns", "reason", "u_px", "v_px")
 
 
@@ -42,6 +45,7 @@ class ResultFolder:
         self._estimates: list[RobotEstimate] = []
         self._rejections: list[Rejection] = []
         self._poses: list[CameraPose] = []
+        self._platform: list[tuple[int, PlatformError]] = []
         self._datum: Mapping[str, Any] | None = None
 
     def __enter__(self) -> Self:
@@ -69,6 +73,9 @@ class ResultFolder:
         self._estimates += result.estimates
         self._rejections += result.rejections
         self._poses += [result.pose] if result.pose is not None else []
+        last = self._platform[-1][0] if self._platform else None
+        if last is None or abs(result.stamp_ns - last) >= PLATFORM_STEP_NS:
+            self._platform += [(result.stamp_ns, error) for error in result.platform]
         for message in result_messages(result):
             if message.topic == "map_datum":  # latched: only a change is news
                 if message.fields["pose"] == self._datum:
@@ -106,6 +113,7 @@ class ResultFolder:
         for name, text in {
             "positions.csv": _table(POSITION_COLUMNS, map(position_row, estimates)),
             "rejected.csv": _table(REJECTED_COLUMNS, map(rejection_row, rejections)),
+            "platform.csv": _table(PLATFORM_COLUMNS, map(platform_row, self._platform)),
             "positions.geojson": geojson(tracks),
             "positions.gpx": gpx(tracks),
             "positions.kml": kml(tracks),
@@ -130,6 +138,12 @@ def position_row(estimate: RobotEstimate) -> list[str]:
         f"{estimate.velocity[1]:.6f}",
         str(estimate.state),
     ]
+
+
+def platform_row(row: tuple[int, PlatformError]) -> list[str]:
+    """Return a row of platform.csv: m, rad or s, to be added to what was measured."""
+    stamp_ns, error = row
+    return [str(stamp_ns), error.name, f"{error.value:.9g}", f"{error.sigma:.9g}"]
 
 
 def rejection_row(rejection: Rejection) -> list[str]:

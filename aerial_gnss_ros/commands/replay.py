@@ -20,6 +20,7 @@ from aerial_gnss_ros.commands.ending import ended_cleanly
 from aerial_gnss_ros.commands.progress import progress
 from aerial_gnss_ros.detection.select import load_detector
 from aerial_gnss_ros.evaluation.errors import compare
+from aerial_gnss_ros.evaluation.platform import read_platform
 from aerial_gnss_ros.evaluation.report import Report, write_report
 from aerial_gnss_ros.evaluation.truth import Truth, read_truth
 
@@ -90,6 +91,7 @@ def write_replay_report(folder: Path, results: ResultFolder, replay: Replay, tru
             drone=results.drone,
             rejections=summary.rejections,
             methods=errors,
+            platform=read_platform(folder / "platform.csv"),
             facts=[
                 ("robots from", summary.detections_from),
                 ("method", replay.method),

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from aerial_gnss_ros.core.covariance import white_rotation
 from aerial_gnss_ros.core.gimbal import Reference
 from aerial_gnss_ros.core.noise import Noise
+from aerial_gnss_ros.core.values import PlatformError
 
 Array = NDArray[np.float64]
 
@@ -19,6 +20,20 @@ PLATFORM = ("gnss_east", "gnss_north", "height", "roll", "pitch", "heading", "la
 turn the camera about the axes of `gimbal.error_axes`; a latency is added to `camera.latency_s`."""
 
 COUNT = len(PLATFORM)
+
+
+def named_errors(mean: Array, covariance: Array) -> tuple[PlatformError, ...]:
+    """Return the errors (7,) and their covariance (7, 7) by name; those switched off are left out.
+
+    A sigma of 0 means that the error is not estimated.
+    """
+    sigma = np.sqrt(np.maximum(np.diag(covariance), 0.0))
+    return tuple(
+        PlatformError(name, float(mean[i]), float(sigma[i]))
+        for i, name in enumerate(PLATFORM)
+        if sigma[i] > 0.0
+    )
+
 
 LATENCY_TIME_S = 3600.0
 """Correlation time of the latency: it comes from how camera and recorder are built."""

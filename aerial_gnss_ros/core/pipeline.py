@@ -22,6 +22,7 @@ from aerial_gnss_ros.core.values import (
     CameraPose,
     DetectionFrame,
     FrameResult,
+    PlatformError,
     PosedFrame,
     RobotEstimate,
 )
@@ -91,6 +92,7 @@ class Pipeline:
             assert isinstance(refusal, Reason)  # noqa: S101 - a pose needs a fix, that sets local
             reasons = [reason or refusal for reason in reasons]
             estimates = self._tracking.coast(frame.stamp_ns)
+            platform: tuple[PlatformError, ...] = ()
             located = posed
         else:
             use = [i for i, reason in enumerate(reasons) if reason is None]
@@ -104,7 +106,7 @@ class Pipeline:
             update = self._tracking.update(seen, self._tracked(seen, points), local)
             for row, i in enumerate(use):
                 reasons[i] = points.reasons[row] or (Reason.GATED if update.gated[row] else None)
-            estimates = self._published(update, points)
+            estimates, platform = self._published(update, points), update.platform
         done = time.perf_counter_ns()
         return FrameResult(
             frame.stamp_ns,
@@ -118,6 +120,7 @@ class Pipeline:
                 "locate": (located - posed) * 1e-6,
                 "track": (done - located) * 1e-6,
             },
+            platform if self._config.method == "filter" else (),
         )
 
     def _tracked(self, seen: PosedFrame, points: WaterPoints) -> WaterPoints:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from aerial_gnss_ros.core.local_map import LocalMap
 from aerial_gnss_ros.core.localize import WaterPoints
-from aerial_gnss_ros.core.values import PosedFrame, RobotEstimate
+from aerial_gnss_ros.core.values import PlatformError, PosedFrame, RobotEstimate
 
 
 @dataclass(frozen=True)
@@ -22,11 +22,13 @@ class TrackUpdate:
         estimates: confirmed and coasting robots, ordered by robot_id.
         measured: index of the detection that measured each confirmed robot, by robot_id.
         gated: (n,) True where a detection with a point neither updated nor began a track.
+        platform: errors of the platform, where the tracker estimates them.
     """
 
     estimates: tuple[RobotEstimate, ...]
     measured: dict[str, int]
     gated: NDArray[np.bool_]
+    platform: tuple[PlatformError, ...] = ()
 
 
 class Tracking(Protocol):

@@ -192,6 +192,21 @@ class MapDatum:
 
 
 @dataclass(frozen=True)
+class PlatformError:
+    """A slowly varying error of the platform as the filter sees it.
+
+    Attributes:
+        name: such as heading, see `joint_platform.PLATFORM`.
+        value: what is added to the measured value to have the true one; m, rad or s.
+        sigma: one sigma of it.
+    """
+
+    name: str
+    value: float
+    sigma: float
+
+
+@dataclass(frozen=True)
 class FrameResult:
     """What one image gave: estimates ordered by robot_id, and what was refused.
 
@@ -203,6 +218,7 @@ class FrameResult:
         datum: origin of `map`, None before the first accepted fix.
         pose: the pose used, None when an input was missing.
         timings_ms: milliseconds per stage.
+        platform: errors that the filter estimates; empty where nothing was measured.
     """
 
     stamp_ns: int
@@ -212,6 +228,7 @@ class FrameResult:
     datum: MapDatum | None
     pose: CameraPose | None = None
     timings_ms: dict[str, float] = field(default_factory=dict)
+    platform: tuple[PlatformError, ...] = ()
 
 
 def empty_detections(stamp_ns: int, frame_id: str = "camera") -> DetectionFrame:

@@ -73,7 +73,7 @@ def test_every_output_of_the_contract_is_there(tmp_path, flight, capsys, replay)
     table = rows(out / "positions.csv")
     assert {path.name for path in out.iterdir()} == {
         "positions.csv", "rejected.csv", "bag", "positions.geojson", "positions.kml",
-        "positions.gpx", "report.html",
+        "positions.gpx", "platform.csv", "report.html",
     }  # fmt: skip
     assert summary["frames"] == flight.images
     assert summary["positions"] == len(table)
