@@ -30,6 +30,7 @@ from aerial_gnss_ros.core.config import EstimatorConfig
 from aerial_gnss_ros.core.events import Events
 from aerial_gnss_ros.core.identity import Identity, Sighting
 from aerial_gnss_ros.core.joint import JointFilter
+from aerial_gnss_ros.core.joint_platform import named_errors
 from aerial_gnss_ros.core.local_map import LocalMap
 from aerial_gnss_ros.core.localize import WaterPoints
 from aerial_gnss_ros.core.measurements import Measurements, inside_any, measurements
@@ -41,6 +42,10 @@ Indices = NDArray[np.intp]
 
 MAX_TENTATIVE = 300
 """Tentative tracks kept at once: a frame full of false boxes must not stop the program."""
+
+
+LEAST_KNOWN = 3
+"""Robots in view from which on most must agree with an image."""
 
 
 @dataclass
@@ -77,6 +82,7 @@ class Tracker:
         self._stamp_ns: int | None = None
         self._images: list[int] = []
         self._water_altitude = np.nan
+        self._confused = False
 
     def update(self, frame: PosedFrame, points: WaterPoints, local: LocalMap) -> TrackUpdate:
         """Take in one image (see `Tracking`)."""
@@ -92,7 +98,7 @@ class Tracker:
         rows, columns = self._associate(seen, stamp_ns)
         self._correct(seen, rows, columns, stamp_ns)
         started = self._start(seen, columns, frame.detections)
-        updated = self._confirm(set(rows.tolist()), local)
+        updated = self._confirm(set(rows.tolist()), len(seen.index), local)
         measured = dict(zip(rows.tolist(), seen.index[columns].tolist(), strict=True)) | started
         gated = np.zeros(len(frame.detections), dtype=bool)
         gated[seen.index] = True
@@ -100,7 +106,9 @@ class Tracker:
         names = {self.tracks[row].robot_id: index for row, index in measured.items()}
         names.pop("", None)
         self._drop(updated)
-        return TrackUpdate(self._estimates(stamp_ns), names, gated)
+        return TrackUpdate(
+            self._estimates(stamp_ns), names, gated, named_errors(*self.filter.platform)
+        )
 
     def coast(self, stamp_ns: int) -> tuple[RobotEstimate, ...]:
         """Return the predicted robots at an image without a pose (see `Tracking`)."""
@@ -147,11 +155,31 @@ class Tracker:
         rows, columns = assign(
             squared, log_determinant, allowed & (fresh & ~tentative)[:, None], self._threshold
         )
+        if self._is_confused(int((fresh & ~tentative).sum()), len(seen.index), len(rows)):
+            rows = columns = np.zeros(0, np.intp)
         allowed[:, columns] = False
         more_rows, more_columns = assign(
             squared, log_determinant, allowed & tentative[:, None], self._threshold
         )
         return np.concatenate([rows, more_rows]), np.concatenate([columns, more_columns])
+
+    def _is_confused(self, robots: int, boxes: int, matched: int) -> bool:
+        """Return whether an image is so unlike what was expected that none of it is believed.
+
+        A spinning compass or a jump carries robots' boxes onto other robots: the few that fall
+        into a gate are there by chance.
+        """
+        known = min(robots, boxes)
+        if known < LEAST_KNOWN:
+            return False
+        confused = 2 * matched < known
+        if confused and not self._confused:
+            self.filter.log.add(
+                f"Of {known} boxes only {matched} are where robots should be: the compass, the "
+                "gimbal or the fix may be wrong; robots are not updated by such images."
+            )
+        self._confused = confused
+        return confused
 
     def _correct(self, seen: Measurements, rows: Indices, columns: Indices, stamp_ns: int) -> None:
         self.filter.correct(seen, rows, columns)
@@ -191,11 +219,15 @@ class Tracker:
             )
         return {first + i: int(seen.index[column]) for i, column in enumerate(begun)}
 
-    def _confirm(self, measured: set[int], local: LocalMap) -> set[int]:
+    def _confirm(self, measured: set[int], boxes: int, local: LocalMap) -> set[int]:
         """Name the tracks that have hits enough; return the coasting rows that they replace."""
         ready = [row for row, track in enumerate(self.tracks) if self._is_ready(track)]
+        named = sum(bool(track.robot_id) for track in self.tracks)
+        if self._confused and 2 * len(ready) < min(named, boxes):
+            return set()  # robots come back together, or it is chance
         if not ready:
             return set()
+        self._confused = False
         resumed = self._resume(ready, measured)
         unknown = [row for row in ready if row not in resumed]
         names = self._identity.names([self._sighting(row) for row in unknown], local)
