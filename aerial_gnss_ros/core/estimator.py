@@ -84,8 +84,8 @@ class Estimator:
         self.dropped: Counter[str] = Counter()
         self._log = Events()
         self._config = config
-        self._latency_ns = round(config.camera.latency_s * 1e9)
-        self._patience_ns = round(config.max_wait * 1e9) + max(0, -self._latency_ns)
+        early_ns = round(max(0.0, -config.camera.latency_s) * 1e9)
+        self._patience_ns = round(config.max_wait * 1e9) + early_ns
         self._state_path = Path(config.state_file) if config.state_file else None
         saved = state_file.load(self._state_path) if self._state_path else SavedNames()
         self._identity = Identity(config, saved)
@@ -233,7 +233,7 @@ class Estimator:
     def _finish_first(self, final: bool = True) -> bool:
         """Work on the oldest image; return False when it has to wait on."""
         frame = self._waiting[0].frame
-        samples = self._inputs.at(frame.stamp_ns - self._latency_ns)
+        samples = self._inputs.at(frame.stamp_ns - self._pipeline.latency_ns)
         if isinstance(samples, Lacking) and samples.may_come and not final:
             return False
         del self._waiting[0]

@@ -27,6 +27,9 @@ from aerial_gnss_ros.core.values import (
     RobotEstimate,
 )
 
+MAX_LATENCY_S = 3.0
+"""Largest latency either way, configured and estimated together."""
+
 _TELEMETRY = frozenset(source.value for source in Input)
 _NO_ALTITUDE = {
     "ellipsoid": "the fix brings none; give one in the message to have it.",
@@ -61,6 +64,12 @@ class Pipeline:
         self._fixed_camera = _camera_of(config)
         self._scaled: tuple[CameraModel, CameraModel] | None = None
         self._locate = paper.locate if config.method == "paper" else localize.locate
+
+    @property
+    def latency_ns(self) -> int:
+        """How long before an image's stamp its scene was, as far as it is known, ns."""
+        found = self._config.camera.latency_s + self._tracking.latency_s
+        return round(min(max(found, -MAX_LATENCY_S), MAX_LATENCY_S) * 1e9)
 
     def reset(self) -> None:
         """Forget all tracks."""

@@ -43,6 +43,10 @@ class Tracking(Protocol):
             local: the frame `map`, the same from the first call to the last.
         """
 
+    @property
+    def latency_s(self) -> float:
+        """Estimated correction of `camera.latency_s`, s; 0 where it is not estimated."""
+
     def coast(self, stamp_ns: int) -> tuple[RobotEstimate, ...]:
         """Return the predicted robots at an image that has no pose; nothing is measured."""
 

@@ -110,6 +110,11 @@ class Tracker:
             self._estimates(stamp_ns), names, gated, named_errors(*self.filter.platform)
         )
 
+    @property
+    def latency_s(self) -> float:
+        """Estimated correction of `camera.latency_s` (see `Tracking`)."""
+        return self.filter.latency_s
+
     def coast(self, stamp_ns: int) -> tuple[RobotEstimate, ...]:
         """Return the predicted robots at an image without a pose (see `Tracking`)."""
         self._advance(stamp_ns)

@@ -173,3 +173,23 @@ def test_nothing_measured_twice_and_nothing_not_a_number(sea):
     for estimate in results[-1].estimates:
         assert np.isfinite(estimate.position).all()
         assert np.linalg.eigvalsh(estimate.covariance).min() > 0.0
+
+
+@pytest.mark.parametrize("late_s", [0.4, -0.3])
+def test_a_drone_that_turns_back_tells_the_latency(sea, late_s):
+    """Images stamped t show t - late: found to 0.05 s from robots that stay."""
+    drone = lambda t: (12.0 * math.sin(0.5 * t), 0.0, 30.0)  # noqa: E731
+    world = sea.World(
+        drone=drone, robots={"a": lambda _t: (2.0, 18.0), "b": lambda _t: (-3.0, 22.0)},
+        pixel_sigma=1.0,
+    )  # fmt: skip
+    seen = sea.World(drone=lambda t: drone(t - late_s), robots=world.robots, pixel_sigma=1.0)
+    world.frame = seen.frame
+    engine = sea.estimator(RTK | {"noise.latency_s": 0.5, "noise.robot_acceleration": 0.01})
+    results = sea.play(engine, world, 30.0, telemetry=50)
+    while not results[-1].platform:  # the last images lack telemetry that would come later
+        results.pop()
+    found = {error.name: error for error in results[-1].platform}["latency"]
+    assert found.value == pytest.approx(late_s, abs=0.05)
+    assert found.sigma < 0.05
+    assert max(_errors(world, results, sea).values()) < 0.5
