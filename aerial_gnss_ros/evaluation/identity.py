@@ -161,13 +161,17 @@ def _scenes(
 
 
 def _common(stamps: NDArray[np.int64], errors: list[RobotErrors]) -> Array:
-    """Return the mean error of all robots at each stamp, (n, 2); 0 where none was measured."""
-    total, count = np.zeros((len(stamps), 2)), np.zeros(len(stamps))
-    for robot in errors:
-        rows = np.searchsorted(stamps, robot.stamps_ns)
-        total[rows] += robot.east_north
-        count[rows] += 1.0
-    return np.asarray(total / np.maximum(count, 1.0)[:, None])
+    """Return what the robots' errors have in common at each stamp, (n, 2); 0 where none is known.
+
+    The median, so that one name on a wrong robot does not move all the others.
+    """
+    found = np.full((len(errors), len(stamps), 2), np.nan)
+    for row, robot in enumerate(errors):
+        found[row, np.searchsorted(stamps, robot.stamps_ns)] = robot.east_north
+    with warnings.catch_warnings():  # of stamps without any
+        warnings.simplefilter("ignore", RuntimeWarning)
+        middle: Array = np.nanmedian(found, axis=0) if len(errors) else found.sum(axis=0)
+    return np.nan_to_num(middle)
 
 
 def _plane(latitude: Array, longitude: Array, origin: tuple[float, float]) -> Array:
