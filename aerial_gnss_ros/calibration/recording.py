@@ -112,6 +112,10 @@ class _Watched:
     def __init__(self, inner: Tracking, recording: Recording) -> None:
         self._inner, self._recording = inner, recording
 
+    @property
+    def latency_s(self) -> float:
+        return self._inner.latency_s
+
     def update(self, frame: PosedFrame, points: WaterPoints, local: LocalMap) -> TrackUpdate:
         update = self._inner.update(frame, points, local)
         self._recording.local = local
