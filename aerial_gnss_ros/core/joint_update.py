@@ -36,6 +36,9 @@ HOLD = 0.03
 """How far the camera may go, as a share of its distance to the robots, and turn about the vertical,
 rad, before derivatives are taken from another place. Well above the jitter."""
 
+HOLD_M = 0.8
+"""And at most so far, m: from high up the jitter is a smaller share of the distance."""
+
 RELINEARISE = 0.02
 """A robot that a correction moves by this share of its distance is corrected from there anew."""
 
@@ -160,7 +163,7 @@ def hold(joint: Joint, sight: Sight) -> Held:
         distance = float(np.median(np.hypot(np.hypot(level[:, 0], level[:, 1]), distance)))
     apart = place - joint.anchor
     turned = axes[:2, 0] - joint.axes[:2, 0]
-    near = float(apart @ apart) <= (HOLD * distance) ** 2  # false for NaN
+    near = float(apart @ apart) <= min(HOLD * distance, HOLD_M) ** 2  # false for NaN
     if not (near and float(turned @ turned) <= HOLD**2):
         joint.anchor, joint.axes = place, axes
     return Held(joint.anchor, joint.axes)
