@@ -123,6 +123,11 @@ def _images(bag: BagReader, topic: str, boxes: Subscription, namespace: str) -> 
                     f"to the images. {_listing(bag)}"
                 )
             return name
+    if _has(bag, resolve(boxes.topic, namespace)):
+        raise InputError(
+            f"{_names(bag)} has no images on {raw} or {compressed}, only recorded detections; "
+            "leave --model out to use these."
+        )
     raise InputError(
         f"{_names(bag)} has neither detections on {resolve(boxes.topic, namespace)} nor images on "
         f"{raw} or {compressed}; {_advice(bag, [topic, boxes.topic], namespace)} {_listing(bag)}"
@@ -158,6 +163,7 @@ def _advice(bag: BagReader, wanted: Sequence[str], namespace: str) -> str:
         prefix
         for prefix in prefixes
         if prefix.strip("/") != namespace.strip("/")
+        and not prefix.endswith("/truth")  # of a simulated flight: not what a drone measures
         and any(_has(bag, f"{prefix}/{topic}") for topic in wanted)
     )
     if len(fitting) == 1:

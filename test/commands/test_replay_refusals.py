@@ -56,6 +56,13 @@ def test_a_bag_without_images_and_detections_is_refused(tmp_path, flight, refusa
     assert "neither detections on /detections nor images on /camera/image_raw or" in sentence
 
 
+def test_a_model_for_a_bag_without_images_is_refused(tmp_path, flight, refusal):
+    bag = flight.write(tmp_path / "bag")
+    sentence = refusal(bag, tmp_path / "out", "--model", "mine.onnx")
+    assert "has no images on /camera/image_raw" in sentence
+    assert "leave --model out" in sentence
+
+
 def test_another_message_type_is_named(tmp_path, flight, replay, refusal):
     def as_float32(topic, msgtype, fields):
         return topic, "std_msgs/msg/Float32" if topic == "height" else msgtype, fields
