@@ -20,6 +20,7 @@ REQUIRES = [
     "onnxruntime>=1.17",
     "rich>=13.7",
     "matplotlib>=3.6",
+    "pillow>=10.2",
     "jinja2>=3.1",
     "pygeomag>=1.0",
 ]

@@ -32,7 +32,7 @@ FLOOR = {part: level for level, parts in enumerate(FLOORS) for part in parts}
 MAY_IMPORT = {
     "core": {"numpy", "scipy", "pyproj", "pygeomag"},
     "resources": set(),
-    "adapters": {"numpy", "scipy", "yaml"},
+    "adapters": {"numpy", "scipy", "yaml", "PIL"},
 }
 
 MODULES = sorted(path for path in PACKAGE.rglob("*.py"))

@@ -53,7 +53,7 @@ def run(args: argparse.Namespace) -> int:
     chosen = chosen_camera(args, args.camera, zoom=args.zoom)
     if chosen is None:
         raise InputError(
-            "no camera given; give a CameraInfo YAML, the name of a known drone (--list shows "
+            "no camera given; give a CameraInfo YAML, a photo, the name of a known drone (--list shows "
             "them), or --image-size, --focal-length-mm and --sensor-width-mm."
         )
     samples: tuple[GroundSample, ...] = ()

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A camera on the command line: a CameraInfo YAML, a known drone, or focal length and sensor."""
+"""A camera on the command line: CameraInfo YAML, photo, known drone, or focal length and sensor."""
 
 from __future__ import annotations
 
@@ -11,9 +11,11 @@ from pathlib import Path
 import numpy as np
 
 from aerial_gnss_ros.adapters.camera_files import read_camera_file
+from aerial_gnss_ros.adapters.photo_files import SUFFIXES, read_photo
 from aerial_gnss_ros.core.camera import CameraModel
 from aerial_gnss_ros.core.errors import InputError
 from aerial_gnss_ros.core.known_cameras import KnownCamera, known_camera
+from aerial_gnss_ros.core.optics import from_equivalent
 
 _MM = 1e-3
 _STABILISATION = (
@@ -66,7 +68,7 @@ def chosen_camera(
 
     Args:
         args: with those of `add_numbers`.
-        given: path of a CameraInfo YAML, or the name of a known camera.
+        given: path of a CameraInfo YAML or of a photo, or the name of a known camera.
         size: of the images, where it is known otherwise (from a video).
         zoom: on top of a known camera's focal length.
 
@@ -89,6 +91,8 @@ def chosen_camera(
             f"a camera is given twice, as {given} and as focal length or sensor width; give one."
         )
     path = Path(given).expanduser()
+    if path.suffix.lower() in SUFFIXES:
+        return _from_photo(path, size, zoom)
     if path.suffix in (".yaml", ".yml") or path.exists():
         return _from_file(path, size)
     return _from_table(known_camera(given), size, zoom)
@@ -149,6 +153,23 @@ def _from_table(known: KnownCamera, size: tuple[int, int] | None, zoom: float) -
     if known.zooms or zoom != 1.0:
         warnings.append(_ZOOM)
     return ChosenCamera(camera, known.name, f"{known.words}, table", [*warnings, _STABILISATION])
+
+
+def _from_photo(path: Path, size: tuple[int, int] | None, zoom: float) -> ChosenCamera:
+    photo = read_photo(path)
+    camera = from_equivalent(photo.equivalent_mm, photo.size, size or photo.size, zoom)
+    guessed = (
+        "Guessed from EXIF: the 35 mm focal length is taken by the photo's diagonal and is a whole "
+        "number, good to about 3 %, and no lens distortion is told. Calibrate for better."
+    )
+    warnings = [guessed]
+    if camera.width * photo.size[1] != camera.height * photo.size[0]:
+        warnings.append(
+            f"{camera.width}x{camera.height} has another shape than the photo "
+            f"({photo.size[0]}x{photo.size[1]}): taken as cut from it without a change of scale."
+        )
+    source = f"EXIF of {path}: {photo.equivalent_mm:g} mm in 35 mm, {photo.model or 'no model'}"
+    return ChosenCamera(camera, photo.model or "camera", source, [*warnings, _ZOOM, _STABILISATION])
 
 
 def _doubts(camera: CameraModel) -> list[str]:

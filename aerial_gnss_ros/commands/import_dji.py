@@ -50,7 +50,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     camera = parser.add_argument_group("camera", "described in the bag where it is given")
     camera.add_argument(
         "--camera", metavar="YAML|NAME",
-        help="CameraInfo YAML, or a known drone (`aerial-gnss camera --list`)",
+        help="CameraInfo YAML, a photo (its EXIF), or a known drone (`aerial-gnss camera --list`)",
     )  # fmt: skip
     add_numbers(camera)
     parser.add_argument("--json", action="store_true", help="the summary for machines")

@@ -1,0 +1,52 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What the EXIF of a photo says about the camera that took it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from aerial_gnss_ros.core.errors import InputError
+
+SUFFIXES = (".jpg", ".jpeg")
+_EXIF_IFD, _FOCAL_EQUIVALENT, _MODEL = 0x8769, 0xA405, 0x0110
+
+
+@dataclass(frozen=True)
+class Photo:
+    """A photo's own description.
+
+    Attributes:
+        size: width and height, px.
+        equivalent_mm: focal length on 36 x 24 mm film of the same field of view, mm.
+        model: the camera's name, or "".
+    """
+
+    size: tuple[int, int]
+    equivalent_mm: float
+    model: str
+
+
+def read_photo(path: Path) -> Photo:
+    """Read a photo's EXIF.
+
+    Raises:
+        InputError: the file is missing or not an image, or its EXIF has no 35 mm focal length.
+    """
+    from PIL import Image, UnidentifiedImageError
+
+    try:
+        with Image.open(path) as image:
+            size, exif = image.size, image.getexif()
+    except FileNotFoundError as error:
+        raise InputError(f"{path} does not exist; give a photo of the camera.") from error
+    except (UnidentifiedImageError, OSError) as error:
+        raise InputError(f"{path} is not a photo that can be read; give a JPEG.") from error
+    equivalent = exif.get_ifd(_EXIF_IFD).get(_FOCAL_EQUIVALENT, 0)
+    if not isinstance(equivalent, int | float) or not equivalent > 0:
+        raise InputError(
+            f"the EXIF of {path} has no focal length in 35 mm (FocalLengthIn35mmFilm); give a "
+            "photo straight from the camera's card, or --image-size, --focal-length-mm and "
+            "--sensor-width-mm."
+        )
+    return Photo(size, float(equivalent), str(exif.get(_MODEL, "")).strip("\0 "))
