@@ -29,9 +29,9 @@ _WIDTH = 100
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the command's arguments."""
     parser.add_argument(
-        "camera", nargs="?", metavar="YAML|NAME",
-        help="CameraInfo as camera_calibration writes it or `ros2 topic echo` prints it, or the "
-        "name of a known drone (--list); or give the numbers below",
+        "camera", nargs="?", metavar="YAML|JPEG|NAME",
+        help="CameraInfo as camera_calibration writes it or `ros2 topic echo` prints it, a "
+        "photo (its EXIF), or the name of a known drone (--list); or give the numbers below",
     )  # fmt: skip
     add_numbers(parser.add_argument_group("numbers", "all three, or --image-size with a NAME"))
     parser.add_argument("--zoom", type=float, default=1.0, metavar="X", help="with a NAME (1)")
@@ -53,8 +53,8 @@ def run(args: argparse.Namespace) -> int:
     chosen = chosen_camera(args, args.camera, zoom=args.zoom)
     if chosen is None:
         raise InputError(
-            "no camera given; give a CameraInfo YAML, a photo, the name of a known drone (--list shows "
-            "them), or --image-size, --focal-length-mm and --sensor-width-mm."
+            "no camera given; give a CameraInfo YAML, a photo, the name of a known drone (--list "
+            "shows them), or --image-size, --focal-length-mm and --sensor-width-mm."
         )
     samples: tuple[GroundSample, ...] = ()
     if args.height is not None:
