@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -22,6 +23,27 @@ MAX_TILT = np.radians(80.0)
 FOCAL_PX = (550.0, 4500.0)
 SIZES = (12.0, 250.0)
 USUAL_SIZES = (16.0, 120.0)
+
+
+@dataclass(frozen=True)
+class View:
+    """One random view of the water, in whose middle distance a robot has a drawn size.
+
+    Attributes:
+        camera: the whole camera.
+        pose: of the camera, in local ENU.
+        window: the pixels that are rendered.
+        pixel: (2,) where the first robot is to appear, inside the window.
+        height: of the camera above the water, m.
+        tilt: of the camera's axis off the vertical, rad.
+    """
+
+    camera: CameraModel
+    pose: ViewPose
+    window: Window
+    pixel: NDArray[np.float64]
+    height: float
+    tilt: float
 
 
 @dataclass(frozen=True)
@@ -51,17 +73,47 @@ def random_stage(
         occupied: Probability that there are robots.
         image: Width and height of the camera, None to draw one.
     """
+    view = random_view(rng, size, image)
+    camera, pose, window = view.camera, view.pose, view.window
+    robots: list[RobotState] = []
+    if rng.random() < occupied:
+        main = water_point(camera, pose, view.pixel)
+        robots = _random_robots(rng, camera, pose, window, main)
+    elif size is not None and rng.random() < 0.5:
+        # Empty windows anywhere, the horizon and the sky included.
+        room = (camera.width - size[0] + 1, camera.height - size[1] + 1)
+        corner = rng.integers((0, 0), room)
+        window = Window(int(corner[0]), int(corner[1]), *size)
+    props = _random_props(rng, camera, pose, window, robots)
+    return Stage(camera, pose, window, robots, props, view.height, view.tilt)
+
+
+def random_view(
+    rng: np.random.Generator,
+    size: tuple[int, int] | None,
+    image: tuple[int, int] | None = None,
+    random_camera: Callable[[np.random.Generator, int, int], CameraModel] | None = None,
+) -> View:
+    """Draws a view with water in its window.
+
+    Args:
+        rng: All randomness.
+        size: Width and height of the window to render, None for the camera's whole image.
+        image: Width and height of the camera, None to draw one.
+        random_camera: Draws a camera of a width and height; None: the one of this module.
+    """
+    random_camera = random_camera or _random_camera
     width, height = image or ((1280, 720), (1920, 1080), (1440, 1080))[int(rng.integers(3))]
     long_px = _random_size(rng)
     while True:
-        camera = _random_camera(rng, width, height)
+        camera = random_camera(rng, width, height)
         tilt = float(MAX_TILT * rng.uniform() ** 0.8)
         rotation = matrix_from_rpy(
             np.radians(rng.normal(0.0, 3.0)), np.pi / 2 - tilt, rng.uniform(-np.pi, np.pi)
         )
         pose = ViewPose(np.array([0.0, 0.0, 1.0]), np.asarray(rotation))
         pixel = rng.uniform((0.0, 0.0), (width - 1.0, height - 1.0))
-        spot = _water_point(camera, pose, pixel)
+        spot = water_point(camera, pose, pixel)
         if spot is None:
             continue
         slant = float(np.hypot(np.hypot(spot[0], spot[1]), 1.0))
@@ -76,16 +128,7 @@ def random_stage(
         window = Window(0, 0, width, height)
     else:
         window = _window_round(rng, pixel, size, (width, height))
-    robots: list[RobotState] = []
-    if rng.random() < occupied:
-        main = _water_point(camera, pose, pixel)
-        robots = _random_robots(rng, camera, pose, window, main)
-    elif size is not None and rng.random() < 0.5:
-        # Empty windows anywhere, the horizon and the sky included.
-        corner = rng.integers((0, 0), (width - size[0] + 1, height - size[1] + 1))
-        window = Window(int(corner[0]), int(corner[1]), *size)
-    props = _random_props(rng, camera, pose, window, robots)
-    return Stage(camera, pose, window, robots, props, metres, tilt)
+    return View(camera, pose, window, pixel, metres, tilt)
 
 
 def _random_size(rng: np.random.Generator) -> float:
@@ -109,7 +152,7 @@ def _random_camera(rng: np.random.Generator, width: int, height: int) -> CameraM
     )
 
 
-def _water_point(
+def water_point(
     camera: CameraModel, pose: ViewPose, pixel: NDArray[np.float64]
 ) -> NDArray[np.float64] | None:
     """(2,) ENU point of the water under a pixel, None at and above the horizon."""
@@ -145,7 +188,7 @@ def _random_robots(
     for _ in range(extra):
         low = np.array([window.x, window.y], dtype=np.float64)
         high = low + np.array([window.width, window.height])
-        place = _water_point(camera, pose, rng.uniform(low, high))
+        place = water_point(camera, pose, rng.uniform(low, high))
         if place is None:
             continue
         if all(np.hypot(*(place - other)) > 0.75 for other in places):
@@ -182,7 +225,7 @@ def _random_props(
     for _ in range(int(rng.choice([0, 1, 2, 4], p=[0.45, 0.28, 0.17, 0.10]))):
         low = np.array([window.x, window.y], dtype=np.float64)
         high = low + np.array([window.width, window.height])
-        place = _water_point(camera, pose, rng.uniform(low, high))
+        place = water_point(camera, pose, rng.uniform(low, high))
         if place is None:
             continue
         prop = random_prop(rng, float(place[0]), float(place[1]))
