@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from aerial_gnss_ros.core.errors import InputError
 from aerial_gnss_ros.detection.base import Image
 
-_ENDINGS = (".jpg", ".jpeg", ".png")
+ENDINGS = (".jpg", ".jpeg", ".png")
 
 
 @dataclass(frozen=True)
@@ -76,7 +76,7 @@ def read_folder(folder: Path, split: str) -> Iterator[LabelledImage]:
         InputError: no such images, or a label that cannot be read.
     """
     images = folder / "images" / split
-    paths = [path for path in sorted(images.glob("*")) if path.suffix.lower() in _ENDINGS]
+    paths = [path for path in sorted(images.glob("*")) if path.suffix.lower() in ENDINGS]
     if not paths:
         raise InputError(f"{images} has no images; give a folder in YOLO's layout and its split.")
     meta = _read_meta(folder / "meta.csv")

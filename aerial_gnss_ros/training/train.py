@@ -10,12 +10,14 @@ import argparse
 import math
 import os
 import sys
+import tempfile
 import time
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from aerial_gnss_ros.core.errors import AerialGnssError, InputError, ModelError, OutputError
+from aerial_gnss_ros.training.from_onnx import checkpoint_from_onnx, training_batches
 
 _LAST_RATE = 0.01  # of the first learning rate
 _STEPS_BETWEEN_LOOKS = 10  # at how busy the machine is
@@ -28,7 +30,8 @@ class Training:
     Attributes:
         data: YOLO data.yaml.
         folder: new folder for weights and the table of losses.
-        weights: what to begin with: a network's description (from scratch) or weights (.pt).
+        weights: what to begin with: a network's description (from scratch) or weights (.onnx as
+            exported from YOLO11n, or .pt, which runs whatever its author put there).
         minutes: time for training; the learning rate falls to its end within it. 0: `epochs`.
         epochs: passes over the images if `minutes` is 0.
         image_size: side of the square that images are fitted into, px.
@@ -72,7 +75,7 @@ def train(training: Training) -> Path:
         raise InputError(f"the data file {training.data} does not exist.")
     if training.folder.exists():
         raise OutputError(f"the folder {training.folder} exists already; give a new one.")
-    model = _network(training.weights)
+    model = _network(training)
     _use_processor_well(model, training)
     _fall_with_time(model, training)
     model.train(
@@ -92,7 +95,7 @@ def train(training: Training) -> Path:
         warmup_bias_lr=0.0,  # the default is meant for SGD
         seed=training.seed,
         deterministic=True,
-        pretrained=training.weights.endswith(".pt"),  # else ultralytics forgets them
+        pretrained=training.weights.endswith((".pt", ".onnx")),  # else ultralytics forgets them
         device="cpu",
         workers=2,
         cache="ram",
@@ -105,7 +108,7 @@ def train(training: Training) -> Path:
     return training.folder / "weights" / "last.pt"
 
 
-def _network(weights: str) -> Any:
+def _network(training: Training) -> Any:
     # No network is used: neither for weights, nor for a font, nor to tell anybody of it.
     os.environ.setdefault("YOLO_OFFLINE", "true")
     os.environ.setdefault("YOLO_AUTOINSTALL", "false")
@@ -116,7 +119,12 @@ def _network(weights: str) -> Any:
             "training needs ultralytics; install it with `pip install "
             "'aerial_gnss_ros[ultralytics]'`."
         ) from error
-    return YOLO(weights)
+    if not training.weights.endswith(".onnx"):
+        return YOLO(training.weights)
+    with tempfile.TemporaryDirectory() as folder:
+        images = training_batches(training.data, training.image_size)
+        start = checkpoint_from_onnx(Path(training.weights), Path(folder) / "start.pt", images)
+        return YOLO(str(start))
 
 
 def _fall_with_time(model: Any, training: Training) -> None:
