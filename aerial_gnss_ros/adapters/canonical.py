@@ -19,6 +19,7 @@ from aerial_gnss_ros.core.frames import matrix_from_rpy, quaternion_from_matrix
 from aerial_gnss_ros.core.values import Array, DetectionFrame, Fix, Orientation, Scalar
 
 NO_FIX = -1  # sensor_msgs/NavSatStatus.STATUS_NO_FIX
+NO_ORIENTATION = -1.0  # first element of sensor_msgs/Imu.orientation_covariance (REP 145)
 COVARIANCE_UNKNOWN = 0  # sensor_msgs/NavSatFix.COVARIANCE_TYPE_UNKNOWN
 
 
@@ -55,11 +56,17 @@ def orientation(msg: Any, stamp_ns: int, kind: str, unit: str = "rad") -> Orient
         stamp_ns: time of validity, ns.
         kind: `imu`, `quaternion`, or `vector3`: roll, pitch, yaw, as R = Rz Ry Rx.
         unit: of a vector's angles, `rad` or `deg`.
+
+    Returns:
+        The orientation; of NaN, so that the core refuses it, where an Imu says that it measures
+        none: what then stands in the message is often identity, level and facing east.
     """
     if kind == "vector3":
         angles = np.array([msg.vector.x, msg.vector.y, msg.vector.z], dtype=np.float64)
         matrix = matrix_from_rpy(*(np.radians(angles) if unit == "deg" else angles))
         return Orientation(stamp_ns, quaternion_from_matrix(matrix))
+    if kind == "imu" and float(msg.orientation_covariance[0]) == NO_ORIENTATION:
+        return Orientation(stamp_ns, np.full(4, np.nan))
     q = msg.orientation if kind == "imu" else msg.quaternion
     return Orientation(stamp_ns, np.array([q.x, q.y, q.z, q.w], dtype=np.float64))
 

@@ -28,6 +28,11 @@ from aerial_gnss_ros.core.values import Fix, Orientation, Scalar
 UNIT_TOLERANCE = 0.01
 """A quaternion whose length differs from 1 by more is no rotation: zeros, or something else."""
 
+_NO_ORIENTATION = (
+    "it gives no orientation: its quaternion is not a number, its driver marks it as not measured "
+    "(orientation_covariance[0] is -1), or its flags contradict one another"
+)
+
 
 class InputState(str, Enum):
     """How an input does, in one word."""
@@ -271,6 +276,8 @@ def usable(value: Fix | Orientation | Scalar) -> tuple[str, Fix | Orientation | 
     length = float(np.linalg.norm(value.quaternion))
     if abs(length - 1.0) <= UNIT_TOLERANCE:  # false for NaN
         return "", value
+    if math.isnan(length):
+        return _NO_ORIENTATION, value
     trouble = f"its quaternion has length {length:.3g} instead of 1, so it is no rotation"
     return trouble, replace(value, quaternion=np.full(4, np.nan))
 

@@ -14,6 +14,7 @@ from aerial_gnss_ros.adapters import canonical
 from aerial_gnss_ros.adapters.stamps import copied_header, nanoseconds, stamp_fields
 from aerial_gnss_ros.bags.typestore import serialize, typestore
 from aerial_gnss_ros.core.errors import CameraError
+from aerial_gnss_ros.core.inputs import usable
 
 NOW = 12
 
@@ -93,6 +94,14 @@ def test_orientations_of_all_types_agree(message):
     for orientation in read:
         assert orientation.stamp_ns == NOW
         np.testing.assert_allclose(orientation.quaternion, [0.0, half, 0.0, half], atol=1e-15)
+
+
+@pytest.mark.parametrize(("first", "given"), [(-1.0, False), (0.0, True), (0.01, True)])
+def test_an_imu_that_measures_no_orientation_is_not_taken_for_level_and_east(message, first, given):
+    fields = {"orientation": {"w": 1.0}, "orientation_covariance": [first] + 8 * [0.0]}
+    read = canonical.orientation(message("sensor_msgs/msg/Imu", fields), NOW, "imu")
+    trouble, _ = usable(read)
+    assert ("orientation_covariance[0] is -1" in trouble) != given
 
 
 @pytest.mark.parametrize(

@@ -19,7 +19,7 @@ NAN = math.nan
     [
         (Orientation(1, np.zeros(4)), "its quaternion has length 0 instead of 1"),
         (Orientation(1, np.array([0.5, 0.0, 0.0, 0.5])), "has length 0.707 instead of 1"),
-        (Orientation(1, np.full(4, NAN)), "has length nan instead of 1"),
+        (Orientation(1, np.full(4, NAN)), "it gives no orientation"),
         (Scalar(1, NAN), "its value is nan"),
         (Scalar(1, math.inf), "its value is inf"),
         (Fix(1, 0.1, 0.2, 3.0, valid=False), "the receiver reports no fix"),
