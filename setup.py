@@ -31,6 +31,7 @@ TEST = [
     "onnx>=1.15",  # builds small detection models
     "pymavlink>=2.4.41",  # reads back what --mavlink sends
     "motmetrics>=1.4",
+    "pycocotools>=2.0.7",  # the reference for average precision
     # test_install.py builds the package as pip and as colcon do
     "colcon-common-extensions>=0.3",
     "setuptools>=68",
@@ -45,6 +46,7 @@ EXTRAS = {
         "ros-jazzy-rmw-fastrtps-cpp==8.4.3",
     ],
     "openvino": ["openvino>=2024.0"],
+    "export": ["onnx>=1.15"],  # aerial-gnss export to 16 and 8 bits; needs no torch
     "mavlink": ["pymavlink>=2.4.41"],  # aerial-gnss stream --mavlink
     "ultralytics": ["ultralytics>=8.3", "onnx>=1.15"],  # AGPL-3.0: training, .pt and .engine models
     "identity": ["motmetrics>=1.4"],  # IDF1 and identity switches in `aerial-gnss evaluate`
