@@ -11,6 +11,7 @@ from aerial_gnss_ros.core.camera import CameraModel
 from aerial_gnss_ros.core.config import EstimatorConfig
 from aerial_gnss_ros.core.estimator import Estimator
 from aerial_gnss_ros.core.identity import Identity
+from aerial_gnss_ros.core.innovation_monitor import InnovationMonitor
 from aerial_gnss_ros.core.inputs import Inputs, Lacking
 from aerial_gnss_ros.core.joint_geometry import MapFrame, MapPose
 from aerial_gnss_ros.core.local_map import LocalMap
@@ -115,6 +116,10 @@ class _Watched:
     @property
     def latency_s(self) -> float:
         return self._inner.latency_s
+
+    @property
+    def monitor(self) -> InnovationMonitor:
+        return self._inner.monitor
 
     def update(self, frame: PosedFrame, points: WaterPoints, local: LocalMap) -> TrackUpdate:
         update = self._inner.update(frame, points, local)

@@ -15,6 +15,10 @@ Pairs = tuple[NDArray[np.intp], NDArray[np.intp]]
 _FORBIDDEN = 1e9
 
 
+NEAR = 3.0
+"""Just outside a gate: up to so many times its radius."""
+
+
 def gate_threshold(probability: float) -> float:
     """Return the squared Mahalanobis distance that holds a share of a planar normal law.
 
@@ -66,3 +70,18 @@ def assign(
     picked_rows, picked_columns = linear_sum_assignment(cost)
     made = picked_columns < len(columns)
     return rows[picked_rows[made]], columns[picked_columns[made]]
+
+
+def near_misses(
+    squared: Array, rows: NDArray[np.intp], columns: NDArray[np.intp], threshold: float
+) -> int:
+    """Return how many tracks without a measurement have a free one just outside their gate.
+
+    Args:
+        squared: (n, m) squared Mahalanobis distances; infinite where a pair is impossible.
+        rows: tracks that have a measurement.
+        columns: theirs.
+        threshold: squared distance at the edge of the gate.
+    """
+    free = np.delete(np.delete(squared, rows, axis=0), columns, axis=1)
+    return int((free <= NEAR**2 * threshold).any(axis=1).sum())

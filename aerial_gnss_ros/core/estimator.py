@@ -27,7 +27,7 @@ from aerial_gnss_ros.core.map_origin import MapOrigin
 from aerial_gnss_ros.core.pipeline import Pipeline
 from aerial_gnss_ros.core.rejection import Input, Reason
 from aerial_gnss_ros.core.saved_names import SavedNames
-from aerial_gnss_ros.core.summary import RobotSummary, summary
+from aerial_gnss_ros.core.summary import Health, RobotSummary, summary
 from aerial_gnss_ros.core.tracking import Tracking
 from aerial_gnss_ros.core.tracks import Tracker
 from aerial_gnss_ros.core.values import (
@@ -35,6 +35,7 @@ from aerial_gnss_ros.core.values import (
     Fix,
     FrameResult,
     Orientation,
+    PlatformError,
     RobotEstimate,
     Scalar,
 )
@@ -108,6 +109,7 @@ class Estimator:
         self._last_stamp_ns: int | None = None
         self._newest_image_ns: int | None = None
         self._estimates: tuple[RobotEstimate, ...] = ()
+        self._platform: tuple[PlatformError, ...] = ()
         self._saved_ids: set[str] = set()
         self._saved_ns: int | None = None
 
@@ -143,6 +145,12 @@ class Estimator:
     def robots(self) -> tuple[RobotSummary, ...]:
         """The robots as of the last image, ordered by name."""
         return tuple(summary(estimate) for estimate in self._estimates)
+
+    @property
+    def health(self) -> Health:
+        """How well what is stated of the sensors fits what comes."""
+        monitor = self._pipeline.monitor
+        return Health(monitor.fit, monitor.complaints, self._platform)
 
     def add_fix(self, fix: Fix) -> None:
         """Take a position of the drone."""
@@ -240,6 +248,7 @@ class Estimator:
         result = self._pipeline.result(frame, samples)
         self._last_stamp_ns = frame.stamp_ns
         self._estimates = result.estimates
+        self._platform = result.platform or self._platform
         self.counts.update(rejection.reason for rejection in result.rejections)
         self._ready.append(result)
         self._save_when_due(frame.stamp_ns)
@@ -259,7 +268,7 @@ class Estimator:
         self._last_stamp_ns = self._newest_image_ns = self._saved_ns = None
         for tally in self._tallies.values():
             tally.last_stamp_ns = None
-        self._estimates = ()
+        self._estimates, self._platform = (), ()
         jump = 0.0 if newest is None else (newest - stamp_ns) * 1e-9
         self._log.add(
             f"Time went backward by {jump:.1f} s ({source}): telemetry and tracks are cleared, and "

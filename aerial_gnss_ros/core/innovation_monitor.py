@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Watches whether boxes fall where the filter expects them, as closely as it expects them.
 
-Two signs of noise that is stated wrongly: normalised squared residuals that are too large on
-average (chi-square law, Bar-Shalom, Li, Kirubarajan 2001, 5.4), and an estimated platform error
-that is many times its stated sigma.
+Three signs of noise that is stated wrongly: normalised squared residuals that are too large on
+average (chi-square law, Bar-Shalom, Li, Kirubarajan 2001, 5.4), an estimated platform error that is
+many times its stated sigma, and boxes that lie just outside their robots' gates.
 """
 
 from __future__ import annotations
@@ -32,6 +32,13 @@ CALM_SIGMAS = 2.5
 
 PLATFORM_SIGMAS = 3.5
 """An estimated platform error so many times its stated sigma is not credible."""
+
+CREDIBLE_SIGMAS = 3.0
+"""Below which it is again."""
+
+OUTSIDE_SHARE = 0.03
+"""Share of the boxes that lie just outside their robot's gate from which that is a complaint. It is
+ten times less by the gate's own probability where the noise is as stated."""
 
 _WORDS = {
     "gnss_east": ("GNSS offset to the east", "noise.gnss_offset_m", 1.0, "m"),
@@ -66,12 +73,34 @@ class InnovationMonitor:
         self._window: deque[tuple[float, int]] = deque(maxlen=WINDOW_IMAGES)
         self._alarm = False
         self._told: set[str] = set()
+        self._incredible: dict[str, str] = {}
+        self._matches: deque[tuple[int, int]] = deque(maxlen=WINDOW_IMAGES)
 
     def reset(self) -> None:
         """Forget everything."""
         self._window.clear()
         self._alarm = False
         self._told.clear()
+        self._incredible.clear()
+        self._matches.clear()
+
+    @property
+    def complaints(self) -> tuple[str, ...]:
+        """What does not fit at present, in sentences; empty where all is as stated."""
+        misfit = (_misfit(self.fit.ratio),) if self._alarm else ()
+        return (*misfit, *self._incredible.values(), *self._outside())
+
+    def _outside(self) -> tuple[str, ...]:
+        matched = sum(item[0] for item in self._matches)
+        missed = sum(item[1] for item in self._matches)
+        if matched + missed < LEAST_COUNT // 2 or missed <= OUTSIDE_SHARE * (matched + missed):
+            return ()
+        words = (
+            f"{missed} of {matched + missed} boxes lie outside their robot's gate, so that they "
+            "are not used: camera.latency_s, the compass, the gimbal or the noise.* parameters "
+            "may be wrong."
+        )
+        return (words,)
 
     @property
     def fit(self) -> Fit:
@@ -95,15 +124,15 @@ class InnovationMonitor:
         fit = self.fit
         if not self._alarm and fit.sigmas > ALARM_SIGMAS:
             self._alarm = True
-            return (
-                f"Boxes lie {math.sqrt(fit.ratio):.1f} times as far from where they are expected "
-                "as the stated noise allows: positions are less certain than published. Check the "
-                "noise.* parameters, camera.latency_s and the compass."
-            )
+            return _misfit(fit.ratio)
         if self._alarm and fit.sigmas < CALM_SIGMAS and not math.isnan(fit.ratio):
             self._alarm = False
             return "Boxes lie where they are expected again, within the stated noise."
         return None
+
+    def take_matches(self, matched: int, missed: int) -> None:
+        """Take in how many robots have a box in their gate, and how many one just outside."""
+        self._matches.append((matched, missed))
 
     def check_platform(self, errors: Array, stationary: Array) -> str | None:
         """Return a sentence when an estimated error is far outside what is stated, once each.
@@ -113,15 +142,32 @@ class InnovationMonitor:
             stationary: (7, 7) covariance stated.
         """
         sigma = np.sqrt(np.diag(stationary))
-        for i in np.flatnonzero(np.abs(errors) > PLATFORM_SIGMAS * np.maximum(sigma, 1e-12)):
+        apart = np.abs(errors) / np.maximum(sigma, 1e-12)
+        for name in list(self._incredible):
+            if apart[PLATFORM.index(name)] < CREDIBLE_SIGMAS:
+                del self._incredible[name]
+        news = None
+        for i in np.flatnonzero(apart > PLATFORM_SIGMAS):
             name = PLATFORM[i]
-            if name in self._told:
-                continue
-            self._told.add(name)
-            words, parameter, scale, unit = _WORDS[name]
-            return (
-                f"The {words} seems wrong by {scale * errors[i]:.2g} {unit}, which is "
-                f"{abs(errors[i]) / sigma[i]:.1f} times the stated sigma ({parameter}): calibrate "
-                "it or state a larger one."
-            )
-        return None
+            self._incredible[name] = _incredible(name, float(errors[i]), float(sigma[i]))
+            if name not in self._told and news is None:
+                self._told.add(name)
+                news = self._incredible[name]
+        return news
+
+
+def _misfit(ratio: float) -> str:
+    return (
+        f"Boxes lie {math.sqrt(ratio):.1f} times as far from where they are expected as the "
+        "stated noise allows: positions are less certain than published. Check the noise.* "
+        "parameters, camera.latency_s and the compass."
+    )
+
+
+def _incredible(name: str, error: float, sigma: float) -> str:
+    words, parameter, scale, unit = _WORDS[name]
+    return (
+        f"The {words} seems wrong by {scale * error:.2g} {unit}, which is "
+        f"{abs(error) / sigma:.1f} times the stated sigma ({parameter}): calibrate it or state a "
+        "larger one."
+    )

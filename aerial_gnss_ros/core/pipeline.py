@@ -12,6 +12,7 @@ from aerial_gnss_ros.core.calibration import scaled_camera
 from aerial_gnss_ros.core.camera import CameraModel
 from aerial_gnss_ros.core.config import EstimatorConfig
 from aerial_gnss_ros.core.events import Events
+from aerial_gnss_ros.core.innovation_monitor import InnovationMonitor
 from aerial_gnss_ros.core.inputs import Inputs, InputState, InputStatus, Lacking, Samples
 from aerial_gnss_ros.core.localize import WaterPoints
 from aerial_gnss_ros.core.map_origin import MapOrigin
@@ -70,6 +71,11 @@ class Pipeline:
         """How long before an image's stamp its scene was, as far as it is known, ns."""
         found = self._config.camera.latency_s + self._tracking.latency_s
         return round(min(max(found, -MAX_LATENCY_S), MAX_LATENCY_S) * 1e9)
+
+    @property
+    def monitor(self) -> InnovationMonitor:
+        """Tells how well boxes fall where they are expected."""
+        return self._tracking.monitor
 
     def reset(self) -> None:
         """Forget all tracks."""

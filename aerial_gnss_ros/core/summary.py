@@ -8,7 +8,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from aerial_gnss_ros.core.values import RobotEstimate, State
+from aerial_gnss_ros.core.innovation_monitor import Fit
+from aerial_gnss_ros.core.values import PlatformError, RobotEstimate, State
 
 
 @dataclass(frozen=True)
@@ -28,6 +29,21 @@ class RobotSummary:
     state: State
     last_seen_ns: int
     sigma_m: float
+
+
+@dataclass(frozen=True)
+class Health:
+    """How well what is stated of the sensors fits what comes, for diagnostics.
+
+    Attributes:
+        fit: of the boxes.
+        complaints: what does not fit at present, in sentences.
+        platform: the platform's errors as estimated last; empty where they are not.
+    """
+
+    fit: Fit
+    complaints: tuple[str, ...]
+    platform: tuple[PlatformError, ...]
 
 
 def sigma(estimate: RobotEstimate) -> float:

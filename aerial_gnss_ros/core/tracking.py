@@ -9,6 +9,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from aerial_gnss_ros.core.innovation_monitor import InnovationMonitor
 from aerial_gnss_ros.core.local_map import LocalMap
 from aerial_gnss_ros.core.localize import WaterPoints
 from aerial_gnss_ros.core.values import PlatformError, PosedFrame, RobotEstimate
@@ -46,6 +47,10 @@ class Tracking(Protocol):
     @property
     def latency_s(self) -> float:
         """Estimated correction of `camera.latency_s`, s; 0 where it is not estimated."""
+
+    @property
+    def monitor(self) -> InnovationMonitor:
+        """Tells how well boxes fall where they are expected."""
 
     def coast(self, stamp_ns: int) -> tuple[RobotEstimate, ...]:
         """Return the predicted robots at an image that has no pose; nothing is measured."""

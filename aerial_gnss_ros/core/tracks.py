@@ -25,10 +25,17 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from aerial_gnss_ros.core.association import Pairs, assign, gate_threshold, mahalanobis
+from aerial_gnss_ros.core.association import (
+    Pairs,
+    assign,
+    gate_threshold,
+    mahalanobis,
+    near_misses,
+)
 from aerial_gnss_ros.core.config import EstimatorConfig
 from aerial_gnss_ros.core.events import Events
 from aerial_gnss_ros.core.identity import Identity, Sighting
+from aerial_gnss_ros.core.innovation_monitor import InnovationMonitor
 from aerial_gnss_ros.core.joint import JointFilter
 from aerial_gnss_ros.core.joint_platform import named_errors
 from aerial_gnss_ros.core.local_map import LocalMap
@@ -115,6 +122,11 @@ class Tracker:
         """Estimated correction of `camera.latency_s` (see `Tracking`)."""
         return self.filter.latency_s
 
+    @property
+    def monitor(self) -> InnovationMonitor:
+        """How well boxes fall where they are expected (see `Tracking`)."""
+        return self.filter.monitor
+
     def coast(self, stamp_ns: int) -> tuple[RobotEstimate, ...]:
         """Return the predicted robots at an image without a pose (see `Tracking`)."""
         self._advance(stamp_ns)
@@ -153,13 +165,17 @@ class Tracker:
         offsets, spread = self.filter.compare(seen)
         squared, log_determinant = mahalanobis(offsets, spread)
         classes = np.array([track.class_id for track in self.tracks], dtype=str)
-        allowed = (squared <= self._threshold) & (classes[:, None] == seen.class_ids[None])
+        alike = classes[:, None] == seen.class_ids[None]
+        allowed = (squared <= self._threshold) & alike
         fresh = self._unseen_s(stamp_ns) <= self._rules.confirm_window_s + 1e-9
         tentative = np.array([track.state is State.TENTATIVE for track in self.tracks], dtype=bool)
         # Robots choose first: a stray box of a robot must not grow up on that robot's own boxes.
         rows, columns = assign(
             squared, log_determinant, allowed & (fresh & ~tentative)[:, None], self._threshold
         )
+        near = np.where(alike & (fresh & ~tentative)[:, None], squared, np.inf)
+        missed = near_misses(near, rows, columns, self._threshold)
+        self.monitor.take_matches(len(rows), missed)
         if self._is_confused(int((fresh & ~tentative).sum()), len(seen.index), len(rows)):
             rows = columns = np.zeros(0, np.intp)
         allowed[:, columns] = False

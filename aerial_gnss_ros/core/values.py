@@ -205,6 +205,11 @@ class PlatformError:
     value: float
     sigma: float
 
+    @property
+    def is_angle(self) -> bool:
+        """Whether the value is in rad."""
+        return self.name in ("roll", "pitch", "heading")
+
 
 @dataclass(frozen=True)
 class FrameResult:

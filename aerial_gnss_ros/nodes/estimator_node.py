@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 from rclpy.publisher import Publisher
@@ -154,7 +155,20 @@ class EstimatorNode(SupervisedNode):
         ]
         now_ns = self.now_ns()
         robots = [_robot_status(robot, now_ns) for robot in self._estimator.robots]
-        return [*still, *robots, self._positions_status(len(robots))]
+        return [*still, *robots, self._positions_status(len(robots)), self._health_status()]
+
+    def _health_status(self) -> Status:
+        """Return whether what is stated of the sensors fits, and the platform's errors."""
+        health = self._estimator.health
+        values: dict[str, Any] = {"innovation_ratio": health.fit.ratio}
+        for error in health.platform:
+            scale, unit = (math.degrees(1.0), "_deg") if error.is_angle else (1.0, "")
+            values[f"{error.name}{unit}"] = scale * error.value
+            values[f"{error.name}_sigma{unit}"] = scale * error.sigma
+        if health.complaints:
+            return Status("stated noise", WARN, " ".join(health.complaints), values)
+        known = not math.isnan(health.fit.ratio)
+        return Status("stated noise", OK, "fits" if known else "not judged yet", values)
 
     def _positions_status(self, robots: int) -> Status:
         counts = {str(reason): n for reason, n in sorted(self._estimator.counts.items()) if n}

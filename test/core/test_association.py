@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.stats import chi2, multivariate_normal
 
-from aerial_gnss_ros.core.association import assign, gate_threshold, mahalanobis
+from aerial_gnss_ros.core.association import assign, gate_threshold, mahalanobis, near_misses
 
 
 @pytest.mark.parametrize("probability", [0.5, 0.95, 0.997, 0.999999])
@@ -63,3 +63,16 @@ def test_a_missed_robot_does_not_push_its_neighbour_aside():
 def test_nothing_to_assign():
     rows, columns = assign(np.zeros((0, 3)), np.zeros((0, 3)), np.zeros((0, 3), bool), 11.6)
     assert len(rows) == len(columns) == 0
+
+
+def test_a_near_miss_is_a_free_box_just_outside_the_gate_of_a_robot_without_one():
+    threshold = 9.0
+    squared = np.array([
+        [1.0, 80.0, 400.0],  # has box 0
+        [50.0, 70.0, 90.0],  # box 1 lies just outside its gate (up to 81)
+        [2.0, 100.0, 300.0],  # only box 0 is near, and that is taken
+    ])  # fmt: skip
+    rows, columns = np.array([0]), np.array([0])
+    assert near_misses(squared, rows, columns, threshold) == 1
+    every = np.arange(3)
+    assert near_misses(squared, every, every, threshold) == 0

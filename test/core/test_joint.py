@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 
 from aerial_gnss_ros.core import joint as joint_module
-from aerial_gnss_ros.core.innovation_monitor import InnovationMonitor
 from aerial_gnss_ros.core.values import State
 
 RING = {
@@ -135,22 +134,19 @@ def test_a_biased_compass_is_named(sea):
     engine = sea.estimator(RTK)
     sea.play(engine, world, 40.0)
     assert any("heading seems wrong by" in sentence for sentence in engine.events)
+    assert any("heading seems wrong by" in sentence for sentence in engine.health.complaints)
 
 
-def test_the_monitors_numbers():
-    monitor = InnovationMonitor()
-    assert math.isnan(monitor.fit.ratio)
-    for _ in range(100):
-        assert monitor.take(2.0, 2) is None
-    assert monitor.fit.ratio == pytest.approx(1.0)
-    told = [monitor.take(4.0, 2) for _ in range(100)]
-    assert sum(sentence is not None for sentence in told) == 1
-    assert monitor.fit.alarm
-    assert monitor.fit.ratio == pytest.approx(2.0)
-    assert monitor.fit.sigmas == pytest.approx(10.0)
-    told = [monitor.take(2.0, 2) for _ in range(100)]
-    assert sum(sentence is not None for sentence in told) == 1
-    assert not monitor.fit.alarm
+@pytest.mark.parametrize("late_s", [0.5, -0.5])
+def test_a_latency_that_nobody_stated_is_noticed(sea, late_s):
+    """A drone that swings to and fro at 6 m/s: half a second is 3 m back and forth."""
+    drone = lambda t: (12.0 * math.sin(0.5 * t), 0.0, 30.0)  # noqa: E731
+    world = sea.World(drone=drone, robots=RING, pixel_sigma=1.0)
+    seen = sea.World(drone=lambda t: drone(t - late_s), robots=RING, pixel_sigma=1.0)
+    world.frame = seen.frame
+    engine = sea.estimator(RTK)  # latency is not estimated
+    sea.play(engine, world, 20.0, telemetry=50)
+    assert any("camera.latency_s" in sentence for sentence in engine.health.complaints)
 
 
 def test_nothing_measured_twice_and_nothing_not_a_number(sea):

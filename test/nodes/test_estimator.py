@@ -161,6 +161,8 @@ def test_diagnostics_tell_inputs_robots_and_refusals(ros):
     assert values["positions"]["rejected_low_score"] == "1"
     assert values["positions"]["images"] == "7"
     assert any(key.startswith("ms_") for key in values["positions"])
+    assert lines["stated noise"].message == "not judged yet"  # six boxes tell too little
+    assert float(values["stated noise"]["heading_sigma_deg"]) == pytest.approx(1.5, abs=0.01)
 
 
 def test_before_simulated_time_begins_nothing_is_taken(ros, tmp_path):
