@@ -9,7 +9,7 @@ import multiprocessing
 import shutil
 import sys
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 
 import cv2
@@ -17,45 +17,16 @@ import numpy as np
 
 from aerial_gnss_ros.core.errors import AerialGnssError, ConfigError, OutputError
 from aerial_gnss_ros.simulation.labels import RobotLabel
-from aerial_gnss_ros.simulation.renderer import Renderer
-from aerial_gnss_ros.simulation.scene import random_scene
-from aerial_gnss_ros.simulation.staging import Stage, random_stage
+from aerial_gnss_ros.simulation.samples import DatasetConfig, labelled, sample_source
 
 CLASS_NAMES = ("aqua",)
 SCENE_IMAGES = 5
 """Images made of one random scene: making waves and clouds costs more than a crop."""
-# Labelled for training: a little more than what a detector is scored on (labels.py).
-LEAST_CONTRAST = 0.05
-LEAST_LONG_PX = 10.0
-LEAST_VISIBLE_CROP = 0.4
+ABOUT = ("height_m", "tilt_deg", "wind_mps", "sun_elevation_deg", "sun_light")
 META = (
     "image", "split", "robot_id", "labelled", "scored", "left", "top", "right", "bottom",
-    "long_px", "short_px", "depth_m", "contrast", "visible", "height_m", "tilt_deg",
-    "wind_mps", "sun_elevation_deg", "sun_light",
+    "long_px", "short_px", "depth_m", "contrast", "visible", *ABOUT,
 )  # fmt: skip
-
-
-@dataclass(frozen=True)
-class DatasetConfig:
-    """What to make.
-
-    Attributes:
-        counts: Images per split name.
-        size: Width and height of the crops; None for whole frames of `image` size.
-        seed: Same seed, same bytes. Splits never share a scene.
-        occupied: Share of images that have robots.
-        image: Camera size in px, None to vary.
-        prune: Whether robots that nobody could label (too small, too faint, cut off) are taken
-            out of the picture, so that every robot to be seen is labelled. Without it they stay,
-            and are listed in meta.csv with `labelled` 0.
-    """
-
-    counts: dict[str, int]
-    size: tuple[int, int] | None = (320, 320)
-    seed: int = 0
-    occupied: float = 0.8
-    image: tuple[int, int] | None = None
-    prune: bool = True
 
 
 def generate(
@@ -148,70 +119,34 @@ def _map(jobs: list[_Job], processes: int) -> Iterator[tuple[list[list[object]],
 def _run(job: _Job) -> tuple[list[list[object]], int]:
     """Makes the images of one scene; rows of meta.csv and the number of images."""
     rng = np.random.default_rng([job.config.seed, job.stream, job.first])
-    scene = random_scene(rng)
-    if rng.random() < 0.3:
-        scene = replace(scene, motion_px=tuple(rng.normal(0.0, 2.0, 2)))
-    renderer = Renderer(scene)
     rows: list[list[object]] = []
-    for i in range(job.first, job.first + job.count):
-        name = f"{job.split}_{i:06d}"
-        stage = random_stage(rng, job.config.size, job.config.occupied, job.config.image)
-        image, labels = _picture(renderer, stage, float(rng.uniform(0.0, 600.0)), job.config)
-        quality = int(rng.integers(45, 97))
+    # The quality is drawn apart, so that one more number in a picture does not change the rest.
+    qualities = rng.spawn(1)[0].integers(45, 97, job.count)
+    for i, sample in enumerate(sample_source(job.config).samples(rng, job.count)):
+        name = f"{job.split}_{job.first + i:06d}"
         path = job.folder / "images" / job.split / f"{name}.jpg"
-        if not cv2.imwrite(str(path), image, [cv2.IMWRITE_JPEG_QUALITY, quality]):
+        if not cv2.imwrite(str(path), sample.image, [cv2.IMWRITE_JPEG_QUALITY, int(qualities[i])]):
             raise OSError(f"{path} was not written")
-        lines = [_line(label, stage) for label in labels if _labelled(label)]
+        height, width = sample.image.shape[:2]
+        lines = [_line(label, width, height) for label in sample.labels if labelled(label)]
         text = job.folder / "labels" / job.split / f"{name}.txt"
         text.write_text("".join(lines), encoding="ascii")
-        about = [
-            round(stage.height, 3),
-            round(float(np.degrees(stage.tilt)), 2),
-            round(scene.wind_speed, 2),
-            round(float(np.degrees(scene.sun_elevation)), 1),
-            round(scene.sun_light, 3),
-        ]
-        rows += [_meta(label, stage, path.name, job.split) + about for label in labels]
+        about = [sample.about[key] for key in ABOUT]
+        rows += [_meta(label, path.name, job.split) + about for label in sample.labels]
     return rows, job.count
 
 
-def _picture(
-    renderer: Renderer, stage: Stage, t_s: float, config: DatasetConfig
-) -> tuple[np.ndarray, list[RobotLabel]]:
-    """The rendered stage; with `prune`, without the robots that cannot be labelled."""
-    robots = stage.robots
-    for _ in range(4):
-        image, labels = renderer.render(
-            stage.camera, stage.pose, t_s, robots, stage.props, stage.window
-        )
-        good = {label.robot_id for label in labels if _labelled(label)}
-        if not config.prune or len(good) == len(robots):
-            break
-        robots = [robot for robot in robots if robot.robot_id in good]
-    return image, labels
-
-
-def _labelled(label: RobotLabel) -> bool:
-    return (
-        label.contrast >= LEAST_CONTRAST
-        and label.visible >= LEAST_VISIBLE_CROP
-        and label.long_px >= LEAST_LONG_PX
-    )
-
-
-def _line(label: RobotLabel, stage: Stage) -> str:
+def _line(label: RobotLabel, width: int, height: int) -> str:
     u, v, w, h = label.xywh
-    width, height = stage.window.width, stage.window.height
-    x, y = (u - stage.window.x + 0.5) / width, (v - stage.window.y + 0.5) / height
+    x, y = (u + 0.5) / width, (v + 0.5) / height
     number = CLASS_NAMES.index(label.class_name)
     return f"{number} {x:.6f} {y:.6f} {w / width:.6f} {h / height:.6f}\n"
 
 
-def _meta(label: RobotLabel, stage: Stage, image: str, split: str) -> list[object]:
-    x, y = stage.window.x, stage.window.y
-    edges = (label.left - x, label.top - y, label.right - x, label.bottom - y)
+def _meta(label: RobotLabel, image: str, split: str) -> list[object]:
+    edges = (label.left, label.top, label.right, label.bottom)
     return [
-        image, split, label.robot_id, int(_labelled(label)), int(label.scored),
+        image, split, label.robot_id, int(labelled(label)), int(label.scored),
         *(round(e, 2) for e in edges), round(label.long_px, 2), round(label.short_px, 2),
         round(label.depth, 3), round(label.contrast, 4), round(label.visible, 3),
     ]  # fmt: skip
