@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from aerial_gnss_ros.core.parameters import build, group, key
+from aerial_gnss_ros.detection.search import SearchConfig
 
 
 @dataclass(frozen=True)
@@ -112,6 +113,7 @@ class DetectorConfig:
         "False: the node loads and subscribes nothing until lifecycle transitions (configure, "
         "activate) ask for it. Deactivate and cleanup give the network's memory back in flight.",
     )
+    search: SearchConfig = group(SearchConfig)
     image: ImageConfig = group(ImageConfig)
     camera_info: CameraInfoConfig = group(CameraInfoConfig)
     detections: DetectionsOutConfig = group(DetectionsOutConfig)

@@ -76,6 +76,11 @@ class NetworkDetector:
         """The classes that the model knows."""
         return self._class_names
 
+    @property
+    def fixed_size(self) -> tuple[int, int] | None:
+        """Width and height of the input, px; None: any."""
+        return self._network.size.fixed
+
     def detect(self, image: Image) -> Detections:
         """Return the boxes found in `image` (height, width, 3), blue, green, red."""
         config, network = self._config, self._network

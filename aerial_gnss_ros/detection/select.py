@@ -9,6 +9,7 @@ from pathlib import Path
 from aerial_gnss_ros.core.errors import ConfigError, InputError, ModelError
 from aerial_gnss_ros.detection.base import Detector
 from aerial_gnss_ros.detection.config import DetectorConfig
+from aerial_gnss_ros.detection.search import searching
 
 _ULTRALYTICS = (".pt", ".engine")
 _ONNX = (".onnx",)
@@ -19,8 +20,13 @@ def load_detector(config: DetectorConfig) -> Detector:
 
     Raises:
         ConfigError: a back end that cannot read the model, or a .pt file without consent.
-        ModelError: the model is missing, is not a model, or has another input or output.
+        ModelError: the model is missing, is not a model, has another input or output, or an input
+            of one size where `search.mode` needs a free one.
     """
+    return searching(_load(config), config)
+
+
+def _load(config: DetectorConfig) -> Detector:
     path = find_model(config.model)
     backend = choose_backend(path, config.backend)
     if backend == "openvino":

@@ -1,0 +1,110 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Follows the robots: looks closely where they must be, and at one part of the rest at a time.
+
+A network's time grows with the pixels that it is shown, and a robot covers a thousandth of them. So
+an image costs a window round each robot (or one for several that are close) and one part of a scan
+that goes over the whole image every `search.scan_images` images: all images cost about the same,
+and no slow one among them holds the others up. The whole image is looked at when nothing is
+followed, and when a robot that was sure has not been found twice.
+"""
+
+from __future__ import annotations
+
+import time
+
+from aerial_gnss_ros.detection.base import Detections, Detector, Image
+from aerial_gnss_ros.detection.config import DetectorConfig
+from aerial_gnss_ros.detection.following import Follower
+from aerial_gnss_ros.detection.pieces import Piece, detections, look, merge
+from aerial_gnss_ros.detection.windows import Window, around, split
+
+_WORTHWHILE = 0.6  # windows with more than this share of the image cost as much as all of it
+
+
+class FollowingDetector:
+    """A Detector that shows another one the parts of an image that matter.
+
+    It expects the images of one flight in their order; what it finds in one depends on those
+    before. Equal images give equal boxes.
+
+    Args:
+        inner: looks at what it is shown.
+        config: how to search, and the number of boxes.
+    """
+
+    def __init__(self, inner: Detector, config: DetectorConfig) -> None:
+        self._inner = inner
+        self._config = config
+        self._follower = Follower(config.search.margin)
+        self._size = (0, 0)
+        self._parts: list[Window] = []
+        self._next = 0
+        self._whole_wanted = True
+        self._since_loss = 0
+
+    @property
+    def name(self) -> str:
+        """The inner detector's, and how it is used."""
+        scan = self._config.search.scan_images
+        return f"{self._inner.name}, following the robots, the rest once in {scan} images"
+
+    @property
+    def class_names(self) -> tuple[str, ...]:
+        """The classes that the model knows."""
+        return self._inner.class_names
+
+    def detect(self, image: Image) -> Detections:
+        """Return the boxes found in `image` (height, width, 3), blue, green, red."""
+        started = time.perf_counter()
+        self._take_size((image.shape[1], image.shape[0]))
+        windows = self._windows()
+        pieces, spent = look(self._inner, image, windows)
+        found = merge(pieces, windows)
+        self._learn(found, whole=len(windows) == 1 and windows[0].area == self._area)
+        # What an edge cuts is followed, and reported when it has been seen whole: its middle is
+        # not the robot's.
+        reported = [piece for piece in found if piece.whole]
+        most = self._config.max_detections
+        made = detections(reported, self.class_names, most, spent)
+        rest = 1e3 * (time.perf_counter() - started) - sum(spent.values())
+        spent["post"] = spent.get("post", 0.0) + rest
+        return made
+
+    def close(self) -> None:
+        """Give back what the inner detector holds."""
+        close = getattr(self._inner, "close", None)
+        if close is not None:
+            close()
+
+    @property
+    def _area(self) -> int:
+        return self._size[0] * self._size[1]
+
+    def _take_size(self, size: tuple[int, int]) -> None:
+        if size == self._size:
+            return
+        search = self._config.search
+        self._size, self._next = size, 0
+        self._parts = split(size, search.scan_images, search.overlap)
+        self._follower.forget()
+
+    def _windows(self) -> list[Window]:
+        """Return where to look in this image."""
+        whole = [Window(0, 0, *self._size)]
+        likely = self._follower.predict(self._size)
+        if self._whole_wanted or not len(likely):
+            return whole
+        windows = around(likely, self._size)
+        windows.append(self._parts[self._next])
+        self._next = (self._next + 1) % len(self._parts)
+        return windows if sum(w.area for w in windows) < _WORTHWHILE * self._area else whole
+
+    def _learn(self, found: list[Piece], *, whole: bool) -> None:
+        """Follow what was found, and decide whether the next image is looked at as a whole."""
+        missed = self._follower.update(found)
+        self._since_loss += 1
+        # A box that comes and goes, such as a wave's, must not have it all looked at every time.
+        rested = self._since_loss >= self._config.search.scan_images
+        self._whole_wanted = missed and rested and not whole
+        if self._whole_wanted:
+            self._since_loss = 0
