@@ -12,6 +12,7 @@ from aerial_gnss_ros.adapters import canonical
 from aerial_gnss_ros.adapters.kinds import ATTITUDE, FIX, GIMBAL, HEIGHT, Kind, stamp_ns
 from aerial_gnss_ros.core.camera import CameraModel
 from aerial_gnss_ros.core.config import EstimatorConfig
+from aerial_gnss_ros.core.depths import depth_input
 from aerial_gnss_ros.core.errors import CameraError
 from aerial_gnss_ros.core.values import DetectionFrame, Fix, Orientation, Scalar
 
@@ -37,6 +38,9 @@ class Inputs(Protocol):
     def add_water_level(self, level: Scalar) -> None:
         """Take a level of the water."""
 
+    def add_depth(self, class_id: str, depth: Scalar) -> None:
+        """Take the depth that robots of a class send; an empty name stands for all."""
+
     def add_camera(self, stamp_ns: int, camera: CameraModel | None) -> None:
         """Take the camera's description; None when it could not be used."""
 
@@ -49,8 +53,8 @@ class Subscription:
     """One topic that the estimator listens to.
 
     Attributes:
-        name: the input: fix, attitude, gimbal, height, home, water_level, camera_info or
-            detections.
+        name: the input: fix, attitude, gimbal, height, home, water_level, depth, depth_<class>,
+            camera_info or detections.
         topic: relative to the namespace, or absolute.
         msgtype: such as `sensor_msgs/msg/NavSatFix`.
         depth: of the queue.
@@ -126,14 +130,10 @@ class Feed:
             found.append(_of_kind("height", height.topic, HEIGHT[height.type], self._height))
             if height.home_topic:
                 found.append(_of_kind("home", height.home_topic, HEIGHT[height.type], self._home))
-        level = _telemetry(
-            "water_level",
-            config.water_level.topic,
-            "std_msgs/msg/Float64",
-            self._water_level,
-            required=False,
-        )
-        return [*found, level]
+        found.append(_number("water_level", config.water_level.topic, self._water_level))
+        for class_id, topic in config.depth.by_topic().items():
+            found.append(_number(depth_input(class_id), topic, self._depth_of(class_id)))
+        return found
 
     def _detections(self, msg: Any, _arrival_ns: int) -> None:
         self._estimator.add_detections(canonical.detection_frame(msg))
@@ -173,6 +173,12 @@ class Feed:
     def _water_level(self, msg: Any, arrival_ns: int) -> None:
         self._estimator.add_water_level(canonical.scalar(msg, arrival_ns))
 
+    def _depth_of(self, class_id: str) -> Callable[[Any, int], None]:
+        def take(msg: Any, arrival_ns: int) -> None:
+            self._estimator.add_depth(class_id, canonical.scalar(msg, arrival_ns))
+
+        return take
+
     def _info(self, msg: Any, arrival_ns: int) -> None:
         key = canonical.camera_key(msg)
         if key != self._camera_key:  # a model costs more than a comparison, and comes per image
@@ -193,14 +199,14 @@ class Feed:
 
 
 def _telemetry(
-    name: str,
-    topic: str,
-    msgtype: str,
-    handle: Callable[[Any, int], None],
-    *,
-    required: bool = True,
+    name: str, topic: str, msgtype: str, handle: Callable[[Any, int], None]
 ) -> Subscription:
-    return Subscription(name, topic, msgtype, TELEMETRY_DEPTH, handle, required)
+    return Subscription(name, topic, msgtype, TELEMETRY_DEPTH, handle)
+
+
+def _number(name: str, topic: str, handle: Callable[[Any, int], None]) -> Subscription:
+    kind = "std_msgs/msg/Float64"
+    return Subscription(name, topic, kind, TELEMETRY_DEPTH, handle, required=False)
 
 
 def _of_kind(

@@ -211,6 +211,7 @@ def _binding(name: str, values: Mapping[str, Any]) -> RobotBinding:
 
 def _check_together(config: EstimatorConfig) -> None:
     config.depth.by_class()
+    config.depth.by_topic()
     camera, fix = config.camera, config.fix
     if camera.source == "parameters" and (
         math.isnan(camera.focal_length_mm)

@@ -70,19 +70,27 @@ class DepthConfig:
     classes: tuple[str, ...] = key(
         (), "Depth of single classes in m instead, such as [aqua=0.8, boat=0]."
     )
+    topics: tuple[str, ...] = key(
+        (),
+        "std_msgs/Float64 topics that tell depths in m, 0 or more, from robots that can send: "
+        "[depth] for all robots, or of single classes [aqua_red=aqua_red/depth].",
+    )
+    max_age: float = key(
+        10.0,
+        "A depth from a topic counts this long; then those above hold again. Longer bridges gaps, "
+        "and keeps a diver's depth after it has surfaced.",
+        unit="s",
+        low=0.1,
+        high=3600.0,
+    )
     sigma_m: float = key(
         0.0,
-        "One sigma of the depth; enters the covariance of each image's points (methods single and "
-        "paper).",
+        "One sigma of the depth, the same error for minutes; widens the published covariance along "
+        "the view: 0.85 of it at 60 deg off the vertical.",
         unit="m",
         low=0.0,
         high=10.0,
     )
-
-    @property
-    def used(self) -> bool:
-        """Whether any robot may be below the surface."""
-        return bool(self.robots_m or self.classes or self.sigma_m)
 
     def of(self, class_ids: Sequence[str]) -> NDArray[np.float64]:
         """Return the depths (n,) of robots by their class names, m.
@@ -92,6 +100,23 @@ class DepthConfig:
         """
         by_class = self.by_class()
         return np.array([by_class.get(name, self.robots_m) for name in class_ids], np.float64)
+
+    def by_topic(self) -> dict[str, str]:
+        """Return the topics of depths by class name; an empty name stands for all classes.
+
+        Raises:
+            ConfigError: an entry of `topics` has no topic, or two are for one class.
+        """
+        found: dict[str, str] = {}
+        for entry in self.topics:
+            name, _, topic = (part.strip() for part in entry.rpartition("="))
+            if not topic or name in found:
+                raise ConfigError(
+                    "depth.topics must hold one topic for all robots, such as depth, or one a "
+                    f"class, such as aqua_red=aqua_red/depth, not {list(self.topics)}."
+                )
+            found[name] = topic
+        return found
 
     def by_class(self) -> dict[str, float]:
         """Return the depths of single classes by name, m.

@@ -19,6 +19,7 @@ from aerial_gnss_ros.core import state_file
 from aerial_gnss_ros.core.camera import CameraModel
 from aerial_gnss_ros.core.clock import Clock
 from aerial_gnss_ros.core.config import EstimatorConfig
+from aerial_gnss_ros.core.depths import depth_input
 from aerial_gnss_ros.core.errors import OutputError
 from aerial_gnss_ros.core.events import Events
 from aerial_gnss_ros.core.identity import Identity
@@ -93,7 +94,13 @@ class Estimator:
         self._inputs = Inputs(config)
         self._tallies: dict[str, Tally] = {
             name: Tally()
-            for name in (*(str(i) for i in Input), WATER_LEVEL, CAMERA_INFO, DETECTIONS)
+            for name in (
+                *(str(i) for i in Input),
+                WATER_LEVEL,
+                CAMERA_INFO,
+                DETECTIONS,
+                *map(depth_input, config.depth.by_topic()),
+            )
         }
         self._origin = MapOrigin(config, self._inputs.constant_fix, self._log)
         self._pipeline = Pipeline(
@@ -174,6 +181,12 @@ class Estimator:
         """Take a level of the water; it holds until replaced."""
         self._watch(WATER_LEVEL, level.stamp_ns)
         self._count(WATER_LEVEL, level.stamp_ns, self._inputs.add_level(level))
+
+    def add_depth(self, class_id: str, depth: Scalar) -> None:
+        """Take the depth that robots of a class send (empty: of all); it holds for a while."""
+        name = depth_input(class_id)
+        self._watch(name, depth.stamp_ns)
+        self._count(name, depth.stamp_ns, self._inputs.depths.add(class_id, depth))
 
     def add_camera(self, stamp_ns: int, camera: CameraModel | None) -> None:
         """Take the camera's description; None when it could not be used."""

@@ -12,6 +12,7 @@ import numpy as np
 
 from aerial_gnss_ros.core.camera import CameraModel
 from aerial_gnss_ros.core.config import EstimatorConfig
+from aerial_gnss_ros.core.depths import Depths
 from aerial_gnss_ros.core.frames import matrix_from_rpy, quaternion_from_matrix
 from aerial_gnss_ros.core.rejection import Input, Reason
 from aerial_gnss_ros.core.telemetry import (
@@ -161,6 +162,7 @@ class Inputs:
             self._constants[Input.HEIGHT] = Scalar(0, config.height.value_m)
         elif config.height.source == "topic":
             self._series[Input.HEIGHT] = scalar_series(config.height.max_gap, keep_s=keep_s)
+        self.depths = Depths(config.depth, keep_s)
         self._level: Series[Scalar] = held_series(keep_s=keep_s)
         self._first_level = config.water_level.value_m
         self.cameras: Series[StampedCamera] = held_series(keep_s=keep_s)
@@ -231,6 +233,7 @@ class Inputs:
         last = self._level.last
         self._first_level = last.value if last is not None else self._first_level
         self._level.clear()
+        self.depths.clear()
         self.cameras.clear()
         if self._newest_camera is not None:
             self.cameras.add(replace(self._newest_camera, stamp_ns=-(2**62)))

@@ -11,6 +11,7 @@ from aerial_gnss_ros.core import boxes, localize, paper
 from aerial_gnss_ros.core.calibration import scaled_camera
 from aerial_gnss_ros.core.camera import CameraModel
 from aerial_gnss_ros.core.config import EstimatorConfig
+from aerial_gnss_ros.core.depths import widened
 from aerial_gnss_ros.core.events import Events
 from aerial_gnss_ros.core.innovation_monitor import InnovationMonitor
 from aerial_gnss_ros.core.inputs import Inputs, InputState, InputStatus, Lacking, Samples
@@ -112,8 +113,8 @@ class Pipeline:
         else:
             use = [i for i, reason in enumerate(reasons) if reason is None]
             seen = PosedFrame(_only(frame, use), camera, pose)
-            depth, found = self._config.depth, seen.detections
-            depths = depth.of(found.class_ids) if depth.used else None
+            found = seen.detections
+            depths = self._inputs.depths.at(found.class_ids, pose.stamp_ns)
             points = self._locate(
                 pose, camera, found.centers, self._config.noise, self._config, depths
             )
@@ -122,6 +123,8 @@ class Pipeline:
             for row, i in enumerate(use):
                 reasons[i] = points.reasons[row] or (Reason.GATED if update.gated[row] else None)
             estimates, platform = self._published(update, points), update.platform
+            if self._config.method == "filter":  # other methods' points have it already
+                estimates = widened(estimates, pose, local, self._config.depth.sigma_m)
         done = time.perf_counter_ns()
         return FrameResult(
             frame.stamp_ns,

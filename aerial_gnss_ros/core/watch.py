@@ -157,6 +157,10 @@ class Watch:
         """Take a level of the water."""
         self._stamped(level.stamp_ns, self._inputs.add_level(level))
 
+    def add_depth(self, _class_id: str, depth: Scalar) -> None:
+        """Note that a robot's depth came: it says nothing of the drone."""
+        self._stamped(depth.stamp_ns)
+
     def add_camera(self, stamp_ns: int, camera: CameraModel | None) -> None:
         """Take the camera's description; None when it could not be used."""
         self._stamped(stamp_ns, "" if camera is not None else "it describes no usable camera")

@@ -10,6 +10,7 @@ import pytest
 from aerial_gnss_ros.adapters.feed import Feed
 from aerial_gnss_ros.bags.typestore import make
 from aerial_gnss_ros.core.config import estimator_config
+from aerial_gnss_ros.core.values import Scalar
 
 
 class Recorder:
@@ -43,6 +44,15 @@ def test_the_defaults_are_the_canonical_topics():
         "height": ("height", "std_msgs/msg/Float64", True),
         "water_level": ("water_level", "std_msgs/msg/Float64", False),
     }
+
+
+def test_depths_come_on_the_topics_of_their_classes():
+    found, recorder = feed({"depth.topics": ["depth", "red=red/depth"]})
+    assert [(found[n].topic, found[n].required) for n in ("depth", "depth_red")] == [
+        ("depth", False), ("red/depth", False),
+    ]  # fmt: skip
+    found["depth_red"].handle(make("std_msgs/msg/Float64", {"data": 0.6}), ARRIVAL)
+    assert recorder.calls == [("add_depth", "red", Scalar(ARRIVAL, 0.6))]
 
 
 @pytest.mark.parametrize(

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from aerial_gnss_ros.core.camera import CameraModel
-from aerial_gnss_ros.core.config import EstimatorConfig, estimator_config
+from aerial_gnss_ros.core.config import estimator_config
 from aerial_gnss_ros.core.errors import ConfigError
 from aerial_gnss_ros.core.frames import FLU_FROM_OPTICAL, matrix_from_rpy
 from aerial_gnss_ros.core.localize import locate, located_jacobian, submerged
@@ -91,6 +91,5 @@ def test_unknown_depth_widens_the_ellipse() -> None:
 def test_depths_by_class() -> None:
     config = estimator_config({"depth": {"robots_m": 0.3, "classes": ["boat=0", "eel=1.5"]}})
     assert config.depth.of(["aqua", "boat", "eel"]).tolist() == [0.3, 0.0, 1.5]
-    assert not EstimatorConfig().depth.used
     with pytest.raises(ConfigError, match=r"aqua=0\.8"):
         estimator_config({"depth": {"classes": ["aqua 1"]}})
