@@ -31,6 +31,8 @@ class Sighting:
         altitude: of the water above the ellipsoid, m; NaN when unknown.
         sigma: one sigma per horizontal axis, m.
         measured: False while the robot coasts.
+        namespace: of the drone's estimator without slashes at its ends, such as `drone1`; empty
+            where there is one drone only.
     """
 
     robot_id: str
@@ -40,9 +42,10 @@ class Sighting:
     altitude: float
     sigma: float
     measured: bool
+    namespace: str = ""
 
 
-def sighting(robot_id: str, msg: Any) -> Sighting:
+def sighting(robot_id: str, msg: Any, namespace: str = "") -> Sighting:
     """Return what a `robots/<id>/fix` (sensor_msgs/NavSatFix) says."""
     east, north = float(msg.position_covariance[0]), float(msg.position_covariance[4])
     return Sighting(
@@ -53,6 +56,7 @@ def sighting(robot_id: str, msg: Any) -> Sighting:
         float(msg.altitude),
         math.sqrt(max(0.0, 0.5 * (east + north))),
         int(msg.status.status) >= 0,
+        namespace.strip("/"),
     )
 
 
@@ -65,6 +69,8 @@ def cursor_on_target(seen: Sighting, kind: str = "a-f-S", stale_s: float = 30.0)
         stale_s: after so long receivers show the position as outdated, s.
     """
     known = math.isfinite(seen.altitude)
+    # Robots of two drones may have the same name; receivers tell marks apart by uid alone.
+    drone = [seen.namespace] if seen.namespace else []
     place = {
         "lat": f"{math.degrees(seen.latitude):.8f}",
         "lon": f"{math.degrees(seen.longitude):.8f}",
@@ -75,18 +81,19 @@ def cursor_on_target(seen: Sighting, kind: str = "a-f-S", stale_s: float = 30.0)
     time = _iso(seen.stamp_ns)
     event = {
         "version": "2.0",
-        "uid": f"aerial_gnss_ros.{seen.robot_id}",
+        "uid": ".".join(["aerial_gnss_ros", *drone, seen.robot_id]),
         "type": kind,
         "how": "m-f",  # machine-generated, fused
         "time": time,
         "start": time,
         "stale": _iso(seen.stamp_ns + round(stale_s * 1e9)),
     }
+    name = "/".join([*drone, seen.robot_id])
     state = "seen in the image" if seen.measured else "not seen now, predicted"
     return (
         '<?xml version="1.0" encoding="UTF-8" standalone="yes"?>'
         f"<event {_attributes(event)}><point {_attributes(place)}/><detail>"
-        f"<contact callsign={quoteattr(seen.robot_id)}/><remarks>{state}</remarks>"
+        f"<contact callsign={quoteattr(name)}/><remarks>{state}</remarks>"
         "</detail></event>"
     ).encode()
 

@@ -65,7 +65,7 @@ def one_line(watch: Watch) -> str:
     if not watch.moments:
         return "nothing yet: waiting for telemetry"
     moment = watch.moments[-1]
-    nose = "" if moment.body is None else f"nose {_degrees(_nose(moment))}, "
+    nose = "" if moment.body is None else f"nose {heading_words(_nose(moment))}, "
     if moment.pose is None:
         return f"{nose}camera unknown: {moment.reason}"
     return nose + _sentence(moment, aim(moment.pose, watch.camera))
@@ -75,6 +75,10 @@ def as_text(check: Check) -> str:
     """Return the report for people."""
     lines = [*_place_lines(check), "", "inputs"]
     lines += [_input_line(check, subscription) for subscription in check.subscriptions]
+    if any("MISSING: " in line for line in lines):
+        lines.append(
+            "  ! `aerial-gnss doctor` shows which topics there are and proposes a profile."
+        )
     lines += _clock_lines(check)
     moment = check.moment
     if moment is not None and moment.fix is not None:
@@ -138,7 +142,8 @@ def _place_lines(check: Check) -> list[str]:
         lines.append(f"drone   {place}{above}")
     if moment.body is not None:
         tilt = math.degrees(math.acos(max(-1.0, min(1.0, float(moment.body[2, 2])))))
-        lines.append(f"nose    heading {_degrees(_nose(moment))}, body tilted by {tilt:.0f} deg")
+        nose = heading_words(_nose(moment))
+        lines.append(f"nose    heading {nose}, body tilted by {tilt:.0f} deg")
     if moment.pose is None:
         lines.append(f"camera  unknown: {moment.reason}")
     else:
@@ -163,11 +168,11 @@ def _sentence(moment: Moment, point: Aim) -> str:
     tilt = f"{abs(below):.0f} deg {'below' if below > 0.0 else 'above'} the horizon"
     tilt = "along the horizon" if abs(below) < 0.5 else tilt
     if math.isnan(point.distance):
-        return f"heading {_degrees(point.heading)}, {tilt}: looks at no water"
+        return f"heading {heading_words(point.heading)}, {tilt}: looks at no water"
     if point.distance < 0.05 * point.range_m:
-        return f"straight below, image top to {_degrees(point.heading)}, {tilt}"
+        return f"straight below, image top to {heading_words(point.heading)}, {tilt}"
     where = "out" if moment.body is None else side(point.bearing, _nose(moment))
-    return f"{point.distance:.0f} m {where}, heading {_degrees(point.bearing)}, {tilt}"
+    return f"{point.distance:.0f} m {where}, heading {heading_words(point.bearing)}, {tilt}"
 
 
 def _input_fields(check: Check, subscription: Subscription) -> dict[str, Any]:
@@ -244,8 +249,9 @@ def _nose(moment: Moment) -> float:
     return float(heading_from_yaw(yaw_of(moment.body)))
 
 
-def _degrees(heading: float) -> str:
-    return f"{math.degrees(heading) % 360.0:.0f} deg"
+def heading_words(heading: float) -> str:
+    """Return a compass heading (rad) as `0 deg` to `359 deg`."""
+    return f"{round(math.degrees(heading)) % 360} deg"
 
 
 def _number(value: float) -> float | None:

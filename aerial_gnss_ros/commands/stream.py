@@ -10,7 +10,7 @@ import sys
 from collections import Counter
 from typing import Any
 
-from aerial_gnss_ros.adapters.sightings import host_and_port, sighting
+from aerial_gnss_ros.adapters.sightings import Sighting, host_and_port, sighting
 from aerial_gnss_ros.commands.udp_outputs import CursorOnTarget, Mavlink, Output
 from aerial_gnss_ros.core.errors import InputError
 from aerial_gnss_ros.nodes import require_ros
@@ -39,7 +39,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )  # fmt: skip
     parser.add_argument(
         "--mavlink", nargs="?", const=MAVLINK_DEFAULT, metavar="HOST:PORT",
-        help="CAMERA_TRACKING_GEO_STATUS by UDP (%(const)s); needs --robot where there are several",
+        help="CAMERA_TRACKING_GEO_STATUS by UDP (%(const)s), of one robot: see --robot",
     )  # fmt: skip
     parser.add_argument(
         "--mavlink-system", type=int, default=1, metavar="ID", help="of the drone (%(default)s)"
@@ -67,31 +67,64 @@ def run(args: argparse.Namespace) -> int:
 
     cot, mavlink = _cot(args), _mavlink(args)
     outputs = [output for output in (cot, mavlink) if output is not None]
-    sent: Counter[str] = Counter()
-    followed = [args.robot] if args.robot else []
+    stream = Stream(cot, mavlink, args.robot)
 
     def take(robot: str, message: Any) -> None:
-        if args.robot and robot != args.robot:
-            return
-        if not sent[robot]:
-            print(f"sending {robot}", file=sys.stderr, flush=True)
-        seen = sighting(robot, message)
-        sent[robot] += 1
-        if cot is not None:
-            cot.send(seen)
-        if not followed:
-            followed.append(robot)
-        if mavlink is not None and robot == followed[0]:
-            mavlink.send(seen)
+        stream.send(sighting(robot, message, args.namespace))
 
     try:
         hear_robots(args.namespace, args.seconds, take)
     finally:
         for output in outputs:
             output.close()
-    total = ", ".join(f"{robot} {count}" for robot, count in sorted(sent.items()))
+    total = ", ".join(f"{robot} {count}" for robot, count in sorted(stream.sent.items()))
     print(f"sent: {total or 'nothing, no robot was published'}")
     return 0
+
+
+class Stream:
+    """Hands positions to the outputs, and tells once which robot goes where.
+
+    Args:
+        cot: takes every robot; None: no such output.
+        mavlink: takes one robot, for its message names none; None: no such output.
+        only: the robot to send; None: all, and of MAVLink the first one heard.
+
+    Attributes:
+        sent: positions sent, by robot.
+    """
+
+    def __init__(self, cot: Output | None, mavlink: Output | None, only: str | None) -> None:
+        self._cot, self._mavlink, self._only = cot, mavlink, only
+        self._followed = only
+        self._told: set[str] = set()
+        self.sent: Counter[str] = Counter()
+
+    def send(self, seen: Sighting) -> None:
+        """Send one position."""
+        robot = seen.robot_id
+        if self._only is not None and robot != self._only:
+            return
+        self._followed = self._followed or robot
+        follows = self._mavlink is not None and robot == self._followed
+        if robot not in self._told:
+            self._told.add(robot)
+            self._tell(robot, follows)
+        if self._cot is not None:
+            self._cot.send(seen)
+        if self._mavlink is not None and follows:
+            self._mavlink.send(seen)
+        self.sent[robot] += bool(self._cot is not None or follows)
+
+    def _tell(self, robot: str, follows: bool) -> None:
+        if self._cot is not None or follows:
+            print(f"sending {robot}", file=sys.stderr, flush=True)
+        if self._mavlink is not None and not follows:
+            print(
+                f"MAVLink's message names one robot, which is {self._followed}: {robot} is not "
+                f"sent there; choose with --robot {robot}",
+                file=sys.stderr, flush=True,
+            )  # fmt: skip
 
 
 def _cot(args: argparse.Namespace) -> Output | None:

@@ -6,6 +6,7 @@ from __future__ import annotations
 import re
 import signal
 import sys
+import warnings
 from collections.abc import Callable, Sequence
 from itertools import pairwise
 from typing import Any
@@ -118,6 +119,8 @@ def work(
     finally:
         for number in former:
             signal.signal(number, signal.SIG_IGN)
+        # A signal may leave one of rclpy's handlers unstarted, of which Python tells at its end.
+        warnings.filterwarnings("ignore", "coroutine 'Executor", RuntimeWarning)
         after()
         rclpy.try_shutdown()
         for number, handler in former.items():

@@ -45,6 +45,17 @@ def test_an_event_has_place_time_and_error():
     assert "predicted" in event.find("detail/remarks").text
 
 
+def test_robots_of_two_drones_are_two_marks():
+    drones = [replace(SEEN, namespace=name) for name in ("", "drone1", "drone2")]
+    events = [ET.fromstring(cursor_on_target(seen)) for seen in drones]  # noqa: S314 - our own
+    assert [event.get("uid") for event in events] == [
+        "aerial_gnss_ros.aqua_1",
+        "aerial_gnss_ros.drone1.aqua_1",
+        "aerial_gnss_ros.drone2.aqua_1",
+    ]
+    assert events[2].find("detail/contact").get("callsign") == "drone2/aqua_1"
+
+
 def test_mavlink_wants_sea_level_and_nan_for_what_is_unknown():
     fields = tracking_geo_status(SEEN)
     assert (fields["lat"], fields["lon"], fields["tracking_status"]) == (131939387, -596415066, 1)
@@ -78,7 +89,8 @@ def test_a_published_fix_becomes_a_sighting():
         position_covariance=[4.0, 0, 0, 0, 2.0, 0, 0, 0, 9.0],
         status=SimpleNamespace(status=-1),
     )  # fmt: skip
-    seen = sighting("aqua_1", message)
+    seen = sighting("aqua_1", message, "/drone1/")
+    assert seen.namespace == "drone1"
     assert (seen.stamp_ns, seen.altitude, seen.measured) == (5_000_000_007, 3.0, False)
     assert seen.latitude == pytest.approx(math.radians(10.0))
     assert seen.sigma == pytest.approx(math.sqrt(3.0))

@@ -4,10 +4,12 @@
 from __future__ import annotations
 
 import json
+import math
 
 import pytest
 
 from aerial_gnss_ros import cli
+from aerial_gnss_ros.commands.check_report import heading_words
 
 
 def check(capsys, bag, *extra):
@@ -39,6 +41,7 @@ def test_a_missing_input_or_another_type_is_named(flight, tmp_path, capsys):
     status, out = check(capsys, bag)
     assert status == 1
     assert "gimbal       MISSING: nothing on /gimbal" in out
+    assert "`aerial-gnss doctor` shows which topics there are" in out
     assert "camera  unknown: no_gimbal" in out
 
     def float32(topic, msgtype, fields):
@@ -47,6 +50,14 @@ def test_a_missing_input_or_another_type_is_named(flight, tmp_path, capsys):
     status, out = check(capsys, flight.write(tmp_path / "b", change=float32))
     assert status == 1
     assert "/height carries std_msgs/msg/Float32, not std_msgs/msg/Float64" in out
+
+
+@pytest.mark.parametrize(
+    ("heading_deg", "words"),
+    [(-1e-9, "0 deg"), (359.6, "0 deg"), (359.4, "359 deg"), (-90.0, "270 deg")],
+)
+def test_north_is_0_and_never_360(heading_deg, words):
+    assert heading_words(math.radians(heading_deg)) == words
 
 
 def test_bad_values_and_foreign_clocks_are_told(flight, tmp_path, capsys):

@@ -50,7 +50,7 @@ def test_a_position_arrives_as_cursor_on_target(capsys):
             rclpy.shutdown(context=context)
     assert status == 0
     event = ET.fromstring(data)  # noqa: S314 - our own
-    assert event.get("uid") == "aerial_gnss_ros.aqua_1"
+    assert event.get("uid") == "aerial_gnss_ros.d1.aqua_1"
     assert event.find("point").get("lat") == "13.00000000"
     assert event.find("point").get("ce") == "2.00"
     out, err = capsys.readouterr()
