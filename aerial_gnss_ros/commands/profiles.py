@@ -7,6 +7,8 @@ import argparse
 import json
 
 from aerial_gnss_ros.adapters.vehicles import vehicle_file, vehicle_names, vehicle_summary
+from aerial_gnss_ros.core.errors import InputError
+from aerial_gnss_ros.resources import config_path
 
 HELP = "list the vehicle profiles, or print one as a start for your own"
 
@@ -15,14 +17,25 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the command's arguments."""
     parser.epilog = (
         "Use one with --vehicle NAME (run, replay) or vehicle:=NAME (launch). For a drone that "
-        "differs: aerial-gnss profiles NAME > mine.yaml, change it, and give its path instead."
+        "differs: aerial-gnss profiles NAME > mine.yaml, change it, and give its path instead; "
+        "--keys tells what can be set."
     )
     parser.add_argument("name", nargs="?", metavar="NAME", help="print this profile")
+    parser.add_argument(
+        "--keys", action="store_true",
+        help="print every key of both nodes with unit, meaning, default and consequence",
+    )  # fmt: skip
     parser.add_argument("--json", action="store_true", help="the list for machines")
 
 
 def run(args: argparse.Namespace) -> int:
-    """List the profiles, or print one."""
+    """List the profiles, or print one, or the keys of all."""
+    if args.keys:
+        if args.name or args.json:
+            raise InputError("--keys stands alone: every profile has the same keys.")
+        for node in ("detector", "estimator"):
+            print(config_path(f"{node}.yaml").read_text(encoding="utf-8"), end="")
+        return 0
     if args.name:
         print(vehicle_file(args.name).read_text(encoding="utf-8"), end="")
         return 0

@@ -4,11 +4,13 @@
 from __future__ import annotations
 
 import json
+import re
 
+import pytest
 import yaml
 
 from aerial_gnss_ros import cli
-from aerial_gnss_ros.adapters.vehicles import vehicle_names
+from aerial_gnss_ros.adapters.vehicles import vehicle_file, vehicle_names
 
 
 def test_every_profile_is_listed_with_what_it_is_for(capsys):
@@ -34,3 +36,22 @@ def test_an_unknown_one_is_refused_with_those_there_are(capsys):
     assert cli.main(["profiles", "submarine"]) == 2
     said = capsys.readouterr().err
     assert "submarine is not a vehicle profile; there are anafi, ardupilot_dds, dji_psdk" in said
+
+
+def test_all_keys_are_printed_with_their_meaning(capsys):
+    assert cli.main(["profiles", "--keys"]) == 0
+    out = capsys.readouterr().out
+    assert "/**/detector:" in out
+    assert "# An image stamped t shows the scene at t - latency_s" in out
+    assert cli.main(["profiles", "generic", "--keys"]) == 2
+    assert "--keys stands alone" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("name", vehicle_names())
+def test_every_key_of_a_profile_says_what_it_means(name):
+    lines = vehicle_file(name).read_text(encoding="utf-8").splitlines()
+    values = [i for i, line in enumerate(lines) if re.match(r"\s+\w+: [^#\s]", line)]
+    assert values
+    for i in values:
+        explained = " # " in lines[i] or lines[i - 1].strip().startswith("#")
+        assert explained, f"{name}.yaml says nothing of {lines[i].strip()}"
