@@ -36,3 +36,36 @@ def shared_data() -> Path:
     if not path.is_dir():
         pytest.skip(f"no recorded flights: {path} is absent (it is not part of the repository)")
     return path
+
+
+@pytest.fixture(scope="session")
+def make_set():
+    """Return a function that writes a small labelled data set: coloured discs on grey water."""
+    import cv2
+    import numpy as np
+
+    def make(folder, robots=(1, 2, 1, 3), splits=("train", "val"), side=64, classes=("aqua",)):
+        """Write a data set; image i of each split shows robots[i] discs, of any class."""
+        rng = np.random.default_rng(0)
+        for split in splits:
+            for kind in ("images", "labels"):
+                (folder / kind / split).mkdir(parents=True)
+            for i, count in enumerate(robots):
+                image = np.clip(rng.normal(90, 6, (side, side, 3)), 0, 255).astype(np.uint8)
+                lines = []
+                for n in range(count):
+                    # Each in a strip of its own, so that none hides another.
+                    u, v = int(side * (n + 0.5) / count), int(rng.integers(12, side - 12))
+                    number = int(rng.integers(len(classes)))
+                    radius = min(8, side // (2 * count) - 1)
+                    cv2.circle(image, (u, v), radius, (0, 128 + 60 * number, 255), -1)
+                    size = (2 * radius + 1) / side
+                    lines.append(f"{number} {(u + 0.5) / side} {(v + 0.5) / side} {size} {size}\n")
+                cv2.imwrite(str(folder / "images" / split / f"{i}.png"), image)
+                (folder / "labels" / split / f"{i}.txt").write_text("".join(lines))
+        names = "".join(f"  {i}: {name}\n" for i, name in enumerate(classes))
+        paths = "".join(f"{split}: images/{split}\n" for split in splits)
+        (folder / "data.yaml").write_text(f"{paths}names:\n{names}")
+        return folder
+
+    return make

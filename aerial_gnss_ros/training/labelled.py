@@ -65,6 +65,25 @@ def read_image(path: Path) -> Image:
     return np.asarray(image, dtype=np.uint8)
 
 
+def read_labels(folder: Path, split: str) -> Iterator[LabelledImage]:
+    """Yield the images of `folder`/images/`split` with the boxes that they are trained on.
+
+    Raises:
+        InputError: no such images, or a label that cannot be read.
+    """
+    for path in _images(folder, split):
+        labels = folder / "labels" / split / f"{path.stem}.txt"
+        yield LabelledImage(path.name, _from_labels(labels, path), partial(read_image, path))
+
+
+def _images(folder: Path, split: str) -> list[Path]:
+    images = folder / "images" / split
+    paths = [path for path in sorted(images.glob("*")) if path.suffix.lower() in ENDINGS]
+    if not paths:
+        raise InputError(f"{images} has no images; give a folder in YOLO's layout and its split.")
+    return paths
+
+
 def read_folder(folder: Path, split: str) -> Iterator[LabelledImage]:
     """Yield the images of `folder`/images/`split` by name, each with its truth.
 
@@ -75,12 +94,8 @@ def read_folder(folder: Path, split: str) -> Iterator[LabelledImage]:
     Raises:
         InputError: no such images, or a label that cannot be read.
     """
-    images = folder / "images" / split
-    paths = [path for path in sorted(images.glob("*")) if path.suffix.lower() in ENDINGS]
-    if not paths:
-        raise InputError(f"{images} has no images; give a folder in YOLO's layout and its split.")
-    meta = _read_meta(folder / "meta.csv")
-    for path in paths:
+    meta = _read_meta(folder / "meta.csv", split)
+    for path in _images(folder, split):
         if meta is None:
             labels = folder / "labels" / split / f"{path.stem}.txt"
             truth = _from_labels(labels, path)
@@ -89,14 +104,16 @@ def read_folder(folder: Path, split: str) -> Iterator[LabelledImage]:
         yield LabelledImage(path.name, truth, partial(read_image, path))
 
 
-def _read_meta(path: Path) -> dict[str, list[dict[str, str]]] | None:
+def _read_meta(path: Path, split: str) -> dict[str, list[dict[str, str]]] | None:
+    """Return the rows of each image; None where the simulation told nothing of this split."""
     if not path.is_file():
         return None
     rows: dict[str, list[dict[str, str]]] = {}
     with path.open(newline="", encoding="utf-8") as file:
         for row in csv.DictReader(file):
-            rows.setdefault(row["image"], []).append(row)
-    return rows
+            if row["split"] == split:
+                rows.setdefault(row["image"], []).append(row)
+    return rows or None
 
 
 def _from_meta(rows: list[dict[str, str]]) -> Truth:

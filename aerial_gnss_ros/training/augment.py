@@ -1,0 +1,207 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Augments a data set in YOLO's layout: several variants of each training image."""
+
+from __future__ import annotations
+
+import json
+import multiprocessing
+import shutil
+import zlib
+from collections.abc import Callable, Iterator
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+from typing import Any
+
+import cv2
+import numpy as np
+
+from aerial_gnss_ros import __version__
+from aerial_gnss_ros.core.errors import ConfigError
+from aerial_gnss_ros.training.contact_sheet import write_contact_sheet
+from aerial_gnss_ros.training.inspection import Example, Inspection
+from aerial_gnss_ros.training.label_lines import as_text
+from aerial_gnss_ros.training.labelled import read_image
+from aerial_gnss_ros.training.layout import write_data_file
+from aerial_gnss_ros.training.variants import Recipe, make_variant
+
+AUGMENTED = "train"
+"""Only what is trained on is augmented: held-out images stay as the camera made them."""
+META = "meta.csv"
+SHEET = "contact_sheet.png"
+SUMMARY = "augmentation.json"
+
+
+@dataclass(frozen=True)
+class Plan:
+    """What to make.
+
+    Attributes:
+        variants: of each image.
+        recipe: how each is made.
+        seed: same seed, same bytes, whatever the number of processes.
+        keep_originals: whether the images themselves are among the results as well.
+        quality: of the JPEGs, 1 to 100.
+
+    Raises:
+        ConfigError: a value out of its range.
+    """
+
+    variants: int = 10
+    recipe: Recipe = field(default_factory=Recipe)
+    seed: int = 0
+    keep_originals: bool = False
+    quality: int = 95
+
+    def __post_init__(self) -> None:
+        for name, value, low, high in (
+            ("variants", self.variants, 1, 10_000),
+            ("seed", self.seed, 0, 2**63 - 1),
+            ("quality", self.quality, 1, 100),
+        ):
+            if not low <= value <= high:
+                raise ConfigError(f"{name} must lie within {low} to {high}, but is {value}.")
+
+
+@dataclass(frozen=True)
+class Made:
+    """What was made.
+
+    Attributes:
+        images: augmented images written.
+        dropped: variants that were not, because a box's centre had left the image.
+        boxes: in the augmented images.
+        copied: images of other splits, and originals.
+    """
+
+    images: int
+    dropped: int
+    boxes: int
+    copied: int
+
+
+def augment(
+    source: Inspection,
+    folder: Path,
+    plan: Plan,
+    processes: int = 1,
+    report: Callable[[int], None] | None = None,
+) -> Made:
+    """Write images/, labels/, data.yaml, a contact sheet and a summary.
+
+    Args:
+        source: a data set without problems.
+        folder: where to; must not exist.
+        plan: what to make.
+        processes: that share the work; does not change the result.
+        report: called with the number of training images that are done.
+    """
+    folder.mkdir(parents=True)
+    copied = 0
+    for split, examples in source.examples.items():
+        (folder / "images" / split).mkdir(parents=True)
+        (folder / "labels" / split).mkdir(parents=True)
+        if split != AUGMENTED or plan.keep_originals:
+            for example in examples:
+                _copy(example, folder, split, _stem(example, source))
+            copied += len(examples)
+    jobs = [
+        _Job(e.image, e.boxes, e.classes, _stem(e, source), folder, plan)
+        for e in source.examples[AUGMENTED]
+    ]
+    images = boxes = 0
+    for done, (made, held) in enumerate(_map(jobs, processes), start=1):
+        images, boxes = images + made, boxes + held
+        if report is not None:
+            report(done)
+    splits = {split: f"images/{split}" for split in source.examples}
+    write_data_file(folder / "data.yaml", source.dataset.names, splits)
+    _copy_meta(source, folder)
+    result = Made(images, len(jobs) * plan.variants - images, boxes, copied)
+    write_contact_sheet(folder, AUGMENTED, [job.stem for job in jobs], folder / SHEET)
+    summary = {
+        "made": asdict(result),
+        "plan": asdict(plan),
+        "source_fingerprint": source.fingerprint(),
+        "versions": {"aerial_gnss_ros": __version__, "opencv": cv2.__version__},
+    }
+    (folder / SUMMARY).write_text(json.dumps(summary, indent=2) + "\n", encoding="utf-8")
+    return result
+
+
+@dataclass(frozen=True)
+class _Job:
+    image: Path
+    boxes: Any  # (n, 4) relative to the image
+    classes: Any
+    stem: str
+    folder: Path
+    plan: Plan
+
+
+def _stem(example: Example, source: Inspection) -> str:
+    """Return a name for the image's descendants; folders below images/<split> become part of it."""
+    for folders in source.dataset.folders.values():
+        for folder in folders:
+            if example.image.is_relative_to(folder):
+                below = example.image.relative_to(folder).with_suffix("")
+                return "_".join(below.parts)
+    return example.image.stem
+
+
+def _map(jobs: list[_Job], processes: int) -> Iterator[tuple[int, int]]:
+    if processes <= 1:
+        yield from map(_run, jobs)
+        return
+    context = multiprocessing.get_context("spawn")
+    with context.Pool(processes, initializer=cv2.setNumThreads, initargs=(1,)) as pool:
+        yield from pool.imap(_run, jobs, chunksize=1)
+
+
+def _run(job: _Job) -> tuple[int, int]:
+    """Write the variants of one image; how many, and their boxes."""
+    image = read_image(job.image)
+    size = np.array([image.shape[1], image.shape[0]], dtype=np.float64)
+    boxes = job.boxes * np.tile(size, 2)
+    made = held = 0
+    for number in range(job.plan.variants):
+        # By name, so that an image has the same variants whatever else is in the set.
+        key = [job.plan.seed, zlib.crc32(job.stem.encode()), number]
+        variant = make_variant(image, boxes, job.plan.recipe, np.random.default_rng(key))
+        if variant is None:
+            continue
+        name = f"{job.stem}_{number:02d}"
+        path = job.folder / "images" / AUGMENTED / f"{name}.jpg"
+        _write_jpeg(path, variant.image, job.plan.quality)
+        height, width = variant.image.shape[:2]
+        text = as_text(job.classes.tolist(), list(variant.boxes), width, height)
+        (job.folder / "labels" / AUGMENTED / f"{name}.txt").write_text(text, encoding="ascii")
+        made, held = made + 1, held + len(boxes)
+    return made, held
+
+
+def _write_jpeg(path: Path, image: Any, quality: int) -> None:
+    done, encoded = cv2.imencode(".jpg", image, [cv2.IMWRITE_JPEG_QUALITY, quality])
+    if not done:
+        raise OSError(f"{path} could not be encoded")
+    path.write_bytes(encoded.tobytes())  # unlike cv2.imwrite, says when the disk is full
+
+
+def _copy(example: Example, folder: Path, split: str, stem: str) -> None:
+    suffix = example.image.suffix.lower()
+    shutil.copyfile(example.image, folder / "images" / split / f"{stem}{suffix}")
+    labels = folder / "labels" / split / f"{stem}.txt"
+    if example.labels.is_file():
+        shutil.copyfile(example.labels, labels)
+    else:
+        labels.touch()
+
+
+def _copy_meta(source: Inspection, folder: Path) -> None:
+    """Keep what a simulation told of the images that are not augmented."""
+    meta = source.dataset.root / META
+    if not meta.is_file():
+        return
+    head, *rows = meta.read_text(encoding="utf-8").splitlines(keepends=True)
+    column = head.strip().split(",").index("split")
+    kept = [row for row in rows if row.split(",")[column] != AUGMENTED]
+    (folder / META).write_text("".join([head, *kept]), encoding="utf-8")

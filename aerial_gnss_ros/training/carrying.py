@@ -1,0 +1,77 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Carries boxes along with the pixels of an image that is moved by a matrix.
+
+What a box holds is not known, only how far it reaches. The box round the four moved corners is
+right only where an object fills its box; for all others it is too big: by 17 % in area for the
+simulated hexapod turned by up to 10 deg. A robot is taken as the ellipse that touches the
+middles of its box's sides, for which that figure is 0 % (python benchmarks/box_rotation.py). Both
+agree, and are exact for any object, wherever axes stay axes: flips, quarter turns, scale, crops
+and padding.
+
+A box is carried once, from the labelled image to the finished one, by the product of all matrices:
+carried from step to step it would lose its shape a little at every turn.
+"""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+_ANGLES = np.linspace(0.0, 2.0 * np.pi, 128, endpoint=False)
+_CIRCLE = np.stack([np.cos(_ANGLES), np.sin(_ANGLES)], axis=1)
+
+
+def carry(boxes: Array, matrix: Array, seen: Array) -> Array:
+    """Return the boxes of what is still seen of each object.
+
+    Args:
+        boxes: (n, 4) centre x, y, width, height, px, first pixel spans 0 to 1.
+        matrix: (3, 3) affine, from the labelled image to the finished one.
+        seen: (m, 2) convex outline of what is left of the labelled image, in the finished one.
+
+    Returns:
+        (n, 4) centre x, y, width, height in the finished image; width and height are 0 where
+        nothing is seen.
+    """
+    carried = np.zeros((len(boxes), 4))
+    for i, (x, y, width, height) in enumerate(boxes):
+        outline = moved(np.array([x, y]) + _CIRCLE * (width / 2, height / 2), matrix)
+        if not _inside(outline, seen):
+            outline = cut(outline, seen)
+        if len(outline):
+            low, high = outline.min(axis=0), outline.max(axis=0)
+            carried[i] = [*(low + high) / 2, *(high - low)]
+    return carried
+
+
+def moved(points: Array, matrix: Array) -> Array:
+    """Return points (n, 2) after the affine matrix (3, 3)."""
+    return np.asarray(points @ matrix[:2, :2].T + matrix[:2, 2])
+
+
+def cut(outline: Array, window: Array) -> Array:
+    """Return the part of a convex outline (n, 2) inside another (m, 2); (0, 2) if none is."""
+    # OpenCV works in 32 bits: coordinates relative to the outline keep a thousandth of a pixel.
+    origin = outline.mean(axis=0)
+    area, part = cv2.intersectConvexConvex(
+        (outline - origin).astype(np.float32), (window - origin).astype(np.float32)
+    )
+    if area <= 0.0 or part is None:
+        return np.zeros((0, 2))
+    return np.asarray(part.reshape(-1, 2) + origin, dtype=np.float64)
+
+
+def rectangle(width: float, height: float) -> Array:
+    """Return the outline (4, 2) of a canvas."""
+    return np.array([[0.0, 0.0], [width, 0.0], [width, height], [0.0, height]])
+
+
+def _inside(points: Array, window: Array) -> bool:
+    """Whether all points lie in the convex window, whichever way its outline runs."""
+    edges = np.roll(window, -1, axis=0) - window
+    to_points = points[:, None, :] - window[None, :, :]
+    side = edges[:, 0] * to_points[..., 1] - edges[:, 1] * to_points[..., 0]
+    return bool((side >= -1e-6).all() or (side <= 1e-6).all())
