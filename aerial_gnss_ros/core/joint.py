@@ -233,6 +233,13 @@ class JointFilter:
             group.add(rows, places, by_platform, seen.white[now], speed)
             self._count += len(now)
 
+    def loosen(self, rows: Indices, speed: float, seconds: float) -> None:
+        """Allow for unforeseen changes of velocity of some robots (see `Joint.loosen`)."""
+        for group in self._groups:
+            slots = np.flatnonzero(np.isin(group.rows, rows))
+            if len(slots):
+                group.loosen(slots, speed, seconds)
+
     def merge(self, old: int, new: int) -> None:
         """Let robot `new` know what is known of `old`, which it turned out to be."""
         group_of, slot_of = self._places_of_rows()

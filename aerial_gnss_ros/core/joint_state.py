@@ -225,6 +225,22 @@ class Joint:
         self.mean -= (self.mean[a : a + 2] - self.mean[b : b + 2]) @ gain
         self.covariance -= apart.T @ gain
 
+    def loosen(self, slots: Indices, speed: float, seconds: float) -> None:
+        """Allow for a change of velocity that nobody has foreseen.
+
+        Args:
+            slots: (m,) places in `rows`.
+            speed: one sigma of the change, each axis, m/s.
+            seconds: how long ago it happened, s.
+        """
+        place = COUNT + 4 * np.asarray(slots, np.intp)
+        for axis in (0, 1):
+            p, v = place + axis, place + axis + 2
+            self.covariance[p, p] += (seconds * speed) ** 2
+            self.covariance[p, v] += seconds * speed**2
+            self.covariance[v, p] += seconds * speed**2
+            self.covariance[v, v] += speed**2
+
     def shift(self, jump: Array) -> None:
         """Go over to another GNSS position; nobody knows whether it or the old one is right.
 
