@@ -21,6 +21,7 @@ from aerial_gnss_ros.adapters.dji_columns import (
     utc_ns,
 )
 from aerial_gnss_ros.adapters.dji_flight import (
+    HEIGHT_GUESS,
     DjiLog,
     RefusedRow,
     position_refusal,
@@ -162,11 +163,9 @@ def _clock(columns: Columns, row: list[str], first_s: float) -> int | None:
 def _statements(columns: Columns, rate_hz: float, relative: bool) -> tuple[str, ...]:
     name = columns.name("height")
     kind = (
-        "above sea level by DJI's own reckoning from the take-off point, and taken as height above "
-        "the water (the log states no tide)"
+        "above sea level by DJI's own reckoning from the take-off point"
         if "altitude" in name.lower()
-        else "above the take-off point, and taken as height above the water; if you took off from "
-        "higher up, give the water level"
+        else "above the take-off point"
     )
     times = [columns.name(t) for t in ("time_s", "time_ms", "time_text") if t in columns]
     time = times[0] if times else f"row number at {rate_hz:g} Hz"
@@ -198,7 +197,9 @@ def _guesses(columns: Columns, relative: bool) -> tuple[str, ...]:
         )
         if key not in columns
     ]
-    guesses = [f"not recorded, so assumed: {'; '.join(absent)}"] if absent else []
+    guesses = [HEIGHT_GUESS]
+    if absent:
+        guesses.append(f"not recorded, so assumed: {'; '.join(absent)}")
     if relative:
         guesses.append(
             f"gimbal yaw: {columns.name('gimbal_yaw')} stays near 0 while the nose turns, so it is "

@@ -15,6 +15,10 @@ from aerial_gnss_ros.core.frames import matrix_from_rpy, quaternion_from_matrix
 from aerial_gnss_ros.core.values import Array, Fix, Orientation, Scalar
 
 METRES_PER_FOOT = 0.3048
+HEIGHT_GUESS = (
+    "height: taken as height above the water, of which the log says nothing; if you took off from "
+    "higher up, or the tide moved, give water_level.value_m"
+)
 LONGEST_STEP_S = 1.0
 """Rows farther apart leave a gap that is reported: telemetry is not interpolated far."""
 

@@ -17,6 +17,7 @@ from pathlib import Path
 import numpy as np
 
 from aerial_gnss_ros.adapters.dji_flight import (
+    HEIGHT_GUESS,
     DjiLog,
     RefusedRow,
     position_refusal,
@@ -56,6 +57,9 @@ _BODY = (
      (2, 1, 0)),
     (_pry("F"), (1, 0, 2)),
 )  # fmt: skip
+_DIGITAL_ZOOM = re.compile(rf"dzoom_ratio\s*:\s*{_N}", re.IGNORECASE)
+_FOCAL_LENGTH = re.compile(rf"focal_len\s*:\s*{_N}", re.IGNORECASE)
+_ZOOM_UNIT = 10_000.0  # Mavic 3 writes 10000 for 1.0
 _EXPECTED = (
     "GPS (longitude, latitude, …), or [latitude: …] [longitude: …], and for the camera gb_yaw, "
     "gb_pitch, gb_roll or G.PRY"
@@ -88,7 +92,8 @@ def read_srt(path: Path) -> DjiLog:
             f"{path} has {len(rows)} usable subtitles, and a flight needs two ({why}); the first "
             f"one reads «{sample}»; expected: {_EXPECTED}."
         )
-    return _flight(path, np.array(rows, dtype=np.float64), refused, sources, swapped)
+    zoom = _zoom([text for _, _, text in blocks])
+    return _flight(path, np.array(rows, dtype=np.float64), refused, sources, swapped, zoom)
 
 
 def _blocks(path: Path) -> Iterator[tuple[int, float, str]]:
@@ -116,6 +121,29 @@ def _is_latitude_first(texts: list[str]) -> bool:
     """Whether GPS(a, b) must be latitude first: b could not be a latitude."""
     pairs = [(float(m[1]), float(m[2])) for text in texts if (m := _GPS.search(text))]
     return any(abs(b) > 90.0 for _, b in pairs) and all(abs(a) <= 90.0 for a, _ in pairs)
+
+
+def _zoom(texts: list[str]) -> list[str]:
+    """Return what the file says against a camera of one focal length, in words; mostly nothing."""
+    ratios = {float(match[1]) for text in texts if (match := _DIGITAL_ZOOM.search(text))}
+    zooms = sorted({r / _ZOOM_UNIT if r >= 0.5 * _ZOOM_UNIT else r for r in ratios})
+    lengths = sorted({float(match[1]) for text in texts if (match := _FOCAL_LENGTH.search(text))})
+    found = []
+    if zooms and (zooms[0] != 1.0 or zooms[-1] != 1.0):
+        found.append(f"dzoom_ratio is {_span(zooms)}")
+    if len(lengths) > 1:
+        found.append(f"focal_len is {_span(lengths)}")
+    if not found:
+        return []
+    sentence = (
+        f"zoom: {' and '.join(found)}, but the camera is described once for all images: positions "
+        "from images at another zoom are wrong"
+    )
+    return [sentence]
+
+
+def _span(values: list[float]) -> str:
+    return f"{values[0]:g}" if len(values) == 1 else f"{values[0]:g} to {values[-1]:g}"
 
 
 def _row(
@@ -158,13 +186,18 @@ def _angles(
 
 
 def _flight(
-    path: Path, rows: Array, refused: list[RefusedRow], sources: set[str], swapped: bool
+    path: Path,
+    rows: Array,
+    refused: list[RefusedRow],
+    sources: set[str],
+    swapped: bool,
+    zoom: list[str],
 ) -> DjiLog:
     height = rows[:, 3]
     body, gimbal = _orientations(rows[:, 4:7]), _orientations(rows[:, 7:10])
     with_height = bool(np.isfinite(height).all() and (height >= 0.0).any())
     statements = ["time: of the video itself"]
-    guesses: list[str] = []
+    guesses = list(zoom)
     if "GPS(…)" in sources:
         order = "latitude, longitude" if swapped else "longitude, latitude"
         (statements if swapped else guesses).append(f"position: GPS(…) is {order}, …")
@@ -172,10 +205,8 @@ def _flight(
         statements.append("position: latitude and longitude")
     if with_height:
         used = next(name for name in _HEIGHTS if name in sources)
-        statements.append(
-            f"height: {used} (m), above the take-off point, and taken as height above the water; "
-            "if you took off from higher up, give the water level"
-        )
+        statements.append(f"height: {used} (m), above the take-off point")
+        guesses.append(HEIGHT_GUESS)
     else:
         why = "altitude has no stated datum" if "altitude" in sources else "none is recorded"
         guesses.append(f"height: {why}, so the bag has none; give height.source: constant")

@@ -79,7 +79,8 @@ def open_video(path: str | Path) -> Video:
     """
     path = Path(path)
     if not path.is_file():
-        raise InputError(f"{path} does not exist; give the video file.")
+        wrong = "is a folder" if path.is_dir() else "does not exist"
+        raise InputError(f"{path} {wrong}; give the video file.")
     capture = _open(path)
     try:
         width = int(capture.get(cv2.CAP_PROP_FRAME_WIDTH))

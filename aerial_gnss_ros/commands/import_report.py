@@ -8,15 +8,19 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
+import numpy as np
+
 from aerial_gnss_ros.adapters.dji_log import DjiLog, RefusedRow, summarise_refusals
 from aerial_gnss_ros.bags.alignment import Alignment
 from aerial_gnss_ros.bags.maps import iso_time
 from aerial_gnss_ros.bags.video import Video
 from aerial_gnss_ros.commands.camera_arguments import ChosenCamera
+from aerial_gnss_ros.core.config_telemetry import AttitudeConfig, GimbalConfig
 
 _LINES_SHOWN = 8
 _WIDTH = 100
 _GAPS_SHOWN = 5
+_ANGLES = {"attitude": AttitudeConfig().max_gap, "gimbal": GimbalConfig().max_gap}
 
 
 @dataclass(frozen=True)
@@ -114,7 +118,7 @@ def _read(done: Imported) -> Iterator[str]:
             f"second, {video.duration_s:.1f} s; {each} encoded anew as JPEG (an H.264 frame cannot "
             "be copied)"
         )
-        yield f"video begins at {done.alignment.start_s:.1f} s: {done.alignment.how}"
+        yield f"video begins at {done.alignment.start_s:g} s: {done.alignment.how}"
     if done.camera is not None:
         yield f"camera: {done.camera.source}"
 
@@ -136,6 +140,14 @@ def _refused(done: Imported) -> Iterator[str]:
     if done.log.refused:
         words = summarise_refusals(done.log.refused, _LINES_SHOWN)
         yield f"{words}; --json lists every line"
+    step = float(np.median(np.diff(done.log.seconds)))
+    slow = [k for k, most in _ANGLES.items() if len(getattr(done.log, k)) and step > most]
+    if slow:
+        keys = " and ".join(f"{name}.max_gap ({_ANGLES[name]:g} s)" for name in slow)
+        yield (
+            f"rows come only every {step:.1f} s, more than {keys} allows: images between them "
+            "give no positions; raise it where the camera was held still"
+        )
     gaps = done.log.gaps_s
     if gaps:
         shown = ", ".join(f"{length:.1f} s after {at:.1f} s" for at, length in gaps[:_GAPS_SHOWN])

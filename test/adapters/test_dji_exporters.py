@@ -169,6 +169,24 @@ def test_subtitles_of_every_generation_are_read(tmp_path, text, height, gimbal):
         assert any("gimbal: not recorded" in guess for guess in log.guesses)
 
 
+@pytest.mark.parametrize(
+    ("first", "second", "words"),
+    [
+        ("dzoom_ratio: 1.00", "dzoom_ratio: 2.00", "dzoom_ratio is 1 to 2"),
+        ("dzoom_ratio: 20000, delta:0", "dzoom_ratio: 20000, delta:0", "dzoom_ratio is 2"),
+        ("focal_len: 24.00", "focal_len: 48.00", "focal_len is 24 to 48"),
+        ("dzoom_ratio: 10000, delta:0", "dzoom_ratio: 10000, delta:0", ""),
+        ("focal_len: 24.00", "focal_len: 24.00", ""),
+    ],
+)
+def test_a_zoom_that_subtitles_tell_is_named(tmp_path, first, second, words):
+    texts = [f"[{zoom}] [latitude: 13.2] [longitude: -59.6]" for zoom in (first, second)]
+    guesses = read_dji_log(subtitles(tmp_path / "a.srt", *texts)).guesses
+    told = [guess for guess in guesses if guess.startswith("zoom")]
+    assert len(told) == bool(words)
+    assert all(words in guess for guess in told)
+
+
 def test_gps_with_latitude_first_is_recognised_where_it_must_be(tmp_path):
     text = MINI.replace("(-59.6, 13.2", "(13.2, -159.6")
     log = read_dji_log(subtitles(tmp_path / "a.srt", text, text))

@@ -86,6 +86,17 @@ def test_negative_heights_are_refused_with_their_rows(tmp_path, capsys):
     assert summary["messages"]["/d1/height"] == 3
 
 
+def test_rows_too_far_apart_to_interpolate_between_are_told(tmp_path, capsys):
+    log = write_log(tmp_path, ["13.25,-59.5,100,10,90,-90"] * 4)
+    assert run(log, tmp_path / "slow", "--rate", "1") == 0
+    out = " ".join(capsys.readouterr().out.split())
+    assert (
+        "every 1.0 s, more than attitude.max_gap (0.5 s) and gimbal.max_gap (0.5 s) allows" in out
+    )
+    assert run(log, tmp_path / "fast") == 0
+    assert "rows come only every" not in capsys.readouterr().out
+
+
 def test_the_same_log_gives_the_same_bytes(tmp_path):
     log = write_log(tmp_path, ["13.25,-59.5,100,10,90,-90", "13.25,-59.5,50,0,180,-30"])
     for name in ("a", "b"):
