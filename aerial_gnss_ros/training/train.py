@@ -41,6 +41,9 @@ class Training:
         threads: processor threads; 0: as many as other programs leave free.
         bfloat16: network in 16 bits (losses stay in 32): twice as fast on processors that have
             AVX512-BF16 or AMX, slower on others.
+        freeze: so many layers at the start stay as they are, and all normalisations: for
+            fine-tuning on images that are not like all of those that the network is to meet. 0:
+            everything is trained.
     """
 
     data: Path
@@ -54,6 +57,7 @@ class Training:
     seed: int = 0
     threads: int = 0
     bfloat16: bool = False
+    freeze: int = 0
 
 
 # Seen from above there is no up, and light changes; robots' sizes are in the images already.
@@ -78,6 +82,8 @@ def train(training: Training) -> Path:
     model = _network(training)
     _use_processor_well(model, training)
     _fall_with_time(model, training)
+    if training.freeze:
+        model.add_callback("on_train_batch_start", _keep_normalisations)
     model.train(
         data=str(training.data.resolve()),
         project=str(training.folder.resolve().parent),
@@ -96,6 +102,7 @@ def train(training: Training) -> Path:
         seed=training.seed,
         deterministic=True,
         pretrained=training.weights.endswith((".pt", ".onnx")),  # else ultralytics forgets them
+        freeze=training.freeze or None,
         device="cpu",
         workers=2,
         cache="ram",
@@ -125,6 +132,14 @@ def _network(training: Training) -> Any:
         images = training_batches(training.data, training.image_size)
         start = checkpoint_from_onnx(Path(training.weights), Path(folder) / "start.pt", images)
         return YOLO(str(start))
+
+
+def _keep_normalisations(trainer: Any) -> None:
+    import torch
+
+    for layer in trainer.model.modules():
+        if isinstance(layer, torch.nn.BatchNorm2d):
+            layer.eval()
 
 
 def _fall_with_time(model: Any, training: Training) -> None:
@@ -209,6 +224,7 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("--learning-rate", type=float, default=Training.learning_rate)
     parser.add_argument("--seed", type=int, default=Training.seed)
     parser.add_argument("--threads", type=int, default=Training.threads)
+    parser.add_argument("--freeze", type=int, default=Training.freeze)
     parser.add_argument("--bfloat16", action="store_true")
     given = vars(parser.parse_args(arguments))
     folder = given.pop("output")
