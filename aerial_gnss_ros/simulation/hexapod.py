@@ -18,8 +18,11 @@ WIDTH = 0.45
 HEIGHT = 0.13
 """m."""
 
-# Paint: (hull, deck, stripe), reflectance blue, green, red. Aqua robots exist in several liveries.
-LIVERIES: dict[str, tuple[Colour, Colour, Colour]] = {
+Paint = tuple[Colour, Colour, Colour]
+"""Hull, deck, stripe; reflectance blue, green, red."""
+
+# Aqua robots exist in several liveries.
+LIVERIES: dict[str, Paint] = {
     "yellow": ((0.03, 0.42, 0.72), (0.05, 0.05, 0.05), (0.03, 0.42, 0.72)),
     "orange": ((0.03, 0.16, 0.72), (0.06, 0.06, 0.06), (0.75, 0.75, 0.75)),
     "silver": ((0.50, 0.50, 0.48), (0.12, 0.12, 0.12), (0.50, 0.50, 0.48)),
@@ -44,6 +47,7 @@ class RobotState:
         roll, pitch: rad, small.
         class_name: What a detector calls it.
         livery: Key of `LIVERIES`.
+        paint: Hull, deck and stripe instead of the livery's, reflectance blue, green, red.
     """
 
     robot_id: str
@@ -57,16 +61,18 @@ class RobotState:
     pitch: float = 0.0
     class_name: str = "aqua"
     livery: str = "yellow"
+    paint: Paint | None = None
 
 
-def hexapod(phase: float, livery: str = "yellow") -> Mesh:
+def hexapod(phase: float, livery: str = "yellow", paint: Paint | None = None) -> Mesh:
     """The robot's mesh in its own frame (x forward, y left, z up, origin in the hull's middle).
 
     Args:
         phase: Of the flippers' beat, rad; neighbours beat in opposition as in a tripod gait.
         livery: Key of `LIVERIES`.
+        paint: Instead of the livery's.
     """
-    hull, deck, stripe = LIVERIES[livery]
+    hull, deck, stripe = paint or LIVERIES[livery]
     parts = [_hull(hull), *_deck(deck, stripe)]
     for side in (-1.0, 1.0):
         for i, x in enumerate((0.225, 0.0, -0.225)):
@@ -137,5 +143,5 @@ def placed_robot(state: RobotState) -> Mesh:
     rx = np.array([[1, 0, 0], [0, cr, -sr], [0, sr, cr]])
     ry = np.array([[cp, 0, sp], [0, 1, 0], [-sp, 0, cp]])
     rz = np.array([[cy, -sy, 0], [sy, cy, 0], [0, 0, 1]])
-    mesh = hexapod(state.phase, state.livery)
+    mesh = hexapod(state.phase, state.livery, state.paint)
     return mesh.placed(rz @ ry @ rx, (state.east, state.north, -state.depth))

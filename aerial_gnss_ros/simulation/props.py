@@ -23,6 +23,9 @@ PAINT = (
     (0.30, 0.32, 0.34),
 )
 
+SKIN = ((0.20, 0.30, 0.52), (0.13, 0.22, 0.42), (0.06, 0.11, 0.24), (0.03, 0.05, 0.11))
+HAIR = ((0.01, 0.01, 0.02), (0.02, 0.04, 0.08), (0.12, 0.25, 0.38), (0.30, 0.30, 0.30))
+
 
 def buoy(rng: np.random.Generator) -> Mesh:
     """A ball or can buoy, 0.2 to 0.9 m across, with a band or a mast."""
@@ -126,8 +129,8 @@ def plank(rng: np.random.Generator) -> Mesh:
     return sheet(vertices, faces, _paint(rng)).placed(np.eye(3), (0.0, 0.0, height))
 
 
-def diver(rng: np.random.Generator) -> Mesh:
-    """A turtle or a swimmer: an oval body with limbs, mostly under water."""
+def turtle(rng: np.random.Generator) -> Mesh:
+    """A turtle or a seal: an oval body with limbs, mostly under water."""
     size = rng.uniform(0.5, 1.6)
     skin = np.array([0.05, 0.09, 0.10]) * rng.uniform(0.6, 4.0)
     x = size * np.array([-0.5, -0.35, 0.0, 0.35, 0.5])
@@ -145,13 +148,66 @@ def diver(rng: np.random.Generator) -> Mesh:
     return join(parts).placed(np.eye(3), (0.0, 0.0, -rng.uniform(0.0, 0.6)))
 
 
+def swimmer(rng: np.random.Generator) -> Mesh:
+    """A person swimming or floating, arms and legs spread; some lie on a board."""
+    skin = np.array(SKIN[int(rng.integers(len(SKIN)))]) * rng.uniform(0.8, 1.2)
+    suit = _paint(rng) if rng.random() < 0.7 else skin
+    size = rng.uniform(0.75, 1.1)
+    body, body_faces = tube(
+        size * np.array([-0.85, -0.45, -0.1, 0.25, 0.5]),
+        size * np.array([0.06, 0.14, 0.17, 0.21, 0.10]),
+        size * np.array([0.05, 0.08, 0.10, 0.11, 0.06]),
+        sides=8,
+    )
+    head, head_faces = tube(
+        size * np.array([0.5, 0.56, 0.68, 0.74]),
+        size * np.array([0.05, 0.09, 0.09, 0.04]),
+        size * np.array([0.05, 0.10, 0.10, 0.04]),
+        sides=8,
+    )
+    cap = _paint(rng) if rng.random() < 0.4 else np.array(HAIR[int(rng.integers(len(HAIR)))])
+    parts = [sheet(body, body_faces, suit), sheet(head, head_faces, cap)]
+    for side in (-1.0, 1.0):
+        stroke = rng.uniform(-1.2, 1.4)
+        shoulder = size * np.array([0.35, side * 0.2, 0.02])
+        hand = shoulder + 0.62 * size * np.array([np.sin(stroke), side * np.cos(stroke), 0.0])
+        hand[2] += rng.normal(0.0, 0.12)
+        kick = rng.uniform(0.0, 0.35)
+        hip = size * np.array([-0.75, side * 0.08, 0.0])
+        foot = hip + 0.75 * size * np.array([-np.cos(kick), side * np.sin(kick), 0.0])
+        foot[2] -= rng.uniform(0.0, 0.3)
+        parts += [_limb(shoulder, hand, 0.05 * size, skin), _limb(hip, foot, 0.06 * size, skin)]
+    person = join(parts).placed(np.eye(3), (0.0, 0.0, -rng.uniform(-0.02, 0.25)))
+    if rng.random() < 0.25:
+        length, width = rng.uniform(1.8, 3.3), rng.uniform(0.25, 0.42)
+        board, board_faces = tube(
+            length * np.array([-0.5, -0.4, 0.0, 0.4, 0.5]),
+            width * np.array([0.4, 0.8, 1.0, 0.7, 0.1]),
+            np.full(5, 0.05),
+            sides=8,
+        )
+        under = sheet(board, board_faces, _paint(rng))
+        person = join([under, person.placed(np.eye(3), (0.0, 0.0, 0.3))])
+    return person
+
+
+def _limb(root: Array, end: Array, half_width: float, colour: Array) -> Mesh:
+    """A flat strip from one point to another."""
+    along = end - root
+    across = np.array([-along[1], along[0], 0.0])
+    across *= half_width / max(float(np.linalg.norm(across)), 1e-9)
+    corners = [root - across, root + across, end + 0.7 * across, end - 0.7 * across]
+    return sheet(corners, [(0, 1, 2), (0, 2, 3)], colour, two_sided=True)
+
+
 PROPS: dict[str, Callable[[np.random.Generator], Mesh]] = {
     "buoy": buoy,
     "bird": bird,
     "weed": weed,
     "boat": boat,
     "plank": plank,
-    "diver": diver,
+    "turtle": turtle,
+    "swimmer": swimmer,
 }
 
 

@@ -10,11 +10,12 @@ from typing import Protocol
 import numpy as np
 
 from aerial_gnss_ros.core.errors import ConfigError
+from aerial_gnss_ros.simulation.filling import Stage, random_stage
 from aerial_gnss_ros.simulation.labels import RobotLabel
 from aerial_gnss_ros.simulation.planes import U8
 from aerial_gnss_ros.simulation.renderer import Renderer
 from aerial_gnss_ros.simulation.scene import random_scene
-from aerial_gnss_ros.simulation.staging import Stage, Variety, random_stage
+from aerial_gnss_ros.simulation.staging import Variety
 from aerial_gnss_ros.simulation.view import Window
 
 # Labelled for training: a little more than what a detector is scored on (labels.py).
@@ -43,6 +44,7 @@ class DatasetConfig:
             `scene.random_scene` draws them.
         renderer: One of `RENDERERS`.
         ranges: Name of the Blender renderer's ranges (blender/ranges.py); the fast one has none.
+        samples: Paths that Blender follows for each pixel, before it removes the noise.
     """
 
     counts: dict[str, int]
@@ -54,6 +56,7 @@ class DatasetConfig:
     variety: Variety = field(default_factory=Variety)
     renderer: str = "fast"
     ranges: str = "train"
+    samples: int = 16
 
 
 @dataclass(frozen=True)

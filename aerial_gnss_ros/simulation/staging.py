@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Draws random views with robots and other things in them, for training and testing detectors."""
+"""Draws random views of the water: lens, height, tilt, and where a robot is to be."""
 
 from __future__ import annotations
 
@@ -12,17 +12,12 @@ from numpy.typing import NDArray
 from aerial_gnss_ros.core.camera import CameraModel
 from aerial_gnss_ros.core.errors import ConfigError
 from aerial_gnss_ros.core.frames import matrix_from_rpy
-from aerial_gnss_ros.simulation.hexapod import LENGTH, LIVERIES, RobotState
-from aerial_gnss_ros.simulation.mesh import Mesh
-from aerial_gnss_ros.simulation.props import random_prop
+from aerial_gnss_ros.simulation.hexapod import LENGTH
 from aerial_gnss_ros.simulation.view import ViewPose, Window
 
 FOCAL_PX = (550.0, 4500.0)
-_APART_M = 0.75  # robots from one another
-_SHALLOW_M, _SHALLOW = 0.06, 0.6  # most robots swim at the surface
 _TRIES = 10_000
 _LEAST_FLAT = np.radians(20.0)  # a camera straight down sees this far to the side
-_MOST = 12  # robots beyond the first, and other things
 
 
 @dataclass(frozen=True)
@@ -39,6 +34,7 @@ class Variety:
         depth_m: of robots below the surface (negative: floating high); 0.6 of them within 6 cm
             of it, as far as the range allows.
         extra_robots: how many more there are beside the first, on average.
+        painted: share of the robots that are of no livery but of colours drawn at random.
         distractors: how many other things there are, on average.
     """
 
@@ -49,6 +45,7 @@ class Variety:
     usual: float = 0.75
     depth_m: tuple[float, float] = (-0.06, 1.2)
     extra_robots: float = 1.6
+    painted: float = 0.3
     distractors: float = 1.0
 
 
@@ -71,51 +68,6 @@ class View:
     pixel: NDArray[np.float64]
     height: float
     tilt: float
-
-
-@dataclass(frozen=True)
-class Stage:
-    """One random view and what is in it."""
-
-    camera: CameraModel
-    pose: ViewPose
-    window: Window
-    robots: list[RobotState]
-    props: list[Mesh]
-    height: float
-    tilt: float
-
-
-def random_stage(
-    rng: np.random.Generator,
-    size: tuple[int, int] | None,
-    occupied: float,
-    image: tuple[int, int] | None = None,
-    variety: Variety | None = None,
-) -> Stage:
-    """Draws a view.
-
-    Args:
-        rng: All randomness.
-        size: Width and height of the window to render, None for the camera's whole image.
-        occupied: Probability that there are robots.
-        image: Width and height of the camera, None to draw one.
-        variety: Ranges; None: the usual ones.
-    """
-    variety = variety or Variety()
-    view = random_view(rng, size, image, variety=variety)
-    camera, pose, window = view.camera, view.pose, view.window
-    robots: list[RobotState] = []
-    if rng.random() < occupied:
-        main = water_point(camera, pose, view.pixel)
-        robots = _random_robots(rng, camera, pose, window, main, variety)
-    elif size is not None and rng.random() < 0.5:
-        # Empty windows anywhere, the horizon and the sky included.
-        room = (camera.width - size[0] + 1, camera.height - size[1] + 1)
-        corner = rng.integers((0, 0), room)
-        window = Window(int(corner[0]), int(corner[1]), *size)
-    props = _random_props(rng, camera, pose, window, robots, variety.distractors)
-    return Stage(camera, pose, window, robots, props, view.height, view.tilt)
 
 
 def random_view(
@@ -218,74 +170,3 @@ def _window_round(
     offset = rng.uniform(0.12, 0.88, 2) * size
     corner = np.clip(np.round(pixel - offset), 0, np.subtract(image, size)).astype(int)
     return Window(int(corner[0]), int(corner[1]), *size)
-
-
-def _random_robots(
-    rng: np.random.Generator,
-    camera: CameraModel,
-    pose: ViewPose,
-    window: Window,
-    main: NDArray[np.float64] | None,
-    variety: Variety,
-) -> list[RobotState]:
-    places = [] if main is None else [main]
-    for _ in range(_some(rng, variety.extra_robots)):
-        low = np.array([window.x, window.y], dtype=np.float64)
-        high = low + np.array([window.width, window.height])
-        place = water_point(camera, pose, rng.uniform(low, high))
-        if place is None:
-            continue
-        if all(np.hypot(*(place - other)) > _APART_M for other in places):
-            places.append(place)
-    livery = sorted(LIVERIES)
-    robots = []
-    for i, place in enumerate(places):
-        robots.append(
-            RobotState(
-                robot_id=f"aqua_{i + 1:02d}",
-                east=float(place[0]),
-                north=float(place[1]),
-                course=float(rng.uniform(-np.pi, np.pi)),
-                depth=_random_depth(rng, variety.depth_m),
-                speed=float(rng.choice([0.0, rng.uniform(0.1, 1.0)], p=[0.25, 0.75])),
-                phase=float(rng.uniform(0.0, 2 * np.pi)),
-                roll=float(rng.normal(0.0, 0.08)),
-                pitch=float(rng.normal(0.0, 0.08)),
-                livery=livery[int(rng.integers(len(livery)))],
-            )
-        )
-    return robots
-
-
-def _some(rng: np.random.Generator, mean: float) -> int:
-    """A number of things: often none, now and then many (geometric, cut)."""
-    return min(_MOST, int(rng.geometric(1.0 / (1.0 + mean))) - 1)
-
-
-def _random_depth(rng: np.random.Generator, depth_m: tuple[float, float]) -> float:
-    low, high = depth_m
-    border = float(np.clip(_SHALLOW_M, low, high))
-    shallow = rng.random() < _SHALLOW
-    return float(rng.uniform(low, border) if shallow else rng.uniform(border, high))
-
-
-def _random_props(
-    rng: np.random.Generator,
-    camera: CameraModel,
-    pose: ViewPose,
-    window: Window,
-    robots: list[RobotState],
-    mean: float,
-) -> list[Mesh]:
-    props = []
-    for _ in range(_some(rng, mean)):
-        low = np.array([window.x, window.y], dtype=np.float64)
-        high = low + np.array([window.width, window.height])
-        place = water_point(camera, pose, rng.uniform(low, high))
-        if place is None:
-            continue
-        prop = random_prop(rng, float(place[0]), float(place[1]))
-        reach = float(np.hypot(*(prop.vertices[:, :2] - place).T).max())
-        if all(np.hypot(r.east - place[0], r.north - place[1]) > reach + 0.35 for r in robots):
-            props.append(prop)
-    return props

@@ -1,0 +1,148 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Fills random views with robots and other things, for training and testing detectors."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aerial_gnss_ros.core.camera import CameraModel
+from aerial_gnss_ros.simulation.hexapod import LIVERIES, Paint, RobotState
+from aerial_gnss_ros.simulation.mesh import Mesh
+from aerial_gnss_ros.simulation.props import random_prop
+from aerial_gnss_ros.simulation.staging import Variety, random_view, water_point
+from aerial_gnss_ros.simulation.view import ViewPose, Window
+
+_APART_M = 0.75  # robots from one another
+_SHALLOW_M, _SHALLOW = 0.06, 0.6  # most robots swim at the surface
+_MOST = 12  # robots beyond the first, and other things
+
+
+@dataclass(frozen=True)
+class Stage:
+    """One random view and what is in it."""
+
+    camera: CameraModel
+    pose: ViewPose
+    window: Window
+    robots: list[RobotState]
+    props: list[Mesh]
+    height: float
+    tilt: float
+
+
+def random_stage(
+    rng: np.random.Generator,
+    size: tuple[int, int] | None,
+    occupied: float,
+    image: tuple[int, int] | None = None,
+    variety: Variety | None = None,
+) -> Stage:
+    """Draws a view.
+
+    Args:
+        rng: All randomness.
+        size: Width and height of the window to render, None for the camera's whole image.
+        occupied: Probability that there are robots.
+        image: Width and height of the camera, None to draw one.
+        variety: Ranges; None: the usual ones.
+    """
+    variety = variety or Variety()
+    view = random_view(rng, size, image, variety=variety)
+    camera, pose, window = view.camera, view.pose, view.window
+    robots: list[RobotState] = []
+    if rng.random() < occupied:
+        main = water_point(camera, pose, view.pixel)
+        robots = _random_robots(rng, camera, pose, window, main, variety)
+    elif size is not None and rng.random() < 0.5:
+        # Empty windows anywhere, the horizon and the sky included.
+        room = (camera.width - size[0] + 1, camera.height - size[1] + 1)
+        corner = rng.integers((0, 0), room)
+        window = Window(int(corner[0]), int(corner[1]), *size)
+    props = _random_props(rng, camera, pose, window, robots, variety.distractors)
+    return Stage(camera, pose, window, robots, props, view.height, view.tilt)
+
+
+def _random_robots(
+    rng: np.random.Generator,
+    camera: CameraModel,
+    pose: ViewPose,
+    window: Window,
+    main: NDArray[np.float64] | None,
+    variety: Variety,
+) -> list[RobotState]:
+    places = [] if main is None else [main]
+    for _ in range(_some(rng, variety.extra_robots)):
+        low = np.array([window.x, window.y], dtype=np.float64)
+        high = low + np.array([window.width, window.height])
+        place = water_point(camera, pose, rng.uniform(low, high))
+        if place is None:
+            continue
+        if all(np.hypot(*(place - other)) > _APART_M for other in places):
+            places.append(place)
+    livery = sorted(LIVERIES)
+    robots = []
+    for i, place in enumerate(places):
+        robots.append(
+            RobotState(
+                robot_id=f"aqua_{i + 1:02d}",
+                east=float(place[0]),
+                north=float(place[1]),
+                course=float(rng.uniform(-np.pi, np.pi)),
+                depth=_random_depth(rng, variety.depth_m),
+                speed=float(rng.choice([0.0, rng.uniform(0.1, 1.0)], p=[0.25, 0.75])),
+                phase=float(rng.uniform(0.0, 2 * np.pi)),
+                roll=float(rng.normal(0.0, 0.08)),
+                pitch=float(rng.normal(0.0, 0.08)),
+                livery=livery[int(rng.integers(len(livery)))],
+                paint=_random_paint(rng) if rng.random() < variety.painted else None,
+            )
+        )
+    return robots
+
+
+def _random_paint(rng: np.random.Generator) -> Paint:
+    """Three colours, each grey or bright, as lacquer is: reflectances of 0.02 to 0.8."""
+    colours = []
+    for _ in range(3):
+        value, grey = rng.uniform(0.02, 0.8), rng.random() < 0.4
+        tint = np.ones(3) if grey else rng.uniform(0.03, 1.0, 3)
+        blue, green, red = np.clip(value * tint / tint.max(), 0.02, 0.8)
+        colours.append((float(blue), float(green), float(red)))
+    return colours[0], colours[1], colours[2]
+
+
+def _some(rng: np.random.Generator, mean: float) -> int:
+    """A number of things: often none, now and then many (geometric, cut)."""
+    return min(_MOST, int(rng.geometric(1.0 / (1.0 + mean))) - 1)
+
+
+def _random_depth(rng: np.random.Generator, depth_m: tuple[float, float]) -> float:
+    low, high = depth_m
+    border = float(np.clip(_SHALLOW_M, low, high))
+    shallow = rng.random() < _SHALLOW
+    return float(rng.uniform(low, border) if shallow else rng.uniform(border, high))
+
+
+def _random_props(
+    rng: np.random.Generator,
+    camera: CameraModel,
+    pose: ViewPose,
+    window: Window,
+    robots: list[RobotState],
+    mean: float,
+) -> list[Mesh]:
+    props = []
+    for _ in range(_some(rng, mean)):
+        low = np.array([window.x, window.y], dtype=np.float64)
+        high = low + np.array([window.width, window.height])
+        place = water_point(camera, pose, rng.uniform(low, high))
+        if place is None:
+            continue
+        prop = random_prop(rng, float(place[0]), float(place[1]))
+        reach = float(np.hypot(*(prop.vertices[:, :2] - place).T).max())
+        if all(np.hypot(r.east - place[0], r.north - place[1]) > reach + 0.35 for r in robots):
+            props.append(prop)
+    return props
