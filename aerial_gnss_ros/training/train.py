@@ -79,8 +79,8 @@ def train(training: Training) -> Path:
         raise InputError(f"the data file {training.data} does not exist.")
     if training.folder.exists():
         raise OutputError(f"the folder {training.folder} exists already; give a new one.")
-    model = _network(training)
-    _use_processor_well(model, training)
+    model = network(training)
+    use_processor_well(model, training)
     _fall_with_time(model, training)
     if training.freeze:
         model.add_callback("on_train_batch_start", _keep_normalisations)
@@ -89,33 +89,42 @@ def train(training: Training) -> Path:
         project=str(training.folder.resolve().parent),
         name=training.folder.name,
         time=training.minutes / 60.0 or None,
-        epochs=training.epochs,
-        imgsz=training.image_size,
-        batch=training.batch,
-        nbs=training.batch,  # a step after every batch: a short training needs them all
-        optimizer="AdamW",
-        lr0=training.learning_rate,
-        lrf=_LAST_RATE,
-        cos_lr=True,
-        warmup_epochs=0.25,
-        warmup_bias_lr=0.0,  # the default is meant for SGD
-        seed=training.seed,
-        deterministic=True,
-        pretrained=training.weights.endswith((".pt", ".onnx")),  # else ultralytics forgets them
-        freeze=training.freeze or None,
         device="cpu",
         workers=2,
         cache="ram",
-        amp=False,
         val=False,
         plots=False,
-        verbose=False,
-        **AUGMENTATION,
+        **options(training),
     )
     return training.folder / "weights" / "last.pt"
 
 
-def _network(training: Training) -> Any:
+def options(training: Training) -> dict[str, Any]:
+    """Return ultralytics' arguments that say how is learnt, whatever from and on which device."""
+    return {
+        "epochs": training.epochs,
+        "imgsz": training.image_size,
+        "batch": training.batch,
+        "nbs": training.batch,  # a step after every batch: a short training needs them all
+        "optimizer": "AdamW",
+        "lr0": training.learning_rate,
+        "lrf": _LAST_RATE,
+        "cos_lr": True,
+        "warmup_epochs": 0.25,
+        "warmup_bias_lr": 0.0,  # the default is meant for SGD
+        "seed": training.seed,
+        "deterministic": True,
+        # Else ultralytics forgets them.
+        "pretrained": training.weights.endswith((".pt", ".onnx")),
+        "freeze": training.freeze or None,
+        "amp": False,
+        "verbose": False,
+        **AUGMENTATION,
+    }
+
+
+def network(training: Training) -> Any:
+    """Return ultralytics' model with the weights to begin with."""
     # No network is used: neither for weights, nor for a font, nor to tell anybody of it.
     os.environ.setdefault("YOLO_OFFLINE", "true")
     os.environ.setdefault("YOLO_AUTOINSTALL", "false")
@@ -161,7 +170,7 @@ def _fall_with_time(model: Any, training: Training) -> None:
         model.add_callback("on_train_batch_start", set_rate)
 
 
-def _use_processor_well(model: Any, training: Training) -> None:
+def use_processor_well(model: Any, training: Training) -> None:
     """Give training the cores that are free, and the faster memory layout.
 
     Measured on two idle cores of an AMD EPYC with AVX512-BF16, a step of 16 images of 320 px: 1.45
