@@ -1,5 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`aerial-gnss simulate`: a bag of a flight that never was, or of robots under one that was."""
+"""`aerial-gnss simulate`: a bag of a flight that never was, or of robots under one that was.
+
+With `--dataset`, labelled pictures instead (simulate_dataset.py).
+"""
 
 from __future__ import annotations
 
@@ -13,6 +16,7 @@ import numpy as np
 
 from aerial_gnss_ros.adapters.dji_log import DjiLog, read_dji_log, summarise_refusals
 from aerial_gnss_ros.bags.partial import refuse_existing
+from aerial_gnss_ros.commands import simulate_dataset
 from aerial_gnss_ros.commands.argument_types import numbers, sigma, size
 from aerial_gnss_ros.commands.ending import ended_cleanly
 from aerial_gnss_ros.commands.progress import progress
@@ -29,17 +33,18 @@ from aerial_gnss_ros.simulation.scenario import scenario, words
 from aerial_gnss_ros.simulation.scene import Scene, demo_scene, random_scene
 from aerial_gnss_ros.simulation.sensors import SensorPlan, sensor_plan
 
-HELP = "make a bag of a simulated flight with rendered images and truth"
+HELP = "make a bag of a simulated flight with rendered images and truth, or pictures to train on"
 DURATION_S = 60.0
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
-    parser.add_argument("-o", "--output", type=Path, required=True, help="the bag to make (folder)")
+    parser.add_argument("-o", "--output", type=Path, help="the bag to make (folder)")
     _flight_arguments(parser.add_argument_group("flight"))
     _robot_arguments(parser.add_argument_group("robots"))
     _sensor_arguments(parser.add_argument_group("sensors"))
     _image_arguments(parser.add_argument_group("images"))
+    simulate_dataset.add_arguments(parser.add_argument_group("pictures to train on"))
     parser.add_argument("--seed", type=int, default=1, help="same seed, same bytes (default 1)")
     parser.add_argument("--json", action="store_true", help="print the summary as JSON")
 
@@ -137,6 +142,11 @@ def run(args: argparse.Namespace) -> int:
     Raises:
         AerialGnssError: wrong arguments, an unreadable log, an output that exists or a full disk.
     """
+    if (args.output is None) == (args.dataset is None):
+        raise ConfigError("give -o BAG for a flight or --dataset FOLDER for pictures, one of them.")
+    simulate_dataset.refuse_options(args)
+    if args.dataset is not None:
+        return simulate_dataset.run(args)
     refuse_existing(args.output)
     _check(args)
     log = read_dji_log(args.telemetry) if args.telemetry else None

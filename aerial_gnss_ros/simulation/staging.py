@@ -16,7 +16,7 @@ from aerial_gnss_ros.simulation.hexapod import LENGTH
 from aerial_gnss_ros.simulation.view import ViewPose, Window
 
 FOCAL_PX = (550.0, 4500.0)
-_TRIES = 10_000
+_TRIES = 3_000
 _LEAST_FLAT = np.radians(20.0)  # a camera straight down sees this far to the side
 
 

@@ -1,0 +1,177 @@
+# SPDX-License-Identifier: Apache-2.0
+"""`aerial-gnss simulate --dataset`: labelled pictures to train or to test a detector."""
+
+from __future__ import annotations
+
+import argparse
+import json
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from aerial_gnss_ros.commands.argument_types import numbers
+from aerial_gnss_ros.commands.ending import ended_cleanly
+from aerial_gnss_ros.commands.progress import progress
+from aerial_gnss_ros.core.errors import ConfigError
+from aerial_gnss_ros.simulation.dataset import generate
+from aerial_gnss_ros.simulation.samples import RENDERERS, DatasetConfig
+from aerial_gnss_ros.simulation.staging import Variety
+
+COUNT = 1000
+CROP_PX = 320
+_USUAL = Variety()
+_ONLY_FLIGHTS = (
+    "flight", "telemetry", "start", "height", "tilt", "stand_off", "speed", "camera_offset",
+    "robots", "robot_at", "robot_speed",
+)  # fmt: skip
+
+
+def add_arguments(group: Any) -> None:
+    """Declare the arguments of data sets; all are None unless given."""
+    group.add_argument(
+        "--dataset", type=Path, metavar="FOLDER",
+        help="make labelled pictures of random scenes, in YOLO's layout, instead of a bag",
+    )  # fmt: skip
+    group.add_argument("--count", type=int, metavar="N", help=f"pictures (default {COUNT})")
+    group.add_argument(
+        "--val", type=int, metavar="N", help="further ones to validate (default: a tenth)"
+    )
+    group.add_argument(
+        "--crop", type=int, metavar="PX", help=f"side of the pictures (default {CROP_PX})"
+    )
+    group.add_argument(
+        "--whole-frames", action="store_true", default=None,
+        help="split `test`, to score detectors: frames of --size, small and faint robots left in",
+    )  # fmt: skip
+    group.add_argument(
+        "--renderer", choices=RENDERERS, help="blender needs the extra [blender] (default fast)"
+    )
+    group.add_argument("--ranges", metavar="NAME", help="with --renderer blender (default train)")
+    group.add_argument("--processes", type=int, metavar="N", help="at a time (default 1)")
+    for name, value, text in (
+        ("heights", _USUAL.height_m, "above the water, m"),
+        ("tilts", (10.0, 90.0), "camera below the horizon, deg"),
+        ("lengths", _USUAL.long_px, "robots' long side in the image, px"),
+        ("depths", _USUAL.depth_m, "robots below the surface, m; negative floats high"),
+    ):
+        usual = ",".join(f"{v:g}" for v in value)
+        group.add_argument(
+            f"--{name}", type=numbers(2), metavar="LOW,HIGH",
+            help=f"{text} (default {usual}; write --{name}={usual})",
+        )  # fmt: skip
+    group.add_argument(
+        "--extra-robots", type=float, metavar="MEAN",
+        help=f"beside the first (default {_USUAL.extra_robots:g})",
+    )  # fmt: skip
+    group.add_argument(
+        "--distractors", type=float, metavar="MEAN",
+        help="buoys, birds, boats, swimmers, turtles, weed, rubbish in a picture "
+        f"(default {_USUAL.distractors:g})",
+    )  # fmt: skip
+
+
+def refuse_options(args: argparse.Namespace) -> None:
+    """Refuse options that have a meaning only with the other kind of output.
+
+    Raises:
+        ConfigError: names the option.
+    """
+    if args.dataset is not None:
+        for name in _ONLY_FLIGHTS:
+            if getattr(args, name) is not None:
+                raise ConfigError(
+                    f"{_option(name)} has no meaning with --dataset: it has no flight."
+                )
+        return
+    given = vars(args)
+    for name in (
+        "count", "val", "crop", "whole_frames", "renderer", "ranges", "processes", "heights",
+        "tilts", "lengths", "depths", "extra_robots", "distractors",
+    ):  # fmt: skip
+        if given[name] is not None:
+            raise ConfigError(f"{_option(name)} has a meaning only with --dataset.")
+
+
+def _option(name: str) -> str:
+    return "--" + name.replace("_", "-")
+
+
+def run(args: argparse.Namespace) -> int:
+    """Make the pictures and say what they are.
+
+    Raises:
+        AerialGnssError: wrong arguments, an output that exists, a full disk, no such renderer.
+    """
+    config = _config(args)
+    total = sum(config.counts.values())
+    with ended_cleanly(), progress("rendering", total, "pictures") as report:
+        generate(args.dataset, config, args.processes or 1, lambda done, _: report(done))
+    about = {
+        "dataset": str(args.dataset),
+        "data": str(args.dataset / "data.yaml"),
+        "pictures": config.counts,
+        "renderer": config.renderer,
+        "seed": config.seed,
+    }
+    if args.json:
+        print(json.dumps(about, indent=2))
+    else:
+        counts = ", ".join(f"{count} {split}" for split, count in config.counts.items())
+        print(
+            f"made {args.dataset}: {counts} pictures, {config.renderer} renderer, seed {args.seed}"
+        )
+    return 0
+
+
+def _config(args: argparse.Namespace) -> DatasetConfig:
+    if args.seed < 0:
+        raise ConfigError(f"--seed must not be negative, but is {args.seed}.")
+    for name, least in (("count", 1), ("val", 0), ("processes", 1)):
+        value = getattr(args, name)
+        if value is not None and value < least:
+            raise ConfigError(f"--{name} must be {least} or more, not {value}.")
+    count = COUNT if args.count is None else args.count
+    common: dict[str, Any] = {
+        "seed": args.seed,
+        "variety": _variety(args),
+        "renderer": args.renderer or "fast",
+        "ranges": args.ranges or "train",
+    }
+    if args.whole_frames:
+        if args.crop is not None or args.val is not None:
+            raise ConfigError("--crop and --val have no meaning with --whole-frames.")
+        counts = {"test": count}
+        return DatasetConfig(counts, None, occupied=0.9, image=args.size, prune=False, **common)
+    val = count // 10 if args.val is None else args.val
+    side = CROP_PX if args.crop is None else args.crop
+    return DatasetConfig({"train": count, "val": val}, (side, side), **common)
+
+
+def _variety(args: argparse.Namespace) -> Variety:
+    chosen: dict[str, Any] = {}
+    for option, field, least, most in (
+        ("heights", "height_m", 1.0, 500.0),
+        ("depths", "depth_m", -0.1, 5.0),
+        ("lengths", "long_px", 4.0, 700.0),
+        ("tilts", "tilt_deg", 5.0, 90.0),
+    ):
+        given = getattr(args, option)
+        if given is None:
+            continue
+        low, high = given
+        if not least <= low <= high <= most:
+            raise ConfigError(
+                f"--{option} must be LOW,HIGH within {least:g} to {most:g}, not {low:g},{high:g}."
+            )
+        span = (90.0 - high, 90.0 - low) if option == "tilts" else (low, high)
+        chosen[field] = span
+        if option == "lengths":
+            chosen["usual_long_px"] = span
+    for option in ("extra_robots", "distractors"):
+        mean = getattr(args, option)
+        if mean is None:
+            continue
+        if not 0.0 <= mean <= 10.0:
+            raise ConfigError(f"{_option(option)} must lie within 0 to 10, not {mean:g}.")
+        chosen[option] = mean
+    return replace(_USUAL, **chosen)

@@ -1,0 +1,77 @@
+# SPDX-License-Identifier: Apache-2.0
+"""`aerial-gnss simulate --dataset`: what it makes within the given ranges, and what it refuses."""
+
+from __future__ import annotations
+
+import csv
+import json
+import re
+
+import cv2
+import pytest
+
+from aerial_gnss_ros.cli import main
+
+
+def test_pictures_within_the_given_ranges(tmp_path, capsys):
+    folder = tmp_path / "set"
+    arguments = ["simulate", "--dataset", str(folder), "--count", "10", "--val", "5", "--json"]
+    arguments += ["--crop", "128", "--seed", "4", "--heights", "8,20", "--tilts", "40,90"]
+    arguments += ["--depths=0.3,0.9", "--lengths", "30,60", "--extra-robots", "0.5"]
+    assert main(arguments) == 0
+    said, shown = capsys.readouterr()
+    assert json.loads(said)["pictures"] == {"train": 10, "val": 5}
+    assert "rendering: 15 of 15 pictures" in shown
+    pictures = sorted(folder.glob("images/*/*.jpg"))
+    assert len(pictures) == 15
+    assert all(cv2.imread(str(path)).shape == (128, 128, 3) for path in pictures)
+    with (folder / "meta.csv").open(encoding="utf-8") as file:
+        rows = list(csv.DictReader(file))
+    assert len(rows) >= 10
+    for row in rows:
+        assert 8.0 <= float(row["height_m"]) <= 20.0
+        assert 0.0 <= float(row["tilt_deg"]) <= 50.0
+        assert 0.3 <= float(row["depth_m"]) <= 0.9
+
+
+def test_whole_frames_to_score_on(tmp_path, capsys):
+    folder = tmp_path / "set"
+    arguments = ["simulate", "--dataset", str(folder), "--count", "1", "--whole-frames"]
+    assert main([*arguments, "--size", "320x192"]) == 0
+    (path,) = folder.glob("images/test/*.jpg")
+    assert cv2.imread(str(path)).shape == (192, 320, 3)
+    assert "1 test pictures, fast renderer, seed 1" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        ([], "give -o BAG for a flight or --dataset FOLDER"),
+        (["-o", "b", "--dataset", "d"], "one of them"),
+        (["-o", "b", "--count", "5"], "--count has a meaning only with --dataset"),
+        (["--dataset", "d", "--flight", "orbit"], "--flight has no meaning with --dataset"),
+        (["--dataset", "d", "--count", "0"], "--count must be 1 or more, not 0"),
+        (["--dataset", "d", "--heights", "20,8"], "--heights must be LOW,HIGH .* not 20,8"),
+        (["--dataset", "d", "--crop", "20"], "crops of .*20.* cannot be made"),
+        (
+            ["--dataset", "d", "--distractors", "99"],
+            "--distractors must lie within 0 to 10, not 99",
+        ),
+        (["--dataset", "d", "--whole-frames", "--crop", "99"], "no meaning with --whole-frames"),
+        (["--dataset", "d", "--renderer", "gl"], "invalid choice: 'gl'"),
+        (
+            ["--dataset", "d", "--count", "1", "--heights", "400,500", "--lengths", "300,400"],
+            "no lens shows a robot 3.. px long from 400 to 500 m",
+        ),
+    ],
+)
+def test_what_cannot_be_meant_is_refused(tmp_path, monkeypatch, capsys, arguments, words):
+    monkeypatch.chdir(tmp_path)
+    try:
+        status = main(["simulate", *arguments])
+    except SystemExit as error:
+        status = int(str(error))
+    assert status == 2
+    said = " ".join(capsys.readouterr().err.split())
+    assert re.search(words, said), said
+    assert not list(tmp_path.iterdir())
