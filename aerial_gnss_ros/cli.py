@@ -24,6 +24,8 @@ COMMANDS = {
     "simulate": ("simulate", "make a bag of a simulated flight with rendered images and truth"),
     "import-dji": ("import_dji", "turn a DJI flight record, with its video, into a bag"),
     "augment": ("augment", "make variants of the training images of a labelled data set"),
+    "export": ("export", "make a model smaller and faster (fp16, int8), scored beside the first"),
+    "train": ("train", "train a detector on labelled images, first one robot, then several"),
     "evaluate": ("evaluate", "compare the result of a replay with the truth"),
     "calibrate": ("calibrate", "find latency, heading, gimbal and height errors from a recording"),
     "profiles": ("profiles", "list the vehicle profiles, or print one as a start for your own"),

@@ -1,0 +1,80 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The course of a training: one table and one picture over all phases."""
+
+from __future__ import annotations
+
+import csv
+import io
+import math
+from collections.abc import Sequence
+from pathlib import Path
+
+Row = dict[str, str]
+LOSSES = ("box_loss", "cls_loss", "dfl_loss")
+SCORES = {
+    "metrics/precision(B)": "precision", "metrics/recall(B)": "recall",
+    "metrics/mAP50(B)": "mAP50", "metrics/mAP50-95(B)": "mAP50-95",
+}  # fmt: skip
+
+
+def read_epochs(files: Sequence[Path]) -> list[Row]:
+    """Return a row for each epoch of ultralytics' results.csv of each phase.
+
+    An epoch that was repeated after a kill counts once, as it was the last time.
+    """
+    rows: list[Row] = []
+    for number, file in enumerate(files, start=1):
+        if not file.is_file():
+            continue
+        epochs: dict[int, Row] = {}
+        with file.open(newline="", encoding="utf-8") as stream:
+            for row in csv.DictReader(stream, skipinitialspace=True):
+                cells = {str(name).strip(): str(value).strip() for name, value in row.items()}
+                if cells.get("epoch", "").isdecimal():
+                    epochs[int(cells["epoch"])] = {"phase": str(number), **cells}
+        rows += [epochs[epoch] for epoch in sorted(epochs)]
+    return rows
+
+
+def as_csv(rows: Sequence[Row]) -> str:
+    """Return the table; columns that only some rows have are left empty in others."""
+    columns = list(dict.fromkeys(name for row in rows for name in row))
+    text = io.StringIO()
+    writer = csv.DictWriter(text, columns, restval="", lineterminator="\n")
+    writer.writeheader()
+    writer.writerows(rows)
+    return text.getvalue()
+
+
+def draw_curves(rows: Sequence[Row], file: Path) -> None:
+    """Write a PNG of losses and scores over all epochs; a line where a phase begins."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(10, 4), layout="constrained")
+    FigureCanvasAgg(figure)
+    loss, score = figure.subplots(1, 2)
+    x = list(range(1, len(rows) + 1))
+    for name in LOSSES:
+        for split, style in (("train", "-"), ("val", "--")):
+            values = [_number(row.get(f"{split}/{name}")) for row in rows]
+            if not all(map(math.isnan, values)):
+                loss.plot(x, values, style, label=f"{split} {name.removesuffix('_loss')}")
+    for column, name in SCORES.items():
+        score.plot(x, [_number(row.get(column)) for row in rows], label=name)
+    for axes, title in ((loss, "loss"), (score, "scores on val")):
+        axes.set(xlabel="epoch", title=title)
+        axes.grid(alpha=0.3)
+        axes.legend(fontsize="small")
+        for i in range(1, len(rows)):
+            if rows[i]["phase"] != rows[i - 1]["phase"]:
+                axes.axvline(i + 0.5, color="black", linewidth=1)
+    score.set_ylim(0.0, 1.0)
+    figure.savefig(file, format="png", dpi=100)
+
+
+def _number(text: str | None) -> float:
+    try:
+        return float(text or "nan")
+    except ValueError:
+        return float("nan")

@@ -1,0 +1,86 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The images that tell how good a training was: those that it has not learnt from."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from aerial_gnss_ros.detection.base import Detections
+from aerial_gnss_ros.detection.config import DetectorConfig
+from aerial_gnss_ros.detection.select import load_detector
+from aerial_gnss_ros.training.average_precision import LOWEST_SCORE, average_precision
+from aerial_gnss_ros.training.inspection import Example, Inspection
+from aerial_gnss_ros.training.labelled import LabelledImage, Truth, read_folder, read_image
+from aerial_gnss_ros.training.score import Score
+
+META = "meta.csv"
+
+
+def held_out_split(found: Inspection) -> str:
+    """Return test where the data set has it, else val, by which the best epoch was chosen."""
+    return "test" if found.examples.get("test") else "val"
+
+
+def held_out_images(found: Inspection, split: str) -> Iterator[LabelledImage]:
+    """Yield the images of a split; with what a simulation told of them where it made them."""
+    root = found.dataset.root
+    folders = found.dataset.folders.get(split, ())
+    if (root / META).is_file() and list(folders) == [root / "images" / split]:
+        yield from read_folder(root, split)
+        return
+    for example in found.examples[split]:
+        yield LabelledImage(example.image.name, _truth(example), partial(read_image, example.image))
+
+
+def score_weights(
+    weights: Path, images: Iterator[LabelledImage], config: DetectorConfig
+) -> dict[str, Any]:
+    """Return the scores of weights as figures for JSON.
+
+    Args:
+        weights: of our own making; a .pt is loaded without asking.
+        images: to score on.
+        config: score threshold, image size and device.
+    """
+    from dataclasses import replace
+
+    low = replace(config, model=str(weights), score_threshold=LOWEST_SCORE, allow_pickle=True)
+    detector = load_detector(low)
+    result, pairs = Score(), []
+    for image in images:
+        found = detector.detect(image.read())
+        pairs.append((found, image.truth))
+        result.add(_above(found, config.score_threshold), image.truth)
+    precision = average_precision(pairs)
+    return {
+        **result.as_dict(),
+        "map50": precision.map50,
+        "map50_95": precision.map50_95,
+        "score_threshold": config.score_threshold,
+    }
+
+
+def _above(found: Detections, threshold: float) -> Detections:
+    kept = found.scores >= threshold
+    return replace(
+        found, xywh=found.xywh[kept], scores=found.scores[kept], class_ids=found.class_ids[kept]
+    )
+
+
+def _truth(example: Example) -> Truth:
+    size = np.array(example.size, dtype=np.float64)
+    centre, extent = example.boxes[:, :2] * size - 0.5, example.boxes[:, 2:] * size
+    count = len(example.boxes)
+    return Truth(
+        np.hstack([centre - extent / 2, centre + extent / 2]),
+        np.ones(count, dtype=np.bool_),
+        extent.max(axis=1, initial=0.0),
+        np.full(count, np.nan),
+        example.classes,
+    )

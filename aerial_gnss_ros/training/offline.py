@@ -1,0 +1,69 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Keeps ultralytics to itself: no downloads, no reports to its makers, no files in the home."""
+
+from __future__ import annotations
+
+import importlib.util
+import os
+import shutil
+from pathlib import Path
+
+from aerial_gnss_ros.core.errors import ModelError
+
+# Loggers of other makers that ultralytics starts by itself where they are installed.
+_LOGGERS = ("clearml", "comet", "dvc", "mlflow", "raytune", "tensorboard", "wandb")
+_FONTS = ("Arial.ttf", "Arial.Unicode.ttf")
+
+
+def require_ultralytics(what: str) -> None:
+    """Raise ModelError, which says what to install, where ultralytics is missing.
+
+    Args:
+        what: needs it.
+    """
+    for name in ("torch", "ultralytics"):
+        if importlib.util.find_spec(name) is None:
+            raise ModelError(
+                f"{what} needs {name}; install it with `pip install "
+                "'aerial_gnss_ros[ultralytics]'`."
+            )
+
+
+def offline_environment(folder: Path) -> dict[str, str]:
+    """Return environment variables for a process that imports ultralytics.
+
+    Args:
+        folder: for its settings, instead of the user's; made where it is missing.
+    """
+    fonts = folder / "Ultralytics"
+    fonts.mkdir(parents=True, exist_ok=True)
+    # Without a font of this name it asks the network for one, whatever YOLO_OFFLINE says.
+    font = _a_font()
+    for name in _FONTS:
+        if not (fonts / name).exists():
+            shutil.copyfile(font, fonts / name)
+    return {
+        **os.environ,
+        "YOLO_CONFIG_DIR": str(folder.resolve()),
+        "YOLO_OFFLINE": "true",
+        "YOLO_AUTOINSTALL": "false",
+        "MPLBACKEND": "Agg",
+    }
+
+
+def keep_to_itself() -> None:
+    """Switch reports and loggers off; to be called when ultralytics is imported, before training.
+
+    The settings that this changes are those of `offline_environment`'s folder.
+    """
+    from ultralytics import settings
+
+    wanted = {name: False for name in ("sync", *_LOGGERS) if name in settings}
+    if any(settings[name] for name in wanted):
+        settings.update(wanted)
+
+
+def _a_font() -> Path:
+    import matplotlib as mpl
+
+    return Path(mpl.get_data_path()) / "fonts" / "ttf" / "DejaVuSans.ttf"

@@ -1,0 +1,80 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The curriculum: first images with one robot, then images with several."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from aerial_gnss_ros.core.errors import ConfigError
+from aerial_gnss_ros.training.inspection import Example
+
+# How many robots the images of a phase show. Images without any are in every phase: both have
+# to learn what is no robot.
+SHOWS: dict[str, str] = {
+    "single": "one robot or none",
+    "several": "several robots or none",
+    "all": "any number of robots",
+}
+
+
+@dataclass(frozen=True)
+class Phase:
+    """A part of a training.
+
+    Attributes:
+        shows: key of SHOWS.
+        epochs: passes over its images.
+    """
+
+    shows: str
+    epochs: int
+
+    @property
+    def words(self) -> str:
+        """What its images show."""
+        return SHOWS[self.shows]
+
+    def holds(self, example: Example) -> bool:
+        """Return whether an image belongs to the phase."""
+        robots = len(example.boxes)
+        if self.shows == "single":
+            return robots <= 1
+        return robots != 1 if self.shows == "several" else True
+
+
+def plan_phases(epochs: Sequence[int], one_phase: bool) -> tuple[Phase, ...]:
+    """Return the paper's two phases, or one over all images.
+
+    Args:
+        epochs: of both phases; with `one_phase` they add up.
+        one_phase: no curriculum.
+
+    Raises:
+        ConfigError: wrong numbers of epochs.
+    """
+    if not all(1 <= count <= 100_000 for count in epochs):
+        raise ConfigError(f"epochs must lie within 1 to 100000, not {list(epochs)}.")
+    if one_phase:
+        return (Phase("all", sum(epochs)),)
+    if len(epochs) != 2:
+        raise ConfigError(
+            f"the curriculum has two phases, but --epochs gives {len(epochs)} number; give two, "
+            "such as 100,100, or --one-phase."
+        )
+    return (Phase("single", epochs[0]), Phase("several", epochs[1]))
+
+
+def members(phase: Phase, examples: Sequence[Example]) -> list[Example]:
+    """Return the images of a phase.
+
+    Raises:
+        ConfigError: none of them shows a robot.
+    """
+    chosen = [example for example in examples if phase.holds(example)]
+    if not any(len(example.boxes) for example in chosen):
+        raise ConfigError(
+            f"none of the {len(examples)} training images shows what phase {phase.shows!r} "
+            f"learns from ({phase.words}); add such images, or train with --one-phase."
+        )
+    return chosen

@@ -1,0 +1,216 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The process that trains: `python -m aerial_gnss_ros.training.worker RUN`, started by supervise.
+
+What it reports goes to standard output, a JSON object on each line: {"epoch": n} when so many
+epochs of all phases are done, {"doing": words}, {"error": sentence}. Everything that libraries
+print goes to standard error. It ends when its standard input does, so never outlives its parent.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import sys
+import threading
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from aerial_gnss_ros.core.errors import AerialGnssError, InputError, ModelError
+from aerial_gnss_ros.training.data_view import write_view
+from aerial_gnss_ros.training.inspection import Inspection, inspect
+from aerial_gnss_ros.training.layout import open_dataset
+from aerial_gnss_ros.training.offline import keep_to_itself
+from aerial_gnss_ros.training.phases import members
+from aerial_gnss_ros.training.run_folder import Plan, RunFolder, write_whole
+
+Say = Callable[..., None]
+_LARGE_SHARE = 0.25  # of the free memory, for images that are kept decoded
+
+
+def main(arguments: list[str]) -> int:
+    """Train in a run folder; 0 when all is written, 2 after {"error": ...}."""
+    # Libraries print to standard output: only `say` shall.
+    channel = os.fdopen(os.dup(1), "w", encoding="utf-8")
+    os.dup2(2, 1)
+    threading.Thread(target=_end_with_parent, daemon=True).start()
+
+    def say(**event: Any) -> None:
+        channel.write(json.dumps(event) + "\n")
+        channel.flush()
+
+    run = RunFolder(Path(arguments[0]))
+    try:
+        with run.locked():
+            _train(run, say)
+    except AerialGnssError as error:
+        say(error=str(error))
+    except Exception as error:
+        if not _out_of_memory(error):
+            raise
+        say(error=out_of_memory_words(run.path))
+    else:
+        return 0
+    return 2
+
+
+def out_of_memory_words(run: Path) -> str:
+    """Return what to do when memory runs out."""
+    return (
+        f"memory ran out; go on with a smaller batch: aerial-gnss train --resume {run} --batch N "
+        "(or begin anew with a smaller --image-size)."
+    )
+
+
+def _end_with_parent() -> None:
+    while os.read(0, 1024):  # nothing is ever sent; not sys.stdin, whose lock outlives the process
+        pass
+    os._exit(1)
+
+
+def _out_of_memory(error: BaseException) -> bool:
+    words = str(error).lower()
+    return isinstance(error, MemoryError) or any(
+        said in words
+        for said in ("out of memory", "can't allocate memory", "cannot allocate memory")
+    )
+
+
+def _train(run: RunFolder, say: Say) -> None:
+    plan = run.load()
+    say(doing="looking through the data set")
+    found = inspect(open_dataset(plan.dataset), unlabelled_is_empty=plan.unlabelled_is_empty)
+    found.refuse_problems()
+    if found.fingerprint() != plan.fingerprint:
+        raise InputError(
+            f"{plan.dataset} has changed since this training began; begin a new one, or bring the "
+            "old images and labels back."
+        )
+    say(doing="starting torch")
+    from ultralytics import __version__ as _  # noqa: F401 - before its settings are changed
+
+    keep_to_itself()
+    for number in range(len(plan.phases)):
+        if not run.phase_weights(number).is_file():
+            _train_phase(run, plan, number, found, say)
+    say(doing="scoring")
+    from aerial_gnss_ros.training.results import write_results
+
+    write_results(run, plan, found)
+    for spare in (run.data, run.settings):
+        shutil.rmtree(spare, ignore_errors=True)
+
+
+def _train_phase(run: RunFolder, plan: Plan, number: int, found: Inspection, say: Say) -> None:
+    from ultralytics.utils.torch_utils import strip_optimizer
+
+    phase = plan.phases[number]
+    examples = members(phase, found.examples["train"])
+    say(doing=f"phase {number + 1} of {len(plan.phases)}: {phase.words}, {len(examples)} images")
+    before = sum(phase.epochs for phase in plan.phases[:number])
+    if _epochs_done(run, number) < phase.epochs:
+        splits = {"train": examples, "val": found.examples["val"]}
+        data = write_view(run.data / f"phase{number + 1}", splits, found.dataset.names)
+        _fit(run, plan, number, data, lambda epochs: say(epoch=before + epochs))
+    say(epoch=before + phase.epochs)
+    stripped = run.phase(number) / ".best.pt.partial"
+    shutil.copyfile(run.checkpoint_best(number), stripped)
+    strip_optimizer(str(stripped))
+    stripped.replace(run.phase_weights(number))
+    for spare in (run.checkpoint(number), run.checkpoint_best(number)):
+        spare.unlink()
+    shutil.rmtree(run.phase(number) / "weights")  # ultralytics' own copies
+
+
+def _epochs_done(run: RunFolder, number: int) -> int:
+    """Return how many epochs the phase's checkpoint has; 0 without one."""
+    if not run.checkpoint(number).is_file():
+        return 0
+    from ultralytics.utils.patches import torch_load
+
+    return int(torch_load(run.checkpoint(number), map_location="cpu")["epoch"]) + 1
+
+
+def _fit(
+    run: RunFolder, plan: Plan, number: int, data: Path, report: Callable[[int], None]
+) -> None:
+    """Train a phase from where it is to its end."""
+    from ultralytics import YOLO
+
+    from aerial_gnss_ros.training import train
+
+    folder, checkpoint = run.phase(number), run.checkpoint(number)
+    start = plan.weights if number == 0 else str(run.phase_weights(number - 1))
+    training = train.Training(
+        data=data,
+        folder=folder,
+        weights=start,
+        minutes=0.0,
+        epochs=plan.phases[number].epochs,
+        image_size=plan.image_size,
+        batch=plan.batch,
+        learning_rate=plan.learning_rate,
+        seed=plan.seed,
+        threads=plan.threads,
+        bfloat16=plan.bfloat16,
+    )
+    resumed = checkpoint.is_file()
+    if resumed:
+        model = YOLO(str(checkpoint))
+    else:
+        shutil.rmtree(folder, ignore_errors=True)  # of an epoch that was not finished
+        folder.mkdir()
+        try:
+            model = train.network(training)
+        except (AttributeError, KeyError, FileNotFoundError, ModuleNotFoundError) as error:
+            raise ModelError(f"{start} cannot be trained on: {error}.") from error
+    model.add_callback("on_model_save", lambda trainer: _keep(run, number, trainer, report))
+    train.use_processor_well(model, training)
+    options: dict[str, Any] = {"resume": True} if resumed else train.options(training)
+    if plan.online == "none":
+        options.update(dict.fromkeys(train.AUGMENTATION, 0.0))
+    model.train(**{**options, **_own_options(plan, data, folder)})
+
+
+def _keep(run: RunFolder, number: int, trainer: Any, report: Callable[[int], None]) -> None:
+    """Keep a checkpoint that is whole even when the process is killed right now."""
+    if trainer.best_fitness == trainer.fitness or not run.checkpoint_best(number).is_file():
+        write_whole(run.checkpoint_best(number), Path(trainer.best).read_bytes())
+    write_whole(run.checkpoint(number), Path(trainer.last).read_bytes())
+    report(trainer.epoch + 1)
+
+
+def _own_options(plan: Plan, data: Path, folder: Path) -> dict[str, Any]:
+    """Return what differs from a training by hand, and may differ after a resumption."""
+    import torch
+
+    device = plan.device or ("0" if torch.cuda.is_available() else "cpu")
+    on_gpu = device != "cpu"
+    if on_gpu:
+        # ultralytics tries 16 bits on a network that it downloads; every GPU of the last years can.
+        from ultralytics.engine import trainer
+
+        trainer.check_amp = lambda _: True
+    return {
+        "data": str(data),
+        "save_dir": str(folder),
+        "batch": plan.batch,
+        "device": device,
+        "amp": on_gpu,
+        "workers": min(plan.threads or os.cpu_count() or 1, 8) if on_gpu else 0,
+        "val": True,
+        "plots": False,
+        "patience": 1_000_000,  # the number of epochs is what was asked for
+        "cache": "ram" if _fits_memory(plan, data) else False,
+    }
+
+
+def _fits_memory(plan: Plan, data: Path) -> bool:
+    images = sum(1 for _ in (data.parent / "images").rglob("*"))
+    free = os.sysconf("SC_AVPHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
+    return bool(images * 3 * plan.image_size**2 < _LARGE_SHARE * free)
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))
