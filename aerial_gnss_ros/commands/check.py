@@ -30,7 +30,7 @@ NOT_GOOD = 1
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the command's arguments."""
     parser.epilog = (
-        "Status 0: the camera's pose is known and no test failed; 1: it is not, or one did. "
+        "Status 0: the camera's pose is known, no input is missing and no test failed; 1: else. "
         "docs/field_check.md guides a pilot through two minutes at the field."
     )
     parser.add_argument(

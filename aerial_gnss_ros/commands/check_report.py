@@ -53,11 +53,18 @@ class Check:
         return next(posed, last)
 
     @property
+    def missing(self) -> list[str]:
+        """The inputs without which there are no positions; detections come later."""
+        needed = [s.name for s in self.subscriptions if s.required and s.name != "detections"]
+        return [name for name in needed if name not in self.watch.heard]
+
+    @property
     def good(self) -> bool:
-        """Whether the camera's pose is known now and no test failed."""
+        """Whether the camera's pose is known now, no input is missing and no test failed."""
         last = self.watch.moments[-1] if self.watch.moments else None
         posed = last is not None and last.pose is not None
-        return posed and all(test.verdict is not Verdict.FAIL for test in self.tests)
+        passed = all(test.verdict is not Verdict.FAIL for test in self.tests)
+        return posed and passed and not self.missing
 
 
 def one_line(watch: Watch) -> str:
@@ -75,7 +82,7 @@ def as_text(check: Check) -> str:
     """Return the report for people."""
     lines = [*_place_lines(check), "", "inputs"]
     lines += [_input_line(check, subscription) for subscription in check.subscriptions]
-    if any("MISSING: " in line for line in lines):
+    if check.missing:
         lines.append(
             "  ! `aerial-gnss doctor` shows which topics there are and proposes a profile."
         )
@@ -200,8 +207,7 @@ def _input_line(check: Check, subscription: Subscription) -> str:
     fields = _input_fields(check, subscription)
     uses = ", ".join(f"{name} {value}" for name, value in fields["uses"].items())
     if not fields["count"]:
-        needed = subscription.required and subscription.name != "detections"  # of no use here
-        need = "MISSING" if needed else "none"
+        need = "MISSING" if subscription.name in check.missing else "none"
         why = fields["problem"] or f"nothing came on {subscription.topic}"
         return f"  {subscription.name:<12} {need}: {why}"
     bad = f", {fields['bad']} of no use ({fields['trouble']})" if fields["bad"] else ""

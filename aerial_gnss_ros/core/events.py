@@ -6,6 +6,12 @@ from __future__ import annotations
 MAX_KEPT = 200
 
 
+class Trouble(str):
+    """A sentence of something that a user should mend: nodes log it as a warning."""
+
+    __slots__ = ()
+
+
 class Events:
     """Collects sentences until somebody takes them; the oldest go when nobody does."""
 
@@ -19,10 +25,10 @@ class Events:
         del self.sentences[:-MAX_KEPT]
 
     def add_once(self, topic: str, sentence: str) -> None:
-        """Say something about a topic, the first time only."""
+        """Warn of something about a topic, the first time only."""
         if topic not in self._told:
             self._told.add(topic)
-            self.add(sentence)
+            self.add(Trouble(sentence))
 
     def take(self) -> list[str]:
         """Return the sentences and forget them."""

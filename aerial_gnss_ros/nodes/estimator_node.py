@@ -4,15 +4,18 @@
 from __future__ import annotations
 
 import math
+import time
 from typing import Any
 
 from rclpy.publisher import Publisher
 
 from aerial_gnss_ros.adapters.feed import Feed, Subscription
 from aerial_gnss_ros.adapters.results import OutgoingMessage, result_messages
+from aerial_gnss_ros.adapters.stamps import nanoseconds
 from aerial_gnss_ros.adapters.versions import newest_version
 from aerial_gnss_ros.core.config import EstimatorConfig, estimator_config
 from aerial_gnss_ros.core.estimator import Estimator
+from aerial_gnss_ros.core.events import Trouble
 from aerial_gnss_ros.core.inputs import InputState
 from aerial_gnss_ros.core.summary import RobotSummary
 from aerial_gnss_ros.core.values import FrameResult, State
@@ -23,7 +26,7 @@ from aerial_gnss_ros.nodes.inputs import ALWAYS, ONCE, OPTIONAL, Input
 from aerial_gnss_ros.nodes.ros_messages import message
 from aerial_gnss_ros.nodes.schemas import ESTIMATOR
 from aerial_gnss_ros.nodes.supervised import Given, SupervisedNode
-from aerial_gnss_ros.nodes.timings import Timings
+from aerial_gnss_ros.nodes.timings import Timings, Waits
 
 DETECTIONS = "detections"
 SENT_ONCE = ("camera_info", "home")  # latched or repeated: it may stay silent after the first
@@ -36,6 +39,9 @@ class EstimatorNode(SupervisedNode):
     Args:
         given: parameter files and namespace.
 
+    Attributes:
+        timings: milliseconds of each stage; `wait` is for telemetry of the image's time.
+
     Raises:
         AerialGnssError: a parameter or the state file cannot be used.
     """
@@ -46,7 +52,8 @@ class EstimatorNode(SupervisedNode):
         self._estimator = Estimator(self._config)
         self._feed = Feed(self._config, self._estimator, self.warn_seldom)
         self._results: dict[str, Publisher] = {}
-        self._timings = Timings()
+        self.timings = Timings()
+        self._waits = Waits()
         self._images = 0
         self._versioned: list[Input] = []
         for subscription in self._feed.subscriptions:
@@ -94,6 +101,8 @@ class EstimatorNode(SupervisedNode):
         if now_ns == 0:  # simulated time has not begun: what is stamped on arrival has no time
             self.warn_seldom("messages come, but no time yet: use_sim_time is true, /clock silent")
             return
+        if subscription.name == DETECTIONS:
+            self._waits.begin(nanoseconds(msg.header.stamp), time.perf_counter())
         subscription.handle(msg, now_ns)
         self._advance()
 
@@ -101,15 +110,21 @@ class EstimatorNode(SupervisedNode):
         now_ns = self.now_ns()
         if now_ns == 0:
             return
-        for result in self._estimator.advance(now_ns):
+        started = time.perf_counter()
+        results = self._estimator.advance(now_ns)
+        spent_ms = (time.perf_counter() - started) * 1e3
+        for result in results:
+            waited_ms = self._waits.end(result.stamp_ns, started)
+            self.timings.add({"wait": waited_ms, "estimate": spent_ms / len(results)})
             self._publish(result)
         self._log_events()
 
     def _publish(self, result: FrameResult) -> None:
         self._images += 1
-        self._timings.add(result.timings_ms)
+        started = time.perf_counter()
         for outgoing in result_messages(result):
             self._publisher(outgoing).publish(message(outgoing.msgtype, outgoing.fields))
+        self.timings.add({**result.timings_ms, "publish": (time.perf_counter() - started) * 1e3})
 
     def _publisher(self, outgoing: OutgoingMessage) -> Publisher:
         if outgoing.topic not in self._results:
@@ -120,7 +135,10 @@ class EstimatorNode(SupervisedNode):
 
     def _log_events(self) -> None:
         for sentence in self._estimator.take_events():
-            self.get_logger().info(sentence)
+            if isinstance(sentence, Trouble):
+                self.get_logger().warning(sentence)
+            else:
+                self.get_logger().info(sentence)
 
     def _set_config(self, config: EstimatorConfig) -> None:
         self._estimator.min_score = config.detections.min_score
@@ -176,7 +194,8 @@ class EstimatorNode(SupervisedNode):
         values: dict[str, Any] = {"method": self._config.method, "images": self._images}
         values |= {f"rejected_{reason}": n for reason, n in counts.items()}
         values |= {f"images_{why}": n for why, n in sorted(self._estimator.dropped.items())}
-        values |= {f"ms_{stage}": mean for stage, mean in self._timings.means_ms().items()}
+        values |= {f"ms_{stage}": mean for stage, mean in self.timings.means_ms().items()}
+        values |= {f"ms_p95_{stage}": p95 for stage, p95 in self.timings.p95_ms().items()}
         return Status("positions", OK if self._images else STALE, words, values)
 
 

@@ -11,6 +11,7 @@ import pytest
 rclpy = pytest.importorskip("rclpy", reason="ROS 2 is not installed")
 
 from diagnostic_msgs.msg import DiagnosticArray  # noqa: E402
+from rcl_interfaces.msg import Log  # noqa: E402
 
 from aerial_gnss_ros.adapters import kinds  # noqa: E402
 from aerial_gnss_ros.adapters.vehicles import vehicle_file  # noqa: E402
@@ -59,8 +60,10 @@ def elsewhere():
 
 
 def test_diagnostics_say_what_a_vehicle_sends_wrong_or_not_at_all(ros, elsewhere):
-    arrays = []
-    ros.node("panel").create_subscription(DiagnosticArray, "/diagnostics", arrays.append, 10)
+    arrays, logged = [], []
+    panel = ros.node("panel")
+    panel.create_subscription(DiagnosticArray, "/diagnostics", arrays.append, 10)
+    panel.create_subscription(Log, "/rosout", logged.append, 10)
     ros.add(EstimatorNode(Given([vehicle_file("anafi")])))
     gimbal = "geometry_msgs/msg/QuaternionStamped"
     wrong = publisher(ros, "anafi/gimbal/attitude", gimbal)
@@ -78,6 +81,8 @@ def test_diagnostics_say_what_a_vehicle_sends_wrong_or_not_at_all(ros, elsewhere
     assert "its quaternion has length 0 instead of 1" in lines["gimbal"].message
     assert lines["fix"].level == STALE
     assert lines["fix"].message.startswith("no fix for 5 s on /anafi/drone/gps/location")
+    warned = [line.msg for line in logged if line.level >= Log.WARN]
+    assert any("A message on gimbal is of no use" in line for line in warned), logged
     said = "std_msgs/msg/Float64 comes there where std_msgs/msg/Float32 is meant"
     assert said in lines["height"].message
 
