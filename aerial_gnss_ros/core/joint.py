@@ -19,13 +19,12 @@ from aerial_gnss_ros.core.joint_geometry import (
     MapFrame,
     MapPose,
     on_water,
-    platform_jacobian,
-    pose_jacobian,
     water_points,
 )
 from aerial_gnss_ros.core.joint_platform import COUNT, PlatformModel
 from aerial_gnss_ros.core.joint_state import Indices, Joint, Motion
-from aerial_gnss_ros.core.joint_update import Sight, correct, hold
+from aerial_gnss_ros.core.joint_update import correct
+from aerial_gnss_ros.core.joint_view import Sight, by_platform, follow
 from aerial_gnss_ros.core.local_map import LocalMap
 from aerial_gnss_ros.core.measurements import Measurements
 from aerial_gnss_ros.core.pose_motion import PoseMotion
@@ -134,9 +133,9 @@ class JointFilter:
         self._pose_ns = pose.stamp_ns
         settled = self._settled(measured, passed)
         shown = MapPose(measured.position - self._jump, measured.rotation)
-        self._motion.take(shown, passed)
+        foretold = self._motion.take(shown, passed)
         applied = (frame.detections.stamp_ns - pose.stamp_ns - self._latency_ns) * 1e-9
-        self._sight = Sight.of(frame.camera, shown, self._motion.rates, applied)
+        self._sight = Sight.of(frame.camera, shown, self._motion.rates, applied, foretold)
         return settled
 
     def _settled(self, measured: MapPose, passed: float) -> bool:
@@ -183,11 +182,11 @@ class JointFilter:
         for group in self._groups:
             if not len(group):
                 continue
-            places, by_platform = self._place(group, seen)
+            places, by_errors = self._place(group, seen)
             offsets[group.rows] = places[None] - group.robots[:, None, :2]
             with_robots = group.with_platform()
-            own = by_platform @ group.covariance[:COUNT, :COUNT] @ by_platform.swapaxes(1, 2)
-            shared = np.einsum("iab,jcb->ijac", with_robots, by_platform)
+            own = by_errors @ group.covariance[:COUNT, :COUNT] @ by_errors.swapaxes(1, 2)
+            shared = np.einsum("iab,jcb->ijac", with_robots, by_errors)
             spread[group.rows] = (
                 group.blocks()[:, None, :2, :2]
                 + (own + seen.white)[None]
@@ -227,10 +226,10 @@ class JointFilter:
             if group is None:
                 group = self._another_group()
             now, left = left[: GROUP - len(group)], left[GROUP - len(group) :]
-            places, by_platform = self._place(group, seen, now)
+            places, by_errors = self._place(group, seen, now)
             rows = np.arange(self._count, self._count + len(now))
             speed = self.motion.speed_sigma
-            group.add(rows, places, by_platform, seen.white[now], speed)
+            group.add(rows, places, by_errors, seen.white[now], speed)
             self._count += len(now)
 
     def loosen(self, rows: Indices, speed: float, seconds: float) -> None:
@@ -287,13 +286,12 @@ class JointFilter:
         assert self._sight is not None  # noqa: S101 - `look` came first
         positions = seen.positions if columns is None else seen.positions[columns]
         sight, errors = self._sight, group.mean[:COUNT]
+        follow(group, sight)
         rays = water_points(positions) - sight.measured.position
         pose = sight.pose(errors)
         rays = rays @ sight.measured.rotation @ pose.rotation.T
         places = on_water(pose, rays)
-        held = hold(group, sight)
-        by_pose = pose_jacobian(water_points(places) - held.place)
-        return places, platform_jacobian(by_pose, held.axes, sight.rates)
+        return places, by_platform(group, places)
 
     def _places_of_rows(self) -> tuple[Indices, Indices]:
         group_of = np.zeros(self._count, np.intp)

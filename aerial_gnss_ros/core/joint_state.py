@@ -9,9 +9,12 @@ robots correlated in ways that the present errors do not explain.
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import numpy as np
 from numpy.typing import NDArray
 
+from aerial_gnss_ros.core.joint_geometry import POSE_COUNT
 from aerial_gnss_ros.core.joint_platform import COUNT, PlatformModel
 
 Array = NDArray[np.float64]
@@ -28,6 +31,20 @@ HELD_S = 0.5
 
 HELD_SEEN_S = 2.0
 """The same for one that the last image measured: images may be seconds apart."""
+
+
+_ENTRIES = ((0, 0), (1, 1), (0, 2), (1, 3), (2, 0), (3, 1), (2, 2), (3, 3))
+_NOISE_OF_ENTRY = [0, 0, 1, 1, 1, 1, 2, 2]
+
+
+@lru_cache(maxsize=64)
+def _own_places(n: int) -> Indices:
+    """Return where, in the covariance of n robots laid flat, entries of their noise are, (8 n,)."""
+    entries, size = np.array(_ENTRIES, dtype=np.intp), COUNT + 4 * n
+    row, column = (COUNT + 4 * np.arange(n)[:, None] + entries.T[:, None, :]).reshape(2, -1)
+    flat: Indices = row * size + column
+    flat.flags.writeable = False
+    return flat
 
 
 class Motion:
@@ -47,15 +64,17 @@ class Motion:
         self.acceleration = acceleration
         self.speed_sigma = speed_sigma
 
-    def step(self, seconds: float, unseen: Array) -> tuple[Array, Array, Array]:
+    def step(self, seconds: float, unseen: Array) -> tuple[Array, Array | None, Array]:
         """Return reach (n,), kept velocity (n,) and noise (n, 3): pp, pv, vv, of a time step.
 
-        position += reach * velocity; velocity *= kept.
+        position += reach * velocity; velocity *= kept, where that is not None (all of it).
 
         Args:
             seconds: length of the step, s.
             unseen: (n,) time since each robot was measured at the step's beginning, s.
         """
+        if seconds <= HELD_SEEN_S and not unseen.any():
+            return self._straight(seconds, len(unseen))
         held = np.where(unseen > 0.0, HELD_S, HELD_SEEN_S)
         straight = np.clip(held - unseen, 0.0, seconds)
         q = self.acceleration**2
@@ -65,7 +84,7 @@ class Motion:
         noise[:, 2] = q * straight
         left = seconds - straight
         if not left.any():
-            return straight, np.ones(len(unseen)), noise
+            return straight, None, noise
         turning = np.clip(held + TURN_S - unseen - straight, 0.0, left)
         reach, kept = straight, np.ones(len(unseen))
         for time, length in ((TURN_S, turning), (CRUISE_S, left - turning)):
@@ -74,6 +93,13 @@ class Motion:
             kept = kept * keep
             self._forget(noise, time, length, keep)
         return reach, kept, noise
+
+    def _straight(self, seconds: float, count: int) -> tuple[Array, None, Array]:
+        """Return the step of robots that were all in view just now."""
+        q = self.acceleration**2
+        noise = np.empty((count, 3))
+        noise[:] = q * seconds**3 / 3.0, q * seconds**2 / 2.0, q * seconds
+        return np.full(count, seconds), None, noise
 
     def _forget(self, noise: Array, time: float, length: Array, keep: Array) -> None:
         """Carry noise (n, 3) through a time without memory, and add what comes in it."""
@@ -95,9 +121,11 @@ class Joint:
         covariance: (7 + 4 n, 7 + 4 n).
         rows: (n,) which robots of the whole program these are.
         unseen: (n,) time since each was measured, s.
-        anchor: (3,) place of the camera, errors taken out, from where derivatives by the
-            platform's errors are taken, m; NaN at first.
-        axes: (3, 3) of roll, pitch and heading for these.
+        by_pose: (k, 4, 6) `state_jacobian` of the first k robots with which the covariance goes,
+            see `joint_view`; those after them are new.
+        camera: (3,) from where that was taken: place of the camera, m; NaN at first.
+        by_errors: (6, 7) `pose_by_errors` of that time.
+        sight: the image of that time.
     """
 
     def __init__(self, covariance: Array) -> None:
@@ -110,7 +138,10 @@ class Joint:
         self.covariance = covariance.copy()
         self.rows: Indices = np.zeros(0, np.intp)
         self.unseen: Array = np.zeros(0)
-        self.anchor, self.axes = np.full(3, np.nan), np.eye(3)
+        self.by_pose = np.zeros((0, 4, POSE_COUNT))
+        self.camera = np.full(3, np.nan)
+        self.by_errors = np.zeros((POSE_COUNT, COUNT))
+        self.sight: object = None
 
     def __len__(self) -> int:
         return len(self.rows)
@@ -155,21 +186,19 @@ class Joint:
         reach, kept, noise = motion.step(seconds, self.unseen)
         robots = self.robots
         robots[:, :2] += reach[:, None] * robots[:, 2:]
-        robots[:, 2:] *= kept[:, None]
+        by_pose, k = self.by_pose, len(self.by_pose)
+        by_pose[:, :2] += reach[:k, None, None] * by_pose[:, 2:]
         down = P[COUNT:].reshape(n, 4, -1)
         down[:, :2] += reach[:, None, None] * down[:, 2:]
         across = P[:, COUNT:].reshape(-1, n, 4)
         across[:, :, :2] += reach[:, None] * across[:, :, 2:]
-        if kept.min() < 1.0:
+        if kept is not None:
+            robots[:, 2:] *= kept[:, None]
+            by_pose[:, 2:] *= kept[:k, None, None]
             down[:, 2:] *= kept[:, None, None]
             across[:, :, 2:] *= kept[:, None]
-        place = COUNT + 4 * np.arange(n)
-        for axis in (0, 1):
-            p, v = place + axis, place + axis + 2
-            P[p, p] += noise[:, 0]
-            P[p, v] += noise[:, 1]
-            P[v, p] += noise[:, 1]
-            P[v, v] += noise[:, 2]
+        # each robot's block: pp, pv, vp, vv on both axes
+        P.reshape(-1)[_own_places(n)] += noise[:, _NOISE_OF_ENTRY].ravel()
         self.unseen = self.unseen + seconds
 
     def add(
@@ -255,6 +284,7 @@ class Joint:
         common[COUNT:].reshape(-1, 4)[:, :2] = jump
         self.robots[:, :2] += jump
         self.covariance += np.outer(common, common)
+        self.camera[:2] += jump
 
     def drop(self, slots: Indices) -> None:
         """Forget the robots at some places of `rows`."""
@@ -264,3 +294,15 @@ class Joint:
         self.mean = self.mean[index]
         self.covariance = self.covariance[np.ix_(index, index)]
         self.rows, self.unseen = self.rows[kept], self.unseen[kept]
+        self.by_pose = self.by_pose[kept[: len(self.by_pose)]]
+
+    def carry(self, change: Array) -> None:
+        """Let robots' errors change by the platform's: P = L P L', L the identity and `change`.
+
+        Args:
+            change: (k, 4, 7) of the first k robots' states by the platform's errors.
+        """
+        flat, P = change.reshape(-1, COUNT), self.covariance
+        end = COUNT + len(flat)
+        P[COUNT:end] += flat @ P[:COUNT]
+        P[:, COUNT:end] += P[:, :COUNT] @ flat.T

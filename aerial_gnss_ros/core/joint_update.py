@@ -1,12 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """What one image tells of the platform's errors and of the robots in it.
 
-Pixels are predicted exactly. Their derivatives by the platform's errors, however, are taken from a
-place of the camera that is held until the camera has moved by a share `HOLD` of its distance. Its
-place as estimated jitters from image to image with the noise of telemetry and of the state itself,
-and that jitter is correlated with the innovation; over hundreds of images it would read as
-information on height, heading and tilt which is not there: docs/estimation.md has the figures. A
-robot's own motion must show in the derivatives at once: how fast it swims scales with the height.
+Pixels are predicted exactly. From where their derivatives by the platform's errors are taken is the
+business of `joint_view`.
 """
 
 from __future__ import annotations
@@ -15,66 +11,22 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.linalg.lapack import dpotrf, dtrtrs
 
-from aerial_gnss_ros.core.camera import CameraModel
-from aerial_gnss_ros.core.joint_geometry import (
-    MapPose,
-    level_axes,
-    platform_jacobian,
-    pose_jacobian,
-    water_points,
-)
+from aerial_gnss_ros.core.joint_geometry import pose_jacobian, water_points
 from aerial_gnss_ros.core.joint_platform import COUNT, PlatformModel
 from aerial_gnss_ros.core.joint_state import Indices, Joint
+from aerial_gnss_ros.core.joint_view import Sight, follow
 
 Array = NDArray[np.float64]
 
 HUBER = 2.8
 """Normalised residual (planar) from which a box counts less: 2 % of the good ones."""
 
-HOLD = 0.03
-"""How far the camera may go, as a share of its distance to the robots, and turn about the vertical,
-rad, before derivatives are taken from another place. Well above the jitter."""
-
-HOLD_M = 0.8
-"""And at most so far, m: from high up the jitter is a smaller share of the distance."""
-
 RELINEARISE = 0.02
 """A robot that a correction moves by this share of its distance is corrected from there anew."""
 
 MAX_ITERATIONS = 3
-
-_EAST_NORTH_UP = np.eye(3)
-
-
-@dataclass(frozen=True)
-class Sight:
-    """One image's camera, ready for the filter.
-
-    Attributes:
-        camera: lens and image.
-        measured: the pose as telemetry has it.
-        axes: (3, 3) of roll, pitch and heading errors.
-        rates: (6,) of the pose, m/s and rad/s.
-        applied: latency that the pose already allows for, beyond the configured one, s.
-    """
-
-    camera: CameraModel
-    measured: MapPose
-    axes: Array
-    rates: Array
-    applied: float = 0.0
-
-    @staticmethod
-    def of(camera: CameraModel, measured: MapPose, rates: Array, applied: float) -> Sight:
-        """Return it with the axes of the measured pose."""
-        return Sight(camera, measured, level_axes(measured.rotation), rates, applied)
-
-    def pose(self, errors: Array) -> MapPose:
-        """Return the pose with the platform's errors (7,) taken out."""
-        pose = self.measured.corrected(errors, self.axes)
-        late = float(errors[6]) - self.applied
-        return pose.corrected(-late * self.rates, _EAST_NORTH_UP) if late else pose
 
 
 @dataclass(frozen=True)
@@ -95,16 +47,6 @@ class Linear:
     by_pose: Array
     seen: NDArray[np.bool_]
 
-    def only(self, mask: NDArray[np.bool_]) -> Linear:
-        """Return the robots where `mask` (m,) is true."""
-        return Linear(
-            self.pixels[mask],
-            self.by_place[mask],
-            self.by_platform[mask],
-            self.by_pose[mask],
-            self.seen[mask],
-        )
-
 
 @dataclass(frozen=True)
 class Outcome:
@@ -119,54 +61,27 @@ class Outcome:
     count: int
 
 
-@dataclass(frozen=True)
-class Held:
-    """From where derivatives by the platform's errors are taken.
-
-    Attributes:
-        place: (3,) of the camera, m.
-        axes: (3, 3) of roll, pitch and heading errors.
-    """
-
-    place: Array
-    axes: Array
-
-
-def linearise(sight: Sight, errors: Array, positions: Array, held: Held | None = None) -> Linear:
+def linearise(
+    sight: Sight, errors: Array, positions: Array, by_pose: Array | None = None
+) -> Linear:
     """Return predicted pixels and all derivatives at an estimate.
 
     Args:
         sight: the camera.
         errors: (7,) estimate of the platform's errors.
         positions: (m, 2) estimate of the robots' East, North, m.
-        held: see the module; None: the estimate itself.
+        by_pose: (m, 2, 6) `pose_jacobian` to be used; None: at the estimate itself.
     """
     pose = sight.pose(errors)
-    points = water_points(positions)
-    offsets = points - pose.position
+    offsets = water_points(positions) - pose.position
     optical = pose.optical
     pixels, by_point, seen = sight.camera.project_with_jacobian(offsets @ optical)
     by_place = (by_point @ optical.T)[:, :, :2]
     seen = seen & (offsets[:, 2] < 0.0)
-    held = held or Held(pose.position, sight.axes)
-    by_pose = pose_jacobian(points - held.place)
-    by_platform = platform_jacobian(by_pose, held.axes, sight.rates)
-    return Linear(pixels, by_place, -by_place @ by_platform, -by_place @ by_pose, seen)
-
-
-def hold(joint: Joint, sight: Sight) -> Held:
-    """Return from where to take derivatives, which goes on only after the camera moved enough."""
-    place, axes = sight.pose(joint.mean[:COUNT]).position, sight.axes
-    level = joint.robots[:, :2] - place[:2]
-    distance = abs(float(place[2]))
-    if len(level):
-        distance = float(np.median(np.hypot(np.hypot(level[:, 0], level[:, 1]), distance)))
-    apart = place - joint.anchor
-    turned = axes[:2, 0] - joint.axes[:2, 0]
-    near = float(apart @ apart) <= min(HOLD * distance, HOLD_M) ** 2  # false for NaN
-    if not (near and float(turned @ turned) <= HOLD**2):
-        joint.anchor, joint.axes = place, axes
-    return Held(joint.anchor, joint.axes)
+    if by_pose is None:
+        by_pose = pose_jacobian(offsets)
+    by_pose = -by_place @ by_pose
+    return Linear(pixels, by_place, by_pose @ sight.by_errors, by_pose, seen)
 
 
 def correct(
@@ -181,25 +96,42 @@ def correct(
         sight: the camera.
         model: white noise of pose and boxes.
     """
+    follow(joint, sight)
     before = joint.mean
-    linear = linearise(sight, before[:COUNT], joint.robots[slots, :2], hold(joint, sight))
+    linear = linearise(sight, before[:COUNT], joint.robots[slots, :2], joint.by_pose[slots, :2])
     if not linear.seen.all():
-        slots, pixels, linear = slots[linear.seen], pixels[linear.seen], linear.only(linear.seen)
+        slots, pixels = slots[linear.seen], pixels[linear.seen]
+        places = joint.robots[slots, :2]
+        linear = linearise(sight, before[:COUNT], places, joint.by_pose[slots, :2])
     m = len(slots)
     if not m:
         return Outcome(0.0, 0)
     by_state = _times_covariance(joint, slots, linear)
     spread = _innovation(joint, slots, linear, by_state, model)
     residual = pixels - linear.pixels
-    squared = float(residual.ravel() @ np.linalg.solve(spread, residual.ravel()))
-    _soften(spread, residual, model.pixel)
-    whiten = np.linalg.inv(np.linalg.cholesky(spread))
-    gain = whiten @ by_state
-    joint.mean = before + (whiten @ residual.ravel()) @ gain
-    _iterate(joint, before, slots, pixels, sight, linear, whiten, gain)
+    root, white = _whitened(spread, residual)
+    squared = float(white @ white)
+    if _soften(spread, residual, model.pixel):
+        root, white = _whitened(spread, residual)
+    gain, _ = dtrtrs(root, by_state, lower=1)
+    joint.mean = before + white @ gain
+    _iterate(joint, before, slots, pixels, sight, linear, root, gain)
     joint.covariance -= gain.T @ gain
     joint.unseen[slots] = 0.0
     return Outcome(squared, 2 * m)
+
+
+def _whitened(spread: Array, residual: Array) -> tuple[Array, Array]:
+    """Return the lower root of the residual's covariance, and the residual in its units (2 m,).
+
+    Raises:
+        numpy.linalg.LinAlgError: the covariance is not positive definite.
+    """
+    root, failed = dpotrf(spread, lower=1)
+    if failed:
+        raise np.linalg.LinAlgError("the innovation's covariance is not positive definite")
+    white, _ = dtrtrs(root, residual.reshape(-1, 1), lower=1)
+    return root, white[:, 0]
 
 
 def _iterate(
@@ -209,7 +141,7 @@ def _iterate(
     pixels: Array,
     sight: Sight,
     linear: Linear,
-    whiten: Array,
+    root: Array,
     gain: Array,
 ) -> None:
     """Repeat the correction from its own result where it went far (iterated filter).
@@ -228,7 +160,8 @@ def _iterate(
         step = joint.mean - before
         told = linear.by_platform @ step[:COUNT] + (linear.by_place @ moved[:, :, None])[:, :, 0]
         residual = pixels - now.pixels + told
-        joint.mean = before + (whiten @ residual.ravel()) @ gain
+        white, _ = dtrtrs(root, residual.reshape(-1, 1), lower=1)
+        joint.mean = before + white[:, 0] @ gain
 
 
 def _times_covariance(joint: Joint, slots: Indices, linear: Linear) -> Array:
@@ -254,8 +187,10 @@ def _innovation(
     return spread
 
 
-def _soften(spread: Array, residual: Array, pixel: float) -> None:
+def _soften(spread: Array, residual: Array, pixel: float) -> bool:
     """Give boxes far off their prediction a larger noise, so that they pull no more than at HUBER.
+
+    Returns whether there was one.
 
     Weight w = c/d beyond a normalised distance c: the pixel's variance becomes variance / w.
     """
@@ -266,8 +201,9 @@ def _soften(spread: Array, residual: Array, pixel: float) -> None:
     x, y = residual[:, 0], residual[:, 1]
     distance = np.sqrt((d * x * x - 2.0 * b * x * y + a * y * y) / (a * d - b * b))
     if not (distance > HUBER).any():
-        return
+        return False
     more = np.maximum(distance / HUBER - 1.0, 0.0)
     # In units of the whole innovation: also a robot of which little is known is not pulled.
     own[every, 0, every, 0] += more * np.maximum(a, pixel)
     own[every, 1, every, 1] += more * np.maximum(d, pixel)
+    return True

@@ -45,26 +45,39 @@ class PoseMotion:
         position: Array = self._pose.position + self.velocity * seconds
         return position
 
+    def foreseen(self, seconds: float) -> MapPose | None:
+        """Return the pose expected after a time, None where the past does not tell."""
+        if self._pose is None or seconds > MAX_GAP_S:
+            return None
+        turn = rotation_matrix(self.turn_rate * seconds)
+        return MapPose(self._pose.position + self.velocity * seconds, turn @ self._pose.rotation)
+
     def shift(self, jump: Array) -> None:
         """Go over to positions (3,) m away: the drone did not fly there."""
         if self._pose is not None:
             self._pose = MapPose(self._pose.position + jump, self._pose.rotation)
 
-    def take(self, measured: MapPose, seconds: float) -> None:
-        """Take in the pose of an image so many seconds after the one before."""
-        position = self.predicted(seconds)
-        if position is None or self._pose is None or seconds <= 0.0:
+    def take(self, measured: MapPose, seconds: float) -> MapPose:
+        """Take in the pose of an image so many seconds after the one before.
+
+        Returns:
+            The pose that was expected; where the past does not tell, the measured one.
+        """
+        expected = self.foreseen(seconds) if seconds > 0.0 else None
+        if expected is None:
             self._pose, self._seen = measured, 1
             self.velocity, self.turn_rate = np.zeros(3), np.zeros(3)
-            return
-        rotation = rotation_matrix(self.turn_rate * seconds) @ self._pose.rotation
-        shift = measured.position - position
-        turn = rotation_vector(measured.rotation @ rotation.T)
+            return measured
+        shift = measured.position - expected.position
+        turn = rotation_vector(measured.rotation @ expected.rotation.T)
         self._seen += 1
         alpha, beta = self._gains(seconds)
-        self._pose = MapPose(position + alpha * shift, rotation_matrix(alpha * turn) @ rotation)
+        self._pose = MapPose(
+            expected.position + alpha * shift, rotation_matrix(alpha * turn) @ expected.rotation
+        )
         self.velocity = self.velocity + (beta / seconds) * shift
         self.turn_rate = self.turn_rate + (beta / seconds) * turn
+        return expected
 
     def _gains(self, seconds: float) -> tuple[float, float]:
         """Return the gains of a straight line through all images so far, later a fading one."""

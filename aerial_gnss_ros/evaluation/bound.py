@@ -21,7 +21,8 @@ from aerial_gnss_ros.core.config import EstimatorConfig
 from aerial_gnss_ros.core.joint_geometry import MapFrame, MapPose, rotation_vector
 from aerial_gnss_ros.core.joint_platform import PlatformModel
 from aerial_gnss_ros.core.joint_state import Indices, Joint, Motion
-from aerial_gnss_ros.core.joint_update import Linear, Sight, correct, linearise
+from aerial_gnss_ros.core.joint_update import Linear, correct, linearise
+from aerial_gnss_ros.core.joint_view import Sight
 from aerial_gnss_ros.core.local_map import LocalMap
 from aerial_gnss_ros.core.values import CameraPose
 
@@ -67,7 +68,7 @@ def bound(
             joint.predict(stamps[k] - stamps[k - 1], model, model.stationary(None), motion)
         joint.mean[:] = 0.0
         joint.robots[:, :2] = frame.positions[joint.rows]
-        joint.anchor[:] = np.nan  # derivatives of each image, where the filter would hold them
+        joint.camera[:] = np.nan  # derivatives on the truth of each image, nothing is carried
         sight = Sight.of(camera, poses[k], _rates(poses, stamps, k), 0.0)
         slots = np.flatnonzero(frame.seen[joint.rows])
         if len(slots):

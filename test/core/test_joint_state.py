@@ -14,7 +14,8 @@ from aerial_gnss_ros.core.frames import matrix_from_rpy
 from aerial_gnss_ros.core.joint_geometry import MapPose
 from aerial_gnss_ros.core.joint_platform import PlatformModel
 from aerial_gnss_ros.core.joint_state import CRUISE_S, HELD_S, TURN_S, Joint, Motion
-from aerial_gnss_ros.core.joint_update import HUBER, Sight, correct, linearise
+from aerial_gnss_ros.core.joint_update import HUBER, correct, linearise
+from aerial_gnss_ros.core.joint_view import Sight
 from aerial_gnss_ros.core.noise import Noise
 
 MODEL = PlatformModel(Noise(latency_s=0.3), "earth")
