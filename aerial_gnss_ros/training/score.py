@@ -28,6 +28,7 @@ from aerial_gnss_ros.training.labelled_bag import is_bag, read_bag
 
 MATCH_IOU = 0.5
 SIZES_PX = (0.0, 16.0, 24.0, 40.0, 80.0, 160.0, float("inf"))
+THRESHOLDS = tuple(round(0.05 * i, 2) for i in range(3, 17))
 CONTRASTS = (0.0, 0.05, 0.1, 0.2, float("inf"))
 
 
@@ -176,6 +177,34 @@ def score(detector: Detector, images: Iterable[LabelledImage]) -> Score:
     return result
 
 
+def sweep(detector: Detector, images: Iterable[LabelledImage]) -> dict[float, Score]:
+    """Return the scores at each of `THRESHOLDS`, to choose one by.
+
+    Args:
+        detector: with a score threshold of the first of them or less.
+        images: others than those that the choice is to be tested on.
+    """
+    results = {threshold: Score() for threshold in THRESHOLDS}
+    for image in images:
+        found = detector.detect(image.read())
+        for threshold, result in results.items():
+            kept = found.scores >= threshold
+            boxes = Detections(
+                found.xywh[kept], found.scores[kept], found.class_ids[kept], found.class_names
+            )
+            result.add(boxes, image.truth)
+    return results
+
+
+def sweep_report(results: dict[float, Score]) -> str:
+    """Return precision, recall and their harmonic mean at each threshold as text."""
+    lines = ["| score | precision | recall | F1 |", "|---|---|---|---|"]
+    for threshold, result in results.items():
+        p, r = result.overall.precision, result.overall.recall
+        lines.append(f"| {threshold:.2f} | {p:.3f} | {r:.3f} | {2 * p * r / (p + r):.3f} |")
+    return "\n".join(lines) + "\n"
+
+
 def report(result: Score) -> str:
     """Return the figures as text."""
     figures, overall = result.as_dict(), result.overall
@@ -214,12 +243,13 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("--score-threshold", type=float, default=default.score_threshold)
     parser.add_argument("--image-size", type=int, default=default.image_size)
     parser.add_argument("--allow-pickle", action="store_true", help="trust a .pt file")
+    parser.add_argument("--sweep", action="store_true", help="precision and recall by threshold")
     parser.add_argument("--json", action="store_true", help="figures for a machine")
     given = parser.parse_args(arguments)
     config = DetectorConfig(
         model=given.model,
         backend=given.backend,
-        score_threshold=given.score_threshold,
+        score_threshold=THRESHOLDS[0] if given.sweep else given.score_threshold,
         image_size=given.image_size,
         allow_pickle=given.allow_pickle,
     )
@@ -228,6 +258,9 @@ def main(arguments: list[str] | None = None) -> int:
             images = read_bag(given.folder)
         else:
             images = read_folder(given.folder, given.split)
+        if given.sweep:
+            sys.stdout.write(sweep_report(sweep(load_detector(config), images)))
+            return 0
         result = score(load_detector(config), images)
     except AerialGnssError as error:
         sys.stderr.write(f"score: {error}\n")
