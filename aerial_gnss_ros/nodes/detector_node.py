@@ -44,6 +44,9 @@ class DetectorNode(Managed, SupervisedNode):
         given: parameter files and namespace.
         load: makes the detector of the configuration.
 
+    Attributes:
+        timings: milliseconds of each stage.
+
     Raises:
         AerialGnssError: a parameter or the model cannot be used.
     """
@@ -64,7 +67,7 @@ class DetectorNode(Managed, SupervisedNode):
         self._thread: threading.Thread | None = None
         self._published = 0
         self._refused: Counter[str] = Counter()
-        self._timings = Timings()
+        self.timings = Timings()
         self._image_age_s = float("nan")
         self._camera_size: tuple[int, int] | None = None
         self._failure: BaseException | None = None
@@ -165,11 +168,13 @@ class DetectorNode(Managed, SupervisedNode):
             return
         decoded = time.perf_counter()
         found = self._detector.detect(image)
+        detected = time.perf_counter()
         fields = detection_array(found, copied_header(msg.header))
         self._publisher.publish(message(DETECTIONS_TYPE, fields))
         ended = time.perf_counter()
         total = {"decode": (decoded - started) * 1e3, "total": (ended - started) * 1e3}
-        self._timings.add({**total, **found.timings_ms})
+        publish = {"publish": (ended - detected) * 1e3}
+        self.timings.add({**total, **found.timings_ms, **publish})
         self._image_age_s = (self.now_ns() - nanoseconds(msg.header.stamp)) / 1e9
         self._published += 1
         if self._published == 1:
@@ -259,5 +264,6 @@ class DetectorNode(Managed, SupervisedNode):
             "image_age_s": self._image_age_s,
         }
         values |= {f"refused_{reason}": count for reason, count in sorted(self._refused.items())}
-        values |= {f"ms_{stage}": mean for stage, mean in self._timings.means_ms().items()}
+        values |= {f"ms_{stage}": mean for stage, mean in self.timings.means_ms().items()}
+        values |= {f"ms_p95_{stage}": p95 for stage, p95 in self.timings.p95_ms().items()}
         return [Status("detection", level, words, {"model": self._detector.name, **values})]

@@ -19,6 +19,7 @@ from rclpy.node import Node
 from aerial_gnss_ros.adapters.parameter_files import read
 from aerial_gnss_ros.core.errors import AerialGnssError, ConfigError, RosError
 from aerial_gnss_ros.nodes.leaving import SIGNALS, Leave, leave_on_signals
+from aerial_gnss_ros.nodes.memory import keep_freed_memory
 from aerial_gnss_ros.nodes.schemas import SCHEMAS
 
 WRONG_INPUT = 2
@@ -108,6 +109,7 @@ def work(
     """
     former = {number: signal.getsignal(number) for number in SIGNALS}
     leave_on_signals()
+    keep_freed_memory()
     try:
         _initialise(arguments)
         task()

@@ -1,25 +1,69 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Milliseconds per stage, averaged over the last images."""
+"""Milliseconds per stage over the last images."""
 
 from __future__ import annotations
 
+import math
 from collections import deque
 from collections.abc import Mapping
 
-_REMEMBERED = 50
+_REMEMBERED = 300
 
 
 class Timings:
-    """Running means by stage; stages appear in the order in which they came first."""
+    """Milliseconds by stage; stages appear in the order in which they came first.
 
-    def __init__(self) -> None:
+    Args:
+        remembered: images that count, the last ones.
+    """
+
+    def __init__(self, remembered: int = _REMEMBERED) -> None:
+        self._remembered = remembered
         self._stages: dict[str, deque[float]] = {}
+
+    def remember(self, images: int) -> None:
+        """Forget all, and remember so many images from now on."""
+        self._remembered = images
+        self._stages = {}
 
     def add(self, timings_ms: Mapping[str, float]) -> None:
         """Take the milliseconds of one image."""
         for stage, value in timings_ms.items():
-            self._stages.setdefault(stage, deque(maxlen=_REMEMBERED)).append(value)
+            if stage not in self._stages:
+                self._stages[stage] = deque(maxlen=self._remembered)
+            self._stages[stage].append(value)
+
+    def samples_ms(self) -> dict[str, list[float]]:
+        """Return what each stage took for each image that counts."""
+        return {stage: list(values) for stage, values in self._stages.items()}
 
     def means_ms(self) -> dict[str, float]:
-        """Return the mean of each stage over the last 50 images."""
-        return {stage: sum(values) / len(values) for stage, values in self._stages.items()}
+        """Return the mean of each stage."""
+        return {stage: sum(values) / len(values) for stage, values in self.samples_ms().items()}
+
+    def p95_ms(self) -> dict[str, float]:
+        """Return what each stage takes at most in 95 of 100 images."""
+        return {stage: _p95(values) for stage, values in self.samples_ms().items()}
+
+
+def _p95(values: list[float]) -> float:
+    return sorted(values)[math.ceil(0.95 * len(values)) - 1]
+
+
+class Waits:
+    """How long each image has waited, by its stamp; bounded."""
+
+    _MOST = 4096
+
+    def __init__(self) -> None:
+        self._since: dict[int, float] = {}
+
+    def begin(self, stamp_ns: int, now_s: float) -> None:
+        """Take the time at which an image began to wait."""
+        if len(self._since) >= self._MOST:
+            self._since.pop(next(iter(self._since)))
+        self._since[stamp_ns] = now_s
+
+    def end(self, stamp_ns: int, now_s: float) -> float:
+        """Return how long it has waited, ms; NaN for one that nobody told of."""
+        return 1e3 * (now_s - self._since.pop(stamp_ns, math.nan))
