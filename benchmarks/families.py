@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Iterator
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -14,15 +13,18 @@ from numpy.typing import ArrayLike, NDArray
 from aerial_gnss_ros.core.config import EstimatorConfig, estimator_config
 from aerial_gnss_ros.core.estimator import Estimator
 from aerial_gnss_ros.core.local_map import LocalMap
-from aerial_gnss_ros.core.values import FrameResult, MapDatum
+from aerial_gnss_ros.core.values import DetectionFrame, FrameResult, MapDatum
 from aerial_gnss_ros.evaluation.bound import TrueFrame, bound
+from aerial_gnss_ros.simulation.boxes import Boxes
 from aerial_gnss_ros.simulation.chance import generator
-from aerial_gnss_ros.simulation.experiment import CameraClock, Experiment, default_camera
+from aerial_gnss_ros.simulation.experiment import CameraClock, Experiment, Frame, default_camera
 from aerial_gnss_ros.simulation.flight import HOLETOWN, FlightPlan, GeneratedFlight
 from aerial_gnss_ros.simulation.robots import SwimPlan
 from aerial_gnss_ros.simulation.sensors import START_NS, sensor_plan
 
 Array = NDArray[np.float64]
+Image = tuple[Frame, Boxes, DetectionFrame]
+"""What an image shows, its true boxes and the detector's."""
 
 ACCELERATION = 0.05
 """Random-walk rate of the moving robots' velocity, m/s^1.5: the default that the filter states."""
@@ -154,8 +156,10 @@ def config(cell: Cell, setting: Setting) -> EstimatorConfig:
     return estimator_config(values | setting.stated)
 
 
-def results(made: Experiment, stated: EstimatorConfig) -> list[FrameResult]:
-    """Return what the estimator makes of a flight."""
+def results(
+    made: Experiment, stated: EstimatorConfig, images: list[Image] | None = None
+) -> list[FrameResult]:
+    """Return what the estimator makes of a flight, its images made already or not."""
     engine = Estimator(stated)
     engine.add_camera(START_NS - 10_000_000_000, made.camera)
     sensors = made.sensors
@@ -166,7 +170,7 @@ def results(made: Experiment, stated: EstimatorConfig) -> list[FrameResult]:
         (engine.add_height, sensors.heights()),
     ):
         telemetry += [(value.stamp_ns, add, value) for value in values]
-    for _, _, frame in made.detections():
+    for _, _, frame in images or made.detections():
         # Late telemetry belongs to earlier images: an image waits for what brackets its scene.
         telemetry.append((frame.stamp_ns, engine.add_detections, frame))
     telemetry.sort(key=lambda item: item[0])
@@ -177,15 +181,17 @@ def results(made: Experiment, stated: EstimatorConfig) -> list[FrameResult]:
     return found + engine.flush()
 
 
-def truth(made: Experiment) -> list[TrueFrame]:
+def truth(made: Experiment, images: list[Image]) -> list[TrueFrame]:
     """Return the true camera and robots of each image."""
-    frames = []
-    for frame in made.frames():
-        names = made.projected(frame).names
-        positions = made.swarm.positions(np.array([frame.t]))[:, 0, :2]
-        seen = np.array([name in names for name in made.swarm.names])
-        frames.append(TrueFrame(made.true_pose(frame), positions, seen))
-    return frames
+    paths = made.swarm.positions(np.array([frame.t for frame, _, _ in images]))[:, :, :2]
+    return [
+        TrueFrame(
+            made.true_pose(frame),
+            paths[:, k],
+            np.array([name in boxes.names for name in made.swarm.names]),
+        )
+        for k, (frame, boxes, _) in enumerate(images)
+    ]
 
 
 def bounds(made: Experiment, stated: EstimatorConfig, true: list[TrueFrame]) -> Array:
@@ -215,8 +221,3 @@ def robots_of(found: list[FrameResult], true: list[TrueFrame]) -> dict[str, int]
     given = {name: int(np.argmin(cost[i])) for i, name in enumerate(names)}
     given.update({names[row]: int(column) for row, column in zip(rows, columns, strict=True)})
     return given
-
-
-def in_order(seeds: int) -> Iterator[tuple[Cell, int]]:
-    """Yield all cells and seeds."""
-    yield from itertools.product(cells(), range(seeds))
