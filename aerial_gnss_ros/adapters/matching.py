@@ -85,6 +85,27 @@ def fits(profiles: Mapping[str, Sequence[Subscription]], seen: Sequence[SeenTopi
     return sorted(found, key=lambda fit: (-fit.score, fit.profile))
 
 
+def other_drones(
+    profiles: Mapping[str, Sequence[Subscription]], seen: Sequence[SeenTopic], found: Fit
+) -> list[Fit]:
+    """Return the best complete profile of each other namespace in which a drone has a position.
+
+    Args:
+        profiles: the feed's subscriptions by profile.
+        seen: what there is.
+        found: the profile whose namespace is known already.
+    """
+    others: dict[str, Fit] = {}
+    for name, inputs in profiles.items():
+        for namespace in _namespaces(inputs, seen):
+            fit = _fit(name, namespace, inputs, seen)
+            if namespace == found.namespace or fit.missing or "fix" not in fit.matched:
+                continue
+            if namespace not in others or fit.score > others[namespace].score:
+                others[namespace] = fit
+    return [others[namespace] for namespace in sorted(others)]
+
+
 def candidates(source: str, seen: Iterable[SeenTopic]) -> list[tuple[SeenTopic, str]]:
     """Return topics that could serve an input, each with the name of its type in the parameters."""
     if source == "camera_info":

@@ -12,7 +12,14 @@ from pathlib import Path
 from typing import Any
 
 from aerial_gnss_ros.adapters.feed import Feed, Subscription
-from aerial_gnss_ros.adapters.matching import IMAGE_TYPES, Fit, SeenTopic, candidates, fits
+from aerial_gnss_ros.adapters.matching import (
+    IMAGE_TYPES,
+    Fit,
+    SeenTopic,
+    candidates,
+    fits,
+    other_drones,
+)
 from aerial_gnss_ros.adapters.parameter_files import read
 from aerial_gnss_ros.adapters.vehicles import vehicle_file, vehicle_names
 from aerial_gnss_ros.bags.reader import open_bag
@@ -27,6 +34,10 @@ from aerial_gnss_ros.nodes.schemas import DETECTOR, ESTIMATOR, SCHEMAS
 HELP = "propose the vehicle profile for a bag or the live topics"
 INCOMPLETE = 1
 _WIDTH = 100
+_INSTEAD = {
+    "camera_info": "parameters, with focal_length_mm, sensor_width_mm, image_width_px and "
+    "image_height_px"
+}
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -56,12 +67,14 @@ def run(args: argparse.Namespace) -> int:
         raise InputError(f"--seconds must be above 0, not {args.seconds:g}.")
     seen = _seen(args)
     names = args.vehicle or vehicle_names()
-    ranked = fits({name: _subscriptions(name) for name in names}, seen)
+    profiles = {name: _subscriptions(name) for name in names}
+    ranked = fits(profiles, seen)
     best = ranked[0]
+    others = other_drones(profiles, seen, best)
     if args.json:
-        print(json.dumps(_as_json(seen, ranked), indent=2))
+        print(json.dumps(_as_json(seen, ranked, others), indent=2))
     else:
-        _print(args.bags, seen, ranked)
+        _print(args.bags, seen, ranked, others)
     return 0 if best.matched and not best.missing else INCOMPLETE
 
 
@@ -106,7 +119,9 @@ def _images(vehicle: str, namespace: str, seen: Sequence[SeenTopic]) -> tuple[st
     return (there[0] if there else ""), images
 
 
-def _print(bags: Sequence[Path], seen: Sequence[SeenTopic], ranked: Sequence[Fit]) -> None:
+def _print(
+    bags: Sequence[Path], seen: Sequence[SeenTopic], ranked: Sequence[Fit], others: Sequence[Fit]
+) -> None:
     width = min(48, max(len(t.name) for t in seen))
     print(f"{len(seen)} topics")
     for topic in seen:
@@ -132,9 +147,16 @@ def _print(bags: Sequence[Path], seen: Sequence[SeenTopic], ranked: Sequence[Fit
         print(f"  {name:<12} {found}")
     for line in _best_troubles(best):
         print(textwrap.fill(f"  ! {line}", _WIDTH, subsequent_indent="    "))
-    equals = [f.profile for f in ranked[1:] if f.score == best.score]
+    equals = [
+        f.profile for f in ranked[1:] if f.score == best.score and f.namespace == best.namespace
+    ]
     if equals:
         print(f"  {' and '.join(equals)} fits as well: take the one of your autopilot.")
+    for other in others:
+        flags = f"--vehicle {other.profile}" + (
+            f" --namespace {other.namespace}" if other.namespace else ", no namespace"
+        )
+        print(f"  another drone: {flags}")
     _print_commands(bags, best)
     _print_yaml(best, seen)
 
@@ -192,13 +214,19 @@ def _print_yaml(best: Fit, seen: Sequence[SeenTopic]) -> None:
 
 def _estimator_lines(best: Fit, seen: Sequence[SeenTopic]) -> list[str]:
     lines: list[str] = []
+    lacking = {subscription.name for subscription in best.missing}
     for subscription in best.missing:
+        if subscription.name == "home":
+            if "height" not in lacking:  # else the height may come from elsewhere
+                lines += ["      height:", "        # home_topic: altitude of the take-off point"]
+            continue
         group = {"camera_info": "camera"}.get(subscription.name, subscription.name)
         found = candidates(subscription.name, seen)
         lines.append(f"      {group}:")
         if not found:
             lines.append(f"        # no topic has a type that {subscription.name} can be read from")
-            lines.append("        # source: constant, with its values, where it never changes")
+            instead = _INSTEAD.get(subscription.name, "constant, with its values")
+            lines.append(f"        # source: {instead}, where it never changes")
         for i, (topic, kind) in enumerate(found):
             mark = "" if i == 0 else "# or "
             lines.append(f"        {mark}topic: {topic.name}")
@@ -206,7 +234,9 @@ def _estimator_lines(best: Fit, seen: Sequence[SeenTopic]) -> list[str]:
     return lines
 
 
-def _as_json(seen: Sequence[SeenTopic], ranked: Sequence[Fit]) -> dict[str, Any]:
+def _as_json(
+    seen: Sequence[SeenTopic], ranked: Sequence[Fit], others: Sequence[Fit]
+) -> dict[str, Any]:
     return {
         "topics": [
             {"name": t.name, "type": t.msgtype, "rate_hz": round(t.rate_hz, 3), "count": t.count,
@@ -224,4 +254,5 @@ def _as_json(seen: Sequence[SeenTopic], ranked: Sequence[Fit]) -> dict[str, Any]
             }
             for fit in ranked
         ],
+        "other_drones": [{"profile": f.profile, "namespace": f.namespace} for f in others],
     }  # fmt: skip

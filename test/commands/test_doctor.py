@@ -108,6 +108,32 @@ def test_another_type_is_named_and_versions_of_px4_are_found(tmp_path, capsys):
     assert found["profiles"][0]["matched"] == {"attitude": "/x1/fmu/out/vehicle_attitude_v2"}
 
 
+def test_several_drones_are_told_apart(tmp_path, capsys):
+    topics = {f"/d1/{topic}": kind for topic, kind in DJI.items()}
+    generic = {"fix": "sensor_msgs/msg/NavSatFix", "attitude": "sensor_msgs/msg/Imu",
+               "gimbal": "geometry_msgs/msg/QuaternionStamped", "height": "std_msgs/msg/Float64",
+               "camera/camera_info": "sensor_msgs/msg/CameraInfo"}  # fmt: skip
+    topics |= {f"/d2/{topic}": kind for topic, kind in generic.items()}
+    bag = write(
+        tmp_path / "bag", topics | {"/pier/camera/camera_info": generic["camera/camera_info"]}
+    )
+    _, out = doctor(capsys, bag)
+    assert "best: dji_psdk, namespace d1" in out
+    assert "another drone: --vehicle generic --namespace d2\n" in out
+    assert out.count("another drone") == 1
+    assert "fits as well" not in out
+    found = json.loads(doctor(capsys, bag, "--json")[1])
+    assert found["other_drones"] == [{"profile": "generic", "namespace": "d2"}]
+
+
+def test_a_camera_that_is_not_described_can_be_given_by_numbers(tmp_path, capsys):
+    topics = {f"/{topic}": kind for topic, kind in DJI.items()}
+    del topics["/camera/camera_info"]
+    _, out = doctor(capsys, write(tmp_path / "bag", topics))
+    assert "# source: parameters, with focal_length_mm" in out
+    assert "source: constant" not in out
+
+
 def test_types_that_nobody_knows_are_told_and_harm_nothing(tmp_path, capsys):
     kinds = {"secret_msgs/msg/Thing": None}
     topics = {"/thing": "secret_msgs/msg/Thing", "/fix": "sensor_msgs/msg/NavSatFix"}
