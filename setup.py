@@ -47,6 +47,8 @@ EXTRAS = {
     ],
     "openvino": ["openvino>=2024.0"],
     "export": ["onnx>=1.15"],  # aerial-gnss export to 16 and 8 bits; needs no torch
+    # aerial-gnss simulate --renderer blender; bpy 5.0 exists for no other Python
+    "blender": ['bpy>=5.0,<5.1; python_version == "3.11"'],
     "mavlink": ["pymavlink>=2.4.41"],  # aerial-gnss stream --mavlink
     "ultralytics": ["ultralytics>=8.3", "onnx>=1.15"],  # AGPL-3.0: training, .pt and .engine models
     "identity": ["motmetrics>=1.4"],  # IDF1 and identity switches in `aerial-gnss evaluate`

@@ -15,6 +15,7 @@ PACKAGE = Path(__file__).resolve().parent.parent / "aerial_gnss_ros"
 NAME = PACKAGE.name
 ROS = {"rclpy", "rosidl_runtime_py", "ament_index_python", "launch", "launch_ros"}
 OPTIONAL = {"torch", "ultralytics", "openvino", "tensorrt"}
+BLENDER = {"bpy", "mathutils"}
 
 # From the ground up; parts on one floor may use each other.
 FLOORS = [
@@ -78,6 +79,7 @@ def test_libraries_stay_on_their_floor(path: Path) -> None:
         assert allowed is None or library in allowed, where
         assert not is_ros(library) or part in ("nodes", "commands"), where
         assert library not in OPTIONAL or part in ("detection", "training"), where
+        assert library not in BLENDER or path.parent.name == "blender", where
 
 
 def test_every_part_has_a_floor() -> None:
@@ -90,7 +92,7 @@ import importlib, pkgutil, sys
 import {NAME}
 class Refuse:
     def find_spec(self, name, path=None, target=None):
-        if name.split(".")[0] in {sorted(OPTIONAL | {"rclpy"})}:
+        if name.split(".")[0] in {sorted(OPTIONAL | BLENDER | {"rclpy"})}:
             raise ImportError("refused by the test: " + name)
 sys.meta_path.insert(0, Refuse())
 loaded = 0

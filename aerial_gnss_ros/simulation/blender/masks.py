@@ -1,0 +1,42 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Pictures of one robot alone, glowing under clear water: what labels are checked against."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aerial_gnss_ros.simulation.blender import nodes, studio
+
+
+def coverage(built: studio.Set, name: str, folder: Path) -> NDArray[np.float32]:
+    """Share (height, width) of every pixel through which a robot is seen, other robots hidden.
+
+    Cycles refracts the sight lines itself, so this shares nothing with `tracing` but the mesh.
+    Changes the set for good.
+
+    Args:
+        built: the set.
+        name: of the robot.
+        folder: for a passing file.
+    """
+    import bpy
+
+    scene = bpy.context.scene
+    scene.world = bpy.data.worlds.new("dark")
+    scene.world.color = (0.0, 0.0, 0.0)
+    scene.cycles.use_denoising = False
+    scene.cycles.pixel_filter_type = "BOX"
+    glow, dark = nodes.glowing((1.0, 1.0, 1.0)), nodes.glowing((0.0, 0.0, 0.0))
+    built.sea.data.materials[0] = nodes.window_pane()
+    studio.hide([*built.robots.values(), built.props])
+    studio.hide([built.robots[name]], hidden=False)
+    for thing in built.robots[name]:
+        thing.data.materials[0] = glow
+    for thing in bpy.data.objects:
+        if thing.name.startswith("floor"):
+            thing.data.materials[0] = dark
+    share: NDArray[np.float32] = studio.render(folder)[..., 1]
+    return share

@@ -1,0 +1,152 @@
+# SPDX-License-Identifier: Apache-2.0
+"""One labelled picture: build, render, label, develop. Runs where bpy is installed."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from aerial_gnss_ros.simulation.blender import nodes, studio
+from aerial_gnss_ros.simulation.blender.ranges import ranges_named
+from aerial_gnss_ros.simulation.blender.shot import Shot, random_shot
+from aerial_gnss_ros.simulation.blender.tracing import Outline, Tracer, box, in_window
+from aerial_gnss_ros.simulation.develop import Developer
+from aerial_gnss_ros.simulation.labels import RobotLabel, turned_size
+from aerial_gnss_ros.simulation.planes import U8
+from aerial_gnss_ros.simulation.samples import DatasetConfig, Sample, labelled
+from aerial_gnss_ros.simulation.view import Window, project_points
+
+PAD_PX = 6
+"""Beside the boxes when the picture without robots is rendered."""
+
+
+@dataclass(frozen=True)
+class Order:
+    """Which picture to make; the same order gives the same picture.
+
+    Attributes:
+        seed: integers that decide everything random.
+        config: what to draw from.
+    """
+
+    seed: tuple[int, ...]
+    config: DatasetConfig
+
+
+def take(order: Order, folder: Path) -> Sample:
+    """Makes a picture.
+
+    Args:
+        order: which one.
+        folder: for passing files.
+    """
+    config = order.config
+    rng = np.random.default_rng(order.seed)
+    shot = random_shot(
+        rng, ranges_named(config.ranges), config.size, config.occupied, config.image, config.variety
+    )
+    built = studio.build(shot, config.samples, int(rng.integers(2**31)))
+    camera = _Camera(shot, folder)
+    tracer = Tracer(built)
+    found = {name: tracer.outline(name) for name in built.robots}
+    outlines = {name: outline for name, outline in found.items() if outline is not None}
+    picture = camera.expose()
+    labels = _labels(built, camera, outlines, picture)
+    good = {label.robot_id for label in labels if labelled(label)}
+    if config.prune and len(good) < len(built.robots):
+        # Also those of which nothing is in the picture: their shadows or reflections may be.
+        studio.hide([things for name, things in built.robots.items() if name not in good])
+        picture = camera.expose()
+        labels = [label for label in labels if label.robot_id in good]
+    image = camera.developer.finish(picture, int(rng.integers(2**31)))
+    about = {
+        "height_m": round(shot.view.height, 3),
+        "tilt_deg": round(float(np.degrees(shot.view.tilt)), 2),
+        "wind_mps": round(shot.scene.wind_speed, 2),
+        "sun_elevation_deg": round(float(np.degrees(shot.scene.sun_elevation)), 1),
+        "sun_light": round(shot.scene.sun_light, 3),
+    }
+    return Sample(image, labels, about)
+
+
+class _Camera:
+    """Renders and develops pictures of one shot with the exposure of the first."""
+
+    def __init__(self, shot: Shot, folder: Path) -> None:
+        self.developer = Developer(shot.scene)
+        window = shot.view.window
+        self._size = (window.width, window.height)
+        self._frame = Window(0, 0, window.width, window.height)
+        self._white = np.float32(nodes.daylight(shot))
+        self._folder = folder
+        self._gain: float | None = None
+
+    def expose(self, part: Window | None = None) -> U8:
+        light = studio.render(self._folder, part) / self._white
+        planes = [np.ascontiguousarray(light[..., i]) for i in range(3)]
+        if self._gain is None:
+            self._gain = self.developer.gain(planes)
+        return self.developer.tone(planes, self._gain, part or self._frame, self._size)
+
+
+def _labels(
+    built: studio.Set, camera: _Camera, outlines: dict[str, Outline], picture: U8
+) -> list[RobotLabel]:
+    """Labels of the robots in the picture; leaves the robots visible."""
+    area = _area(outlines, built.shot.view.window)
+    if area is None:
+        return []
+    robots = list(built.robots.values())
+    studio.hide(robots)
+    without = camera.expose(area)
+    studio.hide(robots, hidden=False)
+    made = [
+        _label(name, outline, built.shot, picture, without, area)
+        for name, outline in outlines.items()
+    ]
+    return [label for label in made if label is not None]
+
+
+def _area(outlines: dict[str, Outline], window: Window) -> Window | None:
+    """Smallest window, in pixels of the picture, round all robots that are in it."""
+    boxes = np.array([b for o in outlines.values() if (b := box(o, window)) is not None])
+    if not len(boxes):
+        return None
+    corner = np.array([window.x, window.y])
+    size = np.array([window.width, window.height])
+    low = np.floor(boxes[:, :2].min(axis=0) - corner - PAD_PX).astype(int)
+    high = np.ceil(boxes[:, 2:].max(axis=0) - corner + PAD_PX).astype(int) + 1
+    low, high = np.maximum(low, 0), np.minimum(high, size)
+    return Window(int(low[0]), int(low[1]), int(high[0] - low[0]), int(high[1] - low[1]))
+
+
+def _label(
+    name: str, outline: Outline, shot: Shot, picture: U8, without: U8, area: Window
+) -> RobotLabel | None:
+    window = shot.view.window
+    edges = box(outline, window)
+    if edges is None:
+        return None
+    inside = in_window(outline.pixels, window)
+    local = outline.pixels[inside] - [window.x, window.y]
+    columns, rows = np.unique(np.round(local).astype(int), axis=0).T
+    keep = (columns >= area.x) & (columns < area.x + area.width)
+    keep &= (rows >= area.y) & (rows < area.y + area.height)
+    columns, rows = columns[keep], rows[keep]
+    here = picture[rows, columns].astype(np.float64)
+    there = without[rows - area.y, columns - area.x].astype(np.float64)
+    long_px, short_px = turned_size(outline.pixels)
+    robot = next(r for r in shot.robots if r.robot_id == name)
+    pixel, _ = project_points(
+        shot.view.camera, shot.view.pose, np.array([[robot.east, robot.north, 0.0]])
+    )
+    left, top, right, bottom = edges
+    return RobotLabel(
+        name, "aqua", left - window.x, top - window.y, right - window.x, bottom - window.y,
+        long_px + outline.step, short_px + outline.step, robot.depth,
+        float(np.abs(here - there).mean() / 255.0) if len(here) else 0.0,
+        float((inside & outline.free).mean()),
+        (float(pixel[0, 0]) - window.x, float(pixel[0, 1]) - window.y),
+    )  # fmt: skip

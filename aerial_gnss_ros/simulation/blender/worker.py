@@ -1,0 +1,59 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The process that Blender runs in: takes orders on its input, gives pictures on its output.
+
+Blender prints on its output as it likes, and a fault in it ends the process; both stay in here.
+"""
+
+from __future__ import annotations
+
+import os
+import pickle
+import struct
+import sys
+import tempfile
+from pathlib import Path
+from typing import IO, Any
+
+LENGTH = struct.Struct("<Q")
+
+
+def send(pipe: IO[bytes], value: Any) -> None:
+    """Writes a value and its length."""
+    data = pickle.dumps(value)
+    pipe.write(LENGTH.pack(len(data)) + data)
+    pipe.flush()
+
+
+def receive(pipe: IO[bytes]) -> Any:
+    """Returns the next value.
+
+    Raises:
+        EOFError: the other process has ended.
+    """
+    head = pipe.read(LENGTH.size)
+    data = pipe.read(LENGTH.unpack(head)[0]) if len(head) == LENGTH.size else b""
+    if len(head) < LENGTH.size or len(data) < LENGTH.unpack(head)[0]:
+        raise EOFError
+    return pickle.loads(data)  # noqa: S301  (from our own process, through a pipe of our own)
+
+
+def main() -> None:
+    """Answers each order with a sample, or with the error that it met."""
+    answers = os.fdopen(os.dup(1), "wb")
+    os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
+    from aerial_gnss_ros.simulation.blender.picture import take
+
+    with tempfile.TemporaryDirectory() as folder:
+        while True:
+            try:
+                order = receive(sys.stdin.buffer)
+            except EOFError:
+                return
+            try:
+                send(answers, take(order, Path(folder)))
+            except Exception as error:  # noqa: BLE001  (told to the parent, who knows what to do)
+                send(answers, f"{type(error).__name__}: {error}")
+
+
+if __name__ == "__main__":
+    main()
