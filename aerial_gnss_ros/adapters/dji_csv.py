@@ -70,7 +70,8 @@ def _read_rows(path: Path) -> tuple[list[str], list[list[str]], int]:
             first = file.readline()
             file.seek(0)
             told = first.startswith("sep=") and len(first.rstrip()) == 5
-            rows = list(csv.reader(file, delimiter=first[4] if told else ","))
+            separator = first[4] if told else max(",;\t", key=first.count)
+            rows = list(csv.reader(file, delimiter=separator))
     except OSError as error:
         raise InputError(f"cannot read {path}: {error.strerror or error}.") from error
     except (UnicodeDecodeError, csv.Error) as error:

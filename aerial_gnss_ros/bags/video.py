@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import math
+import os
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -98,9 +99,13 @@ def open_video(path: str | Path) -> Video:
 
 
 def _open(path: Path) -> cv2.VideoCapture:
+    os.environ.setdefault("OPENCV_FFMPEG_LOGLEVEL", "-8")  # what is wrong is said below, once
     capture = cv2.VideoCapture(str(path))
     if not capture.isOpened():
-        raise InputError(f"{path} is no video that OpenCV can read; convert it to mp4 first.")
+        raise InputError(
+            f"{path} is no video that OpenCV can read; copy it from the card again if it is cut "
+            "off, else convert it to mp4 first."
+        )
     return capture
 
 

@@ -83,9 +83,12 @@ def test_a_long_unknown_header_is_told_with_what_was_expected(tmp_path):
         read_dji_log(path)
 
 
-def test_a_file_that_names_another_separator_is_read(tmp_path):
+@pytest.mark.parametrize("separator", [";", "\t"])
+@pytest.mark.parametrize("named", [True, False])
+def test_another_separator_is_read(tmp_path, separator, named):
+    text = VIEWER.replace(",", separator)
     path = tmp_path / "log.csv"
-    path.write_text(VIEWER.replace(",", ";"))
+    path.write_text(text if named else text.partition("\n")[2])
     log = read_dji_log(path)
     assert len(log) == 3
     assert len(log.recordings_s) == 1

@@ -4,6 +4,8 @@
 from __future__ import annotations
 
 import json
+import subprocess
+import sys
 
 import cv2
 import numpy as np
@@ -136,6 +138,22 @@ def test_what_does_not_fit_is_refused(tmp_path, capsys, video, recordings, extra
     assert status == 2
     assert words in err[-1]
     assert sorted(path.name for path in tmp_path.iterdir()) == ["log.csv", "video.mp4"]
+
+
+def test_a_video_that_is_cut_off_is_refused_in_one_sentence(tmp_path, video):
+    flight, film = log(tmp_path, [(1.0, 4.0)]), video()
+    film.write_bytes(film.read_bytes()[:-200])
+    code = "import sys; from aerial_gnss_ros import cli; sys.exit(cli.main())"
+    arguments = ["import-dji", flight, film, "-o", tmp_path / "bag"]
+    done = subprocess.run(  # of its own: FFmpeg writes past Python, and is set up once
+        [sys.executable, "-c", code, *map(str, arguments)],
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 2
+    assert done.stderr.count("\n") == 1
+    assert "copy it from the card again" in done.stderr
 
 
 def test_no_video_and_a_broken_one_are_refused(tmp_path, capsys, video):
