@@ -20,6 +20,7 @@ from aerial_gnss_ros.simulation.staging import Variety
 COUNT = 1000
 CROP_PX = 320
 _USUAL = Variety()
+_SAMPLES = DatasetConfig({}).samples
 _ONLY_FLIGHTS = (
     "flight", "telemetry", "start", "height", "tilt", "stand_off", "speed", "camera_offset",
     "robots", "robot_at", "robot_speed",
@@ -46,7 +47,14 @@ def add_arguments(group: Any) -> None:
     group.add_argument(
         "--renderer", choices=RENDERERS, help="blender needs the extra [blender] (default fast)"
     )
-    group.add_argument("--ranges", metavar="NAME", help="with --renderer blender (default train)")
+    group.add_argument(
+        "--ranges", metavar="NAME",
+        help="with --renderer blender: train (default), or unseen, which shares no look with it",
+    )  # fmt: skip
+    group.add_argument(
+        "--samples", type=int, metavar="N",
+        help=f"with --renderer blender: paths a pixel (default {_SAMPLES})",
+    )  # fmt: skip
     group.add_argument("--processes", type=int, metavar="N", help="at a time (default 1)")
     for name, value, text in (
         ("heights", _USUAL.height_m, "above the water, m"),
@@ -85,8 +93,8 @@ def refuse_options(args: argparse.Namespace) -> None:
         return
     given = vars(args)
     for name in (
-        "count", "val", "crop", "whole_frames", "renderer", "ranges", "processes", "heights",
-        "tilts", "lengths", "depths", "extra_robots", "distractors",
+        "count", "val", "crop", "whole_frames", "renderer", "ranges", "samples", "processes",
+        "heights", "tilts", "lengths", "depths", "extra_robots", "distractors",
     ):  # fmt: skip
         if given[name] is not None:
             raise ConfigError(f"{_option(name)} has a meaning only with --dataset.")
@@ -126,16 +134,20 @@ def run(args: argparse.Namespace) -> int:
 def _config(args: argparse.Namespace) -> DatasetConfig:
     if args.seed < 0:
         raise ConfigError(f"--seed must not be negative, but is {args.seed}.")
-    for name, least in (("count", 1), ("val", 0), ("processes", 1)):
+    for name, least in (("count", 1), ("val", 0), ("processes", 1), ("samples", 1)):
         value = getattr(args, name)
         if value is not None and value < least:
             raise ConfigError(f"--{name} must be {least} or more, not {value}.")
+    for name in ("ranges", "samples"):
+        if getattr(args, name) is not None and args.renderer != "blender":
+            raise ConfigError(f"--{name} has a meaning only with --renderer blender.")
     count = COUNT if args.count is None else args.count
     common: dict[str, Any] = {
         "seed": args.seed,
         "variety": _variety(args),
         "renderer": args.renderer or "fast",
         "ranges": args.ranges or "train",
+        "samples": args.samples or _SAMPLES,
     }
     if args.whole_frames:
         if args.crop is not None or args.val is not None:
