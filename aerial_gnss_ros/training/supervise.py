@@ -19,6 +19,7 @@ from aerial_gnss_ros.core.errors import AerialGnssError
 from aerial_gnss_ros.training.offline import offline_environment
 from aerial_gnss_ros.training.run_folder import RunFolder
 
+COMMAND = (sys.executable, "-m", "aerial_gnss_ros.training.worker")
 _THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMEXPR_MAX_THREADS")
 
 
@@ -50,7 +51,7 @@ def train_in_process(
     environment = offline_environment(run.settings)
     if threads:
         environment.update(dict.fromkeys(_THREADS, str(threads)))
-    command = [sys.executable, "-m", "aerial_gnss_ros.training.worker", str(run.path)]
+    command = [*COMMAND, str(run.path)]
     said = None
     with run.log.open("ab") as log:
         process = subprocess.Popen(  # noqa: S603 - our own module

@@ -17,7 +17,8 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from aerial_gnss_ros.core.errors import AerialGnssError, InputError, ModelError
+from aerial_gnss_ros.core.errors import AerialGnssError, ConfigError, InputError, ModelError
+from aerial_gnss_ros.training import train
 from aerial_gnss_ros.training.data_view import write_view
 from aerial_gnss_ros.training.inspection import Inspection, inspect
 from aerial_gnss_ros.training.layout import open_dataset
@@ -138,8 +139,6 @@ def _fit(
     """Train a phase from where it is to its end."""
     from ultralytics import YOLO
 
-    from aerial_gnss_ros.training import train
-
     folder, checkpoint = run.phase(number), run.checkpoint(number)
     start = plan.weights if number == 0 else str(run.phase_weights(number - 1))
     training = train.Training(
@@ -161,16 +160,28 @@ def _fit(
     else:
         shutil.rmtree(folder, ignore_errors=True)  # of an epoch that was not finished
         folder.mkdir()
-        try:
-            model = train.network(training)
-        except (AttributeError, KeyError, FileNotFoundError, ModuleNotFoundError) as error:
-            raise ModelError(f"{start} cannot be trained on: {error}.") from error
+        model = _network(training)
+    own = _own_options(plan, data, folder)
     model.add_callback("on_model_save", lambda trainer: _keep(run, number, trainer, report))
     train.use_processor_well(model, training)
     options: dict[str, Any] = {"resume": True} if resumed else train.options(training)
     if plan.online == "none":
         options.update(dict.fromkeys(train.AUGMENTATION, 0.0))
-    model.train(**{**options, **_own_options(plan, data, folder)})
+    model.train(**{**options, **own})
+
+
+def _network(training: train.Training) -> Any:
+    """Return the model to begin with, or ModelError."""
+    try:
+        model = train.network(training)
+    except (AerialGnssError, MemoryError):
+        raise
+    except Exception as error:  # ultralytics and torch raise whatever the damage causes
+        words = str(error).strip().splitlines() or [type(error).__name__]
+        raise ModelError(f"{training.weights} cannot be trained on: {words[0]}") from error
+    if model.task != "detect":
+        raise ModelError(f"{training.weights} is for the task {model.task}, not for detection.")
+    return model
 
 
 def _keep(run: RunFolder, number: int, trainer: Any, report: Callable[[int], None]) -> None:
@@ -185,7 +196,10 @@ def _own_options(plan: Plan, data: Path, folder: Path) -> dict[str, Any]:
     """Return what differs from a training by hand, and may differ after a resumption."""
     import torch
 
-    device = plan.device or ("0" if torch.cuda.is_available() else "cpu")
+    gpus = torch.cuda.device_count() if torch.cuda.is_available() else 0
+    device = plan.device or ("0" if gpus else "cpu")
+    if device.isdecimal() and int(device) >= gpus:
+        raise ConfigError(f"--device {device}: torch sees {gpus} GPUs here; give cpu, or 0 and up.")
     on_gpu = device != "cpu"
     if on_gpu:
         # ultralytics tries 16 bits on a network that it downloads; every GPU of the last years can.

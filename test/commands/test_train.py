@@ -1,0 +1,88 @@
+# SPDX-License-Identifier: Apache-2.0
+"""`aerial-gnss train` from the command line: what it refuses before torch is even loaded."""
+
+from __future__ import annotations
+
+import importlib.util
+
+import pytest
+
+from aerial_gnss_ros import cli
+from aerial_gnss_ros.training.phases import Phase
+from aerial_gnss_ros.training.run_folder import Plan, RunFolder
+
+
+def refused(capsys, *arguments):
+    assert cli.main(["train", *map(str, arguments)]) == 2
+    said = capsys.readouterr().err
+    assert "Traceback" not in said
+    return said
+
+
+def test_check_counts_without_training(tmp_path, make_set, capsys):
+    assert cli.main(["train", str(make_set(tmp_path / "set", robots=(1, 2, 0))), "--check"]) == 0
+    out = capsys.readouterr().out
+    assert "train: 3 images, 3 robots; 1 images with one, 1 with several, 1 with none" in out
+    assert "fingerprint " in out
+
+
+def test_a_set_with_errors_is_refused(tmp_path, make_set, capsys, monkeypatch):
+    monkeypatch.setattr(importlib.util, "find_spec", lambda _: True)  # as if torch was there
+    source, run = make_set(tmp_path / "set"), tmp_path / "run"
+    (source / "labels" / "val" / "1.txt").write_text("0 0.5 0.5 0.1 7\n")
+    (source / "images" / "val" / "2.png").unlink()
+    for said in (refused(capsys, source, "--check"), refused(capsys, source, "-o", run)):
+        assert "with 2 errors; nothing was done" in said
+        assert "labels/val/1.txt, line 1: the size" in said
+        assert "labels/val/2.txt: its image is missing" in said
+    assert not run.exists()
+
+
+def test_a_missing_extra_is_named(tmp_path, make_set, capsys, monkeypatch):
+    monkeypatch.setattr(importlib.util, "find_spec", lambda _: None)
+    said = refused(capsys, make_set(tmp_path / "set"), "-o", tmp_path / "run")
+    assert "training needs torch; install it with `pip install 'aerial_gnss_ros[ult" in said
+    assert not (tmp_path / "run").exists()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "expected"),
+    [
+        (["--epochs", "3"], "the curriculum has two phases"),
+        (["--epochs", "3,x"], "is not one or two whole numbers"),
+        (["--epochs", "0,1"], "epochs must lie within"),
+        (["--image-size", "100"], "must be a multiple of 32"),
+        (["--batch", "0"], "--batch must lie within"),
+        (["--learning-rate", "nan"], "--learning-rate must lie within"),
+        (["--device", "gpu"], "--device is cpu or the number"),
+        (["--threads", "-1"], "--threads must lie within"),
+        (["--weights", "yolo11n.pt"], "do not exist; nothing is downloaded"),
+        (["--weights", "model.bin"], "is no .onnx, .pt or .yaml file"),
+        (["--weights", "none.onnx"], "none.onnx"),
+        (["--weights", "here.pt"], "is a pickle, which can run any code"),
+    ],
+)
+def test_wrong_arguments(tmp_path, make_set, capsys, monkeypatch, arguments, expected):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "here.pt").touch()
+    said = refused(capsys, make_set(tmp_path / "set"), "-o", "run", *arguments)
+    assert expected in said
+    assert not (tmp_path / "run").exists()
+
+
+def test_a_phase_without_images_is_refused(tmp_path, make_set, capsys, monkeypatch):
+    monkeypatch.setattr(importlib.util, "find_spec", lambda _: True)
+    said = refused(capsys, make_set(tmp_path / "set", robots=(1, 1)), "-o", tmp_path / "run")
+    assert "'several'" in said
+
+
+def test_what_can_be_resumed(tmp_path, capsys):
+    assert "give a DATASET and -o RUN" in refused(capsys)
+    assert "has no plan.json" in refused(capsys, "--resume", tmp_path)
+    run = RunFolder(tmp_path)
+    run.save(Plan(tmp_path / "data.yaml", "", False, (Phase("all", 1),), "yolo11n.yaml"))
+    said = refused(capsys, "--resume", tmp_path, "--epochs", "3,3", "--seed", "1", "--one-phase")
+    assert "goes on as it was begun: leave out epochs, seed, one_phase" in said
+    run.weights.touch()
+    assert "is finished already" in refused(capsys, "--resume", tmp_path)
+    assert "exists already" in refused(capsys, tmp_path, "-o", tmp_path)
