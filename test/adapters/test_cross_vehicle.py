@@ -211,3 +211,18 @@ def test_a_mistake_of_a_degree_is_seen():
     assert distance_m(located(wrong, scene), scene) == pytest.approx(
         np.radians(1.0) * 18.0, rel=0.5
     )
+
+
+def table():
+    """Return a line for each vehicle with its largest error over all scenes, mm."""
+    surveyed_scenes = [surveyed(scene) for scene in SCENES.values()]
+    lines = []
+    for name, vehicle in VEHICLES.items():
+        errors = [1e3 * distance_m(located(vehicle, s), s) for s in surveyed_scenes]
+        lines.append(f"{name:<40} {len(errors)} scenes, largest error {max(errors):.3f} mm")
+    return lines
+
+
+if __name__ == "__main__":  # python test/adapters/test_cross_vehicle.py
+    shipped.typestore = types.extended
+    sys.stdout.write("\n".join([*table(), ""]))
