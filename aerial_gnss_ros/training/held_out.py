@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -20,6 +20,8 @@ from aerial_gnss_ros.training.labelled import LabelledImage, Truth, read_folder,
 from aerial_gnss_ros.training.score import Score
 
 META = "meta.csv"
+THRESHOLDS = np.round(np.arange(0.05, 1.0, 0.05), 2)
+ABOUT_AS_GOOD = 0.002
 
 
 def held_out_split(found: Inspection) -> str:
@@ -58,12 +60,35 @@ def score_weights(
         pairs.append((found, image.truth))
         result.add(_above(found, config.score_threshold), image.truth)
     precision = average_precision(pairs)
+    threshold, f1 = best_threshold(pairs)
     return {
         **result.as_dict(),
         "map50": precision.map50,
         "map50_95": precision.map50_95,
         "score_threshold": config.score_threshold,
+        "best_score_threshold": threshold,
+        "best_f1": f1,
     }
+
+
+def best_threshold(pairs: Sequence[tuple[Detections, Truth]]) -> tuple[float, float]:
+    """Return the score threshold with the best F1 score, and that score.
+
+    Of several that are about as good, the middle one: it is the safest. NaN where no robot is
+    found at any.
+    """
+    f1 = np.zeros(len(THRESHOLDS))
+    for i, threshold in enumerate(THRESHOLDS):
+        result = Score()
+        for found, truth in pairs:
+            result.add(_above(found, float(threshold)), truth)
+        overall = result.overall
+        # 2 P R / (P + R), from the counts.
+        f1[i] = 2 * overall.found / max(1, overall.robots + overall.found + overall.false)
+    if not f1.max():
+        return float("nan"), float("nan")
+    good = np.flatnonzero(f1 >= f1.max() - ABOUT_AS_GOOD)
+    return float(THRESHOLDS[good[len(good) // 2]]), float(f1.max())
 
 
 def _above(found: Detections, threshold: float) -> Detections:

@@ -103,6 +103,8 @@ def _scores(card: Card) -> list[str]:
         f"| mAP50 | {figure(scores['map50'])} |",
         f"| precision at IoU 0.5, score {threshold:g} | {figure(scores['precision'])} |",
         f"| recall, the same | {figure(scores['recall'])} |",
+        f"| best F1 score, on these images | {figure(scores['best_f1'])} |",
+        f"| at score_threshold | {figure(scores['best_score_threshold'], 2)} |",
         f"| box centre, error median | {figure(scores['centre_error_median_px'], 2)} px |",
         f"| box centre, error p95 | {figure(scores['centre_error_p95_px'], 2)} px |",
         "",

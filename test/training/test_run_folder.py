@@ -103,7 +103,8 @@ def test_the_card_tells_data_parameters_and_scores(tmp_path, make_set):
     assert split == "val"
     np.testing.assert_allclose(images[0].truth.corners[0, 0::2], [23.5, 40.5])  # disc of 17 px
     scores = {
-        **Score().as_dict(), "split": split, "map50": 0.5, "map50_95": None, "score_threshold": 0.4
+        **Score().as_dict(), "split": split, "map50": 0.5, "map50_95": None, "score_threshold": 0.4,
+        "best_f1": 0.9, "best_score_threshold": 0.35,
     }  # fmt: skip
     counts = {name: count_split(found, name) for name in found.examples}
     assert counts["train"].images == 4
@@ -113,7 +114,8 @@ def test_the_card_tells_data_parameters_and_scores(tmp_path, make_set):
     text = as_markdown(Card(PLAN, ("red", "blue"), counts, scores, {"torch": "9"}, rows))
     for words in (
         "red, blue", "`abc`", "1 of 3 epochs on images with one robot", "| seed | 0 |", "torch 9",
-        "| mAP50-95 | none |", "| mAP50 | 0.500 |", "a little too good", "AGPL-3.0", "from scratch",
+        "| mAP50-95 | none |", "| mAP50 | 0.500 |", "a little too good",
+        "| at score_threshold | 0.35 |", "AGPL-3.0", "from scratch",
     ):  # fmt: skip
         assert words in text, words
     assert str(tmp_path) not in text
