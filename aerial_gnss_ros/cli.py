@@ -27,6 +27,7 @@ COMMANDS = {
     "export": ("export", "make a model smaller and faster (fp16, int8), scored beside the first"),
     "train": ("train", "train a detector on labelled images, first one robot, then several"),
     "evaluate": ("evaluate", "compare the result of a replay with the truth"),
+    "benchmark": ("benchmark", "time the whole pipeline on this machine, stage by stage"),
     "calibrate": ("calibrate", "find latency, heading, gimbal and height errors from a recording"),
     "profiles": ("profiles", "list the vehicle profiles, or print one as a start for your own"),
     "check": ("check", "say in words where the camera points, and test signs and references"),

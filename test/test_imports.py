@@ -24,6 +24,7 @@ FLOORS = [
     {"adapters"},
     {"detection", "bags", "simulation", "evaluation", "training", "calibration"},
     {"nodes"},
+    {"benchmarking"},
     {"commands"},
     {"cli"},
 ]
@@ -77,7 +78,7 @@ def test_libraries_stay_on_their_floor(path: Path) -> None:
         if library == NAME or library in sys.stdlib_module_names:
             continue
         assert allowed is None or library in allowed, where
-        assert not is_ros(library) or part in ("nodes", "commands"), where
+        assert not is_ros(library) or part in ("nodes", "benchmarking", "commands"), where
         assert library not in OPTIONAL or part in ("detection", "training"), where
         assert library not in BLENDER or path.parent.name == "blender", where
 

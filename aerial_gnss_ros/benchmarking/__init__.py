@@ -1,0 +1,2 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The paper's hardware test: how fast the whole pipeline runs on whatever machine this is."""

@@ -1,0 +1,72 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Plays a short recording into ROS without end, stamped now: a camera and its drone.
+
+python3 -m aerial_gnss_ros.benchmarking.camera BAG --images /camera/image_raw --topics ...
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import time
+from collections.abc import Sequence
+from pathlib import Path
+
+import rclpy
+from rclpy.node import Node
+from rclpy.publisher import Publisher
+
+from aerial_gnss_ros.bags.reader import BagReader, open_bag
+from aerial_gnss_ros.benchmarking.loop import Loop
+from aerial_gnss_ros.core.errors import AerialGnssError
+from aerial_gnss_ros.nodes import process, qos
+from aerial_gnss_ros.nodes.ros_messages import message_class
+from aerial_gnss_ros.nodes.transport import use_large_data_profile
+
+_IMAGE_DEPTH, _TELEMETRY_DEPTH = 5, 50
+_MEET_S = 1.0
+"""Time for publishers and subscribers to find each other before the first message."""
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Play until a signal; return the exit status."""
+    arguments = list(sys.argv if argv is None else argv)
+    parser = argparse.ArgumentParser(prog="camera", description=__doc__)
+    parser.add_argument("bag", type=Path)
+    parser.add_argument("--images", required=True, help="topic of the images")
+    parser.add_argument("--topics", nargs="+", required=True, help="all topics to play")
+    parser.add_argument("--rate", type=float, default=1.0, help="2 plays twice as fast")
+    args = parser.parse_args(process.own_arguments(arguments)[1:])
+    use_large_data_profile()
+    try:
+        with open_bag([args.bag]) as bag:
+            loop = Loop(bag, args.topics, args.images)
+            return process.work(lambda: _play(bag, loop, args), arguments)
+    except AerialGnssError as error:
+        sys.stderr.write(f"camera: {error}\n")
+        return process.WRONG_INPUT
+
+
+def _play(bag: BagReader, loop: Loop, args: argparse.Namespace) -> None:
+    node = rclpy.create_node("camera")
+    publishers = {name: _publisher(node, bag, name, args.images) for name in args.topics}
+    time.sleep(_MEET_S)
+    began, began_ns = time.monotonic(), int(node.get_clock().now().nanoseconds)
+    for moment in loop.moments():
+        wait_s = began + moment.due_ns * 1e-9 / args.rate - time.monotonic()
+        if wait_s > 0.0:
+            time.sleep(wait_s)
+        if not rclpy.ok():
+            break
+        entry = moment.entry
+        publishers[entry.topic].publish(entry.raw(began_ns + round(moment.stamp_ns / args.rate)))
+    node.destroy_node()
+
+
+def _publisher(node: Node, bag: BagReader, topic: str, images: str) -> Publisher:
+    depth = _IMAGE_DEPTH if topic == images else _TELEMETRY_DEPTH
+    return node.create_publisher(message_class(bag.topics[topic].msgtype), topic, qos.sensor(depth))
+
+
+if __name__ == "__main__":
+    sys.exit(main())
