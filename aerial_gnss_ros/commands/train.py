@@ -21,6 +21,7 @@ from aerial_gnss_ros.commands.ending import ended_cleanly
 from aerial_gnss_ros.commands.progress import progress
 from aerial_gnss_ros.core.errors import ConfigError, InputError
 from aerial_gnss_ros.detection.select import find_model
+from aerial_gnss_ros.training.layout import open_dataset
 from aerial_gnss_ros.training.model_card import figure
 from aerial_gnss_ros.training.offline import require_ultralytics
 from aerial_gnss_ros.training.phases import members, plan_phases
@@ -161,7 +162,7 @@ def _begun(args: argparse.Namespace) -> tuple[RunFolder, Plan]:
 
 def _resumed(args: argparse.Namespace) -> tuple[RunFolder, Plan]:
     given = {name: value for name, value in _parameters(args).items() if value is not None}
-    fixed = {"dataset", "output", "weights", "epochs"}
+    fixed = {"output", "weights", "epochs"}
     others = [name for name in sorted(fixed) if getattr(args, name) is not None]
     others += sorted(set(given) - {"batch", "threads", "device"})
     others += [name for name in ("one_phase", "allow_pickle") if getattr(args, name)]
@@ -171,6 +172,10 @@ def _resumed(args: argparse.Namespace) -> tuple[RunFolder, Plan]:
         )
     folder = RunFolder(args.resume)
     plan = replace(folder.load(), **given)
+    if (
+        args.dataset is not None
+    ):  # it lies elsewhere now; its fingerprint tells whether it is the same
+        plan = replace(plan, dataset=open_dataset(args.dataset).file.resolve())
     _check_numbers(plan)
     if folder.weights.exists():
         raise InputError(f"{folder.path} is finished already: {folder.weights} is its result.")

@@ -6,6 +6,7 @@ from __future__ import annotations
 import importlib.util
 import os
 import shutil
+import sys
 from pathlib import Path
 
 from aerial_gnss_ros.core.errors import ModelError
@@ -51,13 +52,22 @@ def offline_environment(folder: Path) -> dict[str, str]:
     }
 
 
-def keep_to_itself() -> None:
-    """Switch reports and loggers off; to be called when ultralytics is imported, before training.
+def keep_to_itself(threads: int) -> None:
+    """Import ultralytics, switch its reports and loggers off, and have it keep to its threads.
 
     The settings that this changes are those of `offline_environment`'s folder.
+
+    Args:
+        threads: of the processor; 0: as it likes.
     """
+    import ultralytics.models
     from ultralytics import settings
 
+    if threads:
+        # A constant that its modules import from each other; select_device gives it to torch.
+        for name, module in list(sys.modules.items()):
+            if name.startswith(ultralytics.__name__) and hasattr(module, "NUM_THREADS"):
+                module.NUM_THREADS = threads
     wanted = {name: False for name in ("sync", *_LOGGERS) if name in settings}
     if any(settings[name] for name in wanted):
         settings.update(wanted)

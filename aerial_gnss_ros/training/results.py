@@ -18,7 +18,14 @@ from aerial_gnss_ros.training.inspection import Inspection
 from aerial_gnss_ros.training.model_card import Card, as_markdown, count_split
 from aerial_gnss_ros.training.run_folder import Plan, RunFolder, write_whole
 
-_LIBRARIES = ("ultralytics", "torch", "numpy", "opencv-python-headless", "opencv-python")
+_LIBRARIES = (
+    "ultralytics",
+    "torch",
+    "numpy",
+    "opencv-python-headless",
+    "opencv-python",
+    "albumentations",
+)
 
 
 def write_results(run: RunFolder, plan: Plan, found: Inspection) -> None:

@@ -8,6 +8,7 @@ print goes to standard error. It ends when its standard input does, so never out
 
 from __future__ import annotations
 
+import errno
 import json
 import os
 import shutil
@@ -48,20 +49,13 @@ def main(arguments: list[str]) -> int:
     except AerialGnssError as error:
         say(error=str(error))
     except Exception as error:
-        if not _out_of_memory(error):
-            raise
-        say(error=out_of_memory_words(run.path))
+        words = _what_ran_out(error)
+        if not words:
+            raise  # the log gets it all
+        say(error=f"{words}: aerial-gnss train --resume {run.path}")
     else:
         return 0
     return 2
-
-
-def out_of_memory_words(run: Path) -> str:
-    """Return what to do when memory runs out."""
-    return (
-        f"memory ran out; go on with a smaller batch: aerial-gnss train --resume {run} --batch N "
-        "(or begin anew with a smaller --image-size)."
-    )
 
 
 def _end_with_parent() -> None:
@@ -70,12 +64,17 @@ def _end_with_parent() -> None:
     os._exit(1)
 
 
-def _out_of_memory(error: BaseException) -> bool:
+def _what_ran_out(error: BaseException) -> str:
+    """Return a sentence up to the colon where memory or disk ran out; else nothing."""
     words = str(error).lower()
-    return isinstance(error, MemoryError) or any(
+    if isinstance(error, OSError) and error.errno == errno.ENOSPC:
+        return "the disk is full; free some space and go on"
+    if isinstance(error, MemoryError) or any(
         said in words
         for said in ("out of memory", "can't allocate memory", "cannot allocate memory")
-    )
+    ):
+        return "memory ran out; go on with a smaller --batch, or begin anew with smaller images"
+    return ""
 
 
 def _train(run: RunFolder, say: Say) -> None:
@@ -89,9 +88,7 @@ def _train(run: RunFolder, say: Say) -> None:
             "old images and labels back."
         )
     say(doing="starting torch")
-    from ultralytics import __version__ as _  # noqa: F401 - before its settings are changed
-
-    keep_to_itself()
+    keep_to_itself(plan.threads)
     for number in range(len(plan.phases)):
         if not run.phase_weights(number).is_file():
             _train_phase(run, plan, number, found, say)

@@ -4,10 +4,12 @@
 from __future__ import annotations
 
 import importlib.util
+import sys
 
 import pytest
 
 from aerial_gnss_ros import cli
+from aerial_gnss_ros.training import supervise
 from aerial_gnss_ros.training.phases import Phase
 from aerial_gnss_ros.training.run_folder import Plan, RunFolder
 
@@ -74,6 +76,26 @@ def test_a_phase_without_images_is_refused(tmp_path, make_set, capsys, monkeypat
     monkeypatch.setattr(importlib.util, "find_spec", lambda _: True)
     said = refused(capsys, make_set(tmp_path / "set", robots=(1, 1)), "-o", tmp_path / "run")
     assert "'several'" in said
+
+
+def test_who_stops_it_is_told_how_to_go_on(tmp_path, make_set, capfd, monkeypatch):
+    monkeypatch.setattr(importlib.util, "find_spec", lambda _: True)
+    stop = "import os, sys; os.kill(os.getppid(), 15); sys.stdin.read(); print('{}')"
+    monkeypatch.setattr(supervise, "COMMAND", (sys.executable, "-c", stop))
+    run = tmp_path / "run"
+    assert cli.main(["train", str(make_set(tmp_path / "set")), "-o", str(run)]) == 130
+    assert f"stopped; go on with aerial-gnss train --resume {run}" in capfd.readouterr().err
+    assert RunFolder(run).load().phases == (Phase("single", 100), Phase("several", 100))
+
+
+def test_an_error_before_anything_was_learnt_leaves_nothing(
+    tmp_path, make_set, capsys, monkeypatch
+):
+    monkeypatch.setattr(importlib.util, "find_spec", lambda _: True)
+    fail = 'print(\'{"error": "no good."}\'); exit(2)'
+    monkeypatch.setattr(supervise, "COMMAND", (sys.executable, "-c", fail))
+    assert "no good." in refused(capsys, make_set(tmp_path / "set"), "-o", tmp_path / "run")
+    assert not (tmp_path / "run").exists()
 
 
 def test_what_can_be_resumed(tmp_path, capsys):

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import errno
 import os
 import signal
 import subprocess
@@ -12,7 +13,7 @@ from pathlib import Path
 
 import pytest
 
-from aerial_gnss_ros.training import supervise
+from aerial_gnss_ros.training import supervise, worker
 from aerial_gnss_ros.training.inspection import inspect
 from aerial_gnss_ros.training.layout import open_dataset
 from aerial_gnss_ros.training.phases import Phase
@@ -68,6 +69,22 @@ def test_ultralytics_is_kept_offline_and_to_its_threads(monkeypatch, tmp_path):
     assert (fonts / "Arial.ttf").is_file()  # or it would be downloaded
 
 
+@pytest.mark.parametrize(
+    ("error", "expected"),
+    [
+        (MemoryError(), "memory ran out; go on with a smaller --batch"),
+        (RuntimeError("CUDA out of memory. Tried to allocate 2 GiB"), "memory ran out"),
+        (RuntimeError("[enforce fail] DefaultCPUAllocator: can't allocate memory"), "memory ran"),
+        (OSError(errno.ENOSPC, "No space left on device"), "the disk is full"),
+        (RuntimeError("shapes differ"), ""),
+    ],
+)
+def test_what_ran_out(error, expected):
+    said = worker._what_ran_out(error)
+    assert said.startswith(expected)
+    assert bool(said) == bool(expected)
+
+
 def saved_plan(run, dataset, fingerprint):
     run.path.mkdir()
     run.save(Plan(dataset.file, fingerprint, False, (Phase("all", 1),), "yolo11n.yaml"))
@@ -95,10 +112,10 @@ def test_the_worker_ends_when_its_parent_is_killed(tmp_path, make_set):
         "train_in_process(RunFolder(Path(sys.argv[1])), 1, print)"
     )
     parent = subprocess.Popen([sys.executable, "-c", program, str(run.path)])
-    worker = first_child(parent.pid)
+    child = first_child(parent.pid)
     parent.send_signal(signal.SIGKILL)
     parent.wait()
-    wait_until(lambda: not alive(worker))
+    wait_until(lambda: not alive(child))
 
 
 def first_child(pid):
