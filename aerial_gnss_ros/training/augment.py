@@ -6,8 +6,11 @@ from __future__ import annotations
 import json
 import multiprocessing
 import shutil
+import signal
 import zlib
 from collections.abc import Callable, Iterator
+from concurrent.futures import ProcessPoolExecutor
+from concurrent.futures.process import BrokenProcessPool
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
@@ -16,7 +19,7 @@ import cv2
 import numpy as np
 
 from aerial_gnss_ros import __version__
-from aerial_gnss_ros.core.errors import ConfigError
+from aerial_gnss_ros.core.errors import ConfigError, OutputError
 from aerial_gnss_ros.training.contact_sheet import write_contact_sheet
 from aerial_gnss_ros.training.inspection import Example, Inspection
 from aerial_gnss_ros.training.label_lines import as_text
@@ -94,6 +97,9 @@ def augment(
         plan: what to make.
         processes: that share the work; does not change the result.
         report: called with the number of training images that are done.
+
+    Raises:
+        OutputError: one of the processes was killed.
     """
     folder.mkdir(parents=True)
     copied = 0
@@ -153,8 +159,21 @@ def _map(jobs: list[_Job], processes: int) -> Iterator[tuple[int, int]]:
         yield from map(_run, jobs)
         return
     context = multiprocessing.get_context("spawn")
-    with context.Pool(processes, initializer=cv2.setNumThreads, initargs=(1,)) as pool:
-        yield from pool.imap(_run, jobs, chunksize=1)
+    pool = ProcessPoolExecutor(processes, context, _be_quiet)
+    try:
+        yield from pool.map(_run, jobs)
+    except BrokenProcessPool as error:
+        raise OutputError(
+            "a process of the augmentation was killed, as the system does when memory runs out; "
+            "try again with fewer --processes."
+        ) from error
+    finally:
+        pool.shutdown(cancel_futures=True)
+
+
+def _be_quiet() -> None:
+    cv2.setNumThreads(1)
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the parent, which ends us
 
 
 def _run(job: _Job) -> tuple[int, int]:

@@ -14,7 +14,8 @@ import numpy as np
 from aerial_gnss_ros.detection.base import Detections
 from aerial_gnss_ros.detection.config import DetectorConfig
 from aerial_gnss_ros.detection.select import load_detector
-from aerial_gnss_ros.training.average_precision import LOWEST_SCORE, average_precision
+from aerial_gnss_ros.training.average_precision import average_precision
+from aerial_gnss_ros.training.compare import above, for_scoring
 from aerial_gnss_ros.training.inspection import Example, Inspection
 from aerial_gnss_ros.training.labelled import LabelledImage, Truth, read_folder, read_image
 from aerial_gnss_ros.training.score import Score
@@ -50,15 +51,13 @@ def score_weights(
         images: to score on.
         config: score threshold, image size and device.
     """
-    from dataclasses import replace
-
-    low = replace(config, model=str(weights), score_threshold=LOWEST_SCORE, allow_pickle=True)
+    low = for_scoring(replace(config, model=str(weights), allow_pickle=True))
     detector = load_detector(low)
     result, pairs = Score(), []
     for image in images:
         found = detector.detect(image.read())
         pairs.append((found, image.truth))
-        result.add(_above(found, config.score_threshold), image.truth)
+        result.add(above(found, config.score_threshold), image.truth)
     precision = average_precision(pairs)
     threshold, f1 = best_threshold(pairs)
     return {
@@ -81,7 +80,7 @@ def best_threshold(pairs: Sequence[tuple[Detections, Truth]]) -> tuple[float, fl
     for i, threshold in enumerate(THRESHOLDS):
         result = Score()
         for found, truth in pairs:
-            result.add(_above(found, float(threshold)), truth)
+            result.add(above(found, float(threshold)), truth)
         overall = result.overall
         # 2 P R / (P + R), from the counts.
         f1[i] = 2 * overall.found / max(1, overall.robots + overall.found + overall.false)
@@ -89,13 +88,6 @@ def best_threshold(pairs: Sequence[tuple[Detections, Truth]]) -> tuple[float, fl
         return float("nan"), float("nan")
     good = np.flatnonzero(f1 >= f1.max() - ABOUT_AS_GOOD)
     return float(THRESHOLDS[good[len(good) // 2]]), float(f1.max())
-
-
-def _above(found: Detections, threshold: float) -> Detections:
-    kept = found.scores >= threshold
-    return replace(
-        found, xywh=found.xywh[kept], scores=found.scores[kept], class_ids=found.class_ids[kept]
-    )
 
 
 def _truth(example: Example) -> Truth:

@@ -67,7 +67,7 @@ def keep_to_itself(threads: int) -> None:
         # A constant that its modules import from each other; select_device gives it to torch.
         for name, module in list(sys.modules.items()):
             if name.startswith(ultralytics.__name__) and hasattr(module, "NUM_THREADS"):
-                module.NUM_THREADS = threads
+                vars(module)["NUM_THREADS"] = threads
     wanted = {name: False for name in ("sync", *_LOGGERS) if name in settings}
     if any(settings[name] for name in wanted):
         settings.update(wanted)

@@ -5,6 +5,11 @@ from __future__ import annotations
 
 import hashlib
 import json
+import os
+import signal
+import subprocess
+import sys
+from pathlib import Path
 
 import cv2
 import pytest
@@ -96,6 +101,41 @@ def test_wrong_arguments(tmp_path, make_set, capsys, arguments, expected):
     assert expected in capsys.readouterr().err
     assert not out.exists()
     assert not list(tmp_path.glob(".*"))
+
+
+def test_a_killed_process_is_told_and_leaves_nothing(tmp_path, make_set):
+    out = tmp_path / "out"
+    arguments = ["augment", str(make_set(tmp_path / "set")), "-o", str(out), "--variants", "2000"]
+    command = [sys.executable, "-m", "aerial_gnss_ros.cli", *arguments, "--processes", "2"]
+    with subprocess.Popen(command, stderr=subprocess.PIPE, text=True) as process:
+        victim = None
+        while victim is None:
+            assert process.poll() is None
+            victim = next(
+                filter(None, map(a_worker_of(process.pid), Path("/proc").iterdir())), None
+            )
+        os.kill(victim, signal.SIGKILL)
+        _, said = process.communicate()
+    assert process.returncode == 2
+    assert "was killed, as the system does when memory runs out" in said.splitlines()[-1]
+    assert not out.exists()
+    assert not (tmp_path / ".out.partial").exists()
+
+
+def a_worker_of(parent):
+    """Whether a folder of /proc is of a process of the pool; then its number."""
+
+    def look(path):
+        try:
+            child = int((path / "stat").read_text().rsplit(")", 1)[1].split()[1]) == parent
+            return int(path.name) if child and b"spawn_main" in cmdline(path) else None
+        except (OSError, ValueError, IndexError):
+            return None
+
+    def cmdline(path):
+        return (path / "cmdline").read_bytes()
+
+    return look
 
 
 def test_a_set_with_errors_is_refused(tmp_path, make_set, capsys):
