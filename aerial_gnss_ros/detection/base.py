@@ -118,4 +118,8 @@ class Detector(Protocol):
 
         Args:
             image: (height, width, 3) blue, green, red.
+
+        Raises:
+            ModelError: this image could not be worked on, such as for want of memory; the next
+                one may do.
         """

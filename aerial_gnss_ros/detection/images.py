@@ -108,7 +108,10 @@ def _decode_raw(message: Any) -> Image:
     view = np.lib.stride_tricks.as_strided(data, shape, strides, writeable=False)
     if layout.convert is None:
         return view
-    return np.asarray(cv2.cvtColor(view, layout.convert), dtype=np.uint8)
+    try:
+        return np.asarray(cv2.cvtColor(view, layout.convert), dtype=np.uint8)
+    except (cv2.error, MemoryError) as error:
+        raise InputError(f"an image of {width} x {height} does not fit into memory.") from error
 
 
 def _reason(encoding: str) -> str:

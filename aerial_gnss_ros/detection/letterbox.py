@@ -60,16 +60,7 @@ class Letterbox:
 
     def apply(self, image: Image) -> Image:
         """Return the padded image (network height, width, 3); `image` itself if it fits."""
-        if self.inner != self.source:
-            image = np.asarray(
-                cv2.resize(image, self.inner, interpolation=cv2.INTER_AREA), dtype=np.uint8
-            )
-        if self.inner == self.network:
-            return image
-        left, top = self.corner
-        canvas = np.full((self.network[1], self.network[0], 3), _GREY, dtype=np.uint8)
-        canvas[top : top + self.inner[1], left : left + self.inner[0]] = image
-        return canvas
+        return Canvas().fill(self, image)
 
     def to_source(self, xyxy: NDArray[Any]) -> NDArray[np.float64]:
         """Return corners (n, 4) in source pixels from corners in network pixels."""
@@ -77,3 +68,28 @@ class Letterbox:
         corners = np.asarray(xyxy, dtype=np.float64) - np.array([*self.corner, *self.corner])
         moved: NDArray[np.float64] = corners * np.array([*factor, *factor])
         return moved
+
+
+class Canvas:
+    """The network's rectangle, kept from image to image: only the image's own pixels are copied."""
+
+    def __init__(self) -> None:
+        self._box: Letterbox | None = None
+        self._pixels: Image = np.zeros((0, 0, 3), np.uint8)
+
+    def fill(self, box: Letterbox, image: Image) -> Image:
+        """Return `image` fitted in; it is overwritten by the next call, or is `image` itself."""
+        width, height = box.inner
+        if box.inner == box.network:
+            return image if box.inner == box.source else _shrunk(image, box.inner)
+        if box != self._box:
+            shape = (box.network[1], box.network[0], 3)
+            self._pixels, self._box = np.full(shape, _GREY, dtype=np.uint8), box
+        left, top = box.corner
+        inside = self._pixels[top : top + height, left : left + width]
+        inside[:] = image if box.inner == box.source else _shrunk(image, box.inner)
+        return self._pixels
+
+
+def _shrunk(image: Image, size: tuple[int, int]) -> Image:
+    return np.asarray(cv2.resize(image, size, interpolation=cv2.INTER_AREA), dtype=np.uint8)

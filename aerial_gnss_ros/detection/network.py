@@ -15,14 +15,15 @@ from numpy.typing import NDArray
 from aerial_gnss_ros.core.errors import ModelError
 from aerial_gnss_ros.detection.base import Detections, Image, within_image
 from aerial_gnss_ros.detection.config import DetectorConfig
-from aerial_gnss_ros.detection.letterbox import STRIDE
+from aerial_gnss_ros.detection.letterbox import STRIDE, Canvas
 from aerial_gnss_ros.detection.onnx_model import (
     InputSize,
     class_names,
     names_or_numbers,
-    tensor,
 )
 from aerial_gnss_ros.detection.yolo import Head
+
+_MEMORY_WORDS = ("bad_alloc", "bad allocation", "out of memory", "failed to allocate")
 
 
 @dataclass(frozen=True)
@@ -32,18 +33,21 @@ class Network:
     Attributes:
         path: the model's file.
         runtime: runtime and device in words.
-        run: from (1, 3, height, width) red, green, blue, 0 to 1, to the list of outputs.
+        prepare: from (height, width, 3) blue, green, red, of the input's size, to what `run` takes;
+            nothing but a view where the runtime converts colours itself.
+        run: to the list of outputs, which are read before the next run.
         size: of the input.
-        dtype: of the input.
         metadata: what the model says of itself.
+        close: gives the device's memory back.
     """
 
     path: Path
     runtime: str
-    run: Callable[[NDArray[Any]], list[NDArray[Any]]]
+    prepare: Callable[[Image], Any]
+    run: Callable[[Any], list[NDArray[Any]]]
     size: InputSize
-    dtype: type[np.generic]
     metadata: Mapping[str, str]
+    close: Callable[[], None] = lambda: None
 
 
 class NetworkDetector:
@@ -52,6 +56,9 @@ class NetworkDetector:
     Args:
         network: the loaded model.
         config: thresholds and size.
+
+    Attributes:
+        remark: added to the name, such as which faster back ends could not be used and why.
 
     Raises:
         ModelError: the model cannot be run, or its output is not that of a detection network.
@@ -64,12 +71,19 @@ class NetworkDetector:
         names = class_names(network.metadata, config.class_names, where)
         self._head = Head.of(_try(network), len(names) if names else None, where)
         self._class_names = names_or_numbers(names, self._head.classes)
+        self._canvas = Canvas()
+        self.remark = ""
 
     @property
     def name(self) -> str:
         """Model, runtime and device in words."""
         network = self._network
-        return f"{network.path.name} ({network.size.words}) on {network.runtime}"
+        words = f"{network.path.name} ({network.size.words}) on {network.runtime}"
+        return f"{words} ({self.remark})" if self.remark else words
+
+    def close(self) -> None:
+        """Give the device's memory back where the runtime must be told."""
+        self._network.close()
 
     @property
     def class_names(self) -> tuple[str, ...]:
@@ -82,13 +96,20 @@ class NetworkDetector:
         return self._network.size.fixed
 
     def detect(self, image: Image) -> Detections:
-        """Return the boxes found in `image` (height, width, 3), blue, green, red."""
+        """Return the boxes found in `image` (height, width, 3), blue, green, red.
+
+        Raises:
+            ModelError: the runtime failed, such as for want of memory; the next image may do.
+        """
         config, network = self._config, self._network
         times = [time.perf_counter()]
         box = network.size.letterbox(image, config.image_size)
-        values = tensor(box.apply(image), network.dtype)
-        times.append(time.perf_counter())
-        output = network.run(values)[0]
+        try:
+            values = network.prepare(self._canvas.fill(box, image))
+            times.append(time.perf_counter())
+            output = network.run(values)[0]
+        except Exception as error:  # the runtimes have no common error
+            raise ModelError(self._failure(image, error)) from error
         times.append(time.perf_counter())
         corners, scores, classes = self._head.decode(
             output, config.score_threshold, config.iou_threshold, config.max_detections
@@ -105,12 +126,22 @@ class NetworkDetector:
             {stage: float(spent) for stage, spent in stages.items()},
         )
 
+    def _failure(self, image: Image, error: Exception) -> str:
+        name, size = self._network.path.name, f"{image.shape[1]} x {image.shape[0]}"
+        text = first_line(error)
+        if isinstance(error, MemoryError) or any(word in text.lower() for word in _MEMORY_WORDS):
+            return (
+                f"memory ran out while {name} worked on an image of {size}; lower image_size or "
+                "stop other programs."
+            )
+        return f"{name} failed on an image of {size}: {text}"
+
 
 def _try(network: Network) -> tuple[int, ...]:
     """Run once on black: tells the output's true shape, and makes the first image as fast."""
     width, height = network.size.fixed or (2 * STRIDE, 2 * STRIDE)
     try:
-        outputs = network.run(np.zeros((1, 3, height, width), network.dtype))
+        outputs = network.run(network.prepare(np.zeros((height, width, 3), np.uint8)))
     except Exception as error:  # the runtimes have no common error
         raise ModelError(
             f"{network.path} cannot be run on an image of {width} x {height}: {first_line(error)}"

@@ -1,37 +1,56 @@
 # SPDX-License-Identifier: Apache-2.0
-"""ONNX models on ONNX Runtime: the default, on the processor."""
+"""ONNX models on ONNX Runtime: the default, on the processor, or with CUDA."""
 
 from __future__ import annotations
 
+import warnings
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from aerial_gnss_ros.core.errors import ModelError
+from aerial_gnss_ros.core.errors import ConfigError, ModelError
+from aerial_gnss_ros.detection.base import Image
 from aerial_gnss_ros.detection.config import DetectorConfig
 from aerial_gnss_ros.detection.network import Network, NetworkDetector, first_line
-from aerial_gnss_ros.detection.onnx_model import check_file, input_size
+from aerial_gnss_ros.detection.onnx_model import check_file, input_size, tensor
 
 _TYPES: dict[str, type[np.generic]] = {
     "tensor(float)": np.float32,
     "tensor(float16)": np.float16,
 }
+_CPU, _CUDA = "CPUExecutionProvider", "CUDAExecutionProvider"
 
 
-def load(path: Path, config: DetectorConfig) -> NetworkDetector:
+def has_cuda() -> bool:
+    """Return whether the installed ONNX Runtime is built for CUDA; a GPU may be missing still."""
+    try:
+        import onnxruntime
+    except ImportError:
+        return False
+    return _CUDA in onnxruntime.get_available_providers()
+
+
+def load(path: Path, config: DetectorConfig, *, cuda: bool = False) -> NetworkDetector:
     """Return the detector of an .onnx file.
 
     Args:
         path: the .onnx file.
         config: thresholds, size and threads.
+        cuda: on the GPU; else on the processor.
 
     Raises:
-        ModelError: missing, not a model, or a model with another input or output.
+        ConfigError: a precision that ONNX Runtime does not have.
+        ModelError: missing, not a model, a model with another input or output, or no CUDA here.
     """
+    if config.precision == "bf16":
+        raise ConfigError(
+            "ONNX Runtime has no precision bf16; use the back end openvino, or set precision to "
+            "auto."
+        )
     check_file(path)
-    session = _session(path, config.threads)
+    session = _session(path, config.threads, cuda)
     inputs = session.get_inputs()
     if len(inputs) != 1 or inputs[0].type not in _TYPES:
         types = ", ".join(f"{item.name}: {item.type}" for item in inputs)
@@ -39,7 +58,11 @@ def load(path: Path, config: DetectorConfig) -> NetworkDetector:
             f"{path} takes {types or 'no input'}, but one image of type float is wanted; export "
             "it from YOLO with task detect."
         )
-    name = inputs[0].name
+    name, dtype = inputs[0].name, _TYPES[inputs[0].type]
+    metadata = session.get_modelmeta().custom_metadata_map
+
+    def prepare(image: Image) -> NDArray[Any]:
+        return tensor(image, dtype)
 
     def run(values: NDArray[Any]) -> list[NDArray[Any]]:
         outputs: list[NDArray[Any]] = session.run(None, {name: values})
@@ -47,32 +70,54 @@ def load(path: Path, config: DetectorConfig) -> NetworkDetector:
 
     network = Network(
         path=path,
-        runtime="ONNX Runtime, processor",
+        runtime=_words(cuda, metadata),
+        prepare=prepare,
         run=run,
         size=input_size(inputs[0].shape, str(path)),
-        dtype=_TYPES[inputs[0].type],
-        metadata=session.get_modelmeta().custom_metadata_map,
+        metadata=metadata,
     )
     return NetworkDetector(network, config)
 
 
-def _session(path: Path, threads: int) -> Any:
+def _words(cuda: bool, metadata: dict[str, str]) -> str:
+    made_for = metadata.get("quantized_for", "onnxruntime")
+    words = f"ONNX Runtime, {'CUDA' if cuda else 'processor'}"
+    if made_for != "onnxruntime":
+        words += f" (this int8 file is made for {made_for}: slower here than fp32)"
+    return words
+
+
+def _session(path: Path, threads: int, cuda: bool) -> Any:
     try:
         import onnxruntime
     except ImportError as error:
         raise ModelError(
             "ONNX Runtime is not installed; install it with `pip install onnxruntime`."
         ) from error
+    if cuda and not has_cuda():
+        raise ModelError(
+            f"the installed ONNX Runtime {onnxruntime.__version__} is built without CUDA; install "
+            "onnxruntime-gpu in its place, or choose another back end."
+        )
     options = onnxruntime.SessionOptions()
     options.intra_op_num_threads = threads
     options.inter_op_num_threads = 1
     # Waiting threads would burn a third more processor time, which the other nodes need.
     options.add_session_config_entry("session.intra_op.allow_spinning", "0")
     options.log_severity_level = 3  # what is wrong reaches the reader as ModelError
+    providers = [_CUDA, _CPU] if cuda else [_CPU]
     try:
-        return onnxruntime.InferenceSession(str(path), options, providers=["CPUExecutionProvider"])
+        with warnings.catch_warnings():  # what it says of providers is told below, by exception
+            warnings.simplefilter("ignore")
+            session = onnxruntime.InferenceSession(str(path), options, providers=providers)
     except Exception as error:  # ONNX Runtime has no common error
         raise ModelError(
             f"{path} is not a model that ONNX Runtime {onnxruntime.__version__} can read: "
             f"{first_line(error)}"
         ) from error
+    if cuda and session.get_providers()[0] != _CUDA:  # it goes on on the processor, silently
+        raise ModelError(
+            "ONNX Runtime found no GPU that CUDA can use; check nvidia-smi, or choose another "
+            "back end."
+        )
+    return session

@@ -9,10 +9,17 @@ from pathlib import Path
 from aerial_gnss_ros.core.errors import ConfigError, InputError, ModelError
 from aerial_gnss_ros.detection.base import Detector
 from aerial_gnss_ros.detection.config import DetectorConfig
+from aerial_gnss_ros.detection.engine_card import engine_of
+from aerial_gnss_ros.detection.network import NetworkDetector
 from aerial_gnss_ros.detection.search import searching
 
-_ULTRALYTICS = (".pt", ".engine")
-_ONNX = (".onnx",)
+# The fastest first; the last is what is missed where none is installed.
+_AUTO = {
+    ".onnx": ("tensorrt", "cuda", "openvino", "onnxruntime"),
+    ".engine": ("tensorrt",),
+    ".pt": ("ultralytics",),
+}
+_READ_BY = {**_AUTO, ".engine": ("tensorrt", "ultralytics")}
 
 
 def load_detector(config: DetectorConfig) -> Detector:
@@ -28,7 +35,35 @@ def load_detector(config: DetectorConfig) -> Detector:
 
 def _load(config: DetectorConfig) -> Detector:
     path = find_model(config.model)
-    backend = choose_backend(path, config.backend)
+    *likely, sure = possible_backends(path, config.backend)
+    passed_over: list[str] = []
+    for backend in likely:
+        found = _attempt(backend, path, config)
+        if not isinstance(found, ModelError):
+            return _remarked(found, passed_over)
+        passed_over.append(f"{backend} not used: {found}")
+    return _remarked(_loaded(sure, path, config), passed_over)
+
+
+def _attempt(backend: str, path: Path, config: DetectorConfig) -> Detector | ModelError:
+    """Return the detector, or why it looked present but is not usable: the next one may be."""
+    try:
+        return _loaded(backend, path, config)
+    except ModelError as error:
+        return error
+
+
+def _remarked(detector: Detector, passed_over: list[str]) -> Detector:
+    if isinstance(detector, NetworkDetector):
+        detector.remark = "; ".join(passed_over)
+    return detector
+
+
+def _loaded(backend: str, path: Path, config: DetectorConfig) -> Detector:
+    if backend == "tensorrt":
+        from aerial_gnss_ros.detection import tensorrt_backend
+
+        return tensorrt_backend.load(path.with_suffix(".engine"), config)
     if backend == "openvino":
         from aerial_gnss_ros.detection import openvino_backend
 
@@ -39,7 +74,7 @@ def _load(config: DetectorConfig) -> Detector:
         return UltralyticsDetector(path, config)
     from aerial_gnss_ros.detection import onnx_backend
 
-    return onnx_backend.load(path, config)
+    return onnx_backend.load(path, config, cuda=backend == "cuda")
 
 
 def find_model(model: str) -> Path:
@@ -61,30 +96,42 @@ def find_model(model: str) -> Path:
         raise ModelError(f"the model {model} does not exist: {error}") from error
 
 
-def choose_backend(path: Path, asked: str) -> str:
-    """Return onnxruntime, openvino or ultralytics.
+def possible_backends(path: Path, asked: str) -> list[str]:
+    """Return the back ends to try, the fastest first; all but the last may turn out unusable.
 
     Args:
-        path: the model's file; only its ending is looked at.
-        asked: one of those, or auto.
+        path: the model's file; only its ending and what lies beside it are looked at.
+        asked: one of them, or auto.
 
     Raises:
         ConfigError: the asked one cannot read such a file.
         ModelError: nothing can.
     """
     suffix = path.suffix.lower()
-    if suffix not in _ONNX + _ULTRALYTICS:
+    if suffix not in _READ_BY:
         raise ModelError(
             f"the model {path} ends in {suffix or 'nothing'!r}; an .onnx, .pt or .engine file is "
             "needed."
         )
     if asked == "auto":
-        if suffix in _ULTRALYTICS:
-            return "ultralytics"
-        return "openvino" if importlib.util.find_spec("openvino") else "onnxruntime"
-    if suffix in _ULTRALYTICS and asked != "ultralytics":
+        known = _AUTO[suffix]
+        return [name for name in known if _present(name, path)] or [known[-1]]
+    known = _READ_BY[suffix]
+    if asked not in known:
         raise ConfigError(
-            f"the back end {asked} cannot read {path.name}; choose ultralytics, or export the "
-            "model to .onnx."
+            f"the back end {asked} cannot read {path.name}; choose {' or '.join(known)}, or give "
+            "an .onnx file."
         )
-    return asked
+    return [asked]
+
+
+def _present(backend: str, path: Path) -> bool:
+    if backend == "tensorrt":
+        return importlib.util.find_spec("tensorrt") is not None and (
+            path.suffix.lower() == ".engine" or engine_of(path) is not None
+        )
+    if backend == "cuda":
+        from aerial_gnss_ros.detection.onnx_backend import has_cuda
+
+        return has_cuda()
+    return importlib.util.find_spec(backend) is not None

@@ -13,7 +13,7 @@ from typing import Any
 
 from aerial_gnss_ros.adapters.results import detection_array
 from aerial_gnss_ros.adapters.stamps import copied_header, nanoseconds
-from aerial_gnss_ros.core.errors import AerialGnssError, InputError
+from aerial_gnss_ros.core.errors import AerialGnssError, InputError, ModelError
 from aerial_gnss_ros.detection.base import Detector
 from aerial_gnss_ros.detection.config import DetectorConfig, detector_config
 from aerial_gnss_ros.detection.images import decode
@@ -167,7 +167,11 @@ class DetectorNode(Managed, SupervisedNode):
         if not self._fits_camera(width, height):
             return
         decoded = time.perf_counter()
-        found = self._detector.detect(image)
+        try:
+            found = self._detector.detect(image)
+        except ModelError as error:  # such as for want of memory: the next image may do
+            self._refuse("failed", str(error))
+            return
         detected = time.perf_counter()
         fields = detection_array(found, copied_header(msg.header))
         self._publisher.publish(message(DETECTIONS_TYPE, fields))

@@ -32,18 +32,19 @@ class Arrangement:
             which uses all 256 steps for values that are mostly positive.
         outputs: also behind each convolution. ONNX Runtime computes in 8 bits only then; OpenVINO
             and TensorRT join the activation to the convolution, and round once less without.
-        words: for the reader.
+        operators: what is in 8 bits.
     """
 
     symmetric: bool
     outputs: bool
-    words: str
+    operators: tuple[str, ...] = ("Conv",)
 
 
+_ALL = ("Conv", "Mul", "Sigmoid", "Concat", "Add", "MaxPool", "Resize", "Split")
 ARRANGEMENTS = {
-    "openvino": Arrangement(False, False, "OpenVINO"),
-    "onnxruntime": Arrangement(False, True, "ONNX Runtime"),
-    "tensorrt": Arrangement(True, False, "TensorRT"),
+    "openvino": Arrangement(symmetric=False, outputs=False),
+    "onnxruntime": Arrangement(symmetric=False, outputs=True, operators=_ALL),
+    "tensorrt": Arrangement(symmetric=True, outputs=False),
 }
 
 
@@ -124,7 +125,7 @@ def _quantize(model: Any, named: Path, made: Path, how: Quantization, report: An
             made,
             CalibrationImages(how.images, item.name, size, how.longest, report),
             quant_format=QuantFormat.QDQ,
-            op_types_to_quantize=["Conv"],
+            op_types_to_quantize=list(arrangement.operators),
             nodes_to_exclude=last + behind,
             per_channel=True,
             reduce_range=how.reduce_range,

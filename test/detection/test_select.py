@@ -7,6 +7,7 @@ import importlib.util
 import runpy
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -14,7 +15,7 @@ import pytest
 
 from aerial_gnss_ros.core.errors import ConfigError, ModelError
 from aerial_gnss_ros.detection.config import DetectorConfig, detector_config
-from aerial_gnss_ros.detection.select import choose_backend, load_detector
+from aerial_gnss_ros.detection.select import load_detector, possible_backends
 
 onnx = pytest.importorskip("onnx", reason="onnx builds the test's models; pip install '.[test]'")
 white_box_model = runpy.run_path(str(Path(__file__).with_name("synthetic_model.py")))[
@@ -159,17 +160,64 @@ def test_models_of_another_kind_are_refused(tmp_path, backend, shape, outputs, w
 
 
 def test_backend_follows_the_file_s_ending():
-    found = "openvino" if importlib.util.find_spec("openvino") else "onnxruntime"
-    assert choose_backend(Path("a.onnx"), "auto") == found
-    assert choose_backend(Path("a.ONNX"), "onnxruntime") == "onnxruntime"
-    assert choose_backend(Path("a.pt"), "auto") == "ultralytics"
-    assert choose_backend(Path("a.engine"), "auto") == "ultralytics"
+    present = ["openvino"] if importlib.util.find_spec("openvino") else []
+    assert possible_backends(Path("a.onnx"), "auto") == [*present, "onnxruntime"]
+    assert possible_backends(Path("a.ONNX"), "onnxruntime") == ["onnxruntime"]
+    assert possible_backends(Path("a.pt"), "auto") == ["ultralytics"]
+    assert possible_backends(Path("a.engine"), "auto") == ["tensorrt"]
+    assert possible_backends(Path("a.engine"), "ultralytics") == ["ultralytics"]
     with pytest.raises(ConfigError, match=r"onnxruntime cannot read a\.pt"):
-        choose_backend(Path("a.pt"), "onnxruntime")
+        possible_backends(Path("a.pt"), "onnxruntime")
     with pytest.raises(ModelError, match=r"ends in '\.tflite'"):
-        choose_backend(Path("a.tflite"), "auto")
+        possible_backends(Path("a.tflite"), "auto")
     with pytest.raises(ModelError, match="ends in 'nothing'"):
-        choose_backend(Path("model"), "auto")
+        possible_backends(Path("model"), "auto")
+
+
+def test_a_back_end_that_only_looks_present_is_passed_over_and_told(tmp_path, monkeypatch):
+    # Built for CUDA, but no GPU: ONNX Runtime then goes on on the processor without a word.
+    import onnxruntime
+
+    providers = ["CUDAExecutionProvider", "CPUExecutionProvider"]
+    monkeypatch.setattr(onnxruntime, "get_available_providers", lambda: providers)
+    model = str(white_box_model(tmp_path / "m.onnx"))
+    detector = load_detector(DetectorConfig(model=model))
+    assert "cuda not used: ONNX Runtime found no GPU" in detector.name
+    assert "processor" in detector.name
+    with pytest.raises(ModelError, match="found no GPU"):
+        load_detector(DetectorConfig(model=model, backend="cuda"))
+
+
+def test_precision_is_named_or_refused(tmp_path):
+    model = str(white_box_model(tmp_path / "m.onnx"))
+    with pytest.raises(ConfigError, match="has no precision bf16"):
+        load_detector(DetectorConfig(model=model, backend="onnxruntime", precision="bf16"))
+    if importlib.util.find_spec("openvino"):
+        config = DetectorConfig(model=model, backend="openvino", precision="f32")
+        assert "OpenVINO, processor, 32 bits" in load_detector(config).name
+
+
+@pytest.mark.parametrize(
+    ("error", "words"),
+    [
+        (MemoryError(), "memory ran out while m.onnx worked on an image of 320 x 200; lower"),
+        (RuntimeError("std::bad_alloc"), "memory ran out"),
+        (RuntimeError("shape mismatch\nat line 7"), "on an image of 320 x 200: shape mismatch$"),
+    ],
+)
+def test_a_failing_runtime_is_one_sentence_and_the_next_image_may_do(tmp_path, error, words):
+    model = str(white_box_model(tmp_path / "m.onnx"))
+    detector = load_detector(DetectorConfig(model=model, backend="onnxruntime"))
+    image, network = white_box(320, 200, 20, 20, 60, 40), detector._network
+
+    def fail(_):
+        raise error
+
+    detector._network = replace(network, run=fail)
+    with pytest.raises(ModelError, match=words):
+        detector.detect(image)
+    detector._network = network
+    assert len(detector.detect(image)) == 1
 
 
 def test_a_pickle_needs_consent_before_anything_is_read(tmp_path):

@@ -35,8 +35,11 @@ class OneBox:
     def __init__(self, config):
         self.config, self.gate, self.begun = config, threading.Event(), threading.Event()
         self.gate.set()
+        self.error = None
 
     def detect(self, image):
+        if self.error is not None:
+            raise self.error
         self.begun.set()
         self.gate.wait(5.0)
         count = int(image.any())
@@ -175,6 +178,16 @@ def test_thresholds_change_while_running(seen):
     s.images.publish(picture(1))
     s.ros.spin_until(lambda: len(s.arrays) == 1)
     assert s.detector().config.score_threshold == 0.5
+
+
+def test_an_image_that_the_network_cannot_take_is_counted_and_survived(seen):
+    s = seen()
+    s.detector().error = ModelError("memory ran out while m.onnx worked on an image")
+    s.images.publish(picture(1))
+    s.ros.spin_until(lambda: detection_status(s.node).values.get("refused_failed") == 1)
+    s.detector().error = None
+    s.images.publish(picture(2))
+    s.ros.spin_until(lambda: [a.header.stamp.sec for a in s.arrays] == [2])
 
 
 def test_a_failure_of_the_network_ends_the_node_instead_of_silence(seen):
