@@ -198,7 +198,7 @@ class CameraModel:
         given = np.asarray(pixels, dtype=np.float64).reshape(-1, 2)
         valid = self.inside(given)
         # What is not on the image is computed at its middle, so that nothing overflows.
-        usable = np.where(valid[:, None], given, self.K[:2, 2])
+        usable = given if valid.all() else np.where(valid[:, None], given, self.K[:2, 2])
         plane = (usable - self.K[:2, 2]) @ self._inverse.T
         lens = self._lens
         if isinstance(lens, Equidistant):
@@ -233,10 +233,12 @@ class CameraModel:
 
         The mask (n,) says which lie before the lens and within its model, on the image or not.
         """
-        given = np.asarray(points, dtype=np.float64).reshape(-1, 3) @ self.R.T
+        given = np.asarray(points, dtype=np.float64).reshape(-1, 3)
+        given = given @ self.R.T if self._turned else given
         plane, by_point, seen = plane_with_jacobian(self._lens, given)
         matrix = self.K[:2, :2]
-        return plane @ matrix.T + self.K[:2, 2], matrix @ by_point @ self.R, seen
+        by_point = matrix @ by_point @ self.R if self._turned else matrix @ by_point
+        return plane @ matrix.T + self.K[:2, 2], by_point, seen
 
 
 def _pinhole_rays(lens: BrownConrady | None, plane: Array) -> tuple[Array, Array, Mask]:
@@ -251,7 +253,7 @@ def _pinhole_rays(lens: BrownConrady | None, plane: Array) -> tuple[Array, Array
         inverse[:, 0, 1], inverse[:, 1, 0] = -forward[:, 0, 1] * scale, -forward[:, 1, 0] * scale
     rays = np.ones((len(plane), 3))
     rays[:, :2] = plane
-    shorten = 1.0 / np.sqrt(np.sum(rays * rays, axis=1))
+    shorten = 1.0 / np.sqrt(np.einsum("ij,ij->i", rays, rays))
     rays = rays * shorten[:, None]
     jacobian = -rays[:, :, None] * rays[:, None, :2]
     jacobian[:, 0, 0] += 1.0

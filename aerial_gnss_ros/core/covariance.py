@@ -9,7 +9,8 @@ surface again. Derivatives are exact for the curved surface; only their use is f
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -67,7 +68,7 @@ def ray_points(view: View, camera: CameraModel, pixels: Array) -> RayPoints:
     distances = view.distances(directions)
     offsets = directions * distances[:, None]
     normals = view.normals(offsets)
-    slant = np.sum(normals * directions, axis=1)
+    slant = np.einsum("ij,ij->i", normals, directions)
     # (n, 2, 3): the horizontal rows of I - d n' / (n.d)
     slide = -directions[:, :2, None] * (normals / slant[:, None])[:, None, :]
     slide[:, 0, 0] += 1.0
@@ -117,22 +118,23 @@ def uncertainty(pose: CameraPose, noise: Noise, reference: Reference | str) -> U
         noise: standard deviations.
         reference: the gimbal's; says whether the body's attitude noise enters.
     """
-    axes = error_axes(pose.enu_from_camera)
-    slow = np.array(
-        [
-            math.radians(noise.value(name)) ** 2
-            for name in ("gimbal_roll_deg", "gimbal_pitch_deg", "heading_deg")
-        ]
-    )
-    own = pose.fix_covariance
+    axes, own = error_axes(pose.enu_from_camera), pose.fix_covariance
+    stated = _stated(noise, Reference(reference))
     if own is None or not np.isfinite(own).all():
-        own = np.eye(2) * noise.value("gnss_offset_m") ** 2
+        own = stated.position_slow
+    return replace(stated, rotation_slow=(axes * stated.rotation_slow) @ axes.T, position_slow=own)
+
+
+@lru_cache(maxsize=8)
+def _stated(noise: Noise, reference: Reference) -> Uncertainty:
+    """Return what does not depend on the pose; the slow rotation as (3,): roll, pitch, heading."""
+    names = ("gimbal_roll_deg", "gimbal_pitch_deg", "heading_deg")
     return Uncertainty(
-        rotation_slow=(axes * slow) @ axes.T,
-        rotation_white=np.diag(white_rotation(noise, Reference(reference))),
+        rotation_slow=np.array([math.radians(noise.value(name)) ** 2 for name in names]),
+        rotation_white=np.diag(white_rotation(noise, reference)),
         height_slow=noise.value("height_m") ** 2,
         height_white=noise.value("height_white_m") ** 2,
-        position_slow=own,
+        position_slow=np.eye(2) * noise.value("gnss_offset_m") ** 2,
         position_white=np.eye(2) * noise.value("gnss_white_m") ** 2,
         pixel=noise.value("box_center_px") ** 2,
     )
@@ -156,12 +158,12 @@ def covariances(points: RayPoints, known: Uncertainty) -> tuple[Array, Array]:
     for minutes.
     """
     turn, lift = points.by_rotation, points.by_height
-    turned = np.swapaxes(turn, 1, 2)
+    turned = turn.transpose(0, 2, 1)
     lifted = lift[:, :, None] * lift[:, None, :]
     white = (
         turn @ known.rotation_white @ turned
         + known.height_white * lifted
-        + known.pixel * (points.by_pixel @ np.swapaxes(points.by_pixel, 1, 2))
+        + known.pixel * (points.by_pixel @ points.by_pixel.transpose(0, 2, 1))
         + known.position_white
     )
     slow = turn @ known.rotation_slow @ turned + known.height_slow * lifted + known.position_slow
@@ -171,11 +173,12 @@ def covariances(points: RayPoints, known: Uncertainty) -> tuple[Array, Array]:
 def elevation_sigma(points: RayPoints, known: Uncertainty) -> Array:
     """Return one sigma (n,) of the rays' elevation above the horizon, rad."""
     d = points.directions
-    across = np.maximum(np.hypot(d[:, 0], d[:, 1]), 1e-9)
+    across = np.maximum(np.sqrt(d[:, 0] ** 2 + d[:, 1] ** 2), 1e-9)
     # The level axis that raises a ray is (d x up) / |d x up|.
-    axis = np.column_stack([d[:, 1], -d[:, 0], np.zeros(len(d))]) / across[:, None]
-    total = known.rotation_slow + known.rotation_white
-    tilt = np.sum((axis @ total) * axis, axis=1)
+    axis = np.empty((len(d), 2))
+    axis[:, 0], axis[:, 1] = d[:, 1] / across, -d[:, 0] / across
+    total = (known.rotation_slow + known.rotation_white)[:2, :2]
+    tilt = np.einsum("ij,ij->i", axis @ total, axis)
     raised = points.directions_by_pixel[:, 2, :] / across[:, None]
-    sigma: Array = np.sqrt(tilt + known.pixel * np.sum(raised * raised, axis=1))
+    sigma: Array = np.sqrt(tilt + known.pixel * np.einsum("ij,ij->i", raised, raised))
     return sigma

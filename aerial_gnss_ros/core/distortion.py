@@ -10,14 +10,19 @@ one.
 from __future__ import annotations
 
 import math
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
+Numbers = TypeVar("Numbers", float, NDArray[np.float64])
 
 _STEPS = 15
+_FEW = 12
+"""Up to so many points are computed one by one: an array operation costs as much as ten numbers."""
+
 _TOLERANCE = 1e-11
 _ACCEPT = 1e-9
 _KNOTS = 512
@@ -46,9 +51,9 @@ class BrownConrady:
 
     def __init__(self, coefficients: Array) -> None:
         k1, k2, self._p1, self._p2, k3, k4, k5, k6 = (float(c) for c in coefficients)
-        self._over = np.array([1.0, k1, k2, k3])  # powers of r²
-        self._under = np.array([1.0, k4, k5, k6])
-        self._rational = bool(self._under[1:].any())
+        self._over = (1.0, k1, k2, k3)  # powers of r²
+        self._under = (1.0, k4, k5, k6)
+        self._rational = any(self._under[1:])
         self.max_radius = math.sqrt(self._monotonic_square())
         # Short of the edge, which may be a pole.
         widest = min(0.9999 * math.atan(self.max_radius), _WIDEST)
@@ -57,7 +62,7 @@ class BrownConrady:
 
     def _monotonic_square(self) -> float:
         poly = np.polynomial.polynomial
-        over, under = self._over, self._under
+        over, under = np.array(self._over), np.array(self._under)
         # d/dr [r N(s)/D(s)] with s = r² has the sign of N D + 2 s (N' D - N D').
         slope = poly.polymulx(
             poly.polysub(
@@ -69,11 +74,18 @@ class BrownConrady:
 
     def distort(self, points: Array) -> tuple[Array, Array]:
         """Return distorted points (n, 2) and the Jacobian (n, 2, 2) of undistorted ones (n, 2)."""
-        u, v, a, b, d = self._values(points[:, 0], points[:, 1])
-        return np.stack([u, v], axis=1), _symmetric(a, b, d)
+        if len(points) <= _FEW:
+            rows = [self._values(x, y) for x, y in points.tolist()]
+            u, v, a, b, d = np.array(rows).reshape(-1, 5).T
+        else:
+            u, v, a, b, d = self._values(points[:, 0], points[:, 1])
+        return _beside(u, v), _symmetric(a, b, d)
 
-    def _values(self, x: Array, y: Array) -> tuple[Array, Array, Array, Array, Array]:
-        """Return distorted x and y, and the Jacobian's xx, xy = yx and yy, (n,) each."""
+    def _values(self, x: Numbers, y: Numbers) -> tuple[Numbers, Numbers, Numbers, Numbers, Numbers]:
+        """Return distorted x and y, and the Jacobian's xx, xy = yx and yy.
+
+        Of arrays (n,), or of numbers: for a few points these are ten times as fast.
+        """
         xx, xy, yy = x * x, x * y, y * y
         s = xx + yy
         radial, slope = self._radial(s)
@@ -87,8 +99,8 @@ class BrownConrady:
             radial + twice * yy + 6.0 * p1 * y + 2.0 * p2 * x,
         )
 
-    def _radial(self, s: Array) -> tuple[Array, Array]:
-        """Return the radial factor at squared radii (n,) and its derivative by them."""
+    def _radial(self, s: Numbers) -> tuple[Numbers, Numbers]:
+        """Return the radial factor at squared radii and its derivative by them."""
         n1, n2, n3 = self._over[1:]
         radial = 1.0 + s * (n1 + s * (n2 + s * n3))
         slope = n1 + s * (2.0 * n2 + s * (3.0 * n3))
@@ -109,6 +121,8 @@ class BrownConrady:
             Undistorted points (n, 2), the Jacobian of `distort` there (n, 2, 2), and whether each
             lies in the monotonic region (n,).
         """
+        if len(points) <= _FEW:
+            return self._undistort_few(points)
         wanted_x, wanted_y = points[:, 0], points[:, 1]
         stretch = self._start(np.hypot(wanted_x, wanted_y))
         x, y = wanted_x * stretch, wanted_y * stretch
@@ -123,10 +137,40 @@ class BrownConrady:
             x, y = self._inside(
                 x - (d * right - b * down) * scale, y - (a * down - b * right) * scale, x, y
             )
-        found, jacobian = np.stack([x, y], axis=1), _symmetric(a, b, d)
+        found, jacobian = _beside(x, y), _symmetric(a, b, d)
         size = 1.0 + np.maximum(np.abs(wanted_x), np.abs(wanted_y))
         valid: Mask = (wrong < _ACCEPT * size) & self.monotonic(found, jacobian)
         return found, jacobian, valid
+
+    def _undistort_few(self, points: Array) -> tuple[Array, Array, Mask]:
+        """Return the same, point by point in plain numbers."""
+        stretch = self._start(np.sqrt(np.einsum("ij,ij->i", points, points))).tolist()
+        rows, valid = [], []
+        for (wanted_x, wanted_y), factor in zip(points.tolist(), stretch, strict=True):
+            x, y = wanted_x * factor, wanted_y * factor
+            for _ in range(_STEPS):
+                u, v, a, b, d = self._values(x, y)
+                right, down = u - wanted_x, v - wanted_y
+                wrong = max(abs(right), abs(down))
+                if wrong < _TOLERANCE:
+                    break
+                determinant = a * d - b * b
+                scale = 1.0 / determinant if determinant else 0.0
+                radius = math.hypot(x, y)
+                x -= (d * right - b * down) * scale
+                y -= (a * down - b * right) * scale
+                beyond = math.hypot(x, y)
+                if beyond >= self.max_radius:
+                    halfway = 0.5 * (radius + self.max_radius)
+                    x, y = x * halfway / beyond, y * halfway / beyond
+            rows.append((x, y, a, b, d))
+            valid.append(
+                wrong < _ACCEPT * (1.0 + max(abs(wanted_x), abs(wanted_y)))
+                and math.hypot(x, y) < self.max_radius
+                and a * d - b * b > 0.0
+            )
+        x_, y_, a_, b_, d_ = np.array(rows).reshape(-1, 5).T
+        return _beside(x_, y_), _symmetric(a_, b_, d_), np.array(valid, dtype=np.bool_)
 
     def _start(self, distorted: Array) -> Array:
         """Return undistorted over distorted radius (n,) by a table of the radial part alone."""
@@ -153,6 +197,13 @@ class BrownConrady:
         halfway = 0.5 * (np.hypot(before_x, before_y) + self.max_radius)
         factor = np.where(outside, halfway / np.where(outside, radius, 1.0), 1.0)
         return x * factor, y * factor
+
+
+def _beside(x: Array, y: Array) -> Array:
+    """Return (n, 2) of two columns."""
+    pairs = np.empty((len(x), 2))
+    pairs[:, 0], pairs[:, 1] = x, y
+    return pairs
 
 
 def _symmetric(a: Array, b: Array, d: Array) -> Array:

@@ -36,12 +36,23 @@ def _cart() -> Transformer:
 def ecef_from_geodetic(latitude: ArrayLike, longitude: ArrayLike, altitude: ArrayLike) -> Array:
     """Return Earth-centred x, y, z (..., 3) in m of latitude, longitude (rad), altitude (m)."""
     lat, lon = np.asarray(latitude, np.float64), np.asarray(longitude, np.float64)
+    alt = np.asarray(altitude, np.float64)
     sin_lat, cos_lat = np.sin(lat), np.cos(lat)
     prime = SEMI_MAJOR_M / np.sqrt(1.0 - _E2 * sin_lat * sin_lat)
-    alt = np.asarray(altitude, np.float64)
     across = (prime + alt) * cos_lat
-    up = (prime * (1.0 - _E2) + alt) * sin_lat
-    return np.stack(np.broadcast_arrays(across * np.cos(lon), across * np.sin(lon), up), axis=-1)
+    xyz = np.empty((*np.broadcast_shapes(across.shape, lon.shape), 3))
+    xyz[..., 0], xyz[..., 1] = across * np.cos(lon), across * np.sin(lon)
+    xyz[..., 2] = (prime * (1.0 - _E2) + alt) * sin_lat
+    return xyz
+
+
+def ecef_of_place(latitude: float, longitude: float, altitude: float) -> Array:
+    """Return the same (3,) of one place; in plain numbers, ten times as fast."""
+    sin_lat, cos_lat = math.sin(latitude), math.cos(latitude)
+    prime = SEMI_MAJOR_M / math.sqrt(1.0 - _E2 * sin_lat * sin_lat)
+    across = (prime + altitude) * cos_lat
+    up = (prime * (1.0 - _E2) + altitude) * sin_lat
+    return np.array([across * math.cos(longitude), across * math.sin(longitude), up])
 
 
 def geodetic_from_ecef(xyz: ArrayLike) -> tuple[Array, Array, Array]:
@@ -80,7 +91,7 @@ def enu_from_geodetic(
 
     The plane is tangent at the origin: a point D away on the ground lies D²/2R below it.
     """
-    origin = ecef_from_geodetic(latitude0, longitude0, altitude0)
+    origin = ecef_of_place(latitude0, longitude0, altitude0)
     offset = ecef_from_geodetic(latitude, longitude, altitude) - origin
     enu: Array = offset @ enu_axes(latitude0, longitude0).T
     return enu
@@ -95,13 +106,11 @@ def geodetic_from_enu(
     altitude0: float,
 ) -> tuple[Array, Array, Array]:
     """Return latitude, longitude (rad) and altitude (m) of East, North, Up (m) from an origin."""
-    enu = np.stack(
-        np.broadcast_arrays(
-            np.asarray(east, np.float64), np.asarray(north, np.float64), np.asarray(up, np.float64)
-        ),
-        axis=-1,
-    )
-    origin = ecef_from_geodetic(latitude0, longitude0, altitude0)
+    parts = [np.asarray(part, np.float64) for part in (east, north, up)]
+    enu = np.empty((*np.broadcast_shapes(*(part.shape for part in parts)), 3))
+    for axis, part in enumerate(parts):
+        enu[..., axis] = part
+    origin = ecef_of_place(latitude0, longitude0, altitude0)
     return geodetic_from_ecef(origin + enu @ enu_axes(latitude0, longitude0))
 
 

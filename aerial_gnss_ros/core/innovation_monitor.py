@@ -70,7 +70,8 @@ class InnovationMonitor:
     """Takes in each image's fit, and says in words when it becomes bad."""
 
     def __init__(self) -> None:
-        self._window: deque[tuple[float, int]] = deque(maxlen=WINDOW_IMAGES)
+        self._window: deque[tuple[float, int]] = deque()
+        self._squared, self._count = 0.0, 0
         self._alarm = False
         self._told: set[str] = set()
         self._incredible: dict[str, str] = {}
@@ -79,6 +80,7 @@ class InnovationMonitor:
     def reset(self) -> None:
         """Forget everything."""
         self._window.clear()
+        self._squared, self._count = 0.0, 0
         self._alarm = False
         self._told.clear()
         self._incredible.clear()
@@ -105,11 +107,10 @@ class InnovationMonitor:
     @property
     def fit(self) -> Fit:
         """The fit over the last images."""
-        squared = sum(item[0] for item in self._window)
-        count = sum(item[1] for item in self._window)
+        count = self._count
         if count < LEAST_COUNT:
             return Fit(math.nan, 0.0, self._alarm)
-        ratio = squared / count
+        ratio = self._squared / count
         sigmas = (ratio - 1.0) / math.sqrt(2.0 / count)
         return Fit(ratio, sigmas, self._alarm)
 
@@ -121,6 +122,10 @@ class InnovationMonitor:
             count: its degrees of freedom.
         """
         self._window.append((squared, count))
+        self._squared, self._count = self._squared + squared, self._count + count
+        if len(self._window) > WINDOW_IMAGES:
+            old_squared, old_count = self._window.popleft()
+            self._squared, self._count = self._squared - old_squared, self._count - old_count
         fit = self.fit
         if not self._alarm and fit.sigmas > ALARM_SIGMAS:
             self._alarm = True

@@ -101,6 +101,8 @@ class JointFilter:
     @property
     def mean(self) -> Array:
         """(n, 4) east, north, velocity east, velocity north; m, m/s."""
+        if len(self._groups) == 1:
+            return self._groups[0].robots.copy()
         means = np.empty((self._count, 4))
         for group in self._groups:
             means[group.rows] = group.robots
@@ -109,6 +111,8 @@ class JointFilter:
     @property
     def covariance(self) -> Array:
         """(n, 4, 4) covariance of `mean`, the platform's share included."""
+        if len(self._groups) == 1:
+            return self._groups[0].blocks()
         covariances = np.empty((self._count, 4, 4))
         for group in self._groups:
             covariances[group.rows] = group.blocks()
@@ -186,7 +190,7 @@ class JointFilter:
             offsets[group.rows] = places[None] - group.robots[:, None, :2]
             with_robots = group.with_platform()
             own = by_errors @ group.covariance[:COUNT, :COUNT] @ by_errors.swapaxes(1, 2)
-            shared = np.einsum("iab,jcb->ijac", with_robots, by_errors)
+            shared = with_robots[:, None] @ by_errors.swapaxes(1, 2)[None]
             spread[group.rows] = (
                 group.blocks()[:, None, :2, :2]
                 + (own + seen.white)[None]

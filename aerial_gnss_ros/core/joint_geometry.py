@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aerial_gnss_ros.core.frames import FLU_FROM_OPTICAL
-from aerial_gnss_ros.core.geodesy import SEMI_MAJOR_M, ecef_from_geodetic, enu_axes
+from aerial_gnss_ros.core.geodesy import SEMI_MAJOR_M, ecef_of_place, enu_axes
 from aerial_gnss_ros.core.gimbal import error_axes
 from aerial_gnss_ros.core.local_map import LocalMap
 from aerial_gnss_ros.core.values import CameraPose
@@ -63,11 +63,11 @@ class MapFrame:
         datum = local.datum
         self.local = local
         self._axes = enu_axes(datum.latitude, datum.longitude)
-        self._origin = ecef_from_geodetic(datum.latitude, datum.longitude, 0.0)
+        self._origin = ecef_of_place(datum.latitude, datum.longitude, 0.0)
 
     def pose(self, pose: CameraPose) -> MapPose:
         """Return a camera's pose in `map`, which takes the water at its origin's altitude."""
-        place = ecef_from_geodetic(pose.latitude, pose.longitude, pose.height)
+        place = ecef_of_place(pose.latitude, pose.longitude, pose.height)
         turn = self._axes @ enu_axes(pose.latitude, pose.longitude).T
         return MapPose(self._axes @ (place - self._origin), turn @ pose.enu_from_camera)
 
@@ -102,7 +102,14 @@ def pose_jacobian(offsets: Array) -> Array:
     Args:
         offsets: (n, 3) from the camera, m.
     """
-    jacobian: Array = state_jacobian(offsets, np.zeros((len(offsets), 2)))[:, :2]
+    jacobian = np.zeros((len(offsets), 2, POSE_COUNT))
+    x, y, z = offsets.T
+    xz, yz = x / z, y / z
+    jacobian[:, 0, 0] = jacobian[:, 1, 1] = 1.0
+    jacobian[:, 0, 2], jacobian[:, 1, 2] = -xz, -yz
+    jacobian[:, 0, 3], jacobian[:, 1, 3] = -xz * y, -z - yz * y
+    jacobian[:, 0, 4], jacobian[:, 1, 4] = z + xz * x, xz * y
+    jacobian[:, 0, 5], jacobian[:, 1, 5] = -y, x
     return jacobian
 
 
@@ -119,15 +126,10 @@ def state_jacobian(offsets: Array, velocities: Array) -> Array:
     x, y, z = offsets.T
     xz, yz = x / z, y / z
     east, north = velocities.T
-    east_z, north_z = east / z, north / z
     crossed = xz * north + yz * east
     jacobian = np.zeros((len(offsets), 4, POSE_COUNT))
-    jacobian[:, 0, 0] = jacobian[:, 1, 1] = 1.0
-    jacobian[:, 0, 2], jacobian[:, 1, 2] = -xz, -yz
-    jacobian[:, 0, 3], jacobian[:, 1, 3] = -xz * y, -z - yz * y
-    jacobian[:, 0, 4], jacobian[:, 1, 4] = z + xz * x, xz * y
-    jacobian[:, 0, 5], jacobian[:, 1, 5] = -y, x
-    jacobian[:, 2, 2], jacobian[:, 3, 2] = -east_z, -north_z
+    jacobian[:, :2] = pose_jacobian(offsets)
+    jacobian[:, 2, 2], jacobian[:, 3, 2] = -east / z, -north / z
     jacobian[:, 2, 3], jacobian[:, 3, 3] = -crossed, -2.0 * yz * north
     jacobian[:, 2, 4], jacobian[:, 3, 4] = 2.0 * xz * east, crossed
     jacobian[:, 2, 5], jacobian[:, 3, 5] = -north, east

@@ -154,9 +154,8 @@ class Joint:
     def blocks(self) -> Array:
         """Return the robots' own covariances (n, 4, 4)."""
         n = len(self)
-        every = np.arange(n)
-        block: Array = self.covariance[COUNT:, COUNT:].reshape(n, 4, n, 4)[every, :, every, :]
-        return block
+        block = self.covariance[COUNT:, COUNT:].reshape(n, 4, n, 4)
+        return np.ascontiguousarray(np.einsum("iaib->iab", block))
 
     def with_platform(self) -> Array:
         """Return the covariances (n, 2, 7) of positions with the platform's errors."""

@@ -100,14 +100,17 @@ def follow(joint: Joint, sight: Sight) -> None:
     if joint.sight is sight:
         return
     robots, k = joint.robots, len(joint.by_pose)
-    points = water_points(robots[:, :2])
-    points[:, 2] -= joint.mean[2]
-    if k and not math.isnan(joint.camera[0]):
-        now = state_jacobian(points[:k] - joint.camera, robots[:k, 2:])
-        joint.carry((now - joint.by_pose) @ joint.by_errors)
-    joint.camera, joint.by_errors = sight.standpoint(joint.mean[:COUNT]), sight.by_errors
-    joint.by_pose = state_jacobian(points - joint.camera, robots[:, 2:])
-    joint.sight = sight
+    camera = sight.standpoint(joint.mean[:COUNT])
+    if len(joint):
+        points, velocities = water_points(robots[:, :2]), robots[:, 2:]
+        points[:, 2] -= joint.mean[2]
+        # From where the camera was, and from where it is.
+        offsets = np.concatenate([points[:k] - joint.camera, points - camera])
+        both = state_jacobian(offsets, np.concatenate([velocities[:k], velocities]))
+        if k and not math.isnan(joint.camera[0]):
+            joint.carry((both[:k] - joint.by_pose) @ joint.by_errors)
+        joint.by_pose = both[k:]
+    joint.camera, joint.by_errors, joint.sight = camera, sight.by_errors, sight
 
 
 def by_platform(joint: Joint, places: Array) -> Array:

@@ -106,7 +106,7 @@ def locate(
     if config.depth.sigma_m:
         slope = config.depth.sigma_m * slopes(points.directions)
         slow = slow + slope[:, :, None] * slope[:, None, :]
-    elevation = np.arcsin(np.clip(points.directions[:, 2], -1.0, 1.0))
+    elevation = np.arcsin(np.minimum(np.maximum(points.directions[:, 2], -1.0), 1.0))
     margin = -elevation - view.dip - HORIZON_SIGMAS * elevation_sigma(points, known)
     reasons = _reasons(given, points, margin, largest_sigma(white + slow), config)
     latitude, longitude, _ = view.geodetic(points.offsets)
@@ -215,6 +215,8 @@ def _reasons(
     above = np.isnan(points.distances) | ~(margin > 0.0)
     unknown = ~np.isfinite(pixels).all(axis=1)
     found: list[Reason | None] = [None] * len(pixels)
+    if not (far | above | unknown | ~points.in_image).any():
+        return tuple(found)
     # The last one that applies is the one that is told: the earlier the step, the later here.
     for reason, applies in (
         (Reason.OUT_OF_RANGE, far),
@@ -229,9 +231,9 @@ def _reasons(
 
 def masked(points: WaterPoints) -> WaterPoints:
     """Return the points with NaN where there is a refusal, so that none is used by mistake."""
-    wrong = ~points.valid
-    if not wrong.any():
+    if not any(points.reasons):
         return points
+    wrong = ~points.valid
 
     def hidden(values: Array) -> Array:
         shape = (-1,) + (1,) * (values.ndim - 1)

@@ -21,6 +21,7 @@ from aerial_gnss_ros.core.geodesy import (
     SEMI_MAJOR_M,
     SEMI_MINOR_M,
     ecef_from_geodetic,
+    ecef_of_place,
     enu_axes,
     geodetic_from_ecef,
 )
@@ -43,13 +44,13 @@ class View:
         known = not math.isnan(pose.altitude)
         self.water_altitude = pose.altitude - pose.height if known else 0.0
         self._axes = enu_axes(pose.latitude, pose.longitude)
-        self._origin = ecef_from_geodetic(
+        self._origin = ecef_of_place(
             pose.latitude, pose.longitude, self.water_altitude + pose.height
         )
         a, b = SEMI_MAJOR_M + self.water_altitude, SEMI_MINOR_M + self.water_altitude
         scale = np.array([1.0 / a, 1.0 / a, 1.0 / b])
         self._place = self._origin * scale
-        below = ecef_from_geodetic(pose.latitude, pose.longitude, self.water_altitude)
+        below = ecef_of_place(pose.latitude, pose.longitude, self.water_altitude)
         # |place|² - |below|² of the scaled points, without subtracting nearly equal squares
         self._above = float(((self._origin - below) * scale) @ ((self._origin + below) * scale))
         self._turn = self._axes * scale  # (3, 3): direction ENU @ this is the scaled direction
@@ -69,11 +70,13 @@ class View:
     def distances(self, directions: Array) -> Array:
         """Return along unit directions (n, 3) ENU how far the water is, m; NaN where they miss."""
         d = directions @ self._turn
-        a = np.sum(d * d, axis=1)
+        a = np.einsum("ij,ij->i", d, d)
         b = d @ self._place
         c = self._above
         discriminant = b * b - a * c
         hit = (discriminant > 0.0) & (b < 0.0) & (c > 0.0)
+        if hit.all():
+            return np.asarray(c / (np.sqrt(discriminant) - b), np.float64)
         # The smaller root, written so that nothing nearly equal is subtracted.
         return np.where(
             hit, c / np.where(hit, np.sqrt(np.where(hit, discriminant, 1.0)) - b, 1.0), np.nan
@@ -82,7 +85,8 @@ class View:
     def normals(self, offsets: Array) -> Array:
         """Return outward unit normals (n, 3) ENU of the water at points (n, 3) ENU."""
         gradient = (self._place + offsets @ self._turn) @ self._turn.T
-        normals: Array = gradient / np.sqrt(np.sum(gradient * gradient, axis=1))[:, None]
+        square = np.einsum("ij,ij->i", gradient, gradient)
+        normals: Array = gradient / np.sqrt(square)[:, None]
         return normals
 
     def geodetic(self, offsets: Array) -> tuple[Array, Array, Array]:
