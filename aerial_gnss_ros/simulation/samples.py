@@ -44,7 +44,8 @@ class DatasetConfig:
             `scene.random_scene` draws them.
         renderer: One of `RENDERERS`.
         ranges: Name of the Blender renderer's ranges (blender/ranges.py); the fast one has none.
-        samples: Paths that Blender follows for each pixel, before it removes the noise.
+        samples: Paths that Blender follows for each pixel and each of its two layers, before it
+            removes the noise.
     """
 
     counts: dict[str, int]
@@ -56,7 +57,7 @@ class DatasetConfig:
     variety: Variety = field(default_factory=Variety)
     renderer: str = "fast"
     ranges: str = "train"
-    samples: int = 16
+    samples: int = 4
 
 
 @dataclass(frozen=True)

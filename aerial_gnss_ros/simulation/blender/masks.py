@@ -38,5 +38,5 @@ def coverage(built: studio.Set, name: str, folder: Path) -> NDArray[np.float32]:
     for thing in bpy.data.objects:
         if thing.name.startswith("floor"):
             thing.data.materials[0] = dark
-    share: NDArray[np.float32] = studio.render(folder)[..., 1]
+    share: NDArray[np.float32] = studio.render_pass(folder)[..., 1]
     return share

@@ -77,10 +77,13 @@ def window_pane() -> Any:
     return material
 
 
-def water(shot: Shot, foam: bool) -> Any:
-    """Reflecting and refracting waves with foam over water that absorbs and sends light back.
+def water(shot: Shot, foam: bool) -> tuple[Any, Any]:
+    """Waves over water that absorbs and sends light back: what they mirror, and all the rest.
 
-    Single scattering in a thick volume is noisy. Instead the water glows as evenly as it would in
+    Two materials whose pictures add up. One material would choose between mirror and window by
+    chance for each path, one in thirty, and be as noisy as that sounds.
+
+    Nor is the water a scattering volume, which is noisy too. It glows as evenly as it would in
     daylight, E / sigma being the radiance of deep water and sigma its attenuation, which Cycles
     integrates without noise: L = L_deep (1 - exp(-sigma d)) + L_object exp(-sigma d).
 
@@ -88,35 +91,52 @@ def water(shot: Shot, foam: bool) -> Any:
         shot: colours and wind.
         foam: whether the mesh has the attribute `FOAM`.
     """
-    material, tree, output = _tree("water")
+    return _mirror(shot, foam), _body(shot, foam)
+
+
+def _waves(tree: Any, shot: Shot) -> tuple[Any, Any, Any]:
+    """Place, normal of ripples too short for the mesh, and Fresnel's reflectance."""
     place = tree.nodes.new("ShaderNodeTexCoord")
     ripples = _node(
         tree, "TexNoise", Vector=place.outputs["Object"], Scale=14.0, Detail=3.0, Roughness=0.6
     )
-    wind = shot.scene.wind_speed
     bump = _node(tree, "Bump", Height=ripples.outputs["Factor"], Strength=1.0)
-    bump.inputs["Distance"].default_value = 0.0006 * (1.0 + wind)
+    bump.inputs["Distance"].default_value = 0.0006 * (1.0 + shot.scene.wind_speed)
     fresnel = _node(tree, "Fresnel", IOR=WATER_INDEX, Normal=bump.outputs[0])
+    return place, bump.outputs[0], fresnel.outputs[0]
+
+
+def _mirror(shot: Shot, foam: bool) -> Any:
+    material, tree, output = _tree("mirror")
+    place, normal, fresnel = _waves(tree, shot)
     # What slopes of waves too short for mesh and ripples do to a highlight (Cox and Munk 1954).
-    rough = float(np.sqrt(0.35 * (0.003 + 0.00512 * wind)))
-    mirror = _node(tree, "BsdfAnisotropic", Roughness=float(np.sqrt(rough)) * 0.75)
-    mirror.inputs["Normal"].default_value = (0.0, 0.0, 0.0)
-    tree.links.new(bump.outputs[0], mirror.inputs["Normal"])
-    bend = _node(tree, "BsdfRefraction", Roughness=0.08, IOR=WATER_INDEX)
-    tree.links.new(bump.outputs[0], bend.inputs["Normal"])
-    wet = _mix(tree, fresnel.outputs[0], bend.outputs[0], mirror.outputs[0])
+    slope = float(np.sqrt(0.35 * (0.003 + 0.00512 * shot.scene.wind_speed)))
+    shine = _node(tree, "BsdfAnisotropic", Roughness=0.75 * float(np.sqrt(slope)), Normal=normal)
+    tree.links.new(fresnel, shine.inputs["Color"])
+    wet = shine.outputs[0]
     if foam:
-        wet = _mix(tree, _foam_share(tree, place), wet, _foam(tree))
-    # Light from above reaches what is under water; its path is taken as straight.
-    path = tree.nodes.new("ShaderNodeLightPath")
-    clear = tree.nodes.new("ShaderNodeBsdfTransparent")
-    lit = _mix(tree, path.outputs["Is Shadow Ray"], wet, clear.outputs[0])
-    tree.links.new(lit, output.inputs["Surface"])
+        wet = _mix(tree, _foam_share(tree, place), wet, _foam(tree, 0.0))
+    tree.links.new(_for_light(tree, wet), output.inputs["Surface"])
+    return material
+
+
+def _body(shot: Shot, foam: bool) -> Any:
+    material, tree, output = _tree("body")
+    place, normal, fresnel = _waves(tree, shot)
+    passed = tree.nodes.new("ShaderNodeMath")
+    passed.operation = "SUBTRACT"
+    passed.inputs[0].default_value = 1.0
+    tree.links.new(fresnel, passed.inputs[1])
+    bend = _node(tree, "BsdfRefraction", Roughness=0.05, IOR=WATER_INDEX, Normal=normal)
+    tree.links.new(passed.outputs[0], bend.inputs["Color"])
+    wet = bend.outputs[0]
+    if foam:
+        wet = _mix(tree, _foam_share(tree, place), wet, _foam(tree, 1.0))
+    tree.links.new(_for_light(tree, wet), output.inputs["Surface"])
     sigma = np.array(shot.scene.attenuation)
     glow = np.array(shot.scene.water_colour) * sigma * shot.sea.scatter * daylight(shot)
-    absorb = _node(tree, "VolumeAbsorption", Density=1.0)
     # Blender absorbs density (1 - colour).
-    absorb.inputs["Density"].default_value = float(sigma.max())
+    absorb = _node(tree, "VolumeAbsorption", Density=float(sigma.max()))
     absorb.inputs["Color"].default_value = rgba(1.0 - sigma / sigma.max())
     shine = _node(tree, "Emission", Color=rgba(glow / glow.max()), Strength=float(glow.max()))
     both = tree.nodes.new("ShaderNodeAddShader")
@@ -124,6 +144,13 @@ def water(shot: Shot, foam: bool) -> Any:
     tree.links.new(shine.outputs[0], both.inputs[1])
     tree.links.new(both.outputs[0], output.inputs["Volume"])
     return material
+
+
+def _for_light(tree: Any, wet: Any) -> Any:
+    """Lets light from above reach what is under water; its path is taken as straight."""
+    path = tree.nodes.new("ShaderNodeLightPath")
+    clear = tree.nodes.new("ShaderNodeBsdfTransparent")
+    return _mix(tree, path.outputs["Is Shadow Ray"], wet, clear.outputs[0])
 
 
 def _mix(tree: Any, share: Any, first: Any, second: Any) -> Any:
@@ -134,8 +161,8 @@ def _mix(tree: Any, share: Any, first: Any, second: Any) -> Any:
     return node.outputs[0]
 
 
-def _foam(tree: Any) -> Any:
-    return _node(tree, "BsdfDiffuse", Color=(0.75, 0.77, 0.78, 1.0)).outputs[0]
+def _foam(tree: Any, gain: float) -> Any:
+    return _node(tree, "BsdfDiffuse", Color=rgba((0.78, 0.77, 0.75), gain)).outputs[0]
 
 
 def _foam_share(tree: Any, place: Any) -> Any:

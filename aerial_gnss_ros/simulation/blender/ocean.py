@@ -24,11 +24,14 @@ RESOLUTION = 14
 """Of the modifiers: 196 waves along each side of a tile."""
 
 
-def add_ocean(shot: Shot, time_s: float) -> Any:
-    """Adds the sea; its mean level is z = 0 at first.
+def add_ocean(shot: Shot, time_s: float) -> tuple[Any, bool]:
+    """Adds the sea without a material; its mean level is z = 0 at first.
 
     Three modifiers share the spectrum: tiles of a few times the view's width, of the view's
     width, and a fraction of it, so that waves from pixels to swell are there at any height.
+
+    Returns:
+        The object, and whether it has the attribute `FOAM`.
     """
     import bpy
 
@@ -63,8 +66,7 @@ def add_ocean(shot: Shot, time_s: float) -> Any:
             wave.use_foam = True
             wave.foam_layer_name = nodes.FOAM
             wave.foam_coverage = 0.02 * (shot.scene.wind_speed - 4.0) * shot.scene.whitecaps - 0.2
-    data.materials.append(nodes.water(shot, foam))
-    return sea
+    return sea, foam
 
 
 def add_floor() -> Any:

@@ -48,7 +48,7 @@ def take(order: Order, folder: Path) -> Sample:
         rng, ranges_named(config.ranges), config.size, config.occupied, config.image, config.variety
     )
     built = studio.build(shot, config.samples, int(rng.integers(2**31)))
-    camera = _Camera(shot, folder)
+    camera = _Camera(built, folder)
     tracer = Tracer(built)
     found = {name: tracer.outline(name) for name in built.robots}
     outlines = {name: outline for name, outline in found.items() if outline is not None}
@@ -74,7 +74,9 @@ def take(order: Order, folder: Path) -> Sample:
 class _Camera:
     """Renders and develops pictures of one shot with the exposure of the first."""
 
-    def __init__(self, shot: Shot, folder: Path) -> None:
+    def __init__(self, built: studio.Set, folder: Path) -> None:
+        shot = built.shot
+        self._built = built
         self.developer = Developer(shot.scene)
         window = shot.view.window
         self._size = (window.width, window.height)
@@ -84,7 +86,7 @@ class _Camera:
         self._gain: float | None = None
 
     def expose(self, part: Window | None = None) -> U8:
-        light = studio.render(self._folder, part) / self._white
+        light = studio.render(self._built, self._folder, part) / self._white
         planes = [np.ascontiguousarray(light[..., i]) for i in range(3)]
         if self._gain is None:
             self._gain = self.developer.gain(planes)

@@ -28,12 +28,15 @@ class Set:
     Attributes:
         shot: what it was built from.
         sea: the water's object.
+        mirror, body: its materials, whose pictures add up (nodes.water).
         robots: objects of each robot, by its name.
         props: the other things.
     """
 
     shot: Shot
     sea: Any
+    mirror: Any
+    body: Any
     robots: dict[str, list[Any]]
     props: list[Any]
 
@@ -52,7 +55,9 @@ def build(shot: Shot, samples: int, seed: int) -> Set:
     _settings(samples, seed, nodes.daylight(shot))
     _camera(shot.view)
     nodes.sky(shot)
-    sea = add_ocean(shot, time_s=float(shot.scene.seed % 97))
+    sea, foam = add_ocean(shot, time_s=float(shot.scene.seed % 97))
+    mirror, body = nodes.water(shot, foam)
+    sea.data.materials.append(body)
     add_floor()
     level = Level(sea)
     # The window was drawn for a robot at height 0 in it: the waves are moved so that it is there.
@@ -66,7 +71,7 @@ def build(shot: Shot, samples: int, seed: int) -> Set:
         thing = add_mesh(f"prop{i}", prop.mesh, material)
         thing.location = (prop.east, prop.north, level.at(prop.east, prop.north))
         props.append(thing)
-    return Set(shot, sea, robots, props)
+    return Set(shot, sea, mirror, body, robots, props)
 
 
 class Level:
@@ -145,16 +150,35 @@ def _camera(view: View) -> None:
     camera.matrix_world = Matrix(matrix.tolist())
 
 
-def render(folder: Path, part: Window | None = None) -> F32:
-    """Renders what stands there.
+def render(built: Set, folder: Path, part: Window | None = None) -> F32:
+    """Renders what stands there: what the waves mirror, plus all the rest.
 
     Args:
-        folder: for a passing file.
+        built: the set.
+        folder: for passing files.
         part: only this part of the picture, from its first pixel.
 
     Returns:
         (height, width, 3) blue, green, red, linear, in the sky's units.
     """
+    import bpy
+
+    cycles = bpy.context.scene.cycles
+    things = [*(thing for robot in built.robots.values() for thing in robot), *built.props]
+    built.sea.data.materials[0] = built.mirror
+    cycles.use_denoising = False  # smooth already, but for glints, which it would take for noise
+    for thing in things:
+        thing.is_holdout = True  # black, but mirrored
+    mirrored = render_pass(folder, part)
+    built.sea.data.materials[0] = built.body
+    cycles.use_denoising = True
+    for thing in things:
+        thing.is_holdout = False
+    return mirrored + render_pass(folder, part)
+
+
+def render_pass(folder: Path, part: Window | None = None) -> F32:
+    """Renders the scene as it is; for the rest see `render`."""
     import bpy
 
     scene = bpy.context.scene
