@@ -19,11 +19,13 @@ from aerial_gnss_ros.detection.config import DetectorConfig
 from aerial_gnss_ros.detection.select import find_model, load_detector
 from aerial_gnss_ros.training.calibration_images import USUAL_COUNT, choose_images
 from aerial_gnss_ros.training.compare import compare, for_scoring, labelled, table
+from aerial_gnss_ros.training.engine import EnginePlan, build_engine
 from aerial_gnss_ros.training.export import export as export_weights
 from aerial_gnss_ros.training.half import export_half
 from aerial_gnss_ros.training.labelled import LabelledImage
 from aerial_gnss_ros.training.quantize import ARRANGEMENTS, Quantization, export_int8
 
+ONNX, ENGINE = "onnx", "engine"
 FP32, FP16, INT8 = "fp32", "fp16", "int8"
 
 
@@ -31,10 +33,18 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
     parser.add_argument("model", help=".onnx in fp32, the name of a shipped one, or .pt")
     parser.add_argument("-o", "--output", type=Path, required=True, help="file to write")
+    parser.add_argument(
+        "--format", choices=(ONNX, ENGINE),
+        help="engine: for TensorRT, on the device that will fly (default: by the output's ending)",
+    )  # fmt: skip
     parser.add_argument("--precision", choices=(FP32, FP16, INT8), default=FP32)
     parser.add_argument(
         "--size", type=size, metavar="WxH",
-        help="fixed input, from .pt (default: any multiples of 32)",
+        help="fixed input, from .pt and for engines (default: any multiples of 32)",
+    )  # fmt: skip
+    parser.add_argument(
+        "--workspace", type=_count, default=EnginePlan.workspace_mb, metavar="MB",
+        help="memory that TensorRT may build with (default %(default)s)",
     )  # fmt: skip
     parser.add_argument("--allow-pickle", action="store_true", help="trust a .pt file")
     eight = parser.add_argument_group("int8")
@@ -46,8 +56,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help=f"at most so many of them, evenly taken (default {USUAL_COUNT})",
     )  # fmt: skip
     eight.add_argument(
-        "--runtime", choices=tuple(ARRANGEMENTS), default="openvino",
-        help="which one the file shall be fast on (default openvino)",
+        "--runtime", choices=tuple(ARRANGEMENTS),
+        help="which one the file shall be fast on (default openvino; tensorrt for an engine)",
     )  # fmt: skip
     eight.add_argument(
         "--reduce-range", action="store_true",
@@ -64,7 +74,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def _count(text: str) -> int:
     if not text.isdigit() or int(text) < 1:
-        raise argparse.ArgumentTypeError(f"{text!r} is not a number of images")
+        raise argparse.ArgumentTypeError(f"{text!r} is not a whole number of 1 or more")
     return int(text)
 
 
@@ -74,10 +84,10 @@ def run(args: argparse.Namespace) -> int:
     Raises:
         AerialGnssError: wrong arguments, a model that cannot be used, an output that exists.
     """
-    source = _checked(args)
+    source, kind = _checked(args)
     images = [] if args.score is None else list(labelled(args.score, args.split))
     with ended_cleanly():
-        _export(args, source)
+        _export(args, source, kind)
     if not args.json:
         print(f"wrote {args.output} ({args.output.stat().st_size / 1e6:.1f} MB)")
     if images:
@@ -85,11 +95,12 @@ def run(args: argparse.Namespace) -> int:
     return 0
 
 
-def _checked(args: argparse.Namespace) -> Path:
-    """Return the source, with everything refused that can be told beforehand."""
+def _checked(args: argparse.Namespace) -> tuple[Path, str]:
+    """Return source and format, with everything refused that can be told beforehand."""
     source: Path = find_model(args.model)
-    if args.output.suffix.lower() != ".onnx":
-        raise ConfigError(f"{args.output} must end in .onnx; give such a name.")
+    kind = args.format or (ENGINE if args.output.suffix.lower() == ".engine" else ONNX)
+    if args.output.suffix.lower() != f".{kind}":
+        raise ConfigError(f"{args.output} must end in .{kind}; give such a name.")
     refuse_existing(args.output)
     if not source.is_file():
         raise InputError(f"the model {source} does not exist; give a .pt or .onnx file.")
@@ -101,16 +112,16 @@ def _checked(args: argparse.Namespace) -> Path:
                 f"{source} is a pickle, which can run any code when it is loaded; add "
                 "--allow-pickle if you trust it."
             )
-    elif args.precision == FP32:
+    elif kind == ONNX and args.precision == FP32:
         raise ConfigError(f"{source} is an .onnx file already; choose --precision fp16 or int8.")
-    elif args.size is not None:
-        raise ConfigError("--size is for exports from .pt.")
+    elif kind == ONNX and args.size is not None:
+        raise ConfigError("--size is for exports from .pt and for engines.")
     if args.precision == INT8 and args.calibration is None:
         raise ConfigError("int8 needs --calibration FOLDER with images as the camera takes them.")
-    return source
+    return source, kind
 
 
-def _export(args: argparse.Namespace, source: Path) -> None:
+def _export(args: argparse.Namespace, source: Path, kind: str) -> None:
     steps: list[Callable[[Path, Path], object]] = []
     if source.suffix.lower() == ".pt":
         steps.append(lambda model, made: export_weights(model, made, args.size))
@@ -118,7 +129,11 @@ def _export(args: argparse.Namespace, source: Path) -> None:
         steps.append(export_half)
     if args.precision == INT8:
         images = choose_images(args.calibration, args.images)
-        steps.append(lambda model, made: _to_int8(model, made, images, args))
+        runtime = args.runtime or ("tensorrt" if kind == ENGINE else "openvino")
+        steps.append(lambda model, made: _to_int8(model, made, images, runtime, args))
+    if kind == ENGINE:
+        plan = EnginePlan(source, args.precision, args.size, args.workspace)
+        steps.append(lambda model, made: build_engine(model, made, plan))
     with tempfile.TemporaryDirectory() as folder:
         between = [Path(folder) / f"{number}.onnx" for number in range(1, len(steps))]
         for step, model, made in zip(
@@ -127,9 +142,11 @@ def _export(args: argparse.Namespace, source: Path) -> None:
             step(model, made)
 
 
-def _to_int8(source: Path, output: Path, images: list[Path], args: argparse.Namespace) -> None:
+def _to_int8(
+    source: Path, output: Path, images: list[Path], runtime: str, args: argparse.Namespace
+) -> None:
     longest = max(args.size) if args.size else DetectorConfig.image_size
-    how = Quantization(tuple(images), args.runtime, longest, args.reduce_range)
+    how = Quantization(tuple(images), runtime, longest, args.reduce_range)
     with progress("calibrating", len(images), "images") as report:
         export_int8(source, output, how, report)
 
