@@ -28,18 +28,13 @@ from aerial_gnss_ros.core.joint_view import Sight, by_platform, follow
 from aerial_gnss_ros.core.local_map import LocalMap
 from aerial_gnss_ros.core.measurements import Measurements
 from aerial_gnss_ros.core.pose_motion import PoseMotion
+from aerial_gnss_ros.core.position_jumps import PositionJumps
 from aerial_gnss_ros.core.values import PosedFrame
 
 Array = NDArray[np.float64]
 
 GROUP = 32
 """Robots that share one whole covariance."""
-
-JUMP_M, JUMP_MPS = 10.0, 10.0
-"""A drone so many metres, and metres a second, from where its past told has not flown there."""
-
-SETTLE_S = 3.0
-"""A position that has jumped is believed after so long."""
 
 SAME_PLACE_M = 0.1
 """How well a robot that surfaced is at the place of its old track's prediction."""
@@ -64,6 +59,7 @@ class JointFilter:
         self.motion = Motion(config.noise.value("robot_acceleration"), speed)
         self._latency_ns = round(config.camera.latency_s * 1e9)
         self._map: MapFrame | None = None
+        self._jumps = PositionJumps(self.log)
         self.reset()
 
     def reset(self) -> None:
@@ -74,8 +70,7 @@ class JointFilter:
         self._count = 0
         self._pose_ns: int | None = None
         self._motion = PoseMotion()
-        self._jump = np.zeros(3)
-        self._since_s = 0.0
+        self._jumps.reset()
         self._sight: Sight | None = None
         self.monitor.reset()
 
@@ -135,45 +130,17 @@ class JointFilter:
         measured = self._map.pose(pose)
         passed = 0.0 if self._pose_ns is None else (pose.stamp_ns - self._pose_ns) * 1e-9
         self._pose_ns = pose.stamp_ns
-        settled = self._settled(measured, passed)
-        shown = MapPose(measured.position - self._jump, measured.rotation)
+        expected = self._motion.predicted(passed)
+        settled, jump = self._jumps.take(measured.position, expected, passed)
+        if jump is not None:
+            self._motion.shift(jump)
+            for group in self._groups:
+                group.shift(jump[:2])
+        shown = MapPose(measured.position - self._jumps.offset, measured.rotation)
         foretold = self._motion.take(shown, passed)
         applied = (frame.detections.stamp_ns - pose.stamp_ns - self._latency_ns) * 1e-9
         self._sight = Sight.of(frame.camera, shown, self._motion.rates, applied, foretold)
         return settled
-
-    def _settled(self, measured: MapPose, passed: float) -> bool:
-        """Return whether the drone's position is where its past told, or has stayed elsewhere."""
-        expected = self._motion.predicted(passed)
-        if expected is not None:
-            step = measured.position - self._jump - expected
-            step[2] = 0.0
-            if float(np.hypot(step[0], step[1])) > JUMP_M + JUMP_MPS * passed:
-                self._jump = self._jump + step
-                self._since_s = 0.0
-                if float(np.hypot(self._jump[0], self._jump[1])) < JUMP_M:
-                    self.log.add("The drone's position is back where it was before it jumped.")
-                    self._jump = np.zeros(3)
-                else:
-                    self.log.add(
-                        f"The drone's position jumped by {np.hypot(step[0], step[1]):.0f} m "
-                        f"within {passed:.2g} s: boxes are not used until it settles."
-                    )
-                return False
-        if not self._jump.any():
-            return True
-        self._since_s += passed
-        if self._since_s < SETTLE_S:
-            return False
-        for group in self._groups:
-            group.shift(self._jump[:2])
-        self._motion.shift(self._jump)
-        self.log.add(
-            f"The drone's position stays {np.hypot(self._jump[0], self._jump[1]):.0f} m from where "
-            "it was before it jumped; robots may be wrong by as much, and say so."
-        )
-        self._jump = np.zeros(3)
-        return True
 
     def compare(self, seen: Measurements) -> tuple[Array, Array]:
         """Return offsets (n, m, 2) of detections from robots, m, and their covariances.
@@ -190,7 +157,8 @@ class JointFilter:
             offsets[group.rows] = places[None] - group.robots[:, None, :2]
             with_robots = group.with_platform()
             own = by_errors @ group.covariance[:COUNT, :COUNT] @ by_errors.swapaxes(1, 2)
-            shared = with_robots[:, None] @ by_errors.swapaxes(1, 2)[None]
+            shared = with_robots.reshape(-1, COUNT) @ by_errors.reshape(-1, COUNT).T
+            shared = shared.reshape(len(group), 2, -1, 2).swapaxes(1, 2)
             spread[group.rows] = (
                 group.blocks()[:, None, :2, :2]
                 + (own + seen.white)[None]
