@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import threading
+from dataclasses import replace
 from types import SimpleNamespace
 
 import cv2
@@ -12,6 +13,8 @@ import pytest
 
 from aerial_gnss_ros.core.errors import ModelError
 from aerial_gnss_ros.detection.base import Detections
+from aerial_gnss_ros.detection.search import searching
+from aerial_gnss_ros.detection.select import load_detector
 
 rclpy = pytest.importorskip("rclpy", reason="ROS 2 is not installed")
 
@@ -143,6 +146,7 @@ def test_the_newest_image_wins_while_the_network_is_busy(seen):
         (camera_info((0, 0)), picture(1), "camera_info_zeros"),
         (camera_info(focal=0.0), picture(1), "camera_info_zeros"),
         (camera_info(), picture(1, encoding="bayer_rggb8"), "bad_image"),
+        (camera_info(), picture(1, encoding="mono16"), "bad_image"),
         (camera_info(), picture(1, size=(0, 0)), "bad_image"),
     ],
 )
@@ -164,12 +168,28 @@ def test_what_cannot_be_used_is_refused_counted_and_survived(seen, info, image, 
 def test_compressed_images_and_a_corrupt_one(seen):
     s = seen("image: {transport: compressed}\n")
     jpeg = cv2.imencode(".jpg", np.full((36, 64, 3), 90, np.uint8))[1].tobytes()
-    for stamp, data in ((1, jpeg[: len(jpeg) // 2]), (2, jpeg)):
+    for stamp, data in ((1, b""), (2, jpeg[: len(jpeg) // 2]), (3, jpeg)):
         fields = {"header": {"stamp": {"sec": stamp}}, "format": "jpeg", "data": data}
         s.images.publish(message(COMPRESSED, fields))
         s.ros.spin_until(lambda n=stamp: s.node._refused["bad_image"] + len(s.arrays) == n)
-    assert s.arrays[0].header.stamp.sec == 2
+    assert s.arrays[0].header.stamp.sec == 3
+    assert any("has no bytes" in sentence for sentence in s.node._said)
     assert any("cut off" in sentence for sentence in s.node._said)
+
+
+def test_images_may_change_their_size_in_mid_stream_through_the_real_network(seen):
+    s = seen(load=lambda config: load_detector(replace(config, backend="onnxruntime")))
+    for stamp, size in ((1, (64, 36)), (2, (320, 180)), (3, (100, 101)), (4, (64, 36))):
+        s.images.publish(picture(stamp, size=size))
+        s.ros.spin_until(lambda count=stamp: len(s.arrays) == count)
+    assert detection_status(s.node).level == OK
+
+
+def test_a_model_of_other_classes_than_configured_is_named(ros, tmp_path):
+    path = tmp_path / "p.yaml"
+    path.write_text("class_names: [leader, follower]\nbackend: onnxruntime\n")
+    with pytest.raises(ModelError, match=r"knows 1 classes \(aqua\), but class_names has 2"):
+        ros.add(DetectorNode(Given([path])))
 
 
 def test_thresholds_change_while_running(seen):
@@ -196,6 +216,39 @@ def test_a_failure_of_the_network_ends_the_node_instead_of_silence(seen):
     s.images.publish(picture(1))
     with pytest.raises(ZeroDivisionError):
         s.ros.spin_until(lambda: False, 3.0)
+
+
+def test_an_image_that_the_network_fails_on_is_counted_and_the_next_one_found(seen):
+    s = seen()
+    detect = s.detector().detect
+
+    def fail(_image):
+        raise ModelError("memory ran out")
+
+    s.detector().detect = fail
+    s.images.publish(picture(1))
+    s.ros.spin_until(lambda: s.node._refused["network_failed"] == 1)
+    s.detector().detect = detect
+    s.images.publish(picture(2))
+    s.ros.spin_until(lambda: len(s.arrays) == 1)
+    assert s.arrays[0].header.stamp.sec == 2
+
+
+def test_a_following_detector_works_in_the_node(seen):
+    inner = []
+
+    def load(config):
+        inner.append(OneBox(config))
+        return searching(inner[-1], config)
+
+    s = seen("search: {mode: roi}\n", load)
+    for stamp in (1, 2, 3):
+        s.images.publish(picture(stamp, size=(640, 360)))
+        s.ros.spin_until(lambda count=stamp: len(s.arrays) == count)
+    whole, *windows = s.arrays
+    assert whole.detections[0].bbox.center.position.x == 320.0
+    assert all(len(array.detections) >= 1 for array in windows)
+    assert "following the robots" in detection_status(s.node).values["model"]
 
 
 def test_a_missing_model_is_named(ros, tmp_path):
