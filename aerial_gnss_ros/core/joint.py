@@ -21,8 +21,9 @@ from aerial_gnss_ros.core.joint_geometry import (
     on_water,
     water_points,
 )
+from aerial_gnss_ros.core.joint_motion import Motion
 from aerial_gnss_ros.core.joint_platform import COUNT, PlatformModel
-from aerial_gnss_ros.core.joint_state import Indices, Joint, Motion
+from aerial_gnss_ros.core.joint_state import Indices, Joint
 from aerial_gnss_ros.core.joint_update import correct
 from aerial_gnss_ros.core.joint_view import Sight, by_platform, follow
 from aerial_gnss_ros.core.local_map import LocalMap

@@ -12,8 +12,9 @@ from scipy.linalg import block_diag, expm
 from aerial_gnss_ros.core.camera import CameraModel
 from aerial_gnss_ros.core.frames import matrix_from_rpy
 from aerial_gnss_ros.core.joint_geometry import MapPose
+from aerial_gnss_ros.core.joint_motion import CRUISE_S, HELD_S, TURN_S, Motion
 from aerial_gnss_ros.core.joint_platform import PlatformModel
-from aerial_gnss_ros.core.joint_state import CRUISE_S, HELD_S, TURN_S, Joint, Motion
+from aerial_gnss_ros.core.joint_state import Joint
 from aerial_gnss_ros.core.joint_update import HUBER, correct, linearise
 from aerial_gnss_ros.core.joint_view import Sight
 from aerial_gnss_ros.core.noise import Noise

@@ -11,8 +11,9 @@ import pytest
 from aerial_gnss_ros.core.camera import CameraModel
 from aerial_gnss_ros.core.frames import matrix_from_rpy
 from aerial_gnss_ros.core.joint_geometry import MapPose, state_jacobian
+from aerial_gnss_ros.core.joint_motion import Motion
 from aerial_gnss_ros.core.joint_platform import PlatformModel
-from aerial_gnss_ros.core.joint_state import Joint, Motion
+from aerial_gnss_ros.core.joint_state import Joint
 from aerial_gnss_ros.core.joint_update import correct, linearise
 from aerial_gnss_ros.core.joint_view import Sight, by_platform, follow
 from aerial_gnss_ros.core.noise import Noise
