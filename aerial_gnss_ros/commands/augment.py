@@ -15,7 +15,8 @@ from aerial_gnss_ros.commands.dataset_arguments import add_dataset_arguments, in
 from aerial_gnss_ros.commands.ending import ended_cleanly
 from aerial_gnss_ros.commands.progress import progress
 from aerial_gnss_ros.core.errors import ConfigError
-from aerial_gnss_ros.training.augment import AUGMENTED, SHEET, Plan, augment
+from aerial_gnss_ros.training.augment import AUGMENTED, SHEET, Plan, augment, chosen
+from aerial_gnss_ros.training.phases import SHOWS
 from aerial_gnss_ros.training.variants import PROBABILITIES, SIDE, Recipe
 
 
@@ -41,6 +42,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--keep-originals", action="store_true", help="have the images themselves as well"
     )
     parser.add_argument(
+        "--shows", choices=tuple(SHOWS), default=plan.shows,
+        help="only training images with one robot (or none), or with several (or none): the "
+        "paper's two sets (default all; train splits them by itself)",
+    )  # fmt: skip
+    parser.add_argument(
         "--quality", type=int, default=plan.quality, help=f"of the JPEGs (default {plan.quality})"
     )
     parser.add_argument("--seed", type=int, default=plan.seed, help="same seed, same bytes")
@@ -62,10 +68,12 @@ def run(args: argparse.Namespace) -> int:
     if not 1 <= args.processes <= 1024:
         raise ConfigError(f"--processes must lie within 1 to 1024, not {args.processes}.")
     recipe = Recipe({**PROBABILITIES, **dict(args.probability)}, args.size)
-    plan = Plan(args.variants, recipe, args.seed, args.keep_originals, args.quality)
+    plan = Plan(
+        args.variants, recipe, args.seed, args.keep_originals, args.quality, args.shows
+    )  # fmt: skip
     with ended_cleanly(), partial(args.output) as folder:
         source = inspected(args, needed=(AUGMENTED,))
-        total = len(source.examples[AUGMENTED])
+        total = len(chosen(source, plan))
         with progress("augmenting", total, "images") as report:
             made = augment(source, folder, plan, args.processes, report)
     if args.json:

@@ -25,6 +25,7 @@ from aerial_gnss_ros.training.inspection import Example, Inspection
 from aerial_gnss_ros.training.label_lines import as_text
 from aerial_gnss_ros.training.labelled import read_image
 from aerial_gnss_ros.training.layout import write_data_file
+from aerial_gnss_ros.training.phases import Phase, members
 from aerial_gnss_ros.training.variants import Recipe, make_variant
 
 AUGMENTED = "train"
@@ -44,6 +45,7 @@ class Plan:
         seed: same seed, same bytes, whatever the number of processes.
         keep_originals: whether the images themselves are among the results as well.
         quality: of the JPEGs, 1 to 100.
+        shows: key of phases.SHOWS: which of the training images are taken.
 
     Raises:
         ConfigError: a value out of its range.
@@ -54,6 +56,7 @@ class Plan:
     seed: int = 0
     keep_originals: bool = False
     quality: int = 95
+    shows: str = "all"
 
     def __post_init__(self) -> None:
         for name, value, low, high in (
@@ -99,21 +102,20 @@ def augment(
         report: called with the number of training images that are done.
 
     Raises:
+        ConfigError: no image shows what the plan wants.
         OutputError: one of the processes was killed.
     """
     folder.mkdir(parents=True)
+    taken = chosen(source, plan)
     copied = 0
-    for split, examples in source.examples.items():
+    for split, examples in {**source.examples, AUGMENTED: taken}.items():
         (folder / "images" / split).mkdir(parents=True)
         (folder / "labels" / split).mkdir(parents=True)
         if split != AUGMENTED or plan.keep_originals:
             for example in examples:
                 _copy(example, folder, split, _stem(example, source))
             copied += len(examples)
-    jobs = [
-        _Job(e.image, e.boxes, e.classes, _stem(e, source), folder, plan)
-        for e in source.examples[AUGMENTED]
-    ]
+    jobs = [_Job(e.image, e.boxes, e.classes, _stem(e, source), folder, plan) for e in taken]
     images = boxes = 0
     for done, (made, held) in enumerate(_map(jobs, processes), start=1):
         images, boxes = images + made, boxes + held
@@ -132,6 +134,16 @@ def augment(
     }
     (folder / SUMMARY).write_text(json.dumps(summary, indent=2) + "\n", encoding="utf-8")
     return result
+
+
+def chosen(source: Inspection, plan: Plan) -> list[Example]:
+    """Return the training images that are taken.
+
+    Raises:
+        ConfigError: the plan wants images with a certain number of robots, and there are none.
+    """
+    examples = source.examples[AUGMENTED]
+    return examples if plan.shows == "all" else members(Phase(plan.shows, 1), examples)
 
 
 @dataclass(frozen=True)

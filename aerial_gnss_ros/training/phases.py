@@ -73,8 +73,9 @@ def members(phase: Phase, examples: Sequence[Example]) -> list[Example]:
     """
     chosen = [example for example in examples if phase.holds(example)]
     if not any(len(example.boxes) for example in chosen):
+        robots = {"single": "exactly one robot", "several": "several robots", "all": "any robot"}
         raise ConfigError(
-            f"none of the {len(examples)} training images shows what phase {phase.shows!r} "
-            f"learns from ({phase.words}); add such images, or train with --one-phase."
+            f"none of the {len(examples)} training images shows {robots[phase.shows]}; add such "
+            "images, or do without the curriculum (train --one-phase)."
         )
     return chosen

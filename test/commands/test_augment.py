@@ -83,6 +83,15 @@ def test_without_operations_images_are_only_cropped(tmp_path, make_set):
     assert len(images["1_00.jpg"].truth.corners) == 0
 
 
+@pytest.mark.parametrize(("shows", "images"), [("single", "024"), ("several", "123")])
+def test_the_papers_two_sets(tmp_path, make_set, shows, images):
+    source, out = make_set(tmp_path / "set", robots=(1, 2, 0, 3, 1)), tmp_path / "out"
+    given = ["augment", str(source), "-o", str(out), "--variants", "1", "--processes", "1"]
+    assert cli.main([*given, "--shows", shows, "--keep-originals"]) == 0
+    assert "".join(sorted(p.stem for p in (out / "images" / "train").glob("*.png"))) == images
+    assert len(list((out / "images" / "val").glob("*.png"))) == 5
+
+
 @pytest.mark.parametrize(
     ("arguments", "expected"),
     [

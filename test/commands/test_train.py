@@ -75,7 +75,7 @@ def test_wrong_arguments(tmp_path, make_set, capsys, monkeypatch, arguments, exp
 def test_a_phase_without_images_is_refused(tmp_path, make_set, capsys, monkeypatch):
     monkeypatch.setattr(importlib.util, "find_spec", lambda _: True)
     said = refused(capsys, make_set(tmp_path / "set", robots=(1, 1)), "-o", tmp_path / "run")
-    assert "'several'" in said
+    assert "none of the 2 training images shows several robots" in said
 
 
 def test_who_stops_it_is_told_how_to_go_on(tmp_path, make_set, capfd, monkeypatch):
