@@ -156,7 +156,10 @@ def _score(args: argparse.Namespace, source: Path, images: list[LabelledImage]) 
         load_detector(
             for_scoring(
                 DetectorConfig(
-                    model=str(model), backend=args.backend, allow_pickle=args.allow_pickle
+                    model=str(model),
+                    backend=args.backend,
+                    precision="f32",  # what is lost is the file's, not the runtime's
+                    allow_pickle=args.allow_pickle,
                 )
             )
         )
