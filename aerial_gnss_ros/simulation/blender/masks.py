@@ -9,6 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aerial_gnss_ros.simulation.blender import nodes, studio
+from aerial_gnss_ros.simulation.view import Window
+
+SEEN = 0.3
+"""Of a pixel: a little less than half, since flippers' tips are narrow."""
 
 
 def coverage(built: studio.Set, name: str, folder: Path) -> NDArray[np.float32]:
@@ -40,3 +44,15 @@ def coverage(built: studio.Set, name: str, folder: Path) -> NDArray[np.float32]:
             thing.data.materials[0] = dark
     share: NDArray[np.float32] = studio.render_pass(folder)[..., 1]
     return share
+
+
+def box_of(share: NDArray[np.float32], window: Window) -> tuple[float, float, float, float] | None:
+    """Left, top, right, bottom of the pixels that a robot covers, in pixels of the whole image."""
+    rows, columns = np.nonzero(share > SEEN)
+    if not len(rows):
+        return None
+    x, y = window.x - 0.5, window.y - 0.5
+    return (
+        x + float(columns.min()), y + float(rows.min()),
+        x + float(columns.max()) + 1.0, y + float(rows.max()) + 1.0,
+    )  # fmt: skip

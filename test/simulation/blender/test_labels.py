@@ -12,15 +12,13 @@ import pytest
 pytest.importorskip("bpy", reason="bpy (the extra [blender], Python 3.11 only) is not installed")
 
 from aerial_gnss_ros.simulation.blender import studio
-from aerial_gnss_ros.simulation.blender.masks import coverage
+from aerial_gnss_ros.simulation.blender.masks import SEEN, box_of, coverage
 from aerial_gnss_ros.simulation.blender.picture import Order, take
 from aerial_gnss_ros.simulation.blender.ranges import RANGES
 from aerial_gnss_ros.simulation.blender.shot import random_shot
 from aerial_gnss_ros.simulation.blender.tracing import Tracer, box
 from aerial_gnss_ros.simulation.samples import DatasetConfig
 from aerial_gnss_ros.simulation.staging import Variety
-
-SEEN = 0.3  # of a pixel: one whose middle the robot covers, about
 
 
 @pytest.mark.parametrize("name", ["train", "unseen"])
@@ -31,8 +29,7 @@ def test_boxes_are_those_of_the_rendered_mask(name: str, depth, tmp_path: Path) 
         depth_m=depth, usual_long_px=(30.0, 90.0), usual=1.0, extra_robots=0.0, distractors=0.0
     )
     shot = random_shot(np.random.default_rng([3, 1]), RANGES[name], (160, 120), 1.0, None, variety)
-    robots = (replace(shot.robots[0], depth=max(shot.robots[0].depth, depth[0])),)
-    built = studio.build(replace(shot, robots=robots), samples=32, seed=1)
+    built = studio.build(replace(shot, robots=shot.robots[:1]), samples=32, seed=1)
     outline = Tracer(built).outline("aqua_01")
     assert outline is not None
     window = shot.view.window
@@ -40,11 +37,8 @@ def test_boxes_are_those_of_the_rendered_mask(name: str, depth, tmp_path: Path) 
     assert found is not None
     share = coverage(built, "aqua_01", tmp_path)
     assert share.shape == (120, 160)
-    rows, columns = np.nonzero(share > SEEN)
-    assert len(rows) > 60
-    low = np.array([columns.min(), rows.min()]) - 0.5 + [window.x, window.y]
-    high = np.array([columns.max(), rows.max()]) + 0.5 + [window.x, window.y]
-    assert found == pytest.approx([*low, *high], abs=1.0)
+    assert int((share > SEEN).sum()) > 60
+    assert found == pytest.approx(box_of(share, window), abs=1.0)
 
 
 def test_one_order_gives_one_picture(tmp_path: Path) -> None:
