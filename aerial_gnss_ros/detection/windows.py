@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from aerial_gnss_ros.detection.base import Image
 from aerial_gnss_ros.detection.letterbox import STRIDE
 
-SIDES = (192, 256, 320, 384, 448, 512, 640, 768, 960, 1280)
+SIDES = (192, 256, 320, 448, 640, 960, 1280)
 """Sides of windows round boxes, px. Few sizes: a runtime prepares itself for each one anew."""
 
 

@@ -218,22 +218,6 @@ def test_a_failure_of_the_network_ends_the_node_instead_of_silence(seen):
         s.ros.spin_until(lambda: False, 3.0)
 
 
-def test_an_image_that_the_network_fails_on_is_counted_and_the_next_one_found(seen):
-    s = seen()
-    detect = s.detector().detect
-
-    def fail(_image):
-        raise ModelError("memory ran out")
-
-    s.detector().detect = fail
-    s.images.publish(picture(1))
-    s.ros.spin_until(lambda: s.node._refused["network_failed"] == 1)
-    s.detector().detect = detect
-    s.images.publish(picture(2))
-    s.ros.spin_until(lambda: len(s.arrays) == 1)
-    assert s.arrays[0].header.stamp.sec == 2
-
-
 def test_a_following_detector_works_in_the_node(seen):
     inner = []
 
