@@ -3,10 +3,12 @@
 
 from __future__ import annotations
 
+import atexit
 import importlib.util
 import os
 import shutil
 import sys
+import tempfile
 from pathlib import Path
 
 from aerial_gnss_ros.core.errors import ModelError
@@ -50,6 +52,15 @@ def offline_environment(folder: Path) -> dict[str, str]:
         "YOLO_AUTOINSTALL": "false",
         "MPLBACKEND": "Agg",
     }
+
+
+def go_offline() -> None:
+    """Give this process that environment; before anything imports ultralytics."""
+    folder = os.environ.get("YOLO_CONFIG_DIR")
+    if not folder:
+        folder = tempfile.mkdtemp(prefix="aerial_gnss_")
+        atexit.register(shutil.rmtree, folder, ignore_errors=True)
+    os.environ.update(offline_environment(Path(folder)))
 
 
 def keep_to_itself(threads: int) -> None:

@@ -16,8 +16,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from aerial_gnss_ros.core.errors import AerialGnssError, InputError, ModelError, OutputError
+from aerial_gnss_ros.core.errors import AerialGnssError, InputError, OutputError
 from aerial_gnss_ros.training.from_onnx import checkpoint_from_onnx, training_batches
+from aerial_gnss_ros.training.offline import go_offline, require_ultralytics
 
 _LAST_RATE = 0.01  # of the first learning rate
 _STEPS_BETWEEN_LOOKS = 10  # at how busy the machine is
@@ -125,16 +126,10 @@ def options(training: Training) -> dict[str, Any]:
 
 def network(training: Training) -> Any:
     """Return ultralytics' model with the weights to begin with."""
-    # No network is used: neither for weights, nor for a font, nor to tell anybody of it.
-    os.environ.setdefault("YOLO_OFFLINE", "true")
-    os.environ.setdefault("YOLO_AUTOINSTALL", "false")
-    try:
-        from ultralytics import YOLO
-    except ImportError as error:
-        raise ModelError(
-            "training needs ultralytics; install it with `pip install "
-            "'aerial_gnss_ros[ultralytics]'`."
-        ) from error
+    require_ultralytics("training")
+    go_offline()
+    from ultralytics import YOLO
+
     if not training.weights.endswith(".onnx"):
         return YOLO(training.weights)
     with tempfile.TemporaryDirectory() as folder:

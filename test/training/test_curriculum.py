@@ -149,6 +149,22 @@ def test_each_phase_goes_on_from_the_one_before(tmp_path, make_set, guarded):
     assert (first_layer(tmp_path / "run" / "best.pt") == first_layer(start_file)).all()
 
 
+def test_a_training_by_hand_is_offline_too(tmp_path, make_set, guarded):
+    """Without settings or fonts of an earlier one, and leaving none."""
+    data = make_set(tmp_path / "set") / "data.yaml"
+    data.write_text(f"path: {data.parent}\n{data.read_text()}")
+    home = tmp_path / "home"
+    home.mkdir()
+    environment = {**guarded, "HOME": str(home)}
+    environment.pop("YOLO_CONFIG_DIR", None)
+    command = [sys.executable, "-m", "aerial_gnss_ros.training.train", str(data), "-o", "run"]
+    arguments = ["--minutes", "0", "--epochs", "1", "--image-size", "64", "--batch", "4"]
+    subprocess.run(
+        [*command, *arguments, "--threads", "1"], env=environment, cwd=tmp_path, check=True
+    )
+    assert not list(home.rglob("settings.json"))
+
+
 def test_what_cannot_be_trained_on(tmp_path, make_set, guarded):
     source, run = make_set(tmp_path / "set", robots=(1, 2)), tmp_path / "run"
     (tmp_path / "bad.pt").write_bytes(b"no pickle")
