@@ -217,6 +217,7 @@ def _experiment(args: argparse.Namespace, log: DjiLog | None) -> Experiment:
             robots=3 if args.robots is None else args.robots,
             places=_places(args, flight),
             swim=_swim(args),
+            distractors=round(args.distractors or 0),
             detector=DetectorPlan(plan.sigmas["box_center_px"], args.missed, args.false_boxes),
             seed=args.seed,
         )

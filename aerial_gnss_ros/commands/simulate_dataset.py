@@ -74,7 +74,7 @@ def add_arguments(group: Any) -> None:
     group.add_argument(
         "--distractors", type=float, metavar="MEAN",
         help="buoys, birds, boats, swimmers, turtles, weed, rubbish in a picture "
-        f"(default {_USUAL.distractors:g})",
+        f"(default {_USUAL.distractors:g}); in a flight: so many in all (default 0)",
     )  # fmt: skip
 
 
@@ -94,10 +94,14 @@ def refuse_options(args: argparse.Namespace) -> None:
     given = vars(args)
     for name in (
         "count", "val", "crop", "whole_frames", "renderer", "ranges", "samples", "processes",
-        "heights", "tilts", "lengths", "depths", "extra_robots", "distractors",
+        "heights", "tilts", "lengths", "depths", "extra_robots",
     ):  # fmt: skip
         if given[name] is not None:
             raise ConfigError(f"{_option(name)} has a meaning only with --dataset.")
+    if args.distractors is not None and not 0 <= args.distractors <= 100:
+        raise ConfigError(f"--distractors must lie within 0 to 100, not {args.distractors:g}.")
+    if args.no_images and args.distractors:
+        raise ConfigError("--distractors are seen in images only; leave out --no-images.")
 
 
 def _option(name: str) -> str:

@@ -95,7 +95,7 @@ def _reported(moments: Iterator[list[_Message]], report: Report | None) -> Itera
 def _photographed(
     experiment: Experiment, frames: list[Frame], scene: Scene, images: str, workers: int
 ) -> Iterator[list[_Message]]:
-    pictures = (Picture(f.pose, f.t, experiment.states(f)) for f in frames)
+    pictures = (Picture(f.pose, f.t, experiment.states(f), experiment.props) for f in frames)
     quality = JPEG_QUALITY if images == "jpeg" else None
     rendered = render_all(pictures, scene, experiment.camera, quality, workers)
     for frame, picture in zip(frames, rendered, strict=True):

@@ -22,7 +22,9 @@ from aerial_gnss_ros.simulation.boxes import Boxes, DetectorPlan, detected, proj
 from aerial_gnss_ros.simulation.chance import generator
 from aerial_gnss_ros.simulation.flight import Flight
 from aerial_gnss_ros.simulation.hexapod import RobotState
+from aerial_gnss_ros.simulation.mesh import Mesh
 from aerial_gnss_ros.simulation.placement import place_robots, view_width
+from aerial_gnss_ros.simulation.props import random_prop
 from aerial_gnss_ros.simulation.robots import Swarm, SwimPlan, fitted
 from aerial_gnss_ros.simulation.sensors import (
     START_NS,
@@ -117,6 +119,7 @@ class Experiment:
         places: (n, 2) East, North where the robots start, m; None: where the camera sees water.
         swim: how they move.
         detector: errors of the simulated detector.
+        distractors: number of other things afloat where the camera sees water, for rendering.
         seed: of all chance.
     """
 
@@ -128,6 +131,7 @@ class Experiment:
     places: Array | None = None
     swim: SwimPlan = field(default_factory=SwimPlan)
     detector: DetectorPlan = field(default_factory=DetectorPlan)
+    distractors: int = 0
     seed: int = 1
 
     def __post_init__(self) -> None:
@@ -139,7 +143,13 @@ class Experiment:
             apart = self.swim.apart_m or 0.0
             self.places = place_robots(self.flight, self.camera, self.robots, rng, apart)
         self.swarm = Swarm(self.places, self.swim, self.seed, *self._span)
+        self.props = self._props()
         self.sensors = Sensors(self.flight, self.sensors_plan, self.seed, *self._span)
+
+    def _props(self) -> tuple[Mesh, ...]:
+        rng = generator(self.seed, "distractors")
+        places = place_robots(self.flight, self.camera, self.distractors, rng)
+        return tuple(random_prop(rng, float(east), float(north)) for east, north in places)
 
     def frames(self) -> list[Frame]:
         """Return all images to be, in the order of their stamps."""

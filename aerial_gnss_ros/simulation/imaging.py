@@ -19,6 +19,7 @@ from aerial_gnss_ros.core.camera import CameraModel
 from aerial_gnss_ros.core.errors import OutputError
 from aerial_gnss_ros.simulation.hexapod import RobotState
 from aerial_gnss_ros.simulation.labels import RobotLabel
+from aerial_gnss_ros.simulation.mesh import Mesh
 from aerial_gnss_ros.simulation.renderer import Renderer
 from aerial_gnss_ros.simulation.scene import Scene
 from aerial_gnss_ros.simulation.view import ViewPose
@@ -30,11 +31,19 @@ AHEAD = 4
 
 @dataclass(frozen=True)
 class Picture:
-    """What is to be rendered: the camera's pose, the time in s that moves the waves, the robots."""
+    """What is to be rendered.
+
+    Attributes:
+        pose: of the camera.
+        t: s, moves the waves.
+        robots: at that time.
+        props: other things afloat.
+    """
 
     pose: ViewPose
     t: float
     robots: list[RobotState]
+    props: tuple[Mesh, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -62,7 +71,9 @@ class Studio:
 
     def take(self, picture: Picture) -> Rendered:
         """Render one image."""
-        image, labels = self._renderer.render(self._camera, picture.pose, picture.t, picture.robots)
+        image, labels = self._renderer.render(
+            self._camera, picture.pose, picture.t, picture.robots, picture.props
+        )
         if self._quality is None:
             return Rendered(image.tobytes(), labels)
         done, data = cv2.imencode(".jpg", image, [cv2.IMWRITE_JPEG_QUALITY, self._quality])

@@ -36,6 +36,7 @@ def scenario(experiment: Experiment, noise: str) -> dict[str, Any]:
             "arrives_after_s": clock.delay_s,
         },
         "robots": _robots(experiment),
+        "distractors": experiment.distractors,
         "noise": {"set": noise, **plan.sigmas},
         "sensors": {
             name: {
@@ -60,6 +61,8 @@ def words(about: dict[str, Any]) -> list[str]:
     )
     lines = [flight, view]
     lines += [f"robot {name}: {_robot_words(robot)}" for name, robot in about["robots"].items()]
+    if about["distractors"]:
+        lines.append(f"other things afloat: {about['distractors']}")
     lines += [f"noise, one sigma ({noise['set']}): {text}" for text in _noise_words(noise)]
     sensors = ", ".join(
         f"{name} {value['rate_hz']:g} Hz, {1e3 * value['latency_s']:g} ms late"

@@ -11,6 +11,7 @@ import cv2
 import pytest
 
 from aerial_gnss_ros.cli import main
+from aerial_gnss_ros.training.labelled_bag import read_bag
 
 
 def test_pictures_within_the_given_ranges(tmp_path, capsys):
@@ -48,6 +49,7 @@ def test_whole_frames_to_score_on(tmp_path, capsys):
     [
         ([], "give -o BAG for a flight or --dataset FOLDER"),
         (["-o", "b", "--dataset", "d"], "one of them"),
+        (["-o", "b", "--no-images", "--distractors", "5"], "--distractors are seen in images only"),
         (["-o", "b", "--count", "5"], "--count has a meaning only with --dataset"),
         (["--dataset", "d", "--flight", "orbit"], "--flight has no meaning with --dataset"),
         (["--dataset", "d", "--count", "0"], "--count must be 1 or more, not 0"),
@@ -75,3 +77,19 @@ def test_what_cannot_be_meant_is_refused(tmp_path, monkeypatch, capsys, argument
     said = " ".join(capsys.readouterr().err.split())
     assert re.search(words, said), said
     assert not list(tmp_path.iterdir())
+
+
+def test_distractors_are_seen_in_a_flight_and_have_no_boxes(tmp_path, capsys):
+    """The same flight with and without them: other pixels, the same true boxes."""
+    seen = []
+    for count in (0, 12):
+        bag = tmp_path / f"flight_{count}"
+        arguments = ["simulate", "-o", str(bag), "--duration", "1", "--rate", "1", "--seed", "3"]
+        arguments += ["--size", "320x192", "--tilt", "90", "--distractors", str(count)]
+        assert main(arguments) == 0
+        assert ("other things afloat: 12" in capsys.readouterr().out) == (count > 0)
+        (image,) = read_bag(bag)
+        seen.append((image.read().astype(int), image.truth.corners))
+    (plain, boxes), (full, same_boxes) = seen
+    assert boxes.tolist() == same_boxes.tolist()
+    assert (abs(plain - full).max(axis=2) > 30).sum() > 50
