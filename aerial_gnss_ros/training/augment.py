@@ -25,6 +25,7 @@ from aerial_gnss_ros.training.inspection import Example, Inspection
 from aerial_gnss_ros.training.label_lines import as_text
 from aerial_gnss_ros.training.labelled import read_image
 from aerial_gnss_ros.training.layout import write_data_file
+from aerial_gnss_ros.training.naming import path_key, unique_names
 from aerial_gnss_ros.training.phases import Phase, members
 from aerial_gnss_ros.training.variants import Recipe, make_variant
 
@@ -112,10 +113,15 @@ def augment(
         (folder / "images" / split).mkdir(parents=True)
         (folder / "labels" / split).mkdir(parents=True)
         if split != AUGMENTED or plan.keep_originals:
-            for example in examples:
-                _copy(example, folder, split, _stem(example, source))
+            # Variants have a number at the end: a name of its own for what may be one already.
+            end = "_original" if split == AUGMENTED else ""
+            for example, name in zip(examples, _names(examples, source), strict=True):
+                _copy(example, folder, split, f"{name}{end}")
             copied += len(examples)
-    jobs = [_Job(e.image, e.boxes, e.classes, _stem(e, source), folder, plan) for e in taken]
+    jobs = [
+        _Job(e.image, e.boxes, e.classes, name, path_key(e.image, source.dataset), folder, plan)
+        for e, name in zip(taken, _names(taken, source), strict=True)
+    ]
     images = boxes = 0
     for done, (made, held) in enumerate(_map(jobs, processes), start=1):
         images, boxes = images + made, boxes + held
@@ -152,18 +158,13 @@ class _Job:
     boxes: Any  # (n, 4) relative to the image
     classes: Any
     stem: str
+    key: str
     folder: Path
     plan: Plan
 
 
-def _stem(example: Example, source: Inspection) -> str:
-    """Return a name for the image's descendants; folders below images/<split> become part of it."""
-    for folders in source.dataset.folders.values():
-        for folder in folders:
-            if example.image.is_relative_to(folder):
-                below = example.image.relative_to(folder).with_suffix("")
-                return "_".join(below.parts)
-    return example.image.stem
+def _names(examples: list[Example], source: Inspection) -> list[str]:
+    return unique_names([example.image for example in examples], source.dataset)
 
 
 def _map(jobs: list[_Job], processes: int) -> Iterator[tuple[int, int]]:
@@ -195,9 +196,9 @@ def _run(job: _Job) -> tuple[int, int]:
     boxes = job.boxes * np.tile(size, 2)
     made = held = 0
     for number in range(job.plan.variants):
-        # By name, so that an image has the same variants whatever else is in the set.
-        key = [job.plan.seed, zlib.crc32(job.stem.encode()), number]
-        variant = make_variant(image, boxes, job.plan.recipe, np.random.default_rng(key))
+        # By its path, so that an image has the same variants whatever else is in the set.
+        seeds = [job.plan.seed, zlib.crc32(job.key.encode()), number]
+        variant = make_variant(image, boxes, job.plan.recipe, np.random.default_rng(seeds))
         if variant is None:
             continue
         name = f"{job.stem}_{number:02d}"

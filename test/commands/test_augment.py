@@ -71,6 +71,27 @@ def test_an_image_has_the_same_variants_whatever_else_is_in_the_set(tmp_path, ma
     assert some.items() < every.items()
 
 
+def test_images_of_the_same_name_do_not_overwrite_each_other(tmp_path, make_set):
+    """Every camera begins at DJI_0001; and variants may be augmented once more."""
+    source, out = tmp_path / "set", tmp_path / "out"
+    for flight in ("first", "second"):
+        make_set(source / flight, side=64 if flight == "first" else 80)
+    (source / "data.yaml").write_text(
+        "train: [first/images/train, second/images/train]\n"
+        "val: [first/images/val, second/images/val]\nnames: [aqua]\n"
+    )
+    given = ["--variants", "1", "--processes", "1", "--keep-originals", "--probability", "crop=0"]
+    given += ["--probability", "pad=0", "--probability", "affine=0", "--probability", "rotation=0"]
+    assert cli.main(["augment", str(source), "-o", str(out), *given]) == 0
+    train = sorted(path.name for path in (out / "images" / "train").iterdir())
+    assert len(train) == 16
+    assert "first_images_train_0_00.jpg" in train
+    assert "second_images_train_0_original.png" in train
+    assert len(list((out / "images" / "val").iterdir())) == 8
+    assert cli.main(["augment", str(out), "-o", str(tmp_path / "again"), *given]) == 0
+    assert len(list((tmp_path / "again" / "images" / "train").iterdir())) == 32
+
+
 def test_without_operations_images_are_only_cropped(tmp_path, make_set):
     source, out = make_set(tmp_path / "set", side=96, robots=(1, 0)), tmp_path / "out"
     given = ["augment", str(source), "-o", str(out), "--variants", "1", "--size", "64x80"]
@@ -78,7 +99,7 @@ def test_without_operations_images_are_only_cropped(tmp_path, make_set):
         given += ["--probability", f"{name}=0"]
     assert cli.main([*given, "--keep-originals"]) == 0
     images = {image.name: image for image in read_folder(out, "train")}
-    assert sorted(images) == ["0.png", "0_00.jpg", "1.png", "1_00.jpg"]
+    assert sorted(images) == ["0_00.jpg", "0_original.png", "1_00.jpg", "1_original.png"]
     assert images["0_00.jpg"].read().shape == (80, 64, 3)
     assert len(images["1_00.jpg"].truth.corners) == 0
 
@@ -88,7 +109,8 @@ def test_the_papers_two_sets(tmp_path, make_set, shows, images):
     source, out = make_set(tmp_path / "set", robots=(1, 2, 0, 3, 1)), tmp_path / "out"
     given = ["augment", str(source), "-o", str(out), "--variants", "1", "--processes", "1"]
     assert cli.main([*given, "--shows", shows, "--keep-originals"]) == 0
-    assert "".join(sorted(p.stem for p in (out / "images" / "train").glob("*.png"))) == images
+    kept = (out / "images" / "train").glob("*_original.png")
+    assert "".join(sorted(path.name[0] for path in kept)) == images
     assert len(list((out / "images" / "val").glob("*.png"))) == 5
 
 
