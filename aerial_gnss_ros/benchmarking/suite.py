@@ -160,9 +160,10 @@ def _times(detector: Detector, images: Sequence[Any]) -> list[float]:
 def costs(runs: Sequence[Figures]) -> list[Figures]:
     """Return for each way to search what one more robot costs, where runs with two numbers are."""
     found = []
-    for search in dict.fromkeys(run["search"] for run in runs):
+    known = [run for run in runs if run["robots"] is not None]
+    for search in dict.fromkeys(run["search"] for run in known):
         own = sorted(
-            (run for run in runs if run["search"] == search and run.get("one_process")),
+            (run for run in known if run["search"] == search and run.get("one_process")),
             key=lambda run: int(run["robots"]),
         )
         if len(own) > 1 and own[0]["robots"] != own[-1]["robots"]:

@@ -24,6 +24,7 @@ from aerial_gnss_ros.commands.argument_types import size
 from aerial_gnss_ros.commands.ending import ended_cleanly
 from aerial_gnss_ros.commands.progress import progress
 from aerial_gnss_ros.core.errors import ConfigError
+from aerial_gnss_ros.detection.select import load_detector
 from aerial_gnss_ros.nodes import require_ros
 
 if TYPE_CHECKING:
@@ -79,7 +80,8 @@ def run(args: argparse.Namespace) -> int:
     setting = Setting(
         args.frames, args.rate, args.params, {key: word for key, word in given.items() if word}
     )
-    setting.detector()
+    for search in args.search:
+        load_detector(setting.detector(mode=search))  # what cannot be used is told before rendering
     figures: dict[str, Any] = {
         "when": time.strftime("%Y-%m-%d"),
         "command": shlex.join(["aerial-gnss", *sys.argv[1:]]),
@@ -102,7 +104,7 @@ def run(args: argparse.Namespace) -> int:
 
 def _check(args: argparse.Namespace) -> None:
     for name, value, low, high in (
-        ("--frames", args.frames, 10, 1_000_000),
+        ("--frames", args.frames, 10, 100_000),
         ("--rate", args.rate, 1.0, 240.0),
         ("--robots", min(args.robots), 1, 20),
         ("--robots", max(args.robots), 1, 20),
