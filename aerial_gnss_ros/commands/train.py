@@ -107,7 +107,7 @@ def run(args: argparse.Namespace) -> int:
         try:
             _follow(folder, plan)
         except TrainingError as error:
-            if error.explained and not folder.has_learnt:
+            if error.explained and not args.resume and not folder.has_learnt:
                 shutil.rmtree(folder.path)  # nothing to go on with, and the name is free again
             raise
     scores = json.loads((folder.path / "scores.json").read_text(encoding="utf-8"))

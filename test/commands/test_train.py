@@ -94,8 +94,13 @@ def test_an_error_before_anything_was_learnt_leaves_nothing(
     monkeypatch.setattr(importlib.util, "find_spec", lambda _: True)
     fail = 'print(\'{"error": "no good."}\'); exit(2)'
     monkeypatch.setattr(supervise, "COMMAND", (sys.executable, "-c", fail))
-    assert "no good." in refused(capsys, make_set(tmp_path / "set"), "-o", tmp_path / "run")
-    assert not (tmp_path / "run").exists()
+    run = RunFolder(tmp_path / "run")
+    assert "no good." in refused(capsys, make_set(tmp_path / "set"), "-o", run.path)
+    assert not run.path.exists()
+    run.path.mkdir()
+    run.save(Plan(tmp_path / "data.yaml", "", False, (Phase("all", 1),), "yolo11n.yaml"))
+    assert "no good." in refused(capsys, "--resume", run.path)
+    assert run.plan_file.exists()  # that one is somebody's
 
 
 def test_what_can_be_resumed(tmp_path, capsys):
