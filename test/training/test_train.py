@@ -7,7 +7,9 @@ import cv2
 import numpy as np
 import pytest
 
-from aerial_gnss_ros.training import export, train
+from aerial_gnss_ros.core.errors import InputError, OutputError
+from aerial_gnss_ros.training import train
+from aerial_gnss_ros.training.export import export
 
 
 def dataset(folder):
@@ -41,7 +43,7 @@ def test_one_epoch_then_export(tmp_path, monkeypatch, bfloat16):
     arguments += ["--epochs", "1", "--image-size", "64", "--batch", "4"]
     assert train.main(arguments + ["--bfloat16"] * bfloat16) == 0
     weights, model = tmp_path / "run" / "weights" / "last.pt", tmp_path / "aqua.onnx"
-    assert export.main([str(weights), "-o", str(model), "--size", "96", "64"]) == 0
+    export(weights, model, (96, 64))
     detector = load_detector(DetectorConfig(model=str(model), backend="onnxruntime"))
     assert detector.class_names == ("aqua",)
     assert "96x64" in detector.name
@@ -74,8 +76,8 @@ def test_what_is_refused(tmp_path, capsys):
     (tmp_path / "data.yaml").touch()
     assert train.main([str(tmp_path / "data.yaml"), "-o", str(tmp_path)]) == 2
     assert "exists already" in capsys.readouterr().err
-    assert export.main([str(tmp_path / "none.pt"), "-o", str(tmp_path / "a.onnx")]) == 2
-    assert "none.pt do not exist" in capsys.readouterr().err
+    with pytest.raises(InputError, match=r"none.pt do not exist"):
+        export(tmp_path / "none.pt", tmp_path / "a.onnx")
     (tmp_path / "w.pt").touch()
-    assert export.main([str(tmp_path / "w.pt"), "-o", str(tmp_path / "data.yaml")]) == 2
-    assert "exists already" in capsys.readouterr().err
+    with pytest.raises(OutputError, match="exists already"):
+        export(tmp_path / "w.pt", tmp_path / "data.yaml")
