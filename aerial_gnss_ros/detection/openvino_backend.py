@@ -37,6 +37,11 @@ def load(path: Path, config: DetectorConfig) -> NetworkDetector:
     sides = model.inputs[0].partial_shape
     size = input_size([None if side.is_dynamic else side.get_length() for side in sides], str(path))
     metadata = _metadata(model)
+    if metadata.get("quantized_for") == "tensorrt":
+        raise ModelError(
+            f"{path} is in 8 bits for TensorRT, signed, which OpenVINO computes wrongly; use it on "
+            "onnxruntime, or export it with --runtime openvino."
+        )
     precision = _precision(config.precision)
     requests = _Requests(_with_preparation(model), path, config.threads, precision)
     words = _WORDS[precision]

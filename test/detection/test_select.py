@@ -197,6 +197,19 @@ def test_precision_is_named_or_refused(tmp_path):
         assert "OpenVINO, processor, 32 bits" in load_detector(config).name
 
 
+@pytest.mark.skipif(
+    importlib.util.find_spec("openvino") is None, reason="openvino is not installed"
+)
+def test_openvino_refuses_what_it_computes_wrongly(tmp_path):
+    path = white_box_model(tmp_path / "m.onnx")
+    model = onnx.load(path)
+    onnx.helper.set_model_props(model, {"names": "{0: 'aqua'}", "quantized_for": "tensorrt"})
+    onnx.save(model, path)
+    with pytest.raises(ModelError, match="computes wrongly"):
+        load_detector(DetectorConfig(model=str(path), backend="openvino"))
+    assert "openvino not used" in load_detector(DetectorConfig(model=str(path))).name
+
+
 @pytest.mark.parametrize(
     ("error", "words"),
     [
