@@ -60,7 +60,7 @@ class FollowingDetector:
         windows = self._windows()
         pieces, spent = look(self._inner, image, windows)
         found = merge(pieces, windows)
-        self._learn(found, whole=len(windows) == 1 and windows[0].area == self._area)
+        self._learn(found, whole=windows == [self._whole])
         # What an edge cuts is followed, and reported when it has been seen whole: its middle is
         # not the robot's.
         reported = [piece for piece in found if piece.whole]
@@ -77,8 +77,8 @@ class FollowingDetector:
             close()
 
     @property
-    def _area(self) -> int:
-        return self._size[0] * self._size[1]
+    def _whole(self) -> Window:
+        return Window(0, 0, *self._size)
 
     def _take_size(self, size: tuple[int, int]) -> None:
         if size == self._size:
@@ -90,14 +90,15 @@ class FollowingDetector:
 
     def _windows(self) -> list[Window]:
         """Return where to look in this image."""
-        whole = [Window(0, 0, *self._size)]
+        whole = [self._whole]
         likely = self._follower.predict(self._size)
         if self._whole_wanted or not len(likely):
             return whole
         windows = around(likely, self._size)
         windows.append(self._parts[self._next])
         self._next = (self._next + 1) % len(self._parts)
-        return windows if sum(w.area for w in windows) < _WORTHWHILE * self._area else whole
+        cost = sum(window.cost for window in windows)
+        return windows if cost < _WORTHWHILE * self._whole.cost else whole
 
     def _learn(self, found: list[Piece], *, whole: bool) -> None:
         """Follow what was found, and decide whether the next image is looked at as a whole."""

@@ -38,7 +38,7 @@ class SearchConfig:
         high=300,
     )
     margin: int = key(
-        40,
+        32,
         "With roi: water round each robot that the network sees too. Lower is faster, and loses "
         "robots when the camera turns quickly: they may move by this much more in an image than "
         "in the one before.",

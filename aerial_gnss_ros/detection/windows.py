@@ -11,8 +11,9 @@ from numpy.typing import NDArray
 from aerial_gnss_ros.detection.base import Image
 from aerial_gnss_ros.detection.letterbox import STRIDE
 
-SIDES = (192, 256, 320, 448, 640, 960, 1280)
+SIDES = (128, 160, 192, 256, 320, 448, 640, 960, 1280)
 """Sides of windows round boxes, px. Few sizes: a runtime prepares itself for each one anew."""
+_EACH = 15_000  # pixels that take as long as what a network does for a window of any size
 
 
 @dataclass(frozen=True)
@@ -25,9 +26,9 @@ class Window:
     height: int
 
     @property
-    def area(self) -> int:
-        """Pixels."""
-        return self.width * self.height
+    def cost(self) -> int:
+        """What it takes to look at it, in pixels."""
+        return self.width * self.height + _EACH
 
     @property
     def corners(self) -> NDArray[np.float64]:
@@ -92,7 +93,7 @@ def _side(whole: int, parts: int, overlap: int) -> int:
 
 
 def _unwieldy(window: Window) -> tuple[int, int]:
-    return window.area, max(window.width, window.height)
+    return window.cost, max(window.width, window.height)
 
 
 def around(corners: NDArray[np.float64], size: tuple[int, int]) -> list[Window]:
@@ -104,10 +105,10 @@ def around(corners: NDArray[np.float64], size: tuple[int, int]) -> list[Window]:
     """
     groups: list[NDArray[np.float64]] = []
     for box in corners[np.argsort(corners[:, 0], kind="stable")]:
-        alone = _window(box, size).area
+        alone = _window(box, size).cost
         joined = [np.hstack([np.minimum(g, box)[:2], np.maximum(g, box)[2:]]) for g in groups]
         extra = [
-            _window(after, size).area - _window(before, size).area
+            _window(after, size).cost - _window(before, size).cost
             for before, after in zip(groups, joined, strict=True)
         ]
         cheapest = int(np.argmin(extra)) if extra else -1
