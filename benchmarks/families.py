@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from aerial_gnss_ros.core.config import EstimatorConfig, estimator_config
 from aerial_gnss_ros.core.estimator import Estimator
 from aerial_gnss_ros.core.local_map import LocalMap
+from aerial_gnss_ros.core.tracking import Tracking
 from aerial_gnss_ros.core.values import DetectionFrame, FrameResult, MapDatum
 from aerial_gnss_ros.evaluation.bound import TrueFrame, bound
 from aerial_gnss_ros.simulation.boxes import Boxes
@@ -157,10 +158,13 @@ def config(cell: Cell, setting: Setting) -> EstimatorConfig:
 
 
 def results(
-    made: Experiment, stated: EstimatorConfig, images: list[Image] | None = None
+    made: Experiment,
+    stated: EstimatorConfig,
+    images: list[Image] | None = None,
+    tracking: Tracking | None = None,
 ) -> list[FrameResult]:
     """Return what the estimator makes of a flight, its images made already or not."""
-    engine = Estimator(stated)
+    engine = Estimator(stated, tracking)
     engine.add_camera(START_NS - 10_000_000_000, made.camera)
     sensors = made.sensors
     telemetry: list[tuple[int, object, object]] = []

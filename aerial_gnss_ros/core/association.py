@@ -57,19 +57,36 @@ def assign(
         allowed: (n, m) pairs inside the gate and of one class.
         threshold: squared distance at the edge of the gate.
     """
+    widest = np.max(np.where(allowed, log_determinant, -np.inf), axis=1, initial=-np.inf)
+    return cheapest(squared + log_determinant, allowed, threshold + widest)
+
+
+def cheapest(cost: Array, allowed: NDArray[np.bool_], missing: Array) -> Pairs:
+    """Return rows and columns of the pairs that cost least together with the rows left out.
+
+    Args:
+        cost: (n, m) of a pair.
+        allowed: (n, m) pairs that can be.
+        missing: (n,) cost of a row without a column.
+    """
     none = np.zeros(0, np.intp)
     rows, columns = np.flatnonzero(allowed.any(axis=1)), np.flatnonzero(allowed.any(axis=0))
     if not len(rows):
         return none, none
     inside = np.ix_(rows, columns)
-    possible, widths = allowed[inside], log_determinant[inside]
-    missing = np.full((len(rows), len(rows)), _FORBIDDEN)
-    edge = threshold + np.max(np.where(possible, widths, -np.inf), axis=1)
-    np.fill_diagonal(missing, edge)
-    cost = np.hstack([np.where(possible, squared[inside] + widths, _FORBIDDEN), missing])
-    picked_rows, picked_columns = linear_sum_assignment(cost)
+    without = np.full((len(rows), len(rows)), _FORBIDDEN)
+    np.fill_diagonal(without, missing[rows])
+    costs = np.hstack([np.where(allowed[inside], cost[inside], _FORBIDDEN), without])
+    picked_rows, picked_columns = linear_sum_assignment(costs)
     made = picked_columns < len(columns)
     return rows[picked_rows[made]], columns[picked_columns[made]]
+
+
+def lone_pairs(allowed: NDArray[np.bool_]) -> Pairs:
+    """Return rows and columns of the pairs that are the only ones of their row and column."""
+    lone = allowed & (allowed.sum(axis=0) == 1)[None] & (allowed.sum(axis=1) == 1)[:, None]
+    rows, columns = np.nonzero(lone)
+    return rows, columns
 
 
 def near_misses(

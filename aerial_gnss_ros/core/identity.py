@@ -27,6 +27,11 @@ MAX_REMEMBERED = 1000
 """Robots kept in mind for the state file; the longest unseen are forgotten first."""
 
 
+NEW_AT_FIRST, NEW_LATER = 1.0, 0.1
+"""Robots expected in the picture that have never been seen, where nobody says which there are: for
+as long as a dive may last robots can be down since before the first image, later hardly."""
+
+
 @dataclass(frozen=True)
 class Sighting:
     """A robot that has just been confirmed.
@@ -59,6 +64,7 @@ class Identity:
         self._threshold = gate_threshold(config.tracks.gate_probability)
         self._acceleration = config.noise.value("robot_acceleration")
         self._max_speed = config.tracks.max_speed
+        self._coast_s = config.tracks.coast_s
         numbered = {robot.name for robot in saved.robots} - set(self._bindings)
         self._names = Names(frozenset(self._bindings), dict(saved.numbers), numbered)
         self._waiting = {robot.name: robot for robot in saved.robots}
@@ -76,6 +82,18 @@ class Identity:
             if i not in given:
                 given[i] = self._names.next(sighting.class_id)
         return [given[i] for i in range(len(sightings))]
+
+    def newcomers(self, seconds: float) -> float:
+        """Return how many robots may be in the picture that have never been seen.
+
+        Where `robots` names them, these are all that are expected.
+
+        Args:
+            seconds: since the first image, s.
+        """
+        if self._bindings:
+            return float(len(list(self._names.free_bound())))
+        return NEW_AT_FIRST if seconds <= self._coast_s else NEW_LATER
 
     def remember(self, estimates: Iterable[RobotEstimate]) -> None:
         """Keep where the robots are now, for the state file."""

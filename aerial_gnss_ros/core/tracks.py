@@ -20,19 +20,14 @@ same error points the other way, does not lose it.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from collections import deque
 
 import numpy as np
 from numpy.typing import NDArray
 
-from aerial_gnss_ros.core.association import (
-    Pairs,
-    assign,
-    gate_threshold,
-    mahalanobis,
-    near_misses,
-)
+from aerial_gnss_ros.core.association import gate_threshold
 from aerial_gnss_ros.core.config import EstimatorConfig
+from aerial_gnss_ros.core.encounters import Encounters
 from aerial_gnss_ros.core.events import Events
 from aerial_gnss_ros.core.identity import Identity, Sighting
 from aerial_gnss_ros.core.innovation_monitor import InnovationMonitor
@@ -40,7 +35,10 @@ from aerial_gnss_ros.core.joint import JointFilter
 from aerial_gnss_ros.core.joint_platform import named_errors
 from aerial_gnss_ros.core.local_map import LocalMap
 from aerial_gnss_ros.core.localize import WaterPoints
+from aerial_gnss_ros.core.matching import SWERVE_S, Matcher
 from aerial_gnss_ros.core.measurements import Measurements, inside_any, measurements
+from aerial_gnss_ros.core.reacquisition import Reacquisition
+from aerial_gnss_ros.core.track import Track
 from aerial_gnss_ros.core.tracking import TrackUpdate
 from aerial_gnss_ros.core.values import DetectionFrame, PosedFrame, RobotEstimate, State
 
@@ -49,22 +47,6 @@ Indices = NDArray[np.intp]
 
 MAX_TENTATIVE = 300
 """Tentative tracks kept at once: a frame full of false boxes must not stop the program."""
-
-
-LEAST_KNOWN = 3
-"""Robots in view from which on most must agree with an image."""
-
-
-@dataclass
-class Track:
-    """The life of one track; its numbers are those of the same row of `Tracker.filter`."""
-
-    class_id: str
-    first_seen_ns: int
-    last_seen_ns: int
-    state: State = State.TENTATIVE
-    robot_id: str = ""
-    hits: list[int] = field(default_factory=list)
 
 
 class Tracker:
@@ -78,6 +60,10 @@ class Tracker:
         self._window_ns = round(config.tracks.confirm_window_s * 1e9)
         self._coast_ns = round(config.tracks.coast_s * 1e9)
         self._threshold = gate_threshold(config.tracks.gate_probability)
+        window_s = config.tracks.confirm_window_s
+        self._matcher = Matcher(self.filter, self._threshold, window_s)
+        self._encounters = Encounters(self.filter.motion.acceleration)
+        self._reacquisition = Reacquisition(self.filter.motion, self._threshold)
         self._identity = identity
         self._local: LocalMap | None = None
         self.reset()
@@ -86,26 +72,31 @@ class Tracker:
         """Forget all tracks."""
         self.tracks: list[Track] = []
         self.filter.reset()
+        self._encounters.reset()
         self._stamp_ns: int | None = None
         self._images: list[int] = []
+        self._first_ns = 2**63 - 1
         self._water_altitude = np.nan
-        self._confused = False
+        self._height = np.nan
+        self._matcher.confused = False
 
     def update(self, frame: PosedFrame, points: WaterPoints, local: LocalMap) -> TrackUpdate:
         """Take in one image (see `Tracking`)."""
         self._local = local
-        self._water_altitude = frame.pose.altitude - frame.pose.height
+        self._height = frame.pose.height
+        self._water_altitude = frame.pose.altitude - self._height
         stamp_ns = frame.detections.stamp_ns
         self._images = [one for one in self._images if stamp_ns - one <= self._window_ns]
         self._images.append(stamp_ns)
+        self._first_ns = min(self._first_ns, stamp_ns)
         seen = measurements(frame.detections, points, local)
         self._advance(stamp_ns)
         if not self.filter.look(frame, local):
             return TrackUpdate(self._estimates(stamp_ns), {}, points.valid)
-        rows, columns = self._associate(seen, stamp_ns)
+        rows, columns = self._matcher.match(self.tracks, seen, stamp_ns)
         self._correct(seen, rows, columns, stamp_ns)
         started = self._start(seen, columns, frame.detections)
-        updated = self._confirm(set(rows.tolist()), len(seen.index), local)
+        updated = self._confirm(len(seen.index), local, stamp_ns)
         measured = dict(zip(rows.tolist(), seen.index[columns].tolist(), strict=True)) | started
         gated = np.zeros(len(frame.detections), dtype=bool)
         gated[seen.index] = True
@@ -137,13 +128,15 @@ class Tracker:
         if self._stamp_ns is not None:
             self.filter.predict((stamp_ns - self._stamp_ns) * 1e-9)
         self._stamp_ns = stamp_ns
+        waiting = [track.first_seen_ns for track in self.tracks if track.waits]
+        came = min(waiting, default=stamp_ns)  # for what waits, robots stay until it is decided
         gone = set()
         for row, track in enumerate(self.tracks):
             confirmed = track.state is not State.TENTATIVE
             patience = self._coast_ns if confirmed else self._window_ns
             if confirmed:
                 track.state = State.COASTING
-            if stamp_ns - track.last_seen_ns > patience:
+            if (came if confirmed else stamp_ns) - track.last_seen_ns > patience:
                 track.state = State.LOST
                 gone.add(row)
         self._drop(gone)
@@ -154,66 +147,19 @@ class Tracker:
             self.tracks = [self.tracks[row] for row in kept]
             self.filter.drop(np.array(sorted(rows), np.intp))
 
-    def _unseen_s(self, stamp_ns: int) -> Array:
-        unseen = [(stamp_ns - track.last_seen_ns) * 1e-9 for track in self.tracks]
-        return np.array(unseen, dtype=np.float64)
-
-    def _associate(self, seen: Measurements, stamp_ns: int) -> Pairs:
-        """Return rows of tracks and columns of measurements that belong together."""
-        if not self.tracks or not len(seen.index):
-            return np.zeros(0, np.intp), np.zeros(0, np.intp)
-        offsets, spread = self.filter.compare(seen)
-        squared, log_determinant = mahalanobis(offsets, spread)
-        classes = np.array([track.class_id for track in self.tracks], dtype=str)
-        alike = classes[:, None] == seen.class_ids[None]
-        allowed = (squared <= self._threshold) & alike
-        fresh = self._unseen_s(stamp_ns) <= self._rules.confirm_window_s + 1e-9
-        tentative = np.array([track.state is State.TENTATIVE for track in self.tracks], dtype=bool)
-        # Robots choose first: a stray box of a robot must not grow up on that robot's own boxes.
-        rows, columns = assign(
-            squared, log_determinant, allowed & (fresh & ~tentative)[:, None], self._threshold
-        )
-        near = np.where(alike & (fresh & ~tentative)[:, None], squared, np.inf)
-        missed = near_misses(near, rows, columns, self._threshold)
-        self.monitor.take_matches(len(rows), missed)
-        if self._is_confused(int((fresh & ~tentative).sum()), len(seen.index), len(rows)):
-            rows = columns = np.zeros(0, np.intp)
-        allowed[:, columns] = False
-        more_rows, more_columns = assign(
-            squared, log_determinant, allowed & tentative[:, None], self._threshold
-        )
-        return np.concatenate([rows, more_rows]), np.concatenate([columns, more_columns])
-
-    def _is_confused(self, robots: int, boxes: int, matched: int) -> bool:
-        """Return whether an image is so unlike what was expected that none of it is believed.
-
-        A spinning compass or a jump carries robots' boxes onto other robots: the few that fall
-        into a gate are there by chance.
-        """
-        known = min(robots, boxes)
-        if known < LEAST_KNOWN:
-            return False
-        confused = 2 * matched < known
-        if confused and not self._confused:
-            self.filter.log.add(
-                f"Of {known} boxes only {matched} are where robots should be: the compass, the "
-                "gimbal or the fix may be wrong; robots are not updated by such images."
-            )
-        self._confused = confused
-        return confused
-
     def _correct(self, seen: Measurements, rows: Indices, columns: Indices, stamp_ns: int) -> None:
         self.filter.correct(seen, rows, columns)
+        velocities = self.filter.mean[:, 2:]
         for row in rows:
-            self._hit(self.tracks[row], stamp_ns)
-
-    def _hit(self, track: Track, stamp_ns: int) -> None:
-        track.last_seen_ns = stamp_ns
-        if track.state is State.TENTATIVE:
-            track.hits = [hit for hit in track.hits if stamp_ns - hit <= self._window_ns]
-            track.hits.append(stamp_ns)
-        else:
-            track.state = State.CONFIRMED
+            self.tracks[row].hit(stamp_ns, self._window_ns, velocities[row])
+        named = [i for i, row in enumerate(rows) if self.tracks[row].robot_id]
+        boxes = columns[named]
+        self._encounters.take(
+            [self.tracks[rows[i]] for i in named],
+            seen.positions[boxes],
+            seen.white[boxes],
+            stamp_ns,
+        )
 
     def _start(self, seen: Measurements, columns: Indices, frame: DetectionFrame) -> dict[int, int]:
         """Begin a track for each measurement left over; return detection indices by row.
@@ -236,29 +182,37 @@ class Tracker:
         for column in begun:
             stamp_ns = frame.stamp_ns
             self.tracks.append(
-                Track(str(seen.class_ids[column]), stamp_ns, stamp_ns, hits=[stamp_ns])
+                Track(str(seen.class_ids[column]), stamp_ns, stamp_ns, hits=deque([stamp_ns]))
             )
         return {first + i: int(seen.index[column]) for i, column in enumerate(begun)}
 
-    def _confirm(self, measured: set[int], boxes: int, local: LocalMap) -> set[int]:
+    def _confirm(self, boxes: int, local: LocalMap, stamp_ns: int) -> set[int]:
         """Name the tracks that have hits enough; return the coasting rows that they replace."""
         ready = [row for row, track in enumerate(self.tracks) if self._is_ready(track)]
         named = sum(bool(track.robot_id) for track in self.tracks)
-        if self._confused and 2 * len(ready) < min(named, boxes):
+        if self._matcher.confused and 2 * len(ready) < min(named, boxes):
             return set()  # robots come back together, or it is chance
         if not ready:
             return set()
-        self._confused = False
-        resumed = self._resume(ready, measured)
+        self._matcher.confused = False
+        resumed, waiting = self._resume(ready, stamp_ns)
+        for row in ready:
+            self.tracks[row].waits = row in waiting
+        ready = [row for row in ready if row not in waiting]
         unknown = [row for row in ready if row not in resumed]
         names = self._identity.names([self._sighting(row) for row in unknown], local)
         given = dict(zip(unknown, names, strict=True))
         for row in ready:
             track = self.tracks[row]
             if row in resumed:
+                self.filter.loosen(
+                    np.array([resumed[row]]), self.filter.motion.speed_sigma, SWERVE_S
+                )
                 self.filter.merge(resumed[row], row)
-            track.robot_id = given[row] if row in given else self.tracks[resumed[row]].robot_id
-            track.state, track.hits = State.CONFIRMED, []
+                track.take_over(self.tracks[resumed[row]])
+            else:
+                track.robot_id = given[row]
+            track.state = State.CONFIRMED
         return set(resumed.values())
 
     def _is_ready(self, track: Track) -> bool:
@@ -267,22 +221,17 @@ class Tracker:
         since = sum(image >= track.hits[0] for image in self._images)
         return 2 * len(track.hits) >= since
 
-    def _resume(self, ready: list[int], measured: set[int]) -> dict[int, int]:
-        """Return, by newly confirmed row, the coasting row of the robot that it is."""
-        coasting = [row for row, track in enumerate(self.tracks) if track.robot_id]
-        coasting = [row for row in coasting if row not in measured]
-        if not coasting:
-            return {}
-        offsets, spread = self.filter.apart(np.array(coasting), np.array(ready))
-        squared, log_determinant = mahalanobis(offsets, spread)
-        old_classes = np.array([self.tracks[row].class_id for row in coasting], dtype=str)
-        new_classes = np.array([self.tracks[row].class_id for row in ready], dtype=str)
-        allowed = (squared <= self._threshold) & (old_classes[:, None] == new_classes[None])
-        left = np.array([self.tracks[row].last_seen_ns for row in coasting], dtype=np.int64)
-        came = np.array([self.tracks[row].first_seen_ns for row in ready], dtype=np.int64)
-        allowed &= left[:, None] < came[None]
-        rows, columns = assign(squared, log_determinant, allowed, self._threshold)
-        return {ready[j]: coasting[i] for i, j in zip(rows, columns, strict=True)}
+    def _resume(self, ready: list[int], stamp_ns: int) -> tuple[dict[int, int], set[int]]:
+        """Return, by new row, the robot out of sight that it is, and the rows that must wait."""
+        away = [row for row, track in enumerate(self.tracks) if track.robot_id]
+        if not away:
+            return {}, set()
+        offsets, spread = self.filter.apart(np.array(away), np.array(ready))
+        spread += (SWERVE_S * self.filter.motion.speed_sigma) ** 2 * np.eye(2)
+        return self._reacquisition.pairs(
+            self.tracks, away, ready, (offsets, spread), stamp_ns, self._height,
+            self._identity.newcomers((stamp_ns - self._first_ns) * 1e-9),
+        )  # fmt: skip
 
     def _sighting(self, row: int) -> Sighting:
         track = self.tracks[row]
@@ -295,6 +244,10 @@ class Tracker:
             return ()
         named.sort(key=lambda row: self.tracks[row].robot_id)
         mean, covariance = self.filter.mean[named], self.filter.covariance[named]
+        doubts = self._encounters.doubts()
+        for i, row in enumerate(named):
+            if self.tracks[row].robot_id in doubts:
+                covariance[i, :2, :2] += doubts[self.tracks[row].robot_id]
         latitude, longitude = self._local.places(mean[:, :2])
         estimates = tuple(
             RobotEstimate(

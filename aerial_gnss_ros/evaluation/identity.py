@@ -86,7 +86,16 @@ def identities(
         in_view: image stamps at which each robot could be seen; None: always.
         near_m: reach of a match.
     """
-    scenes = _scenes(estimates, truth, errors, in_view or {})
+    return scores(_scenes(estimates, truth, errors, in_view or {}), near_m)
+
+
+def scores(scenes: list[Scene], near_m: float) -> Identities | None:
+    """Return the scores of images in their order; None without any.
+
+    Args:
+        scenes: robots and names in each image.
+        near_m: reach of a match.
+    """
     if not scenes:
         return None
     hota, assa, deta = hota_scores(scenes, near_m)

@@ -11,7 +11,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.stats import chi2, multivariate_normal
 
-from aerial_gnss_ros.core.association import assign, gate_threshold, mahalanobis, near_misses
+from aerial_gnss_ros.core.association import (
+    assign,
+    gate_threshold,
+    lone_pairs,
+    mahalanobis,
+    near_misses,
+)
 
 
 @pytest.mark.parametrize("probability", [0.5, 0.95, 0.997, 0.999999])
@@ -76,3 +82,11 @@ def test_a_near_miss_is_a_free_box_just_outside_the_gate_of_a_robot_without_one(
     assert near_misses(squared, rows, columns, threshold) == 1
     every = np.arange(3)
     assert near_misses(squared, every, every, threshold) == 0
+
+
+@settings(max_examples=60, deadline=None)
+@given(st.integers(0, 6), st.integers(0, 6), st.integers(0, 10_000))
+def test_lone_pairs_share_no_row_and_no_column_with_any_other(n, m, seed):
+    allowed = np.random.default_rng(seed).random((n, m)) < 0.3
+    for row, column in zip(*lone_pairs(allowed), strict=True):
+        assert allowed[row].sum() == allowed[:, column].sum() == 1

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import math
+from collections import deque
 
 import numpy as np
 import pytest
@@ -12,7 +13,8 @@ from aerial_gnss_ros.core.config import estimator_config
 from aerial_gnss_ros.core.identity import Identity
 from aerial_gnss_ros.core.localize import locate, project_to_image
 from aerial_gnss_ros.core.noise import Noise
-from aerial_gnss_ros.core.tracks import Track, Tracker
+from aerial_gnss_ros.core.track import Track
+from aerial_gnss_ros.core.tracks import Tracker
 from aerial_gnss_ros.core.values import State
 
 CROSSING = {
@@ -68,6 +70,18 @@ def test_three_crossing_robots_keep_their_names(sea, flight):
     owners = _owners(sea, world, results)
     assert sorted(owners) == ["aqua_1", "aqua_2", "aqua_3"]
     assert sorted(sorted(robots) for robots in owners.values()) == [["a"], ["b"], ["c"]]
+
+
+def test_a_robot_that_turns_hard_keeps_its_one_track(sea):
+    """A circle of 0.8 m at 0.7 m/s: 0.6 m/s², ten times what the model expects in a second."""
+
+    def place(t):
+        return (0.8 * math.cos(0.875 * t), 18.0 + 0.8 * math.sin(0.875 * t))
+
+    world = sea.World(robots={"a": place, "b": CROSSING["c"]}, pixel_sigma=2.0, missed=0.1, **BIAS)
+    results = sea.play(sea.estimator(), world, 25.0)
+    assert {e.robot_id for r in results for e in r.estimates} == {"aqua_1", "aqua_2"}
+    assert all(len(owner) == 1 for owner in _owners(sea, world, results).values())
 
 
 @pytest.mark.parametrize("dive_s", [1.0, 30.0])
@@ -135,17 +149,23 @@ def test_a_glint_seen_now_and_then_is_no_robot(sea):
     assert not any(result.estimates for result in results)
 
 
-@pytest.mark.parametrize(("began_s", "resumed"), [(4.0, {}), (6.0, {1: 0})])
-def test_what_was_seen_beside_a_robot_is_not_that_robot(sea, began_s, resumed):
+@pytest.mark.parametrize(
+    ("hits", "resumed"), [((5.0, 6.0, 7.0), {}), ((5.1, 6.0, 7.0), {1: 0})], ids=["beside", "after"]
+)
+def test_what_was_seen_beside_a_robot_is_not_that_robot(sea, hits, resumed):
+    """Even where one image alone showed both; what no image showed beside it may be it."""
     config = estimator_config({})
     tracker = Tracker(config, Identity(config))
     near = np.zeros((1, 1, 2)), np.eye(2)[None, None]
     tracker.filter.apart = lambda _old, _new: near
+    tracker._height, tracker._first_ns = 30.0, sea.stamp(0.0)
+    seen = deque(sea.stamp(t) for t in (4.0, 5.0))
+    came = deque(sea.stamp(t) for t in hits)
     tracker.tracks = [
-        Track("aqua", sea.stamp(0.0), sea.stamp(5.0), State.COASTING, "aqua_1"),
-        Track("aqua", sea.stamp(began_s), sea.stamp(7.0)),
+        Track("aqua", sea.stamp(0.0), sea.stamp(5.0), State.COASTING, "aqua_1", seen),
+        Track("aqua", came[0], came[-1], hits=came),
     ]
-    assert tracker._resume([1], {1}) == resumed
+    assert tracker._resume([1], sea.stamp(7.0)) == (resumed, set())
 
 
 def test_a_robot_unseen_for_too_long_is_lost_and_its_name_used_up(sea):

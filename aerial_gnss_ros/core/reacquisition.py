@@ -1,0 +1,163 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Which robot out of sight has come up again, or whether a new one has.
+
+Inside a coasting robot's gate something new is confirmed. The longer a robot was away, the wider is
+its gate, and the likelier is what comes up there another robot. So the likelihoods are compared:
+that the robot is there, and that one is which nobody has seen yet. Where a robot out of sight can
+be is a mixture: it stays where it went down; it wanders about there as fast as it swam in sight; it
+goes straight on; or it does anything that the filter allows, which sets the gate and is published.
+
+Where two robots out of sight could be the new track, nothing is decided for a while: if the
+other one comes up as well, the two are told apart by how they lie to one another, whatever error
+they share.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aerial_gnss_ros.core.association import cheapest, mahalanobis
+from aerial_gnss_ros.core.joint_motion import Motion
+from aerial_gnss_ros.core.track import Track
+
+Array = NDArray[np.float64]
+
+SHARE = 0.25
+"""Of each of the four parts of the mixture."""
+
+STAYS_MPS = 0.08
+"""Speed of a robot that stays where it went down, each axis, m/s."""
+
+COURSE_KEPT = 0.3
+"""A robot that goes straight on is off by such a share of its way, one sigma."""
+
+LEAST_SPEED = 0.1
+"""… or of the way at this speed, m/s."""
+
+VIEW = 2.0
+"""Side of the water in view, as a multiple of the height."""
+
+CLEAR = 20.0
+"""Ratio of the likelihoods of two robots from which a new track is one of them, not the other."""
+
+DOUBT_M = 0.5
+"""… both allowing for a place that is wrong by so much more than the filter says, one sigma."""
+
+PATIENCE_S, PATIENCE = 4.0, 0.05
+"""How long a track waits for the other robot to come up, too, where that is not so: a fixed time
+and a share of the time for which the nearest was out of sight."""
+
+_SMALLEST = 1e-3
+"""Least variance of a place, m²."""
+
+
+class Reacquisition:
+    """Compares newly confirmed tracks with robots out of sight.
+
+    Args:
+        motion: of robots out of sight, as the filter has it.
+        threshold: squared Mahalanobis distance at the edge of a gate.
+    """
+
+    def __init__(self, motion: Motion, threshold: float) -> None:
+        self._motion = motion
+        self._threshold = threshold
+
+    def pairs(
+        self,
+        tracks: list[Track],
+        away: list[int],
+        ready: list[int],
+        between: tuple[Array, Array],
+        stamp_ns: int,
+        height: float,
+        newcomers: float,
+    ) -> tuple[dict[int, int], set[int]]:
+        """Return, by row of a new track, the row of the robot that it is; and the rows that wait.
+
+        Args:
+            tracks: all of them.
+            away: n rows of robots that may have been out of sight.
+            ready: m rows of new tracks.
+            between: offsets (n, m, 2) from robots to new tracks, m, and covariances (n, m, 2, 2)
+                as the filter has them, m².
+            stamp_ns: of the image, ns.
+            height: of the camera above the water, m.
+            newcomers: robots expected in the picture that have never been seen.
+        """
+        offsets, spread = between
+        squared, _ = mahalanobis(offsets, spread)
+        possible = (squared <= self._threshold) & np.array(
+            [[_can_be(tracks[old], tracks[new]) for new in ready] for old in away], dtype=bool
+        )
+        density, vague = np.zeros((2, *squared.shape))
+        more = DOUBT_M**2 * np.eye(2)
+        for i, row in enumerate(away):
+            since = (stamp_ns - tracks[row].last_seen_ns) * 1e-9
+            density[i] = self._density(tracks[row], since, offsets[i], spread[i])
+            vague[i] = self._density(tracks[row], since, offsets[i], spread[i] + more)
+        each = newcomers / (VIEW * max(height, 1.0)) ** 2
+        cost = -2.0 * np.log(np.maximum(density, 1e-300) / max(each, 1e-12))
+        rows, columns = cheapest(cost, possible, np.zeros(len(away)))
+        waits = _waits(np.where(possible, vague, 0.0))
+        unseen = np.array([(stamp_ns - tracks[row].last_seen_ns) * 1e-9 for row in away])
+        for column, row in enumerate(ready):
+            waited = (stamp_ns - tracks[row].first_seen_ns) * 1e-9
+            nearest = unseen[np.argmin(np.where(possible[:, column], squared[:, column], np.inf))]
+            waits[column] &= waited < PATIENCE_S + PATIENCE * nearest
+        # Where as many have come up as could be meant, their lie to one another decides.
+        settled = (possible.any(axis=1).sum() <= len(columns)) and len(columns) > 1
+        waiting = {row for j, row in enumerate(ready) if waits[j] and not settled}
+        found = {ready[j]: away[i] for i, j in zip(rows, columns, strict=True)}
+        return {new: old for new, old in found.items() if new not in waiting}, waiting
+
+    def _density(self, track: Track, unseen: float, offsets: Array, spread: Array) -> Array:
+        """Return the density (m,) at offsets (m, 2) from where the filter has the robot, 1/m²."""
+        motion, none = self._motion, np.zeros(1)
+        reach, _, noise = motion.step(unseen, none)
+        grown = float(noise[0, 0])
+        way = max(float(np.hypot(*track.velocity)), LEAST_SPEED) * unseen
+        ahead = offsets - (unseen - float(reach[0])) * track.velocity
+        back = offsets + float(reach[0]) * track.velocity
+        stays = self._wander(unseen, min(STAYS_MPS, motion.speed_sigma))
+        wanders = self._wander(unseen, track.habit(motion.speed_sigma))
+        return SHARE * (
+            _normal(back, _less(spread, grown - stays))
+            + _normal(offsets, _less(spread, grown - wanders))
+            + _normal(ahead, _less(spread, grown - (COURSE_KEPT * way) ** 2))
+            + _normal(offsets, spread)
+        )
+
+    def _wander(self, unseen: float, speed: float) -> float:
+        """Return the variance of a place after a time of wandering at a speed, each axis, m²."""
+        motion = Motion(min(self._motion.acceleration, speed), speed)
+        return float(motion.step(unseen, np.zeros(1))[2][0, 0])
+
+
+def _can_be(old: Track, new: Track) -> bool:
+    return old.class_id == new.class_id and not old.seen_beside(new)
+
+
+def _waits(density: Array) -> NDArray[np.bool_]:
+    """Return which columns (m,) two rows of (n, m) explain about as well."""
+    if len(density) < 2:
+        return np.zeros(density.shape[1], dtype=bool)
+    second, best = np.sort(density, axis=0)[-2:]
+    waits: NDArray[np.bool_] = (best > 0.0) & (best < CLEAR * second)
+    return waits
+
+
+def _less(spread: Array, variance: float) -> Array:
+    """Return covariances (m, 2, 2) less a variance in every direction, still positive."""
+    a, b, d = spread[:, 0, 0], spread[:, 0, 1], spread[:, 1, 1]
+    least = 0.5 * (a + d) - np.hypot(0.5 * (a - d), b)
+    taken: Array = np.minimum(variance, least - _SMALLEST)
+    return spread - taken[:, None, None] * np.eye(2)
+
+
+def _normal(offsets: Array, spread: Array) -> Array:
+    """Return the density of planar normal laws."""
+    squared, log_determinant = mahalanobis(offsets, spread)
+    density: Array = np.exp(-0.5 * (squared + log_determinant)) / (2.0 * np.pi)
+    return density

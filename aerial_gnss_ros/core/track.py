@@ -1,0 +1,98 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The life of one track, and what it remembers for the time when its robot is out of sight."""
+
+from __future__ import annotations
+
+from collections import deque
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aerial_gnss_ros.core.values import State
+
+Array = NDArray[np.float64]
+
+HABIT_S = 5.0
+"""Velocities so far apart count as independent of one another."""
+
+STRAIN_IMAGES = 8
+"""Images over which a robot's normalised squared innovations are averaged."""
+
+
+@dataclass
+class Track:
+    """The life of one track; its numbers are those of the same row of `Tracker.filter`.
+
+    Attributes:
+        class_id: class name as the detector gave it.
+        first_seen_ns: stamp of the first image that showed it, ns.
+        last_seen_ns: of the last one, ns.
+        state: tentative, confirmed, coasting or lost.
+        robot_id: its name, "" before it is confirmed.
+        hits: stamps of the images that showed it, within `tracks.confirm_window_s`.
+        strain: fading mean of its squared innovations by their expectation; 1 is right.
+        velocity: (2,) East, North when last seen, m/s.
+        swum: sum of its squared velocities, mean of both axes, each `HABIT_S`, m²/s².
+        swum_count: how many independent ones.
+        waits: whether it waits for its name, since it could be one of several robots.
+    """
+
+    class_id: str
+    first_seen_ns: int
+    last_seen_ns: int
+    state: State = State.TENTATIVE
+    robot_id: str = ""
+    hits: deque[int] = field(default_factory=deque)
+    strain: float = 1.0
+    velocity: Array = field(default_factory=lambda: np.zeros(2))
+    swum: float = 0.0
+    swum_count: float = 0.0
+    waits: bool = False
+
+    def hit(self, stamp_ns: int, window_ns: int, velocity: Array) -> None:
+        """Take in that an image shows it.
+
+        Args:
+            stamp_ns: of the image, ns.
+            window_ns: how long hits are kept, ns.
+            velocity: (2,) as estimated with it, m/s.
+        """
+        if self.state is not State.TENTATIVE:
+            self.state = State.CONFIRMED
+            since = min((stamp_ns - self.last_seen_ns) * 1e-9 / HABIT_S, 1.0)
+            self.swum += since * 0.5 * float(velocity @ velocity)
+            self.swum_count += since
+        self.velocity = velocity
+        self.last_seen_ns = stamp_ns
+        while self.hits and stamp_ns - self.hits[0] > window_ns:
+            self.hits.popleft()
+        self.hits.append(stamp_ns)
+
+    def take_over(self, other: Track) -> None:
+        """Go on under the name of a robot that this one turned out to be."""
+        self.robot_id = other.robot_id
+        self.swum, self.swum_count = other.swum, other.swum_count
+
+    def exchange(self, other: Track) -> None:
+        """Give each other's name: association had exchanged the two."""
+        self.robot_id, other.robot_id = other.robot_id, self.robot_id
+        self.swum, other.swum = other.swum, self.swum
+        self.swum_count, other.swum_count = other.swum_count, self.swum_count
+
+    def stress(self, squared: float) -> float:
+        """Take in a squared Mahalanobis innovation; return the fading mean."""
+        self.strain += (0.5 * squared - self.strain) / STRAIN_IMAGES
+        return self.strain
+
+    def habit(self, speed: float) -> float:
+        """Return one sigma of the velocity that it is used to, each axis, m/s.
+
+        Args:
+            speed: what is supposed of a robot of which nothing is known, m/s.
+        """
+        return float(np.sqrt((speed**2 + self.swum) / (1.0 + self.swum_count)))
+
+    def seen_beside(self, other: Track) -> bool:
+        """Return whether one image showed both: then they are two robots."""
+        return not set(self.hits).isdisjoint(other.hits)

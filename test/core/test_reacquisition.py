@@ -1,0 +1,62 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What comes up inside a coasting robot's gate: that robot, another one, or a new one."""
+
+from __future__ import annotations
+
+from collections import deque
+
+import numpy as np
+import pytest
+
+from aerial_gnss_ros.core.joint_motion import Motion
+from aerial_gnss_ros.core.reacquisition import Reacquisition
+from aerial_gnss_ros.core.track import Track
+from aerial_gnss_ros.core.values import State
+
+SECOND = 1_000_000_000
+MOTION = Motion(0.05, 0.75)
+
+
+def _pairs(down, up, unseen_s, newcomers=0.1, waited_s=0.2):
+    """Robots went down at `down`, tracks came up at `up` (East, North, m)."""
+    now = 1000 * SECOND
+    left, came = now - round(unseen_s * SECOND), now - round(waited_s * SECOND)
+    tracks = [
+        Track("aqua", 0, left, State.COASTING, f"aqua_{i}", deque([left]), swum=0.4, swum_count=9.0)
+        for i in range(len(down))
+    ]
+    tracks += [Track("aqua", came, now, hits=deque([came, now])) for _ in up]
+    offsets = np.array(up, float)[None] - np.array(down, float)[:, None]
+    variance = MOTION.step(unseen_s, np.zeros(1))[2][0, 0] + 0.1
+    spread = np.broadcast_to(variance * np.eye(2), (*offsets.shape, 2))
+    n = len(down)
+    found, waiting = Reacquisition(MOTION, 11.6).pairs(
+        tracks, list(range(n)), list(range(n, len(tracks))), (offsets, spread), now, 30.0, newcomers
+    )
+    return {new - n: old for new, old in found.items()}, {row - n for row in waiting}
+
+
+@pytest.mark.parametrize(
+    ("down", "up", "unseen_s", "newcomers", "found"),
+    [
+        ([(0, 0)], [(3, 2)], 60.0, 1.0, {0: 0}),
+        ([(0, 0)], [(40, 0)], 20.0, 0.1, {}),  # 2 m/s: not inside the gate
+        ([(0, 0)], [(18, 0)], 30.0, 1.0, {}),  # inside, but likelier one that nobody knows yet
+        ([(0, 0)], [(18, 0)], 30.0, 0.0, {0: 0}),  # unless all robots have been seen
+        ([(0, 0), (30, 0)], [(29, 1)], 20.0, 0.1, {0: 1}),
+    ],
+)
+def test_who_came_up(down, up, unseen_s, newcomers, found):
+    assert _pairs(down, up, unseen_s, newcomers) == (found, set())
+
+
+def test_between_two_robots_it_waits_but_not_for_ever():
+    found, waiting = _pairs([(0, 0), (2, 0)], [(1.2, 0)], 10.0)
+    assert (found, waiting) == ({}, {0})
+    assert _pairs([(0, 0), (2, 0)], [(1.2, 0)], 10.0, waited_s=6.0) == ({0: 1}, set())
+
+
+def test_two_that_come_up_together_are_told_by_how_they_lie():
+    """Both seem 1.2 m further east, so that one seems nearer to the place of the other."""
+    found, waiting = _pairs([(0, 0), (2, 0)], [(3.2, 0), (1.2, 0)], 10.0)
+    assert (found, waiting) == ({0: 1, 1: 0}, set())
