@@ -23,6 +23,7 @@ from aerial_gnss_ros.nodes.memory import keep_freed_memory
 from aerial_gnss_ros.nodes.schemas import SCHEMAS
 
 WRONG_INPUT = 2
+_SWITCH_S = 0.001  # the thread that detects waits for Python's lock after every run of the network
 _RCL_ERROR: type[Exception] = rclpy._rclpy_pybind11.RCLError  # noqa: SLF001 (no public name)
 
 
@@ -110,6 +111,7 @@ def work(
     former = {number: signal.getsignal(number) for number in SIGNALS}
     leave_on_signals()
     keep_freed_memory()
+    sys.setswitchinterval(_SWITCH_S)
     try:
         _initialise(arguments)
         task()
