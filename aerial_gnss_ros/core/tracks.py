@@ -9,8 +9,8 @@ is used up.
 
 A robot unseen for longer than `confirm_window_s` is not updated by a single detection: its gate is
 wide by then, and one false box inside it would tear it away. Detections there begin a tentative
-track, and when that is confirmed inside the gate, it goes on under the coasting robot's name. Not
-so if it began while the robot was in view: what is seen beside a robot is not that robot.
+track, and when that is confirmed inside the gate, it goes on under the coasting robot's name
+(`reacquisition`). Not so if one image showed both: what is seen beside a robot is not that robot.
 
 Where robots are, and how well that is known, is the business of the joint filter (`joint`). Its
 gate compares what is known relative to one another: an error that robot and detection share through
