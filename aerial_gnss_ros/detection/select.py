@@ -13,7 +13,7 @@ from aerial_gnss_ros.detection.engine_card import engine_of
 from aerial_gnss_ros.detection.network import NetworkDetector
 from aerial_gnss_ros.detection.search import searching
 
-# The fastest first; the last is what is missed where none is installed.
+# The fastest first; the last is tried in any case, and says what is missing.
 _AUTO = {
     ".onnx": ("tensorrt", "cuda", "openvino", "onnxruntime"),
     ".engine": ("tensorrt",),
@@ -114,8 +114,8 @@ def possible_backends(path: Path, asked: str) -> list[str]:
             "needed."
         )
     if asked == "auto":
-        known = _AUTO[suffix]
-        return [name for name in known if _present(name, path)] or [known[-1]]
+        *faster, last = _AUTO[suffix]
+        return [*(name for name in faster if _present(name, path)), last]
     known = _READ_BY[suffix]
     if asked not in known:
         raise ConfigError(
@@ -127,9 +127,7 @@ def possible_backends(path: Path, asked: str) -> list[str]:
 
 def _present(backend: str, path: Path) -> bool:
     if backend == "tensorrt":
-        return importlib.util.find_spec("tensorrt") is not None and (
-            path.suffix.lower() == ".engine" or engine_of(path) is not None
-        )
+        return importlib.util.find_spec("tensorrt") is not None and engine_of(path) is not None
     if backend == "cuda":
         from aerial_gnss_ros.detection.onnx_backend import has_cuda
 

@@ -80,7 +80,7 @@ def test_results_become_detections(tmp_path, stand_in):
 
 
 def test_an_engine_needs_no_consent_and_says_its_task(tmp_path, stand_in):
-    load_detector(DetectorConfig(model=model(tmp_path, ".engine")))
+    load_detector(DetectorConfig(model=model(tmp_path, ".engine"), backend="ultralytics"))
     assert stand_in.calls[0][1] == "detect"
 
 
