@@ -113,8 +113,7 @@ class DetectorConfig:
     )
     device: str = key(
         "",
-        "Device for .pt and .engine models in ultralytics' words: cpu, 0, cuda:0; empty: its own "
-        "choice.",
+        "Device for the back end ultralytics in its own words: cpu, 0, cuda:0; empty: its choice.",
     )
     autostart: bool = key(
         True,
