@@ -111,7 +111,8 @@ def correct(
     residual = pixels - linear.pixels
     root, white = _whitened(spread, residual)
     squared = float(white @ white)
-    if _soften(spread, residual, model.pixel):
+    # No box is farther off by itself than all of them are together.
+    if squared > HUBER**2 and _soften(spread, residual, model.pixel):
         root, white = _whitened(spread, residual)
     gain, _ = dtrtrs(root, by_state, lower=1)
     joint.mean = before + white @ gain
