@@ -30,7 +30,7 @@ from aerial_gnss_ros.nodes import qos
 _READY_S = 60.0
 _WARM_UP_S = 2.0
 _AFTER_S = 0.5  # the last images' positions are still on their way
-_STOP_S = 15.0
+_STOP_S = 60.0
 _LOOK_S = 0.25
 _DETECTOR = "detector: detection"
 
@@ -171,6 +171,8 @@ def measure(
             with _process(pair_command, file) as pair:
                 watch.processes.append(pair)
                 live = _measure(watch, pair, camera, offer, report)
+        if not samples.is_file():
+            raise RosError(f"the nodes did not end well; {watch.last_line()}")
         live.samples_ms = json.loads(samples.read_text(encoding="utf-8"))
     finally:
         executor.shutdown()
@@ -237,16 +239,17 @@ class _Watch:
             self.executor.spin_once(timeout_sec=0.02)
             self._check()
             if time.monotonic() - start > _READY_S:
-                raise RosError(f"{otherwise} for {_READY_S:.0f} s; {self._last_line()}")
+                raise RosError(f"{otherwise} for {_READY_S:.0f} s; {self.last_line()}")
 
     def _check(self) -> None:
         for process in self.processes:
             if process.poll() is not None:
                 raise RosError(
-                    f"a process ended with status {process.returncode}; {self._last_line()}"
+                    f"a process ended with status {process.returncode}; {self.last_line()}"
                 )
 
-    def _last_line(self) -> str:
+    def last_line(self) -> str:
+        """Return the last words in the log."""
         lines = self.log.read_text(encoding="utf-8", errors="replace").strip().splitlines()
         return f"its last words: {lines[-1] if lines else '(none)'}"
 

@@ -71,6 +71,7 @@ def run(args: argparse.Namespace) -> int:
     """
     require_ros()
     _check(args)
+    os.environ.setdefault("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")  # no other machine's topics
     from aerial_gnss_ros.benchmarking.figures import markdown
     from aerial_gnss_ros.benchmarking.suite import Setting, costs
     from aerial_gnss_ros.nodes.memory import keep_freed_memory
