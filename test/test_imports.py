@@ -98,7 +98,8 @@ class Refuse:
 sys.meta_path.insert(0, Refuse())
 loaded = 0
 for module in pkgutil.walk_packages({NAME}.__path__, "{NAME}."):
-    if not module.name.startswith("{NAME}.nodes"):
+    # What of benchmarking/ a command needs is loaded by it; the rest are programs with nodes.
+    if not module.name.startswith(("{NAME}.nodes", "{NAME}.benchmarking")):
         importlib.import_module(module.name)
         loaded += 1
 print(loaded)
