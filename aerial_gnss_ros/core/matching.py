@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """Which box of an image belongs to which track.
 
-Robots choose first, all at once; then those that have swerved; what is left goes to the tentative
-tracks. A robot whose boxes keep falling further off than its model explains is turning harder than
-stated: its velocity is loosened. Left alone, the filter would lag behind, the box would leave the
-gate and grow a second track on the same robot.
+Robots choose first, all at once, those that wait for their names among them; then those that have
+swerved; what is left goes to the tentative tracks. A robot whose boxes keep falling further off
+than its model explains is turning harder than stated: its velocity is loosened. Left alone, the
+filter would lag behind, the box would leave the gate and grow a second track on the same robot.
 """
 
 from __future__ import annotations
@@ -73,10 +73,13 @@ class Matcher:
         allowed = (squared <= self._threshold) & alike
         unseen = np.array([(stamp_ns - track.last_seen_ns) * 1e-9 for track in tracks])
         fresh = unseen <= self._fresh_s + 1e-9
-        tentative = np.array([track.state is State.TENTATIVE for track in tracks], dtype=bool)
+        tentative = np.array(
+            [track.state is State.TENTATIVE and not track.waits for track in tracks], dtype=bool
+        )
         robots = (fresh & ~tentative)[:, None]
         # Robots choose first: a stray box of a robot must not grow up on that robot's own boxes.
         rows, columns = assign(squared, log_determinant, allowed & robots, self._threshold)
+        rows = kept(tracks, rows, columns, allowed & robots)
         missed = near_misses(
             np.where(alike & robots, squared, np.inf), rows, columns, self._threshold
         )
@@ -162,3 +165,33 @@ class Matcher:
             )
         self.confused = confused
         return confused
+
+
+def kept(
+    tracks: list[Track], rows: Indices, columns: Indices, allowed: NDArray[np.bool_]
+) -> Indices:
+    """Return the rows of an assignment, each box left to the robot that has been wearing it.
+
+    Two robots of which one image after the other shows only one may be one robot with two tracks.
+    Whichever is nearer by chance must not take the box: the name would alternate. It stays with the
+    one seen last; the other coasts, until an image shows both or it comes up for itself.
+
+    Args:
+        tracks: n of them.
+        rows: k that the assignment gave a box.
+        columns: theirs.
+        allowed: (n, m) robots and boxes inside their gates.
+    """
+    wearing = rows.copy()
+    for i, (row, column) in enumerate(zip(rows, columns, strict=True)):
+        track = tracks[row]
+        wearers = [
+            other
+            for other in np.flatnonzero(allowed[:, column])
+            if other not in wearing
+            and tracks[other].last_seen_ns > track.last_seen_ns
+            and not tracks[other].seen_beside(track)
+        ]
+        if wearers:
+            wearing[i] = max(wearers, key=lambda other: tracks[other].last_seen_ns)
+    return wearing

@@ -9,10 +9,13 @@ goes straight on; or it does anything that the filter allows, which sets the gat
 
 Where two robots out of sight could be the new track, nothing is decided for a while: if the
 other one comes up as well, the two are told apart by how they lie to one another, whatever error
-they share.
+they share. That there are two must be seen in one image: a robot whose track lost a box or two has
+grown a second track, and is still one robot.
 """
 
 from __future__ import annotations
+
+from itertools import combinations
 
 import numpy as np
 from numpy.typing import NDArray
@@ -108,6 +111,8 @@ class Reacquisition:
             waits[column] &= waited < PATIENCE_S + PATIENCE * nearest
         # Where as many have come up as could be meant, their lie to one another decides.
         settled = (possible.any(axis=1).sum() <= len(columns)) and len(columns) > 1
+        came = [tracks[ready[column]] for column in columns]
+        settled &= all(a.seen_beside(b) for a, b in combinations(came, 2))
         waiting = {row for j, row in enumerate(ready) if waits[j] and not settled}
         found = {ready[j]: away[i] for i, j in zip(rows, columns, strict=True)}
         return {new: old for new, old in found.items() if new not in waiting}, waiting
@@ -133,6 +138,32 @@ class Reacquisition:
         """Return the variance of a place after a time of wandering at a speed, each axis, m²."""
         motion = Motion(min(self._motion.acceleration, speed), speed)
         return float(motion.step(unseen, np.zeros(1))[2][0, 0])
+
+
+def twins(
+    tracks: list[Track], ready: list[int], between: tuple[Array, Array], threshold: float
+) -> dict[int, int]:
+    """Return tracks that are of one robot: by row of the one to go on, the row of the other.
+
+    They lie inside one another's gate, and no image has shown both.
+
+    Args:
+        tracks: all of them.
+        ready: m rows of tracks without names that have hits enough.
+        between: offsets (m, m, 2) between them, m, and covariances (m, m, 2, 2), m².
+        threshold: squared Mahalanobis distance at the edge of a gate.
+    """
+    squared, _ = mahalanobis(*between)
+    found: dict[int, int] = {}
+    for i, j in combinations(range(len(ready)), 2):
+        rows = sorted((ready[i], ready[j]), key=lambda row: tracks[row].last_seen_ns)
+        if (
+            squared[i, j] <= threshold
+            and _can_be(tracks[rows[0]], tracks[rows[1]])
+            and not {*rows} & {*found, *found.values()}
+        ):
+            found[rows[1]] = rows[0]
+    return found
 
 
 def _can_be(old: Track, new: Track) -> bool:

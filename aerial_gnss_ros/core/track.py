@@ -74,6 +74,12 @@ class Track:
         self.robot_id = other.robot_id
         self.swum, self.swum_count = other.swum, other.swum_count
 
+    def fold(self, other: Track) -> None:
+        """Take in a track without a name that turned out to be of the same robot."""
+        self.first_seen_ns = min(self.first_seen_ns, other.first_seen_ns)
+        self.hits = deque(sorted({*self.hits, *other.hits}))
+        self.waits |= other.waits
+
     def exchange(self, other: Track) -> None:
         """Give each other's name: association had exchanged the two."""
         self.robot_id, other.robot_id = other.robot_id, self.robot_id

@@ -37,7 +37,7 @@ from aerial_gnss_ros.core.local_map import LocalMap
 from aerial_gnss_ros.core.localize import WaterPoints
 from aerial_gnss_ros.core.matching import SWERVE_S, Matcher
 from aerial_gnss_ros.core.measurements import Measurements, inside_any, measurements
-from aerial_gnss_ros.core.reacquisition import Reacquisition
+from aerial_gnss_ros.core.reacquisition import Reacquisition, twins
 from aerial_gnss_ros.core.track import Track
 from aerial_gnss_ros.core.tracking import TrackUpdate
 from aerial_gnss_ros.core.values import DetectionFrame, PosedFrame, RobotEstimate, State
@@ -187,7 +187,7 @@ class Tracker:
         return {first + i: int(seen.index[column]) for i, column in enumerate(begun)}
 
     def _confirm(self, boxes: int, local: LocalMap, stamp_ns: int) -> set[int]:
-        """Name the tracks that have hits enough; return the coasting rows that they replace."""
+        """Name the tracks that have hits enough; return the rows that they replace."""
         ready = [row for row, track in enumerate(self.tracks) if self._is_ready(track)]
         named = sum(bool(track.robot_id) for track in self.tracks)
         if self._matcher.confused and 2 * len(ready) < min(named, boxes):
@@ -195,6 +195,8 @@ class Tracker:
         if not ready:
             return set()
         self._matcher.confused = False
+        folded = self._fold(ready)
+        ready = [row for row in ready if row not in folded]
         resumed, waiting = self._resume(ready, stamp_ns)
         for row in ready:
             self.tracks[row].waits = row in waiting
@@ -205,15 +207,29 @@ class Tracker:
         for row in ready:
             track = self.tracks[row]
             if row in resumed:
-                self.filter.loosen(
-                    np.array([resumed[row]]), self.filter.motion.speed_sigma, SWERVE_S
-                )
-                self.filter.merge(resumed[row], row)
+                self._merge(resumed[row], row)
                 track.take_over(self.tracks[resumed[row]])
             else:
                 track.robot_id = given[row]
             track.state = State.CONFIRMED
-        return set(resumed.values())
+        return {*resumed.values(), *folded}
+
+    def _merge(self, old: int, new: int) -> None:
+        """Let a track know where the robot was that it turned out to be, which may have swerved."""
+        self.filter.loosen(np.array([old]), self.filter.motion.speed_sigma, SWERVE_S)
+        self.filter.merge(old, new)
+
+    def _fold(self, ready: list[int]) -> set[int]:
+        """Make one of tracks without names that are of one robot; return the rows that go."""
+        if len(ready) < 2:
+            return set()
+        offsets, spread = self.filter.apart(np.array(ready), np.array(ready))
+        spread += (SWERVE_S * self.filter.motion.speed_sigma) ** 2 * np.eye(2)
+        pairs = twins(self.tracks, ready, (offsets, spread), self._threshold)
+        for new, old in pairs.items():
+            self._merge(old, new)
+            self.tracks[new].fold(self.tracks[old])
+        return set(pairs.values())
 
     def _is_ready(self, track: Track) -> bool:
         if track.state is not State.TENTATIVE or len(track.hits) < self._rules.confirm_hits:

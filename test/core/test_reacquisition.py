@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from aerial_gnss_ros.core.joint_motion import Motion
-from aerial_gnss_ros.core.reacquisition import Reacquisition
+from aerial_gnss_ros.core.reacquisition import Reacquisition, twins
 from aerial_gnss_ros.core.track import Track
 from aerial_gnss_ros.core.values import State
 
@@ -17,7 +17,7 @@ SECOND = 1_000_000_000
 MOTION = Motion(0.05, 0.75)
 
 
-def _pairs(down, up, unseen_s, newcomers=0.1, waited_s=0.2):
+def _pairs(down, up, unseen_s, newcomers=0.1, waited_s=0.2, beside=True):
     """Robots went down at `down`, tracks came up at `up` (East, North, m)."""
     now = 1000 * SECOND
     left, came = now - round(unseen_s * SECOND), now - round(waited_s * SECOND)
@@ -25,7 +25,10 @@ def _pairs(down, up, unseen_s, newcomers=0.1, waited_s=0.2):
         Track("aqua", 0, left, State.COASTING, f"aqua_{i}", deque([left]), swum=0.4, swum_count=9.0)
         for i in range(len(down))
     ]
-    tracks += [Track("aqua", came, now, hits=deque([came, now])) for _ in up]
+    tracks += [
+        Track("aqua", came, now, hits=deque([came, now] if beside else [came + i, now + i]))
+        for i in range(len(up))
+    ]
     offsets = np.array(up, float)[None] - np.array(down, float)[:, None]
     variance = MOTION.step(unseen_s, np.zeros(1))[2][0, 0] + 0.1
     spread = np.broadcast_to(variance * np.eye(2), (*offsets.shape, 2))
@@ -60,3 +63,20 @@ def test_two_that_come_up_together_are_told_by_how_they_lie():
     """Both seem 1.2 m further east, so that one seems nearer to the place of the other."""
     found, waiting = _pairs([(0, 0), (2, 0)], [(3.2, 0), (1.2, 0)], 10.0)
     assert (found, waiting) == ({0: 1, 1: 0}, set())
+
+
+def test_two_tracks_that_no_image_shows_together_are_not_two_robots():
+    found, waiting = _pairs([(0, 0), (2, 0)], [(0.9, 0), (1.1, 0)], 10.0, beside=False)
+    assert (found, waiting) == ({}, {0, 1})
+
+
+@pytest.mark.parametrize(
+    ("apart", "hits", "found"),
+    [(0.5, (1, 3), {1: 0}), (0.5, (2, 3), {}), (9.0, (1, 3), {})],
+    ids=["one robot", "seen beside", "far off"],
+)
+def test_a_second_track_on_one_robot_is_folded_into_the_first(apart, hits, found):
+    tracks = [Track("aqua", one[0], one[-1], hits=deque(one)) for one in ((0, 2), tuple(hits))]
+    offsets = np.array([[[0.0, 0.0], [apart, 0.0]], [[-apart, 0.0], [0.0, 0.0]]])
+    spread = np.broadcast_to(0.1 * np.eye(2), (2, 2, 2, 2))
+    assert twins(tracks, [0, 1], (offsets, spread), 11.6) == found

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections import deque
 
@@ -147,6 +148,32 @@ def test_a_glint_seen_now_and_then_is_no_robot(sea):
     world = sea.World(robots={"glint": CROSSING["c"]}, hidden=lambda _n, t: round(10 * t) % 5 > 0)
     results = sea.play(sea.estimator(), world, 20.0)
     assert not any(result.estimates for result in results)
+
+
+@pytest.mark.parametrize("stays_s", [0.05, 10.0], ids=["one stray box", "a jump"])
+def test_a_name_does_not_alternate_while_two_divers_are_told_apart(sea, stays_s):
+    """One of two divers comes up between both, and while it waits for its name a box is 0.6 m off.
+
+    A second track begins there; that makes it neither two robots nor two names.
+    """
+
+    def place(t):
+        return (-2.0 if t < 5.0 else 0.6 * (13.0 <= t < 13.0 + stays_s), 18.0)
+
+    world = sea.World(
+        robots={"a": place, "b": lambda _t: (2.0, 18.0)},
+        hidden=lambda name, t: 4.0 < t < 12.0 or (name == "b" and t >= 12.0),
+        pixel_sigma=2.0,
+        **BIAS,
+    )
+    results = sea.play(sea.estimator(), world, 18.0)
+    worn = [
+        [e.robot_id for e in result.estimates if e.state is State.CONFIRMED]
+        for result in results
+        if result.stamp_ns >= sea.stamp(12.0)
+    ]
+    changes = [new for old, new in itertools.pairwise(worn) if new != old]
+    assert [len(names) for names in changes] == [1]
 
 
 @pytest.mark.parametrize(
