@@ -9,8 +9,9 @@ goes straight on; or it does anything that the filter allows, which sets the gat
 
 Where two robots out of sight could be the new track, nothing is decided for a while: if the
 other one comes up as well, the two are told apart by how they lie to one another, whatever error
-they share. That there are two must be seen in one image: a robot whose track lost a box or two has
-grown a second track, and is still one robot.
+they share. If it does not, and neither is likely enough, the new track gets a new name, and those
+out of sight keep theirs. That there are two must be seen in one image: a robot whose track lost a
+box or two has grown a second track, and is still one robot.
 """
 
 from __future__ import annotations
@@ -50,6 +51,10 @@ DOUBT_M = 0.5
 PATIENCE_S, PATIENCE = 4.0, 0.05
 """How long a track waits for the other robot to come up, too, where that is not so: a fixed time
 and a share of the time for which the nearest was out of sight."""
+
+LIKELY = 2.0 / 3.0
+"""Probability from which it then gets a robot's name: twice as likely as all else together. Below,
+it gets a new one: a name on the wrong robot would be a confident wrong position."""
 
 _SMALLEST = 1e-3
 """Least variance of a place, m²."""
@@ -103,7 +108,9 @@ class Reacquisition:
         each = newcomers / (VIEW * max(height, 1.0)) ** 2
         cost = -2.0 * np.log(np.maximum(density, 1e-300) / max(each, 1e-12))
         rows, columns = cheapest(cost, possible, np.zeros(len(away)))
-        waits = _waits(np.where(possible, vague, 0.0))
+        vague = np.where(possible, vague, 0.0)
+        unclear = _waits(vague)
+        waits = unclear.copy()
         unseen = np.array([(stamp_ns - tracks[row].last_seen_ns) * 1e-9 for row in away])
         for column, row in enumerate(ready):
             waited = (stamp_ns - tracks[row].first_seen_ns) * 1e-9
@@ -114,7 +121,12 @@ class Reacquisition:
         came = [tracks[ready[column]] for column in columns]
         settled &= all(a.seen_beside(b) for a, b in combinations(came, 2))
         waiting = {row for j, row in enumerate(ready) if waits[j] and not settled}
-        found = {ready[j]: away[i] for i, j in zip(rows, columns, strict=True)}
+        share = vague / (vague.sum(axis=0) + max(each, 1e-12))
+        found = {
+            ready[j]: away[i]
+            for i, j in zip(rows, columns, strict=True)
+            if settled or not unclear[j] or share[i, j] > LIKELY
+        }
         return {new: old for new, old in found.items() if new not in waiting}, waiting
 
     def _density(self, track: Track, unseen: float, offsets: Array, spread: Array) -> Array:

@@ -53,10 +53,14 @@ def test_who_came_up(down, up, unseen_s, newcomers, found):
     assert _pairs(down, up, unseen_s, newcomers) == (found, set())
 
 
-def test_between_two_robots_it_waits_but_not_for_ever():
-    found, waiting = _pairs([(0, 0), (2, 0)], [(1.2, 0)], 10.0)
-    assert (found, waiting) == ({}, {0})
-    assert _pairs([(0, 0), (2, 0)], [(1.2, 0)], 10.0, waited_s=6.0) == ({0: 1}, set())
+@pytest.mark.parametrize(
+    ("east", "found"),
+    [(1.2, {}), (2.5, {0: 1})],
+    ids=["as good as midway: a new name", "much nearer to one"],
+)
+def test_between_two_robots_it_waits_but_not_for_ever(east, found):
+    assert _pairs([(0, 0), (2, 0)], [(east, 0)], 10.0) == ({}, {0})
+    assert _pairs([(0, 0), (2, 0)], [(east, 0)], 10.0, waited_s=6.0) == (found, set())
 
 
 def test_two_that_come_up_together_are_told_by_how_they_lie():
