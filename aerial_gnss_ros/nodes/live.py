@@ -120,6 +120,7 @@ def fly(
     log: Path,
     on_tick: Callable[[float, Mapping[str, list[LivePosition]]], None],
     rate: float = 1.0,
+    detector: Mapping[str, str] | None = None,
 ) -> Heard:
     """Play a bag into real nodes; ROS must be initialised.
 
@@ -130,13 +131,14 @@ def fly(
         on_tick: called about five times a second with seconds since the start of the bag and
             the positions heard so far.
         rate: 1 plays in real time, 0.5 takes twice as long.
+        detector: the detector's parameters that are not its defaults, by dotted name.
 
     Raises:
         RosError: a node ended by itself, or nobody listened to a topic; the log's last line says
             why.
     """
     heard = Heard()
-    with _nodes(log, topics) as processes, _spinning(_Listener(heard)):
+    with _nodes(log, topics, detector or {}) as processes, _spinning(_Listener(heard)):
         node = rclpy.create_node("player")
         player = Player(node, bag, topics, rate)
         missing = player.wait_for_subscribers(topics, _READY_S)
@@ -179,16 +181,19 @@ class _Ticks:
 
 
 @contextlib.contextmanager
-def _nodes(log: Path, topics: list[str]) -> Iterator[list[subprocess.Popen[bytes]]]:
+def _nodes(
+    log: Path, topics: list[str], detector: Mapping[str, str]
+) -> Iterator[list[subprocess.Popen[bytes]]]:
     processes: list[subprocess.Popen[bytes]] = []
-    compressed = any(topic.endswith("/compressed") for topic in topics)
+    if any(topic.endswith("/compressed") for topic in topics):
+        detector = {**detector, "image.transport": "compressed"}
     with log.open("wb") as file:
         try:
             for name in NODES:
                 command = [sys.executable, "-m", f"aerial_gnss_ros.nodes.{name}"]
                 command += ["--ros-args", "-p", "use_sim_time:=true"]
-                if compressed:
-                    command += ["-p", "image.transport:=compressed"]
+                for key, value in detector.items() if name == "detector" else ():
+                    command += ["-p", f"{key}:={value}"]
                 processes.append(
                     subprocess.Popen(command, stdout=file, stderr=subprocess.STDOUT)  # noqa: S603
                 )
