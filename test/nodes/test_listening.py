@@ -16,18 +16,20 @@ from aerial_gnss_ros import cli  # noqa: E402
 class Vehicle:
     """Publishes a hover, heading 90 deg, camera 30 deg down, at 20 Hz, in a context of its own."""
 
-    def __init__(self):
+    def __init__(self, camera=False):
         from geometry_msgs.msg import QuaternionStamped
         from rclpy.context import Context
         from rclpy.executors import SingleThreadedExecutor
         from rclpy.qos import qos_profile_sensor_data as qos
-        from sensor_msgs.msg import Imu, NavSatFix
+        from sensor_msgs.msg import CameraInfo, Imu, NavSatFix
         from std_msgs.msg import Float64
 
         self.context = Context()
         rclpy.init(context=self.context)
         self.node = rclpy.create_node("vehicle", context=self.context, namespace="d1")
         types = {"fix": NavSatFix, "attitude": Imu, "gimbal": QuaternionStamped, "height": Float64}
+        if camera:
+            types["camera/camera_info"] = CameraInfo
         self.publishers = {
             name: (kind, self.node.create_publisher(kind, name, qos))
             for name, kind in types.items()
@@ -46,6 +48,10 @@ class Vehicle:
                 message.data = 10.0
             else:
                 message.header.stamp = stamp
+            if name == "camera/camera_info":
+                message.width, message.height, message.distortion_model = 640, 360, "plumb_bob"
+                message.k = [500.0, 0.0, 320.0, 0.0, 500.0, 180.0, 0.0, 0.0, 1.0]
+                message.d = [0.0] * 5
             if name == "fix":
                 message.status.status = 0
                 message.latitude, message.longitude = 13.0, -59.0
@@ -61,19 +67,21 @@ class Vehicle:
         rclpy.shutdown(context=self.context)
 
 
-def test_the_live_check_says_where_the_camera_points(capsys):
-    vehicle = Vehicle()
+@pytest.mark.parametrize("camera", [False, True])
+def test_the_live_check_says_where_the_camera_points(capsys, camera):
+    vehicle = Vehicle(camera)
     try:
         status = cli.main(["check", "--namespace", "d1", "--seconds", "4", "--json"])
     finally:
         vehicle.stop()
     out, err = capsys.readouterr()
     found = json.loads(out)
-    assert status == 0, out
     assert found["camera"]["distance_m"] == pytest.approx(17.3, abs=0.1)
     assert found["inputs"]["gimbal"]["problem"] == ""
-    assert found["inputs"]["camera_info"]["problem"] == "nobody publishes /d1/camera/camera_info"
+    missing = "" if camera else "nobody publishes /d1/camera/camera_info"
+    assert found["inputs"]["camera_info"]["problem"] == missing
     assert "17 m ahead, heading 90 deg, 30 deg below the horizon" in err
+    assert status == (0 if camera else 1), out  # no camera, no positions
 
 
 def test_the_doctor_finds_the_profile_of_a_live_vehicle(capsys):
