@@ -15,6 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from aerial_gnss_ros.core.events import Trouble
 from aerial_gnss_ros.core.joint_platform import PLATFORM
 
 Array = NDArray[np.float64]
@@ -129,7 +130,7 @@ class InnovationMonitor:
         fit = self.fit
         if not self._alarm and fit.sigmas > ALARM_SIGMAS:
             self._alarm = True
-            return _misfit(fit.ratio)
+            return Trouble(_misfit(fit.ratio))
         if self._alarm and fit.sigmas < CALM_SIGMAS and not math.isnan(fit.ratio):
             self._alarm = False
             return "Boxes lie where they are expected again, within the stated noise."
@@ -157,7 +158,7 @@ class InnovationMonitor:
             self._incredible[name] = _incredible(name, float(errors[i]), float(sigma[i]))
             if name not in self._told and news is None:
                 self._told.add(name)
-                news = self._incredible[name]
+                news = Trouble(self._incredible[name])
         return news
 
 
