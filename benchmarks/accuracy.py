@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import sys
 
-from flown import Record, arguments, flown, rms
+from flown import Record, columns, rms, write_table
 
 
 def row(cell: str, flights: list[Record]) -> list[str]:
@@ -31,24 +31,8 @@ def markdown(flights: dict[str, list[Record]]) -> str:
         "flight", "released code m", "paper m", "exact single m", "ours m", "bound m",
         "released / ours", "paper / ours", "single / ours", "ours / bound",
     ]  # fmt: skip
-    lines = [f"| {' | '.join(heads)} |", "|---" + "|---:" * (len(heads) - 1) + "|"]
-    lines += [f"| {' | '.join(row(cell, one))} |" for cell, one in flights.items()]
-    return "\n".join(lines) + "\n"
-
-
-def main() -> int:
-    """Fly all families and write the table."""
-    given = arguments(str(__doc__).splitlines()[0]).parse_args()
-    flights = flown(given)
-    if not all(flights.values()):
-        print("No seed has been flown in all of these families yet.", file=sys.stderr)
-        return 1
-    table = f"Seeds: {len(next(iter(flights.values())))}\n\n{markdown(flights)}"
-    print(table)
-    if given.markdown:
-        given.markdown.write_text(table, encoding="utf-8")
-    return 0
+    return columns(heads, [row(cell, one) for cell, one in flights.items()])
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(write_table(str(__doc__).splitlines()[0], markdown))

@@ -15,7 +15,7 @@ from __future__ import annotations
 import sys
 
 import numpy as np
-from flown import TIMES_S, Record, arguments, flown, rms
+from flown import TIMES_S, Record, columns, rms, write_table
 from scipy.stats import chi2
 
 
@@ -52,25 +52,9 @@ def markdown(flights: dict[str, list[Record]]) -> str:
         "flight", *(f"NEES {t:g} s (flights)" for t in TIMES_S), "all robots", "in band", "RMS m",
         "bound m", "RMS / bound", "published / bound", "extra names",
     ]  # fmt: skip
-    lines = [f"| {' | '.join(heads)} |", "|---" + "|---:" * (len(heads) - 1) + "|"]
-    for cell, one in flights.items():
-        lines.append(f"| {' | '.join(row(cell, one, len(TIMES_S) * len(flights)))} |")
-    return "\n".join(lines) + "\n"
-
-
-def main() -> int:
-    """Fly all families and write the table."""
-    given = arguments(str(__doc__).splitlines()[0]).parse_args()
-    flights = flown(given)
-    if not all(flights.values()):
-        print("No seed has been flown in all of these families yet.", file=sys.stderr)
-        return 1
-    table = f"Seeds: {len(next(iter(flights.values())))}\n\n{markdown(flights)}"
-    print(table)
-    if given.markdown:
-        given.markdown.write_text(table, encoding="utf-8")
-    return 0
+    tests = len(TIMES_S) * len(flights)
+    return columns(heads, [row(cell, one, tests) for cell, one in flights.items()])
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(write_table(str(__doc__).splitlines()[0], markdown))

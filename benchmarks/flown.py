@@ -14,7 +14,7 @@ import math
 import os
 import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 for _name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS"):
@@ -175,6 +175,32 @@ def flown(given: argparse.Namespace) -> dict[str, list[Record]]:
         seed for seed in range(given.seeds) if all((cell.words, seed) in done for cell in wanted)
     ]
     return {cell.words: [done[cell.words, seed] for seed in whole] for cell in wanted}
+
+
+def write_table(words: str, markdown: Callable[[dict[str, list[Record]]], str]) -> int:
+    """Fly as the command line says, print and keep the table; return the exit status.
+
+    Args:
+        words: what the program does, for its help.
+        markdown: makes the table of the flights by cell.
+    """
+    given = arguments(words).parse_args()
+    flights = flown(given)
+    if not all(flights.values()):
+        print("No seed has been flown in all of these families yet.", file=sys.stderr)
+        return 1
+    table = f"Seeds: {len(next(iter(flights.values())))}\n\n{markdown(flights)}"
+    print(table)
+    if given.markdown:
+        given.markdown.write_text(table, encoding="utf-8")
+    return 0
+
+
+def columns(heads: list[str], rows: list[list[str]]) -> str:
+    """Return a Markdown table whose first column is of words, the others of numbers."""
+    lines = [f"| {' | '.join(heads)} |", "|---" + "|---:" * (len(heads) - 1) + "|"]
+    lines += [f"| {' | '.join(row)} |" for row in rows]
+    return "\n".join(lines) + "\n"
 
 
 def _read(path: Path) -> Iterator[Record]:
