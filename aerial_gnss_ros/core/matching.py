@@ -90,9 +90,9 @@ class Matcher:
             far = alike & robots
             far[rows], far[:, columns] = False, False
             grown = allowed & tentative[:, None]
-            swerved = self._swerved(tracks, offsets, spread, far, grown)
-            rows = np.concatenate([rows, swerved[0]])
-            columns = np.concatenate([columns, swerved[1]])
+            more_rows, more_columns = self._swerved(tracks, offsets, spread, far, grown)
+            rows = np.concatenate([rows, more_rows])
+            columns = np.concatenate([columns, more_columns])
         allowed[:, columns] = False
         more_rows, more_columns = assign(
             squared, log_determinant, allowed & tentative[:, None], self._threshold
@@ -138,7 +138,7 @@ class Matcher:
         if not free.any():
             return np.zeros(0, np.intp), np.zeros(0, np.intp)
         speed = self._filter.motion.speed_sigma
-        squared, _ = mahalanobis(offsets, spread + (SWERVE_S * speed) ** 2 * np.eye(2))
+        squared, _ = mahalanobis(offsets, spread + swerved(speed))
         rows, columns = lone_pairs(free & (squared <= self._threshold))
         own = np.ones(len(rows), dtype=bool)
         for i, (row, column) in enumerate(zip(rows, columns, strict=True)):
@@ -165,6 +165,15 @@ class Matcher:
             )
         self.confused = confused
         return confused
+
+
+def swerved(speed: float) -> Array:
+    """Return by how much a swerve that nobody has noticed moves a robot, covariance (2, 2), m².
+
+    Args:
+        speed: one sigma of the change of velocity, each axis, m/s.
+    """
+    return (SWERVE_S * speed) ** 2 * np.eye(2)
 
 
 def kept(

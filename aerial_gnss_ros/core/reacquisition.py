@@ -101,17 +101,16 @@ class Reacquisition:
         )
         density, vague = np.zeros((2, *squared.shape))
         more = DOUBT_M**2 * np.eye(2)
+        unseen = [(stamp_ns - tracks[row].last_seen_ns) * 1e-9 for row in away]
         for i, row in enumerate(away):
-            since = (stamp_ns - tracks[row].last_seen_ns) * 1e-9
-            density[i] = self._density(tracks[row], since, offsets[i], spread[i])
-            vague[i] = self._density(tracks[row], since, offsets[i], spread[i] + more)
+            density[i] = self._density(tracks[row], unseen[i], offsets[i], spread[i])
+            vague[i] = self._density(tracks[row], unseen[i], offsets[i], spread[i] + more)
         each = newcomers / (VIEW * max(height, 1.0)) ** 2
         cost = -2.0 * np.log(np.maximum(density, 1e-300) / max(each, 1e-12))
         rows, columns = cheapest(cost, possible, np.zeros(len(away)))
         vague = np.where(possible, vague, 0.0)
         unclear = _waits(vague)
         waits = unclear.copy()
-        unseen = np.array([(stamp_ns - tracks[row].last_seen_ns) * 1e-9 for row in away])
         for column, row in enumerate(ready):
             waited = (stamp_ns - tracks[row].first_seen_ns) * 1e-9
             nearest = unseen[np.argmin(np.where(possible[:, column], squared[:, column], np.inf))]

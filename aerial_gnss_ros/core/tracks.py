@@ -35,7 +35,7 @@ from aerial_gnss_ros.core.joint import JointFilter
 from aerial_gnss_ros.core.joint_platform import named_errors
 from aerial_gnss_ros.core.local_map import LocalMap
 from aerial_gnss_ros.core.localize import WaterPoints
-from aerial_gnss_ros.core.matching import SWERVE_S, Matcher
+from aerial_gnss_ros.core.matching import SWERVE_S, Matcher, swerved
 from aerial_gnss_ros.core.measurements import Measurements, inside_any, measurements
 from aerial_gnss_ros.core.reacquisition import Reacquisition, twins
 from aerial_gnss_ros.core.track import Track
@@ -171,7 +171,8 @@ class Tracker:
         room = MAX_TENTATIVE - sum(track.state is State.TENTATIVE for track in self.tracks)
         used = seen.index[columns].tolist()
         begun: list[int] = []
-        left = [column for column in range(len(seen.index)) if column not in set(columns.tolist())]
+        taken = set(columns.tolist())
+        left = [column for column in range(len(seen.index)) if column not in taken]
         for column in sorted(left, key=lambda item: -frame.scores[seen.index[item]]):
             index = int(seen.index[column])
             if len(begun) < room and not inside_any(frame, index, used):
@@ -223,9 +224,7 @@ class Tracker:
         """Make one of tracks without names that are of one robot; return the rows that go."""
         if len(ready) < 2:
             return set()
-        offsets, spread = self.filter.apart(np.array(ready), np.array(ready))
-        spread += (SWERVE_S * self.filter.motion.speed_sigma) ** 2 * np.eye(2)
-        pairs = twins(self.tracks, ready, (offsets, spread), self._threshold)
+        pairs = twins(self.tracks, ready, self._apart(ready, ready), self._threshold)
         for new, old in pairs.items():
             self._merge(old, new)
             self.tracks[new].fold(self.tracks[old])
@@ -242,12 +241,15 @@ class Tracker:
         away = [row for row, track in enumerate(self.tracks) if track.robot_id]
         if not away:
             return {}, set()
-        offsets, spread = self.filter.apart(np.array(away), np.array(ready))
-        spread += (SWERVE_S * self.filter.motion.speed_sigma) ** 2 * np.eye(2)
         return self._reacquisition.pairs(
-            self.tracks, away, ready, (offsets, spread), stamp_ns, self._height,
+            self.tracks, away, ready, self._apart(away, ready), stamp_ns, self._height,
             self._identity.newcomers((stamp_ns - self._first_ns) * 1e-9),
         )  # fmt: skip
+
+    def _apart(self, old: list[int], new: list[int]) -> tuple[Array, Array]:
+        """Return offsets (n, m, 2) between tracks, which may have swerved, and covariances."""
+        offsets, spread = self.filter.apart(np.array(old), np.array(new))
+        return offsets, spread + swerved(self.filter.motion.speed_sigma)
 
     def _sighting(self, row: int) -> Sighting:
         track = self.tracks[row]
