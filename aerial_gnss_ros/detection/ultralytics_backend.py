@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 import gc
-import os
 import sys
 import time
 from pathlib import Path
@@ -15,6 +14,7 @@ import numpy as np
 from aerial_gnss_ros.core.errors import ConfigError, ModelError
 from aerial_gnss_ros.detection.base import Detections, Image, within_image
 from aerial_gnss_ros.detection.config import DetectorConfig
+from aerial_gnss_ros.detection.offline import forbid_network
 from aerial_gnss_ros.detection.onnx_model import check_file
 
 
@@ -112,9 +112,7 @@ class UltralyticsDetector:
 
 
 def _load(path: Path) -> Any:
-    # A robot has no network, and must not wait for one: read before ultralytics is imported.
-    os.environ.setdefault("YOLO_OFFLINE", "true")
-    os.environ.setdefault("YOLO_AUTOINSTALL", "false")
+    forbid_network()
     try:
         from ultralytics import YOLO
     except ImportError as error:

@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import os
 import shutil
 import tempfile
 from pathlib import Path
@@ -12,6 +11,7 @@ from typing import Any
 from aerial_gnss_ros.bags.partial import partial, refuse_existing
 from aerial_gnss_ros.core.errors import InputError, ModelError
 from aerial_gnss_ros.detection.network import first_line
+from aerial_gnss_ros.detection.offline import forbid_network
 
 # What ONNX Runtime 1.17 (early 2024, as on Ubuntu 24.04's Python 3.12) reads.
 OPSET = 17
@@ -35,8 +35,7 @@ def export(weights: Path, model: Path, size: tuple[int, int] | None = None) -> P
     if not weights.is_file():
         raise InputError(f"the weights {weights} do not exist.")
     refuse_existing(model)
-    os.environ.setdefault("YOLO_OFFLINE", "true")
-    os.environ.setdefault("YOLO_AUTOINSTALL", "false")
+    forbid_network()
     try:
         import onnx
         from ultralytics import YOLO

@@ -8,7 +8,6 @@ which weights are kept and passed on, and this makes it one that can be fine-tun
 from __future__ import annotations
 
 import ast
-import os
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Any
@@ -18,6 +17,7 @@ from numpy.typing import NDArray
 
 from aerial_gnss_ros.core.errors import InputError, ModelError
 from aerial_gnss_ros.detection.letterbox import Letterbox
+from aerial_gnss_ros.detection.offline import forbid_network
 from aerial_gnss_ros.training.labelled import ENDINGS, read_image
 
 _BATCH = 16
@@ -105,8 +105,7 @@ def _read(model: Path) -> tuple[dict[str, NDArray[np.float32]], dict[int, str]]:
 
 
 def _network(description: str, names: dict[int, str]) -> Any:
-    os.environ.setdefault("YOLO_OFFLINE", "true")
-    os.environ.setdefault("YOLO_AUTOINSTALL", "false")
+    forbid_network()
     try:
         from ultralytics.nn.tasks import DetectionModel
     except ImportError as error:

@@ -12,6 +12,7 @@ import tempfile
 from pathlib import Path
 
 from aerial_gnss_ros.core.errors import ModelError
+from aerial_gnss_ros.detection.offline import OFFLINE
 
 # Loggers of other makers that ultralytics starts by itself where they are installed.
 _LOGGERS = ("clearml", "comet", "dvc", "mlflow", "raytune", "tensorboard", "wandb")
@@ -48,8 +49,7 @@ def offline_environment(folder: Path) -> dict[str, str]:
     return {
         **os.environ,
         "YOLO_CONFIG_DIR": str(folder.resolve()),
-        "YOLO_OFFLINE": "true",
-        "YOLO_AUTOINSTALL": "false",
+        **OFFLINE,
         "MPLBACKEND": "Agg",
     }
 
