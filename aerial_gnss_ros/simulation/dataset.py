@@ -3,11 +3,9 @@
 
 from __future__ import annotations
 
-import argparse
 import csv
 import multiprocessing
 import shutil
-import sys
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -15,7 +13,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 
-from aerial_gnss_ros.core.errors import AerialGnssError, ConfigError, OutputError
+from aerial_gnss_ros.core.errors import ConfigError, OutputError
 from aerial_gnss_ros.simulation.labels import RobotLabel
 from aerial_gnss_ros.simulation.samples import DatasetConfig, labelled, sample_source
 
@@ -150,33 +148,3 @@ def _meta(label: RobotLabel, image: str, split: str) -> list[object]:
         *(round(e, 2) for e in edges), round(label.long_px, 2), round(label.short_px, 2),
         round(label.depth, 3), round(label.contrast, 4), round(label.visible, 3),
     ]  # fmt: skip
-
-
-def main(arguments: list[str] | None = None) -> int:
-    """`python -m aerial_gnss_ros.simulation.dataset OUT --count N --seed S`."""
-    parser = argparse.ArgumentParser(description="Makes labelled pictures of robots at sea.")
-    parser.add_argument("out", type=Path)
-    parser.add_argument("--count", type=int, default=1000, help="training pictures")
-    parser.add_argument("--val", type=int, default=0, help="validation pictures")
-    parser.add_argument("--test", type=int, default=0, help="whole 1280x720 test frames instead")
-    parser.add_argument("--size", type=int, default=320, help="side of a crop in px")
-    parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--processes", type=int, default=2)
-    args = parser.parse_args(arguments)
-    if args.test:
-        config = DatasetConfig(
-            {"test": args.test}, None, args.seed, 0.9, image=(1280, 720), prune=False
-        )
-    else:
-        counts = {"train": args.count, "val": args.val}
-        config = DatasetConfig(counts, (args.size, args.size), args.seed)
-    try:
-        generate(args.out, config, args.processes)
-    except AerialGnssError as error:
-        sys.stderr.write(f"{error}\n")
-        return 2
-    return 0
-
-
-if __name__ == "__main__":
-    sys.exit(main())
