@@ -13,21 +13,18 @@ from __future__ import annotations
 from bisect import bisect_left
 from collections import Counter
 from dataclasses import dataclass
-from pathlib import Path
 
-from aerial_gnss_ros.core import state_file
 from aerial_gnss_ros.core.camera import CameraModel
 from aerial_gnss_ros.core.clock import Clock
 from aerial_gnss_ros.core.config import EstimatorConfig
 from aerial_gnss_ros.core.depths import depth_input
-from aerial_gnss_ros.core.errors import OutputError
 from aerial_gnss_ros.core.events import Events
 from aerial_gnss_ros.core.identity import Identity
 from aerial_gnss_ros.core.inputs import Inputs, InputStatus, Lacking, Tally
 from aerial_gnss_ros.core.map_origin import MapOrigin
 from aerial_gnss_ros.core.pipeline import Pipeline
 from aerial_gnss_ros.core.rejection import Input, Reason
-from aerial_gnss_ros.core.saved_names import SavedNames
+from aerial_gnss_ros.core.state_file import NameKeeper
 from aerial_gnss_ros.core.summary import Health, RobotSummary, summary
 from aerial_gnss_ros.core.tracking import Tracking
 from aerial_gnss_ros.core.tracks import Tracker
@@ -43,8 +40,6 @@ from aerial_gnss_ros.core.values import (
 
 MAX_WAITING = 4096
 """Images that wait at most: 30 s at 130 Hz. Older ones are refused to keep memory bounded."""
-
-SAVE_EVERY_NS = 10_000_000_000
 
 CAMERA_INFO, DETECTIONS, WATER_LEVEL = "camera_info", "detections", "water_level"
 
@@ -88,9 +83,8 @@ class Estimator:
         self._config = config
         early_ns = round(max(0.0, -config.camera.latency_s) * 1e9)
         self._patience_ns = round(config.max_wait * 1e9) + early_ns
-        self._state_path = Path(config.state_file) if config.state_file else None
-        saved = state_file.load(self._state_path) if self._state_path else SavedNames()
-        self._identity = Identity(config, saved)
+        self._names = NameKeeper(config.state_file, self._log)
+        self._identity = Identity(config, self._names.load())
         self._inputs = Inputs(config)
         self._tallies: dict[str, Tally] = {
             name: Tally()
@@ -117,8 +111,6 @@ class Estimator:
         self._newest_image_ns: int | None = None
         self._estimates: tuple[RobotEstimate, ...] = ()
         self._platform: tuple[PlatformError, ...] = ()
-        self._saved_ids: set[str] = set()
-        self._saved_ns: int | None = None
 
     @property
     def events(self) -> list[str]:
@@ -233,7 +225,7 @@ class Estimator:
         """Return results for all images that still wait: nothing more comes (end of a bag)."""
         while self._waiting:
             self._finish_first()
-        self._save()
+        self._names.save(self._identity)
         return self._take_ready()
 
     def _add(self, source: Input, value: Orientation | Scalar) -> None:
@@ -264,7 +256,7 @@ class Estimator:
         self._platform = result.platform or self._platform
         self.counts.update(rejection.reason for rejection in result.rejections)
         self._ready.append(result)
-        self._save_when_due(frame.stamp_ns)
+        self._names.keep(result, self._identity)
         return True
 
     def _watch(self, source: str, stamp_ns: int) -> None:
@@ -278,7 +270,8 @@ class Estimator:
         self._pipeline.reset()
         self._identity.release()
         self._clock.begin(source, stamp_ns)
-        self._last_stamp_ns = self._newest_image_ns = self._saved_ns = None
+        self._names.begin_anew()
+        self._last_stamp_ns = self._newest_image_ns = None
         for tally in self._tallies.values():
             tally.last_stamp_ns = None
         self._estimates, self._platform = (), ()
@@ -287,21 +280,3 @@ class Estimator:
             f"Time went backward by {jump:.1f} s ({source}): telemetry and tracks are cleared, and "
             "robots get new names."
         )
-
-    def _save_when_due(self, stamp_ns: int) -> None:
-        if self._state_path is None:
-            return
-        ids = {estimate.robot_id for estimate in self._estimates}
-        due = self._saved_ns is None or stamp_ns - self._saved_ns >= SAVE_EVERY_NS
-        if ids - self._saved_ids or (ids and due):
-            self._saved_ids |= ids
-            self._saved_ns = stamp_ns
-            self._save()
-
-    def _save(self) -> None:
-        if self._state_path is None:
-            return
-        try:
-            state_file.save(self._state_path, self._identity.saved())
-        except OutputError as error:
-            self._log.add_once("state_file", str(error))

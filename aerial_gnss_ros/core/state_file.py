@@ -8,7 +8,60 @@ import os
 from pathlib import Path
 
 from aerial_gnss_ros.core.errors import ConfigError, OutputError
+from aerial_gnss_ros.core.events import Events
+from aerial_gnss_ros.core.identity import Identity
 from aerial_gnss_ros.core.saved_names import SavedNames, from_text, to_text
+from aerial_gnss_ros.core.values import FrameResult
+
+SAVE_EVERY_NS = 10_000_000_000
+
+
+class NameKeeper:
+    """Saves names when a robot is new, and now and then; a failure is told once.
+
+    Args:
+        path: of the file; empty: nothing is kept.
+        log: where a failure is told.
+    """
+
+    def __init__(self, path: str, log: Events) -> None:
+        self._path = Path(path) if path else None
+        self._log = log
+        self._saved_ids: set[str] = set()
+        self._saved_ns: int | None = None
+
+    def load(self) -> SavedNames:
+        """Return the names kept so far.
+
+        Raises:
+            ConfigError: the file is damaged or its folder is missing.
+        """
+        return load(self._path) if self._path else SavedNames()
+
+    def keep(self, result: FrameResult, identity: Identity) -> None:
+        """Save when the robots of a result make it due."""
+        if self._path is None:
+            return
+        stamp_ns = result.stamp_ns
+        ids = {estimate.robot_id for estimate in result.estimates}
+        due = self._saved_ns is None or stamp_ns - self._saved_ns >= SAVE_EVERY_NS
+        if ids - self._saved_ids or (ids and due):
+            self._saved_ids |= ids
+            self._saved_ns = stamp_ns
+            self.save(identity)
+
+    def save(self, identity: Identity) -> None:
+        """Save now."""
+        if self._path is None:
+            return
+        try:
+            save(self._path, identity.saved())
+        except OutputError as error:
+            self._log.add_once("state_file", str(error))
+
+    def begin_anew(self) -> None:
+        """Forget when it was saved last: the clock went backward."""
+        self._saved_ns = None
 
 
 def load(path: Path) -> SavedNames:
