@@ -72,6 +72,10 @@ def add_arguments(group: Any) -> None:
         help=f"beside the first (default {_USUAL.extra_robots:g})",
     )  # fmt: skip
     group.add_argument(
+        "--flotsam", type=float, metavar="MEAN",
+        help=f"further things, of random shape and colour (default {_USUAL.flotsam:g})",
+    )  # fmt: skip
+    group.add_argument(
         "--distractors", type=float, metavar="MEAN",
         help="buoys, birds, boats, swimmers, turtles, weed, rubbish in a picture "
         f"(default {_USUAL.distractors:g}); in a flight: so many in all (default 0)",
@@ -94,7 +98,7 @@ def refuse_options(args: argparse.Namespace) -> None:
     given = vars(args)
     for name in (
         "count", "val", "crop", "whole_frames", "renderer", "ranges", "samples", "processes",
-        "heights", "tilts", "lengths", "depths", "extra_robots",
+        "heights", "tilts", "lengths", "depths", "extra_robots", "flotsam",
     ):  # fmt: skip
         if given[name] is not None:
             raise ConfigError(f"{_option(name)} has a meaning only with --dataset.")
@@ -183,7 +187,7 @@ def _variety(args: argparse.Namespace) -> Variety:
         chosen[field] = span
         if option == "lengths":
             chosen["usual_long_px"] = span
-    for option in ("extra_robots", "distractors"):
+    for option in ("extra_robots", "distractors", "flotsam"):
         mean = getattr(args, option)
         if mean is None:
             continue

@@ -9,9 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aerial_gnss_ros.core.camera import CameraModel
+from aerial_gnss_ros.simulation.flotsam import KINDS, random_colour
 from aerial_gnss_ros.simulation.hexapod import LIVERIES, Paint, RobotState
 from aerial_gnss_ros.simulation.mesh import Mesh
-from aerial_gnss_ros.simulation.props import random_prop
+from aerial_gnss_ros.simulation.props import PROPS, Kinds, random_prop
 from aerial_gnss_ros.simulation.staging import Variety, random_view, water_point
 from aerial_gnss_ros.simulation.view import ViewPose, Window
 
@@ -61,7 +62,9 @@ def random_stage(
         room = (camera.width - size[0] + 1, camera.height - size[1] + 1)
         corner = rng.integers((0, 0), room)
         window = Window(int(corner[0]), int(corner[1]), *size)
-    props = _random_props(rng, camera, pose, window, robots, variety.distractors)
+    props = _random_props(rng, camera, pose, window, robots, variety.distractors, PROPS)
+    if variety.flotsam:  # asked first, so that seeds from before it was there give what they gave
+        props += _random_props(rng, camera, pose, window, robots, variety.flotsam, KINDS)
     return Stage(camera, pose, window, robots, props, view.height, view.tilt)
 
 
@@ -104,14 +107,9 @@ def _random_robots(
 
 
 def _random_paint(rng: np.random.Generator) -> Paint:
-    """Three colours, each grey or bright, as lacquer is: reflectances of 0.02 to 0.8."""
-    colours = []
-    for _ in range(3):
-        value, grey = rng.uniform(0.02, 0.8), rng.random() < 0.4
-        tint = np.ones(3) if grey else rng.uniform(0.03, 1.0, 3)
-        blue, green, red = np.clip(value * tint / tint.max(), 0.02, 0.8)
-        colours.append((float(blue), float(green), float(red)))
-    return colours[0], colours[1], colours[2]
+    """Three colours."""
+    one, two, three = (random_colour(rng).tolist() for _ in range(3))
+    return tuple(one), tuple(two), tuple(three)
 
 
 def _some(rng: np.random.Generator, mean: float) -> int:
@@ -133,6 +131,7 @@ def _random_props(
     window: Window,
     robots: list[RobotState],
     mean: float,
+    kinds: Kinds,
 ) -> list[Mesh]:
     props = []
     for _ in range(_some(rng, mean)):
@@ -141,7 +140,7 @@ def _random_props(
         place = water_point(camera, pose, rng.uniform(low, high))
         if place is None:
             continue
-        prop = random_prop(rng, float(place[0]), float(place[1]))
+        prop = random_prop(rng, float(place[0]), float(place[1]), kinds)
         reach = float(np.hypot(*(prop.vertices[:, :2] - place).T).max())
         if all(np.hypot(r.east - place[0], r.north - place[1]) > reach + 0.35 for r in robots):
             props.append(prop)

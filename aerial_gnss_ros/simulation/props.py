@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 
 import numpy as np
 from numpy.typing import NDArray
@@ -200,7 +200,9 @@ def _limb(root: Array, end: Array, half_width: float, colour: Array) -> Mesh:
     return sheet(corners, [(0, 1, 2), (0, 2, 3)], colour, two_sided=True)
 
 
-PROPS: dict[str, Callable[[np.random.Generator], Mesh]] = {
+Kinds = Mapping[str, Callable[[np.random.Generator], Mesh]]
+
+PROPS: Kinds = {
     "buoy": buoy,
     "bird": bird,
     "weed": weed,
@@ -211,10 +213,10 @@ PROPS: dict[str, Callable[[np.random.Generator], Mesh]] = {
 }
 
 
-def random_prop(rng: np.random.Generator, east: float, north: float) -> Mesh:
+def random_prop(rng: np.random.Generator, east: float, north: float, kinds: Kinds = PROPS) -> Mesh:
     """One thing of a random kind at a place of the surface, turned at random."""
-    names = sorted(PROPS)
-    mesh = PROPS[names[int(rng.integers(len(names)))]](rng)
+    names = sorted(kinds)
+    mesh = kinds[names[int(rng.integers(len(names)))]](rng)
     yaw = rng.uniform(-np.pi, np.pi)
     c, s = np.cos(yaw), np.sin(yaw)
     turn = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])

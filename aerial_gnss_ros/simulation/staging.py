@@ -36,6 +36,7 @@ class Variety:
         extra_robots: how many more there are beside the first, on average.
         painted: share of the robots that are of no livery but of colours drawn at random.
         distractors: how many other things there are, on average.
+        flotsam: how many more things of random shape and colour, on average.
     """
 
     height_m: tuple[float, float] = (5.0, 60.0)
@@ -47,6 +48,7 @@ class Variety:
     extra_robots: float = 1.6
     painted: float = 0.3
     distractors: float = 1.0
+    flotsam: float = 0.0
 
 
 @dataclass(frozen=True)

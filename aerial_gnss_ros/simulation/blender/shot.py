@@ -12,8 +12,9 @@ from aerial_gnss_ros.core.camera import CameraModel
 from aerial_gnss_ros.simulation.blender.hexapod import Robot, random_build, random_flippers
 from aerial_gnss_ros.simulation.blender.props import HARBOUR
 from aerial_gnss_ros.simulation.blender.ranges import Ranges, Span
+from aerial_gnss_ros.simulation.flotsam import KINDS
 from aerial_gnss_ros.simulation.mesh import Mesh
-from aerial_gnss_ros.simulation.props import PROPS
+from aerial_gnss_ros.simulation.props import PROPS, Kinds
 from aerial_gnss_ros.simulation.scene import WATERS, Colour, Scene, random_scene
 from aerial_gnss_ros.simulation.staging import FOCAL_PX, Variety, View, random_view, water_point
 
@@ -88,7 +89,10 @@ def random_shot(
     view = replace(view, pose=replace(view.pose, position=np.array([0.0, 0.0, view.height])))
     scene, sea = _random_light(rng, ranges)
     robots = _random_robots(rng, ranges, view, variety) if rng.random() < occupied else ()
-    props = _random_props(rng, ranges, view, robots, variety.distractors)
+    kinds = PROPS if ranges.props == "floating" else HARBOUR
+    props = _random_props(rng, kinds, view, robots, variety.distractors)
+    if variety.flotsam:
+        props += _random_props(rng, KINDS, view, robots, variety.flotsam)
     return Shot(view, scene, sea, robots, props)
 
 
@@ -189,9 +193,8 @@ def _in_window(rng: np.random.Generator, view: View) -> Array | None:
 
 
 def _random_props(
-    rng: np.random.Generator, ranges: Ranges, view: View, robots: tuple[Robot, ...], mean: float
+    rng: np.random.Generator, kinds: Kinds, view: View, robots: tuple[Robot, ...], mean: float
 ) -> tuple[Prop, ...]:
-    kinds = PROPS if ranges.props == "floating" else HARBOUR
     props = []
     for _ in range(_count(rng, mean)):
         place = _in_window(rng, view)
