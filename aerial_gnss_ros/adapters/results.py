@@ -76,8 +76,21 @@ class OutgoingMessage:
     fields: dict[str, Any]
 
 
+MARKERS = ("robots/markers", "visualization_msgs/msg/MarkerArray")
+
+
 def result_messages(result: FrameResult) -> list[OutgoingMessage]:
     """Return everything that the estimator publishes for one image, in a fixed order."""
+    return [*position_messages(result), markers(result)]
+
+
+def markers(result: FrameResult) -> OutgoingMessage:
+    """Return the picture of all robots."""
+    return OutgoingMessage(*MARKERS, marker_array(result, MAP_FRAME))
+
+
+def position_messages(result: FrameResult) -> list[OutgoingMessage]:
+    """Return the datum and each robot's position, in a fixed order."""
     messages = []
     if result.datum is not None:
         messages.append(map_datum(result.stamp_ns, result.datum))
@@ -94,10 +107,6 @@ def result_messages(result: FrameResult) -> list[OutgoingMessage]:
                 f"{base}/odom", "nav_msgs/msg/Odometry", odometry(estimate, result.datum)
             ),
         ]
-    markers = marker_array(result, MAP_FRAME)
-    messages.append(
-        OutgoingMessage("robots/markers", "visualization_msgs/msg/MarkerArray", markers)
-    )
     return messages
 
 

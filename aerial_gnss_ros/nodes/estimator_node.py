@@ -10,7 +10,7 @@ from typing import Any
 from rclpy.publisher import Publisher
 
 from aerial_gnss_ros.adapters.feed import Feed, Subscription
-from aerial_gnss_ros.adapters.results import OutgoingMessage, result_messages
+from aerial_gnss_ros.adapters.results import MARKERS, OutgoingMessage, position_messages
 from aerial_gnss_ros.adapters.stamps import nanoseconds
 from aerial_gnss_ros.adapters.versions import newest_version
 from aerial_gnss_ros.core.config import EstimatorConfig, estimator_config
@@ -23,6 +23,7 @@ from aerial_gnss_ros.nodes import qos
 from aerial_gnss_ros.nodes.arrivals import SECOND_NS
 from aerial_gnss_ros.nodes.diagnostics import ERROR, OK, STALE, WARN, Status
 from aerial_gnss_ros.nodes.inputs import ALWAYS, ONCE, OPTIONAL, Input
+from aerial_gnss_ros.nodes.on_demand import LOOK_S, Picture
 from aerial_gnss_ros.nodes.ros_messages import message
 from aerial_gnss_ros.nodes.schemas import ESTIMATOR
 from aerial_gnss_ros.nodes.supervised import Given, SupervisedNode
@@ -52,6 +53,7 @@ class EstimatorNode(SupervisedNode):
         self._estimator = Estimator(self._config)
         self._feed = Feed(self._config, self._estimator, self.warn_seldom)
         self._results: dict[str, Publisher] = {}
+        self._picture = Picture(self.announce(*MARKERS, qos.latched()))
         self.timings = Timings()
         self._waits = Waits()
         self._images = 0
@@ -62,6 +64,7 @@ class EstimatorNode(SupervisedNode):
             self.every(1.0, self._follow_versions)
         self.follow(estimator_config, self._set_config)
         self.every(ADVANCE_S, self._advance)
+        self.every(LOOK_S, self._picture.look)
         self.get_logger().info(self._start_message())
 
     def destroy_node(self) -> None:
@@ -122,8 +125,9 @@ class EstimatorNode(SupervisedNode):
     def _publish(self, result: FrameResult) -> None:
         self._images += 1
         started = time.perf_counter()
-        for outgoing in result_messages(result):
+        for outgoing in position_messages(result):
             self._publisher(outgoing).publish(message(outgoing.msgtype, outgoing.fields))
+        self._picture.show(result)
         self.timings.add({**result.timings_ms, "publish": (time.perf_counter() - started) * 1e3})
 
     def _publisher(self, outgoing: OutgoingMessage) -> Publisher:

@@ -12,7 +12,8 @@ rclpy = pytest.importorskip("rclpy", reason="ROS 2 is not installed")
 from diagnostic_msgs.msg import DiagnosticArray  # noqa: E402
 from rclpy.qos import DurabilityPolicy, QoSProfile  # noqa: E402
 
-from aerial_gnss_ros.nodes import qos  # noqa: E402
+from aerial_gnss_ros.adapters.results import markers  # noqa: E402
+from aerial_gnss_ros.nodes import on_demand, qos  # noqa: E402
 from aerial_gnss_ros.nodes.diagnostics import ERROR, OK, STALE  # noqa: E402
 from aerial_gnss_ros.nodes.estimator_node import EstimatorNode  # noqa: E402
 from aerial_gnss_ros.nodes.ros_messages import message, message_class  # noqa: E402
@@ -109,6 +110,27 @@ def test_a_late_subscriber_gets_the_last_position_at_once(ros):
     assert datum[0].pose.position.latitude == pytest.approx(13.0)
     assert [marker.ns for marker in markers[0].markers][1] == "aqua_1"
     assert not default  # who does not ask for it does not get it
+
+
+def test_the_picture_is_made_for_whoever_listens_and_for_nobody_else(ros, monkeypatch):
+    made = []
+    monkeypatch.setattr(
+        on_demand, "markers", lambda result: made.append(result.stamp_ns) or markers(result)
+    )
+    node = ros.add(EstimatorNode())
+    drone = Drone(ros)
+    drone.fly()
+    ros.spin_until(lambda: node._images == 6)
+    assert not made
+    viewer = "visualization_msgs/msg/MarkerArray"
+    first = listen(ros, viewer, "/robots/markers", 10)  # RViz asks for a volatile one
+    ros.spin_until(lambda: first)
+    assert len(made) == 1
+    drone.fly(3)
+    ros.spin_until(lambda: node._images == 9 and len(first) == 4)
+    second = listen(ros, viewer, "/robots/markers", latched())
+    ros.spin_until(lambda: second)
+    assert nanoseconds(second[0].markers[0].header.stamp) == made[-1]
 
 
 def test_namespace_remapping_and_own_topics(ros, tmp_path):
