@@ -38,6 +38,9 @@ class Network:
         run: to the list of outputs, which are read before the next run.
         size: of the input.
         metadata: what the model says of itself.
+        trial: width and height of the black image that the model is tried with, px, where its
+            size is free; large enough for the 300 boxes of an end-to-end head: 84 of them look like
+            80 classes.
         close: gives the device's memory back.
     """
 
@@ -47,6 +50,7 @@ class Network:
     run: Callable[[Any], list[NDArray[Any]]]
     size: InputSize
     metadata: Mapping[str, str]
+    trial: tuple[int, int] = (5 * STRIDE, 5 * STRIDE)
     close: Callable[[], None] = lambda: None
 
 
@@ -139,8 +143,7 @@ class NetworkDetector:
 
 def _try(network: Network) -> tuple[int, ...]:
     """Run once on black: tells the output's true shape, and makes the first image as fast."""
-    # Large enough for the 300 boxes of an end-to-end head: 84 of them look like 80 classes.
-    width, height = network.size.fixed or (5 * STRIDE, 5 * STRIDE)
+    width, height = network.size.fixed or network.trial
     try:
         outputs = network.run(network.prepare(np.zeros((height, width, 3), np.uint8)))
     except Exception as error:  # the runtimes have no common error

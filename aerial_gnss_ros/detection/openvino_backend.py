@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -12,11 +11,15 @@ from numpy.typing import NDArray
 
 from aerial_gnss_ros.core.errors import ConfigError, ModelError
 from aerial_gnss_ros.detection.base import Image
+from aerial_gnss_ros.detection.compiled_sizes import CompiledSizes
 from aerial_gnss_ros.detection.config import DetectorConfig
+from aerial_gnss_ros.detection.letterbox import Letterbox
 from aerial_gnss_ros.detection.network import Network, NetworkDetector
-from aerial_gnss_ros.detection.onnx_model import check_file, input_size
+from aerial_gnss_ros.detection.onnx_model import InputSize, check_file, input_size
+from aerial_gnss_ros.detection.search import ROI
 
 _WORDS = {"f32": "32 bits", "bf16": "bfloat16"}
+_USUAL = (1280, 720)  # what cameras on drones mostly send, or what is made of it
 
 
 def load(path: Path, config: DetectorConfig) -> NetworkDetector:
@@ -31,7 +34,8 @@ def load(path: Path, config: DetectorConfig) -> NetworkDetector:
         ModelError: missing, not a model, or a model with another input or output.
     """
     check_file(path)
-    model = _read(path)
+    core = _core()
+    model = _read(core, path)
     if len(model.inputs) != 1:
         raise ModelError(f"{path} has {len(model.inputs)} inputs; a detection model has one.")
     sides = model.inputs[0].partial_shape
@@ -42,18 +46,26 @@ def load(path: Path, config: DetectorConfig) -> NetworkDetector:
             f"{path} is in 8 bits for TensorRT, signed, which OpenVINO computes wrongly; use it on "
             "onnxruntime, or export it with --runtime openvino."
         )
-    precision = _precision(config.precision)
-    requests = _Requests(_with_preparation(model), path, config.threads, precision)
+    precision = _precision(core, config.precision)
     words = _WORDS[precision]
     if metadata.get("precision") == "int8":
         words = f"8 bits, the rest in {words}"
+    trial = _trial(config, size)
+    requests = CompiledSizes(
+        lambda made: _compile(core, made, path, config.threads, precision),
+        _with_preparation(model),
+        (1, trial[1], trial[0], 3),
+        others=config.search.mode == ROI,
+    )
     network = Network(
         path=path,
         runtime=f"OpenVINO, processor, {words}",
         prepare=_as_batch,
-        run=requests.run,
+        run=lambda values: _run(requests[values.shape], values),
         size=size,
         metadata=metadata,
+        trial=trial,
+        close=requests.close,
     )
     return NetworkDetector(network, config)
 
@@ -62,44 +74,20 @@ def _as_batch(image: Image) -> Image:
     return np.ascontiguousarray(image)[None]
 
 
-class _Requests:
-    """Runs a model; sizes of images that come again get a model compiled for just them.
-
-    That is a quarter faster than a model for any size, which matters most for the small windows of
-    `search.mode` roi. Compiling takes a quarter of a second, once for each size.
-
-    Raises:
-        ModelError: the model cannot be compiled.
-    """
-
-    _MOST = 12  # sizes; each takes some 20 MB
-
-    def __init__(self, model: Any, path: Path, threads: int, precision: str) -> None:
-        self._compile: Callable[[Any], Any] = lambda made: _compile(made, path, threads, precision)
-        self._model = model
-        self._any = self._compile(model)
-        self._free = model.inputs[0].partial_shape.is_dynamic
-        self._seen: set[tuple[int, ...]] = set()
-        self._own: dict[tuple[int, ...], Any] = {}
-
-    def run(self, values: Image) -> list[NDArray[Any]]:
-        """Return the outputs for a batch of one image."""
-        request = self._request(values.shape)
-        return list(request.infer({0: values}, share_inputs=True, share_outputs=True).to_tuple())
-
-    def _request(self, shape: tuple[int, ...]) -> Any:
-        if shape in self._own:
-            return self._own[shape]
-        if not self._free or shape not in self._seen or len(self._own) >= self._MOST:
-            self._seen.add(shape)
-            return self._any
-        fitted = self._model.clone()
-        fitted.reshape(list(shape))
-        self._own[shape] = self._compile(fitted)
-        return self._own[shape]
+def _run(request: Any, values: Image) -> list[NDArray[Any]]:
+    """Return the outputs for a batch of one image."""
+    return list(request.infer({0: values}, share_inputs=True, share_outputs=True).to_tuple())
 
 
-def _read(path: Path) -> Any:
+def _trial(config: DetectorConfig, size: InputSize) -> tuple[int, int]:
+    """Return the input's width and height for the images that cameras mostly make."""
+    if size.fixed:
+        return size.fixed
+    longest = min(config.image_size, _USUAL[0])
+    return Letterbox.flexible(_USUAL, longest).network
+
+
+def _core() -> Any:
     try:
         import openvino
     except ImportError as error:
@@ -107,12 +95,16 @@ def _read(path: Path) -> Any:
             "OpenVINO is not installed; install it with `pip install openvino`, or choose the "
             "backend onnxruntime."
         ) from error
+    return openvino.Core()
+
+
+def _read(core: Any, path: Path) -> Any:
     try:
-        return openvino.Core().read_model(path)
+        return core.read_model(path)
     except RuntimeError as error:
-        raise ModelError(
-            f"{path} is not a model that OpenVINO {openvino.__version__} can read."
-        ) from error
+        from openvino import __version__
+
+        raise ModelError(f"{path} is not a model that OpenVINO {__version__} can read.") from error
 
 
 def _with_preparation(model: Any) -> Any:
@@ -133,15 +125,13 @@ def _with_preparation(model: Any) -> Any:
     return preparation.build()
 
 
-def _precision(asked: str) -> str:
+def _precision(core: Any, asked: str) -> str:
     """Return f32 or bf16.
 
     Raises:
         ConfigError: bf16 on a processor without it, where it would be slower than f32.
     """
-    import openvino
-
-    able = "BF16" in openvino.Core().get_property("CPU", "OPTIMIZATION_CAPABILITIES")
+    able = "BF16" in core.get_property("CPU", "OPTIMIZATION_CAPABILITIES")
     if asked == "bf16" and not able:
         raise ConfigError(
             "this processor has no bf16 (AVX512-BF16 or AMX); set precision to f32 or auto."
@@ -149,17 +139,17 @@ def _precision(asked: str) -> str:
     return "bf16" if able and asked != "f32" else "f32"
 
 
-def _compile(model: Any, path: Path, threads: int, precision: str) -> Any:
-    import openvino
-
+def _compile(core: Any, model: Any, path: Path, threads: int, precision: str) -> Any:
     options: dict[str, Any] = {
         "INFERENCE_PRECISION_HINT": precision,
         "PERFORMANCE_HINT": "LATENCY",
+        # Bound to a core, a thread waits for whatever else runs on it, such as ROS.
+        "ENABLE_CPU_PINNING": False,
     }
     if threads:
         options["INFERENCE_NUM_THREADS"] = threads
     try:
-        compiled = openvino.Core().compile_model(model, "CPU", options)
+        compiled = core.compile_model(model, "CPU", options)
         return compiled.create_infer_request()
     except RuntimeError as error:
         raise ModelError(f"{path} cannot be compiled by OpenVINO for this processor.") from error

@@ -22,6 +22,7 @@ from aerial_gnss_ros.nodes import qos
 from aerial_gnss_ros.nodes.diagnostics import OK, STALE, WARN, Status
 from aerial_gnss_ros.nodes.inputs import OPTIONAL, Input
 from aerial_gnss_ros.nodes.lifecycle import Managed
+from aerial_gnss_ros.nodes.memory import give_freed_memory_back
 from aerial_gnss_ros.nodes.newest import Newest
 from aerial_gnss_ros.nodes.ros_messages import message
 from aerial_gnss_ros.nodes.schemas import DETECTOR
@@ -112,6 +113,7 @@ class DetectorNode(Managed, SupervisedNode):
             close()
         del detector, close
         gc.collect()
+        give_freed_memory_back()
 
     def _subscribe(self) -> None:
         config = self._config

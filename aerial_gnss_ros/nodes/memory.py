@@ -1,10 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Keeps freed memory of the size of images in the process."""
+"""What the C library does with memory that is freed: keeps that of images, or gives it back."""
 
 from __future__ import annotations
 
 import ctypes
 import sys
+from typing import Any
 
 _M_TRIM_THRESHOLD, _M_MMAP_THRESHOLD = -1, -3  # <malloc.h>
 _LARGEST = 32 << 20  # what glibc allows at most on 64-bit machines
@@ -21,10 +22,27 @@ def keep_freed_memory() -> bool:
     Returns:
         False where the C library is another one than glibc: nothing is changed.
     """
-    if not sys.platform.startswith("linux"):
-        return False
-    try:
-        mallopt = ctypes.CDLL(None).mallopt
-    except (OSError, AttributeError):
+    mallopt = _of_glibc("mallopt")
+    if mallopt is None:
         return False
     return bool(mallopt(_M_MMAP_THRESHOLD, _LARGEST)) and bool(mallopt(_M_TRIM_THRESHOLD, _KEPT))
+
+
+def give_freed_memory_back() -> None:
+    """Give the system all that is freed and kept, where the C library is glibc: not for each image.
+
+    What many threads have used and freed, such as those that compile a network, is not given back
+    otherwise.
+    """
+    trim = _of_glibc("malloc_trim")
+    if trim is not None:
+        trim(0)
+
+
+def _of_glibc(name: str) -> Any:
+    if not sys.platform.startswith("linux"):
+        return None
+    try:
+        return getattr(ctypes.CDLL(None), name)
+    except (OSError, AttributeError):
+        return None
