@@ -10,6 +10,7 @@ clockwise. In FLU a camera that looks straight down has pitch +90 deg.
 from __future__ import annotations
 
 import math
+import operator
 from typing import Any
 
 import numpy as np
@@ -70,21 +71,24 @@ def matrix_from_quaternion(quaternion: ArrayLike) -> Array:
     They are normalised first; a zero quaternion gives NaN.
     """
     q = np.asarray(quaternion, dtype=np.float64)
-    x, y, z, w = (q[..., i] for i in range(4))
-    norm = x * x + y * y + z * z + w * w
+    if q.ndim == 1:  # in plain numbers, ten times as fast
+        x, y, z, w = q.tolist()
+        norm = x * x + y * y + z * z + w * w
+        return np.array(_rotation(x, y, z, w, 2.0 / norm if norm > 0.0 else math.nan))
+    norm = np.sum(q * q, axis=-1)
     with np.errstate(divide="ignore", invalid="ignore"):
         s = 2.0 / np.where(norm > 0.0, norm, np.nan)
-    matrix = np.empty((*q.shape[:-1], 3, 3))
-    matrix[..., 0, 0] = 1.0 - s * (y * y + z * z)
-    matrix[..., 0, 1] = s * (x * y - z * w)
-    matrix[..., 0, 2] = s * (x * z + y * w)
-    matrix[..., 1, 0] = s * (x * y + z * w)
-    matrix[..., 1, 1] = 1.0 - s * (x * x + z * z)
-    matrix[..., 1, 2] = s * (y * z - x * w)
-    matrix[..., 2, 0] = s * (x * z - y * w)
-    matrix[..., 2, 1] = s * (y * z + x * w)
-    matrix[..., 2, 2] = 1.0 - s * (x * x + y * y)
-    return matrix
+    rows = _rotation(*np.moveaxis(q, -1, 0), s)
+    return np.ascontiguousarray(np.moveaxis(np.array(rows), (0, 1), (-2, -1)))
+
+
+def _rotation(x: Any, y: Any, z: Any, w: Any, s: Any) -> list[list[Any]]:
+    """Return a rotation's rows of a quaternion, numbers or arrays; `s` is 2 by its square."""
+    return [
+        [1.0 - s * (y * y + z * z), s * (x * y - z * w), s * (x * z + y * w)],
+        [s * (x * y + z * w), 1.0 - s * (x * x + z * z), s * (y * z - x * w)],
+        [s * (x * z - y * w), s * (y * z + x * w), 1.0 - s * (x * x + y * y)],
+    ]
 
 
 def quaternion_product(a: ArrayLike, b: ArrayLike) -> Array:
@@ -216,16 +220,29 @@ def slerp(q0: ArrayLike, q1: ArrayLike, t: ArrayLike) -> Array:
     Returns:
         (..., 4) unit quaternions; exactly q0 (normalised) at 0.
     """
-    a = np.asarray(q0, dtype=np.float64)
-    b = np.asarray(q1, dtype=np.float64)
-    fraction = np.asarray(t, dtype=np.float64)[..., None]
-    dot = np.sum(a * b, axis=-1, keepdims=True)
-    b = np.where(dot < 0.0, -b, b)
-    angle = np.arccos(np.clip(np.abs(dot), 0.0, 1.0))
-    small = angle < 1e-6
-    sine = np.where(small, 1.0, np.sin(angle))
-    wa = np.where(small, 1.0 - fraction, np.sin((1.0 - fraction) * angle) / sine)
-    wb = np.where(small, fraction, np.sin(fraction * angle) / sine)
-    q = wa * a + wb * b
-    unit: Array = q / np.linalg.norm(q, axis=-1, keepdims=True)
-    return unit
+    a, b = np.asarray(q0, dtype=np.float64), np.asarray(q1, dtype=np.float64)
+    fraction = np.asarray(t, dtype=np.float64)
+    if a.ndim == b.ndim == 1 and not fraction.ndim:
+        return np.array(_between(a.tolist(), b.tolist(), float(fraction)))
+    shape = np.broadcast_shapes(a.shape, b.shape, (*fraction.shape, 4))
+    rows = zip(
+        np.broadcast_to(a, shape).reshape(-1, 4).tolist(),
+        np.broadcast_to(b, shape).reshape(-1, 4).tolist(),
+        np.broadcast_to(fraction, shape[:-1]).ravel().tolist(),
+        strict=True,
+    )
+    return np.array([_between(*row) for row in rows]).reshape(shape)
+
+
+def _between(a: list[float], b: list[float], t: float) -> list[float]:
+    """Return the unit quaternion at `t` between two."""
+    dot = sum(map(operator.mul, a, b))
+    angle = math.acos(min(abs(dot), 1.0))
+    wa, wb = 1.0 - t, t
+    if angle >= 1e-6:
+        sine = math.sin(angle)
+        wa, wb = math.sin(wa * angle) / sine, math.sin(wb * angle) / sine
+    wb = -wb if dot < 0.0 else wb
+    mixed = [wa * one + wb * other for one, other in zip(a, b, strict=True)]
+    length = math.hypot(*mixed) or math.nan
+    return [part / length for part in mixed]

@@ -11,7 +11,8 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg.lapack import dpotrf, dtrtrs
+from scipy.linalg.blas import dtrsm
+from scipy.linalg.lapack import dpotrf
 
 from aerial_gnss_ros.core.joint_geometry import pose_jacobian, water_points
 from aerial_gnss_ros.core.joint_platform import COUNT, PlatformModel
@@ -114,7 +115,7 @@ def correct(
     # No box is farther off by itself than all of them are together.
     if squared > HUBER**2 and _soften(spread, residual, model.pixel):
         root, white = _whitened(spread, residual)
-    gain, _ = dtrtrs(root, by_state, lower=1)
+    gain = _solved(root, by_state)
     joint.mean = before + white @ gain
     _iterate(joint, before, slots, pixels, sight, linear, root, gain)
     joint.covariance -= gain.T @ gain
@@ -131,8 +132,17 @@ def _whitened(spread: Array, residual: Array) -> tuple[Array, Array]:
     root, failed = dpotrf(spread, lower=1)
     if failed:
         raise np.linalg.LinAlgError("the innovation's covariance is not positive definite")
-    white, _ = dtrtrs(root, residual.reshape(-1, 1), lower=1)
-    return root, white[:, 0]
+    return root, _solved(root, residual.reshape(-1, 1))[:, 0]
+
+
+def _solved(root: Array, right: Array) -> Array:
+    """Return the solution of root @ x = right, the root lower.
+
+    LAPACK's trtrs would do, but OpenBLAS wakes its threads for it whatever the size, and on a busy
+    machine they wait for one another for 50 ms.
+    """
+    solution: Array = dtrsm(1.0, root, right, lower=1)
+    return solution
 
 
 def _iterate(
@@ -161,8 +171,7 @@ def _iterate(
         step = joint.mean - before
         told = linear.by_platform @ step[:COUNT] + (linear.by_place @ moved[:, :, None])[:, :, 0]
         residual = pixels - now.pixels + told
-        white, _ = dtrtrs(root, residual.reshape(-1, 1), lower=1)
-        joint.mean = before + white[:, 0] @ gain
+        joint.mean = before + _solved(root, residual.reshape(-1, 1))[:, 0] @ gain
 
 
 def _times_covariance(joint: Joint, slots: Indices, linear: Linear) -> Array:
