@@ -26,7 +26,7 @@ from aerial_gnss_ros.calibration.recording import Sighting
 from aerial_gnss_ros.core.camera import CameraModel
 from aerial_gnss_ros.core.frames import FLU_FROM_OPTICAL, skew
 from aerial_gnss_ros.core.gimbal import error_axes
-from aerial_gnss_ros.core.joint_geometry import water_points
+from aerial_gnss_ros.core.local_map import water_points
 
 Array = NDArray[np.float64]
 

@@ -32,6 +32,7 @@ Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
 _BEHIND = 1e-9
+_LEVEL = np.eye(3, 2)
 
 
 @dataclass(frozen=True, eq=False)
@@ -166,6 +167,21 @@ class CameraModel:
         return BrownConrady(np.concatenate([self.D, np.zeros(8 - self.D.size)]))
 
     @cached_property
+    def _size(self) -> Array:
+        """(2,) width and height, px."""
+        return np.array([self.width, self.height], dtype=np.float64)
+
+    @cached_property
+    def _middle(self) -> Array:
+        """(2,) the principal point, px."""
+        return self.K[:2, 2].copy()
+
+    @cached_property
+    def _focal(self) -> Array:
+        """(2, 2) pixels from the normalised plane."""
+        return self.K[:2, :2].copy()
+
+    @cached_property
     def _inverse(self) -> Array:
         """(2, 2) normalised plane from pixels."""
         return np.asarray(np.linalg.inv(self.K[:2, :2]), dtype=np.float64)
@@ -176,8 +192,8 @@ class CameraModel:
 
     def inside(self, pixels: Array) -> Mask:
         """Return whether pixels (n, 2) lie on the image (to its outer edges), (n,)."""
-        u, v = pixels[:, 0], pixels[:, 1]
-        on: Mask = (u >= -0.5) & (v >= -0.5) & (u <= self.width) & (v <= self.height)
+        within = (pixels >= -0.5) & (pixels <= self._size)
+        on: Mask = within[:, 0] & within[:, 1]
         return on
 
     def rays(self, pixels: ArrayLike) -> tuple[Array, Mask]:
@@ -198,8 +214,8 @@ class CameraModel:
         given = np.asarray(pixels, dtype=np.float64).reshape(-1, 2)
         valid = self.inside(given)
         # What is not on the image is computed at its middle, so that nothing overflows.
-        usable = given if valid.all() else np.where(valid[:, None], given, self.K[:2, 2])
-        plane = (usable - self.K[:2, 2]) @ self._inverse.T
+        usable = given if valid.all() else np.where(valid[:, None], given, self._middle)
+        plane = (usable - self._middle) @ self._inverse.T
         lens = self._lens
         if isinstance(lens, Equidistant):
             rays, by_plane, on_lens = _fisheye_rays(lens, plane)
@@ -224,7 +240,7 @@ class CameraModel:
             plane, seen = _fisheye_plane(lens, given)
         else:
             plane, seen = _pinhole_plane(lens, given)
-        pixels = plane @ self.K[:2, :2].T + self.K[:2, 2]
+        pixels = plane @ self._focal.T + self._middle
         pixels[~seen] = np.nan
         return pixels, seen & self.inside(pixels)
 
@@ -236,29 +252,21 @@ class CameraModel:
         given = np.asarray(points, dtype=np.float64).reshape(-1, 3)
         given = given @ self.R.T if self._turned else given
         plane, by_point, seen = plane_with_jacobian(self._lens, given)
-        matrix = self.K[:2, :2]
+        matrix = self._focal
         by_point = matrix @ by_point @ self.R if self._turned else matrix @ by_point
-        return plane @ matrix.T + self.K[:2, 2], by_point, seen
+        return plane @ matrix.T + self._middle, by_point, seen
 
 
 def _pinhole_rays(lens: BrownConrady | None, plane: Array) -> tuple[Array, Array, Mask]:
     valid: Mask = np.ones(len(plane), dtype=np.bool_)
     inverse = None
     if lens is not None:
-        plane, forward, valid = lens.undistort(plane)
-        determinant = forward[:, 0, 0] * forward[:, 1, 1] - forward[:, 0, 1] * forward[:, 1, 0]
-        scale = 1.0 / np.where(determinant > 0.0, determinant, np.nan)
-        inverse = np.empty_like(forward)
-        inverse[:, 0, 0], inverse[:, 1, 1] = forward[:, 1, 1] * scale, forward[:, 0, 0] * scale
-        inverse[:, 0, 1], inverse[:, 1, 0] = -forward[:, 0, 1] * scale, -forward[:, 1, 0] * scale
+        plane, inverse, valid = lens.undistort(plane)
     rays = np.ones((len(plane), 3))
     rays[:, :2] = plane
     shorten = 1.0 / np.sqrt(np.einsum("ij,ij->i", rays, rays))
-    rays = rays * shorten[:, None]
-    jacobian = -rays[:, :, None] * rays[:, None, :2]
-    jacobian[:, 0, 0] += 1.0
-    jacobian[:, 1, 1] += 1.0
-    jacobian *= shorten[:, None, None]
+    rays *= shorten[:, None]
+    jacobian = (_LEVEL - rays[:, :, None] * rays[:, None, :2]) * shorten[:, None, None]
     return rays, jacobian if inverse is None else jacobian @ inverse, valid
 
 

@@ -9,7 +9,7 @@ surface again. Derivatives are exact for the curved surface; only their use is f
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
@@ -23,6 +23,10 @@ from aerial_gnss_ros.core.surface import View
 from aerial_gnss_ros.core.values import CameraPose
 
 Array = NDArray[np.float64]
+
+_LEVEL = np.eye(2, 3)
+_RAISE = np.array([[0.0, -1.0], [1.0, 0.0]])
+"""level @ _RAISE @ w: the third part of w × d."""
 
 
 @dataclass(frozen=True)
@@ -65,40 +69,36 @@ def ray_points(view: View, camera: CameraModel, pixels: Array) -> RayPoints:
     rays, rays_by_pixel, in_image = camera.rays_with_jacobian(pixels)
     directions = rays @ view.enu_from_optical.T
     by_pixel = view.enu_from_optical @ rays_by_pixel
-    distances = view.distances(directions)
-    offsets = directions * distances[:, None]
-    normals = view.normals(offsets)
-    slant = np.einsum("ij,ij->i", normals, directions)
+    distances, gradients = view.meet(directions)
+    gradients /= np.einsum("ij,ij->i", gradients, directions)[:, None]
     # (n, 2, 3): the horizontal rows of I - d n' / (n.d)
-    slide = -directions[:, :2, None] * (normals / slant[:, None])[:, None, :]
-    slide[:, 0, 0] += 1.0
-    slide[:, 1, 1] += 1.0
+    slide = _LEVEL - directions[:, :2, None] * gradients[:, None, :]
     reach = slide * distances[:, None, None]
     return RayPoints(
-        offsets=offsets,
+        offsets=directions * distances[:, None],
         directions=directions,
         distances=distances,
         in_image=in_image,
         directions_by_pixel=by_pixel,
         by_pixel=reach @ by_pixel,
-        by_rotation=reach @ -skew(directions),
+        by_rotation=reach @ skew(-directions),
         by_height=slide[:, :, 2],
-        by_position=np.eye(2),
+        by_position=_LEVEL[:, :2],
     )
 
 
 @dataclass(frozen=True)
 class Uncertainty:
-    """Variances of what is measured, in SI, sorted by how they behave over time.
+    """One sigma of what is measured, in SI, sorted by how the errors behave over time.
 
     Attributes:
-        rotation_slow: (3, 3) covariance of the small rotation in ENU, rad².
-        rotation_white: (3, 3) covariance of the small rotation in ENU, rad².
-        height_slow: m².
-        height_white: m².
-        position_slow: (2, 2) East, North, m².
+        rotation_slow: (3, 3) in ENU, rad: the axes of roll, pitch and heading, one sigma long.
+        rotation_white: (3,) of the small rotation about East, North, Up, rad.
+        height_slow: m.
+        height_white: m.
+        position_slow: (2, 2) covariance of East, North, m².
         position_white: (2, 2) likewise.
-        pixel: variance of u and of v, px².
+        pixel: of u and of v, px.
     """
 
     rotation_slow: Array
@@ -111,18 +111,25 @@ class Uncertainty:
 
 
 def uncertainty(pose: CameraPose, noise: Noise, reference: Reference | str) -> Uncertainty:
-    """Return the variances for one camera pose.
+    """Return the sigmas for one camera pose.
 
     Args:
         pose: its fix covariance, where there is one, replaces the noise's GNSS offset.
         noise: standard deviations.
         reference: the gimbal's; says whether the body's attitude noise enters.
     """
-    axes, own = error_axes(pose.enu_from_camera), pose.fix_covariance
-    stated = _stated(noise, Reference(reference))
+    stated, own = _stated(noise, Reference(reference)), pose.fix_covariance
     if own is None or not np.isfinite(own).all():
         own = stated.position_slow
-    return replace(stated, rotation_slow=(axes * stated.rotation_slow) @ axes.T, position_slow=own)
+    return Uncertainty(
+        error_axes(pose.enu_from_camera) * stated.rotation_slow,
+        stated.rotation_white,
+        stated.height_slow,
+        stated.height_white,
+        own,
+        stated.position_white,
+        stated.pixel,
+    )
 
 
 @lru_cache(maxsize=8)
@@ -130,13 +137,13 @@ def _stated(noise: Noise, reference: Reference) -> Uncertainty:
     """Return what does not depend on the pose; the slow rotation as (3,): roll, pitch, heading."""
     names = ("gimbal_roll_deg", "gimbal_pitch_deg", "heading_deg")
     return Uncertainty(
-        rotation_slow=np.array([math.radians(noise.value(name)) ** 2 for name in names]),
-        rotation_white=np.diag(white_rotation(noise, reference)),
-        height_slow=noise.value("height_m") ** 2,
-        height_white=noise.value("height_white_m") ** 2,
+        rotation_slow=np.array([math.radians(noise.value(name)) for name in names]),
+        rotation_white=np.sqrt(white_rotation(noise, reference)),
+        height_slow=noise.value("height_m"),
+        height_white=noise.value("height_white_m"),
         position_slow=np.eye(2) * noise.value("gnss_offset_m") ** 2,
         position_white=np.eye(2) * noise.value("gnss_white_m") ** 2,
-        pixel=noise.value("box_center_px") ** 2,
+        pixel=noise.value("box_center_px"),
     )
 
 
@@ -157,28 +164,27 @@ def covariances(points: RayPoints, known: Uncertainty) -> tuple[Array, Array]:
     White parts are independent from image to image; slow ones are shared by all robots and stay
     for minutes.
     """
-    turn, lift = points.by_rotation, points.by_height
-    turned = turn.transpose(0, 2, 1)
-    lifted = lift[:, :, None] * lift[:, None, :]
-    white = (
-        turn @ known.rotation_white @ turned
-        + known.height_white * lifted
-        + known.pixel * (points.by_pixel @ points.by_pixel.transpose(0, 2, 1))
-        + known.position_white
+    turn, lift, n = points.by_rotation, points.by_height, len(points.distances)
+    white, slow = np.empty((n, 2, 6)), np.empty((n, 2, 4))
+    white[:, :, :3] = turn * known.rotation_white
+    white[:, :, 3] = lift * known.height_white
+    white[:, :, 4:] = points.by_pixel * known.pixel
+    slow[:, :, :3] = turn @ known.rotation_slow
+    slow[:, :, 3] = lift * known.height_slow
+    return (
+        white @ white.swapaxes(1, 2) + known.position_white,
+        slow @ slow.swapaxes(1, 2) + known.position_slow,
     )
-    slow = turn @ known.rotation_slow @ turned + known.height_slow * lifted + known.position_slow
-    return white, slow
 
 
 def elevation_sigma(points: RayPoints, known: Uncertainty) -> Array:
     """Return one sigma (n,) of the rays' elevation above the horizon, rad."""
-    d = points.directions
-    across = np.maximum(np.sqrt(d[:, 0] ** 2 + d[:, 1] ** 2), 1e-9)
-    # The level axis that raises a ray is (d x up) / |d x up|.
-    axis = np.empty((len(d), 2))
-    axis[:, 0], axis[:, 1] = d[:, 1] / across, -d[:, 0] / across
-    total = (known.rotation_slow + known.rotation_white)[:2, :2]
-    tilt = np.einsum("ij,ij->i", axis @ total, axis)
-    raised = points.directions_by_pixel[:, 2, :] / across[:, None]
-    sigma: Array = np.sqrt(tilt + known.pixel * np.einsum("ij,ij->i", raised, raised))
+    level = points.directions[:, :2]
+    # A small rotation w raises a ray of direction d by (w × d)_z, and that by its level length.
+    tilts = np.empty((len(level), 7))
+    tilts[:, :3] = level @ (_RAISE @ known.rotation_slow[:2])
+    tilts[:, 3:5] = level @ (_RAISE * known.rotation_white[:2])
+    tilts[:, 5:] = points.directions_by_pixel[:, 2] * known.pixel
+    across = np.maximum(np.einsum("ij,ij->i", level, level), 1e-18)
+    sigma: Array = np.sqrt(np.einsum("ij,ij->i", tilts, tilts) / across)
     return sigma

@@ -76,9 +76,9 @@ class BrownConrady:
         """Return distorted points (n, 2) and the Jacobian (n, 2, 2) of undistorted ones (n, 2)."""
         if len(points) <= _FEW:
             rows = [self._values(x, y) for x, y in points.tolist()]
-            u, v, a, b, d = np.array(rows).reshape(-1, 5).T
-        else:
-            u, v, a, b, d = self._values(points[:, 0], points[:, 1])
+            table = np.array([(u, v, a, b, b, d) for u, v, a, b, d in rows]).reshape(-1, 6)
+            return table[:, :2], table[:, 2:].reshape(-1, 2, 2)
+        u, v, a, b, d = self._values(points[:, 0], points[:, 1])
         return _beside(u, v), _symmetric(a, b, d)
 
     def _values(self, x: Numbers, y: Numbers) -> tuple[Numbers, Numbers, Numbers, Numbers, Numbers]:
@@ -118,8 +118,8 @@ class BrownConrady:
             points: (n, 2) distorted.
 
         Returns:
-            Undistorted points (n, 2), the Jacobian of `distort` there (n, 2, 2), and whether each
-            lies in the monotonic region (n,).
+            Undistorted points (n, 2), their derivative (n, 2, 2) by the distorted ones (NaN where
+            the lens folds over), and whether each lies in the monotonic region (n,).
         """
         if len(points) <= _FEW:
             return self._undistort_few(points)
@@ -140,13 +140,16 @@ class BrownConrady:
         found, jacobian = _beside(x, y), _symmetric(a, b, d)
         size = 1.0 + np.maximum(np.abs(wanted_x), np.abs(wanted_y))
         valid: Mask = (wrong < _ACCEPT * size) & self.monotonic(found, jacobian)
-        return found, jacobian, valid
+        determinant = a * d - b * b
+        scale = 1.0 / np.where(determinant > 0.0, determinant, np.nan)
+        return found, _symmetric(d * scale, -b * scale, a * scale), valid
 
     def _undistort_few(self, points: Array) -> tuple[Array, Array, Mask]:
         """Return the same, point by point in plain numbers."""
-        stretch = self._start(np.sqrt(np.einsum("ij,ij->i", points, points))).tolist()
+        wanted = points.tolist()
+        stretch = self._start(np.array([math.hypot(*point) for point in wanted])).tolist()
         rows, valid = [], []
-        for (wanted_x, wanted_y), factor in zip(points.tolist(), stretch, strict=True):
+        for (wanted_x, wanted_y), factor in zip(wanted, stretch, strict=True):
             x, y = wanted_x * factor, wanted_y * factor
             for _ in range(_STEPS):
                 u, v, a, b, d = self._values(x, y)
@@ -163,14 +166,16 @@ class BrownConrady:
                 if beyond >= self.max_radius:
                     halfway = 0.5 * (radius + self.max_radius)
                     x, y = x * halfway / beyond, y * halfway / beyond
-            rows.append((x, y, a, b, d))
+            determinant = a * d - b * b
+            scale = 1.0 / determinant if determinant > 0.0 else math.nan
+            rows.append((x, y, d * scale, -b * scale, -b * scale, a * scale))
             valid.append(
                 wrong < _ACCEPT * (1.0 + max(abs(wanted_x), abs(wanted_y)))
                 and math.hypot(x, y) < self.max_radius
-                and a * d - b * b > 0.0
+                and determinant > 0.0
             )
-        x_, y_, a_, b_, d_ = np.array(rows).reshape(-1, 5).T
-        return _beside(x_, y_), _symmetric(a_, b_, d_), np.array(valid, dtype=np.bool_)
+        table = np.array(rows).reshape(-1, 6)
+        return table[:, :2], table[:, 2:].reshape(-1, 2, 2), np.array(valid, dtype=np.bool_)
 
     def _start(self, distorted: Array) -> Array:
         """Return undistorted over distorted radius (n,) by a table of the radial part alone."""
@@ -181,7 +186,9 @@ class BrownConrady:
     def monotonic(self, points: Array, jacobian: Array) -> Mask:
         """Return whether undistorted points (n, 2) lie where the lens does not fold, (n,)."""
         determinant = jacobian[:, 0, 0] * jacobian[:, 1, 1] - jacobian[:, 0, 1] * jacobian[:, 1, 0]
-        inside: Mask = (np.hypot(points[:, 0], points[:, 1]) < self.max_radius) & (determinant > 0)
+        inside: Mask = determinant > 0.0
+        if self.max_radius < math.inf:
+            inside &= np.hypot(points[:, 0], points[:, 1]) < self.max_radius
         return inside
 
     def _inside(

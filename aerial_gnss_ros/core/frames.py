@@ -35,6 +35,11 @@ FLU_FROM_OPTICAL = _constant([[0, 0, 1], [-1, 0, 0], [0, -1, 0]])
 """(3, 3) camera FLU from camera optical (REP 103)."""
 
 
+_SKEW = _constant(
+    [[0, 0, 0, 0, 0, -1, 0, 1, 0], [0, 0, 1, 0, 0, 0, -1, 0, 0], [0, -1, 0, 1, 0, 0, 0, 0, 0]]
+)
+"""(3, 9) rows of `skew`, laid flat, by each axis."""
+
 _HALF = math.sqrt(0.5)
 _ENU_QUATERNION = {"ned": (_HALF, _HALF, 0.0, 0.0), "nwu": (0.0, 0.0, _HALF, _HALF)}
 _FLU_QUATERNION = {"frd": (1.0, 0.0, 0.0, 0.0)}
@@ -58,11 +63,8 @@ def yaw_from_heading(heading: Any) -> Any:
 def skew(vector: ArrayLike) -> Array:
     """Return the matrices (..., 3, 3) that form the cross product of vectors (..., 3) with b."""
     v = np.asarray(vector, dtype=np.float64)
-    matrix = np.zeros((*v.shape, 3))
-    matrix[..., 0, 1], matrix[..., 0, 2] = -v[..., 2], v[..., 1]
-    matrix[..., 1, 0], matrix[..., 1, 2] = v[..., 2], -v[..., 0]
-    matrix[..., 2, 0], matrix[..., 2, 1] = -v[..., 1], v[..., 0]
-    return matrix
+    matrices: Array = (v @ _SKEW).reshape(*v.shape, 3)
+    return matrices
 
 
 def matrix_from_quaternion(quaternion: ArrayLike) -> Array:
@@ -72,13 +74,14 @@ def matrix_from_quaternion(quaternion: ArrayLike) -> Array:
     """
     q = np.asarray(quaternion, dtype=np.float64)
     if q.ndim == 1:  # in plain numbers, ten times as fast
-        x, y, z, w = q.tolist()
-        norm = x * x + y * y + z * z + w * w
-        return np.array(_rotation(x, y, z, w, 2.0 / norm if norm > 0.0 else math.nan))
+        a, b, c, d = q.tolist()
+        square = a * a + b * b + c * c + d * d
+        return np.array(_rotation(a, b, c, d, 2.0 / square if square > 0.0 else math.nan))
     norm = np.sum(q * q, axis=-1)
     with np.errstate(divide="ignore", invalid="ignore"):
         s = 2.0 / np.where(norm > 0.0, norm, np.nan)
-    rows = _rotation(*np.moveaxis(q, -1, 0), s)
+    x, y, z, w = np.moveaxis(q, -1, 0)
+    rows = _rotation(x, y, z, w, s)
     return np.ascontiguousarray(np.moveaxis(np.array(rows), (0, 1), (-2, -1)))
 
 

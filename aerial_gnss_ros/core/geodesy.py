@@ -25,6 +25,9 @@ MEAN_RADIUS_M = 6371008.8
 """Mean radius (2a + b) / 3 of the sphere that `haversine` uses."""
 
 _E2 = FLATTENING * (2.0 - FLATTENING)
+_FEW = 12
+"""Up to so many places are computed one by one, which is faster than arrays of them."""
+
 _GEOD = Geod(ellps="WGS84")
 
 
@@ -37,6 +40,9 @@ def ecef_from_geodetic(latitude: ArrayLike, longitude: ArrayLike, altitude: Arra
     """Return Earth-centred x, y, z (..., 3) in m of latitude, longitude (rad), altitude (m)."""
     lat, lon = np.asarray(latitude, np.float64), np.asarray(longitude, np.float64)
     alt = np.asarray(altitude, np.float64)
+    if lat.ndim == lon.ndim == 1 and not alt.ndim and len(lat) == len(lon) <= _FEW:
+        places = zip(lat.tolist(), lon.tolist(), strict=True)
+        return np.array([_ecef(*place, float(alt)) for place in places]).reshape(-1, 3)
     sin_lat, cos_lat = np.sin(lat), np.cos(lat)
     prime = SEMI_MAJOR_M / np.sqrt(1.0 - _E2 * sin_lat * sin_lat)
     across = (prime + alt) * cos_lat
@@ -48,11 +54,15 @@ def ecef_from_geodetic(latitude: ArrayLike, longitude: ArrayLike, altitude: Arra
 
 def ecef_of_place(latitude: float, longitude: float, altitude: float) -> Array:
     """Return the same (3,) of one place; in plain numbers, ten times as fast."""
+    return np.array(_ecef(latitude, longitude, altitude))
+
+
+def _ecef(latitude: float, longitude: float, altitude: float) -> tuple[float, float, float]:
     sin_lat, cos_lat = math.sin(latitude), math.cos(latitude)
     prime = SEMI_MAJOR_M / math.sqrt(1.0 - _E2 * sin_lat * sin_lat)
     across = (prime + altitude) * cos_lat
     up = (prime * (1.0 - _E2) + altitude) * sin_lat
-    return np.array([across * math.cos(longitude), across * math.sin(longitude), up])
+    return across * math.cos(longitude), across * math.sin(longitude), up
 
 
 def geodetic_from_ecef(xyz: ArrayLike) -> tuple[Array, Array, Array]:
@@ -63,20 +73,24 @@ def geodetic_from_ecef(xyz: ArrayLike) -> tuple[Array, Array, Array]:
     x, y, z = flat[0].tolist() if len(flat) == 1 else np.ascontiguousarray(flat.T)
     lon, lat, alt = _cart().transform(x, y, z, radians=True, direction="INVERSE")
     shape = points.shape[:-1]
-    return np.reshape(lat, shape), np.reshape(lon, shape), np.reshape(alt, shape)
+    latitude, longitude, altitude = (np.asarray(one).reshape(shape) for one in (lat, lon, alt))
+    return latitude, longitude, altitude
 
 
+@lru_cache(maxsize=8)  # several ask for the axes at one image's camera
 def enu_axes(latitude: float, longitude: float) -> Array:
-    """Return enu_from_ecef, (3, 3): its rows are East, North, Up at a place (rad)."""
+    """Return enu_from_ecef, (3, 3): its rows are East, North, Up at a place (rad); read-only."""
     sin_lat, cos_lat = math.sin(latitude), math.cos(latitude)
     sin_lon, cos_lon = math.sin(longitude), math.cos(longitude)
-    return np.array(
+    axes = np.array(
         [
             [-sin_lon, cos_lon, 0.0],
             [-sin_lat * cos_lon, -sin_lat * sin_lon, cos_lat],
             [cos_lat * cos_lon, cos_lat * sin_lon, sin_lat],
         ]
     )
+    axes.flags.writeable = False
+    return axes
 
 
 def enu_from_geodetic(

@@ -19,14 +19,13 @@ from aerial_gnss_ros.core.joint_geometry import (
     MapFrame,
     MapPose,
     on_water,
-    water_points,
 )
 from aerial_gnss_ros.core.joint_motion import Motion
 from aerial_gnss_ros.core.joint_platform import COUNT, PlatformModel
 from aerial_gnss_ros.core.joint_state import Indices, Joint
 from aerial_gnss_ros.core.joint_update import correct
 from aerial_gnss_ros.core.joint_view import Sight, by_platform, follow
-from aerial_gnss_ros.core.local_map import LocalMap
+from aerial_gnss_ros.core.local_map import LocalMap, water_points
 from aerial_gnss_ros.core.measurements import Measurements
 from aerial_gnss_ros.core.pose_motion import PoseMotion
 from aerial_gnss_ros.core.position_jumps import PositionJumps

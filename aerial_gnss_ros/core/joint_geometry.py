@@ -60,29 +60,19 @@ class MapFrame:
     """Brings poses to `map`; made once for one map."""
 
     def __init__(self, local: LocalMap) -> None:
-        datum = local.datum
         self.local = local
-        self._axes = enu_axes(datum.latitude, datum.longitude)
-        self._origin = ecef_of_place(datum.latitude, datum.longitude, 0.0)
 
     def pose(self, pose: CameraPose) -> MapPose:
         """Return a camera's pose in `map`, which takes the water at its origin's altitude."""
         place = ecef_of_place(pose.latitude, pose.longitude, pose.height)
-        turn = self._axes @ enu_axes(pose.latitude, pose.longitude).T
-        return MapPose(self._axes @ (place - self._origin), turn @ pose.enu_from_camera)
+        axes = self.local.axes
+        turn = axes @ enu_axes(pose.latitude, pose.longitude).T
+        return MapPose(axes @ (place - self.local.origin), turn @ pose.enu_from_camera)
 
 
 def level_axes(rotation: Array) -> Array:
     """Return the axes (3, 3) of roll, pitch and heading errors of a camera in `map`."""
     return error_axes(rotation)
-
-
-def water_points(positions: Array) -> Array:
-    """Return (n, 3) East, North, Up of places (n, 2) on the water."""
-    points = np.empty((len(positions), 3))
-    points[:, :2] = positions
-    points[:, 2] = np.einsum("ij,ij->i", positions, positions) * (-0.5 / SEMI_MAJOR_M)
-    return points
 
 
 def on_water(pose: MapPose, directions: Array) -> Array:

@@ -14,10 +14,11 @@ from numpy.typing import NDArray
 from scipy.linalg.blas import dtrsm
 from scipy.linalg.lapack import dpotrf
 
-from aerial_gnss_ros.core.joint_geometry import pose_jacobian, water_points
+from aerial_gnss_ros.core.joint_geometry import pose_jacobian
 from aerial_gnss_ros.core.joint_platform import COUNT, PlatformModel
 from aerial_gnss_ros.core.joint_state import Indices, Joint
 from aerial_gnss_ros.core.joint_view import Sight, follow
+from aerial_gnss_ros.core.local_map import water_points
 
 Array = NDArray[np.float64]
 

@@ -31,10 +31,10 @@ from aerial_gnss_ros.core.joint_geometry import (
     pose_by_errors,
     pose_jacobian,
     state_jacobian,
-    water_points,
 )
 from aerial_gnss_ros.core.joint_platform import COUNT
 from aerial_gnss_ros.core.joint_state import Joint
+from aerial_gnss_ros.core.local_map import water_points
 
 Array = NDArray[np.float64]
 

@@ -4,11 +4,18 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from aerial_gnss_ros.core.geodesy import SEMI_MAJOR_M, enu_from_geodetic, geodetic_from_enu
+from aerial_gnss_ros.core.geodesy import (
+    SEMI_MAJOR_M,
+    ecef_from_geodetic,
+    ecef_of_place,
+    enu_axes,
+    geodetic_from_ecef,
+)
 from aerial_gnss_ros.core.values import MapDatum
 
 Array = NDArray[np.float64]
@@ -24,17 +31,35 @@ class LocalMap:
 
     datum: MapDatum
 
+    @cached_property
+    def axes(self) -> Array:
+        """(3, 3) enu_from_ecef at the origin."""
+        return enu_axes(self.datum.latitude, self.datum.longitude)
+
+    @cached_property
+    def origin(self) -> Array:
+        """(3,) Earth-centred place of the origin, at altitude 0, m."""
+        return ecef_of_place(self.datum.latitude, self.datum.longitude, 0.0)
+
     def positions(self, latitude: ArrayLike, longitude: ArrayLike) -> Array:
         """Return (n, 2) East, North in m of places in rad."""
-        origin = self.datum.latitude, self.datum.longitude, 0.0
-        enu = enu_from_geodetic(latitude, longitude, 0.0, *origin)
-        return np.asarray(enu[..., :2], np.float64)
+        offsets = ecef_from_geodetic(latitude, longitude, 0.0) - self.origin
+        positions: Array = offsets @ self.axes[:2].T
+        return positions
 
     def places(self, positions: Array) -> tuple[Array, Array]:
         """Return latitude and longitude in rad, (n,) each, of (n, 2) East, North in m."""
-        east, north = positions[..., 0], positions[..., 1]
-        # the ellipsoid lies D²/2R below the tangent plane
-        up = -(east**2 + north**2) / (2.0 * SEMI_MAJOR_M)
-        origin = self.datum.latitude, self.datum.longitude, 0.0
-        latitude, longitude, _ = geodetic_from_enu(east, north, up, *origin)
+        points = water_points(positions)
+        latitude, longitude, _ = geodetic_from_ecef(self.origin + points @ self.axes)
         return latitude, longitude
+
+
+def water_points(positions: Array) -> Array:
+    """Return (n, 3) East, North, Up of places (n, 2) on the water.
+
+    The ellipsoid lies D²/2R below the tangent plane.
+    """
+    points = np.empty((len(positions), 3))
+    points[:, :2] = positions
+    points[:, 2] = np.einsum("ij,ij->i", positions, positions) * (-0.5 / SEMI_MAJOR_M)
+    return points

@@ -106,9 +106,9 @@ def locate(
     if config.depth.sigma_m:
         slope = config.depth.sigma_m * slopes(points.directions)
         slow = slow + slope[:, :, None] * slope[:, None, :]
-    elevation = np.arcsin(np.minimum(np.maximum(points.directions[:, 2], -1.0), 1.0))
-    margin = -elevation - view.dip - HORIZON_SIGMAS * elevation_sigma(points, known)
-    reasons = _reasons(given, points, margin, largest_sigma(white + slow), config)
+    depression = np.arcsin(np.minimum(np.maximum(-points.directions[:, 2], -1.0), 1.0))
+    margin = depression - view.dip - HORIZON_SIGMAS * elevation_sigma(points, known)
+    reasons = _reasons(given, points, margin, white + slow, config)
     latitude, longitude, _ = view.geodetic(points.offsets)
     return masked(
         WaterPoints(
@@ -208,15 +208,18 @@ def largest_sigma(covariance: Array) -> Array:
 
 
 def _reasons(
-    pixels: Array, points: RayPoints, margin: Array, sigma: Array, config: EstimatorConfig
+    pixels: Array, points: RayPoints, margin: Array, covariance: Array, config: EstimatorConfig
 ) -> tuple[Reason | None, ...]:
     limits = config.surface
+    good = (points.distances <= limits.max_range) & (margin > 0.0) & points.in_image
+    good &= covariance[:, 0, 0] + covariance[:, 1, 1] <= limits.max_sigma_m**2
+    if good.all():
+        return (None,) * len(pixels)
+    sigma = largest_sigma(covariance)
     far = ~(points.distances <= limits.max_range) | ~(sigma <= limits.max_sigma_m)
     above = np.isnan(points.distances) | ~(margin > 0.0)
     unknown = ~np.isfinite(pixels).all(axis=1)
     found: list[Reason | None] = [None] * len(pixels)
-    if not (far | above | unknown | ~points.in_image).any():
-        return tuple(found)
     # The last one that applies is the one that is told: the earlier the step, the later here.
     for reason, applies in (
         (Reason.OUT_OF_RANGE, far),

@@ -12,6 +12,7 @@ Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
 _BEHIND = 1e-9
+_PLANE = np.eye(2)
 
 
 def plane_with_jacobian(
@@ -27,12 +28,13 @@ def plane_with_jacobian(
     """
     if isinstance(lens, Equidistant):
         return _fisheye(lens, points)
-    seen: Mask = points[:, 2] > _BEHIND
-    inverse = 1.0 / np.where(seen, points[:, 2], 1.0)
+    depth = points[:, 2]
+    seen: Mask = depth > _BEHIND
+    inverse = 1.0 / (depth if seen.all() else np.where(seen, depth, 1.0))
     plane = points[:, :2] * inverse[:, None]
-    by_point = np.zeros((len(points), 2, 3))
-    by_point[:, 0, 0] = by_point[:, 1, 1] = inverse
-    by_point[:, :, 2] = -plane * inverse[:, None]
+    by_point = np.empty((len(points), 2, 3))
+    by_point[:, :, :2] = _PLANE * inverse[:, None, None]
+    by_point[:, :, 2] = plane * -inverse[:, None]
     if lens is None:
         return plane, by_point, seen
     distorted, jacobian = lens.distort(plane)

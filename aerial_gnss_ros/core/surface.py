@@ -50,9 +50,9 @@ class View:
         a, b = SEMI_MAJOR_M + self.water_altitude, SEMI_MINOR_M + self.water_altitude
         scale = np.array([1.0 / a, 1.0 / a, 1.0 / b])
         self._place = self._origin * scale
-        below = ecef_of_place(pose.latitude, pose.longitude, self.water_altitude)
+        below = ecef_of_place(pose.latitude, pose.longitude, self.water_altitude) * scale
         # |place|² - |below|² of the scaled points, without subtracting nearly equal squares
-        self._above = float(((self._origin - below) * scale) @ ((self._origin + below) * scale))
+        self._above = float((self._place - below) @ (self._place + below))
         self._turn = self._axes * scale  # (3, 3): direction ENU @ this is the scaled direction
         self._enu_from_optical: Array = pose.enu_from_camera @ FLU_FROM_OPTICAL
         self._height = pose.height
@@ -69,14 +69,27 @@ class View:
 
     def distances(self, directions: Array) -> Array:
         """Return along unit directions (n, 3) ENU how far the water is, m; NaN where they miss."""
-        d = directions @ self._turn
+        return self._distances(directions @ self._turn)
+
+    def meet(self, directions: Array) -> tuple[Array, Array]:
+        """Return the distances (n,) and the water's gradients there (n, 3) ENU, outward.
+
+        Args:
+            directions: (n, 3) unit, ENU.
+        """
+        scaled = directions @ self._turn
+        distances = self._distances(scaled)
+        return distances, (self._place + scaled * distances[:, None]) @ self._turn.T
+
+    def _distances(self, d: Array) -> Array:
         a = np.einsum("ij,ij->i", d, d)
         b = d @ self._place
         c = self._above
         discriminant = b * b - a * c
-        hit = (discriminant > 0.0) & (b < 0.0) & (c > 0.0)
-        if hit.all():
+        hit = (discriminant > 0.0) & (b < 0.0)
+        if c > 0.0 and hit.all():
             return np.asarray(c / (np.sqrt(discriminant) - b), np.float64)
+        hit &= c > 0.0
         # The smaller root, written so that nothing nearly equal is subtracted.
         return np.where(
             hit, c / np.where(hit, np.sqrt(np.where(hit, discriminant, 1.0)) - b, 1.0), np.nan

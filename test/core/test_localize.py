@@ -294,7 +294,7 @@ def test_no_detections_give_no_points():
 def test_attitude_noise_enters_only_where_the_attitude_is_used():
     pose = _pose(30.0, 45.0, 0.0)
     traces = {
-        reference: np.trace(uncertainty(pose, NOISE, reference).rotation_white)
+        reference: np.sum(uncertainty(pose, NOISE, reference).rotation_white ** 2)
         for reference in ("earth", "heading", "body", "fixed")
     }
     gimbal, attitude = math.radians(0.03) ** 2, math.radians(0.1) ** 2
