@@ -1,15 +1,21 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Which measurement belongs to which track: the best assignment over all pairs at once."""
+"""Which measurement belongs to which track: the best assignment over all pairs at once.
+
+Pairs that can be are few, so they are kept as lists: row and column of each. Only those that share
+a row or a column with others are weighed against one another.
+"""
 
 from __future__ import annotations
 
 import math
+from collections import Counter
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
 Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
 Pairs = tuple[NDArray[np.intp], NDArray[np.intp]]
 
 _FORBIDDEN = 1e9
@@ -41,15 +47,8 @@ def mahalanobis(offsets: Array, covariances: Array) -> tuple[Array, Array]:
     return squared, np.log(determinant)
 
 
-def assign(
-    squared: Array, log_determinant: Array, allowed: NDArray[np.bool_], threshold: float
-) -> Pairs:
+def assign(squared: Array, log_determinant: Array, allowed: Mask, threshold: float) -> Pairs:
     """Return rows and columns of the pairs with the largest likelihood in total.
-
-    The cost of a pair is its squared distance plus log determinant (minus twice the log
-    likelihood), so that a track whose place is well known goes before one that could be anywhere.
-    A track without a measurement costs as much as one at the edge of its gate: it does not push a
-    neighbour off the better measurement only to have one itself.
 
     Args:
         squared: (n, m) squared Mahalanobis distances.
@@ -57,11 +56,43 @@ def assign(
         allowed: (n, m) pairs inside the gate and of one class.
         threshold: squared distance at the edge of the gate.
     """
-    widest = np.max(np.where(allowed, log_determinant, -np.inf), axis=1, initial=-np.inf)
-    return cheapest(squared + log_determinant, allowed, threshold + widest)
+    rows, columns = np.nonzero(allowed)
+    pairs = rows.tolist(), columns.tolist()
+    chosen = likeliest(
+        *pairs, squared[allowed].tolist(), log_determinant[allowed].tolist(), threshold
+    )
+    return rows[chosen], columns[chosen]
 
 
-def cheapest(cost: Array, allowed: NDArray[np.bool_], missing: Array) -> Pairs:
+def likeliest(
+    rows: list[int],
+    columns: list[int],
+    squared: list[float],
+    log_determinant: list[float],
+    threshold: float,
+) -> list[int]:
+    """Return which of k pairs have the largest likelihood in total, by row.
+
+    The cost of a pair is its squared distance plus log determinant (minus twice the log
+    likelihood), so that a track whose place is well known goes before one that could be anywhere.
+    A track without a measurement costs as much as one at the edge of its gate: it does not push a
+    neighbour off the better measurement only to have one itself.
+
+    Args:
+        rows: (k,) of pairs inside the gate and of one class, in rising order.
+        columns: (k,) theirs.
+        squared: (k,) squared Mahalanobis distances.
+        log_determinant: (k,) of the covariances they were taken with.
+        threshold: squared distance at the edge of the gate.
+    """
+    missing: dict[int, float] = {}
+    for row, wide in zip(rows, log_determinant, strict=True):
+        missing[row] = max(missing.get(row, -math.inf), threshold + wide)
+    cost = [near + wide for near, wide in zip(squared, log_determinant, strict=True)]
+    return _least(rows, columns, cost, missing)
+
+
+def cheapest(cost: Array, allowed: Mask, missing: Array) -> Pairs:
     """Return rows and columns of the pairs that cost least together with the rows left out.
 
     Args:
@@ -69,36 +100,52 @@ def cheapest(cost: Array, allowed: NDArray[np.bool_], missing: Array) -> Pairs:
         allowed: (n, m) pairs that can be.
         missing: (n,) cost of a row without a column.
     """
-    none = np.zeros(0, np.intp)
-    rows, columns = np.flatnonzero(allowed.any(axis=1)), np.flatnonzero(allowed.any(axis=0))
-    if not len(rows):
-        return none, none
-    inside = np.ix_(rows, columns)
-    without = np.full((len(rows), len(rows)), _FORBIDDEN)
-    np.fill_diagonal(without, missing[rows])
-    costs = np.hstack([np.where(allowed[inside], cost[inside], _FORBIDDEN), without])
-    picked_rows, picked_columns = linear_sum_assignment(costs)
-    made = picked_columns < len(columns)
-    return rows[picked_rows[made]], columns[picked_columns[made]]
+    rows, columns = np.nonzero(allowed)
+    left_out = dict(enumerate(missing.tolist()))
+    chosen = _least(rows.tolist(), columns.tolist(), cost[allowed].tolist(), left_out)
+    return rows[chosen], columns[chosen]
 
 
-def lone_pairs(allowed: NDArray[np.bool_]) -> Pairs:
-    """Return rows and columns of the pairs that are the only ones of their row and column."""
-    lone = allowed & (allowed.sum(axis=0) == 1)[None] & (allowed.sum(axis=1) == 1)[:, None]
-    rows, columns = np.nonzero(lone)
-    return rows, columns
-
-
-def near_misses(
-    squared: Array, rows: NDArray[np.intp], columns: NDArray[np.intp], threshold: float
-) -> int:
-    """Return how many tracks without a measurement have a free one just outside their gate.
+def _least(
+    rows: list[int], columns: list[int], cost: list[float], missing: dict[int, float]
+) -> list[int]:
+    """Return which of k pairs cost least together with the rows left out, by row.
 
     Args:
-        squared: (n, m) squared Mahalanobis distances; infinite where a pair is impossible.
-        rows: tracks that have a measurement.
-        columns: theirs.
-        threshold: squared distance at the edge of the gate.
+        rows: (k,) of the pairs, in rising order.
+        columns: (k,) theirs.
+        cost: (k,) theirs.
+        missing: cost of each row without a column.
     """
-    free = np.delete(np.delete(squared, rows, axis=0), columns, axis=1)
-    return int((free <= NEAR**2 * threshold).any(axis=1).sum())
+    alone = lone(rows, columns)
+    chosen = [k for k, row in enumerate(rows) if alone[k] and cost[k] <= missing[row]]
+    rest = [k for k, single in enumerate(alone) if not single]
+    if rest:
+        chosen = sorted(chosen + _weighed(rest, rows, columns, cost, missing))
+    return chosen
+
+
+def _weighed(
+    rest: list[int],
+    rows: list[int],
+    columns: list[int],
+    cost: list[float],
+    missing: dict[int, float],
+) -> list[int]:
+    """Return the cheapest of those pairs that share a row or a column with others."""
+    own, i = np.unique([rows[k] for k in rest], return_inverse=True)
+    theirs, j = np.unique([columns[k] for k in rest], return_inverse=True)
+    every = np.arange(len(own))
+    costs = np.full((len(own), len(theirs) + len(own)), _FORBIDDEN)
+    costs[every, len(theirs) + every] = [missing[row] for row in own.tolist()]
+    costs[i, j] = [cost[k] for k in rest]
+    _, picked = linear_sum_assignment(costs)
+    return [rest[k] for k in np.flatnonzero(picked[i] == j)]
+
+
+def lone(rows: list[int], columns: list[int]) -> list[bool]:
+    """Return which of k pairs are the only ones of their row and column."""
+    if len(rows) == 1:
+        return [True]
+    of, to = Counter(rows), Counter(columns)
+    return [of[row] == 1 and to[column] == 1 for row, column in zip(rows, columns, strict=True)]

@@ -15,11 +15,8 @@ from numpy.typing import NDArray
 from aerial_gnss_ros.core.config import EstimatorConfig
 from aerial_gnss_ros.core.events import Events
 from aerial_gnss_ros.core.innovation_monitor import InnovationMonitor
-from aerial_gnss_ros.core.joint_geometry import (
-    MapFrame,
-    MapPose,
-    on_water,
-)
+from aerial_gnss_ros.core.joint_comparison import Comparison, compared
+from aerial_gnss_ros.core.joint_geometry import MapFrame, MapPose, on_water
 from aerial_gnss_ros.core.joint_motion import Motion
 from aerial_gnss_ros.core.joint_platform import COUNT, PlatformModel
 from aerial_gnss_ros.core.joint_state import Indices, Joint
@@ -142,30 +139,20 @@ class JointFilter:
         self._sight = Sight.of(frame.camera, shown, self._motion.rates, applied, foretold)
         return settled
 
-    def compare(self, seen: Measurements) -> tuple[Array, Array]:
-        """Return offsets (n, m, 2) of detections from robots, m, and their covariances.
+    def compare(self, seen: Measurements, scale: float, floor: float) -> Comparison:
+        """Return how detections lie to the robots that they may be of.
 
         Detections are placed by what is known of the platform's errors; the covariances allow for
-        what robot and detection have in common through these.
+        what robot and detection have in common through these. Left out is what is farther off:
+        squared distance above `scale` times the covariance's trace plus `floor` (m²).
         """
-        offsets = np.empty((self._count, len(seen.index), 2))
-        spread = np.empty((self._count, len(seen.index), 2, 2))
-        for group in self._groups:
-            if not len(group):
-                continue
-            places, by_errors = self._place(group, seen)
-            offsets[group.rows] = places[None] - group.robots[:, None, :2]
-            with_robots = group.with_platform()
-            own = by_errors @ group.covariance[:COUNT, :COUNT] @ by_errors.swapaxes(1, 2)
-            shared = with_robots.reshape(-1, COUNT) @ by_errors.reshape(-1, COUNT).T
-            shared = shared.reshape(len(group), 2, -1, 2).swapaxes(1, 2)
-            spread[group.rows] = (
-                group.blocks()[:, None, :2, :2]
-                + (own + seen.white)[None]
-                - shared
-                - shared.swapaxes(2, 3)
-            )
-        return offsets, spread
+        body = self._body(seen)
+        found = [
+            compared(group, *self._place(group, body), seen.white, scale, floor)
+            for group in self._groups
+            if len(group)
+        ]
+        return found[0] if len(found) == 1 else Comparison.of_groups(found)
 
     def correct(self, seen: Measurements, rows: Indices, columns: Indices) -> None:
         """Take in detections `columns` of robots `rows`."""
@@ -193,12 +180,15 @@ class JointFilter:
     def begin(self, seen: Measurements, columns: Indices) -> None:
         """Add a robot for each of the detections `columns`, in rows after the present ones."""
         left = np.asarray(columns, np.intp)
+        if not len(left):
+            return
+        body = self._body(seen)
         while len(left):
             group = next((one for one in self._groups if len(one) < GROUP), None)
             if group is None:
                 group = self._another_group()
             now, left = left[: GROUP - len(group)], left[GROUP - len(group) :]
-            places, by_errors = self._place(group, seen, now)
+            places, by_errors = self._place(group, body[now])
             rows = np.arange(self._count, self._count + len(now))
             speed = self.motion.speed_sigma
             group.add(rows, places, by_errors, seen.white[now], speed)
@@ -206,8 +196,12 @@ class JointFilter:
 
     def loosen(self, rows: Indices, speed: float, seconds: float) -> None:
         """Allow for unforeseen changes of velocity of some robots (see `Joint.loosen`)."""
+        if not len(rows):
+            return
+        chosen = np.zeros(self._count, dtype=np.bool_)
+        chosen[rows] = True
         for group in self._groups:
-            slots = np.flatnonzero(np.isin(group.rows, rows))
+            slots = np.flatnonzero(chosen[group.rows])
             if len(slots):
                 group.loosen(slots, speed, seconds)
 
@@ -251,19 +245,28 @@ class JointFilter:
         self._groups.append(group)
         return group
 
-    def _place(
-        self, group: Joint, seen: Measurements, columns: Indices | None = None
-    ) -> tuple[Array, Array]:
-        """Return where detections are by a group's platform (m, 2), and derivatives (m, 2, 7)."""
-        assert self._sight is not None  # noqa: S101 - `look` came first
-        positions = seen.positions if columns is None else seen.positions[columns]
-        sight, errors = self._sight, group.mean[:COUNT]
-        follow(group, sight)
-        rays = water_points(positions) - sight.measured.position
-        pose = sight.pose(errors)
-        rays = rays @ sight.measured.rotation @ pose.rotation.T
-        places = on_water(pose, rays)
+    def _body(self, seen: Measurements) -> Array:
+        """Return the rays of detections in the axes of the camera as measured, (m, 3)."""
+        measured = self._seen_from.measured
+        rays: Array = (water_points(seen.positions) - measured.position) @ measured.rotation
+        return rays
+
+    def _place(self, group: Joint, body: Array) -> tuple[Array, Array]:
+        """Return where rays meet the water by a group's platform (m, 2), and derivatives (m, 2, 7).
+
+        Args:
+            group: whose estimate of the platform's errors counts.
+            body: (m, 3) rays, see `_body`.
+        """
+        follow(group, self._seen_from)
+        pose = self._seen_from.pose(group.mean[:COUNT])
+        places = on_water(pose, body @ pose.rotation.T)
         return places, by_platform(group, places)
+
+    @property
+    def _seen_from(self) -> Sight:
+        assert self._sight is not None  # noqa: S101 - `look` came first
+        return self._sight
 
     def _places_of_rows(self) -> tuple[Indices, Indices]:
         group_of = np.zeros(self._count, np.intp)

@@ -79,6 +79,13 @@ class Joint:
         block = self.covariance[COUNT:, COUNT:].reshape(n, 4, n, 4)
         return np.ascontiguousarray(np.einsum("iaib->iab", block))
 
+    def places(self) -> Array:
+        """Return the robots' own covariances of position (n, 2, 2)."""
+        n = len(self)
+        block = self.covariance[COUNT:, COUNT:].reshape(n, 4, n, 4)
+        own: Array = np.einsum("iaib->iab", block[:, :2, :, :2])
+        return own
+
     def with_platform(self) -> Array:
         """Return the covariances (n, 2, 7) of positions with the platform's errors."""
         return self.covariance[COUNT:, :COUNT].reshape(-1, 4, COUNT)[:, :2]

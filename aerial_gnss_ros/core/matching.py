@@ -9,23 +9,19 @@ filter would lag behind, the box would leave the gate and grow a second track on
 
 from __future__ import annotations
 
+from statistics import median
+
 import numpy as np
 from numpy.typing import NDArray
 
-from aerial_gnss_ros.core.association import (
-    Pairs,
-    assign,
-    lone_pairs,
-    mahalanobis,
-    near_misses,
-)
+from aerial_gnss_ros.core.association import NEAR, Pairs, likeliest, lone, mahalanobis
 from aerial_gnss_ros.core.joint import JointFilter
+from aerial_gnss_ros.core.joint_comparison import Comparison
 from aerial_gnss_ros.core.measurements import Measurements
 from aerial_gnss_ros.core.track import Track
 from aerial_gnss_ros.core.values import State
 
 Array = NDArray[np.float64]
-Indices = NDArray[np.intp]
 
 LEAST_KNOWN = 3
 """Robots in view from which on most must agree with an image."""
@@ -39,6 +35,8 @@ for eight good images."""
 
 COMMON = 2.0
 """Median of the robots' means from which they have a common cause: a latency, a wrong compass."""
+
+_ROBOT, _NEW = "robot", "new"
 
 TURN_SHARE = 0.25
 """Share of `Motion.speed_sigma` by which its velocity is then uncertain."""
@@ -66,87 +64,101 @@ class Matcher:
         """Return rows of tracks and columns of measurements that belong together."""
         if not tracks or not len(seen.index):
             return np.zeros(0, np.intp), np.zeros(0, np.intp)
-        offsets, spread = self._filter.compare(seen)
-        squared, log_determinant = mahalanobis(offsets, spread)
-        classes = np.array([track.class_id for track in tracks], dtype=str)
-        alike = classes[:, None] == seen.class_ids[None]
-        allowed = (squared <= self._threshold) & alike
-        unseen = np.array([(stamp_ns - track.last_seen_ns) * 1e-9 for track in tracks])
-        fresh = unseen <= self._fresh_s + 1e-9
-        tentative = np.array(
-            [track.state is State.TENTATIVE and not track.waits for track in tracks], dtype=bool
-        )
-        robots = (fresh & ~tentative)[:, None]
-        # Robots choose first: a stray box of a robot must not grow up on that robot's own boxes.
-        rows, columns = assign(squared, log_determinant, allowed & robots, self._threshold)
-        rows = kept(tracks, rows, columns, allowed & robots)
-        missed = near_misses(
-            np.where(alike & robots, squared, np.inf), rows, columns, self._threshold
-        )
-        self._filter.monitor.take_matches(len(rows), missed)
-        if self._is_confused(int(robots.sum()), len(seen.index), len(rows)):
-            rows = columns = np.zeros(0, np.intp)
-        elif not self._watch_strain(tracks, rows, squared[rows, columns]):
-            far = alike & robots
-            far[rows], far[:, columns] = False, False
-            grown = allowed & tentative[:, None]
-            more_rows, more_columns = self._swerved(tracks, offsets, spread, far, grown)
-            rows = np.concatenate([rows, more_rows])
-            columns = np.concatenate([columns, more_columns])
-        allowed[:, columns] = False
-        more_rows, more_columns = assign(
-            squared, log_determinant, allowed & tentative[:, None], self._threshold
-        )
-        return np.concatenate([rows, more_rows]), np.concatenate([columns, more_columns])
+        # Farther off, a pair is neither a near miss nor a robot that has swerved.
+        swerve = self._threshold * (SWERVE_S * self._filter.motion.speed_sigma) ** 2
+        pairs = self._filter.compare(seen, NEAR**2 * self._threshold, swerve)
+        distances, log_determinant = mahalanobis(pairs.offsets, pairs.spread)
+        squared, wide = distances.tolist(), log_determinant.tolist()
+        of, to = pairs.rows.tolist(), pairs.columns.tolist()
+        kind = [self._kind(track, stamp_ns) for track in tracks]
+        ids = seen.class_ids.tolist()
+        alike = [
+            k
+            for k, (row, column) in enumerate(zip(of, to, strict=True))
+            if kind[row] and tracks[row].class_id == ids[column]
+        ]
+        robots = [k for k in alike if kind[of[k]] is _ROBOT]
+        grown = [k for k in alike if kind[of[k]] is _NEW and squared[k] <= self._threshold]
+        inside = [k for k in robots if squared[k] <= self._threshold]
 
-    def _watch_strain(self, tracks: list[Track], rows: Indices, squared: Array) -> bool:
+        def best(candidates: list[int]) -> list[int]:
+            found = likeliest(
+                [of[k] for k in candidates],
+                [to[k] for k in candidates],
+                [squared[k] for k in candidates],
+                [wide[k] for k in candidates],
+                self._threshold,
+            )
+            return [candidates[k] for k in found]
+
+        # Robots choose first: a stray box of a robot must not grow up on that robot's own boxes.
+        chosen = kept(tracks, of, to, best(inside), inside)
+        rows, columns = {of[k] for k in chosen}, {to[k] for k in chosen}
+        left = [k for k in robots if of[k] not in rows and to[k] not in columns]
+        missed = {of[k] for k in left if squared[k] <= NEAR**2 * self._threshold}
+        self._filter.monitor.take_matches(len(chosen), len(missed))
+        if self._is_confused(kind.count(_ROBOT), len(seen.index), len(chosen)):
+            chosen = []
+        elif not self._watch_strain(tracks, [(of[k], squared[k]) for k in chosen]):
+            chosen = chosen + self._swerved(tracks, pairs, left, grown)
+        columns = {to[k] for k in chosen}
+        chosen = chosen + best([k for k in grown if to[k] not in columns])
+        return pairs.rows[chosen], pairs.columns[chosen]
+
+    def _kind(self, track: Track, stamp_ns: int) -> str:
+        """Return whether a single box may update a track: as a robot, as a new one, not at all."""
+        if track.state is State.TENTATIVE and not track.waits:
+            return _NEW
+        fresh = (stamp_ns - track.last_seen_ns) * 1e-9 <= self._fresh_s + 1e-9
+        return _ROBOT if fresh else ""
+
+    def _watch_strain(self, tracks: list[Track], hits: list[tuple[int, float]]) -> bool:
         """Loosen the robots whose boxes are off by more than their model explains.
+
+        Args:
+            tracks: all of them.
+            hits: rows of those with a box, and its squared distance.
 
         Returns:
             Whether most are: then it is the platform, and no robot turns.
         """
-        strain = [tracks[row].stress(float(d)) for row, d in zip(rows, squared, strict=True)]
-        if len(strain) >= LEAST_KNOWN and float(np.median(strain)) > COMMON:
+        strain = {row: tracks[row].stress(squared) for row, squared in hits}
+        if len(strain) >= LEAST_KNOWN and median(strain.values()) > COMMON:
             return True
-        turning = rows[np.array(strain) > STRAINED]
+        turning = [row for row, mean in strain.items() if mean > STRAINED]
         for row in turning:
             tracks[row].strain = 1.0
         speed = TURN_SHARE * self._filter.motion.speed_sigma
-        self._filter.loosen(turning, speed, SWERVE_S)
+        self._filter.loosen(np.array(turning, np.intp), speed, SWERVE_S)
         return False
 
     def _swerved(
-        self,
-        tracks: list[Track],
-        offsets: Array,
-        spread: Array,
-        free: NDArray[np.bool_],
-        grown: NDArray[np.bool_],
-    ) -> Pairs:
-        """Return robots and boxes left over that can only belong together.
+        self, tracks: list[Track], pairs: Comparison, left: list[int], grown: list[int]
+    ) -> list[int]:
+        """Return pairs of robots and boxes left over that can only belong together.
 
         A robot that is not where it should be, and a box beside it that is nobody else's: it has
         swerved, rather than vanished just when another one came up there.
 
         Args:
-            tracks: all n of them.
-            offsets: (n, m, 2) from robots to boxes, m.
-            spread: (n, m, 2, 2) their covariances without a swerve, m².
-            free: (n, m) pairs of robots and boxes that are left over, of one class.
-            grown: (n, m) tentative tracks with boxes inside their gates.
+            tracks: all of them.
+            pairs: without a swerve.
+            left: those of robots and boxes that are left over, of one class.
+            grown: those of tentative tracks with boxes inside their gates.
         """
-        if not free.any():
-            return np.zeros(0, np.intp), np.zeros(0, np.intp)
+        if not left:
+            return []
         speed = self._filter.motion.speed_sigma
-        squared, _ = mahalanobis(offsets, spread + swerved(speed))
-        rows, columns = lone_pairs(free & (squared <= self._threshold))
-        own = np.ones(len(rows), dtype=bool)
-        for i, (row, column) in enumerate(zip(rows, columns, strict=True)):
-            others = [tracks[other] for other in np.flatnonzero(grown[:, column])]
-            own[i] = not any(tracks[row].seen_beside(other) for other in others)
-        rows, columns = rows[own], columns[own]
-        self._filter.loosen(rows, speed, SWERVE_S)
-        return rows, columns
+        squared, _ = mahalanobis(pairs.offsets[left], pairs.spread[left] + swerved(speed))
+        near = [k for k, one in zip(left, squared.tolist(), strict=True) if one <= self._threshold]
+        rows, columns = pairs.rows[near].tolist(), pairs.columns[near].tolist()
+        own: list[int] = []
+        for k, row, column, alone in zip(near, rows, columns, lone(rows, columns), strict=True):
+            others = [tracks[pairs.rows[i]] for i in grown if pairs.columns[i] == column]
+            if alone and not any(tracks[row].seen_beside(other) for other in others):
+                own.append(k)
+        self._filter.loosen(pairs.rows[own], speed, SWERVE_S)
+        return own
 
     def _is_confused(self, robots: int, boxes: int, matched: int) -> bool:
         """Return whether an image is so unlike what was expected that none of it is believed.
@@ -177,30 +189,37 @@ def swerved(speed: float) -> Array:
 
 
 def kept(
-    tracks: list[Track], rows: Indices, columns: Indices, allowed: NDArray[np.bool_]
-) -> Indices:
-    """Return the rows of an assignment, each box left to the robot that has been wearing it.
+    tracks: list[Track], rows: list[int], columns: list[int], chosen: list[int], inside: list[int]
+) -> list[int]:
+    """Return the pairs of an assignment, each box left to the robot that has been wearing it.
 
     Two robots of which one image after the other shows only one may be one robot with two tracks.
     Whichever is nearer by chance must not take the box: the name would alternate. It stays with the
     one seen last; the other coasts, until an image shows both or it comes up for itself.
 
     Args:
-        tracks: n of them.
-        rows: k that the assignment gave a box.
+        tracks: all of them.
+        rows: of the pairs.
         columns: theirs.
-        allowed: (n, m) robots and boxes inside their gates.
+        chosen: pairs that the assignment made.
+        inside: pairs inside robots' gates.
     """
-    wearing = rows.copy()
-    for i, (row, column) in enumerate(zip(rows, columns, strict=True)):
-        track = tracks[row]
+    if len(inside) == len(chosen):
+        return chosen
+    rivals: dict[int, list[int]] = {}
+    for k in inside:
+        rivals.setdefault(columns[k], []).append(k)
+    found, wearing = list(chosen), {rows[k] for k in chosen}
+    for place, k in enumerate(chosen):
+        track = tracks[rows[k]]
         wearers = [
             other
-            for other in np.flatnonzero(allowed[:, column])
-            if other not in wearing
-            and tracks[other].last_seen_ns > track.last_seen_ns
-            and not tracks[other].seen_beside(track)
+            for other in rivals[columns[k]]
+            if rows[other] not in wearing
+            and tracks[rows[other]].last_seen_ns > track.last_seen_ns
+            and not tracks[rows[other]].seen_beside(track)
         ]
         if wearers:
-            wearing[i] = max(wearers, key=lambda other: tracks[other].last_seen_ns)
-    return wearing
+            found[place] = max(wearers, key=lambda other: tracks[rows[other]].last_seen_ns)
+            wearing.symmetric_difference_update((rows[k], rows[found[place]]))
+    return found

@@ -14,9 +14,8 @@ from scipy.stats import chi2, multivariate_normal
 from aerial_gnss_ros.core.association import (
     assign,
     gate_threshold,
-    lone_pairs,
+    lone,
     mahalanobis,
-    near_misses,
 )
 
 
@@ -71,22 +70,10 @@ def test_nothing_to_assign():
     assert len(rows) == len(columns) == 0
 
 
-def test_a_near_miss_is_a_free_box_just_outside_the_gate_of_a_robot_without_one():
-    threshold = 9.0
-    squared = np.array([
-        [1.0, 80.0, 400.0],  # has box 0
-        [50.0, 70.0, 90.0],  # box 1 lies just outside its gate (up to 81)
-        [2.0, 100.0, 300.0],  # only box 0 is near, and that is taken
-    ])  # fmt: skip
-    rows, columns = np.array([0]), np.array([0])
-    assert near_misses(squared, rows, columns, threshold) == 1
-    every = np.arange(3)
-    assert near_misses(squared, every, every, threshold) == 0
-
-
 @settings(max_examples=60, deadline=None)
 @given(st.integers(0, 6), st.integers(0, 6), st.integers(0, 10_000))
 def test_lone_pairs_share_no_row_and_no_column_with_any_other(n, m, seed):
     allowed = np.random.default_rng(seed).random((n, m)) < 0.3
-    for row, column in zip(*lone_pairs(allowed), strict=True):
-        assert allowed[row].sum() == allowed[:, column].sum() == 1
+    rows, columns = np.nonzero(allowed)
+    expected = (allowed.sum(axis=1)[rows] == 1) & (allowed.sum(axis=0)[columns] == 1)
+    assert lone(rows.tolist(), columns.tolist()) == expected.tolist()

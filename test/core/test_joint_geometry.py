@@ -17,11 +17,10 @@ from aerial_gnss_ros.core.joint_geometry import (
     pose_jacobian,
     rotation_matrix,
     rotation_vector,
-    water_points,
 )
 from aerial_gnss_ros.core.joint_update import linearise
 from aerial_gnss_ros.core.joint_view import Sight
-from aerial_gnss_ros.core.local_map import LocalMap
+from aerial_gnss_ros.core.local_map import LocalMap, water_points
 from aerial_gnss_ros.core.localize import located_jacobian, project_to_image
 from aerial_gnss_ros.core.values import CameraPose, MapDatum
 

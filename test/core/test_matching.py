@@ -4,11 +4,15 @@
 from __future__ import annotations
 
 from collections import deque
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
-from aerial_gnss_ros.core.matching import kept
+from aerial_gnss_ros.core.events import Events
+from aerial_gnss_ros.core.joint_comparison import Comparison
+from aerial_gnss_ros.core.matching import Matcher, kept
+from aerial_gnss_ros.core.measurements import Measurements
 from aerial_gnss_ros.core.track import Track
 from aerial_gnss_ros.core.values import State
 
@@ -23,5 +27,34 @@ def test_a_box_stays_with_the_robot_that_wears_it(beside, wears):
         Track("aqua", 0, last, State.COASTING, f"aqua_{last}", deque(sorted(hits)))
         for last, hits in ((9, {9, *both}), (7, {5, 7}))
     ]
-    rows = kept(tracks, np.array([1]), np.array([0]), np.ones((2, 1), dtype=bool))
-    assert rows.tolist() == [wears]
+    rows = kept(tracks, [0, 1], [0, 0], [1], [0, 1])
+    assert rows == [wears]
+
+
+def test_a_near_miss_is_a_free_box_just_outside_the_gate_of_a_robot_without_one():
+    squared = np.array([
+        [1.0, 80.0, 400.0],  # has box 0
+        [50.0, 70.0, 90.0],  # box 1 lies just outside its gate (up to 81)
+        [2.0, 100.0, 300.0],  # only box 0 is near, and that is taken
+    ])  # fmt: skip
+    counted = []
+    rows, columns = np.divmod(np.arange(9), 3)
+    offsets = np.column_stack([np.sqrt(squared.ravel()), np.zeros(9)])
+    pairs = Comparison(rows, columns, offsets, np.tile(np.eye(2), (9, 1, 1)))
+    joint = SimpleNamespace(
+        compare=lambda *_: pairs,
+        motion=SimpleNamespace(speed_sigma=0.0),
+        monitor=SimpleNamespace(take_matches=lambda *both: counted.append(both)),
+        loosen=lambda *_: None,
+        log=Events(),
+    )
+    tracks = [Track("aqua", 0, 9, State.COASTING, f"aqua_{i}", deque([9])) for i in range(3)]
+    seen = Measurements(
+        np.arange(3),
+        np.zeros((3, 2)),
+        np.zeros((3, 2)),
+        np.zeros((3, 2, 2)),
+        np.array(["aqua"] * 3),
+    )
+    Matcher(joint, 9.0, 2.0).match(tracks, seen, 10)
+    assert counted == [(1, 1)]
