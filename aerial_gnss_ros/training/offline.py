@@ -3,16 +3,14 @@
 
 from __future__ import annotations
 
-import atexit
 import importlib.util
 import os
 import shutil
 import sys
-import tempfile
 from pathlib import Path
 
 from aerial_gnss_ros.core.errors import ModelError
-from aerial_gnss_ros.detection.offline import OFFLINE
+from aerial_gnss_ros.detection.offline import OFFLINE, SETTINGS, settings_folder
 
 # Loggers of other makers that ultralytics starts by itself where they are installed.
 _LOGGERS = ("clearml", "comet", "dvc", "mlflow", "raytune", "tensorboard", "wandb")
@@ -48,7 +46,7 @@ def offline_environment(folder: Path) -> dict[str, str]:
             shutil.copyfile(font, fonts / name)
     return {
         **os.environ,
-        "YOLO_CONFIG_DIR": str(folder.resolve()),
+        SETTINGS: str(folder.resolve()),
         **OFFLINE,
         "MPLBACKEND": "Agg",
     }
@@ -56,11 +54,7 @@ def offline_environment(folder: Path) -> dict[str, str]:
 
 def go_offline() -> None:
     """Give this process that environment; before anything imports ultralytics."""
-    folder = os.environ.get("YOLO_CONFIG_DIR")
-    if not folder:
-        folder = tempfile.mkdtemp(prefix="aerial_gnss_")
-        atexit.register(shutil.rmtree, folder, ignore_errors=True)
-    os.environ.update(offline_environment(Path(folder)))
+    os.environ.update(offline_environment(settings_folder()))
 
 
 def keep_to_itself(threads: int) -> None:

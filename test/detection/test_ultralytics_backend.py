@@ -3,7 +3,10 @@
 
 from __future__ import annotations
 
+import os
 import sys
+import tempfile
+from pathlib import Path
 from types import ModuleType, SimpleNamespace
 
 import numpy as np
@@ -82,6 +85,20 @@ def test_results_become_detections(tmp_path, stand_in):
 def test_an_engine_needs_no_consent_and_says_its_task(tmp_path, stand_in):
     load_detector(DetectorConfig(model=model(tmp_path, ".engine"), backend="ultralytics"))
     assert stand_in.calls[0][1] == "detect"
+
+
+@pytest.mark.usefixtures("stand_in")
+def test_its_settings_are_the_users_or_a_folder_that_goes_with_the_process(tmp_path, monkeypatch):
+    monkeypatch.setenv("YOLO_CONFIG_DIR", str(tmp_path))
+    config = DetectorConfig(model=model(tmp_path), allow_pickle=True)
+    load_detector(config)
+    assert os.environ["YOLO_CONFIG_DIR"] == str(tmp_path)
+    monkeypatch.setenv("YOLO_CONFIG_DIR", "")
+    load_detector(config)
+    made = Path(os.environ["YOLO_CONFIG_DIR"])
+    assert made.is_dir()
+    assert not list(made.iterdir())
+    assert made.parent == Path(tempfile.gettempdir())
 
 
 def test_other_tasks_and_numbers_of_classes_are_refused(tmp_path, stand_in, monkeypatch):
