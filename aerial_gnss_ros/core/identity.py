@@ -28,8 +28,9 @@ MAX_REMEMBERED = 1000
 
 
 NEW_AT_FIRST, NEW_LATER = 1.0, 0.1
-"""Robots expected in the picture that have never been seen, where nobody says which there are: for
-as long as a dive may last robots can be down since before the first image, later hardly."""
+"""Robots never seen that are expected to come up in the picture in a time `tracks.coast_s`, where
+nobody says which there are: for the first such time robots can be down since before the first
+image, later hardly."""
 
 
 @dataclass(frozen=True)
@@ -84,7 +85,7 @@ class Identity:
         return [given[i] for i in range(len(sightings))]
 
     def newcomers(self, seconds: float) -> float:
-        """Return how many robots may be in the picture that have never been seen.
+        """Return how many robots never seen may come up in the picture within `tracks.coast_s`.
 
         Where `robots` names them, these are all that are expected.
 

@@ -30,8 +30,8 @@ SWERVE_S = 0.5
 """How long ago a robot may have changed its velocity without anyone noticing, s."""
 
 STRAINED = 3.0
-"""Mean normalised squared innovation from which a robot turns harder than its model: 1 in 20,000
-for eight good images."""
+"""Fading mean of normalised squared innovations from which a robot turns harder than its model. One
+that obeys it gets there once in a million images (33 of 30 million draws of the law)."""
 
 COMMON = 2.0
 """Median of the robots' means from which they have a common cause: a latency, a wrong compass."""

@@ -3,9 +3,11 @@
 
 Inside a coasting robot's gate something new is confirmed. The longer a robot was away, the wider is
 its gate, and the likelier is what comes up there another robot. So the likelihoods are compared:
-that the robot is there, and that one is which nobody has seen yet. Where a robot out of sight can
-be is a mixture: it stays where it went down; it wanders about there as fast as it swam in sight; it
-goes straight on; or it does anything that the filter allows, which sets the gate and is published.
+that the robot is there, and that one is which nobody has seen yet; of these one comes up now and
+then, so that a robot back after seconds competes with fewer than one back after minutes. Where a
+robot out of sight can be is a mixture: it stays where it went down; it wanders about there as fast
+as it swam in sight; it goes straight on; or it does anything that the filter allows, which sets the
+gate and is published.
 
 Where two robots out of sight could be the new track, nothing is decided for a while: if the
 other one comes up as well, the two are told apart by how they lie to one another, whatever error
@@ -52,9 +54,10 @@ PATIENCE_S, PATIENCE = 4.0, 0.05
 """How long a track waits for the other robot to come up, too, where that is not so: a fixed time
 and a share of the time for which the nearest was out of sight."""
 
-LIKELY = 2.0 / 3.0
-"""Probability from which it then gets a robot's name: twice as likely as all else together. Below,
-it gets a new one: a name on the wrong robot would be a confident wrong position."""
+LIKELY = 0.8
+"""Probability from which a new track gets a robot's name, against all other robots and those that
+nobody has seen. Below, it gets a new one: a name on the wrong robot is a confident wrong position,
+which is much worse. docs/accuracy.md has what other values give."""
 
 _SMALLEST = 1e-3
 """Least variance of a place, m²."""
@@ -66,11 +69,13 @@ class Reacquisition:
     Args:
         motion: of robots out of sight, as the filter has it.
         threshold: squared Mahalanobis distance at the edge of a gate.
+        coast_s: for how long a robot may be out of sight, s.
     """
 
-    def __init__(self, motion: Motion, threshold: float) -> None:
+    def __init__(self, motion: Motion, threshold: float, coast_s: float) -> None:
         self._motion = motion
         self._threshold = threshold
+        self._coast_s = coast_s
 
     def pairs(
         self,
@@ -92,7 +97,7 @@ class Reacquisition:
                 as the filter has them, m².
             stamp_ns: of the image, ns.
             height: of the camera above the water, m.
-            newcomers: robots expected in the picture that have never been seen.
+            newcomers: robots never seen that are expected to come up in the picture in `coast_s`.
         """
         offsets, spread = between
         squared, _ = mahalanobis(offsets, spread)
@@ -101,12 +106,13 @@ class Reacquisition:
         )
         density, vague = np.zeros((2, *squared.shape))
         more = DOUBT_M**2 * np.eye(2)
-        unseen = [(stamp_ns - tracks[row].last_seen_ns) * 1e-9 for row in away]
+        unseen = np.array([(stamp_ns - tracks[row].last_seen_ns) * 1e-9 for row in away])
         for i, row in enumerate(away):
             density[i] = self._density(tracks[row], unseen[i], offsets[i], spread[i])
             vague[i] = self._density(tracks[row], unseen[i], offsets[i], spread[i] + more)
-        each = newcomers / (VIEW * max(height, 1.0)) ** 2
-        cost = -2.0 * np.log(np.maximum(density, 1e-300) / max(each, 1e-12))
+        share = np.minimum(unseen / max(self._coast_s, 1e-3), 1.0)
+        each = np.maximum(newcomers * share / (VIEW * max(height, 1.0)) ** 2, 1e-12)
+        cost = -2.0 * np.log(np.maximum(density, 1e-300) / each[:, None])
         rows, columns = cheapest(cost, possible, np.zeros(len(away)))
         vague = np.where(possible, vague, 0.0)
         unclear = _waits(vague)
@@ -120,11 +126,11 @@ class Reacquisition:
         came = [tracks[ready[column]] for column in columns]
         settled &= all(a.seen_beside(b) for a, b in combinations(came, 2))
         waiting = {row for j, row in enumerate(ready) if waits[j] and not settled}
-        share = vague / (vague.sum(axis=0) + max(each, 1e-12))
+        likely = vague / (vague.sum(axis=0) + each[:, None])
         found = {
             ready[j]: away[i]
             for i, j in zip(rows, columns, strict=True)
-            if settled or not unclear[j] or share[i, j] > LIKELY
+            if settled or likely[i, j] > LIKELY
         }
         return {new: old for new, old in found.items() if new not in waiting}, waiting
 

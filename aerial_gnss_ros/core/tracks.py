@@ -63,7 +63,9 @@ class Tracker:
         window_s = config.tracks.confirm_window_s
         self._matcher = Matcher(self.filter, self._threshold, window_s)
         self._encounters = Encounters(self.filter.motion.acceleration)
-        self._reacquisition = Reacquisition(self.filter.motion, self._threshold)
+        self._reacquisition = Reacquisition(
+            self.filter.motion, self._threshold, config.tracks.coast_s
+        )
         self._identity = identity
         self._local: LocalMap | None = None
         self.reset()
@@ -94,7 +96,7 @@ class Tracker:
         if not self.filter.look(frame, local):
             return TrackUpdate(self._estimates(stamp_ns), {}, points.valid)
         rows, columns = self._matcher.match(self.tracks, seen, stamp_ns)
-        self._correct(seen, rows, columns, stamp_ns)
+        columns = self._correct(seen, rows, columns, stamp_ns)
         started = self._start(seen, columns, frame.detections)
         updated = self._confirm(len(seen.index), local, stamp_ns)
         measured = dict(zip(rows.tolist(), seen.index[columns].tolist(), strict=True)) | started
@@ -147,19 +149,26 @@ class Tracker:
             self.tracks = [self.tracks[row] for row in kept]
             self.filter.drop(np.array(sorted(rows), np.intp))
 
-    def _correct(self, seen: Measurements, rows: Indices, columns: Indices, stamp_ns: int) -> None:
+    def _correct(
+        self, seen: Measurements, rows: Indices, columns: Indices, stamp_ns: int
+    ) -> Indices:
+        """Take in measurements; return the `columns` that the rows were corrected with."""
+        columns = columns.copy()
+        named = [i for i, row in enumerate(rows) if self.tracks[row].robot_id]
+        boxes = columns[named]
+        columns[named] = boxes[
+            self._encounters.take(
+                [self.tracks[rows[i]] for i in named],
+                seen.positions[boxes],
+                seen.white[boxes],
+                stamp_ns,
+            )
+        ]
         self.filter.correct(seen, rows, columns)
         velocities = self.filter.mean[:, 2:]
         for row in rows:
             self.tracks[row].hit(stamp_ns, self._window_ns, velocities[row])
-        named = [i for i, row in enumerate(rows) if self.tracks[row].robot_id]
-        boxes = columns[named]
-        self._encounters.take(
-            [self.tracks[rows[i]] for i in named],
-            seen.positions[boxes],
-            seen.white[boxes],
-            stamp_ns,
-        )
+        return columns
 
     def _start(self, seen: Measurements, columns: Indices, frame: DetectionFrame) -> dict[int, int]:
         """Begin a track for each measurement left over; return detection indices by row.
@@ -262,10 +271,11 @@ class Tracker:
             return ()
         named.sort(key=lambda row: self.tracks[row].robot_id)
         mean, covariance = self.filter.mean[named], self.filter.covariance[named]
-        doubts = self._encounters.doubts()
-        for i, row in enumerate(named):
-            if self.tracks[row].robot_id in doubts:
-                covariance[i, :2, :2] += doubts[self.tracks[row].robot_id]
+        names = [self.tracks[row].robot_id for row in named]
+        doubts = self._encounters.doubts(dict(zip(names, mean[:, :2], strict=True)))
+        for i, name in enumerate(names):
+            if name in doubts:
+                covariance[i, :2, :2] += doubts[name]
         latitude, longitude = self._local.places(mean[:, :2])
         estimates = tuple(
             RobotEstimate(

@@ -26,6 +26,10 @@ ALPHAS = np.arange(0.05, 0.99, 0.05)
 """Similarities at which HOTA is taken; it is their mean."""
 NEAR_M = 2.0
 """A name this far from a robot, the common error taken out, is not the robot's."""
+ENOUGH = 3
+"""Robots in an image from which the median of their errors is what they have in common."""
+EXPLAINED = 13.8
+"""NEES up to which the published covariance explains an error: 99.9 % of a planar normal law."""
 
 
 @dataclass(frozen=True)
@@ -172,11 +176,18 @@ def _scenes(
 def _common(stamps: NDArray[np.int64], errors: list[RobotErrors]) -> Array:
     """Return what the robots' errors have in common at each stamp, (n, 2); 0 where none is known.
 
-    The median, so that one name on a wrong robot does not move all the others.
+    The median, so that one name on a wrong robot does not move all the others. Of one or two robots
+    that would be the error of the wrong one, too, and nothing would ever be wrong: there an error
+    counts only where the published covariance explains it.
     """
     found = np.full((len(errors), len(stamps), 2), np.nan)
+    explained = np.zeros(found.shape[:2], dtype=bool)
     for row, robot in enumerate(errors):
-        found[row, np.searchsorted(stamps, robot.stamps_ns)] = robot.east_north
+        at = np.searchsorted(stamps, robot.stamps_ns)
+        found[row, at] = robot.east_north
+        explained[row, at] = robot.nees <= EXPLAINED
+    few = np.isfinite(found[..., 0]).sum(axis=0) < ENOUGH
+    found[~explained & few] = np.nan
     with warnings.catch_warnings():  # of stamps without any
         warnings.simplefilter("ignore", RuntimeWarning)
         middle: Array = np.nanmedian(found, axis=0) if len(errors) else found.sum(axis=0)

@@ -8,12 +8,13 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from scipy.signal import lfilter
 
 from aerial_gnss_ros.core.events import Events
 from aerial_gnss_ros.core.joint_comparison import Comparison
-from aerial_gnss_ros.core.matching import Matcher, kept
+from aerial_gnss_ros.core.matching import STRAINED, Matcher, kept
 from aerial_gnss_ros.core.measurements import Measurements
-from aerial_gnss_ros.core.track import Track
+from aerial_gnss_ros.core.track import STRAIN_IMAGES, Track
 from aerial_gnss_ros.core.values import State
 
 
@@ -58,3 +59,13 @@ def test_a_near_miss_is_a_free_box_just_outside_the_gate_of_a_robot_without_one(
     )
     Matcher(joint, 9.0, 2.0).match(tracks, seen, 10)
     assert counted == [(1, 1)]
+
+
+def test_a_robot_that_obeys_its_model_is_loosened_once_in_a_million_images():
+    """Half a squared planar innovation is exponential; `Track.stress` is its fading mean."""
+    drawn = np.random.default_rng(0).exponential(size=3_000_000)
+    share = 1.0 / STRAIN_IMAGES
+    strain = lfilter([share], [1.0, share - 1.0], drawn)
+    track = Track("aqua", 0, 0, strain=0.0)
+    assert [track.stress(2.0 * one) for one in drawn[:50]] == pytest.approx(strain[:50])
+    assert 0 < np.count_nonzero(strain > STRAINED) < 10

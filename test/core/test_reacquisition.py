@@ -33,7 +33,7 @@ def _pairs(down, up, unseen_s, newcomers=0.1, waited_s=0.2, beside=True):
     variance = MOTION.step(unseen_s, np.zeros(1))[2][0, 0] + 0.1
     spread = np.broadcast_to(variance * np.eye(2), (*offsets.shape, 2))
     n = len(down)
-    found, waiting = Reacquisition(MOTION, 11.6).pairs(
+    found, waiting = Reacquisition(MOTION, 11.6, 180.0).pairs(
         tracks, list(range(n)), list(range(n, len(tracks))), (offsets, spread), now, 30.0, newcomers
     )
     return {new - n: old for new, old in found.items()}, {row - n for row in waiting}

@@ -17,26 +17,37 @@ FRAMES = 100
 STAMPS = np.arange(FRAMES, dtype=np.int64) * 100_000_000
 
 
-def _track(east: np.ndarray, shift: float = 0.0) -> EstimatedTrack:
+def _track(east: np.ndarray, shift: float = 0.0, sigma: float = 1.0) -> EstimatedTrack:
     latitude, longitude, _ = geodetic_from_enu(
         east + shift, np.full(FRAMES, shift), np.zeros(FRAMES), 0.23, -1.04, 0.0
     )
-    covariance = np.tile(np.eye(2), (FRAMES, 1, 1))
+    covariance = np.tile(sigma**2 * np.eye(2), (FRAMES, 1, 1))
     return EstimatedTrack(STAMPS, latitude, longitude, covariance, np.ones(FRAMES, dtype=bool))
 
 
-def _scores(first: np.ndarray, second: np.ndarray, shift: float = 0.0):
+def _scores(first: np.ndarray, second: np.ndarray, shift: float = 0.0, sigma: float = 1.0):
     truth: dict[str, Track] = {"a": _track(np.zeros(FRAMES)), "b": _track(np.ones(FRAMES))}
-    estimates = {"x": _track(first, shift), "y": _track(second, shift)}
+    estimates = {"x": _track(first, shift, sigma), "y": _track(second, shift, sigma)}
     found = identities(estimates, truth, compare(estimates, truth), near_m=0.8)
     assert found is not None
     return found
 
 
 def test_a_common_error_is_no_confusion() -> None:
-    """All robots 5 m off, and 1 m apart: each still keeps its name."""
-    found = _scores(np.zeros(FRAMES), np.ones(FRAMES), shift=5.0)
+    """Both 7 m off, as published, and 1 m apart: each still keeps its name."""
+    found = _scores(np.zeros(FRAMES), np.ones(FRAMES), shift=5.0, sigma=5.0)
     assert found.hota == pytest.approx(1.0, abs=1e-6)
+
+
+def test_a_name_that_was_never_on_its_robot_is_no_common_error() -> None:
+    """20 m off with a published sigma of 1 m: alone, or beside a robot that is right."""
+    wrong = {"x": _track(np.full(FRAMES, 20.0))}
+    for more in ({}, {"y": _track(np.ones(FRAMES))}):
+        truth = {"a": _track(np.zeros(FRAMES)), **({"b": more["y"]} if more else {})}
+        estimates = {**wrong, **more}
+        found = identities(estimates, truth, compare(estimates, truth), near_m=0.8)
+        assert found is not None
+        assert found.deta == pytest.approx(len(more) / (2.0 + len(more)), abs=1e-6)
 
 
 def test_one_swap_half_way() -> None:

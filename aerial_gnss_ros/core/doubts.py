@@ -1,0 +1,71 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Names that may be another robot's since an encounter: how likely whose, and what is published.
+
+For each name there is a law over the tracks, by their present names: on which its robot may be. Two
+tracks that have exchanged their robots with probability p mix what was known of the two before; so
+a robot that met another one and then a third may be on any of three tracks. At the place of its own
+track, a name gets the second moment of where its robot may be instead.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+LEAST = 1e-3
+"""Probability of another track from which it shows in the covariance."""
+
+
+class Doubts:
+    """Where the robot of each name may be.
+
+    Attributes:
+        of: by name, probability by name of the track; names that are certain are not in it.
+    """
+
+    def __init__(self, of: Mapping[str, Mapping[str, float]] | None = None) -> None:
+        self.of = dict(of or {})
+        self._left: dict[str, Array] = {}
+
+    def mixed(self, one: str, other: str, exchanged: float) -> Doubts:
+        """Return what is known after two tracks have exchanged their robots with a probability."""
+        of = {name: self.of.get(name, {name: 1.0}) for name in (*self.of, one, other)}
+        for name, law in of.items():
+            first, second = law.get(one, 0.0), law.get(other, 0.0)
+            if first or second:
+                of[name] = {
+                    **law,
+                    one: first + exchanged * (second - first),
+                    other: second + exchanged * (first - second),
+                }
+        found = Doubts(of)
+        found._left = self._left
+        return found
+
+    def keep(self, places: Mapping[str, Array]) -> None:
+        """Forget names without a track; tracks that end stay where they are in others' laws.
+
+        Args:
+            places: (2,) East, North of the track of each name, m.
+        """
+        self.of = {name: law for name, law in self.of.items() if name in places}
+        meant = {track for law in self.of.values() for track in law}
+        self._left = {name: place for name, place in self._left.items() if name in meant} | {
+            name: places[name] for name in meant if name in places
+        }
+
+    def covariances(self, places: Mapping[str, Array]) -> dict[str, Array]:
+        """Return what is to be added to the covariances (2, 2) of names in doubt, m²."""
+        found: dict[str, Array] = {}
+        known = {**self._left, **places}
+        for name, law in self.of.items():
+            away = {track: p for track, p in law.items() if track != name and track in known}
+            if name in places and sum(away.values()) > LEAST:
+                apart = np.array([known[track] - places[name] for track in away])
+                weights = np.array(list(away.values()))
+                found[name] = np.einsum("k,ka,kb->ab", weights, apart, apart)
+        return found

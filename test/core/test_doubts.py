@@ -1,0 +1,36 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Whose name it may be after one encounter or several, with numbers that can be checked by hand."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from aerial_gnss_ros.core.doubts import Doubts
+
+PLACES = {name: np.array([east, 0.0]) for name, east in (("a", 0.0), ("b", 10.0), ("c", 30.0))}
+
+
+def test_two_encounters_make_a_chain():
+    """a met b, then the track called b met c: a's robot may be on any of the three."""
+    met = Doubts().mixed("a", "b", 0.2).mixed("b", "c", 0.5)
+    assert met.of["a"] == pytest.approx({"a": 0.8, "b": 0.1, "c": 0.1})
+    assert met.of["b"] == pytest.approx({"a": 0.2, "b": 0.4, "c": 0.4})
+    assert met.of["c"] == pytest.approx({"b": 0.5, "c": 0.5})
+    added = met.covariances(PLACES)
+    assert added["a"] == pytest.approx(np.diag([0.1 * 10**2 + 0.1 * 30**2, 0.0]))
+    assert added["b"] == pytest.approx(np.diag([0.2 * 10**2 + 0.4 * 20**2, 0.0]))
+
+
+def test_a_second_even_chance_adds_nothing_and_certainty_is_not_published():
+    assert Doubts().mixed("a", "b", 0.5).mixed("a", "b", 0.9).of["a"] == {"a": 0.5, "b": 0.5}
+    assert Doubts().mixed("a", "b", 1e-4).covariances(PLACES) == {}
+
+
+def test_a_track_that_ends_stays_a_possibility():
+    met = Doubts().mixed("a", "b", 0.5)
+    met.keep(PLACES)
+    met.keep({"a": np.array([4.0, 0.0])})
+    assert set(met.of) == {"a"}
+    added = met.covariances({"a": np.array([4.0, 0.0])})
+    assert added["a"] == pytest.approx(np.diag([0.5 * 6.0**2, 0.0]))
