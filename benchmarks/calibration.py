@@ -27,6 +27,7 @@ from aerial_gnss_ros.calibration.fit import Fit, unknown  # noqa: E402
 from aerial_gnss_ros.calibration.recording import Recording  # noqa: E402
 from aerial_gnss_ros.calibration.solve import calibrate  # noqa: E402
 from aerial_gnss_ros.core.config import EstimatorConfig, estimator_config  # noqa: E402
+from aerial_gnss_ros.core.frames import matrix_from_rpy  # noqa: E402
 from aerial_gnss_ros.simulation.experiment import (  # noqa: E402
     CameraClock,
     Experiment,
@@ -39,7 +40,17 @@ from aerial_gnss_ros.simulation.sensors import sensor_plan  # noqa: E402
 Array = NDArray[np.float64]
 
 LATENCY_S = 0.1
+KINDS = ("transit", "orbit", "spiral", "hover", "tilting hover")
 SLOW = ("heading", "gimbal_pitch", "gimbal_roll", "height")
+
+
+class Nod(GeneratedFlight):
+    """A hover in which the gimbal tilts up and down, 15 deg to either side in 10 s."""
+
+    def _camera(self, t: Array, camera: Array, yaw: Array) -> Array:
+        tilt = math.radians(15.0) * np.sin(2.0 * np.pi * t / 10.0)
+        turned: Array = super()._camera(t, camera, yaw) @ matrix_from_rpy(0.0, tilt, 0.0)
+        return turned
 
 
 class Spiral(GeneratedFlight):
@@ -61,8 +72,11 @@ class Spiral(GeneratedFlight):
 
 def experiment(kind: str, receiver: str, seed: int) -> Experiment:
     """Return one flight."""
+    flight: GeneratedFlight
     if kind == "spiral":
-        flight: GeneratedFlight = Spiral(FlightPlan("orbit", 80.0, 20.0, speed_mps=3.0), seed)
+        flight = Spiral(FlightPlan("orbit", 80.0, 20.0, speed_mps=3.0), seed)
+    elif kind == "tilting hover":
+        flight = Nod(FlightPlan("hover", 40.0, 20.0), seed)
     else:
         flight = GeneratedFlight(FlightPlan(kind, 40.0, 20.0, speed_mps=3.0), seed)
     return Experiment(
@@ -114,13 +128,14 @@ def main() -> None:
     """Fly and write the table."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--seeds", type=int, default=10, help="flights a row (default 10)")
+    parser.add_argument("--flights", nargs="+", choices=KINDS, help="default: all")
     parser.add_argument("--markdown", type=Path, help="where to write the table")
     given = parser.parse_args()
     lines = [
         "| flight | constant | rms error / sigma | mean | rms error | sigma | determined |",
         "|---|---|---:|---:|---:|---:|---:|",
     ]
-    for kind in ("transit", "orbit", "spiral", "hover"):
+    for kind in given.flights or KINDS:
         for receiver in ("consumer", "rtk"):
             values = {"camera": {"latency_s": LATENCY_S}, "noise": {"set": receiver}}
             config = estimator_config(values)

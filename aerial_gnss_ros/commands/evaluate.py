@@ -103,6 +103,8 @@ def run(args: argparse.Namespace) -> int:
         print(_as_text(errors, identity, found))
         if args.output is not None:
             print(f"report: {args.output / 'report.html'}")
+        else:
+            print("figures and a report: give -o DIR")
     return 0
 
 

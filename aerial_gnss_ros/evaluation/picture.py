@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.patches import Ellipse
+from matplotlib.patheffects import withStroke
 
 from aerial_gnss_ros.bags.tables import EstimatedTrack, Track
 from aerial_gnss_ros.core.geodesy import enu_from_geodetic
@@ -20,6 +21,7 @@ from aerial_gnss_ros.evaluation.errors import RobotErrors
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#F0E442")
 _CHI2_95_2D = 5.991
 _WIDE = 1.3
+_LABEL_ORDER = 5
 _ELLIPSES = 6
 """So many along each track, from its first position to its last."""
 
@@ -84,7 +86,9 @@ def _draw_robot(
     for row in np.unique(seen[np.linspace(0, len(seen) - 1, _ELLIPSES, dtype=int)]):
         axes.add_patch(_ellipse(track, int(row), (east[row], north[row]), colour, row == seen[-1]))
     place = (east[seen[-1]], north[seen[-1]])
-    axes.annotate(name, place, xytext=(8, 8), textcoords="offset points", color=colour)
+    label = axes.annotate(name, place, xytext=(8, 8), textcoords="offset points", color=colour)
+    # Above all tracks, or these cross it out.
+    label.set(zorder=_LABEL_ORDER, path_effects=[withStroke(linewidth=3.0, foreground="white")])
 
 
 def _frame(axes: Any, tracks: list[tuple[Array, Array]]) -> None:
