@@ -20,8 +20,8 @@ _ADVICE = {
     "gimbal_pitch": ORBIT + ", then once more at twice the distance: that tells pitch from height",
     "gimbal_roll": ORBIT + ", with the robot first at the left, then at the right of the image",
     "height": ORBIT + ", then once more at half the height: that tells height from pitch",
-    "focal": "hover beside a still robot and tilt the gimbal up and down for half a minute, so that "
-    "the robot crosses the image from top to bottom and back",
+    "focal": "hover beside a still robot and tilt the gimbal up and down for half a minute, so "
+    "that the robot crosses the image from top to bottom and back",
 }
 
 

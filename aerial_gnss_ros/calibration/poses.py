@@ -16,9 +16,10 @@ Stamps = NDArray[np.int64]
 
 STEP_S = 0.02
 MOST_STEPS = 30_000
-RATE_S = 0.3
+TURN_S, MOVE_S = 0.3, 1.0
 """Rates are means over this long to either side: differences of two samples are mostly noise, and
-noise in a derivative is taken for information on the latency."""
+noise in a derivative is taken for information on the latency. A drone's place changes more smoothly
+than a gimbal turns, and its noise is larger against its motion."""
 REACH_S = 3.1
 """Poses are taken so far beyond the images: the largest latency is 3 s either way."""
 
@@ -66,7 +67,9 @@ class PoseTable:
         turned = self._rotation[1:] @ self._rotation[:-1].swapaxes(1, 2)
         self._turned = Rotation.from_matrix(turned).as_rotvec()
         angle = np.vstack([np.zeros(3), np.cumsum(self._turned, axis=0)])
-        self._velocity, self._turning = _rates(self._position, step), _rates(angle, step)
+        self._velocity, self._turning = (
+            _rates(self._position, step, MOVE_S), _rates(angle, step, TURN_S),
+        )  # fmt: skip
 
     def at(self, stamps_ns: Stamps) -> Poses:
         """Return poses at times (n,)."""
@@ -83,9 +86,9 @@ class PoseTable:
         )  # fmt: skip
 
 
-def _rates(values: Array, step_s: float) -> Array:
+def _rates(values: Array, step_s: float, reach_s: float) -> Array:
     """Return mean rates (n, 3) round each of the values (n, 3)."""
-    reach = max(1, round(RATE_S / step_s))
+    reach = max(1, round(reach_s / step_s))
     at = np.arange(len(values))
     low, high = np.maximum(at - reach, 0), np.minimum(at + reach, len(values) - 1)
     rates: Array = (values[high] - values[low]) / ((high - low) * step_s)[:, None]
