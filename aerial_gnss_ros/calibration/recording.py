@@ -114,10 +114,6 @@ class _Watched:
         self._inner, self._recording = inner, recording
 
     @property
-    def latency_s(self) -> float:
-        return self._inner.latency_s
-
-    @property
     def monitor(self) -> InnovationMonitor:
         return self._inner.monitor
 

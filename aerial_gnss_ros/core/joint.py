@@ -17,8 +17,8 @@ from aerial_gnss_ros.core.events import Events
 from aerial_gnss_ros.core.innovation_monitor import InnovationMonitor
 from aerial_gnss_ros.core.joint_comparison import Comparison, compared
 from aerial_gnss_ros.core.joint_geometry import MapFrame, MapPose, on_water
-from aerial_gnss_ros.core.joint_motion import Motion
-from aerial_gnss_ros.core.joint_platform import COUNT, PlatformModel
+from aerial_gnss_ros.core.joint_motion import motion_of
+from aerial_gnss_ros.core.joint_platform import COUNT, LATENCY, PlatformModel
 from aerial_gnss_ros.core.joint_state import Indices, Joint
 from aerial_gnss_ros.core.joint_update import correct
 from aerial_gnss_ros.core.joint_view import Sight, by_platform, follow
@@ -32,6 +32,12 @@ Array = NDArray[np.float64]
 
 GROUP = 32
 """Robots that share one whole covariance."""
+
+SURE_S, UNSURE_S = 0.1, 0.2
+"""The latency is known from the first sigma on, until it is above the second."""
+
+FEIGNED_MPS = 2.0
+"""What a wrong latency may feign of a robot's speed, one sigma."""
 
 SAME_PLACE_M = 0.1
 """How well a robot that surfaced is at the place of its old track's prediction."""
@@ -52,8 +58,7 @@ class JointFilter:
         self.log = log or Events()
         self.monitor = InnovationMonitor()
         self.model = PlatformModel(config.noise, config.gimbal.reference)
-        speed = 0.5 * config.tracks.max_speed
-        self.motion = Motion(config.noise.value("robot_acceleration"), speed)
+        self.motion = motion_of(config)
         self._latency_ns = round(config.camera.latency_s * 1e9)
         self._map: MapFrame | None = None
         self._jumps = PositionJumps(self.log)
@@ -64,6 +69,7 @@ class JointFilter:
         self._stationary = self.model.stationary(None)
         self._groups = [Joint(self._stationary)]
         self._fresh = True
+        self._late = self._stationary[LATENCY, LATENCY] > SURE_S**2
         self._count = 0
         self._pose_ns: int | None = None
         self._motion = PoseMotion()
@@ -79,11 +85,6 @@ class JointFilter:
         """The platform's errors (7,) and their covariance (7, 7)."""
         first = self._groups[0]
         return first.mean[:COUNT].copy(), first.covariance[:COUNT, :COUNT].copy()
-
-    @property
-    def latency_s(self) -> float:
-        """Estimated correction of `camera.latency_s`, s; 0 where it is not estimated."""
-        return float(self._groups[0].mean[6])
 
     @property
     def stationary(self) -> Array:
@@ -124,6 +125,8 @@ class JointFilter:
         if self._fresh:
             self._groups[0] = Joint(self._stationary)
             self._fresh = False
+        if frame.latency is not None:
+            self._settle(*frame.latency)
         measured = self._map.pose(pose)
         passed = 0.0 if self._pose_ns is None else (pose.stamp_ns - self._pose_ns) * 1e-9
         self._pose_ns = pose.stamp_ns
@@ -136,8 +139,15 @@ class JointFilter:
         shown = MapPose(measured.position - self._jumps.offset, measured.rotation)
         foretold = self._motion.take(shown, passed)
         applied = (frame.detections.stamp_ns - pose.stamp_ns - self._latency_ns) * 1e-9
-        self._sight = Sight.of(frame.camera, shown, self._motion.rates, applied, foretold)
+        unsure = frame.latency[1] if self._late and frame.latency is not None else 0.0
+        self._sight = Sight.of(frame.camera, shown, self._motion.rates, applied, foretold, unsure)
         return settled
+
+    def _settle(self, latency_s: float, sigma: float) -> None:
+        """Take over what is known of the latency."""
+        for group in self._groups:
+            group.settle(LATENCY, latency_s, sigma)
+        self._late = sigma > (SURE_S if self._late else UNSURE_S)
 
     def compare(self, seen: Measurements, scale: float, floor: float) -> Comparison:
         """Return how detections lie to the robots that they may be of.
@@ -165,9 +175,13 @@ class JointFilter:
             slots = np.flatnonzero(column_of[group.rows] >= 0)
             if len(slots):
                 pixels = seen.pixels[column_of[group.rows[slots]]]
+                if self._late:
+                    follow(group, self._sight)
+                    group.forget(slots, self._stationary, self.motion.speed_sigma + FEIGNED_MPS)
                 outcome = correct(group, slots, pixels, self._sight, self.model)
                 squared, count = squared + outcome.squared, count + outcome.count
-        self._watch(squared, count)
+        if not self._late:
+            self._watch(squared, count)
 
     def _watch(self, squared: float, count: int) -> None:
         for sentence in (

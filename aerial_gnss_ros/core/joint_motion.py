@@ -6,6 +6,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from aerial_gnss_ros.core.config import EstimatorConfig
+
 Array = NDArray[np.float64]
 
 TURN_S = 2.0
@@ -85,3 +87,9 @@ class Motion:
         noise[:, 0] += s2 * time**2 * np.maximum(spread, 0.0)
         noise[:, 1] += s2 * time * (1.0 - keep) ** 2
         noise[:, 2] += s2 * (1.0 - keep**2)
+
+
+def motion_of(config: EstimatorConfig) -> Motion:
+    """Return how robots move by the parameters."""
+    speed = 0.5 * config.tracks.max_speed
+    return Motion(config.noise.value("robot_acceleration"), speed)

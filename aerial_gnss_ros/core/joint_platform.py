@@ -20,6 +20,7 @@ PLATFORM = ("gnss_east", "gnss_north", "height", "roll", "pitch", "heading", "la
 turn the camera about the axes of `gimbal.error_axes`; a latency is added to `camera.latency_s`."""
 
 COUNT = len(PLATFORM)
+LATENCY = PLATFORM.index("latency")
 
 
 def named_errors(mean: Array, covariance: Array) -> tuple[PlatformError, ...]:

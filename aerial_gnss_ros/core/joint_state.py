@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from aerial_gnss_ros.core.joint_geometry import POSE_COUNT
 from aerial_gnss_ros.core.joint_motion import Motion
-from aerial_gnss_ros.core.joint_platform import COUNT, PlatformModel
+from aerial_gnss_ros.core.joint_platform import COUNT, LATENCY, PlatformModel
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.intp]
@@ -33,6 +33,10 @@ def _own_places(n: int) -> Indices:
     flat: Indices = row * size + column
     flat.flags.writeable = False
     return flat
+
+
+WIDE_M = 1000.0
+"""Sigma of a place of which nothing is known."""
 
 
 class Joint:
@@ -197,6 +201,41 @@ class Joint:
             self.covariance[p, v] += seconds * speed**2
             self.covariance[v, p] += seconds * speed**2
             self.covariance[v, v] += speed**2
+
+    def settle(self, error: int, mean: float, sigma: float) -> None:
+        """Take over what is known of one of the platform's errors from elsewhere.
+
+        The rest follows as it hangs together with it.
+
+        Args:
+            error: its place in `PLATFORM`.
+            mean: of it.
+            sigma: of it.
+        """
+        variance = float(self.covariance[error, error])
+        if variance <= 0.0:
+            return
+        with_it = self.covariance[:, error] / variance
+        self.mean += (mean - float(self.mean[error])) * with_it
+        self.covariance += (sigma**2 - variance) * np.outer(with_it, with_it)
+
+    def forget(self, slots: Indices, platform: Array, speed: float) -> None:
+        """Forget the platform's errors but the latency, and some robots: the next image tells.
+
+        Args:
+            slots: (m,) places of these robots in `rows`.
+            platform: (7, 7) covariance of the platform's errors from now on, but for the latency's.
+            speed: one sigma of these robots' unknown velocities, each axis, m/s.
+        """
+        self.mean[:LATENCY] = 0.0
+        P, own = self.covariance, COUNT + (4 * slots[:, None] + np.arange(4)).ravel()
+        latency = float(P[LATENCY, LATENCY])
+        self.robots[slots, 2:] = 0.0
+        P[:COUNT] = P[:, :COUNT] = 0.0
+        P[own] = P[:, own] = 0.0
+        P[:COUNT, :COUNT] = platform
+        P[LATENCY, LATENCY] = latency
+        P[own, own] = np.tile([WIDE_M**2, WIDE_M**2, speed**2, speed**2], len(slots))
 
     def shift(self, jump: Array) -> None:
         """Go over to another GNSS position; nobody knows whether it or the old one is right.

@@ -15,7 +15,7 @@ from scipy.linalg.blas import dtrsm
 from scipy.linalg.lapack import dpotrf
 
 from aerial_gnss_ros.core.joint_geometry import pose_jacobian
-from aerial_gnss_ros.core.joint_platform import COUNT, PlatformModel
+from aerial_gnss_ros.core.joint_platform import COUNT, LATENCY, PlatformModel
 from aerial_gnss_ros.core.joint_state import Indices, Joint
 from aerial_gnss_ros.core.joint_view import Sight, follow
 from aerial_gnss_ros.core.local_map import water_points
@@ -109,7 +109,8 @@ def correct(
     if not m:
         return Outcome(0.0, 0)
     by_state = _times_covariance(joint, slots, linear)
-    spread = _innovation(joint, slots, linear, by_state, model)
+    spread = _innovation(joint, slots, linear, by_state, model.white + sight.bend)
+    spread.flat[:: 2 * m + 1] += model.pixel
     residual = pixels - linear.pixels
     root, white = _whitened(spread, residual)
     squared = float(white @ white)
@@ -117,9 +118,12 @@ def correct(
     if squared > HUBER**2 and _soften(spread, residual, model.pixel):
         root, white = _whitened(spread, residual)
     gain = _solved(root, by_state)
+    reduction = gain.T @ gain
+    # Schmidt's filter: the latency is allowed for, not estimated; `latency_bank` does that.
+    gain[:, LATENCY] = reduction[LATENCY, LATENCY] = 0.0
     joint.mean = before + white @ gain
     _iterate(joint, before, slots, pixels, sight, linear, root, gain)
-    joint.covariance -= gain.T @ gain
+    joint.covariance -= reduction
     joint.unseen[slots] = 0.0
     return Outcome(squared, 2 * m)
 
@@ -185,16 +189,15 @@ def _times_covariance(joint: Joint, slots: Indices, linear: Linear) -> Array:
 
 
 def _innovation(
-    joint: Joint, slots: Indices, linear: Linear, by_state: Array, model: PlatformModel
+    joint: Joint, slots: Indices, linear: Linear, by_state: Array, white: Array
 ) -> Array:
-    """Return the covariance (2 m, 2 m) of the residual."""
+    """Return the covariance (2 m, 2 m) of the residual but for the boxes' own noise."""
     m = len(slots)
     spread: Array = by_state[:, :COUNT] @ linear.by_platform.reshape(2 * m, COUNT).T
     robots = by_state[:, COUNT:].reshape(2 * m, len(joint), 4)[:, slots, :2]
     spread += np.einsum("ajc,jrc->ajr", robots, linear.by_place).reshape(2 * m, 2 * m)
-    white = linear.by_pose.reshape(2 * m, -1)
-    spread += (white * model.white) @ white.T
-    spread.flat[:: 2 * m + 1] += model.pixel
+    by_pose = linear.by_pose.reshape(2 * m, -1)
+    spread += (by_pose * white) @ by_pose.T
     return spread
 
 

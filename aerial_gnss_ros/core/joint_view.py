@@ -19,7 +19,7 @@ image is not in it.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -53,6 +53,8 @@ class Sight:
         rates: (6,) of the pose, m/s and rad/s.
         by_errors: (6, 7) `pose_by_errors` of these.
         applied: latency that the pose already allows for, beyond the configured one, s.
+        bend: (6,) variances of the pose, as `rates`, that an unknown latency adds to the white
+            noise, beyond what goes with the rates.
     """
 
     camera: CameraModel
@@ -62,6 +64,7 @@ class Sight:
     rates: Array
     by_errors: Array
     applied: float = 0.0
+    bend: Array = field(default_factory=lambda: np.zeros(6))
 
     @staticmethod
     def of(
@@ -70,12 +73,20 @@ class Sight:
         rates: Array,
         applied: float,
         foretold: MapPose | None = None,
+        unsure_s: float = 0.0,
     ) -> Sight:
-        """Return it with its axes; without a foretold pose the measured one serves."""
+        """Return it with its axes; without a foretold pose the measured one serves.
+
+        A camera that circles at the acceleration a = ω v is a t²/2 off the straight line that the
+        rates tell: for a latency wrong by one sigma `unsure_s` that has the variance 3/4 a² sigma⁴.
+        """
         pose = foretold or measured
         axes = level_axes(pose.rotation)
         by_errors = pose_by_errors(axes, rates)
-        return Sight(camera, measured, pose.position, axes, rates, by_errors, applied)
+        bend = np.zeros(6)
+        if unsure_s:
+            bend[:3] = 0.75 * unsure_s**4 * np.square(np.cross(rates[3:], rates[:3]))
+        return Sight(camera, measured, pose.position, axes, rates, by_errors, applied, bend)
 
     def pose(self, errors: Array) -> MapPose:
         """Return the pose with the platform's errors (7,) taken out."""

@@ -36,7 +36,7 @@ class Noise:
     gimbal_roll_deg: float = _sigma("Slow error of the camera's roll.", "deg", 45.0)
     height_m: float = _sigma("Slow error of the height above water.", "m", 100.0)
     latency_s: float = _sigma(
-        "Slow error of camera.latency_s; above 0 the filter estimates it while the drone moves.",
+        "Error of camera.latency_s; above 0 it is estimated in flight, within three times as much.",
         "s",
         3.0,
     )

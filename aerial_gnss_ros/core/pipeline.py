@@ -15,6 +15,7 @@ from aerial_gnss_ros.core.depths import widened
 from aerial_gnss_ros.core.events import Events
 from aerial_gnss_ros.core.innovation_monitor import InnovationMonitor
 from aerial_gnss_ros.core.inputs import Inputs, InputState, InputStatus, Lacking, Samples
+from aerial_gnss_ros.core.latency_search import LatencySearch
 from aerial_gnss_ros.core.localize import WaterPoints
 from aerial_gnss_ros.core.map_origin import MapOrigin
 from aerial_gnss_ros.core.posing import Posing
@@ -28,9 +29,6 @@ from aerial_gnss_ros.core.values import (
     PosedFrame,
     RobotEstimate,
 )
-
-MAX_LATENCY_S = 3.0
-"""Largest latency either way, configured and estimated together."""
 
 _TELEMETRY = frozenset(source.value for source in Input)
 _NO_ALTITUDE = {
@@ -63,6 +61,7 @@ class Pipeline:
         self._origin = origin
         self._log = log
         self._posing = Posing(config)
+        self._latency = LatencySearch(config, inputs)
         self._fixed_camera = _camera_of(config)
         self._scaled: tuple[CameraModel, CameraModel] | None = None
         self._locate = paper.locate if config.method == "paper" else localize.locate
@@ -70,8 +69,7 @@ class Pipeline:
     @property
     def latency_ns(self) -> int:
         """How long before an image's stamp its scene was, as far as it is known, ns."""
-        found = self._config.camera.latency_s + self._tracking.latency_s
-        return round(min(max(found, -MAX_LATENCY_S), MAX_LATENCY_S) * 1e9)
+        return self._latency.scene_ns
 
     @property
     def monitor(self) -> InnovationMonitor:
@@ -81,6 +79,7 @@ class Pipeline:
     def reset(self) -> None:
         """Forget all tracks."""
         self._tracking.reset()
+        self._latency.reset()
 
     def without_messages(self, status: InputStatus) -> InputStatus:
         """Return an input's status, unused or constant where no message is needed for it."""
@@ -112,7 +111,7 @@ class Pipeline:
             located = posed
         else:
             use = [i for i, reason in enumerate(reasons) if reason is None]
-            seen = PosedFrame(_only(frame, use), camera, pose)
+            seen = PosedFrame(_only(frame, use), camera, pose, self._latency.found)
             found = seen.detections
             depths = self._inputs.depths.at(found.class_ids, pose.stamp_ns)
             points = self._locate(
@@ -120,6 +119,7 @@ class Pipeline:
             )
             located = time.perf_counter_ns()
             update = self._tracking.update(seen, self._tracked(seen, points), local)
+            self._latency.take(seen, update.measured, local)
             for row, i in enumerate(use):
                 reasons[i] = points.reasons[row] or (Reason.GATED if update.gated[row] else None)
             estimates, platform = self._published(update, points), update.platform

@@ -40,14 +40,14 @@ class PoseMotion:
 
     def predicted(self, seconds: float) -> Array | None:
         """Return the position (3,) expected after a time, None where the past does not tell."""
-        if self._pose is None or seconds > MAX_GAP_S:
+        if self._pose is None or abs(seconds) > MAX_GAP_S:
             return None
         position: Array = self._pose.position + self.velocity * seconds
         return position
 
     def foreseen(self, seconds: float) -> MapPose | None:
         """Return the pose expected after a time, None where the past does not tell."""
-        if self._pose is None or seconds > MAX_GAP_S:
+        if self._pose is None or abs(seconds) > MAX_GAP_S:
             return None
         turn = rotation_matrix(self.turn_rate * seconds)
         return MapPose(self._pose.position + self.velocity * seconds, turn @ self._pose.rotation)
@@ -63,7 +63,10 @@ class PoseMotion:
         Returns:
             The pose that was expected; where the past does not tell, the measured one.
         """
-        expected = self.foreseen(seconds) if seconds > 0.0 else None
+        expected = self.foreseen(seconds)
+        if expected is not None and seconds <= 0.0:
+            self._pose = expected  # the estimated latency grew: the scene is older than thought
+            return expected
         if expected is None:
             self._pose, self._seen = measured, 1
             self.velocity, self.turn_rate = np.zeros(3), np.zeros(3)

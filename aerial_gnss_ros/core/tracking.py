@@ -45,10 +45,6 @@ class Tracking(Protocol):
         """
 
     @property
-    def latency_s(self) -> float:
-        """Estimated correction of `camera.latency_s`, s; 0 where it is not estimated."""
-
-    @property
     def monitor(self) -> InnovationMonitor:
         """Tells how well boxes fall where they are expected."""
 

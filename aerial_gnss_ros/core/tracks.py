@@ -111,11 +111,6 @@ class Tracker:
         )
 
     @property
-    def latency_s(self) -> float:
-        """Estimated correction of `camera.latency_s` (see `Tracking`)."""
-        return self.filter.latency_s
-
-    @property
     def monitor(self) -> InnovationMonitor:
         """How well boxes fall where they are expected (see `Tracking`)."""
         return self.filter.monitor

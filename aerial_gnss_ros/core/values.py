@@ -131,11 +131,17 @@ class CameraPose:
 
 @dataclass(frozen=True)
 class PosedFrame:
-    """One image's boxes with the camera and its pose: everything that estimation needs."""
+    """One image's boxes with the camera and its pose: everything that estimation needs.
+
+    Attributes:
+        latency: what is known of the correction of `camera.latency_s` that the pose allows for,
+            mean and sigma, s; None where it is not estimated.
+    """
 
     detections: DetectionFrame
     camera: CameraModel
     pose: CameraPose
+    latency: tuple[float, float] | None = None
 
 
 class State(str, Enum):

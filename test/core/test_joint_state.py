@@ -13,7 +13,7 @@ from aerial_gnss_ros.core.camera import CameraModel
 from aerial_gnss_ros.core.frames import matrix_from_rpy
 from aerial_gnss_ros.core.joint_geometry import MapPose
 from aerial_gnss_ros.core.joint_motion import CRUISE_S, HELD_S, TURN_S, Motion
-from aerial_gnss_ros.core.joint_platform import PlatformModel
+from aerial_gnss_ros.core.joint_platform import LATENCY, PlatformModel
 from aerial_gnss_ros.core.joint_state import Joint
 from aerial_gnss_ros.core.joint_update import HUBER, correct, linearise
 from aerial_gnss_ros.core.joint_view import Sight
@@ -87,8 +87,10 @@ def test_correction_is_that_of_the_textbook():
     S = H @ joint.covariance @ H.T + R
     K = joint.covariance @ H.T @ np.linalg.inv(S)
     residual = (pixels - linear.pixels).ravel()
+    K[LATENCY] = 0.0  # considered, not estimated: Schmidt's filter, its covariance in Joseph's form
     mean = joint.mean + K @ residual
-    covariance = (np.eye(19) - K @ H) @ joint.covariance
+    left = np.eye(19) - K @ H
+    covariance = left @ joint.covariance @ left.T + K @ R @ K.T
     outcome = correct(joint, slots, pixels, sight(), MODEL)
     np.testing.assert_allclose(joint.mean, mean, rtol=1e-9, atol=1e-10)
     np.testing.assert_allclose(joint.covariance, covariance, rtol=1e-7, atol=1e-10)
@@ -170,3 +172,46 @@ def test_a_jump_makes_places_uncertain_together():
     np.testing.assert_allclose(difference @ grown @ difference.T, 0.0, atol=1e-9)
     difference[:, 11:13], difference[:, :2] = 0.0, -np.eye(2)
     np.testing.assert_allclose(difference @ grown @ difference.T, 0.0, atol=1e-9)
+
+
+def test_an_error_known_from_elsewhere_leaves_what_is_known_given_it():
+    """Only the latency's own law changes: what holds for each latency stays."""
+    joint = crowd()
+    others = np.flatnonzero(np.arange(len(joint.mean)) != LATENCY)
+
+    def given_latency(latency: float) -> tuple[np.ndarray, np.ndarray]:
+        P, mean = joint.covariance, joint.mean
+        by_latency = P[others, LATENCY] / P[LATENCY, LATENCY]
+        return (
+            mean[others] + by_latency * (latency - mean[LATENCY]),
+            P[np.ix_(others, others)] - np.outer(by_latency, P[LATENCY, others]),
+        )
+
+    before = given_latency(0.4)
+    for mean, sigma in ((0.25, 0.02), (0.3, 0.1)):
+        joint.settle(LATENCY, mean, sigma)
+        assert joint.mean[LATENCY] == pytest.approx(mean)
+        assert joint.covariance[LATENCY, LATENCY] == pytest.approx(sigma**2)
+        for now, then in zip(given_latency(0.4), before, strict=True):
+            np.testing.assert_allclose(now, then, rtol=1e-9, atol=1e-9)
+
+
+def test_what_is_forgotten_is_told_by_the_next_image_alone():
+    """As a robot that begins, in mean and covariance, whatever was known of it before."""
+    joint, slots = crowd(), np.array([0, 1])
+    pixels = linearise(sight(), np.zeros(7), PLACES[:2]).pixels
+    joint.settle(LATENCY, 0.0, 0.5)
+    joint.forget(slots, MODEL.stationary(None), 2.0)
+    correct(joint, slots, pixels, sight(), MODEL)
+    np.testing.assert_allclose(joint.robots[:2, :2], PLACES[:2], atol=1e-3)
+    linear = linearise(sight(), np.zeros(7), PLACES[:2])
+    errors = MODEL.stationary(None)
+    errors[LATENCY, LATENCY] = 0.25
+    for i in (0, 1):
+        back = np.linalg.inv(linear.by_place[i])
+        pose = linear.by_pose[i]
+        noise = linear.by_platform[i] @ errors @ linear.by_platform[i].T
+        noise += (pose * MODEL.white) @ pose.T + MODEL.pixel * np.eye(2)
+        np.testing.assert_allclose(
+            joint.blocks()[i, :2, :2], back @ noise @ back.T, rtol=5e-3, atol=5e-3
+        )
