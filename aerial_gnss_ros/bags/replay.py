@@ -10,9 +10,10 @@ from typing import Any
 
 from aerial_gnss_ros.adapters.feed import Feed
 from aerial_gnss_ros.bags.detect import ImageDetector, detections_message
-from aerial_gnss_ros.bags.plan import Plan, make_plan
+from aerial_gnss_ros.bags.plan import Plan, make_plan, resolve
 from aerial_gnss_ros.bags.reader import BagReader
 from aerial_gnss_ros.core.config import EstimatorConfig
+from aerial_gnss_ros.core.depths import depth_input
 from aerial_gnss_ros.core.errors import CameraError
 from aerial_gnss_ros.core.estimator import Estimator
 from aerial_gnss_ros.core.values import FrameResult
@@ -97,12 +98,24 @@ class Replay:
             detect=detect,
         )
         self.summary = Summary(detections_from="recorded detections")
+        self._tell_absent_depths(config, namespace)
         self._images: ImageDetector | None = None
         if self.plan.image_topic is not None:
             detector = load(detector_config)
             self._images = ImageDetector(detector, self.plan.image_topic)
             self.summary.detections_from = f"images, {detector.name}"
         self._camera_seen = False
+
+    def _tell_absent_depths(self, config: EstimatorConfig, namespace: str) -> None:
+        """Say which depths were asked for that the bag lacks: nothing else would show it."""
+        wanted = set(map(depth_input, config.depth.by_topic()))
+        for one in self._feed.subscriptions:
+            topic = resolve(one.topic, namespace)
+            if one.name in wanted and topic not in self.plan.routes:
+                self.summary.notes.append(
+                    f"The bag has no messages on {topic}, which depth.topics names: robots count "
+                    "as deep as depth.robots_m and depth.classes say."
+                )
 
     @property
     def message_count(self) -> int:

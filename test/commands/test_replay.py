@@ -242,6 +242,16 @@ def test_refused_detections_are_listed_with_their_pixels(tmp_path, flight, capsy
     assert re.search(rf"{reason} +{flight.images}\n", capsys.readouterr().out)
 
 
+def test_a_depth_that_the_bag_lacks_is_told(tmp_path, flight, capsys, replay):
+    wanted = tmp_path / "depth.yaml"
+    wanted.write_text("depth: {topics: [aqua=sonar/depth]}\n")
+    bag = flight.write(tmp_path / "bag")
+    assert replay(bag, tmp_path / "out", "--params", wanted) == 0
+    assert "no messages on /sonar/depth, which depth.topics names" in capsys.readouterr().err
+    assert replay(bag, tmp_path / "plain") == 0
+    assert "depth.topics" not in capsys.readouterr().err
+
+
 def test_nothing_found_is_a_result_too(tmp_path, flight, capsys, replay):
     empty = replace(flight, robots=())
     assert replay(empty.write(tmp_path / "bag"), tmp_path / "out") == 0
