@@ -150,10 +150,9 @@ class LatencySearch:
 
     def _posterior(self) -> tuple[float, float]:
         """Return mean and sigma of the correction by all that was seen, s."""
-        excess = 1.0  # of what boxes are off over what is stated
-        if self._images:
-            squares = float(self._squares[np.argmin(self._cost)])
-            excess = max(1.0, squares / (2.0 * self._images))
+        squares = float(self._squares[np.argmin(self._cost)])
+        # Of what boxes are off over what is stated.
+        excess = max(1.0, squares / (2.0 * max(self._images, 1.0)))
         score = -0.5 * self._cost / excess - 0.5 * np.square(self.corrections / self._sigma)
         grid = self.corrections
         fine: Array = np.linspace(grid[0], grid[-1], FINE * (len(grid) - 1) + 1)
@@ -161,6 +160,8 @@ class LatencySearch:
         weight = np.exp(values - values.max())
         weight /= weight.sum()
         mean = float(weight @ fine)
+        if not self._images:
+            return mean, self._sigma
         variance = float(weight @ np.square(fine - mean))
         # The poses' noise tilts the cost: its slope is wrong by so much beyond what boxes do.
         tilt = 0.25 * self._slope * variance**2
