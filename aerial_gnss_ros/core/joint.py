@@ -24,7 +24,7 @@ from aerial_gnss_ros.core.joint_update import correct
 from aerial_gnss_ros.core.joint_view import Sight, by_platform, follow
 from aerial_gnss_ros.core.local_map import LocalMap, water_points
 from aerial_gnss_ros.core.measurements import Measurements
-from aerial_gnss_ros.core.pose_motion import PoseMotion
+from aerial_gnss_ros.core.pose_motion import MOVED_S, PoseMotion
 from aerial_gnss_ros.core.position_jumps import PositionJumps
 from aerial_gnss_ros.core.values import PosedFrame
 
@@ -137,8 +137,9 @@ class JointFilter:
             for group in self._groups:
                 group.shift(jump[:2])
         shown = MapPose(measured.position - self._jumps.offset, measured.rotation)
-        foretold = self._motion.take(shown, passed)
         applied = (frame.detections.stamp_ns - pose.stamp_ns - self._latency_ns) * 1e-9
+        elsewhen = self._sight is not None and abs(applied - self._sight.applied) > MOVED_S
+        foretold = self._motion.move(shown) if elsewhen else self._motion.take(shown, passed)
         unsure = frame.latency[1] if self._late and frame.latency is not None else 0.0
         self._sight = Sight.of(frame.camera, shown, self._motion.rates, applied, foretold, unsure)
         return settled

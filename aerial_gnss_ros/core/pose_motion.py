@@ -18,6 +18,9 @@ MEMORY_S = 0.5
 MAX_GAP_S = 1.0
 """After a longer pause the past tells nothing."""
 
+MOVED_S = 0.02
+"""A latency that is corrected by more puts the scene to another time (`PoseMotion.move`)."""
+
 
 class PoseMotion:
     """A fading-memory straight-line fit of position and rotation.
@@ -47,7 +50,7 @@ class PoseMotion:
 
     def foreseen(self, seconds: float) -> MapPose | None:
         """Return the pose expected after a time, None where the past does not tell."""
-        if self._pose is None or abs(seconds) > MAX_GAP_S:
+        if self._pose is None or seconds > MAX_GAP_S:
             return None
         turn = rotation_matrix(self.turn_rate * seconds)
         return MapPose(self._pose.position + self.velocity * seconds, turn @ self._pose.rotation)
@@ -57,16 +60,18 @@ class PoseMotion:
         if self._pose is not None:
             self._pose = MapPose(self._pose.position + jump, self._pose.rotation)
 
+    def move(self, measured: MapPose) -> MapPose:
+        """Go on from a pose at another time, when the latency is known better; rates stay."""
+        self._pose = measured
+        return measured
+
     def take(self, measured: MapPose, seconds: float) -> MapPose:
         """Take in the pose of an image so many seconds after the one before.
 
         Returns:
             The pose that was expected; where the past does not tell, the measured one.
         """
-        expected = self.foreseen(seconds)
-        if expected is not None and seconds <= 0.0:
-            self._pose = expected  # the estimated latency grew: the scene is older than thought
-            return expected
+        expected = self.foreseen(seconds) if seconds > 0.0 else None
         if expected is None:
             self._pose, self._seen = measured, 1
             self.velocity, self.turn_rate = np.zeros(3), np.zeros(3)
