@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-import numpy as np
+import math
 
 from aerial_gnss_ros.core.rejection import Reason, Rejection
 from aerial_gnss_ros.core.values import DetectionFrame
@@ -19,23 +19,28 @@ def refusals(
         min_score: boxes below are refused.
         classes: names that are robots; empty for all.
     """
-    with np.errstate(invalid="ignore"):
-        sound = (
-            np.isfinite(frame.centers).all(axis=1)
-            & np.isfinite(frame.sizes).all(axis=1)
-            & (frame.sizes >= 0.0).all(axis=1)
-            & np.isfinite(frame.scores)
-        )
+    rows = zip(
+        frame.centers.tolist(),
+        frame.sizes.tolist(),
+        frame.scores.tolist(),
+        frame.class_ids,
+        strict=True,
+    )
     return [
-        _refusal(bool(good), float(score), name, min_score, classes)
-        for good, score, name in zip(sound, frame.scores, frame.class_ids, strict=True)
+        _refusal(sum(center) + sum(size) + score, min(size), score, name, min_score, classes)
+        for center, size, score, name in rows
     ]
 
 
 def _refusal(
-    sound: bool, score: float, name: str, min_score: float, classes: tuple[str, ...]
+    total: float,
+    size: float,
+    score: float,
+    name: str,
+    min_score: float,
+    classes: tuple[str, ...],
 ) -> Reason | None:
-    if not sound:
+    if not (math.isfinite(total) and size >= 0.0):  # one part that is not finite is enough
         return Reason.BAD_DETECTIONS
     if score < min_score:
         return Reason.LOW_SCORE
@@ -46,6 +51,8 @@ def _refusal(
 
 def rejections(frame: DetectionFrame, reasons: list[Reason | None]) -> tuple[Rejection, ...]:
     """Return the refused boxes in the order of the frame."""
+    if not any(reasons):
+        return ()
     return tuple(
         Rejection(frame.stamp_ns, reason, float(center[0]), float(center[1]))
         for reason, center in zip(reasons, frame.centers, strict=True)

@@ -147,15 +147,16 @@ class InnovationMonitor:
             errors: (7,) estimated, see `joint_platform.PLATFORM`.
             stationary: (7, 7) covariance stated.
         """
-        sigma = np.sqrt(np.diag(stationary))
-        apart = np.abs(errors) / np.maximum(sigma, 1e-12)
-        for name in list(self._incredible):
-            if apart[PLATFORM.index(name)] < CREDIBLE_SIGMAS:
-                del self._incredible[name]
         news = None
-        for i in np.flatnonzero(apart > PLATFORM_SIGMAS):
-            name = PLATFORM[i]
-            self._incredible[name] = _incredible(name, float(errors[i]), float(sigma[i]))
+        variances = stationary.diagonal().tolist()
+        for name, error, variance in zip(PLATFORM, errors.tolist(), variances, strict=True):
+            sigma = math.sqrt(variance)
+            apart = abs(error) / max(sigma, 1e-12)
+            if apart < CREDIBLE_SIGMAS:
+                self._incredible.pop(name, None)
+            if not apart > PLATFORM_SIGMAS:
+                continue
+            self._incredible[name] = _incredible(name, error, sigma)
             if name not in self._told and news is None:
                 self._told.add(name)
                 news = Trouble(self._incredible[name])

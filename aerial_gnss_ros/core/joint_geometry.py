@@ -10,7 +10,10 @@ that point by (w × o) less what slides it back along the ray onto the water, o 
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,6 +25,10 @@ from aerial_gnss_ros.core.local_map import LocalMap
 from aerial_gnss_ros.core.values import CameraPose
 
 Array = NDArray[np.float64]
+Numbers = TypeVar("Numbers", float, NDArray[np.float64])
+
+FEW = 8
+"""Up to so many robots are computed one by one: an array operation costs as much as ten numbers."""
 
 POSE_COUNT = 6
 """Columns of `pose_jacobian`: camera East, North, height; rotation about East, North, Up."""
@@ -77,13 +84,24 @@ def level_axes(rotation: Array) -> Array:
 
 def on_water(pose: MapPose, directions: Array) -> Array:
     """Return East, North (n, 2) where rays (n, 3), of any length, meet the water; NaN if not."""
-    down = np.where(directions[:, 2] < 0.0, directions[:, 2], np.nan)
-    level: Array | float = 0.0
-    for _ in range(3):  # the water curves away by millimetres: two steps settle it
-        reach = (level - pose.position[2]) / down
-        met: Array = pose.position[:2] + directions[:, :2] * reach[:, None]
-        level = np.einsum("ij,ij->i", met, met) * (-0.5 / SEMI_MAJOR_M)
-    return met
+    place = pose.position.tolist()
+    if len(directions) <= FEW:
+        rows = [
+            _met(place, x, y, z) if z < 0.0 else (math.nan, math.nan)
+            for x, y, z in directions.tolist()
+        ]
+        return np.array(rows).reshape(-1, 2)
+    x, y, z = directions.T
+    return np.stack(_met(place, x, y, np.where(z < 0.0, z, np.nan)), axis=1)
+
+
+def _met(place: list[float], x: Numbers, y: Numbers, z: Numbers) -> tuple[Numbers, Numbers]:
+    """Return where rays downward from a place meet the water, of numbers or arrays (n,)."""
+    reach = -place[2] / z
+    for _ in range(2):  # the water curves away by millimetres: two steps settle it
+        east, north = place[0] + x * reach, place[1] + y * reach
+        reach = ((east * east + north * north) * (-0.5 / SEMI_MAJOR_M) - place[2]) / z
+    return place[0] + x * reach, place[1] + y * reach
 
 
 def pose_jacobian(offsets: Array) -> Array:
@@ -92,15 +110,15 @@ def pose_jacobian(offsets: Array) -> Array:
     Args:
         offsets: (n, 3) from the camera, m.
     """
-    jacobian = np.zeros((len(offsets), 2, POSE_COUNT))
-    x, y, z = offsets.T
+    return tabled(_by_pose, offsets, 12).reshape(-1, 2, POSE_COUNT)
+
+
+def _by_pose(x: Any, y: Any, z: Any) -> tuple[Any, ...]:
     xz, yz = x / z, y / z
-    jacobian[:, 0, 0] = jacobian[:, 1, 1] = 1.0
-    jacobian[:, 0, 2], jacobian[:, 1, 2] = -xz, -yz
-    jacobian[:, 0, 3], jacobian[:, 1, 3] = -xz * y, -z - yz * y
-    jacobian[:, 0, 4], jacobian[:, 1, 4] = z + xz * x, xz * y
-    jacobian[:, 0, 5], jacobian[:, 1, 5] = -y, x
-    return jacobian
+    return (
+        1.0, 0.0, -xz, -xz * y, z + xz * x, -y,
+        0.0, 1.0, -yz, -z - yz * y, xz * y, x,
+    )  # fmt: skip
 
 
 def state_jacobian(offsets: Array, velocities: Array) -> Array:
@@ -113,17 +131,36 @@ def state_jacobian(offsets: Array, velocities: Array) -> Array:
         offsets: (n, 3) from the camera, m.
         velocities: (n, 2) on the water, m/s.
     """
-    x, y, z = offsets.T
+    states = np.concatenate([offsets, velocities], axis=1)
+    return tabled(_state_by_pose, states, 24).reshape(-1, 4, POSE_COUNT)
+
+
+def _state_by_pose(x: Any, y: Any, z: Any, east: Any, north: Any) -> tuple[Any, ...]:
     xz, yz = x / z, y / z
-    east, north = velocities.T
     crossed = xz * north + yz * east
-    jacobian = np.zeros((len(offsets), 4, POSE_COUNT))
-    jacobian[:, :2] = pose_jacobian(offsets)
-    jacobian[:, 2, 2], jacobian[:, 3, 2] = -east / z, -north / z
-    jacobian[:, 2, 3], jacobian[:, 3, 3] = -crossed, -2.0 * yz * north
-    jacobian[:, 2, 4], jacobian[:, 3, 4] = 2.0 * xz * east, crossed
-    jacobian[:, 2, 5], jacobian[:, 3, 5] = -north, east
-    return jacobian
+    return (
+        *_by_pose(x, y, z),
+        0.0, 0.0, -east / z, -crossed, 2.0 * xz * east, -north,
+        0.0, 0.0, -north / z, -2.0 * yz * north, crossed, east,
+    )  # fmt: skip
+
+
+def tabled(formula: Callable[..., tuple[Any, ...]], given: Array, count: int) -> Array:
+    """Return what a formula makes of rows (n, k) of numbers, (n, count).
+
+    Args:
+        formula: takes k numbers, or k arrays (n,); returns `count` of these.
+        given: (n, k); few rows go in as numbers, which is several times as fast as arrays.
+        count: of the formula's values.
+    """
+    if len(given) <= FEW:
+        # Only arrays know what one by zero is.
+        with suppress(ZeroDivisionError):
+            return np.array([formula(*row) for row in given.tolist()]).reshape(-1, count)
+    table = np.empty((len(given), count))
+    for i, values in enumerate(formula(*given.T)):
+        table[:, i] = values
+    return table
 
 
 def pose_by_errors(axes: Array, rates: Array) -> Array:

@@ -28,11 +28,11 @@ def named_errors(mean: Array, covariance: Array) -> tuple[PlatformError, ...]:
 
     A sigma of 0 means that the error is not estimated.
     """
-    sigma = np.sqrt(np.maximum(np.diag(covariance), 0.0))
+    variances = covariance.diagonal().tolist()
     return tuple(
-        PlatformError(name, float(mean[i]), float(sigma[i]))
-        for i, name in enumerate(PLATFORM)
-        if sigma[i] > 0.0
+        PlatformError(name, value, math.sqrt(variance))
+        for name, value, variance in zip(PLATFORM, mean.tolist(), variances, strict=True)
+        if variance > 0.0
     )
 
 

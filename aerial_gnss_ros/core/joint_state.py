@@ -22,7 +22,7 @@ Array = NDArray[np.float64]
 Indices = NDArray[np.intp]
 
 _ENTRIES = ((0, 0), (1, 1), (0, 2), (1, 3), (2, 0), (3, 1), (2, 2), (3, 3))
-_NOISE_OF_ENTRY = [0, 0, 1, 1, 1, 1, 2, 2]
+_NOISE_OF_ENTRY = np.array([0, 0, 1, 1, 1, 1, 2, 2])
 
 
 @lru_cache(maxsize=64)
@@ -130,7 +130,7 @@ class Joint:
             down[:, 2:] *= kept[:, None, None]
             across[:, :, 2:] *= kept[:, None]
         # each robot's block: pp, pv, vp, vv on both axes
-        P.reshape(-1)[_own_places(n)] += noise[:, _NOISE_OF_ENTRY].ravel()
+        P.reshape(-1)[_own_places(n)] += noise.take(_NOISE_OF_ENTRY, axis=1).ravel()
         self.unseen = self.unseen + seconds
 
     def add(

@@ -65,6 +65,7 @@ class Sight:
     by_errors: Array
     applied: float = 0.0
     bend: Array = field(default_factory=lambda: np.zeros(6))
+    _poses: dict[bytes, MapPose] = field(default_factory=dict, repr=False)
 
     @staticmethod
     def of(
@@ -89,7 +90,14 @@ class Sight:
         return Sight(camera, measured, pose.position, axes, rates, by_errors, applied, bend)
 
     def pose(self, errors: Array) -> MapPose:
-        """Return the pose with the platform's errors (7,) taken out."""
+        """Return the pose with the platform's errors (7,) taken out; the last one is kept."""
+        key = errors.tobytes()
+        if key not in self._poses:
+            self._poses.clear()
+            self._poses[key] = self._pose(errors)
+        return self._poses[key]
+
+    def _pose(self, errors: Array) -> MapPose:
         pose = self.measured.corrected(errors, self.axes)
         late = float(errors[6]) - self.applied
         return pose.corrected(-late * self.rates, _EAST_NORTH_UP) if late else pose

@@ -20,6 +20,8 @@ from aerial_gnss_ros.core.values import MapDatum
 
 Array = NDArray[np.float64]
 
+_FEW = 8
+
 
 @dataclass(frozen=True)
 class LocalMap:
@@ -59,6 +61,9 @@ def water_points(positions: Array) -> Array:
 
     The ellipsoid lies D²/2R below the tangent plane.
     """
+    if len(positions) <= _FEW:  # in plain numbers, which is faster
+        rows = [(x, y, (x * x + y * y) * (-0.5 / SEMI_MAJOR_M)) for x, y in positions.tolist()]
+        return np.array(rows).reshape(-1, 3)
     points = np.empty((len(positions), 3))
     points[:, :2] = positions
     points[:, 2] = np.einsum("ij,ij->i", positions, positions) * (-0.5 / SEMI_MAJOR_M)

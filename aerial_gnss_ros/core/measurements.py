@@ -36,13 +36,15 @@ class Measurements:
 
 def measurements(frame: DetectionFrame, points: WaterPoints, local: LocalMap) -> Measurements:
     """Return the detections that have a point, in `map`."""
-    index = np.flatnonzero(points.valid)
+    index = np.array([i for i, why in enumerate(points.reasons) if why is None], dtype=np.intp)
+    whole = len(index) == len(points)
+    kept = slice(None) if whole else index
     return Measurements(
         index,
-        points.pixels[index],
-        local.positions(points.latitude[index], points.longitude[index]),
-        points.covariance_white[index],
-        np.array([frame.class_ids[i] for i in index], dtype=str),
+        points.pixels[kept],
+        local.positions(points.latitude[kept], points.longitude[kept]),
+        points.covariance_white[kept],
+        np.array([frame.class_ids[i] for i in index.tolist()], dtype=str),
     )
 
 

@@ -210,6 +210,8 @@ class Pipeline:
 
 
 def _only(frame: DetectionFrame, rows: list[int]) -> DetectionFrame:
+    if len(rows) == len(frame):
+        return frame
     return DetectionFrame(
         frame.stamp_ns,
         frame.frame_id,
