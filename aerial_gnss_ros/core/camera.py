@@ -27,12 +27,12 @@ from aerial_gnss_ros.core.camera_checks import (
 from aerial_gnss_ros.core.distortion import BrownConrady, Equidistant
 from aerial_gnss_ros.core.errors import CameraError
 from aerial_gnss_ros.core.projection import plane_with_jacobian
+from aerial_gnss_ros.core.rays import fisheye_rays, pinhole_rays
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
 _BEHIND = 1e-9
-_LEVEL = np.eye(3, 2)
 
 
 @dataclass(frozen=True, eq=False)
@@ -218,9 +218,9 @@ class CameraModel:
         plane = (usable - self._middle) @ self._inverse.T
         lens = self._lens
         if isinstance(lens, Equidistant):
-            rays, by_plane, on_lens = _fisheye_rays(lens, plane)
+            rays, by_plane, on_lens = fisheye_rays(lens, plane)
         else:
-            rays, by_plane, on_lens = _pinhole_rays(lens, plane)
+            rays, by_plane, on_lens = pinhole_rays(lens, plane)
         jacobian: Array = by_plane @ self._inverse
         if self._turned:
             rays, jacobian = rays @ self.R, self.R.T @ jacobian
@@ -255,39 +255,6 @@ class CameraModel:
         matrix = self._focal
         by_point = matrix @ by_point @ self.R if self._turned else matrix @ by_point
         return plane @ matrix.T + self._middle, by_point, seen
-
-
-def _pinhole_rays(lens: BrownConrady | None, plane: Array) -> tuple[Array, Array, Mask]:
-    valid: Mask = np.ones(len(plane), dtype=np.bool_)
-    inverse = None
-    if lens is not None:
-        plane, inverse, valid = lens.undistort(plane)
-    rays = np.ones((len(plane), 3))
-    rays[:, :2] = plane
-    shorten = 1.0 / np.sqrt(np.einsum("ij,ij->i", rays, rays))
-    rays *= shorten[:, None]
-    jacobian = (_LEVEL - rays[:, :, None] * rays[:, None, :2]) * shorten[:, None, None]
-    return rays, jacobian if inverse is None else jacobian @ inverse, valid
-
-
-def _fisheye_rays(lens: Equidistant, plane: Array) -> tuple[Array, Array, Mask]:
-    radius = np.hypot(plane[:, 0], plane[:, 1])
-    angle, slope, valid = lens.angle(radius)
-    central = radius < 1e-12
-    outward = np.where(
-        central[:, None], [1.0, 0.0], plane / np.where(central, 1.0, radius)[:, None]
-    )
-    across = np.stack([-outward[:, 1], outward[:, 0]], axis=1)
-    sine, cosine = np.sin(angle), np.cos(angle)
-    rays = np.column_stack([sine[:, None] * outward, cosine])
-    along = (
-        np.column_stack([cosine[:, None] * outward, -sine])
-        / np.where(slope > 0.0, slope, np.nan)[:, None]
-    )
-    sideways = np.where(central, 1.0, sine / np.where(central, 1.0, radius))
-    jacobian = along[:, :, None] * outward[:, None, :]
-    jacobian[:, :2] += sideways[:, None, None] * across[:, :, None] * across[:, None, :]
-    return rays, jacobian, valid
 
 
 def _pinhole_plane(lens: BrownConrady | None, points: Array) -> tuple[Array, Mask]:

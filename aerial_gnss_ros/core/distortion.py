@@ -10,7 +10,7 @@ one.
 from __future__ import annotations
 
 import math
-from typing import TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -80,6 +80,22 @@ class BrownConrady:
             return table[:, :2], table[:, 2:].reshape(-1, 2, 2)
         u, v, a, b, d = self._values(points[:, 0], points[:, 1])
         return _beside(u, v), _symmetric(a, b, d)
+
+    def through(self, x: Any, y: Any, z: Any) -> tuple[Any, ...]:
+        """Return the distorted image of a point, numbers or arrays (n,), and its derivative.
+
+        Returns:
+            u and v; their derivatives by x, y and z; the squared undistorted radius and the
+            determinant of `distort`, which say whether the lens folds over there.
+        """
+        inverse = 1.0 / z
+        px, py = x * inverse, y * inverse
+        u, v, a, b, d = self._values(px, py)
+        along = -(a * px + b * py) * inverse, -(b * px + d * py) * inverse
+        return (
+            u, v, a * inverse, b * inverse, along[0], b * inverse, d * inverse, along[1],
+            px * px + py * py, a * d - b * b,
+        )  # fmt: skip
 
     def _values(self, x: Numbers, y: Numbers) -> tuple[Numbers, Numbers, Numbers, Numbers, Numbers]:
         """Return distorted x and y, and the Jacobian's xx, xy = yx and yy.

@@ -10,14 +10,13 @@ that point by (w × o) less what slides it back along the ray onto the water, o 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
+from aerial_gnss_ros.core.few import FEW, tabled
 from aerial_gnss_ros.core.frames import FLU_FROM_OPTICAL
 from aerial_gnss_ros.core.geodesy import SEMI_MAJOR_M, ecef_of_place, enu_axes
 from aerial_gnss_ros.core.gimbal import error_axes
@@ -26,9 +25,6 @@ from aerial_gnss_ros.core.values import CameraPose
 
 Array = NDArray[np.float64]
 Numbers = TypeVar("Numbers", float, NDArray[np.float64])
-
-FEW = 8
-"""Up to so many robots are computed one by one: an array operation costs as much as ten numbers."""
 
 POSE_COUNT = 6
 """Columns of `pose_jacobian`: camera East, North, height; rotation about East, North, Up."""
@@ -143,24 +139,6 @@ def _state_by_pose(x: Any, y: Any, z: Any, east: Any, north: Any) -> tuple[Any, 
         0.0, 0.0, -east / z, -crossed, 2.0 * xz * east, -north,
         0.0, 0.0, -north / z, -2.0 * yz * north, crossed, east,
     )  # fmt: skip
-
-
-def tabled(formula: Callable[..., tuple[Any, ...]], given: Array, count: int) -> Array:
-    """Return what a formula makes of rows (n, k) of numbers, (n, count).
-
-    Args:
-        formula: takes k numbers, or k arrays (n,); returns `count` of these.
-        given: (n, k); few rows go in as numbers, which is several times as fast as arrays.
-        count: of the formula's values.
-    """
-    if len(given) <= FEW:
-        # Only arrays know what one by zero is.
-        with suppress(ZeroDivisionError):
-            return np.array([formula(*row) for row in given.tolist()]).reshape(-1, count)
-    table = np.empty((len(given), count))
-    for i, values in enumerate(formula(*given.T)):
-        table[:, i] = values
-    return table
 
 
 def pose_by_errors(axes: Array, rates: Array) -> Array:

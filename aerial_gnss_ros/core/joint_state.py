@@ -108,14 +108,16 @@ class Joint:
         if seconds <= 0.0:
             return
         keep, P = model.keep(seconds), self.covariance
+        both = keep[:, None] * keep
         self.mean[:COUNT] *= keep
-        P[:COUNT] *= keep[:, None]
-        P[:, :COUNT] *= keep
-        P[:COUNT, :COUNT] += (1.0 - keep[:, None] * keep) * stationary
+        P[:COUNT, :COUNT] *= both
+        P[:COUNT, :COUNT] += (1.0 - both) * stationary
         n = len(self)
         if not n:
             return
         reach, kept, noise = motion.step(seconds, self.unseen)
+        P[:COUNT, COUNT:] *= keep[:, None]
+        P[COUNT:, :COUNT] *= keep
         robots = self.robots
         robots[:, :2] += reach[:, None] * robots[:, 2:]
         by_pose, k = self.by_pose, len(self.by_pose)

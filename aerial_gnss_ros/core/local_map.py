@@ -5,10 +5,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from aerial_gnss_ros.core.few import tabled
 from aerial_gnss_ros.core.geodesy import (
     SEMI_MAJOR_M,
     ecef_from_geodetic,
@@ -19,8 +21,6 @@ from aerial_gnss_ros.core.geodesy import (
 from aerial_gnss_ros.core.values import MapDatum
 
 Array = NDArray[np.float64]
-
-_FEW = 8
 
 
 @dataclass(frozen=True)
@@ -61,10 +61,8 @@ def water_points(positions: Array) -> Array:
 
     The ellipsoid lies D²/2R below the tangent plane.
     """
-    if len(positions) <= _FEW:  # in plain numbers, which is faster
-        rows = [(x, y, (x * x + y * y) * (-0.5 / SEMI_MAJOR_M)) for x, y in positions.tolist()]
-        return np.array(rows).reshape(-1, 3)
-    points = np.empty((len(positions), 3))
-    points[:, :2] = positions
-    points[:, 2] = np.einsum("ij,ij->i", positions, positions) * (-0.5 / SEMI_MAJOR_M)
-    return points
+    return tabled(_on_water, positions, 3)
+
+
+def _on_water(east: Any, north: Any) -> tuple[Any, Any, Any]:
+    return east, north, (east * east + north * north) * (-0.5 / SEMI_MAJOR_M)

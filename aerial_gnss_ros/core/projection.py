@@ -3,16 +3,18 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 
 from aerial_gnss_ros.core.distortion import BrownConrady, Equidistant
+from aerial_gnss_ros.core.few import tabled
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
 _BEHIND = 1e-9
-_PLANE = np.eye(2)
 
 
 def plane_with_jacobian(
@@ -28,17 +30,20 @@ def plane_with_jacobian(
     """
     if isinstance(lens, Equidistant):
         return _fisheye(lens, points)
-    depth = points[:, 2]
-    seen: Mask = depth > _BEHIND
-    inverse = 1.0 / (depth if seen.all() else np.where(seen, depth, 1.0))
-    plane = points[:, :2] * inverse[:, None]
-    by_point = np.empty((len(points), 2, 3))
-    by_point[:, :, :2] = _PLANE * inverse[:, None, None]
-    by_point[:, :, 2] = plane * -inverse[:, None]
-    if lens is None:
-        return plane, by_point, seen
-    distorted, jacobian = lens.distort(plane)
-    return distorted, jacobian @ by_point, seen & lens.monotonic(plane, jacobian)
+    seen: Mask = points[:, 2] > _BEHIND
+    if not seen.all():  # computed as if before the camera, so that nothing overflows
+        points = np.where(seen[:, None], points, [0.0, 0.0, 1.0])
+    table = tabled(_pinhole if lens is None else lens.through, points, 8 if lens is None else 10)
+    if lens is not None:
+        seen = seen & (table[:, 8] < lens.max_radius**2) & (table[:, 9] > 0.0)
+    return table[:, :2], table[:, 2:8].reshape(-1, 2, 3), seen
+
+
+def _pinhole(x: Any, y: Any, z: Any) -> tuple[Any, ...]:
+    """Return the place on the plane and its derivative by the point, row by row."""
+    inverse = 1.0 / z
+    u, v = x * inverse, y * inverse
+    return u, v, inverse, 0.0, -u * inverse, 0.0, inverse, -v * inverse
 
 
 def _fisheye(lens: Equidistant, points: Array) -> tuple[Array, Array, Mask]:

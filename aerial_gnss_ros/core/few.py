@@ -1,0 +1,37 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Formulas that take numbers or arrays: an operation on an array costs as much as on ten numbers.
+
+So what there is for each of a few robots is computed robot by robot, and by the same formula for
+all at once where they are many.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from contextlib import suppress
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+FEW = 8
+"""Up to so many rows are computed one by one."""
+
+
+def tabled(formula: Callable[..., tuple[Any, ...]], given: Array, count: int) -> Array:
+    """Return what a formula makes of rows (n, k) of numbers, (n, count).
+
+    Args:
+        formula: takes k numbers, or k arrays (n,); returns `count` of these.
+        given: (n, k).
+        count: of the formula's values.
+    """
+    if len(given) <= FEW:
+        with suppress(ZeroDivisionError):  # arrays know what one by zero is
+            return np.array([formula(*row) for row in given.tolist()]).reshape(-1, count)
+    table = np.empty((len(given), count))
+    for i, values in enumerate(formula(*given.T)):
+        table[:, i] = values
+    return table
