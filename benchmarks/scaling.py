@@ -4,8 +4,9 @@
 python benchmarks/scaling.py --json scaling.json --markdown scaling.md
 
 An orbit of 80 m height over still robots on a grid, all in view of a camera of 4K; no image is
-rendered. Counted is the processor time of one core (other programs do not disturb it) for pose,
-points on the water and tracking, after the robots are confirmed.
+rendered. Counted is the processor time of one core for pose, points on the water and tracking,
+after the robots are confirmed. Programs that share its caches make it longer; how many functions an
+image calls, Python's and C's, does not depend on them.
 """
 
 from __future__ import annotations
@@ -16,6 +17,8 @@ import math
 import os
 import sys
 import time
+from collections import Counter
+from collections.abc import Callable
 from pathlib import Path
 
 for _name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS"):
@@ -25,6 +28,7 @@ import numpy as np  # noqa: E402 - the number of threads comes first
 
 from aerial_gnss_ros.core.config import estimator_config  # noqa: E402
 from aerial_gnss_ros.core.estimator import Estimator  # noqa: E402
+from aerial_gnss_ros.core.values import FrameResult  # noqa: E402
 from aerial_gnss_ros.simulation.experiment import (  # noqa: E402
     CameraClock,
     Experiment,
@@ -34,6 +38,7 @@ from aerial_gnss_ros.simulation.flight import FlightPlan, GeneratedFlight  # noq
 from aerial_gnss_ros.simulation.robots import SwimPlan  # noqa: E402
 from aerial_gnss_ros.simulation.sensors import START_NS  # noqa: E402
 
+STAGES = ("pose", "locate", "track")
 COUNTS = (1, 3, 10, 30, 100, 300, 1000)
 GRID_M = 1.8
 
@@ -57,15 +62,20 @@ def measure(robots: int, images: int) -> dict[str, float]:
     for height in sensors.heights():
         engine.add_height(height)
     found: list[float] = []
-    tracked = 0
-    for frame, _, boxes in made.detections():
+    parts: list[list[float]] = []
+    *images_, last = made.detections()
+    for frame, _, boxes in images_:
         engine.add_detections(boxes)
         began = time.process_time_ns()
         done = engine.advance(frame.stamp_ns)
         spent = 1e-3 * (time.process_time_ns() - began)
         found += [spent / len(done)] * len(done)
-        tracked = len(done[-1].estimates) if done else tracked
+        parts += [[one.timings_ms[name] for name in STAGES] for one in done]
+    engine.add_detections(last[2])
+    done, calls = counted(lambda: engine.advance(last[0].stamp_ns))
+    tracked = len(done[-1].estimates)
     total = np.array(found[len(found) // 3 :])
+    share = np.median(parts[len(parts) // 3 :], axis=0)
     return {
         "robots": robots,
         "tracked": tracked,
@@ -73,19 +83,40 @@ def measure(robots: int, images: int) -> dict[str, float]:
         "median_us": float(np.median(total)),
         "p95_us": float(np.percentile(total, 95)),
         "us_per_robot": float(np.median(total)) / robots,
+        "calls": calls / len(done),
+        **{
+            f"{name}_share": float(one)
+            for name, one in zip(STAGES, share / share.sum(), strict=True)
+        },
     }
+
+
+def counted(work: Callable[[], list[FrameResult]]) -> tuple[list[FrameResult], int]:
+    """Return what some work returns, and how many functions of Python and C it called."""
+    calls = Counter[str]()
+
+    def count(_frame: object, event: str, _value: object) -> None:
+        calls[event] += 1
+
+    sys.setprofile(count)
+    try:
+        found = work()
+    finally:
+        sys.setprofile(None)
+    return found, calls["call"] + calls["c_call"]
 
 
 def markdown(rows: list[dict[str, float]]) -> str:
     """Return the table."""
     lines = [
-        "| robots | tracked | µs per image (median) | p95 | µs per robot |",
-        "|---:|---:|---:|---:|---:|",
+        "| robots | tracked | µs an image | p95 | µs a robot | calls | pose, points, tracks |",
+        "|---:|---:|---:|---:|---:|---:|---:|",
     ]
-    keys = ("median_us", "p95_us", "us_per_robot")
+    keys = ("median_us", "p95_us", "us_per_robot", "calls")
     for one in rows:
         cells = " | ".join(f"{one[key]:.0f}" for key in keys)
-        lines.append(f"| {one['robots']:.0f} | {one['tracked']:.0f} | {cells} |")
+        shares = ", ".join(f"{one[f'{name}_share']:.0%}" for name in STAGES)
+        lines.append(f"| {one['robots']:.0f} | {one['tracked']:.0f} | {cells} | {shares} |")
     return "\n".join(lines) + "\n"
 
 

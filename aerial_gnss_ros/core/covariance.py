@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aerial_gnss_ros.core.camera import CameraModel
+from aerial_gnss_ros.core.few import products
 from aerial_gnss_ros.core.frames import skew
 from aerial_gnss_ros.core.gimbal import Reference, error_axes
 from aerial_gnss_ros.core.noise import Noise
@@ -70,7 +71,7 @@ def ray_points(view: View, camera: CameraModel, pixels: Array) -> RayPoints:
     directions = rays @ view.enu_from_optical.T
     by_pixel = view.enu_from_optical @ rays_by_pixel
     distances, gradients = view.meet(directions)
-    gradients /= np.einsum("ij,ij->i", gradients, directions)[:, None]
+    gradients /= products(gradients, directions)[:, None]
     # (n, 2, 3): the horizontal rows of I - d n' / (n.d)
     slide = _LEVEL - directions[:, :2, None] * gradients[:, None, :]
     reach = slide * distances[:, None, None]
@@ -185,6 +186,6 @@ def elevation_sigma(points: RayPoints, known: Uncertainty) -> Array:
     tilts[:, :3] = level @ (_RAISE @ known.rotation_slow[:2])
     tilts[:, 3:5] = level @ (_RAISE * known.rotation_white[:2])
     tilts[:, 5:] = points.directions_by_pixel[:, 2] * known.pixel
-    across = np.maximum(np.einsum("ij,ij->i", level, level), 1e-18)
-    sigma: Array = np.sqrt(np.einsum("ij,ij->i", tilts, tilts) / across)
+    across = np.maximum(products(level, level), 1e-18)
+    sigma: Array = np.sqrt(products(tilts, tilts) / across)
     return sigma

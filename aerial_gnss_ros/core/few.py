@@ -8,7 +8,6 @@ all at once where they are many.
 from __future__ import annotations
 
 from collections.abc import Callable
-from contextlib import suppress
 from typing import Any
 
 import numpy as np
@@ -20,6 +19,11 @@ FEW = 8
 """Up to so many rows are computed one by one."""
 
 
+def products(one: Array, other: Array) -> Array:
+    """Return the scalar products (n,) of rows (n, k); less to call than einsum."""
+    return (one[:, None, :] @ other[:, :, None]).reshape(-1)
+
+
 def tabled(formula: Callable[..., tuple[Any, ...]], given: Array, count: int) -> Array:
     """Return what a formula makes of rows (n, k) of numbers, (n, count).
 
@@ -29,8 +33,10 @@ def tabled(formula: Callable[..., tuple[Any, ...]], given: Array, count: int) ->
         count: of the formula's values.
     """
     if len(given) <= FEW:
-        with suppress(ZeroDivisionError):  # arrays know what one by zero is
+        try:
             return np.array([formula(*row) for row in given.tolist()]).reshape(-1, count)
+        except ZeroDivisionError:
+            pass  # arrays know what one by zero is
     table = np.empty((len(given), count))
     for i, values in enumerate(formula(*given.T)):
         table[:, i] = values

@@ -73,9 +73,8 @@ class Motion:
     def _straight(self, seconds: float, count: int) -> tuple[Array, None, Array]:
         """Return the step of robots that were all in view just now."""
         q = self.acceleration**2
-        noise = np.empty((count, 3))
-        noise[:] = q * seconds**3 / 3.0, q * seconds**2 / 2.0, q * seconds
-        return np.full(count, seconds), None, noise
+        once = [q * seconds**3 / 3.0, q * seconds**2 / 2.0, q * seconds]
+        return np.full(count, seconds), None, np.array([once] * count).reshape(-1, 3)
 
     def _forget(self, noise: Array, time: float, length: Array, keep: Array) -> None:
         """Carry noise (n, 3) through a time without memory, and add what comes in it."""

@@ -165,6 +165,8 @@ def _iterate(
     The derivatives stay: only the residual is taken anew, less what the step should have changed.
     """
     far = RELINEARISE * float(sight.measured.position[2])
+    if np.abs(joint.mean - before).max() <= far:  # most often: then no robot went farther
+        return
     for _ in range(MAX_ITERATIONS):
         robots = joint.robots[slots, :2]
         moved = robots - before[COUNT:].reshape(-1, 4)[slots, :2]
@@ -194,8 +196,9 @@ def _innovation(
     """Return the covariance (2 m, 2 m) of the residual but for the boxes' own noise."""
     m = len(slots)
     spread: Array = by_state[:, :COUNT] @ linear.by_platform.reshape(2 * m, COUNT).T
-    robots = by_state[:, COUNT:].reshape(2 * m, len(joint), 4)[:, slots, :2]
-    spread += np.einsum("ajc,jrc->ajr", robots, linear.by_place).reshape(2 * m, 2 * m)
+    robots = by_state[:, COUNT:].reshape(2 * m, len(joint), 4)[:, slots, :2].swapaxes(0, 1)
+    own = robots @ linear.by_place.swapaxes(1, 2)
+    spread += own.swapaxes(0, 1).reshape(2 * m, 2 * m)
     by_pose = linear.by_pose.reshape(2 * m, -1)
     spread += (by_pose * white) @ by_pose.T
     return spread

@@ -15,6 +15,7 @@ import math
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from aerial_gnss_ros.core.few import products
 from aerial_gnss_ros.core.frames import FLU_FROM_OPTICAL
 from aerial_gnss_ros.core.geodesy import (
     MEAN_RADIUS_M,
@@ -82,7 +83,7 @@ class View:
         return distances, (self._place + scaled * distances[:, None]) @ self._turn.T
 
     def _distances(self, d: Array) -> Array:
-        a = np.einsum("ij,ij->i", d, d)
+        a = products(d, d)
         b = d @ self._place
         c = self._above
         discriminant = b * b - a * c
@@ -98,7 +99,7 @@ class View:
     def normals(self, offsets: Array) -> Array:
         """Return outward unit normals (n, 3) ENU of the water at points (n, 3) ENU."""
         gradient = (self._place + offsets @ self._turn) @ self._turn.T
-        square = np.einsum("ij,ij->i", gradient, gradient)
+        square = products(gradient, gradient)
         normals: Array = gradient / np.sqrt(square)[:, None]
         return normals
 

@@ -265,7 +265,9 @@ class Tracker:
         if not named or self._local is None:
             return ()
         named.sort(key=lambda row: self.tracks[row].robot_id)
-        mean, covariance = self.filter.mean[named], self.filter.covariance[named]
+        mean, covariance = self.filter.mean, self.filter.covariance
+        if named != list(range(len(mean))):
+            mean, covariance = mean[named], covariance[named]
         names = [self.tracks[row].robot_id for row in named]
         doubts = self._encounters.doubts(dict(zip(names, mean[:, :2], strict=True)))
         for i, name in enumerate(names):
