@@ -28,7 +28,6 @@ from aerial_gnss_ros.core.joint_motion import Motion
 from aerial_gnss_ros.core.track import Track
 
 Array = NDArray[np.float64]
-Indices = NDArray[np.intp]
 
 SHARE = 0.25
 """Of each of the four parts of the mixture."""
@@ -126,7 +125,6 @@ class Reacquisition:
         settled = (possible.any(axis=1).sum() <= len(columns)) and len(columns) > 1
         came = [tracks[ready[column]] for column in columns]
         settled &= all(a.seen_beside(b) for a, b in combinations(came, 2))
-        settled = settled and _lead(cost, possible, rows, columns) > LIKELY
         waiting = {row for j, row in enumerate(ready) if waits[j] and not settled}
         likely = vague / (vague.sum(axis=0) + each[:, None])
         found = {
@@ -187,25 +185,6 @@ def twins(
 
 def _can_be(old: Track, new: Track) -> bool:
     return old.class_id == new.class_id and not old.seen_beside(new)
-
-
-def _lead(cost: Array, possible: NDArray[np.bool_], rows: Indices, columns: Indices) -> float:
-    """Return the probability of the best assignment against the second best.
-
-    Args:
-        cost: (n, m) of a pair: minus twice the log of its likelihood.
-        possible: (n, m) pairs that can be.
-        rows: k of the best assignment.
-        columns: theirs.
-    """
-    best = float(cost[rows, columns].sum())
-    second = np.inf
-    for row, column in zip(rows, columns, strict=True):
-        others = possible.copy()
-        others[row, column] = False
-        found = cheapest(cost, others, np.zeros(len(cost)))
-        second = min(second, float(cost[found].sum()))
-    return float(1.0 / (1.0 + np.exp(0.5 * min(best - second, 0.0))))
 
 
 def _waits(density: Array) -> NDArray[np.bool_]:
