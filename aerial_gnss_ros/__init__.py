@@ -3,8 +3,8 @@
 
 import os
 
-# OpenBLAS's threads, woken for small matrices, wait for one another on a busy machine: 60 ms for
-# what takes 1 µs on one thread. Read when numpy is first imported; what is set already stays.
+# OpenBLAS wakes its threads even for small matrices, and on a busy machine they wait for one
+# another far longer than the work takes. Read when numpy is first imported; what is set stays.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 __version__ = "0.1.0"

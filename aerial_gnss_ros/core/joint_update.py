@@ -144,7 +144,7 @@ def _solved(root: Array, right: Array) -> Array:
     """Return the solution of root @ x = right, the root lower.
 
     LAPACK's trtrs would do, but OpenBLAS wakes its threads for it whatever the size, and on a busy
-    machine they wait for one another for 50 ms.
+    machine they wait for one another longer than the whole image takes.
     """
     solution: Array = dtrsm(1.0, root, right, lower=1)
     return solution
