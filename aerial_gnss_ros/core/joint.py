@@ -71,6 +71,7 @@ class JointFilter:
         self._fresh = True
         self._late = self._stationary[LATENCY, LATENCY] > SURE_S**2
         self._count = 0
+        self._refusing = False
         self._pose_ns: int | None = None
         self._motion = PoseMotion()
         self._jumps.reset()
@@ -165,10 +166,14 @@ class JointFilter:
         ]
         return found[0] if len(found) == 1 else Comparison.of_groups(found)
 
-    def correct(self, seen: Measurements, rows: Indices, columns: Indices) -> None:
-        """Take in detections `columns` of robots `rows`."""
+    def correct(self, seen: Measurements, rows: Indices, columns: Indices) -> Indices:
+        """Take in detections `columns` of robots `rows`; return the rows for which it refused.
+
+        It refuses detections by which a robot would be faster than `tracks.max_speed`.
+        """
+        refused: list[Indices] = [np.zeros(0, np.intp)]
         if not len(rows) or self._sight is None:
-            return
+            return refused[0]
         column_of = np.full(self._count, -1, np.intp)
         column_of[rows] = columns
         squared, count = 0.0, 0
@@ -179,10 +184,25 @@ class JointFilter:
                 if self._late:
                     follow(group, self._sight)
                     group.forget(slots, self._stationary, self.motion.speed_sigma + FEIGNED_MPS)
-                outcome = correct(group, slots, pixels, self._sight, self.model)
+                outcome = correct(
+                    group, slots, pixels, self._sight, self.model, 2.0 * self.motion.speed_sigma
+                )
                 squared, count = squared + outcome.squared, count + outcome.count
+                refused.append(group.rows[outcome.refused])
         if not self._late:
             self._watch(squared, count)
+        gone = np.concatenate(refused)
+        self._tell(len(gone))
+        return gone
+
+    def _tell(self, refused: int) -> None:
+        if refused and not self._refusing:
+            self.log.add(
+                f"Boxes of {refused} robots would make them faster than tracks.max_speed "
+                f"({2.0 * self.motion.speed_sigma:g} m/s) and are not used: the compass, the "
+                "gimbal or camera.latency_s may be wrong."
+            )
+        self._refusing = bool(refused)
 
     def _watch(self, squared: float, count: int) -> None:
         for sentence in (

@@ -7,7 +7,7 @@ business of `joint_view`.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,6 +29,10 @@ RELINEARISE = 0.02
 """A robot that a correction moves by this share of its distance is corrected from there anew."""
 
 MAX_ITERATIONS = 3
+
+TOO_FAST = 3.0
+"""Sigmas by which a robot must be faster than robots are for its box to be refused, and at most
+half of that speed."""
 
 
 @dataclass(frozen=True)
@@ -57,10 +61,12 @@ class Outcome:
     Attributes:
         squared: normalised squared innovation of the whole image.
         count: its degrees of freedom.
+        refused: slots of robots whose boxes were not used: no robot is as fast.
     """
 
     squared: float
     count: int
+    refused: Indices = field(default_factory=lambda: np.zeros(0, np.intp))
 
 
 def linearise(
@@ -87,9 +93,17 @@ def linearise(
 
 
 def correct(
-    joint: Joint, slots: Indices, pixels: Array, sight: Sight, model: PlatformModel
+    joint: Joint,
+    slots: Indices,
+    pixels: Array,
+    sight: Sight,
+    model: PlatformModel,
+    fastest: float = np.inf,
 ) -> Outcome:
     """Take in the pixels of some robots.
+
+    A robot that would have to be faster than robots are is refused its box: a gimbal or a compass
+    that turns by itself carries the boxes of all robots along.
 
     Args:
         joint: changed in place.
@@ -97,6 +111,7 @@ def correct(
         pixels: (m, 2) measured.
         sight: the camera.
         model: white noise of pose and boxes.
+        fastest: speed of a robot, m/s.
     """
     follow(joint, sight)
     before = joint.mean
@@ -123,6 +138,12 @@ def correct(
     gain[:, LATENCY] = reduction[LATENCY, LATENCY] = 0.0
     joint.mean = before + white @ gain
     _iterate(joint, before, slots, pixels, sight, linear, root, gain)
+    possible = _possible(joint, slots, reduction, fastest)
+    if possible is not None:
+        joint.mean = before
+        rest = correct(joint, slots[possible], pixels[possible], sight, model, fastest)
+        refused = np.concatenate([slots[~possible], rest.refused])
+        return Outcome(rest.squared, rest.count, refused)
     joint.covariance -= reduction
     joint.unseen[slots] = 0.0
     return Outcome(squared, 2 * m)
@@ -179,6 +200,21 @@ def _iterate(
         told = linear.by_platform @ step[:COUNT] + (linear.by_place @ moved[:, :, None])[:, :, 0]
         residual = pixels - now.pixels + told
         joint.mean = before + _solved(root, residual.reshape(-1, 1))[:, 0] @ gain
+
+
+def _possible(
+    joint: Joint, slots: Indices, reduction: Array, fastest: float
+) -> NDArray[np.bool_] | None:
+    """Return which corrected robots (m,) are not too fast; None if all are."""
+    velocities = joint.robots[slots, 2:]
+    speeds = np.sqrt(np.einsum("ij,ij->i", velocities, velocities))
+    if not (speeds > fastest).any():
+        return None
+    own = COUNT + 4 * slots[:, None] + [2, 3]
+    variance = (joint.covariance[own, own] - reduction[own, own]).sum(axis=1)
+    margin = np.minimum(TOO_FAST * np.sqrt(variance), 0.5 * fastest)
+    possible: NDArray[np.bool_] = speeds <= fastest + margin
+    return None if possible.all() else possible
 
 
 def _times_covariance(joint: Joint, slots: Indices, linear: Linear) -> Array:

@@ -109,6 +109,8 @@ class Matcher:
         """Return whether a single box may update a track: as a robot, as a new one, not at all."""
         if track.state is State.TENTATIVE and not track.waits:
             return _NEW
+        if track.strayed:
+            return ""
         fresh = (stamp_ns - track.last_seen_ns) * 1e-9 <= self._fresh_s + 1e-9
         return _ROBOT if fresh else ""
 

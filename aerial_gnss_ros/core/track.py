@@ -36,6 +36,7 @@ class Track:
         swum: sum of its squared velocities, mean of both axes, each `HABIT_S`, m²/s².
         swum_count: how many independent ones.
         waits: whether it waits for its name, since it could be one of several robots.
+        strayed: whether a box was refused it, by which it would be faster than robots are.
     """
 
     class_id: str
@@ -49,6 +50,7 @@ class Track:
     swum: float = 0.0
     swum_count: float = 0.0
     waits: bool = False
+    strayed: bool = False
 
     def hit(self, stamp_ns: int, window_ns: int, velocity: Array) -> None:
         """Take in that an image shows it.

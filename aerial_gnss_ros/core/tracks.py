@@ -96,9 +96,9 @@ class Tracker:
         if not self.filter.look(frame, local):
             return TrackUpdate(self._estimates(stamp_ns), {}, points.valid)
         rows, columns = self._matcher.match(self.tracks, seen, stamp_ns)
-        columns = self._correct(seen, rows, columns, stamp_ns)
-        started = self._start(seen, columns, frame.detections)
-        updated = self._confirm(len(seen.index), local, stamp_ns)
+        rows, columns, refused = self._correct(seen, rows, columns, stamp_ns)
+        started = self._start(seen, np.concatenate([columns, refused]), frame.detections)
+        updated = self._impossible | self._confirm(len(seen.index), local, stamp_ns)
         measured = dict(zip(rows.tolist(), seen.index[columns].tolist(), strict=True)) | started
         gated = np.zeros(len(frame.detections), dtype=bool)
         gated[seen.index] = True
@@ -146,8 +146,8 @@ class Tracker:
 
     def _correct(
         self, seen: Measurements, rows: Indices, columns: Indices, stamp_ns: int
-    ) -> Indices:
-        """Take in measurements; return the `columns` that the rows were corrected with."""
+    ) -> tuple[Indices, Indices, Indices]:
+        """Take in measurements; return rows, columns they were corrected with, refused columns."""
         columns = columns.copy()
         named = [i for i, row in enumerate(rows) if self.tracks[row].robot_id]
         boxes = columns[named]
@@ -159,11 +159,18 @@ class Tracker:
                 stamp_ns,
             )
         ]
-        self.filter.correct(seen, rows, columns)
+        impossible = self.filter.correct(seen, rows, columns)
+        refused, self._impossible = columns[:0], set[int]()
+        if len(impossible):
+            self._impossible = {row for row in impossible if not self.tracks[row].robot_id}
+            fast = np.isin(rows, impossible)
+            rows, columns, refused = rows[~fast], columns[~fast], columns[fast]
+            for row in impossible:
+                self.tracks[row].strayed = True
         velocities = self.filter.mean[:, 2:]
         for row in rows:
             self.tracks[row].hit(stamp_ns, self._window_ns, velocities[row])
-        return columns
+        return rows, columns, refused
 
     def _start(self, seen: Measurements, columns: Indices, frame: DetectionFrame) -> dict[int, int]:
         """Begin a track for each measurement left over; return detection indices by row.
@@ -193,7 +200,9 @@ class Tracker:
 
     def _confirm(self, boxes: int, local: LocalMap, stamp_ns: int) -> set[int]:
         """Name the tracks that have hits enough; return the rows that they replace."""
-        ready = [row for row, track in enumerate(self.tracks) if self._is_ready(track)]
+        strayed = any(track.strayed for track in self.tracks)
+        begun_ns = stamp_ns - (self._window_ns if strayed else 0)
+        ready = [row for row, track in enumerate(self.tracks) if self._is_ready(track, begun_ns)]
         named = sum(bool(track.robot_id) for track in self.tracks)
         if self._matcher.confused and 2 * len(ready) < min(named, boxes):
             return set()  # robots come back together, or it is chance
@@ -234,8 +243,11 @@ class Tracker:
             self.tracks[new].fold(self.tracks[old])
         return set(pairs.values())
 
-    def _is_ready(self, track: Track) -> bool:
+    def _is_ready(self, track: Track, begun_ns: int) -> bool:
+        """Return whether a track can get a name; it must have begun by then."""
         if track.state is not State.TENTATIVE or len(track.hits) < self._rules.confirm_hits:
+            return False
+        if track.strayed or track.first_seen_ns > begun_ns:
             return False
         since = sum(image >= track.hits[0] for image in self._images)
         return 2 * len(track.hits) >= since

@@ -120,6 +120,34 @@ def test_a_spinning_compass_makes_no_confident_position(sea):
     assert {e.robot_id for e in results[-1].estimates} == {f"aqua_{i}" for i in range(1, 7)}
 
 
+@pytest.mark.parametrize("turn_deg_s", [-60.0, 20.0, 36.0])
+def test_a_gimbal_that_turns_by_itself_makes_no_robot_fast(sea, turn_deg_s):
+    """Two robots cannot outvote it; but no robot is as fast as it makes them."""
+    robots = {"a": lambda _t: (2.0, 21.0), "b": lambda t: (-3.0 + 0.3 * t, 10.0)}
+    world = sea.World(robots=robots, pixel_sigma=1.0)
+    engine = sea.estimator()
+    before = sea.play(engine, world, 6.0, until_flush=False)
+    of = {
+        e.robot_id: min(robots, key=lambda name: np.linalg.norm(e.position - robots[name](6.0)))
+        for e in before[-1].estimates
+    }
+    spun = []
+    for i in range(40):
+        world.rpy_bias_deg = (0.0, 0.0, 0.2 * turn_deg_s * i)
+        spun += sea.play(engine, world, 0.1, begin=6.2 + 0.2 * i, until_flush=False)
+    world.rpy_bias_deg = (0.0, 0.0, 0.0)
+    results = sea.play(engine, world, 4.0, begin=14.4)
+    for result in spun + results:
+        t = (result.stamp_ns - sea.stamp(0.0)) * 1e-9
+        for estimate in result.estimates:
+            place = np.array(robots[of[estimate.robot_id]](t))
+            offset = estimate.position - place
+            squared = offset @ np.linalg.solve(estimate.covariance[:2, :2], offset)
+            assert squared < 25.0
+    assert {e.robot_id for e in results[-1].estimates} == {"aqua_1", "aqua_2"}
+    assert {e.state for e in results[-1].estimates} == {State.CONFIRMED}
+
+
 @pytest.mark.parametrize(("factor", "alarms"), [(1.0, False), (2.0, True)])
 def test_the_monitor_tells_noise_that_is_understated_by_two(sea, factor, alarms):
     world = sea.World(robots=RING, pixel_sigma=2.0 * factor, seed=5)
