@@ -197,6 +197,10 @@ class Encounters:
         self._begin(tracks, positions[boxes], white[boxes], stamp_ns)
         return boxes
 
+    def doubt(self, one: str, other: str, exchanged: float) -> None:
+        """Take in that the robots of two names may be exchanged, by this probability."""
+        self._parted = self._parted.mixed(one, other, exchanged)
+
     def doubts(self, places: dict[str, Array]) -> dict[str, Array]:
         """Return covariances (2, 2) to be added for names that may be another's, m².
 

@@ -28,6 +28,7 @@ from aerial_gnss_ros.core.joint_motion import Motion
 from aerial_gnss_ros.core.track import Track
 
 Array = NDArray[np.float64]
+Indices = NDArray[np.intp]
 
 SHARE = 0.25
 """Of each of the four parts of the mixture."""
@@ -86,8 +87,10 @@ class Reacquisition:
         stamp_ns: int,
         height: float,
         newcomers: float,
-    ) -> tuple[dict[int, int], set[int]]:
+    ) -> tuple[dict[int, int], set[int], dict[tuple[int, int], float]]:
         """Return, by row of a new track, the row of the robot that it is; and the rows that wait.
+
+        Besides, by two new rows, the probability that their robots are the other way round.
 
         Args:
             tracks: all of them.
@@ -132,7 +135,12 @@ class Reacquisition:
             for i, j in zip(rows, columns, strict=True)
             if settled or likely[i, j] > LIKELY
         }
-        return {new: old for new, old in found.items() if new not in waiting}, waiting
+        found = {new: old for new, old in found.items() if new not in waiting}
+        sure = [k for k, column in enumerate(columns) if ready[column] in found]
+        new = [ready[columns[k]] for k in sure]
+        odds = _exchanged(cost, possible, rows[sure], columns[sure])
+        named = {(new[a], new[b]): share for (a, b), share in odds.items()}
+        return found, waiting, named
 
     def _density(self, track: Track, unseen: float, offsets: Array, spread: Array) -> Array:
         """Return the density (m,) at offsets (m, 2) from where the filter has the robot, 1/m²."""
@@ -185,6 +193,26 @@ def twins(
 
 def _can_be(old: Track, new: Track) -> bool:
     return old.class_id == new.class_id and not old.seen_beside(new)
+
+
+def _exchanged(
+    cost: Array, possible: NDArray[np.bool_], rows: Indices, columns: Indices
+) -> dict[tuple[int, int], float]:
+    """Return, by two pairs of an assignment, the probability that they are the other way round.
+
+    Args:
+        cost: (n, m) of a pair: minus twice the log of its likelihood.
+        possible: (n, m) pairs that can be.
+        rows: k of the assignment.
+        columns: theirs.
+    """
+    weights = {}
+    for a, b in combinations(range(len(rows)), 2):
+        (i, j), (u, v) = (rows[a], columns[a]), (rows[b], columns[b])
+        if possible[i, v] and possible[u, j]:
+            worse = cost[i, v] + cost[u, j] - cost[i, j] - cost[u, v]
+            weights[a, b] = float(np.exp(-0.5 * max(worse, 0.0)))
+    return {pair: weight / (1.0 + sum(weights.values())) for pair, weight in weights.items()}
 
 
 def _waits(density: Array) -> NDArray[np.bool_]:

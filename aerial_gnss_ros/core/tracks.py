@@ -211,7 +211,7 @@ class Tracker:
         self._matcher.confused = False
         folded = self._fold(ready)
         ready = [row for row in ready if row not in folded]
-        resumed, waiting = self._resume(ready, stamp_ns)
+        resumed, waiting, exchanged = self._resume(ready, stamp_ns)
         for row in ready:
             self.tracks[row].waits = row in waiting
         ready = [row for row in ready if row not in waiting]
@@ -226,6 +226,8 @@ class Tracker:
             else:
                 track.robot_id = given[row]
             track.state = State.CONFIRMED
+        for (one, other), share in exchanged.items():
+            self._encounters.doubt(self.tracks[one].robot_id, self.tracks[other].robot_id, share)
         return {*resumed.values(), *folded}
 
     def _merge(self, old: int, new: int) -> None:
@@ -252,11 +254,16 @@ class Tracker:
         since = sum(image >= track.hits[0] for image in self._images)
         return 2 * len(track.hits) >= since
 
-    def _resume(self, ready: list[int], stamp_ns: int) -> tuple[dict[int, int], set[int]]:
-        """Return, by new row, the robot out of sight that it is, and the rows that must wait."""
+    def _resume(
+        self, ready: list[int], stamp_ns: int
+    ) -> tuple[dict[int, int], set[int], dict[tuple[int, int], float]]:
+        """Return, by new row, the robot out of sight that it is, and the rows that must wait.
+
+        Besides, how likely two new rows are one another's robots (`Reacquisition.pairs`).
+        """
         away = [row for row, track in enumerate(self.tracks) if track.robot_id]
         if not away:
-            return {}, set()
+            return {}, set(), {}
         return self._reacquisition.pairs(
             self.tracks, away, ready, self._apart(away, ready), stamp_ns, self._height,
             self._identity.newcomers((stamp_ns - self._first_ns) * 1e-9),

@@ -17,7 +17,12 @@ SECOND = 1_000_000_000
 MOTION = Motion(0.05, 0.75)
 
 
-def _pairs(down, up, unseen_s, newcomers=0.1, waited_s=0.2, beside=True):
+def _pairs(*places, **more):
+    found, waiting, _ = _pairs_and_odds(*places, **more)
+    return found, waiting
+
+
+def _pairs_and_odds(down, up, unseen_s, newcomers=0.1, waited_s=0.2, beside=True):
     """Robots went down at `down`, tracks came up at `up` (East, North, m)."""
     now = 1000 * SECOND
     left, came = now - round(unseen_s * SECOND), now - round(waited_s * SECOND)
@@ -33,10 +38,11 @@ def _pairs(down, up, unseen_s, newcomers=0.1, waited_s=0.2, beside=True):
     variance = MOTION.step(unseen_s, np.zeros(1))[2][0, 0] + 0.1
     spread = np.broadcast_to(variance * np.eye(2), (*offsets.shape, 2))
     n = len(down)
-    found, waiting = Reacquisition(MOTION, 11.6, 180.0).pairs(
+    found, waiting, exchanged = Reacquisition(MOTION, 11.6, 180.0).pairs(
         tracks, list(range(n)), list(range(n, len(tracks))), (offsets, spread), now, 30.0, newcomers
     )
-    return {new - n: old for new, old in found.items()}, {row - n for row in waiting}
+    odds = {(one - n, other - n): p for (one, other), p in exchanged.items()}
+    return {new - n: old for new, old in found.items()}, {row - n for row in waiting}, odds
 
 
 @pytest.mark.parametrize(
@@ -67,6 +73,19 @@ def test_two_that_come_up_together_are_told_by_how_they_lie():
     """Both seem 1.2 m further east, so that one seems nearer to the place of the other."""
     found, waiting = _pairs([(0, 0), (2, 0)], [(3.2, 0), (1.2, 0)], 10.0)
     assert (found, waiting) == ({0: 1, 1: 0}, set())
+
+
+@pytest.mark.parametrize(
+    ("up", "low", "high"),
+    [
+        ([(0, 0), (6, 0)], 0.0, 0.2),
+        ([(1, 0), (1.1, 0)], 0.3, 0.5),  # both between the two: nobody knows
+    ],
+)
+def test_how_likely_the_other_way_round_is_told(up, low, high):
+    found, _, odds = _pairs_and_odds([(0, 0), (2, 0)], up, 10.0)
+    assert set(found) == {0, 1}
+    assert low <= sum(odds.values()) <= high + 1e-9
 
 
 def test_two_tracks_that_no_image_shows_together_are_not_two_robots():
