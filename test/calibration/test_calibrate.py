@@ -4,6 +4,8 @@
 from __future__ import annotations
 
 import math
+import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -22,6 +24,10 @@ from aerial_gnss_ros.simulation.flight import FlightPlan, GeneratedFlight
 from aerial_gnss_ros.simulation.robots import SwimPlan
 from aerial_gnss_ros.simulation.sensors import SensorPlan, sensor_plan
 
+sys.path.insert(0, str(Path(__file__).parents[2] / "benchmarks"))
+
+from calibration import record
+
 DURATION_S = 40.0
 
 
@@ -39,24 +45,7 @@ def _experiment(
 def _record(experiment: Experiment, latency_s: float, noise: dict | None = None) -> Recording:
     """Drive a recording as a bag would, with `latency_s` configured."""
     values = {"camera": {"latency_s": latency_s}, "noise": noise or {}}
-    recording = Recording(estimator_config(values))
-    sensors, events = experiment.sensors, []
-    for values, take in (
-        (sensors.fixes(), recording.add_fix),
-        (sensors.gimbals(), recording.add_gimbal),
-        (sensors.heights(), recording.add_height),
-    ):
-        events += [(value.stamp_ns, 0, take, value) for value in values]
-    for frame, _, found in experiment.detections():
-        events.append((frame.log_ns, 1, recording.add_detections, found))
-    events.sort(key=lambda event: event[:2])
-    recording.add_camera(events[0][0], experiment.camera)
-    for now_ns, kind, take, value in events:
-        take(value)
-        if kind:
-            recording.advance(now_ns)
-    recording.flush()
-    return recording
+    return record(experiment, estimator_config(values))
 
 
 def _truth(experiment: Experiment) -> dict[str, float]:
