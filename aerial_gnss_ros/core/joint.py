@@ -185,7 +185,7 @@ class JointFilter:
                     follow(group, self._sight)
                     group.forget(slots, self._stationary, self.motion.speed_sigma + FEIGNED_MPS)
                 outcome = correct(
-                    group, slots, pixels, self._sight, self.model, 2.0 * self.motion.speed_sigma
+                    group, slots, pixels, self._sight, self.model, self.motion.fastest
                 )
                 squared, count = squared + outcome.squared, count + outcome.count
                 refused.append(group.rows[outcome.refused])
@@ -199,7 +199,7 @@ class JointFilter:
         if refused and not self._refusing:
             self.log.add(
                 f"Boxes of {refused} robots would make them faster than tracks.max_speed "
-                f"({2.0 * self.motion.speed_sigma:g} m/s) and are not used: the compass, the "
+                f"({self.motion.fastest:g} m/s) and are not used: the compass, the "
                 "gimbal or camera.latency_s may be wrong."
             )
         self._refusing = bool(refused)

@@ -40,6 +40,11 @@ class Motion:
         self.acceleration = acceleration
         self.speed_sigma = speed_sigma
 
+    @property
+    def fastest(self) -> float:
+        """Fastest speed of a robot, m/s: `tracks.max_speed`."""
+        return 2.0 * self.speed_sigma
+
     def step(self, seconds: float, unseen: Array) -> tuple[Array, Array | None, Array]:
         """Return reach (n,), kept velocity (n,) and noise (n, 3): pp, pv, vv, of a time step.
 

@@ -98,14 +98,15 @@ class Tracker:
         rows, columns = self._matcher.match(self.tracks, seen, stamp_ns)
         rows, columns, refused = self._correct(seen, rows, columns, stamp_ns)
         started = self._start(seen, np.concatenate([columns, refused]), frame.detections)
-        updated = self._impossible | self._confirm(len(seen.index), local, stamp_ns)
+        updated = self._confirm(len(seen.index), local, stamp_ns)
         measured = dict(zip(rows.tolist(), seen.index[columns].tolist(), strict=True)) | started
         gated = np.zeros(len(frame.detections), dtype=bool)
         gated[seen.index] = True
         gated[list(measured.values())] = False
         names = {self.tracks[row].robot_id: index for row, index in measured.items()}
         names.pop("", None)
-        self._drop(updated)
+        stray = {row for row, one in enumerate(self.tracks) if one.strayed and not one.robot_id}
+        self._drop(updated | stray)
         return TrackUpdate(
             self._estimates(stamp_ns), names, gated, named_errors(*self.filter.platform)
         )
@@ -160,9 +161,8 @@ class Tracker:
             )
         ]
         impossible = self.filter.correct(seen, rows, columns)
-        refused, self._impossible = columns[:0], set[int]()
+        refused = columns[:0]
         if len(impossible):
-            self._impossible = {row for row in impossible if not self.tracks[row].robot_id}
             fast = np.isin(rows, impossible)
             rows, columns, refused = rows[~fast], columns[~fast], columns[fast]
             for row in impossible:
