@@ -21,6 +21,8 @@ COUNT = 1000
 CROP_PX = 320
 _USUAL = Variety()
 _SAMPLES = DatasetConfig({}).samples
+_OCCUPIED = DatasetConfig({}).occupied
+_OCCUPIED_FRAMES = 0.9
 _ONLY_FLIGHTS = (
     "flight", "telemetry", "start", "height", "tilt", "stand_off", "speed", "camera_offset",
     "robots", "robot_at", "robot_speed",
@@ -56,6 +58,11 @@ def add_arguments(group: Any) -> None:
         help=f"with --renderer blender: paths a pixel (default {_SAMPLES})",
     )  # fmt: skip
     group.add_argument("--processes", type=int, metavar="N", help="at a time (default 1)")
+    group.add_argument(
+        "--occupied", type=float, metavar="SHARE",
+        help=f"of the pictures have robots (default {_OCCUPIED:g}, {_OCCUPIED_FRAMES:g} of whole "
+        "frames)",
+    )  # fmt: skip
     for name, value, text in (
         ("heights", _USUAL.height_m, "above the water, m"),
         ("tilts", (10.0, 90.0), "camera below the horizon, deg"),
@@ -98,7 +105,7 @@ def refuse_options(args: argparse.Namespace) -> None:
     given = vars(args)
     for name in (
         "count", "val", "crop", "whole_frames", "renderer", "ranges", "samples", "processes",
-        "heights", "tilts", "lengths", "depths", "extra_robots", "flotsam",
+        "heights", "tilts", "lengths", "depths", "occupied", "extra_robots", "flotsam",
     ):  # fmt: skip
         if given[name] is not None:
             raise ConfigError(f"{_option(name)} has a meaning only with --dataset.")
@@ -149,9 +156,13 @@ def _config(args: argparse.Namespace) -> DatasetConfig:
     for name in ("ranges", "samples"):
         if getattr(args, name) is not None and args.renderer != "blender":
             raise ConfigError(f"--{name} has a meaning only with --renderer blender.")
+    if args.occupied is not None and not 0.0 <= args.occupied <= 1.0:
+        raise ConfigError(f"--occupied is a share, 0 to 1, not {args.occupied:g}.")
+    usually = _OCCUPIED_FRAMES if args.whole_frames else _OCCUPIED
     count = COUNT if args.count is None else args.count
     common: dict[str, Any] = {
         "seed": args.seed,
+        "occupied": usually if args.occupied is None else args.occupied,
         "variety": _variety(args),
         "renderer": args.renderer or "fast",
         "ranges": args.ranges or "train",
@@ -161,7 +172,7 @@ def _config(args: argparse.Namespace) -> DatasetConfig:
         if args.crop is not None or args.val is not None:
             raise ConfigError("--crop and --val have no meaning with --whole-frames.")
         counts = {"test": count}
-        return DatasetConfig(counts, None, occupied=0.9, image=args.size, prune=False, **common)
+        return DatasetConfig(counts, None, image=args.size, prune=False, **common)
     val = count // 10 if args.val is None else args.val
     side = CROP_PX if args.crop is None else args.crop
     return DatasetConfig({"train": count, "val": val}, (side, side), **common)

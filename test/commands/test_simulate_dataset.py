@@ -35,6 +35,13 @@ def test_pictures_within_the_given_ranges(tmp_path, capsys):
         assert 0.3 <= float(row["depth_m"]) <= 0.9
 
 
+def test_no_robots_where_none_are_asked_for(tmp_path):
+    folder = tmp_path / "set"
+    arguments = ["simulate", "--dataset", str(folder), "--count", "5", "--val", "0"]
+    assert main([*arguments, "--crop", "64", "--occupied", "0"]) == 0
+    assert [path.read_text() for path in folder.glob("labels/*/*.txt")] == [""] * 5
+
+
 def test_whole_frames_to_score_on(tmp_path, capsys):
     folder = tmp_path / "set"
     arguments = ["simulate", "--dataset", str(folder), "--count", "1", "--whole-frames"]
@@ -52,6 +59,7 @@ def test_whole_frames_to_score_on(tmp_path, capsys):
         (["-o", "b", "--no-images", "--distractors", "5"], "--distractors are seen in images only"),
         (["-o", "b", "--count", "5"], "--count has a meaning only with --dataset"),
         (["--dataset", "d", "--flight", "orbit"], "--flight has no meaning with --dataset"),
+        (["--dataset", "d", "--occupied", "2"], "--occupied is a share, 0 to 1, not 2"),
         (["--dataset", "d", "--count", "0"], "--count must be 1 or more, not 0"),
         (["--dataset", "d", "--heights", "20,8"], "--heights must be LOW,HIGH .* not 20,8"),
         (["--dataset", "d", "--crop", "20"], "crops of .*20.* cannot be made"),
