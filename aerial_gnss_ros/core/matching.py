@@ -140,7 +140,9 @@ class Matcher:
         """Return pairs of robots and boxes left over that can only belong together.
 
         A robot that is not where it should be, and a box beside it that is nobody else's: it has
-        swerved, rather than vanished just when another one came up there.
+        swerved, rather than vanished just when another one came up there. But an image may have
+        missed it, and shown a false box there: the lower the camera, the more of the image is
+        beside a robot. So the box must go on where an earlier one was, since the robot was seen.
 
         Args:
             tracks: all of them.
@@ -157,7 +159,7 @@ class Matcher:
         own: list[int] = []
         for k, row, column, alone in zip(near, rows, columns, lone(rows, columns), strict=True):
             others = [tracks[pairs.rows[i]] for i in grown if pairs.columns[i] == column]
-            if alone and not any(tracks[row].seen_beside(other) for other in others):
+            if alone and others and all(_goes_on(tracks[row], other) for other in others):
                 own.append(k)
         self._filter.loosen(pairs.rows[own], speed, SWERVE_S)
         return own
@@ -179,6 +181,11 @@ class Matcher:
             )
         self.confused = confused
         return confused
+
+
+def _goes_on(robot: Track, other: Track) -> bool:
+    """Return whether a track can be the rest of a robot's: it began when that was seen no more."""
+    return other.first_seen_ns > robot.last_seen_ns and not robot.seen_beside(other)
 
 
 def swerved(speed: float) -> Array:

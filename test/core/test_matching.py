@@ -69,3 +69,40 @@ def test_a_robot_that_obeys_its_model_is_loosened_once_in_a_million_images():
     track = Track("aqua", 0, 0, strain=0.0)
     assert [track.stress(2.0 * one) for one in drawn[:50]] == pytest.approx(strain[:50])
     assert 0 < np.count_nonzero(strain > STRAINED) < 10
+
+
+@pytest.mark.parametrize(
+    ("began", "hits", "taken"),
+    [(None, (), []), (8, (8,), [(0, 0)]), (6, (6, 7), [(1, 0)]), (5, (5,), [(1, 0)])],
+    ids=["one box", "a second box", "seen beside the robot", "began before it was missed"],
+)
+def test_a_robot_swerves_with_two_boxes_not_with_one(began, hits, taken):
+    """A robot last seen at 7 without a box, and a box 1 m beside it, far outside its gate.
+
+    One such box may be a false one in an image that missed the robot. Where it goes on a track that
+    began when the robot was seen no more, the robot has swerved and takes it.
+    """
+    robot = Track("aqua", 0, 7, State.COASTING, "aqua_1", deque([6, 7]))
+    tracks, offsets = [robot], [(1.0, 0.0)]
+    if began is not None:
+        tracks.append(Track("aqua", began, max(hits), State.TENTATIVE, "", deque(hits)))
+        offsets.append((0.05, 0.0))
+    every = np.arange(len(tracks))
+    pairs = Comparison(
+        every,
+        np.zeros_like(every),
+        np.array(offsets),
+        np.tile(0.01 * np.eye(2), (len(every), 1, 1)),
+    )
+    joint = SimpleNamespace(
+        compare=lambda *_: pairs,
+        motion=SimpleNamespace(speed_sigma=0.75),
+        monitor=SimpleNamespace(take_matches=lambda *_: None),
+        loosen=lambda *_: None,
+        log=Events(),
+    )
+    seen = Measurements(
+        np.arange(1), np.zeros((1, 2)), np.zeros((1, 2)), np.zeros((1, 2, 2)), np.array(["aqua"])
+    )
+    rows, columns = Matcher(joint, 11.6, 2.0).match(tracks, seen, 9)
+    assert list(zip(rows.tolist(), columns.tolist(), strict=True)) == taken
