@@ -18,13 +18,20 @@ from rclpy.node import Node
 
 from aerial_gnss_ros.adapters.parameter_files import read
 from aerial_gnss_ros.core.errors import AerialGnssError, ConfigError, RosError
-from aerial_gnss_ros.nodes.leaving import SIGNALS, Leave, leave_on_signals
+from aerial_gnss_ros.nodes.leaving import (
+    SIGNALS,
+    Leave,
+    asked_to_leave,
+    leave_on_signals,
+    leaves_on,
+)
 from aerial_gnss_ros.nodes.memory import keep_freed_memory
 from aerial_gnss_ros.nodes.schemas import SCHEMAS
 
 WRONG_INPUT = 2
 _SWITCH_S = 0.001  # the thread that detects waits for Python's lock after every run of the network
 _RCL_ERROR: type[Exception] = rclpy._rclpy_pybind11.RCLError  # noqa: SLF001 (no public name)
+_GONE = (_RCL_ERROR, InvalidHandle, NotInitializedException)
 
 
 def main(program: str, make_node: Callable[[], Node], argv: Sequence[str] | None = None) -> int:
@@ -85,7 +92,7 @@ def spin(makers: Sequence[Callable[[], Any]], arguments: Sequence[str]) -> int:
         for make in makers:
             nodes.append(make())
             executor.add_node(nodes[-1])
-        while rclpy.ok():
+        while rclpy.ok() and not asked_to_leave():
             executor.spin_once()
 
     def destroy() -> None:
@@ -108,17 +115,24 @@ def work(
     Raises:
         AerialGnssError: the input was wrong.
     """
-    former = {number: signal.getsignal(number) for number in SIGNALS}
+    # Where a signal ended the process before, it is over now: a second one has nothing to end.
+    former = {
+        number: signal.SIG_IGN if leaves_on(number) else signal.getsignal(number)
+        for number in SIGNALS
+    }
     leave_on_signals()
     keep_freed_memory()
     sys.setswitchinterval(_SWITCH_S)
     try:
         _initialise(arguments)
-        task()
+        if not asked_to_leave():
+            task()
     except (Leave, ExternalShutdownException):
         pass
-    except (_RCL_ERROR, InvalidHandle, NotInitializedException):
-        if rclpy.ok():  # else a signal came in the middle of something: the context is gone
+    except Exception as error:
+        # A signal in the middle of something: rclpy's C++ makes any error of a `Leave`, or the
+        # context is gone.
+        if not (asked_to_leave() or (isinstance(error, _GONE) and not rclpy.ok())):
             raise
     finally:
         for number in former:

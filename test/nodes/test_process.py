@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import signal
+import time
 
 import pytest
 
@@ -110,3 +111,40 @@ def test_without_ros_the_executable_says_how_to_get_it(monkeypatch, capsys):
     monkeypatch.setattr(signal, "signal", lambda *_: None)  # pytest keeps its own
     assert detector.main() == 2
     assert "source /opt/ros/jazzy/setup.bash" in capsys.readouterr().err
+
+
+OFTEN = """
+import os, random, signal, threading
+from aerial_gnss_ros.nodes import process
+from aerial_gnss_ros.nodes.estimator_node import EstimatorNode
+
+chance = random.Random(5)
+
+def node():
+    delay = chance.uniform(0.0, 0.4)
+    threading.Timer(delay, os.kill, (os.getpid(), signal.SIGINT)).start()
+    return EstimatorNode()
+
+for _ in range(15):
+    assert process.spin([node], ["estimator"]) == 0
+print("all ended well")
+"""
+
+
+def test_a_signal_ends_busy_nodes_properly_at_any_moment(ros, start):
+    """Inside rclpy's C++ what a signal raises comes out as another error."""
+    program = start("-c", OFTEN)
+    node = ros.node()
+    kinds = {"fix": "sensor_msgs/msg/NavSatFix", "attitude": "sensor_msgs/msg/Imu"}
+    publishers = [
+        (node.create_publisher(message_class(kind), name, 10), message_class(kind)())
+        for name, kind in kinds.items()
+    ]
+    ended = time.monotonic() + 120.0
+    while program.process.poll() is None and time.monotonic() < ended:
+        for publisher, msg in publishers:
+            publisher.publish(msg)
+        time.sleep(0.0005)
+    assert program.end() == 0, program.text
+    assert "all ended well" in program.text
+    assert "Traceback" not in program.text
