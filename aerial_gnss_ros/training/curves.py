@@ -36,6 +36,11 @@ def read_epochs(files: Sequence[Path]) -> list[Row]:
     return rows
 
 
+def without_scores(row: Row) -> Row:
+    """Return the row of an epoch that was not scored, for which ultralytics writes zeros."""
+    return {name: cell for name, cell in row.items() if not name.startswith(("metrics/", "val/"))}
+
+
 def as_csv(rows: Sequence[Row]) -> str:
     """Return the table; columns that only some rows have are left empty in others."""
     columns = list(dict.fromkeys(name for row in rows for name in row))
@@ -59,11 +64,14 @@ def draw_curves(rows: Sequence[Row], file: Path) -> None:
         for split, style in (("train", "-"), ("val", "--")):
             values = [_number(row.get(f"{split}/{name}")) for row in rows]
             if not all(map(math.isnan, values)):
-                loss.plot(x, values, style, label=f"{split} {name.removesuffix('_loss')}")
+                label = f"{split} {name.removesuffix('_loss')}"
+                loss.plot(x, values, style, marker=_marker(values), label=label)
     for column, name in SCORES.items():
-        score.plot(x, [_number(row.get(column)) for row in rows], label=name)
+        values = [_number(row.get(column)) for row in rows]
+        score.plot(x, values, marker=_marker(values), label=name)
     for axes, title in ((loss, "loss"), (score, "scores on val")):
-        axes.set(xlabel="epoch", title=title)
+        axes.set(xlabel="epoch", title=title, xlim=(0.5, len(rows) + 0.5))
+        axes.xaxis.get_major_locator().set_params(integer=True)
         axes.grid(alpha=0.3)
         axes.legend(fontsize="small")
         for i in range(1, len(rows)):
@@ -71,6 +79,11 @@ def draw_curves(rows: Sequence[Row], file: Path) -> None:
                 axes.axvline(i + 0.5, color="black", linewidth=1)
     score.set_ylim(0.0, 1.0)
     figure.savefig(file, format="png", dpi=100)
+
+
+def _marker(values: Sequence[float]) -> str:
+    """Return a dot for a single value: a line through it would not be seen."""
+    return "." if sum(map(math.isfinite, values)) == 1 else ""
 
 
 def _number(text: str | None) -> float:

@@ -85,9 +85,10 @@ def as_markdown(card: Card) -> str:
 
 def _scores(card: Card) -> list[str]:
     scores, split = card.scores, card.scores["split"]
+    chosen_by_them = split != "test" and not card.plan.phases[-1].hours
     warning = (
         "These images were not learnt from."
-        if split == "test"
+        if not chosen_by_them
         else "These images were not learnt from, but the best epoch was chosen by them, so the "
         "scores are a little too good; a split named test would give honest ones."
     )
@@ -138,10 +139,15 @@ def _training(card: Card) -> list[str]:
     lines = ["## Training", "", f"Begun with {_origin(plan.weights)}.", ""]
     for number, phase in enumerate(plan.phases, start=1):
         done = sum(row["phase"] == str(number) for row in card.epochs)
-        lines.append(f"{number}. {done} of {phase.epochs} epochs on images with {phase.words}")
+        amount, kept = f"{done} of {phase.epochs} epochs", ""
+        if phase.hours:
+            amount = f"{phase.hours:g} hours, {done} epochs (the last one cut short),"
+            kept = "; the last weights are kept"
+        lines.append(f"{number}. {amount} on images with {phase.words}{kept}")
     lines += ["", "| parameter | value |", "|---|---|"]
     for name in (
-        "image_size", "batch", "learning_rate", "seed", "online", "device", "threads", "bfloat16",
+        "image_size", "batch", "learning_rate", "seed", "online", "freeze", "device", "threads",
+        "bfloat16",
     ):  # fmt: skip
         value = getattr(plan, name)
         lines.append(f"| {name} | {'automatic' if value in ('', None) else value} |")

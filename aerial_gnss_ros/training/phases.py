@@ -16,6 +16,7 @@ SHOWS: dict[str, str] = {
     "several": "several robots or none",
     "all": "any number of robots",
 }
+MOST_HOURS = 10_000
 
 
 @dataclass(frozen=True)
@@ -24,11 +25,13 @@ class Phase:
 
     Attributes:
         shows: key of SHOWS.
-        epochs: passes over its images.
+        epochs: passes over its images; 0: as many as fit into `hours`.
+        hours: time for it, if not 0.
     """
 
     shows: str
     epochs: int
+    hours: float = 0.0
 
     @property
     def words(self) -> str:
@@ -63,6 +66,17 @@ def plan_phases(epochs: Sequence[int], one_phase: bool) -> tuple[Phase, ...]:
             "such as 100,100, or --one-phase."
         )
     return (Phase("single", epochs[0]), Phase("several", epochs[1]))
+
+
+def timed_phase(hours: float) -> tuple[Phase, ...]:
+    """Return one phase over all images, for a given time.
+
+    Raises:
+        ConfigError: no sensible time.
+    """
+    if not 0.0 < hours <= MOST_HOURS:
+        raise ConfigError(f"--time must be above 0 and at most {MOST_HOURS} hours, not {hours:g}.")
+    return (Phase("all", 0, hours),)
 
 
 def members(phase: Phase, examples: Sequence[Example]) -> list[Example]:

@@ -12,7 +12,7 @@ from typing import Any
 
 from aerial_gnss_ros import __version__
 from aerial_gnss_ros.detection.config import DetectorConfig
-from aerial_gnss_ros.training.curves import as_csv, draw_curves, read_epochs
+from aerial_gnss_ros.training.curves import as_csv, draw_curves, read_epochs, without_scores
 from aerial_gnss_ros.training.held_out import held_out_images, held_out_split, score_weights
 from aerial_gnss_ros.training.inspection import Inspection
 from aerial_gnss_ros.training.model_card import Card, as_markdown, count_split
@@ -34,6 +34,8 @@ def write_results(run: RunFolder, plan: Plan, found: Inspection) -> None:
     The weights come last: where they are, the rest is.
     """
     rows = read_epochs([run.phase(n) / "results.csv" for n in range(len(plan.phases))])
+    if plan.phases[-1].hours:
+        rows = [*map(without_scores, rows[:-1]), *rows[-1:]]
     write_whole(run.path / "metrics.csv", as_csv(rows).encode())
     draw_curves(rows, run.path / "curves.png")
     weights = run.phase_weights(len(plan.phases) - 1)

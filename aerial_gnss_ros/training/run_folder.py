@@ -38,6 +38,7 @@ class Plan:
         threads: of the processor; 0: as many as other programs leave free.
         device: such as cpu or 0; empty: a GPU where there is one.
         bfloat16: on a processor: calculate in 16 bits.
+        freeze: so many of the first layers stay as they are, and all normalisations.
     """
 
     dataset: Path
@@ -53,6 +54,7 @@ class Plan:
     threads: int = 0
     device: str = ""
     bfloat16: bool = False
+    freeze: int = 0
 
 
 @dataclass(frozen=True)

@@ -1,26 +1,21 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Trains YOLO11n with ultralytics (AGPL-3.0, the extra [ultralytics]), for a given time.
-
-python -m aerial_gnss_ros.training.train DATA.yaml -o FOLDER --minutes 60
-"""
+"""How ultralytics (AGPL-3.0, the extra [ultralytics]) is told to learn: options and callbacks."""
 
 from __future__ import annotations
 
-import argparse
 import math
 import os
-import sys
 import tempfile
 import time
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from aerial_gnss_ros.core.errors import AerialGnssError, InputError, OutputError
 from aerial_gnss_ros.training.from_onnx import checkpoint_from_onnx, training_batches
 from aerial_gnss_ros.training.offline import go_offline, require_ultralytics
 
 _LAST_RATE = 0.01  # of the first learning rate
+_MANY_EPOCHS = 1_000_000
 _STEPS_BETWEEN_LOOKS = 10  # at how busy the machine is
 
 
@@ -30,11 +25,10 @@ class Training:
 
     Attributes:
         data: YOLO data.yaml.
-        folder: new folder for weights and the table of losses.
         weights: what to begin with: a network's description (from scratch) or weights (.onnx as
             exported from YOLO11n, or .pt, which runs whatever its author put there).
-        minutes: time for training; the learning rate falls to its end within it. 0: `epochs`.
-        epochs: passes over the images if `minutes` is 0.
+        hours: time for training; the learning rate falls to its end within it. 0: `epochs`.
+        epochs: passes over the images if `hours` is 0.
         image_size: side of the square that images are fitted into, px.
         batch: images a step.
         learning_rate: at the start, of AdamW; falls along a cosine to a hundredth.
@@ -48,9 +42,8 @@ class Training:
     """
 
     data: Path
-    folder: Path
     weights: str = "yolo11n.yaml"
-    minutes: float = 60.0
+    hours: float = 0.0
     epochs: int = 100
     image_size: int = 320
     batch: int = 16
@@ -68,42 +61,11 @@ AUGMENTATION: dict[str, float] = {
 }  # fmt: skip
 
 
-def train(training: Training) -> Path:
-    """Return the trained weights (.pt) in the new folder.
-
-    Raises:
-        InputError: the data file is missing.
-        ModelError: ultralytics is not installed.
-        OutputError: the folder exists.
-    """
-    if not training.data.is_file():
-        raise InputError(f"the data file {training.data} does not exist.")
-    if training.folder.exists():
-        raise OutputError(f"the folder {training.folder} exists already; give a new one.")
-    model = network(training)
-    use_processor_well(model, training)
-    _fall_with_time(model, training)
-    if training.freeze:
-        model.add_callback("on_train_batch_start", _keep_normalisations)
-    model.train(
-        data=str(training.data.resolve()),
-        project=str(training.folder.resolve().parent),
-        name=training.folder.name,
-        time=training.minutes / 60.0 or None,
-        device="cpu",
-        workers=2,
-        cache="ram",
-        val=False,
-        plots=False,
-        **options(training),
-    )
-    return training.folder / "weights" / "last.pt"
-
-
 def options(training: Training) -> dict[str, Any]:
     """Return ultralytics' arguments that say how is learnt, whatever from and on which device."""
     return {
         "epochs": training.epochs,
+        "time": training.hours or None,
         "imgsz": training.image_size,
         "batch": training.batch,
         "nbs": training.batch,  # a step after every batch: a short training needs them all
@@ -138,6 +100,21 @@ def network(training: Training) -> Any:
         return YOLO(str(start))
 
 
+def add_callbacks(model: Any, training: Training, spent_s: float = 0.0) -> None:
+    """Add what ultralytics has no options for; when it goes on after a kill as well.
+
+    Args:
+        model: of ultralytics.
+        training: what it is to do.
+        spent_s: seconds of `training.hours` that are over.
+    """
+    _use_processor_well(model, training)
+    if training.hours:
+        _fall_with_time(model, training, spent_s)
+    if training.freeze:
+        model.add_callback("on_train_batch_start", _keep_normalisations)
+
+
 def _keep_normalisations(trainer: Any) -> None:
     import torch
 
@@ -146,26 +123,35 @@ def _keep_normalisations(trainer: Any) -> None:
             layer.eval()
 
 
-def _fall_with_time(model: Any, training: Training) -> None:
+def _fall_with_time(model: Any, training: Training, spent_s: float) -> None:
     """Let the learning rate fall smoothly with time, not in a few steps, one for each epoch."""
-    begun = time.monotonic()
+    seconds, begun = 3600.0 * training.hours, time.monotonic()
 
-    def start(_: Any) -> None:
+    def prepare(trainer: Any) -> None:
+        # ultralytics' guess at the number of epochs, kept from before a kill, may be exhausted.
+        trainer.epochs = max(trainer.epochs, _MANY_EPOCHS) if spent_s else trainer.epochs
+
+    def start(trainer: Any) -> None:
         nonlocal begun
-        begun = time.monotonic()
+        begun = time.monotonic() - spent_s
+        trainer.train_time_start -= spent_s  # it would begin to count anew
+
+    def start_epoch(trainer: Any) -> None:
+        trainer.start_epoch = 0  # that it counts time from; else it stops as soon as it resumes
 
     def set_rate(trainer: Any) -> None:
-        share = min(1.0, (time.monotonic() - begun) / (60.0 * training.minutes))
+        share = min(1.0, (time.monotonic() - begun) / seconds)
         factor = _LAST_RATE + (1.0 - _LAST_RATE) * 0.5 * (1.0 + math.cos(math.pi * share))
         for group in trainer.optimizer.param_groups:
             group["lr"] = training.learning_rate * factor  # overruled during warm-up
 
-    if training.minutes:
-        model.add_callback("on_train_start", start)
-        model.add_callback("on_train_batch_start", set_rate)
+    model.add_callback("on_pretrain_routine_start", prepare)
+    model.add_callback("on_train_start", start)
+    model.add_callback("on_train_epoch_start", start_epoch)
+    model.add_callback("on_train_batch_start", set_rate)
 
 
-def use_processor_well(model: Any, training: Training) -> None:
+def _use_processor_well(model: Any, training: Training) -> None:
     """Give training the cores that are free, and the faster memory layout.
 
     Measured on two idle cores of an AMD EPYC with AVX512-BF16, a step of 16 images of 320 px: 1.45
@@ -213,33 +199,3 @@ def _to_float(value: Any) -> Any:
     if isinstance(value, list | tuple):
         return type(value)(_to_float(item) for item in value)
     return value.float() if hasattr(value, "is_floating_point") else value
-
-
-def main(arguments: list[str] | None = None) -> int:
-    """Run from the command line; returns the exit status."""
-    parser = argparse.ArgumentParser(prog="train", description=__doc__)
-    parser.add_argument("data", type=Path, help="YOLO data.yaml")
-    parser.add_argument("-o", "--output", type=Path, required=True, help="new folder")
-    parser.add_argument("--weights", default=Training.weights)
-    parser.add_argument("--minutes", type=float, default=Training.minutes)
-    parser.add_argument("--epochs", type=int, default=Training.epochs)
-    parser.add_argument("--image-size", type=int, default=Training.image_size)
-    parser.add_argument("--batch", type=int, default=Training.batch)
-    parser.add_argument("--learning-rate", type=float, default=Training.learning_rate)
-    parser.add_argument("--seed", type=int, default=Training.seed)
-    parser.add_argument("--threads", type=int, default=Training.threads)
-    parser.add_argument("--freeze", type=int, default=Training.freeze)
-    parser.add_argument("--bfloat16", action="store_true")
-    given = vars(parser.parse_args(arguments))
-    folder = given.pop("output")
-    try:
-        weights = train(Training(folder=folder, **given))
-    except AerialGnssError as error:
-        sys.stderr.write(f"train: {error}\n")
-        return 2
-    sys.stdout.write(f"{weights}\n")
-    return 0
-
-
-if __name__ == "__main__":
-    sys.exit(main())

@@ -2,32 +2,37 @@
 """The process that trains: `python -m aerial_gnss_ros.training.worker RUN`, started by supervise.
 
 What it reports goes to standard output, a JSON object on each line: {"epoch": n} when so many
-epochs of all phases are done, {"doing": words}, {"error": sentence}. Everything that libraries
-print goes to standard error. It ends when its standard input does, so never outlives its parent.
+epochs of all phases are done, {"minute": n} when so much of a given time is over, {"doing": words},
+{"error": sentence}. Everything that libraries print goes to standard error. It ends when its
+standard input does, so never outlives its parent.
 """
 
 from __future__ import annotations
 
 import errno
 import json
+import math
 import os
 import shutil
 import sys
 import threading
+import time
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 from aerial_gnss_ros.core.errors import AerialGnssError, ConfigError, InputError, ModelError
 from aerial_gnss_ros.training import train
+from aerial_gnss_ros.training.curves import read_epochs
 from aerial_gnss_ros.training.data_view import write_view
 from aerial_gnss_ros.training.inspection import Inspection, inspect
 from aerial_gnss_ros.training.layout import open_dataset
 from aerial_gnss_ros.training.offline import keep_to_itself
-from aerial_gnss_ros.training.phases import members
+from aerial_gnss_ros.training.phases import Phase, members
 from aerial_gnss_ros.training.run_folder import Plan, RunFolder, write_whole
 
 Say = Callable[..., None]
+Report = Callable[[int, float], None]  # epochs and seconds of a phase that are done
 _LARGE_SHARE = 0.25  # of the free memory, for images that are kept decoded
 
 
@@ -107,13 +112,16 @@ def _train_phase(run: RunFolder, plan: Plan, number: int, found: Inspection, say
     examples = members(phase, found.examples["train"])
     say(doing=f"phase {number + 1} of {len(plan.phases)}: {phase.words}, {len(examples)} images")
     before = sum(phase.epochs for phase in plan.phases[:number])
-    if _epochs_done(run, number) < phase.epochs:
+    if not _is_done(run, number, phase):
         splits = {"train": examples, "val": found.examples["val"]}
         data = write_view(run.data / f"phase{number + 1}", splits, found.dataset.names)
-        _fit(run, plan, number, data, lambda epochs: say(epoch=before + epochs))
-    say(epoch=before + phase.epochs)
+        _fit(run, plan, number, data, lambda *done: say(**_amount(phase, before, *done)))
+    say(**_amount(phase, before, phase.epochs, 60.0 * math.ceil(60.0 * phase.hours)))
     stripped = run.phase(number) / ".best.pt.partial"
-    shutil.copyfile(run.checkpoint_best(number), stripped)
+    # For a given time, the last weights: they have seen the lowest learning rate, and no epoch
+    # before was scored.
+    kept = run.checkpoint(number) if phase.hours else run.checkpoint_best(number)
+    shutil.copyfile(kept, stripped)
     strip_optimizer(str(stripped))
     stripped.replace(run.phase_weights(number))
     for spare in (run.checkpoint(number), run.checkpoint_best(number)):
@@ -130,26 +138,44 @@ def _epochs_done(run: RunFolder, number: int) -> int:
     return int(torch_load(run.checkpoint(number), map_location="cpu")["epoch"]) + 1
 
 
-def _fit(
-    run: RunFolder, plan: Plan, number: int, data: Path, report: Callable[[int], None]
-) -> None:
+def _seconds_done(run: RunFolder, number: int) -> float:
+    """Return how long a phase was trained up to its checkpoint; 0 without one."""
+    epochs = str(_epochs_done(run, number))
+    rows = read_epochs([run.phase(number) / "results.csv"])
+    return next((float(row["time"]) for row in rows if row["epoch"] == epochs), 0.0)
+
+
+def _is_done(run: RunFolder, number: int, phase: Phase) -> bool:
+    if phase.hours:
+        return _seconds_done(run, number) >= 3600.0 * phase.hours
+    return _epochs_done(run, number) >= phase.epochs
+
+
+def _amount(phase: Phase, before: int, epochs: int, seconds: float) -> dict[str, int]:
+    """Return how much is done of all phases, where so much is of this one."""
+    if phase.hours:
+        return {"minute": int(seconds / 60.0)}
+    return {"epoch": before + epochs}
+
+
+def _fit(run: RunFolder, plan: Plan, number: int, data: Path, report: Report) -> None:
     """Train a phase from where it is to its end."""
     from ultralytics import YOLO
 
-    folder, checkpoint = run.phase(number), run.checkpoint(number)
+    phase, folder, checkpoint = plan.phases[number], run.phase(number), run.checkpoint(number)
     start = plan.weights if number == 0 else str(run.phase_weights(number - 1))
     training = train.Training(
         data=data,
-        folder=folder,
         weights=start,
-        minutes=0.0,
-        epochs=plan.phases[number].epochs,
+        hours=phase.hours,
+        epochs=phase.epochs or train.Training.epochs,
         image_size=plan.image_size,
         batch=plan.batch,
         learning_rate=plan.learning_rate,
         seed=plan.seed,
         threads=plan.threads,
         bfloat16=plan.bfloat16,
+        freeze=plan.freeze,
     )
     resumed = checkpoint.is_file()
     if resumed:
@@ -159,8 +185,10 @@ def _fit(
         folder.mkdir()
         model = _network(training)
     own = _own_options(plan, data, folder)
+    # Scores of each epoch would take of a given time, and choose nothing in it.
+    own["val"] = not phase.hours
     model.add_callback("on_model_save", lambda trainer: _keep(run, number, trainer, report))
-    train.use_processor_well(model, training)
+    train.add_callbacks(model, training, _seconds_done(run, number))
     options: dict[str, Any] = {"resume": True} if resumed else train.options(training)
     if plan.online == "none":
         options.update(dict.fromkeys(train.AUGMENTATION, 0.0))
@@ -178,15 +206,21 @@ def _network(training: train.Training) -> Any:
         raise ModelError(f"{training.weights} cannot be trained on: {words[0]}") from error
     if model.task != "detect":
         raise ModelError(f"{training.weights} is for the task {model.task}, not for detection.")
+    layers = len(model.model.model)
+    if training.freeze >= layers:
+        raise ConfigError(
+            f"--freeze {training.freeze} leaves nothing to train: {Path(training.weights).name} "
+            f"has {layers} layers; give {layers - 1} at most."
+        )
     return model
 
 
-def _keep(run: RunFolder, number: int, trainer: Any, report: Callable[[int], None]) -> None:
+def _keep(run: RunFolder, number: int, trainer: Any, report: Report) -> None:
     """Keep a checkpoint that is whole even when the process is killed right now."""
     if trainer.best_fitness == trainer.fitness or not run.checkpoint_best(number).is_file():
         write_whole(run.checkpoint_best(number), Path(trainer.best).read_bytes())
     write_whole(run.checkpoint(number), Path(trainer.last).read_bytes())
-    report(trainer.epoch + 1)
+    report(trainer.epoch + 1, time.time() - trainer.train_time_start)
 
 
 def _own_options(plan: Plan, data: Path, folder: Path) -> dict[str, Any]:
@@ -210,7 +244,6 @@ def _own_options(plan: Plan, data: Path, folder: Path) -> dict[str, Any]:
         "device": device,
         "amp": on_gpu,
         "workers": min(plan.threads or os.cpu_count() or 1, 8) if on_gpu else 0,
-        "val": True,
         "plots": False,
         "patience": 1_000_000,  # the number of epochs is what was asked for
         "cache": "ram" if _fits_memory(plan, data) else False,

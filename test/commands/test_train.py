@@ -62,6 +62,12 @@ def test_a_missing_extra_is_named(tmp_path, make_set, capsys, monkeypatch):
         (["--weights", "model.bin"], "is no .onnx, .pt or .yaml file"),
         (["--weights", "none.onnx"], "none.onnx"),
         (["--weights", "here.pt"], "is a pickle, which can run any code"),
+        (["--time", "0"], "--time must be above 0"),
+        (["--time", "nan"], "--time must be above 0"),
+        (["--time", "1", "--epochs", "3,3"], "--epochs and --time both say how long"),
+        (["--freeze", "3"], "--freeze 3 would keep random layers"),
+        (["--freeze", "-1"], "--freeze must lie within"),
+        (["--bfloat16", "--device", "0"], "--bfloat16 is for a processor, not for --device 0"),
     ],
 )
 def test_wrong_arguments(tmp_path, make_set, capsys, monkeypatch, arguments, expected):
@@ -109,7 +115,10 @@ def test_what_can_be_resumed(tmp_path, capsys):
     run = RunFolder(tmp_path)
     run.save(Plan(tmp_path / "data.yaml", "", False, (Phase("all", 1),), "yolo11n.yaml"))
     said = refused(capsys, "--resume", tmp_path, "--epochs", "3,3", "--seed", "1", "--one-phase")
-    assert "goes on as it was begun: leave out epochs, seed, one_phase" in said
+    assert "goes on as it was begun: leave out --epochs, --one-phase, --seed." in said
+    said = refused(capsys, "--resume", tmp_path, "--time", "2", "--unlabelled", "empty")
+    assert "leave out --time, --unlabelled." in said
+    assert "--batch must lie within" in refused(capsys, "--resume", tmp_path, "--batch", "0")
     run.weights.touch()
     assert "is finished already" in refused(capsys, "--resume", tmp_path)
     assert "exists already" in refused(capsys, tmp_path, "-o", tmp_path)

@@ -36,7 +36,8 @@ def guarded(tmp_path):
     folder.mkdir()
     (folder / "sitecustomize.py").write_text(GUARD)
     log = folder / "log"
-    environment = {**os.environ, "PYTHONPATH": str(folder), "GUARD_LOG": str(log)}
+    path = os.pathsep.join([str(folder), *filter(None, [os.environ.get("PYTHONPATH")])])
+    environment = {**os.environ, "PYTHONPATH": path, "GUARD_LOG": str(log)}
     program = "import urllib.request; urllib.request.urlopen('http://localhost:9')"
     subprocess.run([sys.executable, "-c", program], env=environment, check=False, stderr=-3)
     assert "localhost" in log.read_text()  # the guard does see attempts
@@ -74,6 +75,17 @@ def worker_of(process):
     pytest.fail("the command has no child")
 
 
+def wait_until(true, process):
+    while not true():
+        assert process.poll() is None, process.communicate()
+        time.sleep(0.05)
+
+
+def rows_of(table):
+    with table.open(newline="") as file:
+        return list(csv.DictReader(file))
+
+
 def content(folder):
     return {
         path: hashlib.sha256(path.read_bytes()).hexdigest()
@@ -108,12 +120,12 @@ def test_killed_twice_and_resumed(tmp_path, make_set, guarded):
     told = json.loads(out)["scores"]
     assert (told["split"], told["images"], told["overall"]["robots"]) == ("val", 4, 7)
 
-    table = list(csv.DictReader((run / "metrics.csv").open()))
+    table = rows_of(run / "metrics.csv")
     order = [("1", "1"), ("1", "2"), ("1", "3"), ("2", "1"), ("2", "2")]
     assert [(row["phase"], row["epoch"]) for row in table] == order
     # No epoch was done more than twice: a kill costs the epoch that it falls into.
     for number in (1, 2):
-        rows = list(csv.DictReader((run / f"phase{number}" / "results.csv").open()))
+        rows = rows_of(run / f"phase{number}" / "results.csv")
         assert len(rows) <= len({row["epoch"] for row in rows}) + 1
     log = (run / "training.log").read_text()
     assert log.count("Resuming training") == 2
@@ -149,20 +161,60 @@ def test_each_phase_goes_on_from_the_one_before(tmp_path, make_set, guarded):
     assert (first_layer(tmp_path / "run" / "best.pt") == first_layer(start_file)).all()
 
 
-def test_a_training_by_hand_is_offline_too(tmp_path, make_set, guarded):
-    """Without settings or fonts of an earlier one, and leaving none."""
-    data = make_set(tmp_path / "set") / "data.yaml"
-    data.write_text(f"path: {data.parent}\n{data.read_text()}")
-    home = tmp_path / "home"
+def test_for_a_given_time_killed_and_resumed(tmp_path, make_set, guarded):
+    source, run, home = make_set(tmp_path / "set"), tmp_path / "run", tmp_path / "home"
     home.mkdir()
     environment = {**guarded, "HOME": str(home)}
-    environment.pop("YOLO_CONFIG_DIR", None)
-    command = [sys.executable, "-m", "aerial_gnss_ros.training.train", str(data), "-o", "run"]
-    arguments = ["--minutes", "0", "--epochs", "1", "--image-size", "64", "--batch", "4"]
-    subprocess.run(
-        [*command, *arguments, "--threads", "1"], env=environment, cwd=tmp_path, check=True
+    seconds = 12.0
+    process = start(environment, source, "-o", run, "--time", seconds / 3600.0, *TINY)
+    table = run / "phase1" / "results.csv"
+    wait_until(lambda: table.exists() and len(table.read_text().splitlines()) > 3, process)
+    os.kill(worker_of(process), signal.SIGKILL)
+    process.communicate()
+    assert process.returncode == 2
+    before = rows_of(table)[-1]
+    process = start(environment, "--resume", run)
+    _, said = process.communicate()
+    assert process.returncode == 0, said
+    assert "training: 1 of 1 minutes" in said
+    rows = rows_of(run / "metrics.csv")
+    times, rates = ([float(row[key]) for row in rows] for key in ("time", "lr/pg0"))
+    assert [int(row["epoch"]) for row in rows] == list(range(1, len(rows) + 1))
+    assert len(rows) > int(before["epoch"])
+    # The time goes on from where it was, and the rate falls with it to its end.
+    assert times == sorted(times)
+    assert times[-1] > 0.5 * seconds
+    assert times[-2] < seconds
+    assert rates[-1] < 0.1 * max(rates)
+    assert {row["metrics/recall(B)"] for row in rows[:-1]} == {""}  # not scored in between
+    card = (run / "model_card.md").read_text()
+    assert f"{seconds / 3600.0:g} hours, {len(rows)} epochs" in card
+    assert "the best epoch was chosen by them" not in card
+    assert not list(home.rglob("*ltralytics*"))
+
+
+def test_frozen_layers_and_normalisations_stay(tmp_path, make_set, guarded):
+    import torch
+    from ultralytics import YOLO
+
+    source, start_file = make_set(tmp_path / "set"), tmp_path / "start.pt"
+    YOLO("yolo11n.yaml").save(start_file)
+    arguments = ["--weights", start_file, "--allow-pickle", "--one-phase", "--epochs", "2", *TINY]
+    for freeze, expected in ((24, "--freeze 24 leaves nothing to train"), (10, "")):
+        process = start(
+            guarded, source, "-o", tmp_path / "run", "--freeze", freeze, "--lr0", "0.01", *arguments
+        )
+        _, said = process.communicate()
+        assert (expected in said) if expected else process.returncode == 0, said
+    before, after = (
+        YOLO(file).model.half().state_dict() for file in (start_file, tmp_path / "run" / "best.pt")
     )
-    assert not list(home.rglob("settings.json"))
+    altered = {name for name in after if not torch.equal(before[name], after[name])}
+    assert altered  # it has learnt
+    assert not [name for name in altered if "running" in name]
+    layers = {int(name.split(".")[1]) for name in altered}
+    assert min(layers) >= 10
+    assert max(layers) == 23
 
 
 def test_what_cannot_be_trained_on(tmp_path, make_set, guarded):

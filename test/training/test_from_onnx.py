@@ -10,10 +10,10 @@ import onnxruntime
 import pytest
 from onnx import numpy_helper
 
+from aerial_gnss_ros import cli
 from aerial_gnss_ros.core.errors import InputError
 from aerial_gnss_ros.detection.select import find_model
 from aerial_gnss_ros.simulation.dataset import DatasetConfig, generate
-from aerial_gnss_ros.training import train
 from aerial_gnss_ros.training.from_onnx import checkpoint_from_onnx
 
 pytest.importorskip("ultralytics", reason="needs the extra [ultralytics]")
@@ -84,11 +84,11 @@ def test_training_goes_on_from_the_export(tmp_path):
 
     generate(tmp_path / "set", DatasetConfig({"train": 8, "val": 4}, (64, 64), seed=8))
     model = find_model("aqua_yolo11n.onnx")
-    arguments = [str(tmp_path / "set" / "data.yaml"), "-o", str(tmp_path / "run")]
-    arguments += ["--weights", str(model), "--minutes", "0", "--epochs", "1", "--threads", "1"]
+    arguments = ["train", str(tmp_path / "set"), "-o", str(tmp_path / "run"), "--one-phase"]
+    arguments += ["--weights", "aqua_yolo11n.onnx", "--epochs", "1", "--threads", "1"]
     arguments += ["--image-size", "64", "--batch", "4", "--learning-rate", "1e-9"]
-    assert train.main(arguments) == 0
-    network = YOLO(str(tmp_path / "run" / "weights" / "last.pt")).model.float().eval()
+    assert cli.main(arguments) == 0
+    network = YOLO(str(tmp_path / "run" / "best.pt")).model.float().eval()
     first = network.fuse().model[0].conv.weight.detach()
     tensors = {
         item.name: numpy_helper.to_array(item) for item in onnx.load(model).graph.initializer

@@ -8,7 +8,7 @@ import pytest
 from aerial_gnss_ros.core.errors import ConfigError
 from aerial_gnss_ros.training.inspection import inspect
 from aerial_gnss_ros.training.layout import open_dataset
-from aerial_gnss_ros.training.phases import Phase, members, plan_phases
+from aerial_gnss_ros.training.phases import Phase, members, plan_phases, timed_phase
 
 
 def names(folder, shows):
@@ -33,6 +33,7 @@ def test_plans():
     assert plan_phases((3, 2), one_phase=False) == (Phase("single", 3), Phase("several", 2))
     assert plan_phases((3, 2), one_phase=True) == (Phase("all", 5),)
     assert plan_phases((4,), one_phase=True) == (Phase("all", 4),)
+    assert timed_phase(0.5) == (Phase("all", 0, 0.5),)
     with pytest.raises(ConfigError, match="two phases"):
         plan_phases((4,), one_phase=False)
     with pytest.raises(ConfigError, match="within 1 to"):

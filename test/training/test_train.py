@@ -1,49 +1,31 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A training of one epoch, exported and loaded; and what is refused."""
+"""A training of one epoch, exported and loaded; and what ultralytics is told for a given time."""
 
 from __future__ import annotations
 
-import cv2
-import numpy as np
+from types import SimpleNamespace
+
 import pytest
 
+from aerial_gnss_ros import cli
 from aerial_gnss_ros.core.errors import InputError, OutputError
 from aerial_gnss_ros.training import train
 from aerial_gnss_ros.training.export import export
 
 
-def dataset(folder):
-    """Eight grey images with an orange disc in each."""
-    rng = np.random.default_rng(0)
-    for split in ("train", "val"):
-        for kind in ("images", "labels"):
-            (folder / kind / split).mkdir(parents=True)
-        for i in range(8):
-            image = np.full((64, 64, 3), 90, np.uint8)
-            u, v = rng.integers(12, 52, 2)
-            cv2.circle(image, (int(u), int(v)), 8, (0, 128, 255), -1)
-            cv2.imwrite(str(folder / "images" / split / f"{i}.png"), image)
-            line = f"0 {u / 64} {v / 64} {17 / 64} {17 / 64}\n"
-            (folder / "labels" / split / f"{i}.txt").write_text(line)
-    (folder / "data.yaml").write_text(
-        f"path: {folder}\ntrain: images/train\nval: images/val\nnames: {{0: aqua}}\n"
-    )
-    return folder / "data.yaml"
-
-
 @pytest.mark.ultralytics
 @pytest.mark.parametrize("bfloat16", [False, True])
-def test_one_epoch_then_export(tmp_path, monkeypatch, bfloat16):
+def test_one_epoch_then_export(tmp_path, make_set, monkeypatch, bfloat16):
     pytest.importorskip("ultralytics", reason="needs the extra [ultralytics]")
     from aerial_gnss_ros.detection.config import DetectorConfig
     from aerial_gnss_ros.detection.select import load_detector
 
     monkeypatch.setenv("YOLO_CONFIG_DIR", str(tmp_path))
-    arguments = [str(dataset(tmp_path / "set")), "-o", str(tmp_path / "run"), "--minutes", "0"]
-    arguments += ["--epochs", "1", "--image-size", "64", "--batch", "4"]
-    assert train.main(arguments + ["--bfloat16"] * bfloat16) == 0
-    weights, model = tmp_path / "run" / "weights" / "last.pt", tmp_path / "aqua.onnx"
-    export(weights, model, (96, 64))
+    run, model = tmp_path / "run", tmp_path / "aqua.onnx"
+    arguments = ["train", str(make_set(tmp_path / "set")), "-o", str(run), "--one-phase"]
+    arguments += ["--epochs", "1", "--image-size", "64", "--batch", "4", "--threads", "1"]
+    assert cli.main(arguments + ["--bfloat16"] * bfloat16) == 0
+    export(run / "best.pt", model, (96, 64))
     detector = load_detector(DetectorConfig(model=str(model), backend="onnxruntime"))
     assert detector.class_names == ("aqua",)
     assert "96x64" in detector.name
@@ -51,33 +33,47 @@ def test_one_epoch_then_export(tmp_path, monkeypatch, bfloat16):
     assert not list(tmp_path.glob("*.partial"))
 
 
-@pytest.mark.ultralytics
-def test_training_goes_on_from_given_weights(tmp_path, monkeypatch):
-    ultralytics = pytest.importorskip("ultralytics", reason="needs the extra [ultralytics]")
-    monkeypatch.setenv("YOLO_CONFIG_DIR", str(tmp_path))
-    data = str(dataset(tmp_path / "set"))
-    common = ["--minutes", "0", "--epochs", "1", "--image-size", "64", "--batch", "4"]
-    first, second = tmp_path / "first", tmp_path / "second"
-    assert train.main([data, "-o", str(first), "--seed", "1", *common]) == 0
-    weights = first / "weights" / "last.pt"
-    arguments = [data, "-o", str(second), "--weights", str(weights), *common]
-    assert train.main([*arguments, "--learning-rate", "0"]) == 0
+class Callbacks:
+    """Keeps what ultralytics would call."""
 
-    def first_layer(folder):
-        model = ultralytics.YOLO(str(folder / "weights" / "last.pt")).model
-        return model.state_dict()["model.0.conv.weight"].float().numpy()
+    def __init__(self):
+        self.added = []
 
-    np.testing.assert_array_equal(first_layer(first), first_layer(second))
+    def add_callback(self, name, function):
+        self.added.append((name, function))
+
+    def call(self, name, trainer):
+        for other, function in self.added:
+            if other == name:
+                function(trainer)
 
 
-def test_what_is_refused(tmp_path, capsys):
-    assert train.main([str(tmp_path / "none.yaml"), "-o", str(tmp_path / "run")]) == 2
-    assert "none.yaml does not exist" in capsys.readouterr().err
-    (tmp_path / "data.yaml").touch()
-    assert train.main([str(tmp_path / "data.yaml"), "-o", str(tmp_path)]) == 2
-    assert "exists already" in capsys.readouterr().err
+@pytest.mark.parametrize(
+    ("spent", "at", "share"),
+    [(0.0, 0.0, 1.0), (0.0, 900.0, 0.505), (600.0, 300.0, 0.505), (0.0, 9e9, 0.01)],
+)
+def test_the_rate_falls_with_time_from_where_it_was(tmp_path, monkeypatch, spent, at, share):
+    now = 5000.0
+    monkeypatch.setattr(train.time, "monotonic", lambda: now)
+    model, group = Callbacks(), {"lr": 0.0}
+    train._fall_with_time(model, train.Training(tmp_path, hours=0.5, learning_rate=0.1), spent)
+    trainer = SimpleNamespace(
+        epochs=7, start_epoch=6, train_time_start=100.0,
+        optimizer=SimpleNamespace(param_groups=[group]),
+    )  # fmt: skip
+    for moment in ("on_pretrain_routine_start", "on_train_start", "on_train_epoch_start"):
+        model.call(moment, trainer)
+    assert (trainer.epochs == 7) == (spent == 0.0)
+    assert (trainer.train_time_start, trainer.start_epoch) == (100.0 - spent, 0)
+    now += at
+    model.call("on_train_batch_start", trainer)
+    assert group["lr"] == pytest.approx(0.1 * share)
+
+
+def test_what_cannot_be_exported(tmp_path):
     with pytest.raises(InputError, match=r"none.pt do not exist"):
         export(tmp_path / "none.pt", tmp_path / "a.onnx")
     (tmp_path / "w.pt").touch()
+    (tmp_path / "data.yaml").touch()
     with pytest.raises(OutputError, match="exists already"):
         export(tmp_path / "w.pt", tmp_path / "data.yaml")
