@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from scipy.linalg.blas import dtrsm
 from scipy.linalg.lapack import dpotrf
 
+from aerial_gnss_ros.core.association import mahalanobis
 from aerial_gnss_ros.core.joint_geometry import pose_jacobian
 from aerial_gnss_ros.core.joint_platform import COUNT, LATENCY, PlatformModel
 from aerial_gnss_ros.core.joint_state import Indices, Joint
@@ -250,13 +251,12 @@ def _soften(spread: Array, residual: Array, pixel: float) -> bool:
     m = len(residual)
     own = spread.reshape(m, 2, m, 2)
     every = np.arange(m)
-    a, b, d = own[every, 0, every, 0], own[every, 0, every, 1], own[every, 1, every, 1]
-    x, y = residual[:, 0], residual[:, 1]
-    distance = np.sqrt((d * x * x - 2.0 * b * x * y + a * y * y) / (a * d - b * b))
+    blocks = own[every, :, every]
+    distance = np.sqrt(mahalanobis(residual, blocks)[0])
     if not (distance > HUBER).any():
         return False
     more = np.maximum(distance / HUBER - 1.0, 0.0)
     # In units of the whole innovation: also a robot of which little is known is not pulled.
-    own[every, 0, every, 0] += more * np.maximum(a, pixel)
-    own[every, 1, every, 1] += more * np.maximum(d, pixel)
+    for axis in (0, 1):
+        own[every, axis, every, axis] += more * np.maximum(blocks[:, axis, axis], pixel)
     return True
