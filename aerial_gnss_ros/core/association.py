@@ -147,7 +147,7 @@ def _weighed(
 
 def lone(rows: list[int], columns: list[int]) -> list[bool]:
     """Return which of k pairs are the only ones of their row and column."""
-    if len(rows) == 1:
-        return [True]
+    if len({*rows}) == len(rows) and len({*columns}) == len(columns):
+        return [True] * len(rows)
     of, to = Counter(rows), Counter(columns)
     return [of[row] == 1 and to[column] == 1 for row, column in zip(rows, columns, strict=True)]

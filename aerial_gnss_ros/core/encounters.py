@@ -13,6 +13,7 @@ kept, and the published covariance contains it (`doubts`).
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -146,6 +147,13 @@ class Pair:
         self.log_weights = np.array(total)
 
 
+@lru_cache(maxsize=8)
+def _every_pair(n: int) -> tuple[Indices, Indices]:
+    """Return the first and the second of each two of n, by the first."""
+    rows, columns = np.triu_indices(n, 1)
+    return rows, columns
+
+
 class Encounters:
     """Follows pairs of named robots that are close.
 
@@ -232,12 +240,16 @@ class Encounters:
         """Follow pairs that have come close."""
         if len(tracks) < 2:
             return
-        size = np.sqrt(np.trace(white, axis1=1, axis2=2))
-        apart = np.hypot(*(positions[:, None] - positions[None]).transpose(2, 0, 1))
-        near = np.triu(apart < NEAR * np.maximum(size[:, None], size[None]), 1)
-        rows, columns = np.nonzero(near)
+        rows, columns = _every_pair(len(tracks))
+        size = np.sqrt(white[:, 0, 0] + white[:, 1, 1])
+        vectors = positions[rows] - positions[columns]
+        apart = np.hypot(vectors[:, 0], vectors[:, 1])
+        near = apart < NEAR * np.maximum(size[rows], size[columns])
+        if not near.any():
+            return
+        rows, columns, apart = rows[near], columns[near], apart[near]
         followed = [{*pair.names} for pair in self._pairs]
-        for i in np.argsort(apart[rows, columns], kind="stable"):
+        for i in np.argsort(apart, kind="stable"):
             if len(self._pairs) >= MOST_PAIRS:
                 return
             a, b = int(rows[i]), int(columns[i])

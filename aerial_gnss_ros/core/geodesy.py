@@ -2,8 +2,9 @@
 """WGS84: geodetic, Earth-centred (ECEF) and local East-North-Up coordinates; geodesics.
 
 Angles are radians, lengths metres. PROJ (through pyproj) does the work that is easy to get wrong:
-Earth-centred to geodetic, and geodesics (Karney 2013). The haversine is here because the paper
-measures with it; it is a sphere's and wrong by up to 0.6 %.
+Earth-centred to geodetic (of a few points its formula is here, a call of it takes longer than ten
+of them), and geodesics (Karney 2013). The haversine is here because the paper measures with it; it
+is a sphere's and wrong by up to 0.6 %.
 """
 
 from __future__ import annotations
@@ -68,13 +69,38 @@ def _ecef(latitude: float, longitude: float, altitude: float) -> tuple[float, fl
 def geodetic_from_ecef(xyz: ArrayLike) -> tuple[Array, Array, Array]:
     """Return latitude, longitude (rad) and altitude (m) of Earth-centred points (..., 3) in m."""
     points = np.asarray(xyz, dtype=np.float64)
-    flat = points.reshape(-1, 3)
+    flat, shape = points.reshape(-1, 3), points.shape[:-1]
+    if len(flat) <= _FEW:
+        few = [_geodetic(*point) for point in flat.tolist()]
+        if None not in few:
+            lat, lon, alt = np.array(few).reshape(-1, 3).T
+            return lat.reshape(shape), lon.reshape(shape), alt.reshape(shape)
     # pyproj 3.6 warns of arrays with one element, so a single point goes in as plain numbers.
     x, y, z = flat[0].tolist() if len(flat) == 1 else np.ascontiguousarray(flat.T)
     lon, lat, alt = _cart().transform(x, y, z, radians=True, direction="INVERSE")
-    shape = points.shape[:-1]
     latitude, longitude, altitude = (np.asarray(one).reshape(shape) for one in (lat, lon, alt))
     return latitude, longitude, altitude
+
+
+def _geodetic(x: float, y: float, z: float) -> tuple[float, float, float] | None:
+    """Return the same of one point in plain numbers, by Bowring (1976) as PROJ does.
+
+    None where the formula does not hold: at a pole, deep inside the Earth, or of no number.
+    """
+    level = math.hypot(x, y)
+    upward, outward = z * SEMI_MAJOR_M, level * SEMI_MINOR_M
+    scale = math.hypot(upward, outward)
+    if not 0.5 * SEMI_MINOR_M**2 < scale < math.inf:
+        return None
+    sine, cosine = upward / scale, outward / scale
+    rise = z + _E2 / (1.0 - _E2) * SEMI_MINOR_M * sine * sine * sine
+    run = level - _E2 * SEMI_MAJOR_M * cosine * cosine * cosine
+    if run < 1e-6 * abs(rise):
+        return None
+    steep = math.hypot(rise, run)
+    sin_lat, cos_lat = rise / steep, run / steep
+    prime = SEMI_MAJOR_M / math.sqrt(1.0 - _E2 * sin_lat * sin_lat)
+    return math.atan(rise / run), math.atan2(y, x), level / cos_lat - prime
 
 
 @lru_cache(maxsize=8)  # several ask for the axes at one image's camera

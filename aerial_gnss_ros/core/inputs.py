@@ -6,6 +6,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 from enum import Enum
+from functools import lru_cache
 from typing import cast
 
 import numpy as np
@@ -240,16 +241,20 @@ class Inputs:
 
     def at(self, stamp_ns: int) -> Samples | Lacking:
         """Return all telemetry at the time of a scene, or which input it lacks."""
-        found: dict[Input, Sample[Fix] | Sample[Orientation] | Sample[Scalar]] = {}
+        places: dict[Input, int] = {}
         lacking: list[Lacking] = []
         for source, series in self._series.items():
-            sample = series.at(stamp_ns)
-            if isinstance(sample, Missing):
-                lacking.append(Lacking(sample.reason(source), sample.may_come))
+            place = series.place(stamp_ns)
+            if isinstance(place, Missing):
+                lacking.append(_lacking(source, place))
             else:
-                found[source] = sample
+                places[source] = place
         if lacking:  # one that can never come is the answer; the late ones need no wait then
             return min(lacking, key=lambda one: one.may_come)
+        found: dict[Input, Sample[Fix] | Sample[Orientation] | Sample[Scalar]] = {
+            source: self._series[source].between(place, stamp_ns)
+            for source, place in places.items()
+        }
         values = self._constants | {source: sample.value for source, sample in found.items()}
         level = self._level.latest(stamp_ns)
         height = cast("Scalar | None", values.get(Input.HEIGHT))
@@ -262,6 +267,11 @@ class Inputs:
             self._first_level if level is None else level.value,
             max((sample.age_s for sample in found.values()), default=0.0),
         )
+
+
+@lru_cache(maxsize=64)  # asked for again whenever anything comes while an image waits
+def _lacking(source: Input, missing: Missing) -> Lacking:
+    return Lacking(missing.reason(source), missing.may_come)
 
 
 def usable(value: Fix | Orientation | Scalar) -> tuple[str, Fix | Orientation | Scalar]:

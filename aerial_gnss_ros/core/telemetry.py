@@ -124,7 +124,7 @@ class Series(Generic[T]):
     def add(self, value: T) -> None:
         """Insert a sample where its stamp belongs."""
         stamp = value.stamp_ns
-        if not len(self) or stamp > self._stamps[-1]:
+        if self._start == len(self._stamps) or stamp > self._stamps[-1]:
             self._stamps.append(stamp)
             self._values.append(value)
         else:
@@ -138,23 +138,32 @@ class Series(Generic[T]):
 
     def at(self, stamp_ns: int) -> Sample[T] | Missing:
         """Return the value at a time, or why there is none."""
-        if not len(self):
-            return Missing.NONE
+        place = self.place(stamp_ns)
+        return place if isinstance(place, Missing) else self.between(place, stamp_ns)
+
+    def place(self, stamp_ns: int) -> int | Missing:
+        """Return where the first sample not before a time is, or why there is no value then."""
         stamps = self._stamps
-        after = bisect_left(stamps, stamp_ns, lo=self._start)
-        if after == len(stamps):
-            late = stamp_ns - stamps[-1]
+        if self._start == len(stamps):
+            return Missing.NONE
+        late = stamp_ns - stamps[-1]
+        if late > 0:
             return Missing.WAIT if late <= self._max_gap_ns else Missing.STALE
+        after = bisect_left(stamps, stamp_ns, lo=self._start)
         if stamps[after] == stamp_ns:
-            return Sample(self._values[after], 0.0)
+            return after
         if after == self._start:
             return Missing.BEFORE
+        return Missing.GAP if stamps[after] - stamps[after - 1] > self._max_gap_ns else after
+
+    def between(self, after: int, stamp_ns: int) -> Sample[T]:
+        """Return the value at a time before which `place` has told that there is one."""
+        stamps, values = self._stamps, self._values
+        if stamps[after] == stamp_ns:
+            return Sample(values[after], 0.0)
         before = after - 1
-        gap = stamps[after] - stamps[before]
-        if gap > self._max_gap_ns:
-            return Missing.GAP
-        since = stamp_ns - stamps[before]
-        value = self._between(self._values[before], self._values[after], since / gap, stamp_ns)
+        since, gap = stamp_ns - stamps[before], stamps[after] - stamps[before]
+        value = self._between(values[before], values[after], since / gap, stamp_ns)
         return Sample(value, max(since, gap - since) * 1e-9)
 
     def latest(self, stamp_ns: int) -> T | None:
@@ -163,13 +172,14 @@ class Series(Generic[T]):
         return self._values[after - 1] if after > self._start else None
 
     def _forget(self) -> None:
-        oldest = self._stamps[-1] - self._keep_ns
+        stamps, last = self._stamps, len(self._stamps) - 1
+        oldest = stamps[-1] - self._keep_ns
         # The newest sample from before the window stays: `latest` may need it.
-        while len(self) > 1 and (
-            self._stamps[self._start + 1] <= oldest or len(self) > self._max_length
+        while self._start < last and (
+            stamps[self._start + 1] <= oldest or last - self._start >= self._max_length
         ):
             self._start += 1
-        if self._start > _COMPACT_AT and 2 * self._start > len(self._stamps):
+        if self._start > _COMPACT_AT and 2 * self._start > last + 1:
             del self._stamps[: self._start]
             del self._values[: self._start]
             self._start = 0

@@ -101,3 +101,13 @@ def test_haversine_is_the_spheres_distance():
     assert geodesy.haversine(0.0, 0.0, degree, 0.0) == pytest.approx(111195.08, abs=0.1)
     exact, _, _ = geodesy.geodesic_inverse(0.0, 0.0, degree, 0.0)
     assert exact == pytest.approx(110574.39, abs=0.01)
+
+
+@given(st.lists(st.tuples(st.floats(-90.0, 90.0), longitudes, st.floats(-500.0, 1e4)), max_size=12))
+def test_few_points_become_geodetic_as_many_do(places):
+    lat, lon, alt = np.array(places, dtype=np.float64).reshape(-1, 3).T
+    xyz = geodesy.ecef_from_geodetic(np.radians(lat), np.radians(lon), alt)
+    few = geodesy.geodetic_from_ecef(xyz)
+    many = geodesy.geodetic_from_ecef(np.concatenate([xyz, np.full((13, 3), 6.3e6)]))
+    for one, other, off in zip(few, many, (1e-15, 1e-15, 1e-8), strict=True):
+        assert one == pytest.approx(other[: len(places)], abs=off)
