@@ -45,7 +45,9 @@ class Motion:
         """Fastest speed of a robot, m/s: `tracks.max_speed`."""
         return 2.0 * self.speed_sigma
 
-    def step(self, seconds: float, unseen: Array) -> tuple[Array, Array | None, Array]:
+    def step(
+        self, seconds: float, unseen: Array, strength: Array | float = 1.0
+    ) -> tuple[Array, Array | None, Array]:
         """Return reach (n,), kept velocity (n,) and noise (n, 3): pp, pv, vv, of a time step.
 
         position += reach * velocity; velocity *= kept, where that is not None (all of it).
@@ -53,12 +55,13 @@ class Motion:
         Args:
             seconds: length of the step, s.
             unseen: (n,) time since each robot was measured at the step's beginning, s.
+            strength: (n,) of their accelerations' densities, see `Manoeuvres`.
         """
         if seconds <= HELD_SEEN_S and not unseen.any():
-            return self._straight(seconds, len(unseen))
+            return self._straight(seconds, len(unseen), strength)
         held = np.where(unseen > 0.0, HELD_S, HELD_SEEN_S)
         straight = np.clip(held - unseen, 0.0, seconds)
-        q = self.acceleration**2
+        q = self.acceleration**2 * strength
         noise = np.empty((len(unseen), 3))
         noise[:, 0] = q * straight**3 / 3.0
         noise[:, 1] = q * straight**2 / 2.0
@@ -75,11 +78,14 @@ class Motion:
             self._forget(noise, time, length, keep)
         return reach, kept, noise
 
-    def _straight(self, seconds: float, count: int) -> tuple[Array, None, Array]:
+    def _straight(
+        self, seconds: float, count: int, strength: Array | float
+    ) -> tuple[Array, None, Array]:
         """Return the step of robots that were all in view just now."""
         q = self.acceleration**2
         once = [q * seconds**3 / 3.0, q * seconds**2 / 2.0, q * seconds]
-        return np.full(count, seconds), None, np.array([once] * count).reshape(-1, 3)
+        noise = np.array([once] * count).reshape(-1, 3) * np.reshape(strength, (-1, 1))
+        return np.full(count, seconds), None, noise
 
     def _forget(self, noise: Array, time: float, length: Array, keep: Array) -> None:
         """Carry noise (n, 3) through a time without memory, and add what comes in it."""

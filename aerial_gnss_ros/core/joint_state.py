@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from aerial_gnss_ros.core.joint_geometry import POSE_COUNT
 from aerial_gnss_ros.core.joint_motion import Motion
 from aerial_gnss_ros.core.joint_platform import COUNT, LATENCY, PlatformModel
+from aerial_gnss_ros.core.manoeuvres import Manoeuvres
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.intp]
@@ -47,6 +48,7 @@ class Joint:
         covariance: (7 + 4 n, 7 + 4 n).
         rows: (n,) which robots of the whole program these are.
         unseen: (n,) time since each was measured, s.
+        manoeuvres: how hard each turns.
         by_pose: (k, 4, 6) `state_jacobian` of the first k robots with which the covariance goes,
             see `joint_view`; those after them are new.
         camera: (3,) from where that was taken: place of the camera, m; NaN at first.
@@ -64,6 +66,7 @@ class Joint:
         self.covariance = covariance.copy()
         self.rows: Indices = np.zeros(0, np.intp)
         self.unseen: Array = np.zeros(0)
+        self.manoeuvres = Manoeuvres()
         self.by_pose = np.zeros((0, 4, POSE_COUNT))
         self.camera = np.full(3, np.nan)
         self.by_errors = np.zeros((POSE_COUNT, COUNT))
@@ -115,7 +118,8 @@ class Joint:
         n = len(self)
         if not n:
             return
-        reach, kept, noise = motion.step(seconds, self.unseen)
+        self.manoeuvres.predict(seconds, motion.acceleration**2)
+        reach, kept, noise = motion.step(seconds, self.unseen, self.manoeuvres.strength)
         P[:COUNT, COUNT:] *= keep[:, None]
         P[COUNT:, :COUNT] *= keep
         robots = self.robots
@@ -172,6 +176,7 @@ class Joint:
         self.covariance = grown
         self.rows = np.concatenate([self.rows, rows])
         self.unseen = np.concatenate([self.unseen, np.zeros(m)])
+        self.manoeuvres.add(m)
 
     def tie(self, first: int, second: int, sigma: float) -> None:
         """Take in that two robots are at one place: what is known of one is known of the other.
@@ -187,6 +192,7 @@ class Joint:
         gain = np.linalg.solve(spread, apart)
         self.mean -= (self.mean[a : a + 2] - self.mean[b : b + 2]) @ gain
         self.covariance -= apart.T @ gain
+        self.manoeuvres.inherit(first, second)
 
     def loosen(self, slots: Indices, speed: float, seconds: float) -> None:
         """Allow for a change of velocity that nobody has foreseen.
@@ -263,6 +269,7 @@ class Joint:
         self.mean = self.mean[index]
         self.covariance = self.covariance[np.ix_(index, index)]
         self.rows, self.unseen = self.rows[kept], self.unseen[kept]
+        self.manoeuvres.drop(kept)
         self.by_pose = self.by_pose[kept[: len(self.by_pose)]]
 
     def carry(self, change: Array) -> None:

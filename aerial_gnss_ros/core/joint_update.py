@@ -31,6 +31,8 @@ RELINEARISE = 0.02
 
 MAX_ITERATIONS = 3
 
+_VELOCITY = np.array([2, 3])
+
 TOO_FAST = 3.0
 """Sigmas by which a robot must be faster than robots are for its box to be refused, and at most
 half of that speed."""
@@ -147,6 +149,9 @@ def correct(
         return Outcome(rest.squared, rest.count, refused)
     joint.covariance -= reduction
     joint.unseen[slots] = 0.0
+    velocity = COUNT + 4 * slots[:, None] + _VELOCITY
+    corrections, expected = joint.mean[velocity] - before[velocity], reduction[velocity, velocity]
+    joint.manoeuvres.take(slots, corrections, expected.sum(axis=1))
     return Outcome(squared, 2 * m)
 
 

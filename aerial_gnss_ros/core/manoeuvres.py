@@ -1,0 +1,128 @@
+# SPDX-License-Identifier: Apache-2.0
+"""How hard each robot manoeuvres, found from how its velocity is corrected.
+
+A robot that turns harder than `noise.robot_acceleration` says makes the filter sure of what is not
+so: its turns are put down to the camera's heading, height and tilt. From high above, boxes are too
+coarse for that; from 7 m they are not. Single residuals hardly show it, since the boxes' own noise
+is most of them, but corrections of the velocity do: over some seconds they add up in one way, where
+those of a robot that obeys are independent of one another.
+
+If all is as stated, the corrections of `OVER_S` seconds have a sum of known covariance, which in
+the long run is that of the stated acceleration over this time. So the ratio of the squared sum to
+its expectation is that of the robot's spectral density to the supposed one (covariance matching:
+Mehra 1972; here of velocities and not of residuals).
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+Indices = NDArray[np.intp]
+
+OVER_S = 3.0
+"""Time constant with which corrections add up, s: about that of a turn."""
+
+MEMORY_S = 30.0
+"""Time constant of the mean over past turns, s."""
+
+EVERY_S = 0.5
+"""How often strengths are looked at, s: sums change no faster."""
+
+SURE = 3.0
+"""Sigmas above 1 from which the mean counts: robots that obey are left alone."""
+
+SPREAD = 1.5
+"""Variance of one ratio: 1 where both axes are known alike, 2 where only one is known."""
+
+MOST = 100.0
+"""Largest strength: ten times the stated acceleration."""
+
+
+class Manoeuvres:
+    """Of n robots.
+
+    Attributes:
+        strength: (n,) how many times as large as stated the density of its acceleration is.
+    """
+
+    def __init__(self) -> None:
+        self.strength: Array = np.zeros(0)
+        # Rows: sum of corrections east, north; its expected square; the acceleration's part of it;
+        # the same since the last image; sum of ratios, of their weights; time since it was judged.
+        self._sums: Array = np.zeros((8, 0))
+        self._since = 0.0
+
+    def add(self, count: int) -> None:
+        """Take in robots after the present ones."""
+        self.strength = np.concatenate([self.strength, np.ones(count)])
+        self._sums = np.concatenate([self._sums, np.zeros((8, count))], axis=1)
+
+    def drop(self, kept: NDArray[np.bool_]) -> None:
+        """Forget those that are not kept (n,)."""
+        self.strength, self._sums = self.strength[kept], self._sums[:, kept]
+
+    def inherit(self, old: int, new: int) -> None:
+        """Let robot `new` be known as well as `old`, which it turned out to be."""
+        self.strength[new] = self.strength[old]
+        self._sums[5:7, new] = self._sums[5:7, old]
+
+    def predict(self, seconds: float, density: float) -> None:
+        """Move on in time.
+
+        Args:
+            seconds: length of the step, s.
+            density: stated spectral density of each axis' acceleration, m²/s³.
+        """
+        if not density:
+            return
+        fade = math.exp(-seconds / OVER_S)
+        self._sums[:2] *= fade
+        self._sums[2:4] *= fade * fade
+        self._sums[4] += 2.0 * density * seconds * self.strength
+        self._sums[7] += seconds
+        self._since += seconds
+
+    def take(self, slots: Indices, changes: Array, expected: Array) -> None:
+        """Take in an image's corrections.
+
+        Args:
+            slots: (m,) the robots.
+            changes: (m, 2) of their velocities, m/s.
+            expected: (m,) mean squares of these, m²/s².
+        """
+        sums = self._sums[:5, slots]
+        # Less of those by which a velocity becomes known at all.
+        usual = np.minimum(sums[4] / np.maximum(expected, 1e-12), 1.0)
+        sums[:2] += usual * changes.T
+        sums[2:4] += usual**2 * (expected, sums[4])
+        sums[4] = 0.0
+        self._sums[:5, slots] = sums
+        if self._since >= EVERY_S:
+            self._since = 0.0
+            self._judge(slots)
+
+    def _judge(self, slots: Indices) -> None:
+        """Compare sums with their expectation.
+
+        What the robots of one image have in common is the camera's and not theirs.
+        """
+        sums, m = self._sums[:, slots], len(slots)
+        own = sums[:2]
+        if m > 1:
+            own = (own - own.mean(axis=1, keepdims=True)) * math.sqrt(m / (m - 1))
+        whole = np.maximum(sums[2], 1e-12)
+        ratio = (own[0] ** 2 + own[1] ** 2) / whole
+        share = np.minimum(sums[3] / whole, 1.0)
+        fade, seconds = np.exp(-sums[7] / MEMORY_S), np.minimum(sums[7], OVER_S)
+        strength = self.strength[slots]
+        ratios = sums[5] * fade + seconds * share * strength * (share + ratio - 1.0)
+        weights = sums[6] * fade + seconds * share * share
+        self._sums[5:, slots] = ratios, weights, np.zeros(m)
+        mean = ratios / np.maximum(weights, 1e-12)
+        sure = mean > 1.0 + SURE * np.sqrt(SPREAD * OVER_S / np.maximum(weights, 1e-12))
+        sure &= weights > OVER_S
+        self.strength[slots] = np.where(sure, np.minimum(mean, MOST), 1.0)
