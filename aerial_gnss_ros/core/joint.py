@@ -20,7 +20,7 @@ from aerial_gnss_ros.core.joint_geometry import MapFrame, MapPose, on_water
 from aerial_gnss_ros.core.joint_motion import motion_of
 from aerial_gnss_ros.core.joint_platform import COUNT, LATENCY, PlatformModel
 from aerial_gnss_ros.core.joint_state import Indices, Joint
-from aerial_gnss_ros.core.joint_update import correct
+from aerial_gnss_ros.core.joint_update import correct, linearise
 from aerial_gnss_ros.core.joint_view import Sight, by_platform, follow
 from aerial_gnss_ros.core.local_map import LocalMap, water_points
 from aerial_gnss_ros.core.measurements import Measurements
@@ -272,6 +272,12 @@ class JointFilter:
                     shared = _shared(self._groups[group_of[a]], slot_of[a], slot_of[b])
                     spread[i, j] -= shared + shared.T
         return offsets, spread
+
+    def box_noise(self, places: Array) -> Array:
+        """Return the covariances (m, 2, 2) of places on the water from boxes' own noise, m²."""
+        by_pixel = np.linalg.inv(linearise(self._seen_from, np.zeros(COUNT), places).by_place)
+        noise: Array = self.model.pixel * by_pixel @ by_pixel.swapaxes(1, 2)
+        return noise
 
     def _another_group(self) -> Joint:
         first = self._groups[0]

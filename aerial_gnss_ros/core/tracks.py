@@ -62,7 +62,7 @@ class Tracker:
         self._threshold = gate_threshold(config.tracks.gate_probability)
         window_s = config.tracks.confirm_window_s
         self._matcher = Matcher(self.filter, self._threshold, window_s)
-        self._encounters = Encounters(self.filter.motion.acceleration)
+        self._encounters = Encounters(self.filter)
         self._reacquisition = Reacquisition(
             self.filter.motion, self._threshold, config.tracks.coast_s
         )
@@ -155,6 +155,7 @@ class Tracker:
         columns[named] = boxes[
             self._encounters.take(
                 [self.tracks[rows[i]] for i in named],
+                rows[named],
                 seen.positions[boxes],
                 seen.white[boxes],
                 stamp_ns,

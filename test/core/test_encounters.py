@@ -9,11 +9,23 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from aerial_gnss_ros.core.encounters import Encounters
+from aerial_gnss_ros.core.joint_motion import Motion
 from aerial_gnss_ros.core.track import Track
 from aerial_gnss_ros.core.values import State
 
 SECOND = 1_000_000_000
 SIGMA = 0.1
+
+
+class Water:
+    """Stands in for the filter: boxes exact to SIGMA, velocities known to 5 cm/s."""
+
+    motion = Motion(0.05, 0.5)
+    covariance = np.tile(np.diag([1.0, 1.0, 0.05**2, 0.05**2]), (6, 1, 1))
+
+    def box_noise(self, places):
+        """Return all of it as the boxes' own."""
+        return np.tile(SIGMA**2 * np.eye(2), (len(places), 1, 1))
 
 
 def _meet(seed, closest, swap_from=None, seconds=10.0):
@@ -23,7 +35,7 @@ def _meet(seed, closest, swap_from=None, seconds=10.0):
     the end, 0 or 1, and the largest doubt, m².
     """
     rng = np.random.default_rng(seed)
-    meeting = Encounters(0.05)
+    meeting = Encounters(Water())
     one = Track("aqua", 0, 0, State.CONFIRMED, "aqua_1", velocity=np.array([0.3, 0.0]))
     other = Track("aqua", 0, 0, State.CONFIRMED, "aqua_2", velocity=np.array([-0.3, 0.0]))
     white = np.repeat(SIGMA**2 * np.eye(2)[None], 2, axis=0)
@@ -34,7 +46,9 @@ def _meet(seed, closest, swap_from=None, seconds=10.0):
         places += SIGMA * rng.standard_normal((2, 2)) + [100.0, 50.0 * np.sin(t)]
         if swap_from is not None and abs(t - swap_from) < 0.01:
             order = order[::-1]
-        order = order[meeting.take([one, other], places[order], white, i * SECOND // 10)]
+        order = order[
+            meeting.take([one, other], np.arange(2), places[order], white, i * SECOND // 10)
+        ]
         named = dict(zip((one.robot_id, other.robot_id), order, strict=True))
         doubt = meeting.doubts({name: places[robot] for name, robot in named.items()})
         doubt = doubt.get("aqua_1", np.zeros((2, 2)))
@@ -59,7 +73,7 @@ def test_doubt_is_published_only_while_there_is_some():
 def test_a_meeting_that_nobody_can_decide_stays_in_doubt(together):
     """Two meet, stay in one place for 4 s and part at right angles: even chances, whoever looks."""
     rng = np.random.default_rng(3)
-    meeting = Encounters(0.05)
+    meeting = Encounters(Water())
     tracks = [Track("aqua", 0, 0, State.CONFIRMED, f"aqua_{i}") for i in (1, 2)]
     white = np.repeat(SIGMA**2 * np.eye(2)[None], 2, axis=0)
     for i in range(140):
@@ -68,7 +82,9 @@ def test_a_meeting_that_nobody_can_decide_stays_in_doubt(together):
         places = np.array([[0.3 * before, 0.3 * after], [-0.3 * before, -0.3 * after]])
         places += SIGMA * rng.standard_normal((2, 2))
         shown = 2 if together or t < 6.0 else 1  # one leaves the picture
-        places = places[meeting.take(tracks[:shown], places[:shown], white, i * SECOND // 10)]
+        places = places[
+            meeting.take(tracks[:shown], np.arange(shown), places[:shown], white, i * SECOND // 10)
+        ]
     named = {track.robot_id: np.array([0.0, 6.0 * i]) for i, track in enumerate(tracks)}
     for doubt in meeting.doubts(named).values():
         assert np.diag(doubt) == pytest.approx([0.0, 18.0], abs=9.0)  # half of 6² m²
@@ -80,11 +96,12 @@ def test_a_meeting_that_nobody_can_decide_stays_in_doubt(together):
 def test_names_stay_a_permutation(seed, count):
     """Whatever boxes come, no name is lost or given twice."""
     rng = np.random.default_rng(seed)
-    meeting = Encounters(0.05)
+    meeting = Encounters(Water())
     tracks = [Track("aqua", 0, 0, State.CONFIRMED, f"aqua_{i}") for i in range(count)]
     white = np.repeat(SIGMA**2 * np.eye(2)[None], count, axis=0)
     for i in range(20):
         shown = rng.permutation(count)[: rng.integers(1, count + 1)]
         places = 0.3 * rng.standard_normal((len(shown), 2))
-        meeting.take([tracks[j] for j in shown], places, white[: len(shown)], i * SECOND // 10)
+        stamp_ns = i * SECOND // 10
+        meeting.take([tracks[j] for j in shown], shown, places, white[: len(shown)], stamp_ns)
         assert sorted(track.robot_id for track in tracks) == [f"aqua_{j}" for j in range(count)]
