@@ -33,15 +33,25 @@ class Doubts:
 
     def mixed(self, one: str, other: str, exchanged: float) -> Doubts:
         """Return what is known after two tracks have exchanged their robots with a probability."""
-        of = {name: self.of.get(name, {name: 1.0}) for name in (*self.of, one, other)}
-        for name, law in of.items():
-            first, second = law.get(one, 0.0), law.get(other, 0.0)
-            if first or second:
-                of[name] = {
-                    **law,
-                    one: first + exchanged * (second - first),
-                    other: second + exchanged * (first - second),
-                }
+        kept = 1.0 - exchanged
+        return self.mapped(
+            {one: {one: kept, other: exchanged}, other: {other: kept, one: exchanged}}
+        )
+
+    def mapped(self, laws: Mapping[str, Mapping[str, float]]) -> Doubts:
+        """Return what is known after some tracks may have exchanged their robots among them.
+
+        Args:
+            laws: by track, the probability of each to go on with its robot; others keep theirs.
+        """
+        of: dict[str, dict[str, float]] = {}
+        for name in (*self.of, *(track for track in laws if track not in self.of)):
+            law: dict[str, float] = {}
+            for before, share in self.of.get(name, {name: 1.0}).items():
+                for track, chance in laws.get(before, {before: 1.0}).items():
+                    law[track] = law.get(track, 0.0) + share * chance
+            if law != {name: 1.0}:
+                of[name] = law
         found = Doubts(of)
         found._left = self._left
         return found

@@ -11,6 +11,7 @@ published covariance contains it (`doubts`).
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from functools import lru_cache
 from typing import Protocol
 
@@ -134,9 +135,9 @@ class Encounters:
         self._begin(tracks, rows, positions[boxes], white[boxes], stamp_ns)
         return boxes
 
-    def doubt(self, one: str, other: str, exchanged: float) -> None:
-        """Take in that the robots of two names may be exchanged, by this probability."""
-        self._parted = self._parted.mixed(one, other, exchanged)
+    def doubt(self, laws: Mapping[str, Mapping[str, float]]) -> None:
+        """Take in which robot may be on which track, by the names of these (`Doubts.mapped`)."""
+        self._parted = self._parted.mapped(laws)
 
     def doubts(self, places: dict[str, Array]) -> dict[str, Array]:
         """Return covariances (2, 2) to be added for names that may be another's, m².

@@ -18,7 +18,7 @@ box or two has grown a second track, and is still one robot.
 
 from __future__ import annotations
 
-from itertools import combinations
+from itertools import combinations, permutations
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,6 +29,8 @@ from aerial_gnss_ros.core.track import Track
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.intp]
+Laws = dict[int, dict[int, float]]
+"""By row of a track, the probability of each row to be the robot that it is taken for."""
 
 SHARE = 0.25
 """Of each of the four parts of the mixture."""
@@ -53,12 +55,16 @@ DOUBT_M = 0.5
 
 PATIENCE_S, PATIENCE = 4.0, 0.05
 """How long a track waits for the other robot to come up, too, where that is not so: a fixed time
-and a share of the time for which the nearest was out of sight."""
+and a share of the time for which the nearest was out of sight. Those that come up one after the
+other wait for the last of them."""
 
 LIKELY = 0.8
 """Probability from which a new track gets a robot's name, against all other robots and those that
 nobody has seen. Below, it gets a new one: a name on the wrong robot is a confident wrong position,
 which is much worse. docs/accuracy.md has what other values give."""
+
+MOST_TOGETHER = 6
+"""Robots that come up together of which all assignments are weighed."""
 
 _SMALLEST = 1e-3
 """Least variance of a place, m²."""
@@ -87,10 +93,10 @@ class Reacquisition:
         stamp_ns: int,
         height: float,
         newcomers: float,
-    ) -> tuple[dict[int, int], set[int], dict[tuple[int, int], float]]:
+    ) -> tuple[dict[int, int], set[int], Laws]:
         """Return, by row of a new track, the row of the robot that it is; and the rows that wait.
 
-        Besides, by two new rows, the probability that their robots are the other way round.
+        Besides, by row of a new track, the probability of each new row to be its robot instead.
 
         Args:
             tracks: all of them.
@@ -120,8 +126,9 @@ class Reacquisition:
         vague = np.where(possible, vague, 0.0)
         unclear = _waits(vague)
         waits = unclear.copy()
-        for column, row in enumerate(ready):
-            waited = (stamp_ns - tracks[row].first_seen_ns) * 1e-9
+        came_ns = np.array([tracks[row].first_seen_ns for row in ready])
+        waited = (stamp_ns - came_ns[unclear].max(initial=0)) * 1e-9
+        for column in range(len(ready)):
             nearest = unseen[np.argmin(np.where(possible[:, column], squared[:, column], np.inf))]
             waits[column] &= waited < PATIENCE_S + PATIENCE * nearest
         # Where as many have come up as could be meant, their lie to one another decides.
@@ -138,9 +145,12 @@ class Reacquisition:
         found = {new: old for new, old in found.items() if new not in waiting}
         sure = [k for k, column in enumerate(columns) if ready[column] in found]
         new = [ready[columns[k]] for k in sure]
-        odds = _exchanged(cost, possible, rows[sure], columns[sure])
-        named = {(new[a], new[b]): share for (a, b), share in odds.items()}
-        return found, waiting, named
+        pairs = np.ix_(rows[sure], columns[sure])
+        chances = _permuted(cost[pairs], possible[pairs])
+        laws = {
+            one: dict(zip(new, law, strict=True)) for one, law in zip(new, chances, strict=True)
+        }
+        return found, waiting, laws
 
     def _density(self, track: Track, unseen: float, offsets: Array, spread: Array) -> Array:
         """Return the density (m,) at offsets (m, 2) from where the filter has the robot, 1/m²."""
@@ -195,24 +205,35 @@ def _can_be(old: Track, new: Track) -> bool:
     return old.class_id == new.class_id and not old.seen_beside(new)
 
 
-def _exchanged(
-    cost: Array, possible: NDArray[np.bool_], rows: Indices, columns: Indices
-) -> dict[tuple[int, int], float]:
-    """Return, by two pairs of an assignment, the probability that they are the other way round.
+def _permuted(cost: Array, possible: NDArray[np.bool_]) -> list[list[float]]:
+    """Return by robot (k,) the probability of each track (k,) to be it, over all assignments.
+
+    Three robots that come up together may be in a ring on one another's places. Of more than
+    `MOST_TOGETHER` only exchanges of two are counted.
 
     Args:
-        cost: (n, m) of a pair: minus twice the log of its likelihood.
-        possible: (n, m) pairs that can be.
-        rows: k of the assignment.
-        columns: theirs.
+        cost: (k, k) of a pair: minus twice the log of its likelihood; the diagonal was chosen.
+        possible: (k, k) pairs that can be.
     """
-    weights = {}
-    for a, b in combinations(range(len(rows)), 2):
-        (i, j), (u, v) = (rows[a], columns[a]), (rows[b], columns[b])
-        if possible[i, v] and possible[u, j]:
-            worse = cost[i, v] + cost[u, j] - cost[i, j] - cost[u, v]
-            weights[a, b] = float(np.exp(-0.5 * max(worse, 0.0)))
-    return {pair: weight / (1.0 + sum(weights.values())) for pair, weight in weights.items()}
+    k = len(cost)
+    every = np.arange(k)
+    ways = (
+        np.array(list(permutations(range(k))), dtype=np.intp)
+        if k <= MOST_TOGETHER
+        else np.array([every, *(_turned(every, a, b) for a, b in combinations(range(k), 2))])
+    )
+    worse = (cost[every, ways] - cost[every, every]).sum(axis=1)
+    weights = np.exp(-0.5 * np.maximum(worse, 0.0)) * possible[every, ways].all(axis=1)
+    chances = np.zeros((k, k))
+    np.add.at(chances, (every, ways), (weights / weights.sum())[:, None])
+    return [[float(one) for one in row] for row in chances]
+
+
+def _turned(order: Indices, a: int, b: int) -> Indices:
+    """Return an order with two places exchanged."""
+    other = order.copy()
+    other[[a, b]] = order[[b, a]]
+    return other
 
 
 def _waits(density: Array) -> NDArray[np.bool_]:

@@ -37,7 +37,7 @@ from aerial_gnss_ros.core.local_map import LocalMap
 from aerial_gnss_ros.core.localize import WaterPoints
 from aerial_gnss_ros.core.matching import SWERVE_S, Matcher, swerved
 from aerial_gnss_ros.core.measurements import Measurements, inside_any, measurements
-from aerial_gnss_ros.core.reacquisition import Reacquisition, twins
+from aerial_gnss_ros.core.reacquisition import Laws, Reacquisition, twins
 from aerial_gnss_ros.core.track import Track
 from aerial_gnss_ros.core.tracking import TrackUpdate
 from aerial_gnss_ros.core.values import DetectionFrame, PosedFrame, RobotEstimate, State
@@ -212,7 +212,7 @@ class Tracker:
         self._matcher.confused = False
         folded = self._fold(ready)
         ready = [row for row in ready if row not in folded]
-        resumed, waiting, exchanged = self._resume(ready, stamp_ns)
+        resumed, waiting, laws = self._resume(ready, stamp_ns)
         for row in ready:
             self.tracks[row].waits = row in waiting
         ready = [row for row in ready if row not in waiting]
@@ -227,8 +227,10 @@ class Tracker:
             else:
                 track.robot_id = given[row]
             track.state = State.CONFIRMED
-        for (one, other), share in exchanged.items():
-            self._encounters.doubt(self.tracks[one].robot_id, self.tracks[other].robot_id, share)
+        called = {row: self.tracks[row].robot_id for row in laws}
+        self._encounters.doubt(
+            {called[a]: {called[b]: p for b, p in law.items() if p} for a, law in laws.items()}
+        )
         return {*resumed.values(), *folded}
 
     def _merge(self, old: int, new: int) -> None:
@@ -255,12 +257,10 @@ class Tracker:
         since = sum(image >= track.hits[0] for image in self._images)
         return 2 * len(track.hits) >= since
 
-    def _resume(
-        self, ready: list[int], stamp_ns: int
-    ) -> tuple[dict[int, int], set[int], dict[tuple[int, int], float]]:
+    def _resume(self, ready: list[int], stamp_ns: int) -> tuple[dict[int, int], set[int], Laws]:
         """Return, by new row, the robot out of sight that it is, and the rows that must wait.
 
-        Besides, how likely two new rows are one another's robots (`Reacquisition.pairs`).
+        Besides, how likely new rows are one another's robots (`Reacquisition.pairs`).
         """
         away = [row for row, track in enumerate(self.tracks) if track.robot_id]
         if not away:

@@ -22,6 +22,15 @@ def test_two_encounters_make_a_chain():
     assert added["b"] == pytest.approx(np.diag([0.2 * 10**2 + 0.4 * 20**2, 0.0]))
 
 
+def test_three_in_a_ring():
+    """Each robot went on as the next one's track, or all stayed."""
+    ring = {"a": {"a": 0.6, "b": 0.4}, "b": {"b": 0.6, "c": 0.4}, "c": {"c": 0.6, "a": 0.4}}
+    met = Doubts().mixed("a", "d", 0.5).mapped(ring)
+    assert met.of["a"] == pytest.approx({"a": 0.3, "b": 0.2, "d": 0.5})
+    assert met.of["d"] == pytest.approx({"a": 0.3, "b": 0.2, "d": 0.5})
+    assert met.of["c"] == pytest.approx({"a": 0.4, "c": 0.6})
+
+
 def test_a_second_even_chance_adds_nothing_and_certainty_is_not_published():
     assert Doubts().mixed("a", "b", 0.5).mixed("a", "b", 0.9).of["a"] == {"a": 0.5, "b": 0.5}
     assert Doubts().mixed("a", "b", 1e-4).covariances(PLACES) == {}

@@ -38,10 +38,10 @@ def _pairs_and_odds(down, up, unseen_s, newcomers=0.1, waited_s=0.2, beside=True
     variance = MOTION.step(unseen_s, np.zeros(1))[2][0, 0] + 0.1
     spread = np.broadcast_to(variance * np.eye(2), (*offsets.shape, 2))
     n = len(down)
-    found, waiting, exchanged = Reacquisition(MOTION, 11.6, 180.0).pairs(
+    found, waiting, laws = Reacquisition(MOTION, 11.6, 180.0).pairs(
         tracks, list(range(n)), list(range(n, len(tracks))), (offsets, spread), now, 30.0, newcomers
     )
-    odds = {(one - n, other - n): p for (one, other), p in exchanged.items()}
+    odds = {(one - n, other - n): p for one, law in laws.items() for other, p in law.items()}
     return {new - n: old for new, old in found.items()}, {row - n for row in waiting}, odds
 
 
@@ -85,7 +85,36 @@ def test_two_that_come_up_together_are_told_by_how_they_lie():
 def test_how_likely_the_other_way_round_is_told(up, low, high):
     found, _, odds = _pairs_and_odds([(0, 0), (2, 0)], up, 10.0)
     assert set(found) == {0, 1}
-    assert low <= sum(odds.values()) <= high + 1e-9
+    assert low <= odds[0, 1] <= high + 1e-9
+    assert odds[0, 0] == odds[1, 1] == pytest.approx(1.0 - odds[0, 1])
+
+
+def test_three_that_come_up_midway_may_be_each_others_in_a_ring():
+    """Nobody knows any of them: each name is on each track alike, which exchanges of two miss."""
+    down = [(0, 0), (2, 0), (1, 1.732)]
+    _, _, odds = _pairs_and_odds(down, [(1, 0.577)] * 3, 10.0)
+    assert odds == pytest.approx({(i, j): 1 / 3 for i in range(3) for j in range(3)}, abs=0.02)
+
+
+def test_those_that_come_up_one_after_the_other_wait_for_the_last():
+    """The first of three came 6 s ago and would have given up, but the second came just now."""
+    now = 1000 * SECOND
+    down, up = [(0, 0), (2, 0), (1, 2)], [(0.9, 0.5), (1.1, 0.5)]
+    tracks = [
+        Track("aqua", 0, now - 10 * SECOND, State.COASTING, f"aqua_{i}", deque([1]))
+        for i in range(3)
+    ]
+    tracks += [
+        Track("aqua", now - round(ago * SECOND), now, hits=deque([now])) for ago in (6.0, 0.2)
+    ]
+    offsets = np.array(up, float)[None] - np.array(down, float)[:, None]
+    spread = np.broadcast_to(9.0 * np.eye(2), (3, 2, 2, 2))
+    for ready, waits in (([3, 4], {3, 4}), ([3], set())):
+        between = offsets[:, : len(ready)], spread[:, : len(ready)]
+        _, waiting, _ = Reacquisition(MOTION, 11.6, 180.0).pairs(
+            tracks, [0, 1, 2], ready, between, now, 30.0, 0.1
+        )
+        assert waiting == waits
 
 
 def test_two_tracks_that_no_image_shows_together_are_not_two_robots():

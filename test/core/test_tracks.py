@@ -192,7 +192,7 @@ def test_what_was_seen_beside_a_robot_is_not_that_robot(sea, hits, resumed):
         Track("aqua", sea.stamp(0.0), sea.stamp(5.0), State.COASTING, "aqua_1", seen),
         Track("aqua", came[0], came[-1], hits=came),
     ]
-    assert tracker._resume([1], sea.stamp(7.0)) == (resumed, set(), {})
+    assert tracker._resume([1], sea.stamp(7.0))[:2] == (resumed, set())
 
 
 def test_a_robot_unseen_for_too_long_is_lost_and_its_name_used_up(sea):
