@@ -12,14 +12,14 @@ import argparse
 import json
 import signal
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 from aerial_gnss_ros.core.errors import AerialGnssError
 from aerial_gnss_ros.nodes import process
-from aerial_gnss_ros.nodes.detector_node import DetectorNode
-from aerial_gnss_ros.nodes.estimator_node import EstimatorNode
+from aerial_gnss_ros.nodes.both import both
 from aerial_gnss_ros.nodes.supervised import Given
 from aerial_gnss_ros.nodes.timings import Timings
 
@@ -33,11 +33,11 @@ def main(argv: Sequence[str] | None = None) -> int:
     parser.add_argument("--samples", type=Path, required=True, help="JSON file to write")
     parser.add_argument("--params", type=Path, nargs="+", default=[], help="parameter files")
     args = parser.parse_args(process.own_arguments(arguments)[1:])
-    given, timings = Given(args.params), dict[str, Timings]()
+    timings: dict[str, Timings] = {}
 
-    def make(name: str, kind: Any) -> Any:
-        node = kind(given)
-        timings[name] = node.timings
+    def made(make: Callable[[], Any]) -> Any:
+        node = make()
+        timings[node.get_name()] = node.timings
         return node
 
     def begin(_number: int, _frame: Any) -> None:
@@ -45,12 +45,9 @@ def main(argv: Sequence[str] | None = None) -> int:
             each.remember(_IMAGES)
 
     signal.signal(signal.SIGUSR1, begin)
-    makers = [
-        lambda: make("estimator", EstimatorNode),
-        lambda: make("detector", DetectorNode),
-    ]
+    makers = both(Given(args.params))
     try:
-        status = process.spin(makers, arguments)
+        status = process.spin([partial(made, make) for make in makers], arguments)
     except AerialGnssError as error:
         sys.stderr.write(f"{error}\n")
         return process.WRONG_INPUT

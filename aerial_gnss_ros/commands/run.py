@@ -46,11 +46,9 @@ def run(args: argparse.Namespace) -> int:
     leave_on_signals()
     require_ros()
     from aerial_gnss_ros.nodes import process
-    from aerial_gnss_ros.nodes.detector_node import DetectorNode
-    from aerial_gnss_ros.nodes.estimator_node import EstimatorNode
+    from aerial_gnss_ros.nodes.both import both
     from aerial_gnss_ros.nodes.supervised import Given
 
     vehicle = [vehicle_file(args.vehicle)] if args.vehicle else []
     given = Given((*vehicle, *args.params), args.namespace)
-    makers = [lambda: EstimatorNode(given), lambda: DetectorNode(given)]
-    return process.spin(makers, ["aerial-gnss", "--ros-args", *args.ros_args])
+    return process.spin(both(given), ["aerial-gnss", "--ros-args", *args.ros_args])

@@ -15,7 +15,6 @@ from collections import deque
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import CubicSpline
 
 from aerial_gnss_ros.core.config import EstimatorConfig
 from aerial_gnss_ros.core.inputs import Inputs, Lacking
@@ -150,6 +149,8 @@ class LatencySearch:
 
     def _posterior(self) -> tuple[float, float]:
         """Return mean and sigma of the correction by all that was seen, s."""
+        from scipy.interpolate import CubicSpline  # takes long to import, and is seldom needed
+
         squares = float(self._squares[np.argmin(self._cost)])
         # Of what boxes are off over what is stated.
         excess = max(1.0, squares / (2.0 * max(self._images, 1.0)))

@@ -5,17 +5,19 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable
-from concurrent.futures import Future, ThreadPoolExecutor
+from concurrent.futures import Future
 from dataclasses import dataclass
 from typing import Any
 
 from aerial_gnss_ros.core.errors import ModelError
+from aerial_gnss_ros.detection.background import begun
 
 Shape = tuple[int, ...]
 _MOST = 3
 """Sizes beside the first image's; each takes some 20 MB."""
 _OFTEN = 10  # runs with a size, of the last _RECENT, that make it worth compiling for
 _RECENT = 1000
+_NAME = "compiling"
 _COMPILED_WITHIN = 50  # runs; half a second of `search.mode` roi, twice what compiling takes
 
 
@@ -43,7 +45,8 @@ class CompiledSizes:
         compiled: makes what runs a model.
         model: takes any size; has `clone` and `reshape` as OpenVINO's.
         first: shape of the input that is likely, with which the model is tried.
-        others: whether smaller images than the first will come: prepare for them meanwhile.
+        others: whether smaller images than the first will come: prepare for them once the first
+            has been run.
 
     Raises:
         ModelError: the model cannot be compiled.
@@ -66,8 +69,7 @@ class CompiledSizes:
         self._hopeless: set[Shape] = set()
         self._job: _Job | None = None
         self._any: Future[Any] | None = None
-        if others:
-            self._any = _begin(lambda: compiled(model))
+        self._others = others
 
     def __getitem__(self, shape: Shape) -> Any:
         """Return what runs an image of this shape, the next one that is run.
@@ -83,6 +85,8 @@ class CompiledSizes:
             self._own.clear()
             self._whole = shape
             self._own[shape] = _fitted(self._compiled, self._model, shape)
+        if self._runs == 3 and self._others:  # not before: the first boxes would come later
+            self._any = begun(lambda: self._compiled(self._model), _NAME)
         if shape in self._own:
             self._last[shape] = self._runs
             return self._own[shape]
@@ -124,7 +128,7 @@ class CompiledSizes:
             return
         if self._room():
             compiled, model = self._compiled, self._model
-            made = _begin(lambda: _fitted(compiled, model, shape))
+            made = begun(lambda: _fitted(compiled, model, shape), _NAME)
             self._job = _Job(shape, made, self._runs + _COMPILED_WITHIN)
 
     def _room(self) -> bool:
@@ -143,11 +147,3 @@ def _fitted(compiled: Callable[[Any], Any], model: Any, shape: Shape) -> Any:
     fitted = model.clone()
     fitted.reshape(list(shape))
     return compiled(fitted)
-
-
-def _begin(task: Callable[[], Any]) -> Future[Any]:
-    """Do it in a thread that ends with it, and for which the process waits at its end."""
-    with_one = ThreadPoolExecutor(1, thread_name_prefix="compiling")
-    made = with_one.submit(task)
-    with_one.shutdown(wait=False)
-    return made

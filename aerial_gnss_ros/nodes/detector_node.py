@@ -8,12 +8,14 @@ import threading
 import time
 from collections import Counter
 from collections.abc import Callable
+from concurrent.futures import Future
 from dataclasses import replace
 from typing import Any
 
 from aerial_gnss_ros.adapters.results import detection_array
 from aerial_gnss_ros.adapters.stamps import copied_header, nanoseconds
 from aerial_gnss_ros.core.errors import AerialGnssError, InputError, ModelError
+from aerial_gnss_ros.detection.background import begun
 from aerial_gnss_ros.detection.base import Detector
 from aerial_gnss_ros.detection.config import DetectorConfig, detector_config
 from aerial_gnss_ros.detection.images import decode
@@ -44,6 +46,7 @@ class DetectorNode(Managed, SupervisedNode):
     Args:
         given: parameter files and namespace.
         load: makes the detector of the configuration.
+        meanwhile: load in a thread of its own; `begin` waits for it, and must be called.
 
     Attributes:
         timings: milliseconds of each stage.
@@ -56,12 +59,16 @@ class DetectorNode(Managed, SupervisedNode):
         self,
         given: Given | None = None,
         load: Callable[[DetectorConfig], Detector] = load_detector,
+        *,
+        meanwhile: bool = False,
     ) -> None:
         SupervisedNode.__init__(self, DETECTOR, given or Given())
         self._config = detector_config(self.values)
         self._load = load
         self._detector: Detector | None = None
         self._wanted = self._config
+        self._early: Future[Detector] | None = None
+        self._begun = False
         self._waiting: Newest[Any] = Newest()
         self._images: Input | None = None
         self._camera: Input | None = None
@@ -77,12 +84,31 @@ class DetectorNode(Managed, SupervisedNode):
         )
         self.follow(detector_config, self._set_config)
         self.every(0.5, self._fail_if_thread_failed)
+        if not meanwhile:
+            self.begin()
+        elif self._config.autostart:
+            config = self._config
+            self._early = begun(lambda: load(config), "loading")
+
+    def begin(self) -> None:
+        """Go to active where `autostart` says so; the constructor has done so but for `meanwhile`.
+
+        Raises:
+            AerialGnssError: the model cannot be used.
+        """
+        if self._begun:
+            return
+        self._begun = True
         self.manage(self._config.autostart)
         if not self._config.autostart:
             self.get_logger().info("waits for the transitions configure and activate")
 
     def load(self) -> None:
         """Load the network."""
+        early, self._early = self._early, None
+        if early is not None and self._wanted == self._config:
+            self._detector = early.result()
+            return
         self._config = self._wanted
         self._detector = self._load(self._config)
 

@@ -13,12 +13,14 @@ from aerial_gnss_ros.adapters.feed import Feed, Subscription
 from aerial_gnss_ros.adapters.results import MARKERS, OutgoingMessage, position_messages
 from aerial_gnss_ros.adapters.stamps import nanoseconds
 from aerial_gnss_ros.adapters.versions import newest_version
+from aerial_gnss_ros.core import association
 from aerial_gnss_ros.core.config import EstimatorConfig, estimator_config
 from aerial_gnss_ros.core.estimator import Estimator
 from aerial_gnss_ros.core.events import Trouble
 from aerial_gnss_ros.core.inputs import InputState
 from aerial_gnss_ros.core.summary import RobotSummary
 from aerial_gnss_ros.core.values import FrameResult, State
+from aerial_gnss_ros.detection.background import begun
 from aerial_gnss_ros.nodes import qos
 from aerial_gnss_ros.nodes.arrivals import SECOND_NS
 from aerial_gnss_ros.nodes.diagnostics import ERROR, OK, STALE, WARN, Status
@@ -124,6 +126,8 @@ class EstimatorNode(SupervisedNode):
 
     def _publish(self, result: FrameResult) -> None:
         self._images += 1
+        if self._images == 1:  # now there is time for what a later image may need at once
+            begun(association.solver, "importing")
         started = time.perf_counter()
         for outgoing in position_messages(result):
             self._publisher(outgoing).publish(message(outgoing.msgtype, outgoing.fields))

@@ -4,8 +4,9 @@
 from __future__ import annotations
 
 import signal
+from collections.abc import Iterator
+from contextlib import contextmanager
 from types import FrameType
-from typing import NoReturn
 
 SIGNALS = (signal.SIGINT, signal.SIGTERM)
 
@@ -18,6 +19,7 @@ class Leave(SystemExit):
 
 
 _came: list[int] = []
+_noted_only: list[bool] = []
 
 
 def leave_on_signals() -> None:
@@ -34,10 +36,24 @@ def leaves_on(number: int) -> bool:
 
 
 def asked_to_leave() -> bool:
-    """Return whether a signal came; its `Leave` may have been lost in a call of compiled code."""
+    """Return whether a signal came, whatever became of its `Leave`."""
     return bool(_came)
 
 
-def _leave(number: int, _frame: FrameType | None) -> NoReturn:
+@contextmanager
+def noted_only() -> Iterator[None]:
+    """Let signals raise nothing meanwhile: who loops looks at `asked_to_leave`.
+
+    Raised inside rclpy's C++, or while Python tidies up, `Leave` would be lost with a traceback.
+    """
+    _noted_only.append(True)
+    try:
+        yield
+    finally:
+        _noted_only.pop()
+
+
+def _leave(number: int, _frame: FrameType | None) -> None:
     _came.append(number)
-    raise Leave
+    if not _noted_only:
+        raise Leave

@@ -24,6 +24,7 @@ from aerial_gnss_ros.nodes.leaving import (
     asked_to_leave,
     leave_on_signals,
     leaves_on,
+    noted_only,
 )
 from aerial_gnss_ros.nodes.memory import keep_freed_memory
 from aerial_gnss_ros.nodes.schemas import SCHEMAS
@@ -79,7 +80,7 @@ def spin(makers: Sequence[Callable[[], Any]], arguments: Sequence[str]) -> int:
     """Initialise ROS, make nodes and spin them until SIGINT or SIGTERM; return 0.
 
     Args:
-        makers: each returns a node; what one raises ends the process.
+        makers: each returns a node (`SupervisedNode`); what one raises ends the process.
         arguments: with the program's name first, then `--ros-args …`.
 
     Raises:
@@ -87,12 +88,15 @@ def spin(makers: Sequence[Callable[[], Any]], arguments: Sequence[str]) -> int:
     """
     nodes: list[Any] = []
 
+    @noted_only()
     def until_shutdown() -> None:
         executor = SingleThreadedExecutor()
-        for make in makers:
-            nodes.append(make())
-            executor.add_node(nodes[-1])
-        while rclpy.ok() and not asked_to_leave():
+        nodes.extend(make() for make in makers if not asked_to_leave())
+        for node in nodes:
+            if not asked_to_leave():
+                node.begin()
+                executor.add_node(node)
+        while rclpy.ok() and not asked_to_leave():  # rclpy's own handler ends the waiting
             executor.spin_once()
 
     def destroy() -> None:

@@ -84,6 +84,9 @@ class SupervisedNode(Node):  # type: ignore[misc]  # rclpy has no complete types
             if not result.successful:
                 raise ConfigError(result.reason)
 
+    def begin(self) -> None:
+        """Begin to work, once all nodes of the process are made."""
+
     def every(self, seconds: float, callback: Callable[[], None]) -> None:
         """Call back periodically on the steady clock, also while simulated time stands still."""
         self.create_timer(seconds, callback, clock=self._steady)

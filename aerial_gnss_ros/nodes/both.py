@@ -1,0 +1,26 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Both nodes in one process, made so that positions come soon."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from aerial_gnss_ros.nodes.supervised import Given
+
+
+def both(given: Given) -> list[Callable[[], Any]]:
+    """Return what makes the nodes, in their order: the network loads while the rest is imported."""
+    return [lambda: _detector(given), lambda: _estimator(given)]
+
+
+def _detector(given: Given) -> Any:
+    from aerial_gnss_ros.nodes.detector_node import DetectorNode
+
+    return DetectorNode(given, meanwhile=True)
+
+
+def _estimator(given: Given) -> Any:
+    from aerial_gnss_ros.nodes.estimator_node import EstimatorNode
+
+    return EstimatorNode(given)
