@@ -137,6 +137,11 @@ def _images(bag: BagReader, topic: str, boxes: Subscription, namespace: str) -> 
 def _check_type(bag: BagReader, topic: str, subscription: Subscription) -> None:
     found = bag.topics[topic].msgtype
     if found != subscription.msgtype:
+        if subscription.name.split("_")[0] == "depth":
+            raise InputError(
+                f"{topic} has message type {found}, but depths are read from "
+                f"{subscription.msgtype} alone; publish it as such, or take it out of depth.topics."
+            )
         group = "camera" if subscription.name == "camera_info" else subscription.name
         keys = f"{group}.type or {group}.topic" if group in _TYPED else f"{group}.topic"
         raise InputError(

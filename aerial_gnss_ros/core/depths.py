@@ -20,6 +20,8 @@ Array = NDArray[np.float64]
 
 DEEPEST_M = 20.0
 """Nobody sees a robot below that from the air."""
+HIGHEST_M = 0.5
+"""A depth sensor at the surface may read so far above it, by waves and the weather."""
 
 
 def depth_input(class_id: str) -> str:
@@ -49,12 +51,14 @@ class Depths:
 
         Args:
             class_id: of the robots that it is for; empty for all.
-            depth: m below the surface; above it (negative) counts as at it.
+            depth: m below the surface; a little above it (negative) counts as at it.
         """
         if not math.isfinite(depth.value):
             return f"its value is {depth.value}"
         if depth.value > DEEPEST_M:
             return f"{depth.value:g} m is deeper than any robot is seen ({DEEPEST_M:g} m)"
+        if depth.value < -HIGHEST_M:
+            return f"{depth.value:g} m is above the surface; depths are positive downward"
         self._series[class_id].add(replace(depth, value=max(depth.value, 0.0)))
         return ""
 

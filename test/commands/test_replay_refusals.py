@@ -74,6 +74,13 @@ def test_another_message_type_is_named(tmp_path, flight, replay, refusal):
     assert replay(bag, tmp_path / "out", "--params", write_params(tmp_path, text)) == 0
 
 
+def test_a_depth_of_a_foreign_type_is_named(tmp_path, flight, refusal):
+    text = "estimator: {ros__parameters: {depth: {topics: [camera/camera_info]}}}\n"
+    params = write_params(tmp_path, text)
+    sentence = refusal(flight.write(tmp_path / "bag"), tmp_path / "out", "--params", params)
+    assert "but depths are read from std_msgs/msg/Float64 alone" in sentence
+
+
 def test_boxes_of_a_foreign_type_are_named(tmp_path, flight, refusal):
     def foreign(topic, msgtype, fields):
         if topic == "detections":

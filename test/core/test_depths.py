@@ -36,7 +36,12 @@ def test_a_topic_for_all_and_one_for_a_class() -> None:
 
 
 @pytest.mark.parametrize(
-    ("value", "words"), [(math.nan, "its value is nan"), (35.0, "35 m is deeper than any robot")]
+    ("value", "words"),
+    [
+        (math.nan, "its value is nan"),
+        (35.0, "35 m is deeper than any robot"),
+        (-0.8, "-0.8 m is above the surface; depths are positive downward"),
+    ],
 )
 def test_a_depth_that_cannot_be_is_refused_and_the_last_one_holds(value: float, words: str) -> None:
     depths = Depths(DepthConfig(topics=("depth",)))
