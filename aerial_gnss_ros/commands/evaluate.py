@@ -23,7 +23,7 @@ from aerial_gnss_ros.commands.configuration import configuration
 from aerial_gnss_ros.commands.progress import progress
 from aerial_gnss_ros.core.errors import ConfigError, InputError
 from aerial_gnss_ros.detection.select import load_detector
-from aerial_gnss_ros.evaluation.errors import RobotErrors, compare, summarise
+from aerial_gnss_ros.evaluation.errors import RobotErrors, compare, refuse_strangers, summarise
 from aerial_gnss_ros.evaluation.hover import Hover, away_from, find_hovers, hover_truth
 from aerial_gnss_ros.evaluation.identity import Identities, identities
 from aerial_gnss_ros.evaluation.platform import read_platform
@@ -90,6 +90,7 @@ def run(args: argparse.Namespace) -> int:
     estimates = read_positions(args.result / "positions.csv")
     found = _hovers(args, estimates) if args.hover else _Found(_truth(args), estimates)
     truth = found.truth
+    refuse_strangers(found.estimates, truth.robots)
     errors = compare(found.estimates, truth.robots, truth.drone)
     identity = identities(found.estimates, truth.robots, errors, truth.in_view)
     figures = _as_dict(errors, identity, found)
@@ -151,7 +152,8 @@ def _hovers(args: argparse.Namespace, estimates: dict[str, EstimatedTrack]) -> _
     robots = hover_truth(hovers, stamps, args.still)
     note = (
         "Truth is taken from hovers over the robots, with the drone's own receiver: errors are "
-        "relative to it, its offset does not show. Positions during the hovers are left out."
+        "relative to it, its offset does not show, and as the published covariance contains it, "
+        "NEES is small. Images during the hovers are left out."
     )
     notes = [note]
     notes += [

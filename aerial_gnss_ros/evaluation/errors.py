@@ -12,11 +12,14 @@ from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
 from aerial_gnss_ros.bags.tables import EstimatedTrack, Track
+from aerial_gnss_ros.core.errors import InputError
 from aerial_gnss_ros.core.geodesy import geodesic_inverse, haversine
 from aerial_gnss_ros.core.values import Array
 
 Stamps = NDArray[np.int64]
 _MISSED_M = 20.0
+STRANGE_M = 10_000.0
+"""No camera sees a robot from here."""
 _NEAR_NS = 500_000_000
 _BRIDGED_NS = 10_000_000_000
 """Truth is not interpolated between samples farther apart."""
@@ -102,6 +105,46 @@ def summarise(robots: list[RobotErrors]) -> Summary:
         float(np.sqrt(np.mean(error[:, 1] ** 2))),
         float(np.sqrt(np.mean(np.concatenate([robot.haversine for robot in found]) ** 2))),
     )
+
+
+def refuse_strangers(estimates: Mapping[str, EstimatedTrack], truth: Mapping[str, Track]) -> None:
+    """Refuse truth that cannot be of this flight: at another time, or at another place.
+
+    Args:
+        estimates: published tracks by robot id; where there are none, nothing is refused.
+        truth: true tracks by truth id.
+
+    Raises:
+        InputError: no stamp in common, or all positions farther than `STRANGE_M` from truth.
+    """
+    if not estimates or not truth:
+        return
+    apart = [_difference(e, t)[0] for e in estimates.values() for t in truth.values()]
+    distance = np.concatenate([np.hypot(*error.T) for error in apart])
+    if len(distance) and distance.min() > STRANGE_M:
+        raise InputError(
+            f"truth is at least {distance.min() * 1e-3:.0f} km from all positions: is it of "
+            "another flight, or are latitude and longitude exchanged?"
+        )
+    if not len(distance) and not _overlap(estimates, truth):
+        ours, theirs = (_span(tracks) for tracks in (estimates, truth))
+        raise InputError(
+            f"truth and positions have no time in common: truth is from {theirs} ns, positions "
+            f"from {ours} ns; stamps are nanoseconds since 1970 on the clock of the images."
+        )
+
+
+def _overlap(estimates: Mapping[str, Track], truth: Mapping[str, Track]) -> bool:
+    return any(
+        e.stamps_ns[0] <= t.stamps_ns[-1] and t.stamps_ns[0] <= e.stamps_ns[-1]
+        for e in estimates.values()
+        for t in truth.values()
+    )
+
+
+def _span(tracks: Mapping[str, Track]) -> str:
+    first = min(int(track.stamps_ns[0]) for track in tracks.values())
+    return f"{first} to {max(int(track.stamps_ns[-1]) for track in tracks.values())}"
 
 
 def compare(

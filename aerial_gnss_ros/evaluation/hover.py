@@ -10,6 +10,7 @@ robot is off the vertical.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
@@ -56,8 +57,12 @@ def find_hovers(results: Iterable[FrameResult], within: float) -> list[Hover]:
     Args:
         results: of the method `single`, in order.
         within: how far off the vertical a robot may be seen, rad.
+
+    Raises:
+        InputError: there is none.
     """
     moments: dict[str, list[tuple[int, float, float]]] = {}
+    nearest = math.inf
     for result in results:
         if result.pose is None:
             continue
@@ -67,10 +72,20 @@ def find_hovers(results: Iterable[FrameResult], within: float) -> list[Hover]:
             if robot.state is not State.CONFIRMED:
                 continue
             aside = np.linalg.norm(below.positions([robot.latitude], [robot.longitude]))
-            if np.arctan2(aside, pose.height) <= within:
+            off = math.atan2(aside, pose.height)
+            nearest = min(nearest, off)
+            if off <= within:
                 moment = result.stamp_ns, robot.latitude, robot.longitude
                 moments.setdefault(robot.robot_id, []).append(moment)
     hovers = [h for robot in sorted(moments) for h in _stays(robot, moments[robot])]
+    if not hovers:
+        seen = "no robot is found in it"
+        if math.isfinite(nearest):
+            seen = f"the nearest robot is seen {math.degrees(nearest):.1f} deg off the vertical"
+        raise InputError(
+            "the camera never looks straight down at a robot for a second, so there is no truth "
+            f"from hovers ({seen}); give --truth, or a wider --nadir-deg."
+        )
     return sorted(hovers, key=lambda hover: hover.start_ns)
 
 
@@ -103,18 +118,20 @@ def hover_truth(
         stamps: (n,) of all images.
         still_s: how long before and after a hover its place holds; None: the whole flight.
 
-    Raises:
-        InputError: no hover.
+    Returns:
+        By robot; without the images during hovers, whose positions are left out as well.
     """
-    if not hovers:
-        raise InputError(
-            "the camera never looks straight down at a robot for a second, so there is no truth "
-            "from hovers; give --truth, or a wider --nadir-deg."
-        )
     robots: dict[str, list[Hover]] = {}
     for hover in hovers:
         robots.setdefault(hover.robot, []).append(hover)
-    return {name: _still(stays, stamps, still_s) for name, stays in robots.items()}
+    others = stamps[~during(hovers, stamps)]
+    return {name: _still(stays, others, still_s) for name, stays in robots.items()}
+
+
+def during(hovers: Sequence[Hover], stamps: NDArray[np.int64]) -> NDArray[np.bool_]:
+    """Return which stamps (n,) lie within a hover over any robot."""
+    within = [_outside(h, stamps) == 0 for h in hovers]
+    return np.any(within, axis=0) if within else np.zeros(len(stamps), dtype=np.bool_)
 
 
 def _still(stays: Sequence[Hover], stamps: NDArray[np.int64], still_s: float | None) -> Track:
@@ -137,11 +154,14 @@ def _outside(hover: Hover, stamps: NDArray[np.int64]) -> NDArray[np.int64]:
 def away_from(
     hovers: Sequence[Hover], estimates: Mapping[str, EstimatedTrack]
 ) -> dict[str, EstimatedTrack]:
-    """Return the published positions without those during hovers, which truth was made of."""
+    """Return the published positions without those during hovers, which truth was made of.
+
+    Raises:
+        InputError: none are left.
+    """
     kept = {}
     for name, track in estimates.items():
-        during = [_outside(h, track.stamps_ns) == 0 for h in hovers]
-        mask = ~np.any(during, axis=0) if during else np.ones(len(track), dtype=np.bool_)
+        mask = ~during(hovers, track.stamps_ns)
         if mask.any():
             kept[name] = replace(
                 track,
@@ -151,4 +171,10 @@ def away_from(
                 covariance=track.covariance[mask],
                 measured=track.measured[mask],
             )
+    if estimates and not kept:
+        raise InputError(
+            "all positions were published while the drone hovered over a robot, which truth is "
+            "made of, so nothing is left to compare; look at the robots from aside as well, or "
+            "give --truth."
+        )
     return kept

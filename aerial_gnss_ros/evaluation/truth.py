@@ -96,22 +96,29 @@ def read_truth(bag: BagReader, latency_s: float | None = None) -> Truth:
 def read_truth_csv(path: Path, latency_s: float = 0.0) -> Truth:
     """Read a CSV with the columns stamp_ns, robot_id, latitude_deg, longitude_deg, and any others.
 
+    Commas, semicolons or tabs may separate them, as spreadsheets like it.
+
     Raises:
         InputError: the file is missing, lacks a column, or has a row that is no number.
     """
     if not path.is_file():
         raise InputError(f"{path} does not exist; give a bag, or a CSV of true positions.")
+    try:
+        text = path.read_text(encoding="utf-8-sig")  # Excel begins with a byte order mark
+    except UnicodeDecodeError as error:
+        raise InputError(f"{path} is no text in UTF-8; save it as such.") from error
+    lines = text.splitlines()
+    head = lines[0] if lines else ""
+    reader = csv.DictReader(lines, delimiter=max(",;\t", key=head.count))
+    missing = [name for name in CSV_COLUMNS if name not in (reader.fieldnames or ())]
+    if missing:
+        raise InputError(
+            f"{path} lacks the columns {', '.join(missing)}; a table of true positions has "
+            f"{', '.join(CSV_COLUMNS)}, and this one {', '.join(reader.fieldnames or ['nothing'])}."
+        )
     rows: dict[str, list[tuple[int, float, float]]] = {}
-    with path.open(newline="", encoding="utf-8") as file:
-        reader = csv.DictReader(file)
-        missing = [name for name in CSV_COLUMNS if name not in (reader.fieldnames or ())]
-        if missing:
-            raise InputError(
-                f"{path} lacks the columns {', '.join(missing)}; a table of true positions has "
-                f"{', '.join(CSV_COLUMNS)}."
-            )
-        for row in reader:
-            rows.setdefault(str(row["robot_id"]), []).append(_csv_row(path, reader.line_num, row))
+    for row in reader:
+        rows.setdefault(str(row["robot_id"]), []).append(_csv_row(path, reader.line_num, row))
     robots = {name: moved(track(rows[name]), latency_s) for name in sorted(rows)}
     return Truth(robots, None, latency_s)
 
@@ -148,10 +155,22 @@ def _latency(text: str) -> float:
 
 
 def _csv_row(path: Path, line: int, row: Mapping[str, str]) -> tuple[int, float, float]:
-    try:
-        place = int(row["stamp_ns"]), float(row["latitude_deg"]), float(row["longitude_deg"])
-    except (TypeError, ValueError) as error:
-        raise InputError(f"{path}, line {line}, has no number: {error}.") from error
+    stamp = row["stamp_ns"] or ""
+    if not re.fullmatch(r"\s*-?\d+\s*", stamp):
+        raise InputError(
+            f"{path}, line {line}: stamp_ns must be a whole number of nanoseconds, not {stamp!r}."
+        )
+    latitude, longitude = (_degrees(path, line, name, row[name] or "") for name in CSV_COLUMNS[2:])
+    place = int(stamp), latitude, longitude
     if not (abs(place[1]) <= 90.0 and abs(place[2]) <= 180.0):
         raise InputError(f"{path}, line {line}: {place[1]}, {place[2]} is not a place on Earth.")
     return place
+
+
+def _degrees(path: Path, line: int, name: str, text: str) -> float:
+    try:
+        return float(text)
+    except ValueError as error:
+        raise InputError(
+            f"{path}, line {line}: {name} must be a number of degrees, not {text!r}."
+        ) from error

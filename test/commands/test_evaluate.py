@@ -93,6 +93,10 @@ def test_another_result_can_be_the_truth(late, capsys):
     capsys.readouterr()
     assert _run("evaluate", late / "result", "--truth", truth, "--json") == 0
     assert json.loads(capsys.readouterr().out)["all"]["rmse"] == pytest.approx(0.0, abs=1e-6)
+    excel = late / "excel.csv"
+    excel.write_text(truth.read_text().replace(",", ";"), encoding="utf-8-sig")
+    assert _run("evaluate", late / "result", "--truth", excel, "--json") == 0
+    assert json.loads(capsys.readouterr().out)["all"]["rmse"] == pytest.approx(0.0, abs=1e-6)
 
 
 def test_truth_from_hovers(tmp_path, capsys):
@@ -115,6 +119,13 @@ def test_truth_from_hovers(tmp_path, capsys):
     expected = 12.0 * math.radians(heading)  # at the end; on the way there less
     assert 0.5 * expected < found["all"]["p95"] < 1.2 * expected + 0.1
     assert found["all"]["rmse"] < 1.0
+    # Images of the hover count neither as compared nor as missed.
+    assert found["robots"]["aqua_1"]["availability"] > 0.9
+    head, *rows = (result / "positions.csv").read_text().splitlines()
+    rows = [row for row in rows if int(row.split(",")[0]) < hover["end_ns"]]
+    (result / "positions.csv").write_text("\n".join([head, *rows]))
+    assert _run("evaluate", result, "--hover", tmp_path / "bag") == 2
+    assert "nothing is left to compare" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(
@@ -122,15 +133,28 @@ def test_truth_from_hovers(tmp_path, capsys):
     [
         (["--truth", "positions.csv", "--latency", "9"], "-3 to 3 s"),
         (["--truth", "bad.csv"], "lacks the columns robot_id"),
-        (["--truth", "far.csv"], "line 2"),
+        (["--truth", "far.csv"], "line 2: 99.0, 0.0 is not a place on Earth"),
+        (["--truth", "seconds.csv"], "stamp_ns must be a whole number of nanoseconds, not '1.5'"),
+        (["--truth", "words.csv"], "latitude_deg must be a number of degrees, not 'here'"),
+        (["--truth", "latin.csv"], "latin.csv is no text in UTF-8"),
+        (["--truth", "then.csv"], "no time in common: truth is from 1 to 1 ns"),
+        (["--truth", "exchanged.csv"], "are latitude and longitude exchanged?"),
         (["--truth", "positions.csv", "--hover", "bag"], "not allowed with"),
     ],
 )
 def test_one_sentence_for_wrong_input(late, monkeypatch, capsys, arguments, words):
     monkeypatch.chdir(late)
     (late / "bad.csv").write_text("stamp_ns\n1\n")
-    (late / "far.csv").write_text("stamp_ns,robot_id,latitude_deg,longitude_deg\n1,a,99,0\n")
+    head = "stamp_ns,robot_id,latitude_deg,longitude_deg\n"
+    for name, row in {
+        "far": "1,a,99,0", "seconds": "1.5,a,13,-59", "words": "1,a,here,0", "then": "1,a,13,-59",
+    }.items():  # fmt: skip
+        (late / f"{name}.csv").write_text(head + row)
+    (late / "latin.csv").write_text(head + "1,bjørn,13,-59", encoding="latin-1")
     (late / "positions.csv").write_bytes((late / "result" / "positions.csv").read_bytes())
+    head, rest = (late / "positions.csv").read_text().split("\n", 1)
+    head = head.replace("latitude_deg,longitude_deg", "longitude_deg,latitude_deg")
+    (late / "exchanged.csv").write_text(f"{head}\n{rest}")
     capsys.readouterr()
     assert _run("evaluate", late / "result", *arguments, "-o", late / "out") == 2
     assert words in capsys.readouterr().err
