@@ -6,6 +6,7 @@ from __future__ import annotations
 import math
 import os
 import re
+import runpy
 import signal
 import subprocess
 import sys
@@ -142,6 +143,13 @@ def start():
         if program.process.poll() is None:
             program.process.kill()
             program.process.wait()
+
+
+@pytest.fixture
+def in_step(start, tmp_path):
+    """Return a function that starts a player, the messages of one topic in step with answers."""
+    kind = runpy.run_path(str(Path(__file__).with_name("stepping.py")))["InStep"]
+    return lambda topic, *arguments: kind(start, tmp_path, topic, *arguments)
 
 
 def drone(t):

@@ -11,8 +11,6 @@ import pytest
 from aerial_gnss_ros.nodes.transport import VARIABLE, use_large_data_profile
 from aerial_gnss_ros.resources import config_path
 
-PLAYER = "aerial_gnss_ros.nodes.player"
-
 
 def test_the_profile_holds_several_images():
     root = ET.parse(config_path("fastdds_large_data.xml")).getroot()  # noqa: S314 (our own)
@@ -35,7 +33,7 @@ def test_a_users_own_transports_are_left_alone(tmp_path, monkeypatch):
 
 
 @pytest.mark.slow
-def test_images_larger_than_the_default_segment_arrive_with_the_bags_time(ros, start, flight):
+def test_images_larger_than_the_default_segment_arrive_with_the_bags_time(ros, in_step, flight):
     from aerial_gnss_ros.adapters.stamps import nanoseconds
     from aerial_gnss_ros.nodes import qos
     from aerial_gnss_ros.nodes.ros_messages import message_class
@@ -45,13 +43,10 @@ def test_images_larger_than_the_default_segment_arrive_with_the_bags_time(ros, s
     node.create_subscription(image, "/camera/image_raw", images.append, qos.sensor(5))
     node.create_subscription(time, "/clock", clock.append, qos.sensor(50))
     bag = flight("images")
-    player = start(PLAYER, bag, "--rate", "3", "--wait-for", "/camera/image_raw")
-    ros.spin_until(lambda: player.process.poll() is not None, 30.0)
-    ros.spin(0.3)
-    assert player.end() == 0, player.text
-    # 26 of 691 kB each. Best effort may lose one on a starved machine; with the default segment
-    # of 512 kB nearly all are lost.
-    assert len(images) >= 22
+    topic = "/camera/image_raw"
+    player = in_step(topic, bag, "--rate", "3", "--wait-for", topic)
+    player.play(ros, lambda: len(images))
+    assert len(images) == 26  # 691 kB each: more than the default segment holds
     stamps = [nanoseconds(one.clock) for one in clock]
     assert stamps == sorted(stamps)
     assert nanoseconds(images[-1].header.stamp) <= stamps[-1]
