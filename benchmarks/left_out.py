@@ -71,6 +71,45 @@ def requests() -> dict[str, Callable[[], Any]]:
     }
 
 
+def windows() -> dict[str, Callable[[], Any]]:
+    """Three robots' windows and a part, as `search.mode` roi has them, in several ways."""
+    window, part = [1, 3, 128, 128], [1, 3, 288, 320]
+    images = {
+        tuple(shape): tensor(INPUT[: shape[2], : shape[3]], np.float32) for shape in (window, part)
+    }
+    small, large = (images[tuple(shape)] for shape in (window, part))
+    three = np.repeat(small, 3, axis=0)
+    own = {
+        threads: [network(threads, 1, s).create_infer_request() for s in (window, part)]
+        for threads in (1, 2)
+    }
+    together = network(2, 1, [3, *window[1:]]).create_infer_request()
+    anything = network(2, 1, None).create_infer_request()
+
+    def in_turn(threads: int) -> None:
+        for _ in range(3):
+            own[threads][0].infer({0: small}, share_inputs=True)
+        own[threads][1].infer({0: large}, share_inputs=True)
+
+    def beside() -> None:
+        own[1][1].start_async({0: large}, share_inputs=True)
+        for _ in range(3):
+            own[1][0].infer({0: small}, share_inputs=True)
+        own[1][1].wait()
+
+    def batch(request: Any, rest: Any) -> None:
+        request.infer({0: three}, share_inputs=True)
+        rest.infer({0: large}, share_inputs=True)
+
+    return {
+        "three windows and a part, in turn, two threads": lambda: in_turn(2),
+        "in turn, one thread": lambda: in_turn(1),
+        "the part beside the windows, a thread each": beside,
+        "the windows as a batch of three, then the part": lambda: batch(together, own[2][1]),
+        "the same, compiled for any size": lambda: batch(anything, anything),
+    }
+
+
 def conversions() -> dict[str, Callable[[], Any]]:
     """What comes before the network on ONNX Runtime, and decoding."""
     large = cv2.resize(PICTURE, (3840, 2160))
@@ -92,7 +131,7 @@ def conversions() -> dict[str, Callable[[], Any]]:
 def main() -> None:
     """Print the tables."""
     cv2.setNumThreads(1)
-    for works in (requests(), conversions()):
+    for works in (requests(), windows(), conversions()):
         print("| work | ms |\n|---|---|")
         for name, milliseconds in medians(works).items():
             print(f"| {name} | {milliseconds:.1f} |")
