@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aerial_gnss_ros.core.association import NEAR, Pairs, likeliest, lone, mahalanobis
+from aerial_gnss_ros.core.clutter import Clutter
 from aerial_gnss_ros.core.joint import JointFilter
 from aerial_gnss_ros.core.joint_comparison import Comparison
 from aerial_gnss_ros.core.measurements import Measurements
@@ -58,6 +59,7 @@ class Matcher:
         self._filter = joint
         self._threshold = threshold
         self._fresh_s = fresh_s
+        self._clutter = Clutter()
         self.confused = False
 
     def match(self, tracks: list[Track], seen: Measurements, stamp_ns: int) -> Pairs:
@@ -101,8 +103,11 @@ class Matcher:
             chosen = []
         elif not self._watch_strain(tracks, [(of[k], squared[k]) for k in chosen]):
             chosen = chosen + self._swerved(tracks, pairs, left, grown)
-        columns = {to[k] for k in chosen}
+        columns, claimed = {to[k] for k in chosen}, len(chosen)
         chosen = chosen + best([k for k in grown if to[k] not in columns])
+        if not self.confused:
+            known = kind.count(_ROBOT)
+            self._clutter.take(known, known - claimed, len(seen.index) - len(chosen))
         return pairs.rows[chosen], pairs.columns[chosen]
 
     def _kind(self, track: Track, stamp_ns: int) -> str:
@@ -142,7 +147,8 @@ class Matcher:
         A robot that is not where it should be, and a box beside it that is nobody else's: it has
         swerved, rather than vanished just when another one came up there. But an image may have
         missed it, and shown a false box there: the lower the camera, the more of the image is
-        beside a robot. So the box must go on where an earlier one was, since the robot was seen.
+        beside a robot. Where images are such, the box must go on where an earlier one was since
+        the robot was seen.
 
         Args:
             tracks: all of them.
@@ -159,7 +165,9 @@ class Matcher:
         own: list[int] = []
         for k, row, column, alone in zip(near, rows, columns, lone(rows, columns), strict=True):
             others = [tracks[pairs.rows[i]] for i in grown if pairs.columns[i] == column]
-            if alone and others and all(_goes_on(tracks[row], other) for other in others):
+            if not alone or any(tracks[row].seen_beside(other) for other in others):
+                continue
+            if not self._clutter.heavy or any(_began(other, tracks[row]) for other in others):
                 own.append(k)
         self._filter.loosen(pairs.rows[own], speed, SWERVE_S)
         return own
@@ -183,9 +191,9 @@ class Matcher:
         return confused
 
 
-def _goes_on(robot: Track, other: Track) -> bool:
-    """Return whether a track can be the rest of a robot's: it began when that was seen no more."""
-    return other.first_seen_ns > robot.last_seen_ns and not robot.seen_beside(other)
+def _began(other: Track, robot: Track) -> bool:
+    """Return whether a track began when a robot was seen no more."""
+    return other.first_seen_ns > robot.last_seen_ns
 
 
 def swerved(speed: float) -> Array:
