@@ -32,9 +32,9 @@ def tabled(formula: Callable[..., tuple[Any, ...]], given: Array, count: int) ->
         given: (n, k).
         count: of the formula's values.
     """
-    if len(given) <= FEW:
+    if 0 < len(given) <= FEW:
         try:
-            return np.array([formula(*row) for row in given.tolist()]).reshape(-1, count)
+            return np.array([formula(*row) for row in given.tolist()])
         except ZeroDivisionError:
             pass  # arrays know what one by zero is
     table = np.empty((len(given), count))

@@ -152,7 +152,7 @@ class InnovationMonitor:
         for name, error, variance in zip(PLATFORM, errors.tolist(), variances, strict=True):
             sigma = math.sqrt(variance)
             apart = abs(error) / max(sigma, 1e-12)
-            if apart < CREDIBLE_SIGMAS:
+            if self._incredible and apart < CREDIBLE_SIGMAS:
                 self._incredible.pop(name, None)
             if not apart > PLATFORM_SIGMAS:
                 continue

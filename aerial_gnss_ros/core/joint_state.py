@@ -82,16 +82,16 @@ class Joint:
 
     def blocks(self) -> Array:
         """Return the robots' own covariances (n, 4, 4)."""
-        n = len(self)
-        block = self.covariance[COUNT:, COUNT:].reshape(n, 4, n, 4)
-        return np.ascontiguousarray(np.einsum("iaib->iab", block))
+        return self._own().copy()
 
     def places(self) -> Array:
-        """Return the robots' own covariances of position (n, 2, 2)."""
+        """Return the robots' own covariances of position (n, 2, 2); a view."""
+        return self._own()[:, :2, :2]
+
+    def _own(self) -> Array:
         n = len(self)
-        block = self.covariance[COUNT:, COUNT:].reshape(n, 4, n, 4)
-        own: Array = np.einsum("iaib->iab", block[:, :2, :, :2])
-        return own
+        blocks = self.covariance[COUNT:, COUNT:].reshape(n, 4, n, 4)
+        return blocks.diagonal(axis1=0, axis2=2).transpose(2, 0, 1)
 
     def with_platform(self) -> Array:
         """Return the covariances (n, 2, 7) of positions with the platform's errors."""
