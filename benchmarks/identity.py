@@ -10,9 +10,9 @@ one another in an image, but not any longer. HOTA is that of `evaluation.identit
 dives is not in view; that it surfaces under its old name shows in switches and IDF1.
 
 A name belongs to the robot that bore it first. `wrong names` counts how often it went to another
-one more than a hull's length away; `unsaid` in how many images that was published without the place
-of the name's own robot inside the ellipse of 99.9 %: confident and wrong. `new names` are those
-beyond the robots seen.
+one more than a hull's length away; `unsaid` in how many images that was published with an ellipse
+of 99.9 % that does not reach from that robot to the name's own: confident and wrong. `new names`
+are those beyond the robots seen.
 """
 
 from __future__ import annotations
@@ -154,7 +154,8 @@ class Owners:
             owner = places[self.of.setdefault(name, robot)]
             if np.hypot(*(owner - places[robot])) > LENGTH:
                 now.add((name, robot))
-                error = estimates[name].position - owner
+                # What the name alone makes wrong: errors of the platform are counted elsewhere.
+                error = owner - places[robot]
                 nees = error @ np.linalg.solve(estimates[name].covariance[:2, :2], error)
                 self.unsaid += int(nees > EXPLAINED)
         self.wrong += len(now - self._now)

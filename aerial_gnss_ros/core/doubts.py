@@ -4,12 +4,14 @@
 For each name there is a law over the tracks, by their present names: on which its robot may be. Two
 tracks that have exchanged their robots with probability p mix what was known of the two before; so
 a robot that met another one and then a third may be on any of three tracks. At the place of its own
-track, a name gets the second moment of where its robot may be instead.
+track, a name gets the second moment of where its robot may be instead, wherever that track is by
+then and however little is known of it: it may be out of sight.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,7 +19,19 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 
 LEAST = 1e-3
-"""Probability of another track from which it shows in the covariance."""
+"""Probability of other tracks from which it shows in the covariance; below, it is forgotten."""
+
+
+class Spot(NamedTuple):
+    """Where a track is.
+
+    Attributes:
+        place: (2,) East, North, m.
+        covariance: (2, 2) of it, m².
+    """
+
+    place: Array
+    covariance: Array
 
 
 class Doubts:
@@ -27,9 +41,13 @@ class Doubts:
         of: by name, probability by name of the track; names that are certain are not in it.
     """
 
-    def __init__(self, of: Mapping[str, Mapping[str, float]] | None = None) -> None:
+    def __init__(
+        self,
+        of: Mapping[str, Mapping[str, float]] | None = None,
+        left: Mapping[str, Spot] | None = None,
+    ) -> None:
         self.of = dict(of or {})
-        self._left: dict[str, Array] = {}
+        self._left = dict(left or {})
 
     def mixed(self, one: str, other: str, exchanged: float) -> Doubts:
         """Return what is known after two tracks have exchanged their robots with a probability."""
@@ -52,30 +70,58 @@ class Doubts:
                     law[track] = law.get(track, 0.0) + share * chance
             if law != {name: 1.0}:
                 of[name] = law
-        found = Doubts(of)
-        found._left = self._left
-        return found
+        return Doubts(of, self._left)
 
-    def keep(self, places: Mapping[str, Array]) -> None:
-        """Forget names without a track; tracks that end stay where they are in others' laws.
+    def left(self, name: str, spot: Spot, share: float) -> Doubts:
+        """Return what is known after a robot has stayed at a spot with a probability.
 
         Args:
-            places: (2,) East, North of the track of each name, m.
+            name: of the robot, and of the track that has its name from now on.
+            spot: where it may be instead.
+            share: how likely.
         """
-        self.of = {name: law for name, law in self.of.items() if name in places}
+        place = f"{name} at {spot.place[0]:.1f}, {spot.place[1]:.1f}"  # no track has such a name
+        of = self.mapped({name: {name: 1.0 - share, place: share}}).of
+        return Doubts(of, {**self._left, place: spot})
+
+    def keep(self, spots: Mapping[str, Spot]) -> None:
+        """Forget names without a track, and doubts too small to matter.
+
+        Tracks that end stay where they are in others' laws.
+
+        Args:
+            spots: where the track of each name is.
+        """
+        self.of = {
+            name: law
+            for name, law in self.of.items()
+            if name in spots and 1.0 - law.get(name, 0.0) > LEAST
+        }
         meant = {track for law in self.of.values() for track in law}
-        self._left = {name: place for name, place in self._left.items() if name in meant} | {
-            name: places[name] for name in meant if name in places
+        self._left = {name: spot for name, spot in self._left.items() if name in meant} | {
+            name: spots[name] for name in meant if name in spots
         }
 
-    def covariances(self, places: Mapping[str, Array]) -> dict[str, Array]:
+    def covariances(self, spots: Mapping[str, Spot]) -> dict[str, Array]:
         """Return what is to be added to the covariances (2, 2) of names in doubt, m²."""
         found: dict[str, Array] = {}
-        known = {**self._left, **places}
+        known = {**self._left, **spots}
         for name, law in self.of.items():
             away = {track: p for track, p in law.items() if track != name and track in known}
-            if name in places and sum(away.values()) > LEAST:
-                apart = np.array([known[track] - places[name] for track in away])
+            if name in spots and sum(away.values()) > LEAST:
+                apart = np.array([known[track].place - spots[name].place for track in away])
+                wider = np.array(
+                    [known[track].covariance - spots[name].covariance for track in away]
+                )
                 weights = np.array(list(away.values()))
-                found[name] = np.einsum("k,ka,kb->ab", weights, apart, apart)
+                found[name] = np.einsum("k,ka,kb->ab", weights, apart, apart) + _positive(
+                    np.einsum("k,kab->ab", weights, wider)
+                )
         return found
+
+
+def _positive(matrix: Array) -> Array:
+    """Return the part of a symmetric matrix that makes a covariance larger."""
+    values, vectors = np.linalg.eigh(matrix)
+    part: Array = (vectors * np.maximum(values, 0.0)) @ vectors.T
+    return part

@@ -18,7 +18,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from aerial_gnss_ros.core.doubts import Doubts
+from aerial_gnss_ros.core.doubts import Doubts, Spot
 from aerial_gnss_ros.core.joint_motion import Motion
 from aerial_gnss_ros.core.pair import Pair
 from aerial_gnss_ros.core.track import Track
@@ -139,18 +139,27 @@ class Encounters:
         """Take in which robot may be on which track, by the names of these (`Doubts.mapped`)."""
         self._parted = self._parted.mapped(laws)
 
-    def doubts(self, places: dict[str, Array]) -> dict[str, Array]:
+    def leave(self, name: str, spot: Spot, share: float) -> None:
+        """Take in that a name's robot may have stayed at a spot, by this probability."""
+        self._parted = self._parted.left(name, spot, share)
+
+    @property
+    def doubtful(self) -> bool:
+        """Whether there are names that may be another's."""
+        return bool(self._pairs or self._parted.of)
+
+    def doubts(self, spots: dict[str, Spot]) -> dict[str, Array]:
         """Return covariances (2, 2) to be added for names that may be another's, m².
 
         Args:
-            places: (2,) East, North where each named robot is, m; names that lack are forgotten.
+            spots: where each named robot is; names that lack are forgotten.
         """
-        self._parted.keep(places)
+        self._parted.keep(spots)
         now = self._parted
         for pair in self._pairs:
-            if pair.names[0] in places and pair.names[1] in places:
+            if pair.names[0] in spots and pair.names[1] in spots:
                 now = now.mixed(*pair.names, pair.exchanged)
-        return now.covariances(places)
+        return now.covariances(spots)
 
     def _exchange(self, decided: Pair) -> None:
         """Let all other pairs follow the same tracks as before, under exchanged names."""

@@ -7,7 +7,7 @@ that the robot is there, and that one is which nobody has seen yet; of these one
 then, so that a robot back after seconds competes with fewer than one back after minutes. Where a
 robot out of sight can be is a mixture: it stays where it went down; it wanders about there as fast
 as it swam in sight; it goes straight on; or it does anything that the filter allows, which sets the
-gate and is published.
+gate and is published. Besides, robots come up after about as long as others did (`absences`).
 
 Where two robots out of sight could be the new track, nothing is decided for a while: if the
 other one comes up as well, the two are told apart by how they lie to one another, whatever error
@@ -18,19 +18,20 @@ box or two has grown a second track, and is still one robot.
 
 from __future__ import annotations
 
-from itertools import combinations, permutations
+from dataclasses import dataclass, field
+from itertools import combinations
 
 import numpy as np
 from numpy.typing import NDArray
 
+from aerial_gnss_ros.core.absences import Absences
 from aerial_gnss_ros.core.association import cheapest, mahalanobis
 from aerial_gnss_ros.core.joint_motion import Motion
+from aerial_gnss_ros.core.return_order import likeliest_order
 from aerial_gnss_ros.core.track import Track
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.intp]
-Laws = dict[int, dict[int, float]]
-"""By row of a track, the probability of each row to be the robot that it is taken for."""
 
 SHARE = 0.25
 """Of each of the four parts of the mixture."""
@@ -63,11 +64,30 @@ LIKELY = 0.8
 nobody has seen. Below, it gets a new one: a name on the wrong robot is a confident wrong position,
 which is much worse. docs/accuracy.md has what other values give."""
 
-MOST_TOGETHER = 6
-"""Robots that come up together of which all assignments are weighed."""
+UNSURE = 0.05
+"""Probability from which it is remembered that a track may be another robot than it is named."""
 
 _SMALLEST = 1e-3
 """Least variance of a place, m²."""
+
+
+@dataclass
+class Returns:
+    """Who came up.
+
+    Attributes:
+        found: by row of a new track, the row of the robot that it is.
+        waiting: rows of new tracks that wait for more.
+        laws: by row of a found track, the probability of each found one to be its robot instead.
+        other: by a new row and that of a robot out of sight, the probability that it is that one.
+        unknown: by new row, the probability that it is a robot that nobody has seen before.
+    """
+
+    found: dict[int, int] = field(default_factory=dict)
+    waiting: set[int] = field(default_factory=set)
+    laws: dict[int, dict[int, float]] = field(default_factory=dict)
+    other: dict[tuple[int, int], float] = field(default_factory=dict)
+    unknown: dict[int, float] = field(default_factory=dict)
 
 
 class Reacquisition:
@@ -83,6 +103,11 @@ class Reacquisition:
         self._motion = motion
         self._threshold = threshold
         self._coast_s = coast_s
+        self._absences = Absences(coast_s)
+
+    def reset(self) -> None:
+        """Forget how long robots were away."""
+        self._absences.reset()
 
     def pairs(
         self,
@@ -93,10 +118,8 @@ class Reacquisition:
         stamp_ns: int,
         height: float,
         newcomers: float,
-    ) -> tuple[dict[int, int], set[int], Laws]:
-        """Return, by row of a new track, the row of the robot that it is; and the rows that wait.
-
-        Besides, by row of a new track, the probability of each new row to be its robot instead.
+    ) -> Returns:
+        """Return which new tracks are which robots.
 
         Args:
             tracks: all of them.
@@ -108,49 +131,80 @@ class Reacquisition:
             height: of the camera above the water, m.
             newcomers: robots never seen that are expected to come up in the picture in `coast_s`.
         """
-        offsets, spread = between
-        squared, _ = mahalanobis(offsets, spread)
+        squared, _ = mahalanobis(*between)
         possible = (squared <= self._threshold) & np.array(
             [[_can_be(tracks[old], tracks[new]) for new in ready] for old in away], dtype=bool
         )
-        density, vague = np.zeros((2, *squared.shape))
-        more = DOUBT_M**2 * np.eye(2)
         unseen = np.array([(stamp_ns - tracks[row].last_seen_ns) * 1e-9 for row in away])
-        for i, row in enumerate(away):
-            density[i] = self._density(tracks[row], unseen[i], offsets[i], spread[i])
-            vague[i] = self._density(tracks[row], unseen[i], offsets[i], spread[i] + more)
+        gone = np.array([[_absence(tracks[old], tracks[new]) for new in ready] for old in away])
+        odds = self._absences.odds(gone)
+        density, vague = self._densities(tracks, away, unseen, between)
         share = np.minimum(unseen / max(self._coast_s, 1e-3), 1.0)
         each = np.maximum(newcomers * share / (VIEW * max(height, 1.0)) ** 2, 1e-12)
-        cost = -2.0 * np.log(np.maximum(density, 1e-300) / each[:, None])
-        rows, columns = cheapest(cost, possible, np.zeros(len(away)))
-        vague = np.where(possible, vague, 0.0)
-        unclear = _waits(vague)
-        waits = unclear.copy()
-        came_ns = np.array([tracks[row].first_seen_ns for row in ready])
-        waited = (stamp_ns - came_ns[unclear].max(initial=0)) * 1e-9
-        for column in range(len(ready)):
-            nearest = unseen[np.argmin(np.where(possible[:, column], squared[:, column], np.inf))]
-            waits[column] &= waited < PATIENCE_S + PATIENCE * nearest
+        place = -2.0 * np.log(np.maximum(density, 1e-300) / each[:, None])
+        rows, columns = cheapest(place - 2.0 * np.log(odds), possible, np.zeros(len(away)))
+        vague = np.where(possible, odds * vague, 0.0)
         # Where as many have come up as could be meant, their lie to one another decides.
         settled = (possible.any(axis=1).sum() <= len(columns)) and len(columns) > 1
         came = [tracks[ready[column]] for column in columns]
         settled &= all(a.seen_beside(b) for a, b in combinations(came, 2))
-        waiting = {row for j, row in enumerate(ready) if waits[j] and not settled}
+        waiting: set[int] = set()
+        if not settled:
+            nearest = unseen[np.where(possible, squared, np.inf).argmin(axis=0)]
+            unclear = _waits(vague)
+            came_ns = np.array([tracks[row].first_seen_ns for row in ready])
+            waited = (stamp_ns - came_ns[unclear].max(initial=0)) * 1e-9
+            waits = unclear & (waited < PATIENCE_S + PATIENCE * nearest)
+            waiting = {row for row, one in zip(ready, waits, strict=True) if one}
         likely = vague / (vague.sum(axis=0) + each[:, None])
-        found = {
-            ready[j]: away[i]
-            for i, j in zip(rows, columns, strict=True)
-            if settled or likely[i, j] > LIKELY
+        sure = [
+            k
+            for k, (i, j) in enumerate(zip(rows, columns, strict=True))
+            if ready[j] not in waiting and (settled or likely[i, j] > LIKELY)
+        ]
+        rows, columns = rows[sure], columns[sure]
+        rows, chances = likeliest_order(place, possible, rows, columns, gone, self._absences)
+        for column, row in enumerate(ready):
+            if row not in waiting:
+                self._absences.add(gone[:, column], likely[:, column])
+        new = [ready[column] for column in columns]
+        done = Returns({row: away[i] for row, i in zip(new, rows, strict=True)}, waiting)
+        done.laws = {
+            one: dict(zip(new, law, strict=True))
+            for one, law in zip(new, chances.tolist(), strict=True)
         }
-        found = {new: old for new, old in found.items() if new not in waiting}
-        sure = [k for k, column in enumerate(columns) if ready[column] in found]
-        new = [ready[columns[k]] for k in sure]
-        pairs = np.ix_(rows[sure], columns[sure])
-        chances = _permuted(cost[pairs], possible[pairs])
-        laws = {
-            one: dict(zip(new, law, strict=True)) for one, law in zip(new, chances, strict=True)
-        }
-        return found, waiting, laws
+        if not settled:
+            self._allow(done, away, columns, likely)
+        return done
+
+    def _allow(self, done: Returns, away: list[int], columns: Indices, likely: Array) -> None:
+        """Note what else tracks may be that were named each by itself.
+
+        Args:
+            done: goes on with it.
+            away: n rows of robots that may have been out of sight.
+            columns: k of the assignment.
+            likely: (n, m) probabilities.
+        """
+        for new, j in zip(done.found, columns, strict=True):
+            for other, share in zip(away, likely[:, j].tolist(), strict=True):
+                if other not in done.found.values() and share > UNSURE:
+                    done.other[new, other] = share
+            unknown = 1.0 - float(likely[:, j].sum())
+            if unknown > UNSURE:
+                done.unknown[new] = unknown
+
+    def _densities(
+        self, tracks: list[Track], away: list[int], unseen: Array, between: tuple[Array, Array]
+    ) -> tuple[Array, Array]:
+        """Return the densities (n, m) of places, 1/m²; as stated, and with `DOUBT_M` besides."""
+        offsets, spread = between
+        density, vague = np.empty((2, *offsets.shape[:2]))
+        more = DOUBT_M**2 * np.eye(2)
+        for i, row in enumerate(away):
+            density[i] = self._density(tracks[row], unseen[i], offsets[i], spread[i])
+            vague[i] = self._density(tracks[row], unseen[i], offsets[i], spread[i] + more)
+        return density, vague
 
     def _density(self, track: Track, unseen: float, offsets: Array, spread: Array) -> Array:
         """Return the density (m,) at offsets (m, 2) from where the filter has the robot, 1/m²."""
@@ -201,39 +255,13 @@ def twins(
     return found
 
 
+def _absence(old: Track, new: Track) -> float:
+    """Return for how long a robot was away if a new track is that robot, s."""
+    return max(0.0, (new.first_seen_ns - old.last_seen_ns) * 1e-9)
+
+
 def _can_be(old: Track, new: Track) -> bool:
     return old.class_id == new.class_id and not old.seen_beside(new)
-
-
-def _permuted(cost: Array, possible: NDArray[np.bool_]) -> list[list[float]]:
-    """Return by robot (k,) the probability of each track (k,) to be it, over all assignments.
-
-    Three robots that come up together may be in a ring on one another's places. Of more than
-    `MOST_TOGETHER` only exchanges of two are counted.
-
-    Args:
-        cost: (k, k) of a pair: minus twice the log of its likelihood; the diagonal was chosen.
-        possible: (k, k) pairs that can be.
-    """
-    k = len(cost)
-    every = np.arange(k)
-    ways = (
-        np.array(list(permutations(range(k))), dtype=np.intp)
-        if k <= MOST_TOGETHER
-        else np.array([every, *(_turned(every, a, b) for a, b in combinations(range(k), 2))])
-    )
-    worse = (cost[every, ways] - cost[every, every]).sum(axis=1)
-    weights = np.exp(-0.5 * np.maximum(worse, 0.0)) * possible[every, ways].all(axis=1)
-    chances = np.zeros((k, k))
-    np.add.at(chances, (every, ways), (weights / weights.sum())[:, None])
-    return [[float(one) for one in row] for row in chances]
-
-
-def _turned(order: Indices, a: int, b: int) -> Indices:
-    """Return an order with two places exchanged."""
-    other = order.copy()
-    other[[a, b]] = order[[b, a]]
-    return other
 
 
 def _waits(density: Array) -> NDArray[np.bool_]:

@@ -2,15 +2,12 @@
 """The tracker: which detection is which robot, and the life of a track.
 
 A detection that no track claims begins a tentative track. `confirm_hits` measurements within
-`confirm_window_s` confirm it, if they came in at least half of the images since the first of them
-(a robot is seen more often than not, a glint is not): only then it has a name and is published. A
-confirmed robot that an image does not show coasts; after `coast_s` unseen it is lost and its name
-is used up.
+`confirm_window_s` confirm it (`naming`): only then it has a name and is published. A confirmed
+robot that an image does not show coasts; after `coast_s` unseen it is lost and its name is used up.
 
 A robot unseen for longer than `confirm_window_s` is not updated by a single detection: its gate is
 wide by then, and one false box inside it would tear it away. Detections there begin a tentative
-track, and when that is confirmed inside the gate, it goes on under the coasting robot's name
-(`reacquisition`). Not so if one image showed both: what is seen beside a robot is not that robot.
+track, and when that is confirmed inside the gate, it goes on under the coasting robot's name.
 
 Where robots are, and how well that is known, is the business of the joint filter (`joint`). Its
 gate compares what is known relative to one another: an error that robot and detection share through
@@ -27,17 +24,18 @@ from numpy.typing import NDArray
 
 from aerial_gnss_ros.core.association import gate_threshold
 from aerial_gnss_ros.core.config import EstimatorConfig
+from aerial_gnss_ros.core.doubts import Spot
 from aerial_gnss_ros.core.encounters import Encounters
 from aerial_gnss_ros.core.events import Events
-from aerial_gnss_ros.core.identity import Identity, Sighting
+from aerial_gnss_ros.core.identity import Identity
 from aerial_gnss_ros.core.innovation_monitor import InnovationMonitor
 from aerial_gnss_ros.core.joint import JointFilter
 from aerial_gnss_ros.core.joint_platform import named_errors
 from aerial_gnss_ros.core.local_map import LocalMap
 from aerial_gnss_ros.core.localize import WaterPoints
-from aerial_gnss_ros.core.matching import SWERVE_S, Matcher, swerved
+from aerial_gnss_ros.core.matching import Matcher
 from aerial_gnss_ros.core.measurements import Measurements, inside_any, measurements
-from aerial_gnss_ros.core.reacquisition import Laws, Reacquisition, twins
+from aerial_gnss_ros.core.naming import Naming
 from aerial_gnss_ros.core.track import Track
 from aerial_gnss_ros.core.tracking import TrackUpdate
 from aerial_gnss_ros.core.values import DetectionFrame, PosedFrame, RobotEstimate, State
@@ -56,16 +54,12 @@ class Tracker:
         self, config: EstimatorConfig, identity: Identity, log: Events | None = None
     ) -> None:
         self.filter = JointFilter(config, log)
-        self._rules = config.tracks
         self._window_ns = round(config.tracks.confirm_window_s * 1e9)
         self._coast_ns = round(config.tracks.coast_s * 1e9)
-        self._threshold = gate_threshold(config.tracks.gate_probability)
-        window_s = config.tracks.confirm_window_s
-        self._matcher = Matcher(self.filter, self._threshold, window_s)
+        threshold = gate_threshold(config.tracks.gate_probability)
+        self._matcher = Matcher(self.filter, threshold, config.tracks.confirm_window_s)
         self._encounters = Encounters(self.filter)
-        self._reacquisition = Reacquisition(
-            self.filter.motion, self._threshold, config.tracks.coast_s
-        )
+        self._naming = Naming(self.filter, identity, self._encounters, config.tracks)
         self._identity = identity
         self._local: LocalMap | None = None
         self.reset()
@@ -75,9 +69,8 @@ class Tracker:
         self.tracks: list[Track] = []
         self.filter.reset()
         self._encounters.reset()
+        self._naming.reset()
         self._stamp_ns: int | None = None
-        self._images: list[int] = []
-        self._first_ns = 2**63 - 1
         self._water_altitude = np.nan
         self._height = np.nan
         self._matcher.confused = False
@@ -88,9 +81,7 @@ class Tracker:
         self._height = frame.pose.height
         self._water_altitude = frame.pose.altitude - self._height
         stamp_ns = frame.detections.stamp_ns
-        self._images = [one for one in self._images if stamp_ns - one <= self._window_ns]
-        self._images.append(stamp_ns)
-        self._first_ns = min(self._first_ns, stamp_ns)
+        self._naming.note(stamp_ns)
         seen = measurements(frame.detections, points, local)
         self._advance(stamp_ns)
         if not self.filter.look(frame, local):
@@ -201,84 +192,14 @@ class Tracker:
 
     def _confirm(self, boxes: int, local: LocalMap, stamp_ns: int) -> set[int]:
         """Name the tracks that have hits enough; return the rows that they replace."""
-        strayed = any(track.strayed for track in self.tracks)
-        begun_ns = stamp_ns - (self._window_ns if strayed else 0)
-        ready = [row for row, track in enumerate(self.tracks) if self._is_ready(track, begun_ns)]
+        ready = self._naming.ready(self.tracks, stamp_ns)
         named = sum(bool(track.robot_id) for track in self.tracks)
         if self._matcher.confused and 2 * len(ready) < min(named, boxes):
             return set()  # robots come back together, or it is chance
         if not ready:
             return set()
         self._matcher.confused = False
-        folded = self._fold(ready)
-        ready = [row for row in ready if row not in folded]
-        resumed, waiting, laws = self._resume(ready, stamp_ns)
-        for row in ready:
-            self.tracks[row].waits = row in waiting
-        ready = [row for row in ready if row not in waiting]
-        unknown = [row for row in ready if row not in resumed]
-        names = self._identity.names([self._sighting(row) for row in unknown], local)
-        given = dict(zip(unknown, names, strict=True))
-        for row in ready:
-            track = self.tracks[row]
-            if row in resumed:
-                self._merge(resumed[row], row)
-                track.take_over(self.tracks[resumed[row]])
-            else:
-                track.robot_id = given[row]
-            track.state = State.CONFIRMED
-        called = {row: self.tracks[row].robot_id for row in laws}
-        self._encounters.doubt(
-            {called[a]: {called[b]: p for b, p in law.items() if p} for a, law in laws.items()}
-        )
-        return {*resumed.values(), *folded}
-
-    def _merge(self, old: int, new: int) -> None:
-        """Let a track know where the robot was that it turned out to be, which may have swerved."""
-        self.filter.loosen(np.array([old]), self.filter.motion.speed_sigma, SWERVE_S)
-        self.filter.merge(old, new)
-
-    def _fold(self, ready: list[int]) -> set[int]:
-        """Make one of tracks without names that are of one robot; return the rows that go."""
-        if len(ready) < 2:
-            return set()
-        pairs = twins(self.tracks, ready, self._apart(ready, ready), self._threshold)
-        for new, old in pairs.items():
-            self._merge(old, new)
-            self.tracks[new].fold(self.tracks[old])
-        return set(pairs.values())
-
-    def _is_ready(self, track: Track, begun_ns: int) -> bool:
-        """Return whether a track can get a name; it must have begun by then."""
-        if track.state is not State.TENTATIVE or len(track.hits) < self._rules.confirm_hits:
-            return False
-        if track.strayed or track.first_seen_ns > begun_ns:
-            return False
-        since = sum(image >= track.hits[0] for image in self._images)
-        return 2 * len(track.hits) >= since
-
-    def _resume(self, ready: list[int], stamp_ns: int) -> tuple[dict[int, int], set[int], Laws]:
-        """Return, by new row, the robot out of sight that it is, and the rows that must wait.
-
-        Besides, how likely new rows are one another's robots (`Reacquisition.pairs`).
-        """
-        away = [row for row, track in enumerate(self.tracks) if track.robot_id]
-        if not away:
-            return {}, set(), {}
-        return self._reacquisition.pairs(
-            self.tracks, away, ready, self._apart(away, ready), stamp_ns, self._height,
-            self._identity.newcomers((stamp_ns - self._first_ns) * 1e-9),
-        )  # fmt: skip
-
-    def _apart(self, old: list[int], new: list[int]) -> tuple[Array, Array]:
-        """Return offsets (n, m, 2) between tracks, which may have swerved, and covariances."""
-        offsets, spread = self.filter.apart(np.array(old), np.array(new))
-        return offsets, spread + swerved(self.filter.motion.speed_sigma)
-
-    def _sighting(self, row: int) -> Sighting:
-        track = self.tracks[row]
-        position, covariance = self.filter.mean[row, :2], self.filter.covariance[row, :2, :2]
-        return Sighting(track.class_id, track.last_seen_ns, position, covariance)
+        return self._naming.name(self.tracks, ready, stamp_ns, self._height, local)
 
     def _estimates(self, stamp_ns: int) -> tuple[RobotEstimate, ...]:
         named = [row for row, track in enumerate(self.tracks) if track.robot_id]
@@ -289,10 +210,13 @@ class Tracker:
         if named != list(range(len(mean))):
             mean, covariance = mean[named], covariance[named]
         names = [self.tracks[row].robot_id for row in named]
-        doubts = self._encounters.doubts(dict(zip(names, mean[:, :2], strict=True)))
-        for i, name in enumerate(names):
-            if name in doubts:
-                covariance[i, :2, :2] += doubts[name]
+        if self._encounters.doubtful:
+            spots = {
+                name: Spot(mean[i, :2].copy(), covariance[i, :2, :2].copy())
+                for i, name in enumerate(names)
+            }
+            for name, more in self._encounters.doubts(spots).items():
+                covariance[names.index(name), :2, :2] += more
         latitude, longitude = self._local.places(mean[:, :2])
         estimates = tuple(
             RobotEstimate(

@@ -8,6 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from aerial_gnss_ros.core.doubts import Spot
 from aerial_gnss_ros.core.encounters import Encounters
 from aerial_gnss_ros.core.joint_motion import Motion
 from aerial_gnss_ros.core.track import Track
@@ -26,6 +27,10 @@ class Water:
     def box_noise(self, places):
         """Return all of it as the boxes' own."""
         return np.tile(SIGMA**2 * np.eye(2), (len(places), 1, 1))
+
+
+def _spot(place):
+    return Spot(place, 0.01 * np.eye(2))
 
 
 def _meet(seed, closest, swap_from=None, seconds=10.0):
@@ -50,7 +55,7 @@ def _meet(seed, closest, swap_from=None, seconds=10.0):
             meeting.take([one, other], np.arange(2), places[order], white, i * SECOND // 10)
         ]
         named = dict(zip((one.robot_id, other.robot_id), order, strict=True))
-        doubt = meeting.doubts({name: places[robot] for name, robot in named.items()})
+        doubt = meeting.doubts({name: _spot(places[robot]) for name, robot in named.items()})
         doubt = doubt.get("aqua_1", np.zeros((2, 2)))
         assert np.linalg.eigvalsh(doubt).min() >= -1e-9
         most = max(most, float(np.trace(doubt)))
@@ -85,7 +90,7 @@ def test_a_meeting_that_nobody_can_decide_stays_in_doubt(together):
         places = places[
             meeting.take(tracks[:shown], np.arange(shown), places[:shown], white, i * SECOND // 10)
         ]
-    named = {track.robot_id: np.array([0.0, 6.0 * i]) for i, track in enumerate(tracks)}
+    named = {track.robot_id: _spot(np.array([0.0, 6.0 * i])) for i, track in enumerate(tracks)}
     for doubt in meeting.doubts(named).values():
         assert np.diag(doubt) == pytest.approx([0.0, 18.0], abs=9.0)  # half of 6² m²
     assert len(meeting.doubts(named)) == 2

@@ -38,11 +38,12 @@ def _pairs_and_odds(down, up, unseen_s, newcomers=0.1, waited_s=0.2, beside=True
     variance = MOTION.step(unseen_s, np.zeros(1))[2][0, 0] + 0.1
     spread = np.broadcast_to(variance * np.eye(2), (*offsets.shape, 2))
     n = len(down)
-    found, waiting, laws = Reacquisition(MOTION, 11.6, 180.0).pairs(
+    came = Reacquisition(MOTION, 11.6, 180.0).pairs(
         tracks, list(range(n)), list(range(n, len(tracks))), (offsets, spread), now, 30.0, newcomers
     )
-    odds = {(one - n, other - n): p for one, law in laws.items() for other, p in law.items()}
-    return {new - n: old for new, old in found.items()}, {row - n for row in waiting}, odds
+    odds = {(one - n, other - n): p for one, law in came.laws.items() for other, p in law.items()}
+    found = {new - n: old for new, old in came.found.items()}
+    return found, {row - n for row in came.waiting}, odds
 
 
 @pytest.mark.parametrize(
@@ -111,10 +112,10 @@ def test_those_that_come_up_one_after_the_other_wait_for_the_last():
     spread = np.broadcast_to(9.0 * np.eye(2), (3, 2, 2, 2))
     for ready, waits in (([3, 4], {3, 4}), ([3], set())):
         between = offsets[:, : len(ready)], spread[:, : len(ready)]
-        _, waiting, _ = Reacquisition(MOTION, 11.6, 180.0).pairs(
+        came = Reacquisition(MOTION, 11.6, 180.0).pairs(
             tracks, [0, 1, 2], ready, between, now, 30.0, 0.1
         )
-        assert waiting == waits
+        assert came.waiting == waits
 
 
 def test_two_tracks_that_no_image_shows_together_are_not_two_robots():

@@ -5,17 +5,12 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections import deque
 
 import numpy as np
 import pytest
 
-from aerial_gnss_ros.core.config import estimator_config
-from aerial_gnss_ros.core.identity import Identity
 from aerial_gnss_ros.core.localize import locate, project_to_image
 from aerial_gnss_ros.core.noise import Noise
-from aerial_gnss_ros.core.track import Track
-from aerial_gnss_ros.core.tracks import Tracker
 from aerial_gnss_ros.core.values import State
 
 CROSSING = {
@@ -144,12 +139,6 @@ def test_seen_again_from_the_other_side_with_a_wrong_compass(sea, unseen_s):
     assert abs(last.position[0]) < (0.6 if unseen_s < 2.0 else 1.7)
 
 
-def test_a_glint_seen_now_and_then_is_no_robot(sea):
-    world = sea.World(robots={"glint": CROSSING["c"]}, hidden=lambda _n, t: round(10 * t) % 5 > 0)
-    results = sea.play(sea.estimator(), world, 20.0)
-    assert not any(result.estimates for result in results)
-
-
 @pytest.mark.parametrize("stays_s", [0.05, 10.0], ids=["one stray box", "a jump"])
 def test_a_name_does_not_alternate_while_two_divers_are_told_apart(sea, stays_s):
     """One of two divers comes up between both, and while it waits for its name a box is 0.6 m off.
@@ -176,25 +165,6 @@ def test_a_name_does_not_alternate_while_two_divers_are_told_apart(sea, stays_s)
     assert [len(names) for names in changes] == [1]
 
 
-@pytest.mark.parametrize(
-    ("hits", "resumed"), [((5.0, 6.0, 7.0), {}), ((5.1, 6.0, 7.0), {1: 0})], ids=["beside", "after"]
-)
-def test_what_was_seen_beside_a_robot_is_not_that_robot(sea, hits, resumed):
-    """Even where one image alone showed both; what no image showed beside it may be it."""
-    config = estimator_config({})
-    tracker = Tracker(config, Identity(config))
-    near = np.zeros((1, 1, 2)), np.eye(2)[None, None]
-    tracker.filter.apart = lambda _old, _new: near
-    tracker._height, tracker._first_ns = 30.0, sea.stamp(0.0)
-    seen = deque(sea.stamp(t) for t in (4.0, 5.0))
-    came = deque(sea.stamp(t) for t in hits)
-    tracker.tracks = [
-        Track("aqua", sea.stamp(0.0), sea.stamp(5.0), State.COASTING, "aqua_1", seen),
-        Track("aqua", came[0], came[-1], hits=came),
-    ]
-    assert tracker._resume([1], sea.stamp(7.0))[:2] == (resumed, set())
-
-
 def test_a_robot_unseen_for_too_long_is_lost_and_its_name_used_up(sea):
     world = sea.World(robots={"a": CROSSING["c"]}, hidden=lambda _n, t: 3.0 < t < 15.0)
     results = sea.play(sea.estimator({"tracks.coast_s": 5.0}), world, 18.0)
@@ -202,19 +172,6 @@ def test_a_robot_unseen_for_too_long_is_lost_and_its_name_used_up(sea):
     assert [e.robot_id for e in at[7.9]] == ["aqua_1"]
     assert at[8.2] == ()
     assert [e.robot_id for e in at[18.0]] == ["aqua_2"]
-
-
-def test_false_boxes_are_never_confirmed(sea):
-    results = sea.play(sea.estimator(), sea.World(clutter=0.5, seed=3), 60.0)
-    assert [result.estimates for result in results if result.estimates] == []
-
-
-def test_confirmed_after_the_third_measurement_within_the_window(sea):
-    world = sea.World(robots={"a": CROSSING["c"]})
-    results = sea.play(sea.estimator(), world, 1.0)
-    assert [len(r.estimates) for r in results][:4] == [0, 0, 1, 1]
-    slow = sea.play(sea.estimator({"tracks.confirm_window_s": 0.5}), world, 10.0, images=2)
-    assert not any(r.estimates for r in slow)  # two images in half a second, three are asked for
 
 
 def test_other_classes_do_not_share_tracks(sea):

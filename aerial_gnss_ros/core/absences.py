@@ -1,0 +1,110 @@
+# SPDX-License-Identifier: Apache-2.0
+"""How long robots stay out of sight, learnt from those that came back.
+
+Robots of one mission dive alike: one that has been away for as long as others were is likelier to
+be the one that comes up than one that has just gone down. Nothing is supposed of it at first. Each
+robot that came back, weighted by how surely it was that one, adds a bump of the logarithm of its
+absence to an even rate. How wide bumps are is learnt as well, from how well absences were foretold
+by those before: where robots stay away for any time, bumps are wide and tell little.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.special import ndtr
+
+Array = NDArray[np.float64]
+
+SHORT_S = 5.0
+"""A robot away for less has been missed by the detector, rather than dived, s."""
+
+SCALES = np.array([0.01, 0.05, 0.2, 0.8])
+"""Widths of bumps, of the logarithm of a time."""
+
+LEAST = 0.01
+"""Share from which a robot may have been the one that came up."""
+
+MOST = 10.0
+"""Weight of all absences together, against 1 for an even rate."""
+
+
+class Absences:
+    """The law of absences of robots.
+
+    Args:
+        mean_s: of the even rate, s.
+    """
+
+    def __init__(self, mean_s: float) -> None:
+        self._mean_s = max(mean_s, 1e-3)
+        self.reset()
+
+    def reset(self) -> None:
+        """Forget all absences."""
+        self._logs = np.zeros(0)
+        self._weights = np.zeros(0)
+        self._foretold = np.zeros(len(SCALES))
+
+    def add(self, seconds: Array, shares: Array) -> None:
+        """Take in that one of several robots, which have been away for so long, came up.
+
+        Args:
+            seconds: (n,) from the last image with each robot to the first one again, s.
+            shares: (n,) probability that it was that robot; less than 1 together.
+        """
+        dived = (seconds >= SHORT_S) & (shares > LEAST)
+        seconds, shares = seconds[dived], shares[dived]
+        if not len(seconds):
+            return
+        density, _ = self._law(seconds)
+        self._foretold += float(shares.sum()) * np.log(density @ shares / shares.sum())
+        self._foretold -= self._foretold.max()
+        self._logs = np.append(self._logs, np.log(seconds))
+        self._weights = np.append(self._weights, shares)
+
+    def together(self, seconds: Array) -> float:
+        """Return the log density of the absences (n,) of robots that have all come up.
+
+        Each foretells the next: robots that dived one after the other come up in that order.
+        """
+        law, total = Absences(self._mean_s), 0.0
+        law._logs, law._weights = self._logs, self._weights
+        law._foretold = self._foretold.copy()
+        for one in seconds.tolist():
+            density, _ = law._law(np.array([one]))
+            share = np.exp(law._foretold)
+            total += math.log(float(share @ density[:, 0]) / float(share.sum()))
+            law.add(np.array([one]), np.ones(1))
+        return total
+
+    def odds(self, seconds: Array) -> Array:
+        """Return how much likelier robots come up after such absences than at an even rate.
+
+        The ratio of the rates at which robots that are still away come up.
+
+        Args:
+            seconds: of any shape, s.
+        """
+        if not len(self._logs):
+            return np.ones(seconds.shape)
+        density, left = self._law(seconds.reshape(-1))
+        share = np.exp(self._foretold)
+        rate = share @ density / np.maximum(share @ left, 1e-12)
+        odds: Array = np.where(seconds < SHORT_S, 1.0, (self._mean_s * rate).reshape(seconds.shape))
+        return odds
+
+    def _law(self, seconds: Array) -> tuple[Array, Array]:
+        """Return the density, 1/s, and the share still away, (scales, n), by width of the bumps."""
+        time = np.maximum(seconds, SHORT_S)
+        off = (np.log(time)[:, None] - self._logs) / SCALES[:, None, None]
+        total = float(self._weights.sum())
+        weights = self._weights * min(1.0, MOST / max(total, 1e-12))
+        bumps = np.exp(-0.5 * off**2) @ weights / (math.sqrt(2.0 * math.pi) * SCALES[:, None])
+        even = np.exp(-(time - SHORT_S) / self._mean_s)
+        density = even / self._mean_s + bumps / time
+        left = even + ndtr(-off) @ weights
+        whole = 1.0 + float(weights.sum())
+        return density / whole, left / whole

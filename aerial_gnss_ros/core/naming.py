@@ -1,0 +1,164 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Which tracks have hits enough to be robots, and under which names they go on.
+
+A track is confirmed by its hits if they came in at least half of the images since the first of
+them: a robot is seen more often than not, a glint is not. One inside the gate of a robot out of
+sight goes on under that robot's name (`reacquisition`). Not so if one image showed both: what is
+seen beside a robot is not that robot.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aerial_gnss_ros.core.association import gate_threshold
+from aerial_gnss_ros.core.config_groups import TracksConfig
+from aerial_gnss_ros.core.doubts import Spot
+from aerial_gnss_ros.core.encounters import Encounters
+from aerial_gnss_ros.core.identity import Identity, Sighting
+from aerial_gnss_ros.core.joint import JointFilter
+from aerial_gnss_ros.core.local_map import LocalMap
+from aerial_gnss_ros.core.matching import SWERVE_S, swerved
+from aerial_gnss_ros.core.reacquisition import Reacquisition, Returns, twins
+from aerial_gnss_ros.core.track import Track
+from aerial_gnss_ros.core.values import State
+
+Array = NDArray[np.float64]
+
+
+class Naming:
+    """Confirms tracks and names them.
+
+    Args:
+        joint: where robots are.
+        identity: gives names.
+        encounters: keeps doubts about them.
+        rules: what confirms a track.
+    """
+
+    def __init__(
+        self,
+        joint: JointFilter,
+        identity: Identity,
+        encounters: Encounters,
+        rules: TracksConfig,
+    ) -> None:
+        self._filter = joint
+        self._identity = identity
+        self._encounters = encounters
+        self._rules = rules
+        self._window_ns = round(rules.confirm_window_s * 1e9)
+        self._threshold = gate_threshold(rules.gate_probability)
+        self._reacquisition = Reacquisition(joint.motion, self._threshold, rules.coast_s)
+        self.reset()
+
+    def reset(self) -> None:
+        """Forget all images."""
+        self._reacquisition.reset()
+        self._images: list[int] = []
+        self._first_ns = 2**63 - 1
+
+    def note(self, stamp_ns: int) -> None:
+        """Take in that there is an image."""
+        self._images = [one for one in self._images if stamp_ns - one <= self._window_ns]
+        self._images.append(stamp_ns)
+        self._first_ns = min(self._first_ns, stamp_ns)
+
+    def ready(self, tracks: list[Track], stamp_ns: int) -> list[int]:
+        """Return the rows of tracks that can get a name."""
+        strayed = any(track.strayed for track in tracks)
+        begun_ns = stamp_ns - (self._window_ns if strayed else 0)
+        return [row for row, track in enumerate(tracks) if self._is_ready(track, begun_ns)]
+
+    def name(
+        self, tracks: list[Track], ready: list[int], stamp_ns: int, height: float, local: LocalMap
+    ) -> set[int]:
+        """Name tracks; return the rows that they replace.
+
+        Args:
+            tracks: all of them.
+            ready: rows of those that can get a name.
+            stamp_ns: of the image, ns.
+            height: of the camera above the water, m.
+            local: the map.
+        """
+        folded = self._fold(tracks, ready)
+        ready = [row for row in ready if row not in folded]
+        came = self._resume(tracks, ready, stamp_ns, height)
+        for row in ready:
+            tracks[row].waits = row in came.waiting
+        ready = [row for row in ready if row not in came.waiting]
+        unknown = [row for row in ready if row not in came.found]
+        names = self._identity.names([self._sighting(tracks[row], row) for row in unknown], local)
+        for row, name in zip(unknown, names, strict=True):
+            tracks[row].robot_id = name
+        for row, old in came.found.items():
+            tracks[row].take_over(tracks[old])
+        self._doubt(tracks, came)
+        for row, old in came.found.items():
+            self._merge(old, row)
+        for row in ready:
+            tracks[row].state = State.CONFIRMED
+        return {*came.found.values(), *folded}
+
+    def _doubt(self, tracks: list[Track], came: Returns) -> None:
+        """Let it be known whose the names of robots that came up may be instead."""
+        called = {row: track.robot_id for row, track in enumerate(tracks)}
+        laws = [came.laws] + [
+            {one: {one: 1.0 - p, other: p}, other: {other: 1.0 - p, one: p}}
+            for (one, other), p in came.other.items()
+        ]
+        for law in laws:
+            self._encounters.doubt(
+                {called[a]: {called[b]: p for b, p in of.items() if p} for a, of in law.items()}
+            )
+        for row, share in came.unknown.items():
+            old = came.found[row]
+            spot = Spot(self._filter.mean[old, :2], self._filter.covariance[old, :2, :2])
+            self._encounters.leave(tracks[row].robot_id, spot, share)
+
+    def _merge(self, old: int, new: int) -> None:
+        """Let a track know where the robot was that it turned out to be, which may have swerved."""
+        self._filter.loosen(np.array([old]), self._filter.motion.speed_sigma, SWERVE_S)
+        self._filter.merge(old, new)
+
+    def _fold(self, tracks: list[Track], ready: list[int]) -> set[int]:
+        """Make one of tracks without names that are of one robot; return the rows that go."""
+        if len(ready) < 2:
+            return set()
+        pairs = twins(tracks, ready, self._apart(ready, ready), self._threshold)
+        for new, old in pairs.items():
+            self._merge(old, new)
+            tracks[new].fold(tracks[old])
+        return set(pairs.values())
+
+    def _is_ready(self, track: Track, begun_ns: int) -> bool:
+        """Return whether a track can get a name; it must have begun by then."""
+        if track.state is not State.TENTATIVE or len(track.hits) < self._rules.confirm_hits:
+            return False
+        if track.strayed or track.first_seen_ns > begun_ns:
+            return False
+        since = sum(image >= track.hits[0] for image in self._images)
+        return 2 * len(track.hits) >= since
+
+    def _resume(
+        self, tracks: list[Track], ready: list[int], stamp_ns: int, height: float
+    ) -> Returns:
+        """Return which new tracks are which robots out of sight."""
+        away = [row for row, track in enumerate(tracks) if track.robot_id]
+        if not away:
+            return Returns()
+        return self._reacquisition.pairs(
+            tracks, away, ready, self._apart(away, ready), stamp_ns, height,
+            self._identity.newcomers((stamp_ns - self._first_ns) * 1e-9),
+        )  # fmt: skip
+
+    def _apart(self, old: list[int], new: list[int]) -> tuple[Array, Array]:
+        """Return offsets (n, m, 2) between tracks, which may have swerved, and covariances."""
+        offsets, spread = self._filter.apart(np.array(old), np.array(new))
+        return offsets, spread + swerved(self._filter.motion.speed_sigma)
+
+    def _sighting(self, track: Track, row: int) -> Sighting:
+        position, covariance = self._filter.mean[row, :2], self._filter.covariance[row, :2, :2]
+        return Sighting(track.class_id, track.last_seen_ns, position, covariance)

@@ -1,0 +1,59 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What is confirmed as a robot, and what is not."""
+
+from __future__ import annotations
+
+from collections import deque
+
+import numpy as np
+import pytest
+
+from aerial_gnss_ros.core.config import estimator_config
+from aerial_gnss_ros.core.identity import Identity
+from aerial_gnss_ros.core.track import Track
+from aerial_gnss_ros.core.tracks import Tracker
+from aerial_gnss_ros.core.values import State
+
+
+def _place(_t):
+    """Return where a robot stays, m."""
+    return (3.0, 22.0)
+
+
+def test_a_glint_seen_now_and_then_is_no_robot(sea):
+    world = sea.World(robots={"glint": _place}, hidden=lambda _n, t: round(10 * t) % 5 > 0)
+    results = sea.play(sea.estimator(), world, 20.0)
+    assert not any(result.estimates for result in results)
+
+
+def test_false_boxes_are_never_confirmed(sea):
+    results = sea.play(sea.estimator(), sea.World(clutter=0.5, seed=3), 60.0)
+    assert [result.estimates for result in results if result.estimates] == []
+
+
+def test_confirmed_after_the_third_measurement_within_the_window(sea):
+    world = sea.World(robots={"a": _place})
+    results = sea.play(sea.estimator(), world, 1.0)
+    assert [len(r.estimates) for r in results][:4] == [0, 0, 1, 1]
+    slow = sea.play(sea.estimator({"tracks.confirm_window_s": 0.5}), world, 10.0, images=2)
+    assert not any(r.estimates for r in slow)  # two images in half a second, three are asked for
+
+
+@pytest.mark.parametrize(
+    ("hits", "resumed"), [((5.0, 6.0, 7.0), {}), ((5.1, 6.0, 7.0), {1: 0})], ids=["beside", "after"]
+)
+def test_what_was_seen_beside_a_robot_is_not_that_robot(sea, hits, resumed):
+    """Even where one image alone showed both; what no image showed beside it may be it."""
+    config = estimator_config({})
+    tracker = Tracker(config, Identity(config))
+    near = np.zeros((1, 1, 2)), np.eye(2)[None, None]
+    tracker.filter.apart = lambda _old, _new: near
+    tracker._naming._first_ns = sea.stamp(0.0)
+    seen = deque(sea.stamp(t) for t in (4.0, 5.0))
+    came = deque(sea.stamp(t) for t in hits)
+    tracker.tracks = [
+        Track("aqua", sea.stamp(0.0), sea.stamp(5.0), State.COASTING, "aqua_1", seen),
+        Track("aqua", came[0], came[-1], hits=came),
+    ]
+    came = tracker._naming._resume(tracker.tracks, [1], sea.stamp(7.0), 30.0)
+    assert (came.found, came.waiting) == (resumed, set())
