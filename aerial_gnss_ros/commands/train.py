@@ -17,7 +17,7 @@ from aerial_gnss_ros.bags.partial import refuse_existing
 from aerial_gnss_ros.commands.dataset_arguments import inspected
 from aerial_gnss_ros.commands.ending import ended_cleanly
 from aerial_gnss_ros.commands.progress import progress
-from aerial_gnss_ros.commands.train_arguments import add_arguments, plan_of, plan_resumed
+from aerial_gnss_ros.commands.train_arguments import add_arguments, phases_of, plan_of, plan_resumed
 from aerial_gnss_ros.core.errors import ConfigError, InputError
 from aerial_gnss_ros.training.layout import open_dataset
 from aerial_gnss_ros.training.model_card import figure
@@ -69,15 +69,24 @@ def _check(args: argparse.Namespace) -> int:
     if args.dataset is None:
         raise ConfigError("--check needs a DATASET.")
     found = inspected(args, NEEDED)
+    counts = {}
     for split, examples in found.examples.items():
-        robots = sum(len(example.boxes) for example in examples)
-        several = sum(len(example.boxes) > 1 for example in examples)
-        one = sum(len(example.boxes) == 1 for example in examples)
-        print(
-            f"{split}: {len(examples)} images, {robots} robots; {one} images with one, {several} "
-            f"with several, {len(examples) - one - several} with none"
-        )
-    print(f"fingerprint {found.fingerprint()}")
+        held = [len(example.boxes) for example in examples]
+        counts[split] = {
+            "images": len(held), "robots": sum(held), "one": held.count(1),
+            "several": sum(count > 1 for count in held), "none": held.count(0),
+        }  # fmt: skip
+    if args.json:
+        print(json.dumps({"splits": counts, "fingerprint": found.fingerprint()}, indent=2))
+    else:
+        for split, told in counts.items():
+            print(
+                "{}: {images} images, {robots} robots; {one} images with one, {several} with "
+                "several, {none} with none".format(split, **told)
+            )
+        print(f"fingerprint {found.fingerprint()}")
+    for phase in phases_of(args):
+        members(phase, found.examples["train"])  # what training would refuse
     return 0
 
 

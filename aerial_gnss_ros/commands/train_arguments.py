@@ -52,7 +52,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     _add_length(parser)
     _add_learning(parser)
     _add_machine(parser)
-    parser.add_argument("--json", action="store_true", help="print the scores as JSON")
+    parser.add_argument(
+        "--json", action="store_true", help="print the scores, or with --check the counts, as JSON"
+    )
 
 
 def _add_length(parser: argparse.ArgumentParser) -> None:
@@ -112,7 +114,7 @@ def plan_of(args: argparse.Namespace) -> Plan:
         ConfigError: an argument is wrong, or two have no meaning together.
         InputError: the weights do not exist.
     """
-    phases, weights = _phases(args), _weights(args.weights or SCRATCH, args.allow_pickle)
+    phases, weights = phases_of(args), _weights(args.weights or SCRATCH, args.allow_pickle)
     chosen = _given(args, *_PARAMETERS, *_MACHINE)
     plan = Plan(Path(), "", args.unlabelled == "empty", phases, weights, **chosen)
     _check(plan)
@@ -151,7 +153,12 @@ def _given(args: argparse.Namespace, *names: str) -> dict[str, Any]:
     return {name: value for name, value in found.items() if value is not None}
 
 
-def _phases(args: argparse.Namespace) -> tuple[Phase, ...]:
+def phases_of(args: argparse.Namespace) -> tuple[Phase, ...]:
+    """Return the phases to train.
+
+    Raises:
+        ConfigError: no sensible length, or two.
+    """
     if args.time is None:
         return plan_phases(args.epochs or _EPOCHS, bool(args.one_phase))
     if args.epochs is not None:

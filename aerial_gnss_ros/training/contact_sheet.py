@@ -34,9 +34,10 @@ def write_contact_sheet(folder: Path, split: str, stems: Sequence[str], file: Pa
     pool = labelled or shown
     picked = [pool[i] for i in sorted({int(i) for i in np.linspace(0, len(pool) - 1, ROWS)})]
     rows = []
+    columns = min(COLUMNS, max((len(variants[stem]) for stem in pool), default=1))
     for stem in picked if pool else []:
-        cells = [_cell(image) for image in variants[stem][:COLUMNS]]
-        cells += [np.zeros((SIDE, SIDE, 3), np.uint8)] * (COLUMNS - len(cells))
+        cells = [_cell(image) for image in variants[stem][:columns]]
+        cells += [np.zeros((SIDE, SIDE, 3), np.uint8)] * (columns - len(cells))
         rows.append(np.hstack(cells))
     sheet = np.vstack(rows) if rows else np.zeros((SIDE, SIDE, 3), np.uint8)
     _, encoded = cv2.imencode(".png", sheet)

@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 from PIL import Image as PillowImage
+from PIL import UnidentifiedImageError
 
 from aerial_gnss_ros.core.errors import InputError
 from aerial_gnss_ros.training.label_lines import parse
@@ -176,10 +177,14 @@ def _example(image: Path, dataset: Dataset, may_lack: bool, problems: list[Probl
 
 
 def _decode(content: bytes) -> tuple[tuple[int, int], str]:
+    if not content:
+        raise InputError("the file is empty")
     try:
         with PillowImage.open(io.BytesIO(content)) as picture:
             orientation = picture.getexif().get(_ORIENTATION, 1)
             rgb = picture.convert("RGB")  # reads it whole, so a cut file is noticed
+    except UnidentifiedImageError as error:
+        raise InputError("it is no image, whatever its name says") from error
     except Exception as error:  # Pillow raises whatever the damage causes
         said = " ".join(str(error).split())
         raise InputError(f"the image cannot be read ({said or 'damaged'})") from error

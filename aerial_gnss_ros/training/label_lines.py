@@ -28,8 +28,8 @@ def parse(line: str, classes: int) -> tuple[int, float, float, float, float]:
     words = line.split()
     if len(words) != 5:
         raise InputError(
-            f"has {len(words)} values, but a box is `class x y width height` (outlines and turned "
-            "boxes are not read)"
+            f"has {len(words)} value{'s' * (len(words) != 1)}, but a box is `class x y width "
+            "height` (outlines and turned boxes are not read)"
         )
     try:
         number, *place = [float(word) for word in words]

@@ -56,6 +56,8 @@ def test_the_same_seed_gives_the_same_bytes_with_any_number_of_processes(tmp_pat
     for name, processes in (("one", "1"), ("two", "2")):
         assert cli.main([*given, "-o", str(tmp_path / name), "--processes", processes]) == 0
     assert content(tmp_path / "one") == content(tmp_path / "two")
+    sheet = cv2.imread(str(tmp_path / "one" / "contact_sheet.png"))
+    assert sheet.shape[1] == 3 * 320  # no columns that nothing is in
     assert cli.main([*given[:-1], "8", "-o", str(tmp_path / "other")]) == 0
     assert content(tmp_path / "one") != content(tmp_path / "other")
 

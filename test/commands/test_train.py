@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import importlib.util
+import json
 import sys
 
 import pytest
@@ -26,6 +27,13 @@ def test_check_counts_without_training(tmp_path, make_set, capsys):
     out = capsys.readouterr().out
     assert "train: 3 images, 3 robots; 1 images with one, 1 with several, 1 with none" in out
     assert "fingerprint " in out
+    single = str(make_set(tmp_path / "single", robots=(1, 0)))
+    assert cli.main(["train", single, "--check", "--one-phase", "--json"]) == 0
+    counts = {"images": 2, "robots": 1, "one": 1, "several": 0, "none": 1}
+    assert json.loads(capsys.readouterr().out)["splits"] == {"train": counts, "val": counts}
+    assert "none of the 2 training images shows several robots" in refused(
+        capsys, single, "--check"
+    )  # as training would refuse it
 
 
 def test_a_set_with_errors_is_refused(tmp_path, make_set, capsys, monkeypatch):

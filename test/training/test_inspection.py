@@ -68,6 +68,8 @@ def damage(folder):
     (labels / "cut.txt").touch()
     (train / "text.png").write_text("no image")
     (labels / "text.txt").touch()
+    (train / "zero.jpg").touch()
+    (labels / "zero.txt").touch()
     turned = PillowImage.fromarray(np.full((20, 20, 3), 9, np.uint8))
     exif = turned.getexif()
     exif[0x0112] = 6
@@ -84,7 +86,8 @@ def damage(folder):
     (labels / "again.txt").touch()
     return {
         "images/train/cut.jpg": "cannot be read",
-        "images/train/text.png": "cannot be read",
+        "images/train/text.png": "it is no image, whatever its name says",
+        "images/train/zero.jpg": "the file is empty",
         "images/train/turned.jpg": "EXIF orientation 6",
         "images/train/forgotten.png": "has no label file",
         "labels/train/orphan.txt": "its image is missing",
@@ -101,7 +104,7 @@ def test_every_damaged_file_is_named_once(tmp_path, make_set):
     for file, words in expected.items():
         assert any(line.startswith(f"{folder / file}: ") and words in line for line in said), file
     assert len(said) == len(expected)
-    with pytest.raises(DatasetError, match=r"data set with 8 errors; nothing was done:\n  /"):
+    with pytest.raises(DatasetError, match=r"data set with 9 errors; nothing was done:\n  /"):
         inspect(open_dataset(folder)).refuse_problems()
 
 
