@@ -125,6 +125,19 @@ def test_every_image_gives_an_array_with_its_header_also_an_empty_one(seen):
     assert status.values["images_lost_in_transport"] == 0
 
 
+def test_what_the_middleware_cannot_have_counted_is_left_out(seen):
+    s = seen()
+    _, _, subscription = s.node._attached["images"]
+    (lost,) = (
+        handler.callback
+        for handler in subscription.event_handlers
+        if handler.event_type.name == "RCL_SUBSCRIPTION_MESSAGE_LOST"
+    )
+    for total, change in ((1, 1), (2**64 - 2**31, 2**31 - 1), (2**64 - 2**31 + 2, 2)):
+        lost(SimpleNamespace(total_count=total, total_count_change=change))
+    assert detection_status(s.node).values["images_lost_in_transport"] == 3
+
+
 def test_the_newest_image_wins_while_the_network_is_busy(seen):
     s = seen()
     s.detector().gate.clear()
