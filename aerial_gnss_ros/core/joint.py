@@ -1,11 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The joint filter: what a tracker asks of it, robot by robot, whatever groups they are kept in.
-
-The covariance of `GROUP` robots with the platform is carried whole, which costs the cube of their
-number; more robots are kept in further groups, each with its own copy of the platform's errors. No
-group uses another's measurements, so that none counts anything twice: what is lost is the little
-that the robots beyond the first `GROUP` would add on the platform. The cost is linear in robots.
-"""
+"""The joint filter: what a tracker asks of it, robot by robot, whatever groups they are kept in."""
 
 from __future__ import annotations
 
@@ -17,6 +11,7 @@ from aerial_gnss_ros.core.events import Events
 from aerial_gnss_ros.core.innovation_monitor import InnovationMonitor
 from aerial_gnss_ros.core.joint_comparison import Comparison, compared
 from aerial_gnss_ros.core.joint_geometry import MapFrame, MapPose, on_water
+from aerial_gnss_ros.core.joint_groups import Groups
 from aerial_gnss_ros.core.joint_motion import motion_of
 from aerial_gnss_ros.core.joint_platform import COUNT, LATENCY, PlatformModel
 from aerial_gnss_ros.core.joint_state import Indices, Joint
@@ -30,21 +25,15 @@ from aerial_gnss_ros.core.values import PosedFrame
 
 Array = NDArray[np.float64]
 
-GROUP = 32
-"""Robots that share one whole covariance."""
-
 SURE_S, UNSURE_S = 0.1, 0.2
 """The latency is known from the first sigma on, until it is above the second."""
 
 FEIGNED_MPS = 2.0
 """What a wrong latency may feign of a robot's speed, one sigma."""
 
-SAME_PLACE_M = 0.1
-"""How well a robot that surfaced is at the place of its old track's prediction."""
 
-
-class JointFilter:
-    """Robots in rows 0 to n - 1, and the platform's errors.
+class JointFilter(Groups):
+    """Robots in rows 0 to n - 1, and the platform's errors, by what images show.
 
     Args:
         config: noise, motion and the gimbal's reference.
@@ -67,10 +56,9 @@ class JointFilter:
     def reset(self) -> None:
         """Forget robots and platform."""
         self._stationary = self.model.stationary(None)
-        self._groups = [Joint(self._stationary)]
+        self.clear(self._stationary)
         self._fresh = True
         self._late = self._stationary[LATENCY, LATENCY] > SURE_S**2
-        self._count = 0
         self._refusing = False
         self._pose_ns: int | None = None
         self._motion = PoseMotion()
@@ -78,39 +66,10 @@ class JointFilter:
         self._sight: Sight | None = None
         self.monitor.reset()
 
-    def __len__(self) -> int:
-        return self._count
-
-    @property
-    def platform(self) -> tuple[Array, Array]:
-        """The platform's errors (7,) and their covariance (7, 7)."""
-        first = self._groups[0]
-        return first.mean[:COUNT].copy(), first.covariance[:COUNT, :COUNT].copy()
-
     @property
     def stationary(self) -> Array:
         """(7, 7) covariance of the platform's errors when nothing is known."""
         return self._stationary
-
-    @property
-    def mean(self) -> Array:
-        """(n, 4) east, north, velocity east, velocity north; m, m/s."""
-        if len(self._groups) == 1:
-            return self._groups[0].robots.copy()
-        means = np.empty((self._count, 4))
-        for group in self._groups:
-            means[group.rows] = group.robots
-        return means
-
-    @property
-    def covariance(self) -> Array:
-        """(n, 4, 4) covariance of `mean`, the platform's share included."""
-        if len(self._groups) == 1:
-            return self._groups[0].blocks()
-        covariances = np.empty((self._count, 4, 4))
-        for group in self._groups:
-            covariances[group.rows] = group.blocks()
-        return covariances
 
     def predict(self, seconds: float) -> None:
         """Move on in time."""
@@ -214,77 +173,18 @@ class JointFilter:
 
     def begin(self, seen: Measurements, columns: Indices) -> None:
         """Add a robot for each of the detections `columns`, in rows after the present ones."""
-        left = np.asarray(columns, np.intp)
-        if not len(left):
+        if not len(columns):
             return
-        body = self._body(seen)
-        while len(left):
-            group = next((one for one in self._groups if len(one) < GROUP), None)
-            if group is None:
-                group = self._another_group()
-            now, left = left[: GROUP - len(group)], left[GROUP - len(group) :]
-            places, by_errors = self._place(group, body[now])
-            rows = np.arange(self._count, self._count + len(now))
-            speed = self.motion.speed_sigma
-            group.add(rows, places, by_errors, seen.white[now], speed)
-            self._count += len(now)
-
-    def loosen(self, rows: Indices, speed: float, seconds: float) -> None:
-        """Allow for unforeseen changes of velocity of some robots (see `Joint.loosen`)."""
-        if not len(rows):
-            return
-        chosen = np.zeros(self._count, dtype=np.bool_)
-        chosen[rows] = True
-        for group in self._groups:
-            slots = np.flatnonzero(chosen[group.rows])
-            if len(slots):
-                group.loosen(slots, speed, seconds)
-
-    def merge(self, old: int, new: int) -> None:
-        """Let robot `new` know what is known of `old`, which it turned out to be."""
-        group_of, slot_of = self._places_of_rows()
-        if group_of[old] == group_of[new]:
-            group = self._groups[group_of[old]]
-            group.tie(int(slot_of[old]), int(slot_of[new]), SAME_PLACE_M)
-
-    def drop(self, rows: Indices) -> None:
-        """Forget robots; those after them move up."""
-        kept = np.ones(self._count, dtype=np.bool_)
-        kept[rows] = False
-        moved = np.cumsum(kept) - 1
-        for group in self._groups:
-            gone = np.flatnonzero(~kept[group.rows])
-            if len(gone):
-                group.drop(gone)
-            group.rows = moved[group.rows]
-        self._groups = [self._groups[0], *(one for one in self._groups[1:] if len(one))]
-        self._count = int(kept.sum())
-
-    def apart(self, old: Indices, new: Indices) -> tuple[Array, Array]:
-        """Return offsets (n, m, 2) from robots `old` to robots `new`, and their covariances."""
-        group_of, slot_of = self._places_of_rows()
-        mean, covariance = self.mean[:, :2], self.covariance[:, :2, :2]
-        offsets = mean[new][None] - mean[old][:, None]
-        spread = covariance[old][:, None] + covariance[new][None]
-        for i, a in enumerate(old):
-            for j, b in enumerate(new):
-                if group_of[a] == group_of[b]:
-                    shared = _shared(self._groups[group_of[a]], slot_of[a], slot_of[b])
-                    spread[i, j] -= shared + shared.T
-        return offsets, spread
+        body, white, speed = self._body(seen), seen.white, self.motion.speed_sigma
+        for group, rows, taken in self.room(np.asarray(columns, np.intp)):
+            places, by_errors = self._place(group, body[taken])
+            group.add(rows, places, by_errors, white[taken], speed)
 
     def box_noise(self, places: Array) -> Array:
         """Return the covariances (m, 2, 2) of places on the water from boxes' own noise, m²."""
         by_pixel = np.linalg.inv(linearise(self._seen_from, np.zeros(COUNT), places).by_place)
         noise: Array = self.model.pixel * by_pixel @ by_pixel.swapaxes(1, 2)
         return noise
-
-    def _another_group(self) -> Joint:
-        first = self._groups[0]
-        group = Joint(first.covariance[:COUNT, :COUNT])
-        group.mean[:] = first.mean[:COUNT]
-        self._groups.append(group)
-        return group
 
     def _body(self, seen: Measurements) -> Array:
         """Return the rays of detections in the axes of the camera as measured, (m, 3)."""
@@ -308,17 +208,3 @@ class JointFilter:
     def _seen_from(self) -> Sight:
         assert self._sight is not None  # noqa: S101 - `look` came first
         return self._sight
-
-    def _places_of_rows(self) -> tuple[Indices, Indices]:
-        group_of = np.zeros(self._count, np.intp)
-        slot_of = np.zeros(self._count, np.intp)
-        for number, group in enumerate(self._groups):
-            group_of[group.rows] = number
-            slot_of[group.rows] = np.arange(len(group))
-        return group_of, slot_of
-
-
-def _shared(group: Joint, a: int, b: int) -> Array:
-    """Return the covariance (2, 2) of one robot's position with another's."""
-    i, j = COUNT + 4 * a, COUNT + 4 * b
-    return group.covariance[i : i + 2, j : j + 2]

@@ -8,7 +8,7 @@ import math
 import numpy as np
 import pytest
 
-from aerial_gnss_ros.core import joint as joint_module
+from aerial_gnss_ros.core import joint_groups
 from aerial_gnss_ros.core.values import State
 
 RING = {
@@ -51,7 +51,7 @@ def test_groups_of_robots_lose_little(sea, monkeypatch):
     """Two robots a group instead of all six in one: the same names, nearly the same covariance."""
     last = {}
     for size in (32, 2):
-        monkeypatch.setattr(joint_module, "GROUP", size)
+        monkeypatch.setattr(joint_groups, "GROUP", size)
         world = sea.World(robots=RING, rpy_bias_deg=(0.2, 0.3, 1.5), pixel_sigma=2.0, **ORBIT)
         engine = sea.estimator(RTK)
         results = sea.play(engine, world, 20.0)

@@ -1,0 +1,155 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Robots kept in groups that share one covariance, and asked for row by row.
+
+The covariance of `GROUP` robots with the platform is carried whole, which costs the cube of their
+number; more robots are kept in further groups, each with its own copy of the platform's errors. No
+group uses another's measurements, so that none counts anything twice: what is lost is the little
+that the robots beyond the first `GROUP` would add on the platform. The cost is linear in robots.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aerial_gnss_ros.core.joint_platform import COUNT
+from aerial_gnss_ros.core.joint_state import Indices, Joint
+
+Array = NDArray[np.float64]
+
+GROUP = 32
+"""Robots that share one whole covariance."""
+
+SAME_PLACE_M = 0.1
+"""How well a robot that surfaced is at the place of its old track's prediction."""
+
+
+class Groups:
+    """Robots in rows 0 to n - 1, and the platform's errors."""
+
+    _groups: list[Joint]
+    _count: int
+
+    def clear(self, platform: Array) -> None:
+        """Begin without robots.
+
+        Args:
+            platform: (7, 7) covariance of the platform's errors.
+        """
+        self._groups = [Joint(platform)]
+        self._count = 0
+
+    def __len__(self) -> int:
+        return self._count
+
+    @property
+    def platform(self) -> tuple[Array, Array]:
+        """The platform's errors (7,) and their covariance (7, 7)."""
+        first = self._groups[0]
+        return first.mean[:COUNT].copy(), first.covariance[:COUNT, :COUNT].copy()
+
+    @property
+    def mean(self) -> Array:
+        """(n, 4) east, north, velocity east, velocity north; m, m/s."""
+        if len(self._groups) == 1:
+            return self._groups[0].robots.copy()
+        means = np.empty((self._count, 4))
+        for group in self._groups:
+            means[group.rows] = group.robots
+        return means
+
+    @property
+    def covariance(self) -> Array:
+        """(n, 4, 4) covariance of `mean`, the platform's share included."""
+        if len(self._groups) == 1:
+            return self._groups[0].blocks()
+        covariances = np.empty((self._count, 4, 4))
+        for group in self._groups:
+            covariances[group.rows] = group.blocks()
+        return covariances
+
+    def room(self, columns: Indices) -> Iterator[tuple[Joint, Indices, Indices]]:
+        """Give room to robots after the present ones.
+
+        Args:
+            columns: (m,) of what they begin with.
+
+        Yields:
+            A group with room, the rows that some of them will have, and their columns.
+        """
+        left = columns
+        while len(left):
+            group = next((one for one in self._groups if len(one) < GROUP), None)
+            if group is None:
+                group = self._another_group()
+            now, left = left[: GROUP - len(group)], left[GROUP - len(group) :]
+            rows = np.arange(self._count, self._count + len(now))
+            self._count += len(now)
+            yield group, rows, now
+
+    def loosen(self, rows: Indices, speed: float, seconds: float) -> None:
+        """Allow for unforeseen changes of velocity of some robots (see `Joint.loosen`)."""
+        if not len(rows):
+            return
+        chosen = np.zeros(self._count, dtype=np.bool_)
+        chosen[rows] = True
+        for group in self._groups:
+            slots = np.flatnonzero(chosen[group.rows])
+            if len(slots):
+                group.loosen(slots, speed, seconds)
+
+    def merge(self, old: int, new: int) -> None:
+        """Let robot `new` know what is known of `old`, which it turned out to be."""
+        group_of, slot_of = self._places_of_rows()
+        if group_of[old] == group_of[new]:
+            group = self._groups[group_of[old]]
+            group.tie(int(slot_of[old]), int(slot_of[new]), SAME_PLACE_M)
+
+    def drop(self, rows: Indices) -> None:
+        """Forget robots; those after them move up."""
+        kept = np.ones(self._count, dtype=np.bool_)
+        kept[rows] = False
+        moved = np.cumsum(kept) - 1
+        for group in self._groups:
+            gone = np.flatnonzero(~kept[group.rows])
+            if len(gone):
+                group.drop(gone)
+            group.rows = moved[group.rows]
+        self._groups = [self._groups[0], *(one for one in self._groups[1:] if len(one))]
+        self._count = int(kept.sum())
+
+    def apart(self, old: Indices, new: Indices) -> tuple[Array, Array]:
+        """Return offsets (n, m, 2) from robots `old` to robots `new`, and their covariances."""
+        group_of, slot_of = self._places_of_rows()
+        mean, covariance = self.mean[:, :2], self.covariance[:, :2, :2]
+        offsets = mean[new][None] - mean[old][:, None]
+        spread = covariance[old][:, None] + covariance[new][None]
+        for i, a in enumerate(old):
+            for j, b in enumerate(new):
+                if group_of[a] == group_of[b]:
+                    shared = _shared(self._groups[group_of[a]], slot_of[a], slot_of[b])
+                    spread[i, j] -= shared + shared.T
+        return offsets, spread
+
+    def _another_group(self) -> Joint:
+        first = self._groups[0]
+        group = Joint(first.covariance[:COUNT, :COUNT])
+        group.mean[:] = first.mean[:COUNT]
+        self._groups.append(group)
+        return group
+
+    def _places_of_rows(self) -> tuple[Indices, Indices]:
+        group_of = np.zeros(self._count, np.intp)
+        slot_of = np.zeros(self._count, np.intp)
+        for number, group in enumerate(self._groups):
+            group_of[group.rows] = number
+            slot_of[group.rows] = np.arange(len(group))
+        return group_of, slot_of
+
+
+def _shared(group: Joint, a: int, b: int) -> Array:
+    """Return the covariance (2, 2) of one robot's position with another's."""
+    i, j = COUNT + 4 * a, COUNT + 4 * b
+    return group.covariance[i : i + 2, j : j + 2]
