@@ -6,7 +6,6 @@ from __future__ import annotations
 import gc
 import threading
 import time
-from collections import Counter
 from collections.abc import Callable
 from concurrent.futures import Future
 from dataclasses import replace
@@ -26,6 +25,7 @@ from aerial_gnss_ros.nodes.inputs import OPTIONAL, Input
 from aerial_gnss_ros.nodes.lifecycle import Managed
 from aerial_gnss_ros.nodes.memory import give_freed_memory_back
 from aerial_gnss_ros.nodes.newest import Newest
+from aerial_gnss_ros.nodes.refusals import Refusals
 from aerial_gnss_ros.nodes.ros_messages import message
 from aerial_gnss_ros.nodes.schemas import DETECTOR
 from aerial_gnss_ros.nodes.supervised import Given, SupervisedNode
@@ -74,7 +74,7 @@ class DetectorNode(Managed, SupervisedNode):
         self._camera: Input | None = None
         self._thread: threading.Thread | None = None
         self._published = 0
-        self._refused: Counter[str] = Counter()
+        self._refused = Refusals()
         self.timings = Timings()
         self._image_age_s = float("nan")
         self._camera_size: tuple[int, int] | None = None
@@ -234,7 +234,7 @@ class DetectorNode(Managed, SupervisedNode):
         return False
 
     def _refuse(self, reason: str, sentence: str) -> None:
-        self._refused[reason] += 1
+        self._refused.add(reason, sentence, self.steady_ns())
         self.warn_seldom(sentence)
 
     def _set_config(self, config: DetectorConfig) -> None:
@@ -278,15 +278,14 @@ class DetectorNode(Managed, SupervisedNode):
         if self._images is None or self._detector is None:
             return [Status("detection", STALE, f"{self.phase}: no images are looked at")]
         received = self._images.arrivals.count
-        lost, refused = self._images.lost, sum(self._refused.values())
+        lost, refused = self._images.lost, self._refused.recent(self.steady_ns())
+        level, words = OK, "detecting"
         if not received:
             level, words = STALE, "no image yet"
         elif refused:
-            level, words = WARN, f"{refused} images refused"
+            level, words = WARN, f"{self._refused.total} of {received} images refused: {refused}"
         elif lost > received:
             level, words = WARN, f"{lost} of {lost + received} images were lost in transport"
-        else:
-            level, words = OK, "detecting"
         values: dict[str, Any] = {
             "images_published": received + lost,
             "images_received": received,
@@ -295,7 +294,7 @@ class DetectorNode(Managed, SupervisedNode):
             "images_processed": self._published,
             "image_age_s": self._image_age_s,
         }
-        values |= {f"refused_{reason}": count for reason, count in sorted(self._refused.items())}
+        values |= self._refused.values()
         values |= {f"ms_{stage}": mean for stage, mean in self.timings.means_ms().items()}
         values |= {f"ms_p95_{stage}": p95 for stage, p95 in self.timings.p95_ms().items()}
         return [Status("detection", level, words, {"model": self._detector.name, **values})]

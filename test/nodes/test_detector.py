@@ -168,14 +168,19 @@ def test_what_cannot_be_used_is_refused_counted_and_survived(seen, info, image, 
     s.infos.publish(info)
     s.ros.spin_until(lambda: s.node._camera_size is not None)
     s.images.publish(image)
-    s.ros.spin_until(lambda: sum(s.node._refused.values()) == 1)
+    s.ros.spin_until(lambda: s.node._refused.total == 1)
     assert detection_status(s.node).values[f"refused_{reason}"] == 1
-    assert detection_status(s.node).level == WARN
+    status = detection_status(s.node)
+    assert status.level == WARN
+    assert status.message.startswith("1 of 1 images refused: ")
     s.infos.publish(camera_info())
     s.ros.spin_until(lambda: s.node._camera_size == (64, 36))
     s.images.publish(picture(2))
     s.ros.spin_until(lambda: len(s.arrays) == 1)
     assert s.arrays[0].header.stamp.sec == 2
+    later = s.node.steady_ns() + 11 * 10**9
+    s.node.steady_ns = lambda: later
+    assert detection_status(s.node).level == OK  # one bad image is no warning for a day
 
 
 def test_compressed_images_and_a_corrupt_one(seen):
@@ -184,7 +189,7 @@ def test_compressed_images_and_a_corrupt_one(seen):
     for stamp, data in ((1, b""), (2, jpeg[: len(jpeg) // 2]), (3, jpeg)):
         fields = {"header": {"stamp": {"sec": stamp}}, "format": "jpeg", "data": data}
         s.images.publish(message(COMPRESSED, fields))
-        s.ros.spin_until(lambda n=stamp: s.node._refused["bad_image"] + len(s.arrays) == n)
+        s.ros.spin_until(lambda n=stamp: s.node._refused.counts["bad_image"] + len(s.arrays) == n)
     assert s.arrays[0].header.stamp.sec == 3
     assert any("has no bytes" in sentence for sentence in s.node._said)
     assert any("cut off" in sentence for sentence in s.node._said)

@@ -1,0 +1,48 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Images that were refused: how many for which reason, and what was wrong with the last one."""
+
+from __future__ import annotations
+
+from collections import Counter
+
+from aerial_gnss_ros.nodes.arrivals import SECOND_NS
+
+RECENT_S = 10.0
+"""So long a refused image is worth a warning: one damaged frame shall not leave one for a day."""
+
+
+class Refusals:
+    """Counts refusals.
+
+    Attributes:
+        counts: by reason, since the start.
+    """
+
+    def __init__(self) -> None:
+        self.counts: Counter[str] = Counter()
+        self._last, self._last_ns = "", 0
+
+    @property
+    def total(self) -> int:
+        """How many there were."""
+        return sum(self.counts.values())
+
+    def add(self, reason: str, sentence: str, now_ns: int) -> None:
+        """Count one.
+
+        Args:
+            reason: a word, the same for all that have it.
+            sentence: what was wrong with this one.
+            now_ns: steady time.
+        """
+        self.counts[reason] += 1
+        self._last, self._last_ns = sentence.rstrip("."), now_ns
+
+    def recent(self, now_ns: int) -> str:
+        """Return what was wrong with the last one, where it came less than `RECENT_S` ago."""
+        recent = self.total and now_ns - self._last_ns < RECENT_S * SECOND_NS
+        return self._last if recent else ""
+
+    def values(self) -> dict[str, int]:
+        """Return the counts as /diagnostics shows them."""
+        return {f"refused_{reason}": count for reason, count in sorted(self.counts.items())}
