@@ -92,6 +92,8 @@ def run(args: argparse.Namespace) -> int:
         print(f"wrote {args.output} ({args.output.stat().st_size / 1e6:.1f} MB)")
     if images:
         _score(args, source, images)
+    elif args.json:
+        print("[]")  # no scores
     return 0
 
 

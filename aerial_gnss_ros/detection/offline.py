@@ -9,6 +9,8 @@ import shutil
 import tempfile
 from pathlib import Path
 
+QUIET = {"YOLO_VERBOSE": "false"}
+"""Keeps its talk out of standard output, where our results go; read when it is imported, too."""
 OFFLINE = {"YOLO_OFFLINE": "true", "YOLO_AUTOINSTALL": "false"}
 """Environment variables that it reads when it is imported."""
 SETTINGS = "YOLO_CONFIG_DIR"
@@ -16,8 +18,8 @@ SETTINGS = "YOLO_CONFIG_DIR"
 
 
 def forbid_network() -> None:
-    """Set `OFFLINE` and `SETTINGS` where the user has not; before anything imports ultralytics."""
-    for name, value in OFFLINE.items():
+    """Set these variables where the user has not; before anything imports ultralytics."""
+    for name, value in {**OFFLINE, **QUIET}.items():
         os.environ.setdefault(name, value)
     settings_folder()
 

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import logging
 import shutil
 import tempfile
 from pathlib import Path
@@ -44,6 +45,7 @@ def export(weights: Path, model: Path, size: tuple[int, int] | None = None) -> P
             f"export needs {error.name}; install it with `pip install "
             "'aerial_gnss_ros[ultralytics]'`."
         ) from error
+    logging.getLogger("ultralytics").setLevel(logging.ERROR)  # it advises commands of its own
     with tempfile.TemporaryDirectory() as folder:
         copy = Path(folder) / "weights.pt"  # ultralytics writes beside the weights
         shutil.copyfile(weights, copy)

@@ -10,7 +10,7 @@ import sys
 from pathlib import Path
 
 from aerial_gnss_ros.core.errors import ModelError
-from aerial_gnss_ros.detection.offline import OFFLINE, SETTINGS, settings_folder
+from aerial_gnss_ros.detection.offline import OFFLINE, QUIET, SETTINGS, settings_folder
 
 # Loggers of other makers that ultralytics starts by itself where they are installed.
 _LOGGERS = ("clearml", "comet", "dvc", "mlflow", "raytune", "tensorboard", "wandb")
@@ -48,6 +48,7 @@ def offline_environment(folder: Path) -> dict[str, str]:
         **os.environ,
         SETTINGS: str(folder.resolve()),
         **OFFLINE,
+        **dict.fromkeys(QUIET, "true"),  # a training has a log of its own for its talk
         "MPLBACKEND": "Agg",
     }
 

@@ -15,7 +15,7 @@ from aerial_gnss_ros.training.export import export
 
 @pytest.mark.ultralytics
 @pytest.mark.parametrize("bfloat16", [False, True])
-def test_one_epoch_then_export(tmp_path, make_set, monkeypatch, bfloat16):
+def test_one_epoch_then_export(tmp_path, make_set, monkeypatch, capfd, bfloat16):
     pytest.importorskip("ultralytics", reason="needs the extra [ultralytics]")
     from aerial_gnss_ros.detection.config import DetectorConfig
     from aerial_gnss_ros.detection.select import load_detector
@@ -25,7 +25,9 @@ def test_one_epoch_then_export(tmp_path, make_set, monkeypatch, bfloat16):
     arguments = ["train", str(make_set(tmp_path / "set")), "-o", str(run), "--one-phase"]
     arguments += ["--epochs", "1", "--image-size", "64", "--batch", "4", "--threads", "1"]
     assert cli.main(arguments + ["--bfloat16"] * bfloat16) == 0
+    capfd.readouterr()
     export(run / "best.pt", model, (96, 64))
+    assert "ultralytics" not in capfd.readouterr().out.lower()  # that is for our results
     detector = load_detector(DetectorConfig(model=str(model), backend="onnxruntime"))
     assert detector.class_names == ("aqua",)
     assert "96x64" in detector.name
