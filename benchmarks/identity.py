@@ -28,7 +28,7 @@ for _name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS"):
     os.environ.setdefault(_name, "1")
 
 import numpy as np  # noqa: E402 - the number of threads comes first
-from families import ORIGIN, results  # noqa: E402
+from families import results  # noqa: E402
 
 from aerial_gnss_ros.core.config import EstimatorConfig, estimator_config  # noqa: E402
 from aerial_gnss_ros.core.identity import Identity  # noqa: E402
@@ -36,7 +36,7 @@ from aerial_gnss_ros.core.local_map import LocalMap  # noqa: E402
 from aerial_gnss_ros.core.localize import WaterPoints  # noqa: E402
 from aerial_gnss_ros.core.tracking import TrackUpdate  # noqa: E402
 from aerial_gnss_ros.core.tracks import Tracker  # noqa: E402
-from aerial_gnss_ros.core.values import FrameResult, PosedFrame  # noqa: E402
+from aerial_gnss_ros.core.values import FrameResult, PosedFrame, State  # noqa: E402
 from aerial_gnss_ros.evaluation.identity import EXPLAINED, Identities, scores  # noqa: E402
 from aerial_gnss_ros.evaluation.identity import Scene as Sight  # noqa: E402
 from aerial_gnss_ros.simulation.boxes import DetectorPlan  # noqa: E402
@@ -133,11 +133,14 @@ class Owners:
         of: robot that bore each name first.
         wrong: how often a name went to another robot.
         unsaid: images in which that was published as certain.
+        errors: of each position of a robot in sight: NEES against the robot that the name belongs
+            to, squared error and trace of the covariance, m².
     """
 
     of: dict[str, int] = field(default_factory=dict)
     wrong: int = 0
     unsaid: int = 0
+    errors: list[tuple[float, float, float]] = field(default_factory=list)
     _now: set[tuple[str, int]] = field(default_factory=set)
 
     def take(self, worn: dict[str, int], places: np.ndarray, result: FrameResult) -> None:
@@ -149,6 +152,11 @@ class Owners:
             result: what was published.
         """
         estimates = {one.robot_id: one for one in result.estimates}
+        for name, one in estimates.items():
+            if one.state is State.CONFIRMED and name in self.of:
+                error, spread = one.position - places[self.of[name]], one.covariance[:2, :2]
+                nees = float(error @ np.linalg.solve(spread, error))
+                self.errors.append((nees, float(error @ error), float(np.trace(spread))))
         now = set()
         for name, robot in worn.items():
             owner = places[self.of.setdefault(name, robot)]
@@ -175,13 +183,27 @@ def measure(scene: Scene, seed: int) -> tuple[Identities | None, dict[str, int]]
         deepest = _DEEPEST_S + 3.0 * np.arange(scene.robots)
         phase = 0.5 - deepest / scene.swim.dive_every_s
         made.swarm._dive_phase = phase  # noqa: SLF001 - a flight draws it by chance
-    stated = estimator_config(
-        {"map.latitude_deg": np.degrees(ORIGIN.latitude),
-         "map.longitude_deg": np.degrees(ORIGIN.longitude)}
+    found, _, counts = named(made, {})
+    return found, counts
+
+
+def named(
+    made: Experiment, stated: dict[str, object]
+) -> tuple[Identities | None, Owners, dict[str, int]]:
+    """Return the scores of a flight, whose each name was, and counts of names by column.
+
+    Args:
+        made: the flight.
+        stated: parameters of the estimator beside the origin of its map.
+    """
+    origin = made.flight.origin
+    config = estimator_config(
+        {"map.latitude_deg": np.degrees(origin.latitude),
+         "map.longitude_deg": np.degrees(origin.longitude)} | stated
     )  # fmt: skip
-    tracker = Watched(stated)
+    tracker = Watched(config)
     images = list(made.detections())
-    found = results(made, stated, images, tracker)
+    found = results(made, config, images, tracker)
     names: dict[str, int] = {}
     owners = Owners()
     sights = []
@@ -203,7 +225,7 @@ def measure(scene: Scene, seed: int) -> tuple[Identities | None, dict[str, int]]
         owners.take(worn, places, result)
     new = len(names) - len({int(robot) for sight in sights for robot in sight.robots})
     counts = {"wrong_names": owners.wrong, "unsaid": owners.unsaid, "new_names": max(new, 0)}
-    return scores(sights, LENGTH), counts
+    return scores(sights, LENGTH), owners, counts
 
 
 def row(scene: Scene, found: list[tuple[Identities | None, dict[str, int]]]) -> dict[str, object]:

@@ -12,19 +12,26 @@ Robots that swerve are counted in both; ten that cross reach 1e-4."""
 
 
 class Clutter:
-    """Counts both over the last images."""
+    """Counts both over the last images.
+
+    Attributes:
+        stamp_ns: of the last one, ns.
+    """
 
     def __init__(self) -> None:
+        self.stamp_ns = 0
         self._images = self._stray = self._robots = self._missed = 0.0
 
-    def take(self, robots: int, missed: int, stray: int) -> None:
+    def take(self, stamp_ns: int, robots: int, missed: int, stray: int) -> None:
         """Take in an image.
 
         Args:
+            stamp_ns: of the image, ns.
             robots: that should be in it.
             missed: of these, without a box.
             stray: boxes that belong to no track.
         """
+        self.stamp_ns = stamp_ns
         fade = 1.0 - 1.0 / IMAGES
         self._images = fade * self._images + 1.0
         self._stray = fade * self._stray + stray

@@ -18,6 +18,7 @@ from aerial_gnss_ros.core.association import NEAR, Pairs, likeliest, lone, mahal
 from aerial_gnss_ros.core.clutter import Clutter
 from aerial_gnss_ros.core.joint import JointFilter
 from aerial_gnss_ros.core.joint_comparison import Comparison
+from aerial_gnss_ros.core.joint_motion import HELD_S
 from aerial_gnss_ros.core.measurements import Measurements
 from aerial_gnss_ros.core.track import Track
 from aerial_gnss_ros.core.values import State
@@ -29,6 +30,9 @@ LEAST_KNOWN = 3
 
 SWERVE_S = 0.5
 """How long ago a robot may have changed its velocity without anyone noticing, s."""
+
+HELD_IMAGES = 3
+"""Images in a row that may miss a robot without more ado, however far apart they are."""
 
 STRAINED = 3.0
 """Fading mean of normalised squared innovations from which a robot turns harder than its model. One
@@ -107,7 +111,8 @@ class Matcher:
         chosen = chosen + best([k for k in grown if to[k] not in columns])
         if not self.confused:
             known = kind.count(_ROBOT)
-            self._clutter.take(known, known - claimed, len(seen.index) - len(chosen))
+            stray = len(seen.index) - len(chosen)
+            self._clutter.take(stamp_ns, known, known - claimed, stray)
         return pairs.rows[chosen], pairs.columns[chosen]
 
     def _kind(self, track: Track, stamp_ns: int) -> str:
@@ -116,8 +121,18 @@ class Matcher:
             return _NEW
         if track.strayed:
             return ""
-        fresh = (stamp_ns - track.last_seen_ns) * 1e-9 <= self._fresh_s + 1e-9
+        fresh = (stamp_ns - track.last_seen_ns) * 1e-9 <= self._patience_s(stamp_ns) + 1e-9
         return _ROBOT if fresh else ""
+
+    def _patience_s(self, stamp_ns: int) -> float:
+        """Return the time since a robot was seen up to which a single box may update it.
+
+        Beyond `HELD_S` its gate grows fast. Where images are cluttered the box in it may be false.
+        """
+        if not self._clutter.heavy:
+            return self._fresh_s
+        since = (stamp_ns - self._clutter.stamp_ns) * 1e-9
+        return min(max(HELD_S, HELD_IMAGES * since), self._fresh_s)
 
     def _watch_strain(self, tracks: list[Track], hits: list[tuple[int, float]]) -> bool:
         """Loosen the robots whose boxes are off by more than their model explains.

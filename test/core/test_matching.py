@@ -113,7 +113,40 @@ def test_a_robot_swerves_with_two_boxes_where_one_may_be_false(stray, began, hit
     )
     matcher = Matcher(joint, 11.6, 2.0)
     for _ in range(99):
-        matcher._clutter.take(1, 0, 0)
-    matcher._clutter.take(20, 20, stray)
+        matcher._clutter.take(0, 1, 0, 0)
+    matcher._clutter.take(8, 20, 20, stray)
     rows, columns = matcher.match(tracks, seen, 9)
     assert list(zip(rows.tolist(), columns.tolist(), strict=True)) == taken
+
+
+@pytest.mark.parametrize(
+    ("stray", "unseen_s", "image_s", "taken"),
+    [(0, 1.5, 0.1, True), (15, 0.4, 0.1, True), (15, 1.5, 0.1, False), (15, 1.5, 0.5, True)],
+    ids=["clean images", "missed for a moment", "gone", "gone for three slow images"],
+)
+def test_one_box_in_a_wide_gate_is_not_the_robots_where_it_may_be_false(
+    stray, unseen_s, image_s, taken
+):
+    second = 1_000_000_000
+    now = 1000 * second
+    left = now - round(unseen_s * second)
+    joint = SimpleNamespace(
+        compare=lambda *_: Comparison(
+            np.zeros(1, int), np.zeros(1, int), np.array([[1.0, 0.0]]), np.eye(2)[None]
+        ),
+        motion=SimpleNamespace(speed_sigma=0.0),
+        monitor=SimpleNamespace(take_matches=lambda *_: None),
+        loosen=lambda *_: None,
+        log=Events(),
+    )
+    matcher = Matcher(joint, 11.6, 2.0)
+    matcher._clutter.take(0, 80, 0, 0)
+    for _ in range(99):
+        matcher._clutter.take(0, 0, 0, 0)
+    matcher._clutter.take(now - round(image_s * second), 20, 20, stray)
+    seen = Measurements(
+        np.arange(1), np.zeros((1, 2)), np.zeros((1, 2)), np.zeros((1, 2, 2)), np.array(["aqua"])
+    )
+    robot = Track("aqua", 0, left, State.COASTING, "aqua_1", deque([left]))
+    rows, _ = matcher.match([robot], seen, now)
+    assert (len(rows) == 1) == taken
