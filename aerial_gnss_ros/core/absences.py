@@ -69,11 +69,15 @@ class Absences:
         """Return the log density of the absences (n,) of robots that have all come up.
 
         Each foretells the next: robots that dived one after the other come up in that order.
+        NaN: one that tells nothing.
         """
         law, total = Absences(self._mean_s), 0.0
         law._logs, law._weights = self._logs, self._weights
         law._foretold = self._foretold.copy()
         for one in seconds.tolist():
+            if math.isnan(one):
+                total -= math.log(self._mean_s)
+                continue
             density, _ = law._law(np.array([one]))
             share = np.exp(law._foretold)
             total += math.log(float(share @ density[:, 0]) / float(share.sum()))
@@ -86,14 +90,15 @@ class Absences:
         The ratio of the rates at which robots that are still away come up.
 
         Args:
-            seconds: of any shape, s.
+            seconds: of any shape, s; NaN: absences that tell nothing.
         """
         if not len(self._logs):
             return np.ones(seconds.shape)
-        density, left = self._law(seconds.reshape(-1))
+        told = seconds >= SHORT_S
+        density, left = self._law(np.where(told, seconds, SHORT_S).reshape(-1))
         share = np.exp(self._foretold)
         rate = share @ density / np.maximum(share @ left, 1e-12)
-        odds: Array = np.where(seconds < SHORT_S, 1.0, (self._mean_s * rate).reshape(seconds.shape))
+        odds: Array = np.where(told, (self._mean_s * rate).reshape(seconds.shape), 1.0)
         return odds
 
     def _law(self, seconds: Array) -> tuple[Array, Array]:

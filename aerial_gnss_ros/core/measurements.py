@@ -15,6 +15,11 @@ from aerial_gnss_ros.core.values import DetectionFrame
 Array = NDArray[np.float64]
 
 
+EDGE = 0.06
+"""The edge of a picture, as a share of its smaller side: as far as a robot comes between images, or
+where half of its box is cut off."""
+
+
 @dataclass(frozen=True)
 class Measurements:
     """The detections of one image that have a point on the water.
@@ -46,6 +51,20 @@ def measurements(frame: DetectionFrame, points: WaterPoints, local: LocalMap) ->
         points.covariance_white[kept],
         np.array([frame.class_ids[i] for i in index.tolist()], dtype=str),
     )
+
+
+def at_edge(pixels: Array, width: int, height: int) -> NDArray[np.bool_]:
+    """Return which boxes (m,) are so near the edge of the picture that they may come or leave.
+
+    Args:
+        pixels: (m, 2) their centres.
+        width: of the picture, px.
+        height: likewise.
+    """
+    size = np.array([width, height])
+    near = EDGE * size.min()
+    edge: NDArray[np.bool_] = ((pixels < near) | (pixels > size - near)).any(axis=1)
+    return edge
 
 
 def inside_any(frame: DetectionFrame, index: int, used: list[int]) -> bool:

@@ -256,7 +256,12 @@ def twins(
 
 
 def _absence(old: Track, new: Track) -> float:
-    """Return for how long a robot was away if a new track is that robot, s."""
+    """Return for how long a robot had dived if a new track is that robot, s.
+
+    NaN if it left the view or came back into it.
+    """
+    if old.leaving or new.entered:
+        return np.nan
     return max(0.0, (new.first_seen_ns - old.last_seen_ns) * 1e-9)
 
 

@@ -37,6 +37,8 @@ class Track:
         swum_count: how many independent ones.
         waits: whether it waits for its name, since it could be one of several robots.
         strayed: whether a box was refused it, by which it would be faster than robots are.
+        entered: whether its first box was at the edge of the picture: it came into view.
+        leaving: whether its last one is: should it vanish now, it has left the view, not dived.
     """
 
     class_id: str
@@ -51,15 +53,19 @@ class Track:
     swum_count: float = 0.0
     waits: bool = False
     strayed: bool = False
+    entered: bool = False
+    leaving: bool = False
 
-    def hit(self, stamp_ns: int, window_ns: int, velocity: Array) -> None:
+    def hit(self, stamp_ns: int, window_ns: int, velocity: Array, edge: bool = False) -> None:
         """Take in that an image shows it.
 
         Args:
             stamp_ns: of the image, ns.
             window_ns: how long hits are kept, ns.
             velocity: (2,) as estimated with it, m/s.
+            edge: whether the box is at the edge of the picture.
         """
+        self.leaving = edge
         if self.state is not State.TENTATIVE:
             self.state = State.CONFIRMED
             since = min((stamp_ns - self.last_seen_ns) * 1e-9 / HABIT_S, 1.0)
@@ -78,7 +84,8 @@ class Track:
 
     def fold(self, other: Track) -> None:
         """Take in a track without a name that turned out to be of the same robot."""
-        self.first_seen_ns = min(self.first_seen_ns, other.first_seen_ns)
+        if other.first_seen_ns < self.first_seen_ns:
+            self.first_seen_ns, self.entered = other.first_seen_ns, other.entered
         self.hits = deque(sorted({*self.hits, *other.hits}))
         self.waits |= other.waits
 

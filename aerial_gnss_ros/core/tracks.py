@@ -34,7 +34,7 @@ from aerial_gnss_ros.core.joint_platform import named_errors
 from aerial_gnss_ros.core.local_map import LocalMap
 from aerial_gnss_ros.core.localize import WaterPoints
 from aerial_gnss_ros.core.matching import Matcher
-from aerial_gnss_ros.core.measurements import Measurements, inside_any, measurements
+from aerial_gnss_ros.core.measurements import Measurements, at_edge, inside_any, measurements
 from aerial_gnss_ros.core.naming import Naming
 from aerial_gnss_ros.core.track import Track
 from aerial_gnss_ros.core.tracking import TrackUpdate
@@ -71,6 +71,7 @@ class Tracker:
         self._encounters.reset()
         self._naming.reset()
         self._stamp_ns: int | None = None
+        self._edge: list[bool] = []
         self._water_altitude = np.nan
         self._height = np.nan
         self._matcher.confused = False
@@ -83,6 +84,7 @@ class Tracker:
         stamp_ns = frame.detections.stamp_ns
         self._naming.note(stamp_ns)
         seen = measurements(frame.detections, points, local)
+        self._edge = at_edge(seen.pixels, frame.camera.width, frame.camera.height).tolist()
         self._advance(stamp_ns)
         if not self.filter.look(frame, local):
             return TrackUpdate(self._estimates(stamp_ns), {}, points.valid)
@@ -160,8 +162,9 @@ class Tracker:
             for row in impossible:
                 self.tracks[row].strayed = True
         velocities = self.filter.mean[:, 2:]
-        for row in rows:
-            self.tracks[row].hit(stamp_ns, self._window_ns, velocities[row])
+        for row, column in zip(rows, columns, strict=True):
+            edge = self._edge[column]
+            self.tracks[row].hit(stamp_ns, self._window_ns, velocities[row], edge)
         return rows, columns, refused
 
     def _start(self, seen: Measurements, columns: Indices, frame: DetectionFrame) -> dict[int, int]:
@@ -184,10 +187,10 @@ class Tracker:
         first = len(self.tracks)
         self.filter.begin(seen, np.array(begun, np.intp))
         for column in begun:
-            stamp_ns = frame.stamp_ns
-            self.tracks.append(
-                Track(str(seen.class_ids[column]), stamp_ns, stamp_ns, hits=deque([stamp_ns]))
-            )
+            stamp_ns, edge = frame.stamp_ns, self._edge[column]
+            track = Track(str(seen.class_ids[column]), stamp_ns, stamp_ns, hits=deque([stamp_ns]))
+            track.entered = track.leaving = edge
+            self.tracks.append(track)
         return {first + i: int(seen.index[column]) for i, column in enumerate(begun)}
 
     def _confirm(self, boxes: int, local: LocalMap, stamp_ns: int) -> set[int]:

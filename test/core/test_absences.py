@@ -22,6 +22,12 @@ def test_nothing_learnt_favours_nobody():
     assert Absences(180.0).odds(np.array([[1.0, 60.0], [170.0, 5.0]])) == pytest.approx(1.0)
 
 
+def test_an_absence_that_tells_nothing_favours_nobody():
+    law = _learnt(85.0, 87.0, np.nan)
+    assert law.odds(np.array([np.nan])) == pytest.approx(1.0)
+    assert law.together(np.array([np.nan, np.nan])) == pytest.approx(-2.0 * np.log(180.0))
+
+
 def test_robots_that_dive_alike_come_up_when_others_did():
     short, right = _learnt(85.0, 87.0, 86.0).odds(np.array([20.0, 86.0]))
     assert right / short > 20.0

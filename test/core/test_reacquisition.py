@@ -8,6 +8,7 @@ from collections import deque
 import numpy as np
 import pytest
 
+from aerial_gnss_ros.core import reacquisition
 from aerial_gnss_ros.core.joint_motion import Motion
 from aerial_gnss_ros.core.reacquisition import Reacquisition, twins
 from aerial_gnss_ros.core.track import Track
@@ -133,3 +134,14 @@ def test_a_second_track_on_one_robot_is_folded_into_the_first(apart, hits, found
     offsets = np.array([[[0.0, 0.0], [apart, 0.0]], [[-apart, 0.0], [0.0, 0.0]]])
     spread = np.broadcast_to(0.1 * np.eye(2), (2, 2, 2, 2))
     assert twins(tracks, [0, 1], (offsets, spread), 11.6) == found
+
+
+def test_absences_of_robots_that_left_the_view_tell_nothing():
+    """60 s, but only where the robot went down and came up well inside the picture."""
+    old, new = (Track("aqua", 0, stamp * SECOND, State.COASTING) for stamp in (10, 70))
+    new.first_seen_ns = 70 * SECOND
+    assert reacquisition._absence(old, new) == pytest.approx(60.0)
+    for one, edge in ((old, "leaving"), (new, "entered")):
+        setattr(one, edge, True)
+        assert np.isnan(reacquisition._absence(old, new))
+        setattr(one, edge, False)
