@@ -69,6 +69,7 @@ class Matcher:
     def match(self, tracks: list[Track], seen: Measurements, stamp_ns: int) -> Pairs:
         """Return rows of tracks and columns of measurements that belong together."""
         if not tracks or not len(seen.index):
+            self._clutter.take(stamp_ns, 0, 0, 0)
             return np.zeros(0, np.intp), np.zeros(0, np.intp)
         # Farther off, a pair is neither a near miss nor a robot that has swerved.
         swerve = self._threshold * (SWERVE_S * self._filter.motion.speed_sigma) ** 2

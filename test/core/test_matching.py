@@ -150,3 +150,13 @@ def test_one_box_in_a_wide_gate_is_not_the_robots_where_it_may_be_false(
     robot = Track("aqua", 0, left, State.COASTING, "aqua_1", deque([left]))
     rows, _ = matcher.match([robot], seen, now)
     assert (len(rows) == 1) == taken
+
+
+def test_empty_images_are_images_too():
+    """Otherwise images seem seconds apart when the view is empty, and one box may do anything."""
+    nothing = Measurements(
+        np.zeros(0, int), np.zeros((0, 2)), np.zeros((0, 2)), np.zeros((0, 2, 2)), np.zeros(0, str)
+    )
+    matcher = Matcher(SimpleNamespace(), 11.6, 2.0)
+    matcher.match([], nothing, 5)
+    assert matcher._clutter.stamp_ns == 5
