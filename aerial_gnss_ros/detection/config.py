@@ -81,7 +81,7 @@ class DetectorConfig:
         "names other than the model's is refused.",
     )
     score_threshold: float = key(
-        0.4,
+        0.3,
         "Boxes below are not reported. Lower finds more robots and more waves. The default has the "
         "best F1 score of the shipped model; a model of your own has its own best value.",
         low=0.001,
