@@ -53,6 +53,10 @@ def noted_only() -> Iterator[None]:
         _noted_only.pop()
 
 
+def nothing_to_end(_number: int, _frame: FrameType | None) -> None:
+    """Do nothing on a signal; unlike SIG_IGN, programs started from here do not inherit it."""
+
+
 def _leave(number: int, _frame: FrameType | None) -> None:
     _came.append(number)
     if not _noted_only:

@@ -25,6 +25,7 @@ from aerial_gnss_ros.nodes.leaving import (
     leave_on_signals,
     leaves_on,
     noted_only,
+    nothing_to_end,
 )
 from aerial_gnss_ros.nodes.memory import keep_freed_memory
 from aerial_gnss_ros.nodes.schemas import SCHEMAS
@@ -121,7 +122,7 @@ def work(
     """
     # Where a signal ended the process before, it is over now: a second one has nothing to end.
     former = {
-        number: signal.SIG_IGN if leaves_on(number) else signal.getsignal(number)
+        number: nothing_to_end if leaves_on(number) else signal.getsignal(number)
         for number in SIGNALS
     }
     leave_on_signals()

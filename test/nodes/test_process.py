@@ -148,3 +148,14 @@ def test_a_signal_ends_busy_nodes_properly_at_any_moment(ros, start):
     assert program.end() == 0, program.text
     assert "all ended well" in program.text
     assert "Traceback" not in program.text
+
+
+def test_programs_started_afterwards_can_be_ended(start):
+    script = (
+        "import subprocess, sys; from aerial_gnss_ros.nodes import leaving, process;"
+        "leaving.leave_on_signals(); process.work(lambda: None, ['program']);"
+        "child = subprocess.Popen([sys.executable, '-c', 'import time; time.sleep(30)']);"
+        "child.terminate(); sys.exit(child.wait())"
+    )
+    program = start("-c", script)
+    assert program.process.wait(timeout=20.0) == 256 - signal.SIGTERM, program.text
