@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy.integrate import trapezoid
 
 from aerial_gnss_ros.core.absences import SHORT_S, Absences
 
@@ -55,5 +56,5 @@ def test_the_density_is_the_slope_of_what_is_left(seconds):
     law = _learnt(*seconds)
     times = np.linspace(SHORT_S, 2000.0, 200_001)
     density, left = law._law(times)
-    fallen = np.trapezoid(density, times, axis=1)
+    fallen = trapezoid(density, times, axis=1)
     assert fallen == pytest.approx(left[:, 0] - left[:, -1], abs=1e-4)
