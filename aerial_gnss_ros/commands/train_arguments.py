@@ -18,7 +18,7 @@ from aerial_gnss_ros.training.run_folder import ONLINE, Plan
 
 SCRATCH = "yolo11n.yaml"
 _EPOCHS = (100, 100)
-# Those that go into the plan as they are; the last three may be others after a resumption.
+# Those that go into the plan as they are; of the machine's there may be others when it goes on.
 _PARAMETERS = ("image_size", "learning_rate", "online", "seed", "freeze", "bfloat16")
 _MACHINE = ("batch", "threads", "device")
 # What a training that is resumed has fixed already.

@@ -11,12 +11,13 @@ then and however little is known of it: it may be out of sight.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import NamedTuple
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
+T = TypeVar("T")
 
 LEAST = 1e-3
 """Probability of other tracks from which it shows in the covariance; below, it is forgotten."""
@@ -51,10 +52,7 @@ class Doubts:
 
     def mixed(self, one: str, other: str, exchanged: float) -> Doubts:
         """Return what is known after two tracks have exchanged their robots with a probability."""
-        kept = 1.0 - exchanged
-        return self.mapped(
-            {one: {one: kept, other: exchanged}, other: {other: kept, one: exchanged}}
-        )
+        return self.mapped(exchange(one, other, exchanged))
 
     def mapped(self, laws: Mapping[str, Mapping[str, float]]) -> Doubts:
         """Return what is known after some tracks may have exchanged their robots among them.
@@ -118,6 +116,18 @@ class Doubts:
                     np.einsum("k,kab->ab", weights, wider)
                 )
         return found
+
+
+def exchange(one: T, other: T, share: float) -> dict[T, dict[T, float]]:
+    """Return the laws (`Doubts.mapped`) of two tracks that have exchanged their robots.
+
+    Args:
+        one: of the tracks.
+        other: of them.
+        share: how likely.
+    """
+    kept = 1.0 - share
+    return {one: {one: kept, other: share}, other: {other: kept, one: share}}
 
 
 def _positive(matrix: Array) -> Array:

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from aerial_gnss_ros.core.association import gate_threshold
 from aerial_gnss_ros.core.config_groups import TracksConfig
-from aerial_gnss_ros.core.doubts import Spot
+from aerial_gnss_ros.core.doubts import Spot, exchange
 from aerial_gnss_ros.core.encounters import Encounters
 from aerial_gnss_ros.core.identity import Identity, Sighting
 from aerial_gnss_ros.core.joint import JointFilter
@@ -105,11 +105,8 @@ class Naming:
     def _doubt(self, tracks: list[Track], came: Returns) -> None:
         """Let it be known whose the names of robots that came up may be instead."""
         called = {row: track.robot_id for row, track in enumerate(tracks)}
-        laws = [came.laws] + [
-            {one: {one: 1.0 - p, other: p}, other: {other: 1.0 - p, one: p}}
-            for (one, other), p in came.other.items()
-        ]
-        for law in laws:
+        exchanges = [exchange(one, other, p) for (one, other), p in came.other.items()]
+        for law in [came.laws, *exchanges]:
             self._encounters.doubt(
                 {called[a]: {called[b]: p for b, p in of.items() if p} for a, of in law.items()}
             )

@@ -116,11 +116,11 @@ class Pair:
         ways = self.ways + np.einsum("kij,skj->ski", gain, off)
         squared = np.einsum("ski,kij,skj->sk", off, inverse, off)
         weights = self.log_weights - 0.5 * (squared + np.linalg.slogdet(spread)[1])
+        weights = (weights - weights.max()).reshape(-1)
         k = len(self.ways)
         signs = np.repeat([1.0, -1.0], k)
-        share = np.exp(weights - weights.max()).reshape(-1)
+        share = np.exp(weights)
         other = float(share[signs != np.tile(self.signs, 2)].sum() / share.sum())
-        weights = (weights - weights.max()).reshape(-1)
         self._keep(ways.reshape(2 * k, 8), np.tile(left, (2, 1, 1)), weights, signs)
         return other
 
