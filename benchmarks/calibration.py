@@ -14,28 +14,27 @@ from __future__ import annotations
 
 import argparse
 import math
-import os
 from pathlib import Path
 
-for _name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS"):
-    os.environ.setdefault(_name, "1")
+import one_thread  # noqa: F401 - before numpy
 
-import numpy as np  # noqa: E402 - the number of threads comes first
-from numpy.typing import NDArray  # noqa: E402
+# isort: split
+import numpy as np
+from numpy.typing import NDArray
 
-from aerial_gnss_ros.calibration.fit import Fit, unknown  # noqa: E402
-from aerial_gnss_ros.calibration.recording import Recording  # noqa: E402
-from aerial_gnss_ros.calibration.solve import calibrate  # noqa: E402
-from aerial_gnss_ros.core.config import EstimatorConfig, estimator_config  # noqa: E402
-from aerial_gnss_ros.core.frames import matrix_from_rpy  # noqa: E402
-from aerial_gnss_ros.simulation.experiment import (  # noqa: E402
+from aerial_gnss_ros.calibration.fit import Fit, unknown
+from aerial_gnss_ros.calibration.recording import Recording
+from aerial_gnss_ros.calibration.solve import calibrate
+from aerial_gnss_ros.core.config import EstimatorConfig, estimator_config
+from aerial_gnss_ros.core.frames import matrix_from_rpy
+from aerial_gnss_ros.simulation.experiment import (
     CameraClock,
     Experiment,
     default_camera,
 )
-from aerial_gnss_ros.simulation.flight import FlightPlan, GeneratedFlight  # noqa: E402
-from aerial_gnss_ros.simulation.robots import SwimPlan  # noqa: E402
-from aerial_gnss_ros.simulation.sensors import sensor_plan  # noqa: E402
+from aerial_gnss_ros.simulation.flight import FlightPlan, GeneratedFlight
+from aerial_gnss_ros.simulation.robots import SwimPlan
+from aerial_gnss_ros.simulation.sensors import sensor_plan
 
 Array = NDArray[np.float64]
 

@@ -11,18 +11,17 @@ from __future__ import annotations
 import argparse
 import json
 import math
-import os
 import sys
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
-for _name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS"):
-    os.environ.setdefault(_name, "1")
+import one_thread  # noqa: F401 - before numpy
 
-import numpy as np  # noqa: E402 - the number of threads comes first
-import released_code  # noqa: E402
-from families import (  # noqa: E402
+# isort: split
+import numpy as np
+import released_code
+from families import (
     ORIGIN,
     Cell,
     Setting,
@@ -34,14 +33,14 @@ from families import (  # noqa: E402
     robots_of,
     truth,
 )
-from scipy.optimize import linear_sum_assignment  # noqa: E402
+from scipy.optimize import linear_sum_assignment
 
-from aerial_gnss_ros.core import localize, paper  # noqa: E402
-from aerial_gnss_ros.core.frames import matrix_from_quaternion  # noqa: E402
-from aerial_gnss_ros.core.local_map import LocalMap  # noqa: E402
-from aerial_gnss_ros.core.values import DetectionFrame, FrameResult, State  # noqa: E402
-from aerial_gnss_ros.simulation.boxes import Boxes  # noqa: E402
-from aerial_gnss_ros.simulation.experiment import Experiment  # noqa: E402
+from aerial_gnss_ros.core import localize, paper
+from aerial_gnss_ros.core.frames import matrix_from_quaternion
+from aerial_gnss_ros.core.local_map import LocalMap
+from aerial_gnss_ros.core.values import DetectionFrame, FrameResult, State
+from aerial_gnss_ros.simulation.boxes import Boxes
+from aerial_gnss_ros.simulation.experiment import Experiment
 
 TIMES_S = (10.0, 30.0, 60.0)
 METHODS = ("released", "paper", "single", "ours", "bound", "published")

@@ -19,36 +19,35 @@ from __future__ import annotations
 
 import argparse
 import json
-import os
 import sys
 from dataclasses import dataclass, field
 from pathlib import Path
 
-for _name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS"):
-    os.environ.setdefault(_name, "1")
+import one_thread  # noqa: F401 - before numpy
 
-import numpy as np  # noqa: E402 - the number of threads comes first
-from families import results  # noqa: E402
+# isort: split
+import numpy as np
+from families import results
 
-from aerial_gnss_ros.core.config import EstimatorConfig, estimator_config  # noqa: E402
-from aerial_gnss_ros.core.identity import Identity  # noqa: E402
-from aerial_gnss_ros.core.local_map import LocalMap  # noqa: E402
-from aerial_gnss_ros.core.localize import WaterPoints  # noqa: E402
-from aerial_gnss_ros.core.tracking import TrackUpdate  # noqa: E402
-from aerial_gnss_ros.core.tracks import Tracker  # noqa: E402
-from aerial_gnss_ros.core.values import FrameResult, PosedFrame, State  # noqa: E402
-from aerial_gnss_ros.evaluation.identity import EXPLAINED, Identities, scores  # noqa: E402
-from aerial_gnss_ros.evaluation.identity import Scene as Sight  # noqa: E402
-from aerial_gnss_ros.simulation.boxes import DetectorPlan  # noqa: E402
-from aerial_gnss_ros.simulation.experiment import (  # noqa: E402
+from aerial_gnss_ros.core.config import EstimatorConfig, estimator_config
+from aerial_gnss_ros.core.identity import Identity
+from aerial_gnss_ros.core.local_map import LocalMap
+from aerial_gnss_ros.core.localize import WaterPoints
+from aerial_gnss_ros.core.tracking import TrackUpdate
+from aerial_gnss_ros.core.tracks import Tracker
+from aerial_gnss_ros.core.values import FrameResult, PosedFrame, State
+from aerial_gnss_ros.evaluation.identity import EXPLAINED, Identities, scores
+from aerial_gnss_ros.evaluation.identity import Scene as Sight
+from aerial_gnss_ros.simulation.boxes import DetectorPlan
+from aerial_gnss_ros.simulation.experiment import (
     CameraClock,
     Experiment,
     default_camera,
 )
-from aerial_gnss_ros.simulation.flight import FlightPlan, GeneratedFlight  # noqa: E402
-from aerial_gnss_ros.simulation.hexapod import LENGTH  # noqa: E402
-from aerial_gnss_ros.simulation.robots import SwimPlan  # noqa: E402
-from aerial_gnss_ros.simulation.sensors import sensor_plan  # noqa: E402
+from aerial_gnss_ros.simulation.flight import FlightPlan, GeneratedFlight
+from aerial_gnss_ros.simulation.hexapod import LENGTH
+from aerial_gnss_ros.simulation.robots import SwimPlan
+from aerial_gnss_ros.simulation.sensors import sensor_plan
 
 NAMES = ("wrong_names", "unsaid", "new_names")
 """Counts of names in the table."""

@@ -12,16 +12,15 @@ seconds (1.4 is expected), in the first 10 s, when little is known of the latenc
 from __future__ import annotations
 
 import argparse
-import os
 from pathlib import Path
 
-for _name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS"):
-    os.environ.setdefault(_name, "1")
+import one_thread  # noqa: F401 - before numpy
 
-import numpy as np  # noqa: E402 - the number of threads comes first
-from families import Cell, Setting, config, experiment, results, robots_of, truth  # noqa: E402
+# isort: split
+import numpy as np
+from families import Cell, Setting, config, experiment, results, robots_of, truth
 
-from aerial_gnss_ros.core.values import State  # noqa: E402
+from aerial_gnss_ros.core.values import State
 
 LATENCIES_S = (0.1, 0.5, 1.0, 2.5, -1.0)
 KNOWN_S = 0.1

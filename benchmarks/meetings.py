@@ -13,18 +13,17 @@ probabilities of the ways not taken, summed.
 from __future__ import annotations
 
 import argparse
-import os
 from dataclasses import dataclass
 
-for _name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS"):
-    os.environ.setdefault(_name, "1")
+import one_thread  # noqa: F401 - before numpy
 
-import numpy as np  # noqa: E402 - the number of threads comes first
-from numpy.typing import NDArray  # noqa: E402
+# isort: split
+import numpy as np
+from numpy.typing import NDArray
 
-from aerial_gnss_ros.core.pair import Pair  # noqa: E402
-from aerial_gnss_ros.simulation.chance import generator  # noqa: E402
-from aerial_gnss_ros.simulation.robots import Swarm, SwimPlan  # noqa: E402
+from aerial_gnss_ros.core.pair import Pair
+from aerial_gnss_ros.simulation.chance import generator
+from aerial_gnss_ros.simulation.robots import Swarm, SwimPlan
 
 Array = NDArray[np.float64]
 

@@ -18,6 +18,9 @@ from contextlib import ExitStack, contextmanager
 from typing import Any
 from unittest.mock import patch
 
+import one_thread  # noqa: F401 - before numpy
+
+# isort: split
 import numpy as np
 from families import Setting
 from flown import Record, chosen, columns, fly, rms

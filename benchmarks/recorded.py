@@ -14,22 +14,21 @@ share the platform's errors: the mean NEES of a flight scatters by about as much
 from __future__ import annotations
 
 import argparse
-import os
 import sys
 from pathlib import Path
 
-for _name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS"):
-    os.environ.setdefault(_name, "1")
+import one_thread  # noqa: F401 - before numpy
 
-import numpy as np  # noqa: E402 - the number of threads comes first
-from families import RTK_OFFSET_M  # noqa: E402
-from identity import named  # noqa: E402
+# isort: split
+import numpy as np
+from families import RTK_OFFSET_M
+from identity import named
 
-from aerial_gnss_ros.adapters.dji_log import DjiLog, read_dji_log  # noqa: E402
-from aerial_gnss_ros.simulation.boxes import DetectorPlan  # noqa: E402
-from aerial_gnss_ros.simulation.experiment import Experiment, default_camera  # noqa: E402
-from aerial_gnss_ros.simulation.recorded import RecordedFlight  # noqa: E402
-from aerial_gnss_ros.simulation.sensors import sensor_plan  # noqa: E402
+from aerial_gnss_ros.adapters.dji_log import DjiLog, read_dji_log
+from aerial_gnss_ros.simulation.boxes import DetectorPlan
+from aerial_gnss_ros.simulation.experiment import Experiment, default_camera
+from aerial_gnss_ros.simulation.recorded import RecordedFlight
+from aerial_gnss_ros.simulation.sensors import sensor_plan
 
 PIECES = ((480.0, 300.0), (100.0, 120.0), (700.0, 120.0))
 """Start and length of the pieces flown, s."""

@@ -14,29 +14,28 @@ from __future__ import annotations
 import argparse
 import json
 import math
-import os
 import sys
 import time
 from collections import Counter
 from collections.abc import Callable
 from pathlib import Path
 
-for _name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS"):
-    os.environ.setdefault(_name, "1")
+import one_thread  # noqa: F401 - before numpy
 
-import numpy as np  # noqa: E402 - the number of threads comes first
+# isort: split
+import numpy as np
 
-from aerial_gnss_ros.core.config import estimator_config  # noqa: E402
-from aerial_gnss_ros.core.estimator import Estimator  # noqa: E402
-from aerial_gnss_ros.core.values import FrameResult  # noqa: E402
-from aerial_gnss_ros.simulation.experiment import (  # noqa: E402
+from aerial_gnss_ros.core.config import estimator_config
+from aerial_gnss_ros.core.estimator import Estimator
+from aerial_gnss_ros.core.values import FrameResult
+from aerial_gnss_ros.simulation.experiment import (
     CameraClock,
     Experiment,
     default_camera,
 )
-from aerial_gnss_ros.simulation.flight import FlightPlan, GeneratedFlight  # noqa: E402
-from aerial_gnss_ros.simulation.robots import SwimPlan  # noqa: E402
-from aerial_gnss_ros.simulation.sensors import START_NS  # noqa: E402
+from aerial_gnss_ros.simulation.flight import FlightPlan, GeneratedFlight
+from aerial_gnss_ros.simulation.robots import SwimPlan
+from aerial_gnss_ros.simulation.sensors import START_NS
 
 STAGES = ("pose", "locate", "track")
 COUNTS = (1, 3, 10, 30, 100, 300, 1000)
