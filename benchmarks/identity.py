@@ -20,7 +20,7 @@ from __future__ import annotations
 import argparse
 import json
 import sys
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import one_thread  # noqa: F401 - before numpy
@@ -86,6 +86,7 @@ class Scene:
 
 _CROSSING = SwimPlan(0.3, 0.7, roam_m=5.0, apart_m=0.8)
 _DIVING = SwimPlan(0.1, 0.3, roam_m=5.0, apart_m=1.5, dives=True, dive_s=120.0, dive_every_s=170.0)
+_VARIED = replace(_DIVING, dive_s=150.0, shortest_dive_s=30.0)
 SCENES = (
     Scene("three robots crossing", FlightPlan("orbit", 90.0, 20.0, speed_mps=3.0), _CROSSING),
     Scene("ten robots crossing", FlightPlan("orbit", 90.0, 30.0, speed_mps=3.0), _CROSSING, 10),
@@ -95,6 +96,7 @@ SCENES = (
         together=True,
     ),
     Scene("three dive at any time", FlightPlan("orbit", 400.0, 30.0, speed_mps=3.0), _DIVING),
+    Scene("dives of varied length", FlightPlan("orbit", 400.0, 30.0, speed_mps=3.0), _VARIED),
     Scene(
         "20 % missed, 5 % false boxes", FlightPlan("orbit", 90.0, 20.0, speed_mps=3.0),
         SwimPlan(0.15, 0.6), 3, (), DetectorPlan(2.0, 0.2, 0.15),

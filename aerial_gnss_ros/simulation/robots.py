@@ -34,7 +34,10 @@ class SwimPlan:
         dives: whether each robot now and then dives out of sight.
         dive_depth_m: how deep.
         dive_s: for how long.
-        dive_every_s: mean time from one dive to the next.
+        dive_every_s: from the middle of one dive to that of the next.
+        shortest_dive_s: None: each dive lasts `dive_s`, at an even pace. Else each one's length is
+            drawn evenly between the two, and its beginning evenly within its turn of
+            `dive_every_s`, so that neither tells the next.
         class_name: what a detector calls them; also the stem of their names.
     """
 
@@ -48,6 +51,7 @@ class SwimPlan:
     dive_depth_m: float = 3.0
     dive_s: float = 12.0
     dive_every_s: float = 40.0
+    shortest_dive_s: float | None = None
     class_name: str = "aqua"
 
     def __post_init__(self) -> None:
@@ -55,6 +59,12 @@ class SwimPlan:
             raise ConfigError(
                 "robots swim between 0 and 3 m/s, the slowest not faster than the fastest; not "
                 f"{self.slowest_mps:g} to {self.fastest_mps:g} m/s."
+            )
+        if not 0.0 < (self.shortest_dive_s or self.dive_s) <= self.dive_s <= self.dive_every_s:
+            raise ConfigError(
+                "dives last longer than 0 s and end before the next; not "
+                f"{self.shortest_dive_s or self.dive_s:g} to {self.dive_s:g} s every "
+                f"{self.dive_every_s:g} s."
             )
 
 
@@ -98,6 +108,10 @@ class Swarm:
         self._heave = [Wander(rng, plan.heave_m, 0.05, 0.4) for _ in range(count)]
         self._lean = [Wander(rng, math.radians(2.5), 0.2, 0.8) for _ in range(2 * count)]
         self._dive_phase = rng.uniform(0.0, 1.0, count)
+        turns = math.ceil(max(end_s, 0.0) / plan.dive_every_s) + 2
+        # Two numbers for each dive: of its length and of its beginning.
+        streams = [generator(seed, f"dives {i}") for i in range(count)]
+        self._dives = [stream.uniform(0.0, 1.0, (turns, 2)) for stream in streams]
         self._beat = rng.uniform(0.0, 2.0 * math.pi, count)
         liveries = rng.permutation(sorted(LIVERIES))
         self._liveries = [str(liveries[i % len(liveries)]) for i in range(count)]
@@ -149,7 +163,13 @@ class Swarm:
         if self.plan.dives:
             period = self.plan.dive_every_s
             since = (t / period + self._dive_phase[i]) % 1.0 * period - 0.5 * period
-            share = np.clip(1.0 - np.abs(since) / (0.5 * self.plan.dive_s), 0.0, 1.0)
+            length: Array | float = self.plan.dive_s
+            if self.plan.shortest_dive_s is not None:
+                turn = np.floor(t / period + self._dive_phase[i]).astype(np.intp)
+                short, late = self._dives[i][np.clip(turn, 0, len(self._dives[i]) - 1)].T
+                length = length - short * (length - self.plan.shortest_dive_s)
+                since = since - (late - 0.5) * (period - length)
+            share = np.clip(1.0 - np.abs(since) / (0.5 * length), 0.0, 1.0)
             depth = depth + self.plan.dive_depth_m * (3.0 - 2.0 * share) * share**2
         return np.asarray(depth)
 

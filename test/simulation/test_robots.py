@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy import stats
 
 from aerial_gnss_ros.core.errors import ConfigError
 from aerial_gnss_ros.simulation.robots import Swarm, SwimPlan
@@ -51,6 +52,24 @@ def test_divers_go_under_and_come_back():
     assert ((share_under > 0.15) & (share_under < 0.35)).all()
 
 
+def test_lengths_and_beginnings_of_varied_dives_are_drawn_as_stated():
+    plan = SwimPlan(0.0, 0.0, 4.0, 1.0, 0.0, 0.0, True, 3.0, 50.0, 60.0, shortest_dive_s=10.0)
+    t = np.arange(0.0, 1500.0, 0.05)
+    places = np.array([[9.0 * i, 9.0 * j] for i in range(3) for j in range(2)])
+    depth = -Swarm(places, plan, 5, 0.0, 1500.0).positions(t)[:, :, 2]
+    assert np.abs(np.diff(depth)).max() < 0.06  # 1.1 m/s within 5 s at most: no jumps
+    lengths, gaps = [], []
+    for row in depth:
+        edges = np.flatnonzero(np.diff((row > 0.0).astype(int)))[int(row[0] > 0.0) :]
+        between = 0.05 * np.diff(edges)
+        lengths += list(between[::2])
+        gaps += list(between[1::2])
+    assert len(lengths) > 140
+    assert stats.kstest(lengths, stats.uniform(10.0, 40.0).cdf).pvalue > 0.01
+    assert np.mean(gaps) == pytest.approx(30.0, rel=0.1)  # 60 s less 30 s under water
+    assert np.std(gaps) > 10.0
+
+
 def test_the_states_to_render_agree_with_the_positions():
     swarm = Swarm(PLACES, SwimPlan(), 4, -1.0, 10.0)
     for state, place in zip(swarm.states(5.0), swarm.positions([5.0])[:, 0], strict=True):
@@ -63,3 +82,9 @@ def test_no_robots_is_a_swarm_too_and_impossible_speeds_are_refused():
     assert empty.states(0.0) == []
     with pytest.raises(ConfigError, match="slowest not faster"):
         SwimPlan(slowest_mps=1.0, fastest_mps=0.5)
+
+
+@pytest.mark.parametrize("lengths", [{"dive_s": 50.0}, {"shortest_dive_s": 13.0}, {"dive_s": 0.0}])
+def test_dives_that_do_not_fit_are_refused(lengths):
+    with pytest.raises(ConfigError, match="end before the next"):
+        SwimPlan(dives=True, dive_every_s=40.0, **lengths)
