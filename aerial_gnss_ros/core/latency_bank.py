@@ -15,6 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from aerial_gnss_ros.core.association import inverse, mahalanobis
 from aerial_gnss_ros.core.camera import CameraModel
 from aerial_gnss_ros.core.frames import FLU_FROM_OPTICAL
 from aerial_gnss_ros.core.joint_geometry import level_axes, pose_jacobian
@@ -166,19 +167,19 @@ class LatencyBank:
         spread = by_place @ cross[..., :2, :] + white
         spread[..., (0, 1), (0, 1)] += self._model.pixel
         residual = np.where(seen[..., None], pixels[None] - predicted, 0.0)
-        inverse, determinant = _inverted(spread)
-        gain = cross @ inverse
-        squared = np.einsum("hmi,hmij,hmj->hm", residual, inverse, residual)
+        squared, log_determinant = mahalanobis(residual, spread)
+        precision = inverse(spread)
+        gain = cross @ precision
         distance = np.sqrt(squared)
         far = distance > HUBER
-        cost = np.where(far, HUBER * (2.0 * distance - HUBER), squared) + np.log(determinant)
+        cost = np.where(far, HUBER * (2.0 * distance - HUBER), squared) + log_determinant
         weight = seen * np.where(far, HUBER / np.maximum(distance, HUBER), 1.0)
         self._state[:, slots] = x + weight[..., None] * (gain @ residual[..., None])[..., 0]
         self._covariance[:, slots] = P - weight[..., None, None] * (gain @ cross.swapaxes(2, 3))
         return Fit(
             np.where(seen, cost, UNSEEN).mean(axis=1),
             np.minimum(squared, MOST_SQUARED).mean(axis=1),
-            np.einsum("hmij,hmji->hm", inverse, white).mean(axis=1),
+            np.einsum("hmij,hmji->hm", precision, white).mean(axis=1),
         )
 
     def _measured(
@@ -225,13 +226,3 @@ def _offsets(places: Array, views: Views) -> Array:
 def _by_pose(offsets: Array) -> Array:
     """Return `pose_jacobian` (h, m, 2, 6) of offsets (h, m, 3)."""
     return pose_jacobian(offsets.reshape(-1, 3)).reshape(*offsets.shape[:2], 2, 6)
-
-
-def _inverted(matrix: Array) -> tuple[Array, Array]:
-    """Return inverses and determinants of symmetric matrices (…, 2, 2)."""
-    a, b, d = matrix[..., 0, 0], matrix[..., 0, 1], matrix[..., 1, 1]
-    determinant = a * d - b * b
-    inverse = np.empty_like(matrix)
-    inverse[..., 0, 0], inverse[..., 1, 1] = d, a
-    inverse[..., 0, 1] = inverse[..., 1, 0] = -b
-    return inverse / determinant[..., None, None], determinant

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from aerial_gnss_ros.core.local_map import LocalMap
 from aerial_gnss_ros.core.localize import WaterPoints
-from aerial_gnss_ros.core.values import DetectionFrame
+from aerial_gnss_ros.core.values import DetectionFrame, PosedFrame
 
 Array = NDArray[np.float64]
 
@@ -30,6 +30,7 @@ class Measurements:
         positions: (m, 2) East, North in `map`, m.
         white: (m, 2, 2) white covariance, m².
         class_ids: (m,) class names.
+        edge: (m,) which are so near the edge of the picture that they may come or leave.
     """
 
     index: NDArray[np.intp]
@@ -37,19 +38,22 @@ class Measurements:
     positions: Array
     white: Array
     class_ids: NDArray[np.str_]
+    edge: NDArray[np.bool_]
 
 
-def measurements(frame: DetectionFrame, points: WaterPoints, local: LocalMap) -> Measurements:
+def measurements(frame: PosedFrame, points: WaterPoints, local: LocalMap) -> Measurements:
     """Return the detections that have a point, in `map`."""
     index = np.array([i for i, why in enumerate(points.reasons) if why is None], dtype=np.intp)
     whole = len(index) == len(points)
     kept = slice(None) if whole else index
+    pixels, class_ids = points.pixels[kept], frame.detections.class_ids
     return Measurements(
         index,
-        points.pixels[kept],
+        pixels,
         local.positions(points.latitude[kept], points.longitude[kept]),
         points.covariance_white[kept],
-        np.array([frame.class_ids[i] for i in index.tolist()], dtype=str),
+        np.array([class_ids[i] for i in index.tolist()], dtype=str),
+        at_edge(pixels, frame.camera.width, frame.camera.height),
     )
 
 

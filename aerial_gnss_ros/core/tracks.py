@@ -34,7 +34,7 @@ from aerial_gnss_ros.core.joint_platform import named_errors
 from aerial_gnss_ros.core.local_map import LocalMap
 from aerial_gnss_ros.core.localize import WaterPoints
 from aerial_gnss_ros.core.matching import Matcher
-from aerial_gnss_ros.core.measurements import Measurements, at_edge, inside_any, measurements
+from aerial_gnss_ros.core.measurements import Measurements, inside_any, measurements
 from aerial_gnss_ros.core.naming import Naming
 from aerial_gnss_ros.core.track import Track
 from aerial_gnss_ros.core.tracking import TrackUpdate
@@ -71,7 +71,6 @@ class Tracker:
         self._encounters.reset()
         self._naming.reset()
         self._stamp_ns: int | None = None
-        self._edge: list[bool] = []
         self._water_altitude = np.nan
         self._height = np.nan
         self._matcher.confused = False
@@ -83,8 +82,7 @@ class Tracker:
         self._water_altitude = frame.pose.altitude - self._height
         stamp_ns = frame.detections.stamp_ns
         self._naming.note(stamp_ns)
-        seen = measurements(frame.detections, points, local)
-        self._edge = at_edge(seen.pixels, frame.camera.width, frame.camera.height).tolist()
+        seen = measurements(frame, points, local)
         self._advance(stamp_ns)
         if not self.filter.look(frame, local):
             return TrackUpdate(self._estimates(stamp_ns), {}, points.valid)
@@ -163,7 +161,7 @@ class Tracker:
                 self.tracks[row].strayed = True
         velocities = self.filter.mean[:, 2:]
         for row, column in zip(rows, columns, strict=True):
-            edge = self._edge[column]
+            edge = bool(seen.edge[column])
             self.tracks[row].hit(stamp_ns, self._window_ns, velocities[row], edge)
         return rows, columns, refused
 
@@ -187,7 +185,7 @@ class Tracker:
         first = len(self.tracks)
         self.filter.begin(seen, np.array(begun, np.intp))
         for column in begun:
-            stamp_ns, edge = frame.stamp_ns, self._edge[column]
+            stamp_ns, edge = frame.stamp_ns, bool(seen.edge[column])
             track = Track(str(seen.class_ids[column]), stamp_ns, stamp_ns, hits=deque([stamp_ns]))
             track.entered = track.leaving = edge
             self.tracks.append(track)

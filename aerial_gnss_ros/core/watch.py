@@ -17,11 +17,12 @@ from aerial_gnss_ros.core.camera import CameraModel
 from aerial_gnss_ros.core.config import EstimatorConfig
 from aerial_gnss_ros.core.errors import InputError
 from aerial_gnss_ros.core.frames import matrix_from_quaternion
-from aerial_gnss_ros.core.inputs import Inputs, Lacking, usable
+from aerial_gnss_ros.core.inputs import Inputs, Lacking
 from aerial_gnss_ros.core.magnetic import declination, true_from_magnetic
 from aerial_gnss_ros.core.posing import Posing
 from aerial_gnss_ros.core.rejection import Input, Reason
 from aerial_gnss_ros.core.telemetry import Sample, fix_series, orientation_series, scalar_series
+from aerial_gnss_ros.core.usable import usable
 from aerial_gnss_ros.core.values import CameraPose, DetectionFrame, Fix, Orientation, Scalar
 
 Array = NDArray[np.float64]

@@ -14,7 +14,7 @@ from aerial_gnss_ros.adapters import canonical
 from aerial_gnss_ros.adapters.stamps import copied_header, nanoseconds, stamp_fields
 from aerial_gnss_ros.bags.typestore import serialize, typestore
 from aerial_gnss_ros.core.errors import CameraError
-from aerial_gnss_ros.core.inputs import usable
+from aerial_gnss_ros.core.usable import usable
 
 NOW = 12
 

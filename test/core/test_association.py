@@ -14,6 +14,7 @@ from scipy.stats import chi2, multivariate_normal
 from aerial_gnss_ros.core.association import (
     assign,
     gate_threshold,
+    inverse,
     lone,
     mahalanobis,
 )
@@ -29,6 +30,15 @@ def test_distance_and_determinant_are_those_of_the_normal_law():
     squared, log_determinant = mahalanobis(np.array([0.3, -0.8]), covariance)
     density = multivariate_normal.logpdf([0.3, -0.8], cov=covariance)
     assert -0.5 * (squared + log_determinant) - np.log(2.0 * np.pi) == pytest.approx(density)
+
+
+@given(st.floats(0.1, 1e4), st.floats(0.1, 1e4), st.floats(-0.999, 0.999))
+def test_an_inverse_is_one_and_exactly_symmetric(a, d, correlation):
+    b = correlation * np.sqrt(a * d)
+    covariances = np.tile(np.array([[a, b], [b, d]]), (3, 2, 1, 1))
+    found = inverse(covariances)
+    np.testing.assert_array_equal(found, found.swapaxes(2, 3))
+    np.testing.assert_allclose(found, np.linalg.inv(covariances), rtol=1e-9)
 
 
 def _brute(cost, allowed, edges):

@@ -18,6 +18,13 @@ from aerial_gnss_ros.core.track import STRAIN_IMAGES, Track
 from aerial_gnss_ros.core.values import State
 
 
+def boxes(count):
+    """Return boxes whose places nothing asks for."""
+    squares = np.zeros((count, 2, 2))
+    names, edge = np.full(count, "aqua"), np.zeros(count, bool)
+    return Measurements(np.arange(count), squares[:, 0], squares[:, 0], squares, names, edge)
+
+
 @pytest.mark.parametrize(
     ("beside", "wears"), [(False, 0), (True, 1)], ids=["never beside", "beside"]
 )
@@ -50,13 +57,7 @@ def test_a_near_miss_is_a_free_box_just_outside_the_gate_of_a_robot_without_one(
         log=Events(),
     )
     tracks = [Track("aqua", 0, 9, State.COASTING, f"aqua_{i}", deque([9])) for i in range(3)]
-    seen = Measurements(
-        np.arange(3),
-        np.zeros((3, 2)),
-        np.zeros((3, 2)),
-        np.zeros((3, 2, 2)),
-        np.array(["aqua"] * 3),
-    )
+    seen = boxes(3)
     Matcher(joint, 9.0, 2.0).match(tracks, seen, 10)
     assert counted == [(1, 1)]
 
@@ -108,9 +109,7 @@ def test_a_robot_swerves_with_two_boxes_where_one_may_be_false(stray, began, hit
         loosen=lambda *_: None,
         log=Events(),
     )
-    seen = Measurements(
-        np.arange(1), np.zeros((1, 2)), np.zeros((1, 2)), np.zeros((1, 2, 2)), np.array(["aqua"])
-    )
+    seen = boxes(1)
     matcher = Matcher(joint, 11.6, 2.0)
     for _ in range(99):
         matcher._clutter.take(0, 1, 0, 0)
@@ -144,9 +143,7 @@ def test_one_box_in_a_wide_gate_is_not_the_robots_where_it_may_be_false(
     for _ in range(99):
         matcher._clutter.take(0, 0, 0, 0)
     matcher._clutter.take(now - round(image_s * second), 20, 20, stray)
-    seen = Measurements(
-        np.arange(1), np.zeros((1, 2)), np.zeros((1, 2)), np.zeros((1, 2, 2)), np.array(["aqua"])
-    )
+    seen = boxes(1)
     robot = Track("aqua", 0, left, State.COASTING, "aqua_1", deque([left]))
     rows, _ = matcher.match([robot], seen, now)
     assert (len(rows) == 1) == taken
@@ -154,9 +151,7 @@ def test_one_box_in_a_wide_gate_is_not_the_robots_where_it_may_be_false(
 
 def test_empty_images_are_images_too():
     """Otherwise images seem seconds apart when the view is empty, and one box may do anything."""
-    nothing = Measurements(
-        np.zeros(0, int), np.zeros((0, 2)), np.zeros((0, 2)), np.zeros((0, 2, 2)), np.zeros(0, str)
-    )
+    nothing = boxes(0)
     matcher = Matcher(SimpleNamespace(), 11.6, 2.0)
     matcher.match([], nothing, 5)
     assert matcher._clutter.stamp_ns == 5

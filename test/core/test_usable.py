@@ -8,7 +8,7 @@ import math
 import numpy as np
 import pytest
 
-from aerial_gnss_ros.core.inputs import usable
+from aerial_gnss_ros.core.usable import usable
 from aerial_gnss_ros.core.values import Fix, Orientation, Scalar
 
 NAN = math.nan
