@@ -85,7 +85,8 @@ def add_arguments(group: Any) -> None:
     group.add_argument(
         "--distractors", type=float, metavar="MEAN",
         help="buoys, birds, boats, swimmers, turtles, weed, rubbish in a picture "
-        f"(default {_USUAL.distractors:g}); in a flight: so many in all (default 0)",
+        f"(default {_USUAL.distractors:g}); in a flight: so many in all, where there is room "
+        "clear of the robots' paths (default 0)",
     )  # fmt: skip
 
 

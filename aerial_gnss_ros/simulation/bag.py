@@ -23,7 +23,7 @@ from aerial_gnss_ros.detection.base import Detections
 from aerial_gnss_ros.simulation.boxes import Boxes
 from aerial_gnss_ros.simulation.experiment import CAMERA_FRAME, Experiment, Frame
 from aerial_gnss_ros.simulation.imaging import WORKERS, Picture, Rendered, render_all
-from aerial_gnss_ros.simulation.labels import MIN_CONTRAST, MIN_VISIBLE, RobotLabel
+from aerial_gnss_ros.simulation.labels import RobotLabel
 from aerial_gnss_ros.simulation.scene import Scene
 from aerial_gnss_ros.simulation.sensors import START_NS
 
@@ -99,11 +99,12 @@ def _photographed(
     quality = JPEG_QUALITY if images == "jpeg" else None
     rendered = render_all(pictures, scene, experiment.camera, quality, workers)
     for frame, picture in zip(frames, rendered, strict=True):
-        boxes = _labelled([label for label in picture.labels if _visible(label)])
+        boxes = _labelled([label for label in picture.labels if label.clear])
         yield [
             _camera_info(experiment, frame),
             _image(experiment, frame, picture, images),
             _true_boxes(frame, boxes),
+            _labels(frame, picture.labels),
         ]
 
 
@@ -193,10 +194,6 @@ def _image(experiment: Experiment, frame: Frame, rendered: Rendered, kind: str) 
     return _message(frame.log_ns, IMAGE_TOPICS[kind], IMAGE_TYPES[kind], values)
 
 
-def _visible(label: RobotLabel) -> bool:
-    return label.contrast >= MIN_CONTRAST and label.visible >= MIN_VISIBLE
-
-
 def _labelled(labels: list[RobotLabel]) -> Boxes:
     xywh = np.array([label.xywh for label in labels], dtype=np.float64).reshape(-1, 4)
     return Boxes(
@@ -216,6 +213,13 @@ def _true_boxes(frame: Frame, boxes: Boxes) -> _Message:
     for box, name in zip(values["detections"], boxes.names, strict=True):
         box["id"] = name
     return _message(frame.log_ns, "truth/detections", DETECTIONS_TYPE, values, reliable=True)
+
+
+def _labels(frame: Frame, labels: list[RobotLabel]) -> _Message:
+    """All robots of which anything is in the image, those too faint or cut off for a box too."""
+    robots = [{"robot_id": label.robot_id, **label.figures()} for label in labels]
+    values = {"data": json.dumps({"stamp_ns": frame.stamp_ns, "robots": robots})}
+    return _message(frame.log_ns, "truth/labels", "std_msgs/msg/String", values, reliable=True)
 
 
 def _detections(frame: Frame, found: DetectionFrame) -> _Message:

@@ -142,9 +142,6 @@ def _line(label: RobotLabel, width: int, height: int) -> str:
 
 
 def _meta(label: RobotLabel, image: str, split: str) -> list[object]:
-    edges = (label.left, label.top, label.right, label.bottom)
-    return [
-        image, split, label.robot_id, int(labelled(label)), int(label.scored),
-        *(round(e, 2) for e in edges), round(label.long_px, 2), round(label.short_px, 2),
-        round(label.depth, 3), round(label.contrast, 4), round(label.visible, 3),
-    ]  # fmt: skip
+    known = {"image": image, "split": split, "robot_id": label.robot_id}
+    row = {**known, "labelled": int(labelled(label)), **label.figures()}
+    return [row[name] for name in META if name not in ABOUT]

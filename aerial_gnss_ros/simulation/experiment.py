@@ -18,14 +18,14 @@ from numpy.typing import NDArray
 from aerial_gnss_ros.core.camera import CameraModel
 from aerial_gnss_ros.core.errors import ConfigError
 from aerial_gnss_ros.core.values import CameraPose, DetectionFrame, Fix
+from aerial_gnss_ros.simulation.afloat import place_things
 from aerial_gnss_ros.simulation.boxes import Boxes, DetectorPlan, detected, projected_boxes
 from aerial_gnss_ros.simulation.chance import generator
 from aerial_gnss_ros.simulation.flight import Flight
 from aerial_gnss_ros.simulation.hexapod import RobotState
 from aerial_gnss_ros.simulation.mesh import Mesh
 from aerial_gnss_ros.simulation.placement import place_robots, view_width
-from aerial_gnss_ros.simulation.props import random_prop
-from aerial_gnss_ros.simulation.robots import Swarm, SwimPlan, fitted
+from aerial_gnss_ros.simulation.robots import STEP_S, Swarm, SwimPlan, fitted
 from aerial_gnss_ros.simulation.sensors import (
     START_NS,
     SensorPlan,
@@ -119,7 +119,8 @@ class Experiment:
         places: (n, 2) East, North where the robots start, m; None: where the camera sees water.
         swim: how they move.
         detector: errors of the simulated detector.
-        distractors: number of other things afloat where the camera sees water, for rendering.
+        distractors: how many other things are to float where the camera sees water, for rendering;
+            `props` are those for which there is room clear of the robots.
         seed: of all chance.
     """
 
@@ -147,9 +148,10 @@ class Experiment:
         self.sensors = Sensors(self.flight, self.sensors_plan, self.seed, *self._span)
 
     def _props(self) -> tuple[Mesh, ...]:
+        """Return them where no robot comes on the whole flight."""
         rng = generator(self.seed, "distractors")
-        places = place_robots(self.flight, self.camera, self.distractors, rng)
-        return tuple(random_prop(rng, float(east), float(north)) for east, north in places)
+        swum = self.swarm.positions(np.arange(*self._span, STEP_S))[..., :2].reshape(-1, 2)
+        return place_things(self.flight, self.camera, self.distractors, swum, rng)
 
     def frames(self) -> list[Frame]:
         """Return all images to be, in the order of their stamps."""

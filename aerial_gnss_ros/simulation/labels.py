@@ -62,14 +62,29 @@ class RobotLabel:
         )
 
     @property
+    def clear(self) -> bool:
+        """Whether it can be seen, whatever its size (contrast, visible share)."""
+        return self.contrast >= MIN_CONTRAST and self.visible >= MIN_VISIBLE
+
+    @property
     def scored(self) -> bool:
         """Whether a detector is expected to find it (size, contrast, visible share)."""
-        return (
-            self.long_px >= MIN_LONG_PX
-            and self.short_px >= MIN_SHORT_PX
-            and self.contrast >= MIN_CONTRAST
-            and self.visible >= MIN_VISIBLE
-        )
+        return self.clear and self.long_px >= MIN_LONG_PX and self.short_px >= MIN_SHORT_PX
+
+    def figures(self) -> dict[str, float]:
+        """What a scorer has to know of it, rounded, by the names of meta.csv's columns."""
+        return {
+            "scored": int(self.scored),
+            "left": round(self.left, 2),
+            "top": round(self.top, 2),
+            "right": round(self.right, 2),
+            "bottom": round(self.bottom, 2),
+            "long_px": round(self.long_px, 2),
+            "short_px": round(self.short_px, 2),
+            "depth_m": round(self.depth, 3),
+            "contrast": round(self.contrast, 4),
+            "visible": round(self.visible, 3),
+        }
 
 
 def turned_size(pixels: NDArray[np.float64]) -> tuple[float, float]:

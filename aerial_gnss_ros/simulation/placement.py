@@ -46,13 +46,26 @@ def place_robots(
     """
     if count == 0:
         return np.zeros((0, 2))
+    places, shares = seen_places(flight, camera, rng)
+    return _spread(places, shares, count, apart_m, rng)
+
+
+def seen_places(
+    flight: Flight, camera: CameraModel, rng: np.random.Generator
+) -> tuple[Array, Array]:
+    """Return random places (n, 2) of the water that the camera sees, and their shares (n,).
+
+    A share is that of the moments of the flight at which the place is well inside the image.
+
+    Raises:
+        InputError: the camera never looks at water that is near enough.
+    """
     motion = flight.sample(np.linspace(0.0, flight.duration_s, MOMENTS))
     for long_px in LEAST_LONG_PX:
         reach = float(camera.K[0, 0]) * LENGTH / long_px
         places = _seen_water(motion, camera, reach, rng)
         if len(places):
-            shares = seen_share(motion, camera, places, reach)
-            return _spread(places, shares, count, apart_m, rng)
+            return places, seen_share(motion, camera, places, reach)
     raise InputError(
         f"the camera sees no water nearer than {reach:.0f} m during this flight (farther away a "
         "robot has no pixels); let it look down, choose another piece with --start, or give "

@@ -36,7 +36,7 @@ def scenario(experiment: Experiment, noise: str) -> dict[str, Any]:
             "arrives_after_s": clock.delay_s,
         },
         "robots": _robots(experiment),
-        "distractors": experiment.distractors,
+        **_afloat(experiment),
         "noise": {"set": noise, **plan.sigmas},
         "sensors": {
             name: {
@@ -61,8 +61,9 @@ def words(about: dict[str, Any]) -> list[str]:
     )
     lines = [flight, view]
     lines += [f"robot {name}: {_robot_words(robot)}" for name, robot in about["robots"].items()]
-    if about["distractors"]:
-        lines.append(f"other things afloat: {about['distractors']}")
+    without_room = about.get("distractors_without_room", 0)
+    if about["distractors"] or without_room:
+        lines.append(f"other things afloat: {about['distractors']}{_left_out(without_room)}")
     lines += [f"noise, one sigma ({noise['set']}): {text}" for text in _noise_words(noise)]
     sensors = ", ".join(
         f"{name} {value['rate_hz']:g} Hz, {1e3 * value['latency_s']:g} ms late"
@@ -91,6 +92,18 @@ def _robots(experiment: Experiment) -> dict[str, dict[str, float]]:
         }
         for i, name in enumerate(swarm.names)
     }
+
+
+def _afloat(experiment: Experiment) -> dict[str, int]:
+    placed = len(experiment.props)
+    left_out = experiment.distractors - placed
+    return {"distractors": placed} | ({"distractors_without_room": left_out} if left_out else {})
+
+
+def _left_out(count: int) -> str:
+    if not count:
+        return ""
+    return f"; for {count} more there is no room clear of the robots' paths and of each other"
 
 
 def _robot_words(robot: dict[str, float]) -> str:

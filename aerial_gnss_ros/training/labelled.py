@@ -4,10 +4,11 @@
 from __future__ import annotations
 
 import csv
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 import cv2
 import numpy as np
@@ -100,7 +101,7 @@ def read_folder(folder: Path, split: str) -> Iterator[LabelledImage]:
             labels = folder / "labels" / split / f"{path.stem}.txt"
             truth = _from_labels(labels, path)
         else:
-            truth = _from_meta(meta.get(path.name, []))
+            truth = truth_of_rows(meta.get(path.name, []))
         yield LabelledImage(path.name, truth, partial(read_image, path))
 
 
@@ -116,7 +117,16 @@ def _read_meta(path: Path, split: str) -> dict[str, list[dict[str, str]]] | None
     return rows or None
 
 
-def _from_meta(rows: list[dict[str, str]]) -> Truth:
+def truth_of_rows(rows: Sequence[Mapping[str, Any]]) -> Truth:
+    """Return what a simulation tells of the robots in one image, one row each.
+
+    Args:
+        rows: with the columns of meta.csv (`RobotLabel.figures`), as numbers or as text.
+
+    Raises:
+        KeyError, TypeError, ValueError: a column lacks, or is no number.
+    """
+
     def column(name: str) -> NDArray[np.float64]:
         return np.array([float(row[name]) for row in rows], dtype=np.float64)
 

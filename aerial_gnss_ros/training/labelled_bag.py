@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Reads labelled images from a simulated flight: a bag with images and truth/detections."""
+"""Reads labelled images from a simulated flight: a bag with images and their true labels."""
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterator
 from functools import partial
 from pathlib import Path
@@ -15,10 +16,11 @@ from aerial_gnss_ros.bags.reader import open_bag
 from aerial_gnss_ros.core.errors import InputError
 from aerial_gnss_ros.core.values import DetectionFrame
 from aerial_gnss_ros.detection.images import decode
-from aerial_gnss_ros.training.labelled import LabelledImage, Truth
+from aerial_gnss_ros.training.labelled import LabelledImage, Truth, truth_of_rows
 
 _IMAGES = ("sensor_msgs/msg/Image", "sensor_msgs/msg/CompressedImage")
-_TRUTH = "truth/detections"
+_LABELS = "truth/labels"
+_BOXES = "truth/detections"
 _LEAST_LONG_PX, _LEAST_SHORT_PX = 16.0, 8.0
 
 
@@ -28,13 +30,15 @@ def is_bag(path: Path) -> bool:
 
 
 def read_bag(path: Path) -> Iterator[LabelledImage]:
-    """Yield the images of a bag, each with the true boxes that have its stamp.
+    """Yield the images of a bag, each with the true labels that have its stamp.
 
-    Robots whose box is smaller than 16 x 8 px do not count. Those that the simulation does not
-    list, because they are too faint or cut off, are unknown here: found, they count as false.
+    What counts is what counts in pictures of `simulation.dataset`: topic truth/labels tells of
+    every robot what meta.csv tells there. Bags made before it was there have only truth/detections,
+    which leaves out robots that are too faint or cut off: found, they count as false. In them
+    robots count whose box is at least 16 x 8 px.
 
     Raises:
-        InputError: not a bag, or one without images or true boxes.
+        InputError: not a bag, or one without images or true labels.
     """
     truths = _truths(path)
     with open_bag([path]) as bag:
@@ -45,20 +49,38 @@ def read_bag(path: Path) -> Iterator[LabelledImage]:
             message = recorded.message()
             stamp_ns = nanoseconds(message.header.stamp)
             if stamp_ns in truths:
-                truth = _truth(truths[stamp_ns])
+                truth = truths[stamp_ns]
                 yield LabelledImage(f"{recorded.topic} {stamp_ns}", truth, partial(decode, message))
 
 
-def _truths(path: Path) -> dict[int, DetectionFrame]:
+def _truths(path: Path) -> dict[int, Truth]:
+    """Return what is known of the images, by their stamps."""
     with open_bag([path]) as bag:
-        topics = {name for name in bag.topics if name.endswith(_TRUTH)}
-        if not topics:
-            raise InputError(f"{path} has no topic {_TRUTH}; only simulated flights have it.")
-        frames = [detection_frame(recorded.message()) for recorded in bag.messages(topics)]
-    return {frame.stamp_ns: frame for frame in frames}
+        labels = {name for name in bag.topics if name.endswith(_LABELS)}
+        if labels:
+            return dict(_from_labels(path, str(r.message().data)) for r in bag.messages(labels))
+        boxes = {name for name in bag.topics if name.endswith(_BOXES)}
+        if not boxes:
+            raise InputError(
+                f"{path} has no topic {_LABELS} or {_BOXES}; only simulated flights have them."
+            )
+        frames = [detection_frame(recorded.message()) for recorded in bag.messages(boxes)]
+    return {frame.stamp_ns: _from_boxes(frame) for frame in frames}
 
 
-def _truth(frame: DetectionFrame) -> Truth:
+def _from_labels(path: Path, text: str) -> tuple[int, Truth]:
+    """Return an image's stamp and the robots in it."""
+    try:
+        about = json.loads(text)
+        return int(about["stamp_ns"]), truth_of_rows(about["robots"])
+    except (KeyError, TypeError, ValueError) as error:
+        raise InputError(
+            f"{path}: {_LABELS} must tell stamp_ns and the robots' boxes as `aerial-gnss simulate` "
+            f"writes them, not {text[:60]!r}."
+        ) from error
+
+
+def _from_boxes(frame: DetectionFrame) -> Truth:
     long_px, short_px = frame.sizes.max(axis=1), frame.sizes.min(axis=1)
     return Truth(
         np.hstack([frame.centers - frame.sizes / 2, frame.centers + frame.sizes / 2]),

@@ -73,7 +73,7 @@ def rendered(tmp_path_factory):
 
 def test_a_rendered_bag_has_images_telemetry_and_truth(rendered):
     found = read(rendered)
-    assert set(found) == TELEMETRY | TRUTH | {"/camera/image_raw/compressed"}
+    assert set(found) == TELEMETRY | TRUTH | {"/camera/image_raw/compressed", "/truth/labels"}
     assert json.loads(found["/truth/scenario"][0][1].data) == {"a": 1}
     images = found["/camera/image_raw/compressed"]
     assert [nanoseconds(m.header.stamp) - START_NS for _, m in images] == [
@@ -106,6 +106,27 @@ def test_true_boxes_in_the_bag_surround_the_projected_robots(rendered):
             assert (np.abs(pixel[0] - center) < 0.35 * size + 1.0).all()
             count += 1
     assert count >= 6
+
+
+def test_labels_tell_of_all_robots_in_an_image_and_boxes_of_the_clear_ones(rendered):
+    found = read(rendered)
+    labels = [json.loads(message.data) for _, message in found["/truth/labels"]]
+    boxes = [message for _, message in found["/truth/detections"]]
+    assert [one["stamp_ns"] for one in labels] == [nanoseconds(m.header.stamp) for m in boxes]
+    clear = 0
+    for told, message in zip(labels, boxes, strict=True):
+        robots = {robot["robot_id"]: robot for robot in told["robots"]}
+        for box in message.detections:
+            robot = robots[box.id]
+            assert robot["contrast"] >= 0.06
+            assert robot["visible"] >= 0.5
+            u = (robot["left"] + robot["right"]) / 2
+            assert box.bbox.center.position.x == pytest.approx(u, abs=0.011)  # rounded
+            clear += 1
+    assert clear == sum(
+        robot["contrast"] >= 0.06 and robot["visible"] >= 0.5
+        for told in labels for robot in told["robots"]
+    ) > 5  # fmt: skip
 
 
 def test_telemetry_is_late_by_its_latency_and_truth_at_once(rendered):

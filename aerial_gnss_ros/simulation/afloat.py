@@ -1,0 +1,95 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Where other things float during a flight: seen, clear of the robots' paths and of each other."""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from aerial_gnss_ros.core.camera import CameraModel
+from aerial_gnss_ros.simulation.flight import Flight
+from aerial_gnss_ros.simulation.mesh import Mesh
+from aerial_gnss_ros.simulation.placement import seen_places
+from aerial_gnss_ros.simulation.props import random_prop
+
+Array = NDArray[np.float64]
+
+ROBOT_M = 0.65
+"""Between a robot's middle and any other thing; its flippers reach 0.54 m, and see `_GRID_M`."""
+APART_M = 0.2
+"""Between two things."""
+LEAST_SHARE = 0.3
+"""Of the moments at which the best place is in view: places seen less are left empty."""
+_GRID_M = 0.1
+"""To which paths are rounded: nothing needs the same water twice."""
+
+
+def place_things(
+    flight: Flight, camera: CameraModel, count: int, paths: Array, rng: np.random.Generator
+) -> tuple[Mesh, ...]:
+    """Return things afloat, fewer than asked for where there is no room.
+
+    Each is drawn once: one that has no room anywhere is left out, not replaced by a smaller one.
+
+    Args:
+        flight: true motion of the camera.
+        camera: lens and image size.
+        count: how many.
+        paths: (n, 2) East, North of all robots at all times, m.
+        rng: where the chance comes from.
+
+    Raises:
+        InputError: the camera never looks at water that is near enough.
+    """
+    if count == 0:
+        return ()
+    places, shares = seen_places(flight, camera, rng)
+    swum = np.unique(np.round(paths / _GRID_M), axis=0) * _GRID_M
+    places = places[shares >= LEAST_SHARE * shares.max()]
+    places = places[[np.hypot(*(swum - p).T).min(initial=np.inf) >= ROBOT_M for p in places]]
+    things: list[Mesh] = []
+    for _ in range(count):
+        thing = random_prop(rng, 0.0, 0.0)
+        shape, others = outline(thing), [outline(other) for other in things]
+        for place in rng.permutation(places):
+            here = shape + place
+            if all(apart(here, other) >= APART_M for other in others) and (
+                gaps(here, swum).min(initial=np.inf) >= ROBOT_M
+            ):
+                things.append(thing.placed(np.eye(3), (*place, 0.0)))
+                places = places[gaps(here, places) >= APART_M]
+                break
+    return tuple(things)
+
+
+def outline(thing: Mesh) -> Array:
+    """Return the convex outline (n, 2) of a thing seen from straight above, counter-clockwise."""
+    hull = cv2.convexHull(thing.vertices[:, :2].astype(np.float32), clockwise=False)
+    return np.asarray(hull.reshape(-1, 2), dtype=np.float64)
+
+
+def gaps(shape: Array, points: Array) -> Array:
+    """Return how far points (n, 2) are outside an outline, m (n,); negative within.
+
+    Never more than the true distance, and less off corners: see `_beyond`.
+    """
+    return np.asarray(_beyond(shape, points).max(axis=1))
+
+
+def apart(one: Array, other: Array) -> float:
+    """Return the gap between two outlines, m: at most the true one, negative where they overlap.
+
+    Two convex outlines that do not overlap are parted by the line through a side of one of them
+    (the separating axis theorem).
+    """
+    lines = (_beyond(one, other), _beyond(other, one))
+    return float(max(beyond.min(axis=0).max() for beyond in lines))
+
+
+def _beyond(shape: Array, points: Array) -> Array:
+    """Return how far points (n, 2) lie outside the lines through an outline's sides, m (n, m)."""
+    sides = np.roll(shape, -1, axis=0) - shape
+    normals = np.column_stack([sides[:, 1], -sides[:, 0]])
+    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+    return np.asarray(points @ normals.T - (shape * normals).sum(axis=1))
