@@ -64,7 +64,8 @@ def live_figures(live: Live) -> Figures:
         else None,
         "stamp_to_boxes_ms": spread(live.to_boxes_ms),
         "stamp_to_position_ms": spread(live.to_position_ms),
-        "start_to_first_detection_s": round(live.start_s, 2),
+        "start_to_first_detection_s": round(float(np.median(live.starts_s)), 2),
+        "starts_s": [round(seconds, 2) for seconds in sorted(live.starts_s)],
         "processor_cores_busy": {
             name: round(seconds / live.seconds, 3) for name, seconds in live.processor_s.items()
         }
@@ -156,7 +157,8 @@ _LIVE = (
     ("of it waiting for telemetry, ms", ("stages_ms", "wait")),
     ("stamp to boxes, ms", ("stamp_to_boxes_ms",)),
     *(_stage(name) for name in (*STAGES[:4], "publish boxes", *STAGES[4:])),
-    ("start to first detection, s", ("start_to_first_detection_s",)),
+    ("start to first detection, s (median)", ("start_to_first_detection_s",)),
+    ("each start, s", ("starts_s",)),
     ("cores busy: nodes", ("processor_cores_busy", "nodes")),
     ("cores busy: nodes, camera, subscriber", ("processor_cores_busy", "all")),
     ("processor time an image, all of them, ms", ("processor_ms_per_image",)),
@@ -197,4 +199,6 @@ def _cell(figures: Any, path: tuple[str, ...]) -> str:
         figures = None if figures is None else figures.get(word)
     if isinstance(figures, dict):
         return " / ".join(_number(round(figures[key], 2)) for key in ("mean", "median", "p95"))
+    if isinstance(figures, list):
+        return ", ".join(map(_number, figures))
     return _number(figures)

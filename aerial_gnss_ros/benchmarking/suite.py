@@ -45,12 +45,14 @@ class Setting:
         rate_hz: of the images through the nodes.
         params: parameter files.
         given: the detector's parameters on top of them.
+        starts: how often the nodes are started, each time.
     """
 
     frames: int
     rate_hz: float
     params: Sequence[Path] = ()
     given: Mapping[str, str] = field(default_factory=dict)
+    starts: int = 1
 
     def detector(self, **search: str) -> DetectorConfig:
         """Return the detector's configuration.
@@ -107,9 +109,14 @@ class Suite:
         transport = "compressed" if compressed else "raw"
         given = [f"search.mode:={search}", f"image.transport:={transport}"]
         given += [f"{key}:={value}" for key, value in setting.given.items()]
-        hz = self._loop().rate_hz
         offer = Offer(
-            self._bag.paths[0], self.images, self._topics, hz, setting.rate_hz, setting.frames
+            bag=self._bag.paths[0],
+            images=self.images,
+            topics=self._topics,
+            recorded_hz=self._loop().rate_hz,
+            rate_hz=setting.rate_hz,
+            count=setting.frames,
+            starts=setting.starts,
         )
         power = Power()
         with ros(), self._progress(f"both nodes, {search}", setting.frames) as report:

@@ -46,6 +46,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add("--robots", type=int, nargs="+", default=[1, 3], metavar="N", help="default 1 3")
     add("--search", nargs="+", choices=SEARCHES, default=["roi", "full"], help="default roi full")
     add("--way", nargs="+", choices=(NODES, ALONE), default=[NODES, ALONE], help="default both")
+    add("--starts", type=int, default=5, metavar="N", help="starts of the nodes (default 5)")
     add("--rate", type=float, default=30.0, metavar="HZ", help="images a second (default 30)")
     add("--size", type=size, default=(1280, 720), metavar="WxH", help="px (default 1280x720)")
     add("--bag", type=Path, help="play this rosbag2 instead of a simulated flight")
@@ -79,7 +80,11 @@ def run(args: argparse.Namespace) -> int:
     keep_freed_memory()  # as the nodes do
     given = {"model": args.model, "backend": args.backend}
     setting = Setting(
-        args.frames, args.rate, args.params, {key: word for key, word in given.items() if word}
+        args.frames,
+        args.rate,
+        args.params,
+        {key: word for key, word in given.items() if word},
+        args.starts,
     )
     for search in args.search:
         load_detector(setting.detector(mode=search))  # what cannot be used is told before rendering
@@ -106,6 +111,7 @@ def run(args: argparse.Namespace) -> int:
 def _check(args: argparse.Namespace) -> None:
     for name, value, low, high in (
         ("--frames", args.frames, 10, 100_000),
+        ("--starts", args.starts, 1, 100),
         ("--rate", args.rate, 1.0, 240.0),
         ("--robots", min(args.robots), 1, 20),
         ("--robots", max(args.robots), 1, 20),

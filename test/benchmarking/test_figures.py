@@ -48,7 +48,8 @@ def test_figures_of_one_process():
 
 
 def through_nodes(processed):
-    live = Live(offered=100, processed=processed, seconds=10.0, start_s=1.5, memory_mb=300.0)
+    live = Live(offered=100, processed=processed, seconds=10.0, memory_mb=300.0)
+    live.starts_s = [1.5, 3.25, 1.0]
     live.samples_ms = {"detector": {"infer": [80.0]}, "estimator": {"wait": [10.0]}}
     live.to_position_ms = [100.0, 120.0]
     live.processor_s = {"nodes": 12.0, "camera": 2.0, "subscriber": 1.0}
@@ -81,6 +82,8 @@ def test_the_table_names_the_machine_and_each_run():
     assert "| | roi, 1 robot | roi, 3 robots |" in text
     assert "| images a second | 5 | 5 |" in text
     assert "| stamp to position, ms (mean / median / p95) | 110 / 110 / 119 |" in text
+    assert "| start to first detection, s (median) | 1.5 | 1.5 |" in text
+    assert "| each start, s | 1, 1.5, 3.25 | 1, 1.5, 3.25 |" in text
     assert "estimate 0.05 ms" in text
 
 

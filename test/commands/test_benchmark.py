@@ -36,6 +36,7 @@ def bag(flight, tmp_path):
     [
         (["--frames", "3"], "--frames must lie within 10 to 100000, not 3"),
         (["--robots", "1", "50"], "--robots must lie within 1 to 20, not 50"),
+        (["--starts", "0"], "--starts must lie within 1 to 100, not 0"),
         (["--rate", "0"], "--rate must lie within 1 to 240, not 0"),
         (["--model", "absent.onnx"], "absent.onnx"),
         (["--backend", "abacus"], "backend must be one of"),
@@ -67,7 +68,7 @@ def test_a_short_run_through_both_ways(capsys, bag, tmp_path):
     status = main(
         [
             "benchmark", "--bag", str(bag), "--frames", "20", "--rate", "10",
-            "--search", "roi", "--model", str(model), "--backend", "onnxruntime",
+            "--search", "roi", "--starts", "2", "--model", str(model), "--backend", "onnxruntime",
             "-o", str(tmp_path / "out"), "--page", str(page), "--json",
         ]
     )  # fmt: skip
@@ -84,6 +85,8 @@ def test_a_short_run_through_both_ways(capsys, bag, tmp_path):
     assert nodes["stamp_to_position_ms"]["median"] > 0.0
     assert nodes["stages_ms"]["wait"]["median"] >= 0.0
     assert nodes["peak_memory_mb"] > 50.0
+    assert len(nodes["starts_s"]) == 2
+    assert nodes["starts_s"][0] > 0.0
     text = page.read_text()
     assert text.startswith("before\n<!-- benchmark -->\nMeasured")
     assert text.endswith("<!-- end of benchmark -->\nafter\n")
