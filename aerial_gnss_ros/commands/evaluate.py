@@ -92,7 +92,10 @@ def run(args: argparse.Namespace) -> int:
     truth = found.truth
     refuse_strangers(found.estimates, truth.robots)
     errors = compare(found.estimates, truth.robots, truth.drone)
-    identity = identities(found.estimates, truth.robots, errors, truth.in_view)
+    # Truth from hovers takes its names from the tracker, and has none of the other robots.
+    identity = (
+        None if args.hover else identities(found.estimates, truth.robots, errors, truth.in_view)
+    )
     figures = _as_dict(errors, identity, found)
     if args.output is not None:
         with partial(args.output) as folder:

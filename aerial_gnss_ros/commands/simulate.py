@@ -63,7 +63,7 @@ def _flight_arguments(group: Any) -> None:
     group.add_argument("--height", type=float, metavar="M", help="above the water (default 15 m)")
     group.add_argument(
         "--tilt", type=float, metavar="DEG",
-        help="camera below the horizon (default 55; 90 looks straight down)",
+        help="camera below the horizon (default 55; 90 looks straight down, at the first robot)",
     )  # fmt: skip
     group.add_argument(
         "--fixed-gimbal", action="store_true", help="hold the tilt instead of following the robots"

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from aerial_gnss_ros.core.camera import CameraModel
 from aerial_gnss_ros.core.errors import InputError
 from aerial_gnss_ros.core.frames import FLU_FROM_OPTICAL
-from aerial_gnss_ros.simulation.flight import Flight, Motion
+from aerial_gnss_ros.simulation.flight import NADIR_TILT, Flight, Motion
 from aerial_gnss_ros.simulation.hexapod import LENGTH
 
 Array = NDArray[np.float64]
@@ -33,6 +33,8 @@ def place_robots(
     apart_m: float = 2.5,
 ) -> Array:
     """Return places (count, 2) East, North in m that the camera sees during most of the flight.
+
+    Where it looks straight down throughout, the first is below the middle of the drone's way.
 
     Args:
         flight: true motion of the camera.
@@ -65,7 +67,12 @@ def seen_places(
         reach = float(camera.K[0, 0]) * LENGTH / long_px
         places = _seen_water(motion, camera, reach, rng)
         if len(places):
+<<<<<<< HEAD
             return places, seen_share(motion, camera, places, reach)
+=======
+            shares = seen_share(motion, camera, places, reach)
+            return _spread(places, shares, count, apart_m, rng, _below(motion))
+>>>>>>> 50490cb (Put a robot below a camera that looks straight down)
     raise InputError(
         f"the camera sees no water nearer than {reach:.0f} m during this flight (farther away a "
         "robot has no pixels); let it look down, choose another piece with --start, or give "
@@ -116,13 +123,26 @@ def _seen_water(
     return np.concatenate(found)
 
 
+def _below(motion: Motion) -> list[Array]:
+    """Return the place below the middle of the drone's way if the camera looks straight down."""
+    steepness = -motion.enu_from_camera[:, 2, 0]
+    if steepness.min() < math.sin(NADIR_TILT):
+        return []
+    return [np.median(motion.camera[:, :2], axis=0)]
+
+
 def _spread(
-    places: Array, shares: Array, count: int, spacing: float, rng: np.random.Generator
+    places: Array,
+    shares: Array,
+    count: int,
+    spacing: float,
+    rng: np.random.Generator,
+    first: list[Array],
 ) -> Array:
-    """Choose places at random among the most seen, apart from one another."""
+    """Choose places at random among the most seen, apart from one another and from the first."""
     good = places[shares >= 0.9 * shares.max()]
     order = rng.permutation(len(good))
-    chosen: list[Array] = []
+    chosen = list(first)
     while len(chosen) < count:
         for place in good[order]:
             if all(math.dist(place, other) >= spacing for other in chosen):

@@ -137,6 +137,14 @@ def test_robots_are_placed_where_they_are_seen_and_apart():
     assert np.mean(seen) > 7.0
 
 
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_camera_that_looks_straight_down_flies_over_the_first_robot(kind):
+    made = experiment(kind, duration=30.0, tilt=math.radians(90.0), speed_mps=2.0)
+    over = made.flight.sample(np.linspace(0.0, 30.0, 300)).antenna[:, :2]
+    assert np.linalg.norm(over - made.places[0], axis=1).min() < 0.5
+    assert np.linalg.norm(made.places[1:] - made.places[0], axis=1).min() > 0.9
+
+
 @pytest.mark.parametrize("height", [5.0, 30.0, 80.0])
 @pytest.mark.parametrize("kind", KINDS)
 def test_robots_are_in_view_from_any_height(kind, height):
