@@ -49,7 +49,7 @@ def place_robots(
     if count == 0:
         return np.zeros((0, 2))
     places, shares = seen_places(flight, camera, rng)
-    return _spread(places, shares, count, apart_m, rng)
+    return _spread(places, shares, count, apart_m, rng, _below(_moments(flight)))
 
 
 def seen_places(
@@ -62,17 +62,12 @@ def seen_places(
     Raises:
         InputError: the camera never looks at water that is near enough.
     """
-    motion = flight.sample(np.linspace(0.0, flight.duration_s, MOMENTS))
+    motion = _moments(flight)
     for long_px in LEAST_LONG_PX:
         reach = float(camera.K[0, 0]) * LENGTH / long_px
         places = _seen_water(motion, camera, reach, rng)
         if len(places):
-<<<<<<< HEAD
             return places, seen_share(motion, camera, places, reach)
-=======
-            shares = seen_share(motion, camera, places, reach)
-            return _spread(places, shares, count, apart_m, rng, _below(motion))
->>>>>>> 50490cb (Put a robot below a camera that looks straight down)
     raise InputError(
         f"the camera sees no water nearer than {reach:.0f} m during this flight (farther away a "
         "robot has no pixels); let it look down, choose another piece with --start, or give "
@@ -85,7 +80,7 @@ def view_width(flight: Flight, camera: CameraModel) -> float:
 
     Where the middle sees no water the camera's height stands in for its distance.
     """
-    motion = flight.sample(np.linspace(0.0, flight.duration_s, MOMENTS))
+    motion = _moments(flight)
     height, down = motion.camera[:, 2], -motion.enu_from_camera[:, 2, 0]
     distance = np.where(down > 0.1, height / np.maximum(down, 0.1), height)
     return float(np.median(distance)) * camera.width / float(camera.K[0, 0])
@@ -121,6 +116,10 @@ def _seen_water(
         near = (ranges < reach_m) & (ranges > 0.5)
         found.append((position + ranges[:, None] * world)[near, :2])
     return np.concatenate(found)
+
+
+def _moments(flight: Flight) -> Motion:
+    return flight.sample(np.linspace(0.0, flight.duration_s, MOMENTS))
 
 
 def _below(motion: Motion) -> list[Array]:
