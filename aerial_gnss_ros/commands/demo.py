@@ -10,7 +10,7 @@ import math
 import sys
 import time
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -33,9 +33,10 @@ from aerial_gnss_ros.detection.images import decode
 from aerial_gnss_ros.detection.select import load_detector
 from aerial_gnss_ros.evaluation.boxes import boxes_jpeg
 from aerial_gnss_ros.evaluation.errors import RobotErrors, compare, summarise
-from aerial_gnss_ros.evaluation.picture import map_png
+from aerial_gnss_ros.evaluation.platform import read_platform
 from aerial_gnss_ros.evaluation.receiver import read_fixes, relative
 from aerial_gnss_ros.evaluation.report import Report, metres, write_report
+from aerial_gnss_ros.evaluation.track_map import map_png
 from aerial_gnss_ros.evaluation.truth import Truth, read_truth
 from aerial_gnss_ros.nodes import require_ros
 from aerial_gnss_ros.simulation.bag import DETECTIONS_TYPE, IMAGE_TOPICS, write_bag
@@ -111,7 +112,7 @@ def run(args: argparse.Namespace) -> int:
         results = {method: _replay(bag, method, folder) for method in METHODS}
         pictures = _pictures(bag)
         fixes = read_fixes(bag, "/fix")
-    errors = {LIVE: compare(live, truth.robots)} | {
+    errors = {LIVE: compare(live, truth.robots, truth.drone)} | {
         METHODS[method]: compare(tracks, truth.robots) for method, (tracks, _) in results.items()
     }
     if truth.drone is not None:
@@ -127,6 +128,7 @@ def run(args: argparse.Namespace) -> int:
             replay.summary.rejections, errors, pictures,
             [("flight", experiment.flight.words), ("sensor errors", NOISE),
              ("images", str(replay.summary.frames)), ("seed", str(args.seed))],
+            platform=read_platform(folder / "filter" / "platform.csv"),
         ),
     )  # fmt: skip
     _show(folder, errors, as_json=args.json)
@@ -256,8 +258,8 @@ def _show(folder: Path, errors: Mapping[str, list[RobotErrors]], *, as_json: boo
     if as_json:
         figures: dict[str, Any] = {
             method: {
-                "all": asdict(summarise(robots)),
-                "robots": {r.truth_id: asdict(summarise([r])) for r in robots},
+                "all": summarise(robots).figures(),
+                "robots": {r.truth_id: summarise([r]).figures() for r in robots},
             }
             for method, robots in errors.items()
         }

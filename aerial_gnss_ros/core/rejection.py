@@ -51,6 +51,12 @@ class Reason(str, Enum):
     def __str__(self) -> str:
         return self.value
 
+    @property
+    def meaning(self) -> str:
+        """What happened, in words for whoever reads a report."""
+        kind, _, source = self.value.partition("_")
+        return _MEANINGS.get(self.value) or _FAMILIES[kind].format(source)
+
     @classmethod
     def no(cls, source: Input) -> Reason:
         """The input never came."""
@@ -70,6 +76,26 @@ class Reason(str, Enum):
     def bad(cls, source: Input) -> Reason:
         """The input's value cannot be used: NaN, no fix, a quaternion that is not unit."""
         return cls(f"bad_{source.value}")
+
+
+_MEANINGS = {
+    "above_horizon": "the box is so high in the image that its ray meets no water; in many images: "
+    "check gimbal.reference and the sign of its pitch",
+    "out_of_range": "farther away, or less sure, than surface.max_range and max_sigma_m allow",
+    "outside_calibrated_image": "where the lens model does not hold, or outside the image",
+    "no_camera_info": "no CameraInfo had come before this image",
+    "bad_camera_info": "the CameraInfo could not be used",
+    "bad_detections": "the box is not a number",
+    "gated": "on no robot: a false box, a second one on a robot, or too far from where it can be",
+    "low_score": "the detector was less sure than detections.min_score asks",
+    "wrong_class": "not of detections.classes",
+}
+_FAMILIES = {
+    "no": "{} never came",
+    "stale": "{} did not come within max_wait",
+    "gap": "{} has a gap longer than max_gap here",
+    "bad": "{} was of no use here: not a number, no fix, or no rotation",
+}
 
 
 @dataclass(frozen=True)

@@ -39,6 +39,7 @@ class RobotErrors:
         coverage: share of truth's samples with a measured position within 0.5 s.
         haversine: (n,) distance on the sphere, m, as the paper measures; up to 0.6 % wrong.
         range_m: (n,) horizontal distance from the drone to truth, m; NaN where unknown.
+        sigmas: (n, 2) published one sigma, East and North, m.
     """
 
     truth_id: str
@@ -50,6 +51,7 @@ class RobotErrors:
     coverage: float
     haversine: Array = field(default_factory=lambda: np.zeros(0))
     range_m: Array = field(default_factory=lambda: np.zeros(0))
+    sigmas: Array = field(default_factory=lambda: np.zeros((0, 2)))
 
     @property
     def distance(self) -> Array:
@@ -232,7 +234,8 @@ def _errors(
     error, index = _difference(estimate, truth)
     covariance, stamps = estimate.covariance[index], estimate.stamps_ns[index]
     nees = np.einsum("ni,ni->n", error, np.linalg.solve(covariance, error[..., None])[..., 0])
-    sigma = np.sqrt(np.trace(covariance, axis1=1, axis2=2) / 2.0)
+    variances = np.diagonal(covariance, axis1=1, axis2=2)
+    sigma = np.sqrt(variances.mean(axis=1))
     measured = estimate.stamps_ns[estimate.measured]
     latitude, longitude, _ = at_stamps(truth, stamps)
     sphere = haversine(latitude, longitude, estimate.latitude[index], estimate.longitude[index])
@@ -243,7 +246,7 @@ def _errors(
         away = np.where(known, distance, np.nan)
     return RobotErrors(
         name, robot, stamps, error, nees, sigma, _coverage(measured, truth),
-        np.asarray(sphere), away,
+        np.asarray(sphere), away, np.sqrt(variances),
     )  # fmt: skip
 
 

@@ -15,11 +15,13 @@ from pathlib import Path
 
 import numpy as np
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
 from aerial_gnss_ros.core.errors import InputError
 from aerial_gnss_ros.core.values import Array
-from aerial_gnss_ros.evaluation.picture import COLOURS, png
+from aerial_gnss_ros.evaluation.picture import COLOURS, FAINT, INK, legend_above, png
 
 COLUMNS = ("stamp_ns", "error", "value", "sigma")
 _DEGREES = ("heading", "pitch", "roll")
@@ -77,7 +79,7 @@ def platform_png(errors: Mapping[str, PlatformError]) -> bytes:
     """
     shown = {name: e for name, e in errors.items() if np.any(e.sigma > 0.0)} or dict(errors)
     rows = math.ceil(len(shown) / 2)
-    figure = Figure(figsize=(9, 0.6 + 1.7 * rows), layout="constrained")
+    figure = Figure(figsize=(9, 0.9 + 1.7 * rows), layout="constrained")
     panels = figure.subplots(rows, 2, sharex=True, squeeze=False)
     start = min(int(e.stamps_ns[0]) for e in shown.values())
     for axes in panels.flat[len(shown) :]:
@@ -94,9 +96,20 @@ def platform_png(errors: Mapping[str, PlatformError]) -> bytes:
                 alpha=0.15, linewidth=0,
             )  # fmt: skip
         axes.plot(seconds, value, color=COLOURS[0], linewidth=1.2)
-        axes.axhline(0.0, color="#1b2733", linewidth=0.6)
-        axes.set_ylabel(f"{name.replace('_', ' ')}\n({unit})", fontsize=8)
-        axes.grid(color="#dddddd")
+        axes.axhline(0.0, color=INK, linewidth=0.6)
+        axes.set_ylabel(f"{_words(name)} ({unit})")
+        axes.grid(color=FAINT)
     for axes in panels[-1]:
         axes.set_xlabel("time (s)")
+    bands = [
+        Line2D([], [], color=COLOURS[0], linewidth=1.2, label="estimate"),
+        Patch(color=COLOURS[0], alpha=0.3, linewidth=0, label="one sigma"),
+        Patch(color=COLOURS[0], alpha=0.15, linewidth=0, label="two sigma"),
+    ]
+    legend_above(figure, bands)
     return png(figure)
+
+
+def _words(name: str) -> str:
+    """Return gnss_east as "GNSS east"."""
+    return name.replace("gnss", "GNSS").replace("_", " ")

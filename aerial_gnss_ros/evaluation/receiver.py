@@ -34,7 +34,8 @@ def relative(robots: list[RobotErrors], measured: Track, true: Track) -> list[Ro
     """Return the errors less the receiver's own at the same stamps.
 
     Args:
-        robots: absolute errors; NEES and sigma are kept, as they speak of these.
+        robots: absolute errors. The published covariance is of these, and tells nothing of what is
+            left: NEES and sigma become NaN.
         measured: the drone's fixes.
         true: the drone's true path.
     """
@@ -49,7 +50,8 @@ def relative(robots: list[RobotErrors], measured: Track, true: Track) -> list[Ro
     for robot in robots:
         seconds = (robot.stamps_ns - start) * 1e-9
         own = np.stack([np.interp(seconds, knots, east), np.interp(seconds, knots, north)], -1)
-        moved.append(replace(robot, east_north=robot.east_north - own))
+        left, unknown = robot.east_north - own, np.full(len(own), np.nan)
+        moved.append(replace(robot, east_north=left, nees=unknown, sigma=unknown))
     return moved
 
 

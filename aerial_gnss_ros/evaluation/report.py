@@ -14,11 +14,13 @@ import numpy as np
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from aerial_gnss_ros.bags.tables import EstimatedTrack, Track
+from aerial_gnss_ros.core.rejection import Reason
 from aerial_gnss_ros.evaluation.errors import RobotErrors, Summary, summarise
-from aerial_gnss_ros.evaluation.figures import axes_png, frames_png, range_png
+from aerial_gnss_ros.evaluation.figures import axes_png, frames_png, methods_png, range_png
 from aerial_gnss_ros.evaluation.identity import Identities
-from aerial_gnss_ros.evaluation.picture import error_png, map_png
+from aerial_gnss_ros.evaluation.picture import GREY, colours
 from aerial_gnss_ros.evaluation.platform import PlatformError, platform_png
+from aerial_gnss_ros.evaluation.track_map import map_png
 
 
 @dataclass(frozen=True)
@@ -81,8 +83,10 @@ def write_report(path: Path, report: Report, drawn: Sequence[Picture] | None = N
     methods = [(name, _rows(robots)) for name, robots in report.methods.items()]
     text = environment.get_template("report.html").render(
         report=report,
+        meanings={str(reason): reason.meaning for reason in Reason},
         last=[_last(name, track) for name, track in report.estimates.items()],
         methods=methods,
+        by_method=[(name, *rows[-1][1:]) for name, rows in methods],
         figures=[] if not methods else key_figures(methods[0][1][-1], report.identity),
         pictures=[(p.caption, _data_url(p.content)) for p in pictures],
         extra=[(caption, _data_url(content)) for caption, content in report.pictures],
@@ -95,8 +99,8 @@ def draw(report: Report) -> list[Picture]:
     found = [
         Picture(
             "map.png",
-            "Map: tracks with 95 % ellipses (filled: of the last measured position), truth dashed; "
-            "dotted while coasting, which may lead off the map.",
+            "Map. Each ellipse holds its position's robot with 95 %. A robot that coasts away may "
+            "leave the map.",
             map_png(report.estimates, report.truth, report.drone),
         )
     ]
@@ -106,22 +110,25 @@ def draw(report: Report) -> list[Picture]:
         if any(len(robot.stamps_ns) for robot in robots)
     }
     if compared:
-        robots = next(iter(compared.values()))
+        robots, shades = next(iter(compared.values())), _shades(report)
         found += [
-            Picture("error_over_frames.png", "Haversine error over frames.", frames_png(robots)),
+            Picture(
+                "error_over_frames.png", "Haversine error over frames.", frames_png(robots, shades)
+            ),
             Picture(
                 "latitude_longitude_error.png",
-                "Latitude and longitude error over frames, in metres.",
-                axes_png(robots),
+                "Latitude and longitude error over frames. With right covariances 95 % lie "
+                "between the dashed lines, over many flights.",
+                axes_png(robots, shades),
             ),
         ]
-        by_range = range_png(robots)
+        by_range = range_png(robots, shades)
         if by_range is not None:
             caption = "Error against the distance from the drone."
             found.append(Picture("error_against_range.png", caption, by_range))
     if len(compared) > 1:
         caption = "Horizontal error over time, by method."
-        found.append(Picture("error_by_method.png", caption, error_png(compared)))
+        found.append(Picture("error_by_method.png", caption, methods_png(compared, shades)))
     if report.platform:
         caption = (
             "The platform's errors as the filter estimates them, with one and two sigma: what is "
@@ -129,6 +136,13 @@ def draw(report: Report) -> list[Picture]:
         )
         found.append(Picture("platform_errors.png", caption, platform_png(report.platform)))
     return found
+
+
+def _shades(report: Report) -> dict[str, str]:
+    """Return colours by true robot: those that the published names have on the map."""
+    published = colours(report.estimates)
+    robots = next(iter(report.methods.values()), [])
+    return {robot.truth_id: published.get(robot.robot_id, GREY) for robot in robots}
 
 
 def key_figures(
@@ -142,8 +156,8 @@ def key_figures(
         (f"{s.median:.2f} m", "CEP", "half of the positions are nearer to truth"),
         (f"{s.ce90:.2f} m", "CE90", "nine in ten are nearer"),
         (f"{s.rmse:.2f} m", "RMSE", "root mean square of the distance"),
-        (f"{s.nees:.2f}", "NEES", "2 where the published covariance is right"),
-        (f"{100 * coverage:.0f} %", "availability", "of truth with a position within 0.5 s"),
+        (f"{s.nees:.2f}", "NEES", "about 2 over many flights; one tells little"),
+        (f"{100 * coverage:.0f} %", "availability", "of the time has a position within 0.5 s"),
     ]
     if identity is not None and identity.idf1 is not None:
         found.append((f"{identity.idf1:.3f}", "IDF1", f"{identity.switches} identity switches"))

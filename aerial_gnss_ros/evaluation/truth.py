@@ -70,7 +70,7 @@ def read_truth(bag: BagReader, latency_s: float | None = None) -> Truth:
     if drone is not None:
         rows[drone] = []
     wanted = set(rows) | {t for t in bag.topics if _SCENARIO.fullmatch(t) or _BOXES.fullmatch(t)}
-    stated, seen = 0.0, dict[str, list[int]]()
+    stated, seen, images = 0.0, dict[str, list[int]](), list[int]()
     for recorded in bag.messages(wanted) if wanted else ():
         message = recorded.message()
         if recorded.topic in rows:
@@ -80,10 +80,13 @@ def read_truth(bag: BagReader, latency_s: float | None = None) -> Truth:
         elif recorded.msgtype == "std_msgs/msg/String":
             stated = _latency(message.data)
         elif recorded.msgtype == "vision_msgs/msg/Detection2DArray":
+            images.append(nanoseconds(message.header.stamp))
             for box in message.detections:
                 seen.setdefault(str(box.id), []).append(nanoseconds(message.header.stamp))
     late = stated if latency_s is None else latency_s
-    robots = {name: moved(track(rows[t]), late) for t, name in names.items() if rows[t]}
+    robots = {
+        name: _within(moved(track(rows[t]), late), images) for t, name in names.items() if rows[t]
+    }
     path = track(rows[drone]) if drone is not None and rows[drone] else None
     return Truth(
         dict(sorted(robots.items())),
@@ -135,6 +138,19 @@ def moved(track_: Track, latency_s: float) -> Track:
     """Return a track stamped as the images that show it."""
     late_ns = round(latency_s * 1e9)
     return Track(track_.stamps_ns + late_ns, track_.latitude, track_.longitude)
+
+
+def _within(track_: Track, images: Sequence[int]) -> Track:
+    """Return a track without what lies before the first image and after the last one.
+
+    Nobody can have a position there. One sample on either side stays, to interpolate.
+    """
+    if not images:
+        return track_
+    first = max(int(np.searchsorted(track_.stamps_ns, min(images), "right")) - 1, 0)
+    last = int(np.searchsorted(track_.stamps_ns, max(images))) + 1
+    kept = slice(first, last)
+    return Track(track_.stamps_ns[kept], track_.latitude[kept], track_.longitude[kept])
 
 
 def _drone_topic(bag: BagReader) -> str | None:

@@ -11,8 +11,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from aerial_gnss_ros.adapters.stamps import nanoseconds
+from aerial_gnss_ros.bags.reader import open_bag
 from aerial_gnss_ros.cli import main
 from aerial_gnss_ros.core.frames import matrix_from_rpy
+from aerial_gnss_ros.evaluation.truth import read_truth
 from aerial_gnss_ros.simulation.bag import write_bag
 from aerial_gnss_ros.simulation.boxes import DetectorPlan
 from aerial_gnss_ros.simulation.experiment import CameraClock, Experiment, default_camera
@@ -70,6 +73,19 @@ def test_truth_is_compared_at_the_time_of_the_scene(late, capsys):
     assert wrong["all"]["rmse"] == pytest.approx(0.28, abs=0.08)
     assert aligned["all"]["rmse"] < 0.02
     assert aligned["all"]["haversine_rmse"] == pytest.approx(aligned["all"]["rmse"], rel=0.006)
+
+
+def test_truth_before_and_after_the_images_does_not_count(late):
+    """The flight's truth begins 1.5 s before its first image; images come 5 a second."""
+    with open_bag([late / "bag"]) as bag:
+        truth = read_truth(bag)
+        images = [
+            nanoseconds(one.message().header.stamp) for one in bag.messages({"/truth/detections"})
+        ]
+    for track in truth.robots.values():
+        early, over = min(images) - track.stamps_ns[0], track.stamps_ns[-1] - max(images)
+        assert 0 <= early <= 200_000_000
+        assert 0 <= over <= 200_000_000
 
 
 def test_report_figures_and_tables(late):

@@ -19,6 +19,12 @@ def test_the_designs_words_are_there():
     assert {str(reason) for reason in Reason} >= words | set(families)
 
 
+def test_every_reason_is_explained():
+    meanings = {reason.meaning for reason in Reason}
+    assert len(meanings) == len(Reason)
+    assert Reason.GAP_HEIGHT.meaning == "height has a gap longer than max_gap here"
+
+
 @pytest.mark.parametrize("source", list(Input))
 def test_each_input_has_its_reasons(source):
     assert str(Reason.no(source)) == f"no_{source}"

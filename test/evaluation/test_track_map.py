@@ -1,0 +1,47 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The map shows what its legend says, and a robot has one colour in all pictures."""
+
+from __future__ import annotations
+
+import numpy as np
+from matplotlib.colors import to_hex
+
+from aerial_gnss_ros.bags.tables import EstimatedTrack, Track
+from aerial_gnss_ros.evaluation.picture import COLOURS
+from aerial_gnss_ros.evaluation.track_map import map_figure
+
+STAMPS = np.arange(4, dtype=np.int64) * 10**9
+STILL = Track(STAMPS, np.full(4, 0.23), np.full(4, -1.04))
+
+
+def _estimate(measured):
+    covariance = np.tile(np.eye(2), (4, 1, 1))
+    return EstimatedTrack(STAMPS, STILL.latitude, STILL.longitude, covariance, np.array(measured))
+
+
+def _signs(figure):
+    (legend,) = figure.legends
+    texts = [text.get_text() for text in legend.get_texts()]
+    return dict(zip(texts, legend.legend_handles, strict=True))
+
+
+def test_the_legend_explains_what_is_drawn_and_nothing_else():
+    seen, lost = _estimate([True] * 4), _estimate([True, True, False, False])
+    signs = _signs(map_figure({"aqua_1": seen, "aqua_2": lost}, {"a": STILL}, STILL))
+    assert signs["truth (×: at the end)"].get_marker() == "x"  # a still robot's truth is only that
+    assert signs["truth (×: at the end)"].get_linestyle() == "--"
+    assert signs["drone (▲: at the end)"].get_marker() == "^"
+    assert signs["coasting (not seen)"].get_linestyle() == ":"
+    assert to_hex(signs["aqua_2"].get_color()) == COLOURS[1].lower()
+    assert set(_signs(map_figure({"aqua_1": seen}, {}))) == {
+        "aqua_1", "95 % ellipse", "ellipse of the last one"
+    }  # fmt: skip
+
+
+def test_a_map_of_nothing_has_no_legend():
+    assert map_figure({}, {}).legends == []
+
+
+def test_a_robot_never_measured_is_on_the_map():
+    figure = map_figure({"aqua_1": _estimate([False] * 4)}, {})
+    assert [text.get_text() for text in figure.axes[0].texts] == ["aqua_1"]
