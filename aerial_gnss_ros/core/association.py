@@ -102,8 +102,8 @@ def likeliest(
         log_determinant: (k,) of the covariances they were taken with.
         threshold: squared distance at the edge of the gate.
     """
-    if len(rows) < 2:  # nothing to weigh
-        return list(range(len(rows)))
+    if len({*rows}) == len({*columns}) == len(rows):  # nothing to weigh
+        return [k for k, near in enumerate(squared) if near <= threshold]
     missing: dict[int, float] = {}
     for row, wide in zip(rows, log_determinant, strict=True):
         missing[row] = max(missing.get(row, -math.inf), threshold + wide)

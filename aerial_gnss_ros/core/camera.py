@@ -214,7 +214,8 @@ class CameraModel:
         given = np.asarray(pixels, dtype=np.float64).reshape(-1, 2)
         valid = self.inside(given)
         # What is not on the image is computed at its middle, so that nothing overflows.
-        usable = given if valid.all() else np.where(valid[:, None], given, self._middle)
+        every = np.count_nonzero(valid) == len(valid)
+        usable = given if every else np.where(valid[:, None], given, self._middle)
         plane = (usable - self._middle) @ self._inverse.T
         lens = self._lens
         if isinstance(lens, Equidistant):

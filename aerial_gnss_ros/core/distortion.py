@@ -175,12 +175,12 @@ class BrownConrady:
                     break
                 determinant = a * d - b * b
                 scale = 1.0 / determinant if determinant else 0.0
-                radius = math.hypot(x, y)
+                before = x, y
                 x -= (d * right - b * down) * scale
                 y -= (a * down - b * right) * scale
                 beyond = math.hypot(x, y)
                 if beyond >= self.max_radius:
-                    halfway = 0.5 * (radius + self.max_radius)
+                    halfway = 0.5 * (math.hypot(*before) + self.max_radius)
                     x, y = x * halfway / beyond, y * halfway / beyond
             determinant = a * d - b * b
             scale = 1.0 / determinant if determinant > 0.0 else math.nan

@@ -11,14 +11,17 @@ published covariance contains it (`doubts`).
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from functools import lru_cache
+from itertools import combinations
 from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from aerial_gnss_ros.core.doubts import Doubts, Spot
+from aerial_gnss_ros.core.few import FEW
 from aerial_gnss_ros.core.joint_motion import Motion
 from aerial_gnss_ros.core.pair import Pair
 from aerial_gnss_ros.core.track import Track
@@ -75,6 +78,31 @@ def _every_pair(n: int) -> tuple[Indices, Indices]:
     """Return the first and the second of each two of n, by the first."""
     rows, columns = np.triu_indices(n, 1)
     return rows, columns
+
+
+def _close(positions: Array, white: Array) -> list[list[int]]:
+    """Return which two boxes are so close that they are followed, the closest first.
+
+    Args:
+        positions: (n, 2) East, North, m.
+        white: (n, 2, 2) covariances of these, m².
+    """
+    size = np.sqrt(white[:, 0, 0] + white[:, 1, 1])
+    if len(size) <= FEW:
+        boxes = list(enumerate(zip(positions.tolist(), size.tolist(), strict=True)))
+        found = []
+        for (a, ((east, north), own)), (b, ((x, y), theirs)) in combinations(boxes, 2):
+            apart = math.hypot(east - x, north - y)
+            if apart < NEAR * max(own, theirs):
+                found.append((apart, a, b))
+        return [[a, b] for _, a, b in sorted(found)]
+    firsts, seconds = _every_pair(len(size))
+    vectors = positions[firsts] - positions[seconds]
+    distances = np.hypot(vectors[:, 0], vectors[:, 1])
+    near = distances < NEAR * np.maximum(size[firsts], size[seconds])
+    order = np.argsort(distances[near], kind="stable")
+    pairs: list[list[int]] = np.stack([firsts[near], seconds[near]], axis=1)[order].tolist()
+    return pairs
 
 
 class Encounters:
@@ -181,19 +209,11 @@ class Encounters:
         """Follow pairs that have come close."""
         if len(tracks) < 2:
             return
-        firsts, seconds = _every_pair(len(tracks))
-        size = np.sqrt(white[:, 0, 0] + white[:, 1, 1])
-        vectors = positions[firsts] - positions[seconds]
-        apart = np.hypot(vectors[:, 0], vectors[:, 1])
-        near = apart < NEAR * np.maximum(size[firsts], size[seconds])
-        if not near.any():
-            return
-        firsts, seconds, apart = firsts[near], seconds[near], apart[near]
+        close = _close(positions, white)
         followed = [{*pair.names} for pair in self._pairs]
-        for i in np.argsort(apart, kind="stable"):
+        for both in close:
             if len(self._pairs) >= MOST_PAIRS:
                 return
-            both = [int(firsts[i]), int(seconds[i])]
             one, other = (tracks[k] for k in both)
             names = (one.robot_id, other.robot_id)
             if one.class_id != other.class_id or {*names} in followed:

@@ -57,7 +57,7 @@ class Motion:
             unseen: (n,) time since each robot was measured at the step's beginning, s.
             strength: (n,) of their accelerations' densities, see `Manoeuvres`.
         """
-        if seconds <= HELD_SEEN_S and not unseen.any():
+        if seconds <= HELD_SEEN_S and not np.count_nonzero(unseen):
             return self._straight(seconds, len(unseen), strength)
         held = np.where(unseen > 0.0, HELD_S, HELD_SEEN_S)
         straight = np.clip(held - unseen, 0.0, seconds)
@@ -84,8 +84,8 @@ class Motion:
         """Return the step of robots that were all in view just now."""
         q = self.acceleration**2
         once = [q * seconds**3 / 3.0, q * seconds**2 / 2.0, q * seconds]
-        noise = np.array([once] * count).reshape(-1, 3) * np.reshape(strength, (-1, 1))
-        return np.full(count, seconds), None, noise
+        reach = np.array([seconds] * count)
+        return reach, None, np.multiply.outer(np.zeros(count) + strength, once)
 
     def _forget(self, noise: Array, time: float, length: Array, keep: Array) -> None:
         """Carry noise (n, 3) through a time without memory, and add what comes in it."""

@@ -15,6 +15,7 @@ from scipy.linalg.blas import dtrsm
 from scipy.linalg.lapack import dpotrf
 
 from aerial_gnss_ros.core.association import mahalanobis
+from aerial_gnss_ros.core.few import products
 from aerial_gnss_ros.core.joint_geometry import pose_jacobian
 from aerial_gnss_ros.core.joint_platform import COUNT, LATENCY, PlatformModel
 from aerial_gnss_ros.core.joint_state import Indices, Joint
@@ -119,7 +120,7 @@ def correct(
     follow(joint, sight)
     before = joint.mean
     linear = linearise(sight, before[:COUNT], joint.robots[slots, :2], joint.by_pose[slots, :2])
-    if not linear.seen.all():
+    if np.count_nonzero(linear.seen) < len(slots):
         slots, pixels = slots[linear.seen], pixels[linear.seen]
         places = joint.robots[slots, :2]
         linear = linearise(sight, before[:COUNT], places, joint.by_pose[slots, :2])
@@ -213,9 +214,10 @@ def _possible(
 ) -> NDArray[np.bool_] | None:
     """Return which corrected robots (m,) are not too fast; None if all are."""
     velocities = joint.robots[slots, 2:]
-    speeds = np.sqrt(np.einsum("ij,ij->i", velocities, velocities))
-    if not (speeds > fastest).any():
+    squared = products(velocities, velocities)
+    if max(squared.tolist()) <= fastest**2:
         return None
+    speeds = np.sqrt(squared)
     own = COUNT + 4 * slots[:, None] + [2, 3]
     variance = (joint.covariance[own, own] - reduction[own, own]).sum(axis=1)
     margin = np.minimum(TOO_FAST * np.sqrt(variance), 0.5 * fastest)
@@ -258,7 +260,7 @@ def _soften(spread: Array, residual: Array, pixel: float) -> bool:
     every = np.arange(m)
     blocks = own[every, :, every]
     distance = np.sqrt(mahalanobis(residual, blocks)[0])
-    if not (distance > HUBER).any():
+    if max(distance.tolist()) <= HUBER:
         return False
     more = np.maximum(distance / HUBER - 1.0, 0.0)
     # In units of the whole innovation: also a robot of which little is known is not pulled.

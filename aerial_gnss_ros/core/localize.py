@@ -213,7 +213,7 @@ def _reasons(
     limits = config.surface
     good = (points.distances <= limits.max_range) & (margin > 0.0) & points.in_image
     good &= covariance[:, 0, 0] + covariance[:, 1, 1] <= limits.max_sigma_m**2
-    if good.all():
+    if np.count_nonzero(good) == len(good):
         return (None,) * len(pixels)
     sigma = largest_sigma(covariance)
     far = ~(points.distances <= limits.max_range) | ~(sigma <= limits.max_sigma_m)

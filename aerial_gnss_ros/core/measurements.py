@@ -65,9 +65,9 @@ def at_edge(pixels: Array, width: int, height: int) -> NDArray[np.bool_]:
         width: of the picture, px.
         height: likewise.
     """
-    size = np.array([width, height])
-    near = EDGE * size.min()
-    edge: NDArray[np.bool_] = ((pixels < near) | (pixels > size - near)).any(axis=1)
+    near = EDGE * min(width, height)
+    close = (pixels < near) | (pixels > (width - near, height - near))
+    edge: NDArray[np.bool_] = close[:, 0] | close[:, 1]
     return edge
 
 

@@ -34,10 +34,12 @@ class Posing:
         self._config = config
         self._mount = mount_matrix(config.gimbal.mount_rpy_deg)
         self._offset = np.array(config.camera.offset_m, dtype=np.float64)
+        self._apart = bool(self._offset.any())  # camera and antenna
         calibration = config.calibration
         self._lift = calibration.height_m
         angles = calibration.gimbal_roll_deg, calibration.gimbal_pitch_deg, calibration.heading_deg
         self._turn = np.radians(angles)
+        self._turned = bool(self._turn.any())
         self.trouble = ""
 
     def pose(self, samples: Samples) -> CameraPose | Reason:
@@ -127,7 +129,7 @@ class Posing:
     ) -> CameraPose | Reason:
         fix, altitude = samples.fix, self.altitude(samples.fix)
         latitude, longitude = fix.latitude, fix.longitude
-        if body is not None and self._offset.any():
+        if body is not None and self._apart:
             east, north, up = self._true_body(body) @ self._offset
             base = altitude if math.isfinite(altitude) else height
             lat, lon, _ = geodetic_from_enu(east, north, up, latitude, longitude, base)
@@ -155,7 +157,7 @@ class Posing:
         return turned
 
     def _true_camera(self, measured: Array) -> Array:
-        return corrected_camera(measured, self._turn) if self._turn.any() else measured
+        return corrected_camera(measured, self._turn) if self._turned else measured
 
 
 def _horizontal(fix: Fix) -> Array | None:

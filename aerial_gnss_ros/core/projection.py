@@ -31,7 +31,7 @@ def plane_with_jacobian(
     if isinstance(lens, Equidistant):
         return _fisheye(lens, points)
     seen: Mask = points[:, 2] > _BEHIND
-    if not seen.all():  # computed as if before the camera, so that nothing overflows
+    if np.count_nonzero(seen) < len(seen):  # as if before the camera, so that nothing overflows
         points = np.where(seen[:, None], points, [0.0, 0.0, 1.0])
     table = tabled(_pinhole if lens is None else lens.through, points, 8 if lens is None else 10)
     if lens is not None:

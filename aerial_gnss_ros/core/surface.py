@@ -88,7 +88,7 @@ class View:
         c = self._above
         discriminant = b * b - a * c
         hit = (discriminant > 0.0) & (b < 0.0)
-        if c > 0.0 and hit.all():
+        if c > 0.0 and np.count_nonzero(hit) == len(hit):
             return np.asarray(c / (np.sqrt(discriminant) - b), np.float64)
         hit &= c > 0.0
         # The smaller root, written so that nothing nearly equal is subtracted.

@@ -69,7 +69,8 @@ class Track:
         if self.state is not State.TENTATIVE:
             self.state = State.CONFIRMED
             since = min((stamp_ns - self.last_seen_ns) * 1e-9 / HABIT_S, 1.0)
-            self.swum += since * 0.5 * float(velocity @ velocity)
+            east, north = velocity.tolist()
+            self.swum += since * 0.5 * (east * east + north * north)
             self.swum_count += since
         self.velocity = velocity
         self.last_seen_ns = stamp_ns

@@ -141,7 +141,7 @@ class Tracker:
     ) -> tuple[Indices, Indices, Indices]:
         """Take in measurements; return rows, columns they were corrected with, refused columns."""
         columns = columns.copy()
-        named = [i for i, row in enumerate(rows) if self.tracks[row].robot_id]
+        named = [i for i, row in enumerate(rows.tolist()) if self.tracks[row].robot_id]
         boxes = columns[named]
         columns[named] = boxes[
             self._encounters.take(
@@ -159,10 +159,9 @@ class Tracker:
             rows, columns, refused = rows[~fast], columns[~fast], columns[fast]
             for row in impossible:
                 self.tracks[row].strayed = True
-        velocities = self.filter.mean[:, 2:]
-        for row, column in zip(rows, columns, strict=True):
-            edge = bool(seen.edge[column])
-            self.tracks[row].hit(stamp_ns, self._window_ns, velocities[row], edge)
+        velocities, edges = self.filter.mean[:, 2:], seen.edge.tolist()
+        for row, column in zip(rows.tolist(), columns.tolist(), strict=True):
+            self.tracks[row].hit(stamp_ns, self._window_ns, velocities[row], edges[column])
         return rows, columns, refused
 
     def _start(self, seen: Measurements, columns: Indices, frame: DetectionFrame) -> dict[int, int]:
@@ -218,22 +217,23 @@ class Tracker:
             }
             for name, more in self._encounters.doubts(spots).items():
                 covariance[names.index(name), :2, :2] += more
-        latitude, longitude = self._local.places(mean[:, :2])
+        latitude, longitude = (values.tolist() for values in self._local.places(mean[:, :2]))
+        altitude = float(self._water_altitude)
         estimates = tuple(
             RobotEstimate(
                 stamp_ns=stamp_ns,
-                robot_id=self.tracks[row].robot_id,
-                class_id=self.tracks[row].class_id,
-                state=self.tracks[row].state,
-                latitude=float(latitude[i]),
-                longitude=float(longitude[i]),
-                altitude=float(self._water_altitude),
-                position=mean[i, :2].copy(),
-                velocity=mean[i, 2:].copy(),
+                robot_id=track.robot_id,
+                class_id=track.class_id,
+                state=track.state,
+                latitude=latitude[i],
+                longitude=longitude[i],
+                altitude=altitude,
+                position=mean[i, :2],
+                velocity=mean[i, 2:],
                 covariance=covariance[i],
-                last_seen_ns=self.tracks[row].last_seen_ns,
+                last_seen_ns=track.last_seen_ns,
             )
-            for i, row in enumerate(named)
+            for i, track in enumerate(self.tracks[row] for row in named)
         )
         self._identity.remember(estimates)
         return estimates
