@@ -9,6 +9,7 @@ filter would lag behind, the box would leave the gate and grow a second track on
 
 from __future__ import annotations
 
+import math
 from statistics import median
 
 import numpy as np
@@ -20,6 +21,7 @@ from aerial_gnss_ros.core.joint import JointFilter
 from aerial_gnss_ros.core.joint_comparison import Comparison
 from aerial_gnss_ros.core.joint_motion import HELD_S
 from aerial_gnss_ros.core.measurements import Measurements
+from aerial_gnss_ros.core.reacquisition import CLEAR
 from aerial_gnss_ros.core.track import Track
 from aerial_gnss_ros.core.values import State
 
@@ -101,6 +103,8 @@ class Matcher:
         # Robots choose first: a stray box of a robot must not grow up on that robot's own boxes.
         chosen = kept(tracks, of, to, best(inside), inside)
         rows, columns = {of[k] for k in chosen}, {to[k] for k in chosen}
+        log = [-0.5 * (near + area) for near, area in zip(squared, wide, strict=True)]
+        chosen = undisputed(tracks, of, to, chosen, log, kind, stamp_ns)
         left = [k for k in robots if of[k] not in rows and to[k] not in columns]
         missed = {of[k] for k in left if squared[k] <= NEAR**2 * self._threshold}
         self._filter.monitor.take_matches(len(chosen), len(missed))
@@ -219,6 +223,42 @@ def swerved(speed: float) -> Array:
         speed: one sigma of the change of velocity, each axis, m/s.
     """
     return (SWERVE_S * speed) ** 2 * np.eye(2)
+
+
+def undisputed(
+    tracks: list[Track],
+    rows: list[int],
+    columns: list[int],
+    chosen: list[int],
+    log: list[float],
+    kind: list[str],
+    stamp_ns: int,
+) -> list[int]:
+    """Return the pairs of an assignment but for boxes that may be of robots out of sight.
+
+    A robot out of sight for long is not updated by a single box. Where one comes up that may as
+    well be that robot as another one, whose place is no longer sure either, neither gets the box:
+    it begins a track, and whose that is, is decided with all that is known (`reacquisition`).
+
+    Args:
+        tracks: all of them.
+        rows: of the pairs.
+        columns: theirs.
+        chosen: pairs that the assignment made.
+        log: log likelihood of each pair.
+        kind: of each track; "" is not updated by a single box.
+        stamp_ns: of the image, ns.
+    """
+    unsure = [k for k in chosen if stamp_ns - tracks[rows[k]].last_seen_ns > HELD_S * 1e9]
+    for k in unsure:
+        least = log[k] - math.log(CLEAR)
+        if any(
+            log[i] > least and columns[i] == columns[k] and not kind[row]
+            and tracks[row].robot_id and tracks[row].class_id == tracks[rows[k]].class_id
+            for i, row in enumerate(rows)
+        ):  # fmt: skip
+            chosen = [one for one in chosen if one != k]
+    return chosen
 
 
 def kept(

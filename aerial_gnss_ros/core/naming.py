@@ -23,6 +23,7 @@ from aerial_gnss_ros.core.matching import SWERVE_S, swerved
 from aerial_gnss_ros.core.reacquisition import Reacquisition, Returns, twins
 from aerial_gnss_ros.core.track import Track
 from aerial_gnss_ros.core.values import State
+from aerial_gnss_ros.core.whereabouts import Swims
 
 Array = NDArray[np.float64]
 
@@ -147,7 +148,7 @@ class Naming:
         if not away:
             return Returns()
         return self._reacquisition.pairs(
-            tracks, away, ready, self._apart(away, ready), stamp_ns, height,
+            tracks, away, ready, self._apart(away, ready), self._swims(ready), stamp_ns, height,
             self._identity.newcomers((stamp_ns - self._first_ns) * 1e-9),
         )  # fmt: skip
 
@@ -155,6 +156,11 @@ class Naming:
         """Return offsets (n, m, 2) between tracks, which may have swerved, and covariances."""
         offsets, spread = self._filter.apart(np.array(old), np.array(new))
         return offsets, spread + swerved(self._filter.motion.speed_sigma)
+
+    def _swims(self, rows: list[int]) -> Swims:
+        """Return how tracks without names swim, by their boxes."""
+        velocities, spread = self._filter.mean[rows, 2:], self._filter.covariance[rows, 2:, 2:]
+        return Swims.of(velocities, spread, self._filter.motion.speed_sigma)
 
     def _sighting(self, track: Track, row: int) -> Sighting:
         position, covariance = self._filter.mean[row, :2], self._filter.covariance[row, :2, :2]

@@ -5,9 +5,8 @@ Inside a coasting robot's gate something new is confirmed. The longer a robot wa
 its gate, and the likelier is what comes up there another robot. So the likelihoods are compared:
 that the robot is there, and that one is which nobody has seen yet; of these one comes up now and
 then, so that a robot back after seconds competes with fewer than one back after minutes. Where a
-robot out of sight can be is a mixture: it stays where it went down; it wanders about there as fast
-as it swam in sight; it goes straight on; or it does anything that the filter allows, which sets the
-gate and is published. Besides, robots come up after about as long as others did (`absences`).
+robot out of sight can be, and how it swims there, is a mixture (`whereabouts`). Besides, robots
+come up after about as long as others did (`absences`).
 
 Where two robots out of sight could be the new track, nothing is decided for a while: if the
 other one comes up as well, the two are told apart by how they lie to one another, whatever error
@@ -29,21 +28,10 @@ from aerial_gnss_ros.core.association import cheapest, mahalanobis
 from aerial_gnss_ros.core.joint_motion import Motion
 from aerial_gnss_ros.core.return_order import likeliest_order
 from aerial_gnss_ros.core.track import Track
+from aerial_gnss_ros.core.whereabouts import Swims, Whereabouts
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.intp]
-
-SHARE = 0.25
-"""Of each of the four parts of the mixture."""
-
-STAYS_MPS = 0.08
-"""Speed of a robot that stays where it went down, each axis, m/s."""
-
-COURSE_KEPT = 0.3
-"""A robot that goes straight on is off by such a share of its way, one sigma."""
-
-LEAST_SPEED = 0.1
-"""… or of the way at this speed, m/s."""
 
 VIEW = 2.0
 """Side of the water in view, as a multiple of the height."""
@@ -59,6 +47,9 @@ PATIENCE_S, PATIENCE = 4.0, 0.05
 and a share of the time for which the nearest was out of sight. Those that come up one after the
 other wait for the last of them."""
 
+LOOK_S = 1.0
+"""How long a track in doubt waits to show how it swims, s."""
+
 LIKELY = 0.8
 """Probability from which a new track gets a robot's name, against all other robots and those that
 nobody has seen. Below, it gets a new one: a name on the wrong robot is a confident wrong position,
@@ -66,9 +57,6 @@ which is much worse. docs/accuracy.md has what other values give."""
 
 UNSURE = 0.05
 """Probability from which it is remembered that a track may be another robot than it is named."""
-
-_SMALLEST = 1e-3
-"""Least variance of a place, m²."""
 
 
 @dataclass
@@ -100,7 +88,7 @@ class Reacquisition:
     """
 
     def __init__(self, motion: Motion, threshold: float, coast_s: float) -> None:
-        self._motion = motion
+        self._whereabouts = Whereabouts(motion)
         self._threshold = threshold
         self._coast_s = coast_s
         self._absences = Absences(coast_s)
@@ -115,6 +103,7 @@ class Reacquisition:
         away: list[int],
         ready: list[int],
         between: tuple[Array, Array],
+        swims: Swims,
         stamp_ns: int,
         height: float,
         newcomers: float,
@@ -127,6 +116,7 @@ class Reacquisition:
             ready: m rows of new tracks.
             between: offsets (n, m, 2) from robots to new tracks, m, and covariances (n, m, 2, 2)
                 as the filter has them, m².
+            swims: how the new tracks swim.
             stamp_ns: of the image, ns.
             height: of the camera above the water, m.
             newcomers: robots never seen that are expected to come up in the picture in `coast_s`.
@@ -138,7 +128,7 @@ class Reacquisition:
         unseen = np.array([(stamp_ns - tracks[row].last_seen_ns) * 1e-9 for row in away])
         gone = np.array([[_absence(tracks[old], tracks[new]) for new in ready] for old in away])
         odds = self._absences.odds(gone)
-        density, vague = self._densities(tracks, away, unseen, between)
+        density, vague = self._densities(tracks, away, unseen, between, swims)
         share = np.minimum(unseen / max(self._coast_s, 1e-3), 1.0)
         each = np.maximum(newcomers * share / (VIEW * max(height, 1.0)) ** 2, 1e-12)
         place = -2.0 * np.log(np.maximum(density, 1e-300) / each[:, None])
@@ -148,15 +138,19 @@ class Reacquisition:
         settled = (possible.any(axis=1).sum() <= len(columns)) and len(columns) > 1
         came = [tracks[ready[column]] for column in columns]
         settled &= all(a.seen_beside(b) for a, b in combinations(came, 2))
-        waiting: set[int] = set()
-        if not settled:
-            nearest = unseen[np.where(possible, squared, np.inf).argmin(axis=0)]
-            unclear = _waits(vague)
-            came_ns = np.array([tracks[row].first_seen_ns for row in ready])
-            waited = (stamp_ns - came_ns[unclear].max(initial=0)) * 1e-9
-            waits = unclear & (waited < PATIENCE_S + PATIENCE * nearest)
-            waiting = {row for row, one in zip(ready, waits, strict=True) if one}
         likely = vague / (vague.sum(axis=0) + each[:, None])
+        age = np.array([(stamp_ns - tracks[row].first_seen_ns) * 1e-9 for row in ready])
+        if settled:
+            _, chances = likeliest_order(place, possible, rows, columns, gone, self._absences)
+            waits = np.zeros(len(ready), dtype=bool)
+            waits[columns] = chances.diagonal() < 1.0 - UNSURE
+            waits &= age[columns].min() < LOOK_S
+        else:
+            nearest = unseen[np.where(possible, squared, np.inf).argmin(axis=0)]
+            unclear, best = _waits(vague), likely.max(axis=0)
+            waits = (best > UNSURE) & (best < 1.0 - UNSURE) & (age < LOOK_S)
+            waits |= unclear & (age[unclear].min(initial=np.inf) < PATIENCE_S + PATIENCE * nearest)
+        waiting = {row for row, one in zip(ready, waits, strict=True) if one}
         sure = [
             k
             for k, (i, j) in enumerate(zip(rows, columns, strict=True))
@@ -195,38 +189,21 @@ class Reacquisition:
                 done.unknown[new] = unknown
 
     def _densities(
-        self, tracks: list[Track], away: list[int], unseen: Array, between: tuple[Array, Array]
+        self,
+        tracks: list[Track],
+        away: list[int],
+        unseen: Array,
+        between: tuple[Array, Array],
+        swims: Swims,
     ) -> tuple[Array, Array]:
         """Return the densities (n, m) of places, 1/m²; as stated, and with `DOUBT_M` besides."""
         offsets, spread = between
         density, vague = np.empty((2, *offsets.shape[:2]))
-        more = DOUBT_M**2 * np.eye(2)
+        more, find = DOUBT_M**2 * np.eye(2), self._whereabouts.density
         for i, row in enumerate(away):
-            density[i] = self._density(tracks[row], unseen[i], offsets[i], spread[i])
-            vague[i] = self._density(tracks[row], unseen[i], offsets[i], spread[i] + more)
+            density[i] = find(tracks[row], unseen[i], offsets[i], spread[i], swims)
+            vague[i] = find(tracks[row], unseen[i], offsets[i], spread[i] + more, swims)
         return density, vague
-
-    def _density(self, track: Track, unseen: float, offsets: Array, spread: Array) -> Array:
-        """Return the density (m,) at offsets (m, 2) from where the filter has the robot, 1/m²."""
-        motion, none = self._motion, np.zeros(1)
-        reach, _, noise = motion.step(unseen, none)
-        grown = float(noise[0, 0])
-        way = max(float(np.hypot(*track.velocity)), LEAST_SPEED) * unseen
-        ahead = offsets - (unseen - float(reach[0])) * track.velocity
-        back = offsets + float(reach[0]) * track.velocity
-        stays = self._wander(unseen, min(STAYS_MPS, motion.speed_sigma))
-        wanders = self._wander(unseen, track.habit(motion.speed_sigma))
-        return SHARE * (
-            _normal(back, _less(spread, grown - stays))
-            + _normal(offsets, _less(spread, grown - wanders))
-            + _normal(ahead, _less(spread, grown - (COURSE_KEPT * way) ** 2))
-            + _normal(offsets, spread)
-        )
-
-    def _wander(self, unseen: float, speed: float) -> float:
-        """Return the variance of a place after a time of wandering at a speed, each axis, m²."""
-        motion = Motion(min(self._motion.acceleration, speed), speed)
-        return float(motion.step(unseen, np.zeros(1))[2][0, 0])
 
 
 def twins(
@@ -276,18 +253,3 @@ def _waits(density: Array) -> NDArray[np.bool_]:
     second, best = np.sort(density, axis=0)[-2:]
     waits: NDArray[np.bool_] = (best > 0.0) & (best < CLEAR * second)
     return waits
-
-
-def _less(spread: Array, variance: float) -> Array:
-    """Return covariances (m, 2, 2) less a variance in every direction, still positive."""
-    a, b, d = spread[:, 0, 0], spread[:, 0, 1], spread[:, 1, 1]
-    least = 0.5 * (a + d) - np.hypot(0.5 * (a - d), b)
-    taken: Array = np.minimum(variance, least - _SMALLEST)
-    return spread - taken[:, None, None] * np.eye(2)
-
-
-def _normal(offsets: Array, spread: Array) -> Array:
-    """Return the density of planar normal laws."""
-    squared, log_determinant = mahalanobis(offsets, spread)
-    density: Array = np.exp(-0.5 * (squared + log_determinant)) / (2.0 * np.pi)
-    return density

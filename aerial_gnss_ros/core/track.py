@@ -33,6 +33,7 @@ class Track:
         hits: stamps of the images that showed it, within `tracks.confirm_window_s`.
         strain: fading mean of its squared innovations by their expectation; 1 is right.
         velocity: (2,) East, North when last seen, m/s.
+        velocity_spread: (2, 2) covariance of that, m²/s².
         swum: sum of its squared velocities, mean of both axes, each `HABIT_S`, m²/s².
         swum_count: how many independent ones.
         waits: whether it waits for its name, since it could be one of several robots.
@@ -49,6 +50,7 @@ class Track:
     hits: deque[int] = field(default_factory=deque)
     strain: float = 1.0
     velocity: Array = field(default_factory=lambda: np.zeros(2))
+    velocity_spread: Array = field(default_factory=lambda: np.zeros((2, 2)))
     swum: float = 0.0
     swum_count: float = 0.0
     waits: bool = False
@@ -56,13 +58,16 @@ class Track:
     entered: bool = False
     leaving: bool = False
 
-    def hit(self, stamp_ns: int, window_ns: int, velocity: Array, edge: bool = False) -> None:
+    def hit(
+        self, stamp_ns: int, window_ns: int, velocity: Array, spread: Array, edge: bool = False
+    ) -> None:
         """Take in that an image shows it.
 
         Args:
             stamp_ns: of the image, ns.
             window_ns: how long hits are kept, ns.
             velocity: (2,) as estimated with it, m/s.
+            spread: (2, 2) its covariance, m²/s².
             edge: whether the box is at the edge of the picture.
         """
         self.leaving = edge
@@ -72,7 +77,7 @@ class Track:
             east, north = velocity.tolist()
             self.swum += since * 0.5 * (east * east + north * north)
             self.swum_count += since
-        self.velocity = velocity
+        self.velocity, self.velocity_spread = velocity, spread
         self.last_seen_ns = stamp_ns
         while self.hits and stamp_ns - self.hits[0] > window_ns:
             self.hits.popleft()

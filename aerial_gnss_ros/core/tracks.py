@@ -160,8 +160,10 @@ class Tracker:
             for row in impossible:
                 self.tracks[row].strayed = True
         velocities, edges = self.filter.mean[:, 2:], seen.edge.tolist()
+        spread = self.filter.covariance[:, 2:, 2:]
         for row, column in zip(rows.tolist(), columns.tolist(), strict=True):
-            self.tracks[row].hit(stamp_ns, self._window_ns, velocities[row], edges[column])
+            swims = velocities[row], spread[row]
+            self.tracks[row].hit(stamp_ns, self._window_ns, *swims, edges[column])
         return rows, columns, refused
 
     def _start(self, seen: Measurements, columns: Indices, frame: DetectionFrame) -> dict[int, int]:

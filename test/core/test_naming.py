@@ -13,6 +13,7 @@ from aerial_gnss_ros.core.identity import Identity
 from aerial_gnss_ros.core.track import Track
 from aerial_gnss_ros.core.tracks import Tracker
 from aerial_gnss_ros.core.values import State
+from aerial_gnss_ros.core.whereabouts import Swims
 
 
 def _place(_t):
@@ -48,6 +49,7 @@ def test_what_was_seen_beside_a_robot_is_not_that_robot(sea, hits, resumed):
     tracker = Tracker(config, Identity(config))
     near = np.zeros((1, 1, 2)), np.eye(2)[None, None]
     tracker.filter.apart = lambda _old, _new: near
+    tracker._naming._swims = lambda _rows: Swims(np.zeros((1, 2)), 1e4 * np.eye(2)[None])
     tracker._naming._first_ns = sea.stamp(0.0)
     seen = deque(sea.stamp(t) for t in (4.0, 5.0))
     came = deque(sea.stamp(t) for t in hits)

@@ -13,9 +13,15 @@ from aerial_gnss_ros.core.joint_motion import Motion
 from aerial_gnss_ros.core.reacquisition import Reacquisition, twins
 from aerial_gnss_ros.core.track import Track
 from aerial_gnss_ros.core.values import State
+from aerial_gnss_ros.core.whereabouts import Swims
 
 SECOND = 1_000_000_000
 MOTION = Motion(0.05, 0.75)
+
+
+def _unseen(count):
+    """Return velocities that nobody has seen."""
+    return Swims(np.zeros((count, 2)), np.broadcast_to(1e4 * np.eye(2), (count, 2, 2)))
 
 
 def _pairs(*places, **more):
@@ -36,12 +42,13 @@ def _pairs_and_odds(down, up, unseen_s, newcomers=0.1, waited_s=0.2, beside=True
         for i in range(len(up))
     ]
     offsets = np.array(up, float)[None] - np.array(down, float)[:, None]
-    variance = MOTION.step(unseen_s, np.zeros(1))[2][0, 0] + 0.1
+    variance = MOTION.step(unseen_s, np.full(1, 1e-3))[2][0, 0] + 0.1
     spread = np.broadcast_to(variance * np.eye(2), (*offsets.shape, 2))
     n = len(down)
     came = Reacquisition(MOTION, 11.6, 180.0).pairs(
-        tracks, list(range(n)), list(range(n, len(tracks))), (offsets, spread), now, 30.0, newcomers
-    )
+        tracks, list(range(n)), list(range(n, len(tracks))), (offsets, spread),
+        _unseen(len(up)), now, 30.0, newcomers,
+    )  # fmt: skip
     odds = {(one - n, other - n): p for one, law in came.laws.items() for other, p in law.items()}
     found = {new - n: old for new, old in came.found.items()}
     return found, {row - n for row in came.waiting}, odds
@@ -58,7 +65,16 @@ def _pairs_and_odds(down, up, unseen_s, newcomers=0.1, waited_s=0.2, beside=True
     ],
 )
 def test_who_came_up(down, up, unseen_s, newcomers, found):
-    assert _pairs(down, up, unseen_s, newcomers) == (found, set())
+    """Once it has shown how it swims."""
+    assert _pairs(down, up, unseen_s, newcomers, waited_s=1.5) == (found, set())
+
+
+def test_in_doubt_it_waits_to_show_how_it_swims():
+    """Whether it is that robot, or which is which of two that came up midway."""
+    midway = [(0, 0), (2, 0)], [(1, 0), (1.1, 0)], 10.0
+    assert _pairs(*midway) == ({}, {0, 1})
+    assert _pairs(*midway, waited_s=1.5)[1] == set()
+    assert _pairs([(0, 0)], [(18, 0)], 30.0, 1.0) == ({}, {0})
 
 
 @pytest.mark.parametrize(
@@ -73,7 +89,7 @@ def test_between_two_robots_it_waits_but_not_for_ever(east, found):
 
 def test_two_that_come_up_together_are_told_by_how_they_lie():
     """Both seem 1.2 m further east, so that one seems nearer to the place of the other."""
-    found, waiting = _pairs([(0, 0), (2, 0)], [(3.2, 0), (1.2, 0)], 10.0)
+    found, waiting = _pairs([(0, 0), (2, 0)], [(3.2, 0), (1.2, 0)], 10.0, waited_s=1.5)
     assert (found, waiting) == ({0: 1, 1: 0}, set())
 
 
@@ -85,7 +101,7 @@ def test_two_that_come_up_together_are_told_by_how_they_lie():
     ],
 )
 def test_how_likely_the_other_way_round_is_told(up, low, high):
-    found, _, odds = _pairs_and_odds([(0, 0), (2, 0)], up, 10.0)
+    found, _, odds = _pairs_and_odds([(0, 0), (2, 0)], up, 10.0, waited_s=1.5)
     assert set(found) == {0, 1}
     assert low <= odds[0, 1] <= high + 1e-9
     assert odds[0, 0] == odds[1, 1] == pytest.approx(1.0 - odds[0, 1])
@@ -94,7 +110,7 @@ def test_how_likely_the_other_way_round_is_told(up, low, high):
 def test_three_that_come_up_midway_may_be_each_others_in_a_ring():
     """Nobody knows any of them: each name is on each track alike, which exchanges of two miss."""
     down = [(0, 0), (2, 0), (1, 1.732)]
-    _, _, odds = _pairs_and_odds(down, [(1, 0.577)] * 3, 10.0)
+    _, _, odds = _pairs_and_odds(down, [(1, 0.577)] * 3, 10.0, waited_s=1.5)
     assert odds == pytest.approx({(i, j): 1 / 3 for i in range(3) for j in range(3)}, abs=0.02)
 
 
@@ -114,7 +130,7 @@ def test_those_that_come_up_one_after_the_other_wait_for_the_last():
     for ready, waits in (([3, 4], {3, 4}), ([3], set())):
         between = offsets[:, : len(ready)], spread[:, : len(ready)]
         came = Reacquisition(MOTION, 11.6, 180.0).pairs(
-            tracks, [0, 1, 2], ready, between, now, 30.0, 0.1
+            tracks, [0, 1, 2], ready, between, _unseen(len(ready)), now, 30.0, 0.1
         )
         assert came.waiting == waits
 
