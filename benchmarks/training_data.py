@@ -3,15 +3,12 @@
 
 Every arm begins with the same weights, sees as many pictures as every other, in the same number of
 steps, through `aerial-gnss train`; each is scored on test pictures of both renderers that share no
-scene with training. An arm that is done is kept, so a run that was stopped goes on.
+scene with training. An arm that is done is kept, so a run that was stopped goes on. The commands
+that make the pictures: docs/training_experiments.md.
 
-aerial-gnss simulate --dataset fast --count 60 --val 0 --seed 501
-aerial-gnss simulate --dataset fast_test --count 60 --val 0 --seed 502
-aerial-gnss simulate --dataset blender --renderer blender --count 60 --val 0 --seed 200
-aerial-gnss simulate --dataset unseen --renderer blender --ranges unseen --count 60 --val 0 \
-    --seed 41
-python benchmarks/training_data.py --fast fast --blender blender --fast-test fast_test \
-    --blender-test unseen -o arms
+Standard errors have two parts: test scenes drawn anew, the same for every arm
+(`training.drawn_anew`), and what training varies from seed to seed, pooled over the arms. The
+figure to judge by, chosen before any arm was scored: mAP50-95.
 """
 
 from __future__ import annotations
@@ -22,18 +19,28 @@ import shutil
 import subprocess
 import sys
 import time
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from aerial_gnss_ros.detection.config import DetectorConfig
-from aerial_gnss_ros.training.held_out import score_weights
-from aerial_gnss_ros.training.labelled import read_folder
+from aerial_gnss_ros.detection.select import load_detector
+from aerial_gnss_ros.simulation.dataset import SCENE_IMAGES
+from aerial_gnss_ros.training.compare import for_scoring
+from aerial_gnss_ros.training.drawn_anew import FIGURES, draws, figures_of_draws
+from aerial_gnss_ros.training.labelled import LabelledImage, read_folder
 
-FIGURES = ("map50", "map50_95", "precision", "recall")
+Array = NDArray[np.float64]
+
+TESTS = ("fast", "blender")
+DRAWS = 400
 VAL = 8  # pictures by which the best epoch of each arm is chosen
 BATCH = 16
+SAME_VARIANT = 5  # passes: were each variant seen once, in one epoch, the rate would not fall
 RATE = 0.0002  # of fine-tuning; at 0.002 every arm lost what the start knew
 
 
@@ -46,7 +53,8 @@ class Arm:
         sources: renderers, in equal parts.
         curriculum: first pictures with one robot, then those with several.
         augmentation: "light" (ultralytics' colours, shifts, flips while training), "none", or
-            "paper" (another variant of each picture in each pass, by `aerial-gnss augment`).
+            "paper" (variants of each picture by `aerial-gnss augment`, a new one in every so many
+            passes: `SAME_VARIANT`).
     """
 
     name: str
@@ -65,6 +73,17 @@ ARMS = (
     Arm("both, paper's augmentation", ("fast", "blender"), augmentation="paper"),
 )
 
+COMPARED = (
+    ("fast", "start"),
+    ("blender", "start"),
+    ("blender", "fast"),
+    ("both", "fast"),
+    ("both", "blender"),
+    ("both, curriculum", "both"),
+    ("both", "both, no augmentation"),
+    ("both, paper's augmentation", "both, no augmentation"),
+)
+
 
 def main() -> None:
     """Train and score what is missing, print the table of what is there."""
@@ -77,7 +96,6 @@ def main() -> None:
     parser.add_argument("--passes", type=int, default=10, help="over the images")
     parser.add_argument("--seeds", type=int, nargs="+", default=[0])
     parser.add_argument("--arms", nargs="+", choices=[arm.name for arm in ARMS])
-    parser.add_argument("--train", action="store_true", help="only train, score later")
     parser.add_argument("--table", action="store_true", help="only print what is there")
     given = parser.parse_args()
     given.output.mkdir(parents=True, exist_ok=True)
@@ -87,19 +105,20 @@ def main() -> None:
         for arm in ARMS
         if (given.arms is None or arm.name in given.arms) and (arm.sources or seed == 0)
     ]
-    for arm, seed in wanted:
-        if not given.table and arm.sources and not weights_of(arm, seed, given.output).exists():
+    for arm, seed in wanted if not given.table else ():
+        if arm.sources and not weights_of(arm, seed, given.output).exists():
             spent = train(arm, seed, given)
             print(f"trained {arm.name}, seed {seed}, in {spent:.0f} s", flush=True)
-    for arm, seed in wanted:
         result = given.output / f"{_plain(arm.name)}_{seed}.json"
-        if not given.table and not given.train and not result.exists():
+        if not result.exists():
             weights = weights_of(arm, seed, given.output) if arm.sources else Path(given.weights)
-            tests = {"fast": given.fast_test, "blender": given.blender_test}
-            figures = {name: score(weights, folders) for name, folders in tests.items()}
-            result.write_text(json.dumps(figures, indent=2) + "\n", encoding="utf-8")
-            print(f"{arm.name}, seed {seed}: {figures}", flush=True)
-    print(table(given.output))
+            figures = {
+                "fast": score(weights, given.fast_test),
+                "blender": score(weights, given.blender_test),
+            }
+            result.write_text(json.dumps(figures) + "\n", encoding="utf-8")
+            print(f"scored {arm.name}, seed {seed}", flush=True)
+    print(tables(given.output))
 
 
 def _plain(name: str) -> str:
@@ -130,7 +149,8 @@ def gather(arm: Arm, given: argparse.Namespace, folder: Path) -> Path:
     if arm.augmentation != "paper":
         return folder
     augmented = folder.with_name("augmented")
-    _command("augment", folder, "-o", augmented, "--processes", "1", "--variants", given.passes)
+    variants = max(1, given.passes // SAME_VARIANT)
+    _command("augment", folder, "-o", augmented, "--processes", "1", "--variants", variants)
     return augmented
 
 
@@ -179,48 +199,75 @@ def _command(*words: object) -> None:
     subprocess.run(command, check=True, stdout=subprocess.DEVNULL)  # noqa: S603
 
 
-def score(weights: Path, folders: list[Path]) -> dict[str, float]:
-    """Return mean average precision, and precision and recall at the default threshold."""
-    images = (
-        image
-        for folder in folders
-        for split in sorted(
-            path.name for path in (folder / "images").iterdir() if any(path.iterdir())
-        )
-        for image in read_folder(folder, split)
-    )
-    whole = score_weights(weights, images, DetectorConfig(image_size=320))
-    figures = {key: round(whole[key], 3) for key in FIGURES}
-    return {**figures, "robots": whole["overall"]["robots"], "images": whole["images"]}
+def score(weights: Path, folders: list[Path]) -> dict[str, Any]:
+    """Return the figures at the default threshold, of all test pictures and of each draw."""
+    config = DetectorConfig(model=str(weights), allow_pickle=True, image_size=320)
+    detector = load_detector(for_scoring(config))
+    pairs = [(detector.detect(image.read()), image.truth) for image in pictured(folders)]
+    threshold, every = DetectorConfig().score_threshold, np.arange(len(pairs))
+    whole = figures_of_draws(pairs, [every], threshold)
+    drawn = figures_of_draws(pairs, draws(len(pairs), SCENE_IMAGES, DRAWS), threshold)
+    return {
+        **{key: round(float(values[0]), 5) for key, values in whole.items()},
+        "robots": sum(int(truth.counted.sum()) for _, truth in pairs),
+        "images": len(pairs),
+        "draws": {key: np.round(values, 5).tolist() for key, values in drawn.items()},
+    }
 
 
-def table(folder: Path) -> str:
-    """Return the results as Markdown: mean over seeds, and their spread."""
-    lines = [
-        "| trained on | seeds | fast: "
-        + " | ".join(FIGURES)
-        + " | Blender: "
-        + " | ".join(FIGURES)
-        + " |",
-        "|" + "---|" * (2 + 2 * len(FIGURES)),
-    ]
-    for arm in ARMS:
-        files = sorted(folder.glob(f"{_plain(arm.name)}_[0-9]*.json"))
-        if not files:
-            continue
-        runs = [json.loads(file.read_text()) for file in files]
-        cells = [
-            _cell([run[test][key] for run in runs])
-            for test in ("fast", "blender")
-            for key in FIGURES
-        ]
-        lines.append(f"| {arm.name} | {len(runs)} | {' | '.join(cells)} |")
-    return "\n".join(lines)
+def pictured(folders: list[Path]) -> Iterator[LabelledImage]:
+    """Yield the pictures of all splits of data sets, in order."""
+    for folder in folders:
+        for split in sorted(path.name for path in (folder / "images").iterdir()):
+            if any((folder / "images" / split).iterdir()):
+                yield from read_folder(folder, split)
 
 
-def _cell(values: list[float]) -> str:
-    mean = f"{np.mean(values):.3f}"
-    return mean if len(values) == 1 else f"{mean} ± {np.ptp(values) / 2:.3f}"
+@dataclass(frozen=True)
+class Scores:
+    """What an arm scored with all its seeds, each figure of each test.
+
+    Attributes:
+        seeds: (seeds, columns) figures.
+        draws: (draws, columns) mean over the seeds in each draw of test scenes.
+    """
+
+    seeds: Array
+    draws: Array
+
+
+def tables(folder: Path) -> str:
+    """Return the results, and their differences, as Markdown with standard errors."""
+    scores = {arm.name: found for arm in ARMS if (found := _read(arm, folder)) is not None}
+    several = [s.seeds for s in scores.values() if len(s.seeds) > 1]
+    varies = np.sqrt(np.mean([s.var(axis=0, ddof=1) for s in several], axis=0)) if several else 0.0
+    head = [f"{test}: {key}" if key == FIGURES[0] else key for test in TESTS for key in FIGURES]
+    rows = [("trained on", "seeds", *head), ("---",) * (2 + len(head))]
+    for name, arm in scores.items():
+        trained = varies / np.sqrt(len(arm.seeds)) if name != "start" else 0.0
+        errors = np.hypot(arm.draws.std(axis=0), trained)
+        cells = [f"{m:.3f} ± {e:.3f}" for m, e in zip(arm.seeds.mean(axis=0), errors, strict=True)]
+        rows.append((name, str(len(arm.seeds)), *cells))
+    rows += [(), ("difference", *head), ("---",) * (1 + len(head))]
+    for one, other in COMPARED:
+        if one in scores and other in scores:
+            a, b = scores[one], scores[other]
+            parts = [1 / len(s.seeds) for s, name in ((a, one), (b, other)) if name != "start"]
+            errors = np.hypot((a.draws - b.draws).std(axis=0), varies * np.sqrt(sum(parts)))
+            means = a.seeds.mean(axis=0) - b.seeds.mean(axis=0)
+            cells = [f"{m:+.3f} ± {e:.3f}" for m, e in zip(means, errors, strict=True)]
+            rows.append((f"{one} - {other}", *cells))
+    return "\n".join(f"| {' | '.join(row)} |" if row else "" for row in rows)
+
+
+def _read(arm: Arm, folder: Path) -> Scores | None:
+    files = sorted(folder.glob(f"{_plain(arm.name)}_[0-9]*.json"))
+    if not files:
+        return None
+    runs = [json.loads(file.read_text(encoding="utf-8")) for file in files]
+    seeds = [[run[test][key] for test in TESTS for key in FIGURES] for run in runs]
+    drawn = [[run[test]["draws"][key] for test in TESTS for key in FIGURES] for run in runs]
+    return Scores(np.array(seeds), np.mean(drawn, axis=0).T)
 
 
 if __name__ == "__main__":

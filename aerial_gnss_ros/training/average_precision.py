@@ -47,6 +47,21 @@ class AveragePrecision:
         return float(self.table.mean()) if self.table.size else float("nan")
 
 
+@dataclass(frozen=True)
+class Judged:
+    """The boxes of one class in one image.
+
+    Attributes:
+        scores: (boxes,) from the best.
+        outcomes: (10, boxes) at each IoU threshold: 1 right, 0 wrong, NaN neither.
+        robots: how many count.
+    """
+
+    scores: NDArray[np.float64]
+    outcomes: NDArray[np.float64]
+    robots: int
+
+
 def average_precision(pairs: Iterable[tuple[Detections, Truth]]) -> AveragePrecision:
     """Return the average precisions of the boxes of many images against the truth.
 
@@ -56,19 +71,31 @@ def average_precision(pairs: Iterable[tuple[Detections, Truth]]) -> AveragePreci
     Args:
         pairs: boxes, found with a score threshold of `LOWEST_SCORE`, and robots of each image.
     """
-    outcomes: dict[int, list[tuple[NDArray[np.float64], NDArray[np.float64]]]] = defaultdict(list)
-    robots: dict[int, int] = defaultdict(int)
-    for found, truth in pairs:
-        for class_id in {*found.class_ids.tolist(), *truth.class_ids.tolist()}:
-            boxes, mine = found.class_ids == class_id, truth.class_ids == class_id
-            scores, corners = found.scores[boxes], found.xyxy[boxes]
-            order = np.argsort(-scores, kind="stable")
-            counted = truth.counted[mine]
-            outcome = _outcomes(corners[order], truth.corners[mine], counted)
-            outcomes[class_id].append((scores[order], outcome))
-            robots[class_id] += int(counted.sum())
-    class_ids = sorted(class_id for class_id, count in robots.items() if count)
-    rows = [_curve_means(outcomes[class_id], robots[class_id]) for class_id in class_ids]
+    return average_of(judge(found, truth) for found, truth in pairs)
+
+
+def judge(found: Detections, truth: Truth) -> dict[int, Judged]:
+    """Return what is right and wrong in one image, by class."""
+    judged = {}
+    for class_id in {*found.class_ids.tolist(), *truth.class_ids.tolist()}:
+        boxes, mine = found.class_ids == class_id, truth.class_ids == class_id
+        scores, corners = found.scores[boxes], found.xyxy[boxes]
+        order = np.argsort(-scores, kind="stable")
+        counted = truth.counted[mine]
+        outcomes = _outcomes(corners[order], truth.corners[mine], counted)
+        judged[class_id] = Judged(scores[order], outcomes, int(counted.sum()))
+    return judged
+
+
+def average_of(images: Iterable[dict[int, Judged]]) -> AveragePrecision:
+    """Return the average precisions of images that are judged already."""
+    classes: dict[int, list[Judged]] = defaultdict(list)
+    for image in images:
+        for class_id, judged in image.items():
+            classes[class_id].append(judged)
+    robots = {c: sum(judged.robots for judged in classes[c]) for c in sorted(classes)}
+    class_ids = [class_id for class_id, count in robots.items() if count]
+    rows = [_curve_means(classes[class_id], robots[class_id]) for class_id in class_ids]
     table = np.array(rows, dtype=np.float64).reshape(-1, len(THRESHOLDS))
     return AveragePrecision(table, np.array(class_ids, dtype=np.int64))
 
@@ -99,12 +126,10 @@ def _outcomes(
     return result
 
 
-def _curve_means(
-    outcomes: list[tuple[NDArray[np.float64], NDArray[np.float64]]], robots: int
-) -> list[float]:
+def _curve_means(judged: list[Judged], robots: int) -> list[float]:
     """Return the average precision of one class at each IoU threshold."""
-    scores = np.concatenate([scores for scores, _ in outcomes])
-    table = np.concatenate([table for _, table in outcomes], axis=1)
+    scores = np.concatenate([image.scores for image in judged])
+    table = np.concatenate([image.outcomes for image in judged], axis=1)
     order = np.argsort(-scores, kind="stable")
     means = []
     for row in table[:, order]:
