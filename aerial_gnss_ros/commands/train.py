@@ -24,7 +24,7 @@ from aerial_gnss_ros.training.model_card import figure
 from aerial_gnss_ros.training.offline import require_ultralytics
 from aerial_gnss_ros.training.phases import members
 from aerial_gnss_ros.training.results import written
-from aerial_gnss_ros.training.run_folder import Plan, RunFolder
+from aerial_gnss_ros.training.run_folder import Plan, RunFolder, planned_data
 from aerial_gnss_ros.training.supervise import TrainingError, train_in_process
 
 __all__ = ["add_arguments", "run"]
@@ -108,12 +108,11 @@ def _begun(args: argparse.Namespace) -> tuple[RunFolder, Plan]:
 def _resumed(args: argparse.Namespace) -> tuple[RunFolder, Plan]:
     folder = RunFolder(args.resume)
     plan = plan_resumed(folder.load(), args)
-    if (
-        args.dataset is not None
-    ):  # it lies elsewhere now; its fingerprint tells whether it is the same
-        plan = replace(plan, dataset=open_dataset(args.dataset).file.resolve())
     if folder.weights.exists():
         raise InputError(f"{folder.path} is finished already: {folder.weights} is its result.")
+    if args.dataset is not None:  # it lies elsewhere now, and no other may take its place
+        plan = replace(plan, dataset=open_dataset(args.dataset).file.resolve())
+        planned_data(plan)
     require_ultralytics("training")
     with folder.locked():
         pass

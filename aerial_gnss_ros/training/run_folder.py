@@ -13,6 +13,8 @@ from pathlib import Path
 from typing import Any
 
 from aerial_gnss_ros.core.errors import InputError
+from aerial_gnss_ros.training.inspection import Inspection, inspect
+from aerial_gnss_ros.training.layout import open_dataset
 from aerial_gnss_ros.training.phases import Phase
 
 FORMAT = 1
@@ -151,6 +153,23 @@ class RunFolder:
             except BlockingIOError as error:
                 raise InputError(f"another process is training in {self.path}.") from error
             yield
+
+
+def planned_data(plan: Plan) -> Inspection:
+    """Return what a training learns from, if that is what it was when the training began.
+
+    Raises:
+        DatasetError: the data set has errors.
+        InputError: it is not there, or another one.
+    """
+    found = inspect(open_dataset(plan.dataset), unlabelled_is_empty=plan.unlabelled_is_empty)
+    found.refuse_problems()
+    if found.fingerprint() != plan.fingerprint:
+        raise InputError(
+            f"{plan.dataset} is not what this training began with, or has changed since; begin a "
+            "new one, or bring the old images and labels back."
+        )
+    return found
 
 
 def write_whole(file: Path, content: bytes) -> None:

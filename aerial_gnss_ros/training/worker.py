@@ -21,15 +21,14 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from aerial_gnss_ros.core.errors import AerialGnssError, ConfigError, InputError, ModelError
+from aerial_gnss_ros.core.errors import AerialGnssError, ConfigError, ModelError
 from aerial_gnss_ros.training import train
 from aerial_gnss_ros.training.curves import read_epochs
 from aerial_gnss_ros.training.data_view import write_view
-from aerial_gnss_ros.training.inspection import Inspection, inspect
-from aerial_gnss_ros.training.layout import open_dataset
+from aerial_gnss_ros.training.inspection import Inspection
 from aerial_gnss_ros.training.offline import keep_to_itself
 from aerial_gnss_ros.training.phases import Phase, members
-from aerial_gnss_ros.training.run_folder import Plan, RunFolder, write_whole
+from aerial_gnss_ros.training.run_folder import Plan, RunFolder, planned_data, write_whole
 
 Say = Callable[..., None]
 Report = Callable[[int, float], None]  # epochs and seconds of a phase that are done
@@ -85,13 +84,7 @@ def _what_ran_out(error: BaseException) -> str:
 def _train(run: RunFolder, say: Say) -> None:
     plan = run.load()
     say(doing="looking through the data set")
-    found = inspect(open_dataset(plan.dataset), unlabelled_is_empty=plan.unlabelled_is_empty)
-    found.refuse_problems()
-    if found.fingerprint() != plan.fingerprint:
-        raise InputError(
-            f"{plan.dataset} has changed since this training began; begin a new one, or bring the "
-            "old images and labels back."
-        )
+    found = planned_data(plan)
     say(doing="starting torch")
     keep_to_itself(plan.threads)
     for number in range(len(plan.phases)):

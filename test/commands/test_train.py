@@ -117,6 +117,20 @@ def test_an_error_before_anything_was_learnt_leaves_nothing(
     assert run.plan_file.exists()  # that one is somebody's
 
 
+def test_another_data_set_does_not_take_the_place_of_the_first(
+    tmp_path, make_set, capsys, monkeypatch
+):
+    monkeypatch.setattr(importlib.util, "find_spec", lambda _: True)
+    run = RunFolder(tmp_path / "run")
+    run.path.mkdir()
+    plan = Plan(make_set(tmp_path / "a") / "data.yaml", "x", False, (Phase("all", 1),), "n.yaml")
+    run.save(plan)
+    other = make_set(tmp_path / "b", robots=(2, 2))
+    said = refused(capsys, other, "--resume", run.path)
+    assert f"{other / 'data.yaml'} is not what this training began with" in said
+    assert run.load() == plan
+
+
 def test_what_can_be_resumed(tmp_path, capsys):
     assert "give a DATASET and -o RUN" in refused(capsys)
     assert "has no plan.json" in refused(capsys, "--resume", tmp_path)

@@ -95,7 +95,7 @@ def test_other_images_than_at_the_beginning_are_refused(tmp_path, make_set):
     run = RunFolder(tmp_path / "run")
     saved_plan(run, dataset, inspect(dataset).fingerprint())
     (tmp_path / "set" / "labels" / "train" / "0.txt").write_text("0 0.5 0.5 0.2 0.2\n")
-    with pytest.raises(TrainingError, match="has changed since this training began") as caught:
+    with pytest.raises(TrainingError, match="is not what this training began with") as caught:
         train_in_process(run, 1, lambda _: None)
     assert caught.value.explained
 
