@@ -50,8 +50,8 @@ def _resource(folder: str, name: str) -> Path:
     if not path.exists():
         present = sorted(p.name for p in (root / folder).glob("*"))
         raise InputError(
-            f"no {folder} file '{name}' comes with {NAME}: {root / folder} holds "
-            f"{', '.join(present) or 'nothing'}; give the path of a file of your own"
+            f"{NAME} comes without {folder}/{name}; {root / folder} holds "
+            f"{', '.join(present) or 'nothing'}."
         )
     return path
 

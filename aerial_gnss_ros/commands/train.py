@@ -54,15 +54,22 @@ def run(args: argparse.Namespace) -> int:
     if args.json:
         print(json.dumps({"run": str(folder.path), "scores": scores}, indent=2))
         return 0
-    print(
-        f"on {scores['images']} held-out images ({scores['split']}): mAP50-95 "
-        f"{figure(scores['map50_95'])}, precision {figure(scores['precision'])}, recall "
-        f"{figure(scores['recall'])}, box centre off by "
-        f"{figure(scores['centre_error_median_px'], 1)} px"
-    )
+    print(_summary(scores))
     for file in written(folder.path):
         print(file)
     return 0
+
+
+def _summary(scores: dict[str, Any]) -> str:
+    where = f"on {scores['images']} held-out images ({scores['split']})"
+    precise = f"mAP50-95 {figure(scores['map50_95'])}"
+    if not scores["recall"]:  # 0, or no robot there to find
+        return f"{where}: {precise}, no robot found at score {scores['score_threshold']:g} or more"
+    return (
+        f"{where}: {precise}, precision {figure(scores['precision'])}, recall "
+        f"{figure(scores['recall'])}, box centre off by "
+        f"{figure(scores['centre_error_median_px'], 1)} px"
+    )
 
 
 def _check(args: argparse.Namespace) -> int:

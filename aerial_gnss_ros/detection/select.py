@@ -93,7 +93,11 @@ def find_model(model: str) -> Path:
     try:
         return model_path(model)
     except InputError as error:
-        raise ModelError(f"the model {model} does not exist: {error}") from error
+        shipped = ", ".join(sorted(file.name for file in model_path(".").glob("*.onnx")))
+        raise ModelError(
+            f"the model {model} does not exist; give the path of a file, or one of the shipped "
+            f"{shipped}."
+        ) from error
 
 
 def possible_backends(path: Path, asked: str) -> list[str]:

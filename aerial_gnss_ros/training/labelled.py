@@ -81,8 +81,15 @@ def _images(folder: Path, split: str) -> list[Path]:
     images = folder / "images" / split
     paths = [path for path in sorted(images.glob("*")) if path.suffix.lower() in ENDINGS]
     if not paths:
-        raise InputError(f"{images} has no images; give a folder in YOLO's layout and its split.")
+        every = sorted(p for p in images.parent.glob("*") if p.is_dir() and any(p.iterdir()))
+        raise InputError(f"{images} has no images; {_advice([p.name for p in every])}.")
     return paths
+
+
+def _advice(splits: list[str]) -> str:
+    if splits:
+        return f"choose another split (--split); there are {', '.join(splits)}"
+    return "give a folder in YOLO's layout (images/SPLIT, labels/SPLIT)"
 
 
 def read_folder(folder: Path, split: str) -> Iterator[LabelledImage]:

@@ -223,7 +223,8 @@ def _own_options(plan: Plan, data: Path, folder: Path) -> dict[str, Any]:
     gpus = torch.cuda.device_count() if torch.cuda.is_available() else 0
     device = plan.device or ("0" if gpus else "cpu")
     if device.isdecimal() and int(device) >= gpus:
-        raise ConfigError(f"--device {device}: torch sees {gpus} GPUs here; give cpu, or 0 and up.")
+        there = f"GPUs 0 to {gpus - 1}; give one of them" if gpus else "no GPU here; leave it out"
+        raise ConfigError(f"--device {device}: torch sees {there}, or give cpu.")
     on_gpu = device != "cpu"
     if on_gpu:
         # ultralytics tries 16 bits on a network that it downloads; every GPU of the last years can.
