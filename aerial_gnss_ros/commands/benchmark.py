@@ -24,7 +24,7 @@ from aerial_gnss_ros.commands.argument_types import size
 from aerial_gnss_ros.commands.ending import ended_cleanly
 from aerial_gnss_ros.commands.progress import progress
 from aerial_gnss_ros.core.errors import ConfigError
-from aerial_gnss_ros.detection.select import load_detector
+from aerial_gnss_ros.detection.select import find_model, load_detector
 from aerial_gnss_ros.nodes import require_ros
 
 if TYPE_CHECKING:
@@ -120,6 +120,16 @@ def _check(args: argparse.Namespace) -> None:
             raise ConfigError(f"{name} must lie within {low:g} to {high:g}, not {value:g}.")
     if args.page is not None:
         _split_page(args.page)
+    if args.compare is not None:  # it is looked at last, after half an hour
+        if not find_model(args.compare).is_file():
+            raise ConfigError(
+                f"--compare {args.compare} does not exist; give ultralytics' .pt file."
+            )
+        if args.compare.endswith(".pt") and not args.allow_pickle:
+            raise ConfigError(
+                f"--compare {args.compare} is a pickle, which can run any code when it is loaded; "
+                "add --allow-pickle if you trust it."
+            )
 
 
 def _images_words(args: argparse.Namespace) -> str:

@@ -43,6 +43,7 @@ def bag(flight, tmp_path):
         (["--bag", "absent_bag"], "absent_bag"),
         (["--page", "absent.md"], "has no lines <!-- benchmark -->"),
         (["--params", "absent.yaml"], "absent.yaml"),
+        (["--compare", "x/absent.pt"], "--compare x/absent.pt does not exist"),
     ],
 )
 def test_what_cannot_be_measured_is_refused(arguments, sentence, capsys, bag, tmp_path):
@@ -53,6 +54,13 @@ def test_what_cannot_be_measured_is_refused(arguments, sentence, capsys, bag, tm
     assert sentence in error
     assert "Traceback" not in error
     assert not output.exists()
+
+
+def test_a_pickle_to_compare_with_is_refused_before_anything_is_measured(capsys, tmp_path):
+    pickle = tmp_path / "a.pt"
+    pickle.touch()
+    assert main(["benchmark", "--compare", str(pickle)]) == 2
+    assert "add --allow-pickle if you trust it" in capsys.readouterr().err
 
 
 def test_a_bag_without_images_is_refused(capsys, flight, tmp_path):
