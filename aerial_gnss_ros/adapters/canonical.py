@@ -41,11 +41,12 @@ def _fix_covariance(msg: Any) -> Array | None:
     Simulators and some drivers fill in a type but leave the variances at zero: that is no
     covariance either, nobody's GNSS is perfect.
     """
+    if int(msg.position_covariance_type) == COVARIANCE_UNKNOWN:
+        return None
     covariance = np.asarray(msg.position_covariance, dtype=np.float64).reshape(3, 3)
-    horizontal = np.diagonal(covariance)[:2]
-    given = int(msg.position_covariance_type) != COVARIANCE_UNKNOWN
-    usable = bool(np.all(np.isfinite(covariance[:2, :2])) and np.all(horizontal > 0.0))
-    return covariance if given and usable else None
+    (east, one), (other, north) = covariance[:2, :2].tolist()
+    finite = math.isfinite(east + north) and math.isfinite(one + other)
+    return covariance if finite and east > 0.0 and north > 0.0 else None
 
 
 def orientation(msg: Any, stamp_ns: int, kind: str, unit: str = "rad") -> Orientation:

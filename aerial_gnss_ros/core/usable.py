@@ -31,7 +31,7 @@ def usable(value: Fix | Orientation | Scalar) -> tuple[str, Fix | Orientation | 
         if math.isfinite(value.value):
             return "", value
         return f"its value is {value.value}", Scalar(value.stamp_ns, math.nan)
-    length = float(np.linalg.norm(value.quaternion))
+    length = math.hypot(*value.quaternion.tolist())
     if abs(length - 1.0) <= UNIT_TOLERANCE:  # false for NaN
         return "", value
     if math.isnan(length):

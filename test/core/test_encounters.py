@@ -8,6 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from aerial_gnss_ros.core import encounters
 from aerial_gnss_ros.core.doubts import Spot
 from aerial_gnss_ros.core.encounters import Encounters
 from aerial_gnss_ros.core.joint_motion import Motion
@@ -110,3 +111,13 @@ def test_names_stay_a_permutation(seed, count):
         stamp_ns = i * SECOND // 10
         meeting.take([tracks[j] for j in shown], shown, places, white[: len(shown)], stamp_ns)
         assert sorted(track.robot_id for track in tracks) == [f"aqua_{j}" for j in range(count)]
+
+
+def test_a_few_boxes_are_paired_as_many_are(monkeypatch):
+    places = np.random.default_rng(1).uniform(0.0, 3.0, (8, 2))
+    white = np.tile(0.1**2 * np.eye(2), (8, 1, 1))
+    few = encounters._close(places, white)
+    monkeypatch.setattr(encounters, "FEW", 0)
+    assert few == encounters._close(places, white)
+    assert 3 <= len(few) < 28  # some are close, some are not
+    assert encounters._close(places[:0], white[:0]) == []
