@@ -14,7 +14,6 @@ carried from step to step it would lose its shape a little at every turn.
 
 from __future__ import annotations
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -53,15 +52,26 @@ def moved(points: Array, matrix: Array) -> Array:
 
 
 def cut(outline: Array, window: Array) -> Array:
-    """Return the part of a convex outline (n, 2) inside another (m, 2); (0, 2) if none is."""
-    # OpenCV works in 32 bits: coordinates relative to the outline keep a thousandth of a pixel.
-    origin = outline.mean(axis=0)
-    area, part = cv2.intersectConvexConvex(
-        (outline - origin).astype(np.float32), (window - origin).astype(np.float32)
-    )
-    if area <= 0.0 or part is None:
-        return np.zeros((0, 2))
-    return np.asarray(part.reshape(-1, 2) + origin, dtype=np.float64)
+    """Return the part of a convex outline (n, 2) inside another (m, 2); (0, 2) if none is.
+
+    Half-plane by half-plane (I. Sutherland and G. Hodgman, 1974). OpenCV's intersectConvexConvex
+    now and then finds nothing where the two share a piece of border, as a robot's does that was
+    labelled at the edge of the image.
+    """
+    part = np.asarray(outline, dtype=np.float64)
+    following = np.roll(window, -1, axis=0)
+    turn = np.sign((window[:, 0] * following[:, 1] - following[:, 0] * window[:, 1]).sum())
+    for corner, edge in zip(window, turn * (following - window), strict=True):
+        inward = edge[0] * (part[:, 1] - corner[1]) - edge[1] * (part[:, 0] - corner[0])
+        inside, after = inward >= 0.0, np.roll(inward, -1)
+        crosses = inside != (after >= 0.0)
+        share = inward / np.where(crosses, inward - after, 1.0)
+        crossings = part + share[:, None] * (np.roll(part, -1, axis=0) - part)
+        kept = np.stack([inside, crosses], axis=1)
+        part = np.stack([part, crossings], axis=1)[kept]
+        if len(part) < 3:
+            return np.zeros((0, 2))
+    return part
 
 
 def rectangle(width: float, height: float) -> Array:

@@ -109,7 +109,7 @@ def _images(
     images: list[Path] = []
     folders: list[Path] = []
     for word in told if isinstance(told, list) else [told]:
-        path = root / str(word)
+        path = _path(root, str(word))
         if path.is_dir():
             folders.append(path)
             images += image_files(path)
@@ -121,6 +121,12 @@ def _images(
                 "text file that lists them."
             )
     return tuple(images), tuple(folders)
+
+
+def _path(root: Path, word: str) -> Path:
+    """Return what a split means; Roboflow writes ../train/images for train/images."""
+    path, below = root / word, root / word.removeprefix("../")
+    return below if not path.exists() and below.exists() else path
 
 
 def _listed(file: Path) -> list[Path]:

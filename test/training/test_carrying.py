@@ -108,6 +108,28 @@ def test_a_box_that_is_cut_ends_at_the_edge():
     np.testing.assert_array_equal(carry(box, gone, seen)[:, 2:], [[0.0, 0.0]])
 
 
+def test_a_robot_labelled_at_the_edge_keeps_its_box():
+    """It shares a piece of the image's border; OpenCV's intersectConvexConvex found nothing."""
+    box = np.array([[11.39072, 301.21568, 22.78144, 14.07328]])  # from 0 on
+    matrix = np.array(
+        [
+            [-0.9030360639413187, 0.04046741270812659, 227.31352132847618],
+            [0.04468942607467557, 0.7999450359747555, 14.462663223502823],
+            [0.0, 0.0, 1.0],
+        ]
+    )
+    border = [
+        (227.31352132847618, 14.46266322350282),
+        (2.842170943040401e-14, 25.711949063589984),
+        (-7.105427357601002e-15, 282.3352086730321),
+        (240.2630933950767, 270.4450747354246),
+    ]
+    whole = carry(box, matrix, rectangle(300.0, 300.0))
+    np.testing.assert_allclose(carry(box, matrix, np.array(border)), whole, atol=0.02)
+    # Half the axes of the turned ellipse: the roots of (0.903 a)² + (0.040 b)² and so on.
+    np.testing.assert_allclose(whole[0, 2:], [20.581, 11.305], atol=0.02)
+
+
 @pytest.mark.parametrize("turns", [0, 1, 2, 3])
 def test_quarter_turns_are_exact(turns):
     class Chance:

@@ -117,6 +117,22 @@ def test_images_without_labels_may_count_as_empty(tmp_path, make_set):
     assert len(found.examples["val"][0].boxes) == 0
 
 
+def test_paths_as_roboflow_writes_them(tmp_path, make_set):
+    """train/images beside data.yaml, called ../train/images in it."""
+    made, folder = make_set(tmp_path / "made"), tmp_path / "set"
+    for split in ("train", "val"):
+        (folder / split).mkdir(parents=True)
+        for kind in ("images", "labels"):
+            (made / kind / split).rename(folder / split / kind)
+    paths = "train: ../train/images\nval: ../val/images\nnc: 1\nnames: [aqua]\n"
+    (folder / "data.yaml").write_text(paths)
+    assert problems(folder) == []
+    assert [len(e.boxes) for e in inspect(open_dataset(folder)).examples["val"]] == [1, 2, 1, 3]
+    (folder / "data.yaml").write_text(paths.replace("val/images", "valid/images"))
+    with pytest.raises(InputError, match=r"'\.\./valid/images', but .* is neither a folder"):
+        open_dataset(folder)
+
+
 def test_lists_of_images(tmp_path, make_set):
     folder = make_set(tmp_path / "set")
     (folder / "some.txt").write_text("images/train/1.png\n\nimages/train/9.png\n")
