@@ -10,6 +10,7 @@ one.
 from __future__ import annotations
 
 import math
+from bisect import bisect_right
 from typing import Any, TypeVar
 
 import numpy as np
@@ -59,6 +60,7 @@ class BrownConrady:
         widest = min(0.9999 * math.atan(self.max_radius), _WIDEST)
         radius = np.tan(np.linspace(0.0, widest, _KNOTS))
         self._table = radius, self._radial(radius * radius)[0] * radius
+        self._listed: tuple[list[float], ...] = tuple(one.tolist() for one in self._table)
 
     def _monotonic_square(self) -> float:
         poly = np.polynomial.polynomial
@@ -162,10 +164,9 @@ class BrownConrady:
 
     def _undistort_few(self, points: Array) -> tuple[Array, Array, Mask]:
         """Return the same, point by point in plain numbers."""
-        wanted = points.tolist()
-        stretch = self._start(np.array([math.hypot(*point) for point in wanted])).tolist()
         rows, valid = [], []
-        for (wanted_x, wanted_y), factor in zip(wanted, stretch, strict=True):
+        for wanted_x, wanted_y in points.tolist():
+            factor = self._start_at(math.hypot(wanted_x, wanted_y))
             x, y = wanted_x * factor, wanted_y * factor
             for _ in range(_STEPS):
                 u, v, a, b, d = self._values(x, y)
@@ -198,6 +199,15 @@ class BrownConrady:
         found = np.interp(distorted, self._table[1], self._table[0])
         ratio: Array = found / np.where(distorted > 0.0, distorted, 1.0)
         return ratio
+
+    def _start_at(self, distorted: float) -> float:
+        """Return the same of one radius, in plain numbers."""
+        undistorted, radii = self._listed
+        if not 0.0 < distorted < radii[-1]:
+            return undistorted[-1] / distorted if distorted else 0.0
+        i = bisect_right(radii, distorted)
+        slope = (undistorted[i] - undistorted[i - 1]) / (radii[i] - radii[i - 1])
+        return (undistorted[i - 1] + slope * (distorted - radii[i - 1])) / distorted
 
     def monotonic(self, points: Array, jacobian: Array) -> Mask:
         """Return whether undistorted points (n, 2) lie where the lens does not fold, (n,)."""

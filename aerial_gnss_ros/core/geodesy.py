@@ -73,8 +73,8 @@ def geodetic_from_ecef(xyz: ArrayLike) -> tuple[Array, Array, Array]:
     if len(flat) <= _FEW:
         few = [_geodetic(*point) for point in flat.tolist()]
         if None not in few:
-            lat, lon, alt = np.array(few).reshape(-1, 3).T
-            return lat.reshape(shape), lon.reshape(shape), alt.reshape(shape)
+            table = np.array(few).reshape(*shape, 3)
+            return table[..., 0], table[..., 1], table[..., 2]
     # pyproj 3.6 warns of arrays with one element, so a single point goes in as plain numbers.
     x, y, z = flat[0].tolist() if len(flat) == 1 else np.ascontiguousarray(flat.T)
     lon, lat, alt = _cart().transform(x, y, z, radians=True, direction="INVERSE")

@@ -9,6 +9,8 @@ seen beside a robot is not that robot.
 
 from __future__ import annotations
 
+from collections import deque
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -57,12 +59,13 @@ class Naming:
     def reset(self) -> None:
         """Forget all images."""
         self._reacquisition.reset()
-        self._images: list[int] = []
+        self._images: deque[int] = deque()
         self._first_ns = 2**63 - 1
 
     def note(self, stamp_ns: int) -> None:
         """Take in that there is an image."""
-        self._images = [one for one in self._images if stamp_ns - one <= self._window_ns]
+        while self._images and stamp_ns - self._images[0] > self._window_ns:
+            self._images.popleft()
         self._images.append(stamp_ns)
         self._first_ns = min(self._first_ns, stamp_ns)
 
