@@ -16,12 +16,17 @@ ORBIT = "orbit a still robot once, at a distance of one to two heights, looking 
 _ADVICE = {
     "latency": "fly past a still robot to and fro at 3 m/s or more: what comes late leads one way "
     "on the way out and the other way on the way back",
-    "heading": ORBIT + ": a compass error leads the robot round in a circle",
-    "gimbal_pitch": ORBIT + ", then once more at twice the distance: that tells pitch from height",
-    "gimbal_roll": ORBIT + ", with the robot first at the left, then at the right of the image",
-    "height": ORBIT + ", then once more at half the height: that tells height from pitch",
+    "heading": ORBIT,
+    "gimbal_pitch": ORBIT,
+    "gimbal_roll": ORBIT,
+    "height": ORBIT,
     "focal": "hover beside a still robot and tilt the gimbal up and down for half a minute, so "
     "that the robot crosses the image from top to bottom and back",
+}
+_AGAIN = {
+    "gimbal_pitch": "at twice the distance, which tells pitch from height",
+    "gimbal_roll": "with the robot at the left of the image, then at the right",
+    "height": "at half the height, which tells height from pitch",
 }
 
 
@@ -98,8 +103,15 @@ def advice(fit: Fit) -> list[str]:
     wanted: dict[str, list[str]] = {}
     for name in fit.names:
         if not fit.determined(name):
-            wanted.setdefault(_ADVICE[name], []).append(name.replace("_", " "))
-    return [f"for {' and '.join(names)}: {what}." for what, names in wanted.items()]
+            wanted.setdefault(_ADVICE[name], []).append(name)
+    return [_sentence(what, names) for what, names in wanted.items()]
+
+
+def _sentence(what: str, names: list[str]) -> str:
+    words = [name.replace("_", " ") for name in names]
+    listed = " and ".join([", ".join(words[:-1]), words[-1]] if len(words) > 1 else words)
+    more = [f"once more {_AGAIN[name]}" for name in names if name in _AGAIN]
+    return f"for {listed}: {'; then '.join([what, *more])}."
 
 
 def _spread(angles: list[float]) -> float:

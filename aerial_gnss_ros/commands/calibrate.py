@@ -71,7 +71,7 @@ def run(args: argparse.Namespace) -> int:
     if args.json:
         print(json.dumps(_as_dict(found), indent=2))
     else:
-        print("\n".join(_as_text(found)))
+        print("\n".join(_as_text(found, args.robot_speed)))
         if args.output is not None:
             print(f"wrote {args.output}: give it to the nodes and to replay with --params")
     return 0
@@ -210,11 +210,11 @@ def _table(found: Calibration) -> list[str]:
     return lines
 
 
-def _as_text(found: Calibration) -> list[str]:
+def _as_text(found: Calibration, robot_speed: float) -> list[str]:
     fit = found.fit
     lines = [
         (
-            f"{fit.boxes} boxes of {len(fit.robots)} robots in {fit.images} images; residual "
+            f"{fit.boxes} boxes in {fit.images} images, robots: {', '.join(fit.robots)}; residual "
             f"{fit.residual_px:.1f} px, {fit.outliers} outliers"
         ),
         *found.flown.words(),
@@ -223,6 +223,11 @@ def _as_text(found: Calibration) -> list[str]:
         *(f"  {line}" for line in _table(found)),
         "GNSS offset: cannot be told from the flight; it moves drone and robots alike.",
     ]
+    if not robot_speed:
+        lines.append(
+            "Robots were taken to stay where they are. If they drifted or swam, these values are "
+            "wrong by more than they say: give --robot-speed."
+        )
     if fit.outliers > OUTLIERS * fit.boxes:
         lines.append(
             f"CAUTION: {fit.outliers / fit.boxes:.0%} of the boxes do not fit: robots moved (see "

@@ -157,3 +157,11 @@ def test_derivatives_of_the_boxes() -> None:
     np.testing.assert_allclose(
         found.jacobian[:, :, LATENCY], numeric, atol=0.3 * float(rates.max()) + 3.0
     )
+
+
+def test_advice_names_each_flight_once() -> None:
+    """Sigmas of 9 rad or m: nothing is determined; one orbit begins what four errors need."""
+    names = ("heading", "gimbal_pitch", "gimbal_roll", "height")
+    (told,) = advice(Fit(names, np.zeros(4), 81.0 * np.eye(4), 2.0, 9, 0, 9, ("a",)))
+    assert told.startswith("for heading, gimbal pitch, gimbal roll and height: orbit a still robot")
+    assert told.count("once more at") == 2  # twice the distance, half the height
