@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aerial_gnss_ros.core.camera import CameraModel
-from aerial_gnss_ros.core.few import products
+from aerial_gnss_ros.core.few import finite, products
 from aerial_gnss_ros.core.frames import skew
 from aerial_gnss_ros.core.gimbal import Reference, error_axes
 from aerial_gnss_ros.core.noise import Noise
@@ -120,7 +120,7 @@ def uncertainty(pose: CameraPose, noise: Noise, reference: Reference | str) -> U
         reference: the gimbal's; says whether the body's attitude noise enters.
     """
     stated, own = _stated(noise, Reference(reference)), pose.fix_covariance
-    if own is None or not np.isfinite(own).all():
+    if own is None or not finite(own):
         own = stated.position_slow
     return Uncertainty(
         error_axes(pose.enu_from_camera) * stated.rotation_slow,

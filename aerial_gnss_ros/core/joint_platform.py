@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aerial_gnss_ros.core.covariance import white_rotation
+from aerial_gnss_ros.core.few import finite
 from aerial_gnss_ros.core.gimbal import Reference
 from aerial_gnss_ros.core.noise import Noise
 from aerial_gnss_ros.core.values import PlatformError
@@ -73,7 +74,7 @@ class PlatformModel:
         Args:
             fix_covariance: (2, 2) East, North of the fix itself, in place of the configured one.
         """
-        if fix_covariance is None or not np.isfinite(fix_covariance).all():
+        if fix_covariance is None or not finite(fix_covariance):
             return self._stationary
         covariance = self._stationary.copy()
         covariance[:2, :2] = fix_covariance

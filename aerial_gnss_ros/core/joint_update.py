@@ -193,7 +193,8 @@ def _iterate(
     The derivatives stay: only the residual is taken anew, less what the step should have changed.
     """
     far = RELINEARISE * float(sight.measured.position[2])
-    if np.abs(joint.mean - before).max() <= far:  # most often: then no robot went farther
+    whole = joint.mean - before
+    if whole @ whole <= far * far:  # most often: then no robot went farther
         return
     for _ in range(MAX_ITERATIONS):
         robots = joint.robots[slots, :2]

@@ -18,6 +18,7 @@ from aerial_gnss_ros.core.covariance import (
     ray_points,
     uncertainty,
 )
+from aerial_gnss_ros.core.few import finite
 from aerial_gnss_ros.core.frames import skew
 from aerial_gnss_ros.core.noise import Noise
 from aerial_gnss_ros.core.refraction import slopes, submerged_offsets
@@ -195,7 +196,7 @@ def bad_pose(pose: CameraPose) -> Reason | None:
         return Reason.BAD_FIX
     if not (math.isfinite(pose.height) and pose.height > 0.0):
         return Reason.BAD_HEIGHT
-    if not np.isfinite(pose.enu_from_camera).all():
+    if not finite(pose.enu_from_camera):
         return Reason.BAD_GIMBAL
     return None
 

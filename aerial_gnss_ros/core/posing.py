@@ -12,6 +12,7 @@ from aerial_gnss_ros.core.calibration import corrected_camera
 from aerial_gnss_ros.core.config import EstimatorConfig
 from aerial_gnss_ros.core.datum import ellipsoidal_altitude
 from aerial_gnss_ros.core.errors import InputError
+from aerial_gnss_ros.core.few import finite
 from aerial_gnss_ros.core.frames import matrix_from_quaternion, matrix_from_rpy
 from aerial_gnss_ros.core.geodesy import geodetic_from_enu
 from aerial_gnss_ros.core.gimbal import enu_from_camera, mount_matrix
@@ -88,7 +89,7 @@ class Posing:
         if samples.attitude is None:
             return None
         body = matrix_from_quaternion(samples.attitude.quaternion)
-        if not np.isfinite(body).all():
+        if not finite(body):
             return Reason.BAD_ATTITUDE
         if self._config.attitude.north == "true":
             return body
@@ -100,7 +101,7 @@ class Posing:
         if samples.gimbal is None:
             return None
         camera = matrix_from_quaternion(samples.gimbal.quaternion)
-        if not np.isfinite(camera).all():
+        if not finite(camera):
             return Reason.BAD_GIMBAL
         if self._config.gimbal.north == "true" or self._reference(samples) != "earth":
             return camera
@@ -165,5 +166,6 @@ def _horizontal(fix: Fix) -> Array | None:
     if fix.covariance is None:
         return None
     plane = np.asarray(fix.covariance, dtype=np.float64)[:2, :2]
-    good = bool(np.isfinite(plane).all()) and plane[0, 0] > 0.0 and plane[1, 1] > 0.0
-    return plane if good and plane[0, 1] ** 2 < plane[0, 0] * plane[1, 1] else None
+    (east, shared), (_, north) = plane.tolist()
+    good = finite(plane) and east > 0.0 and north > 0.0 and shared**2 < east * north
+    return plane if good else None

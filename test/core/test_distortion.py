@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 
 import numpy as np
@@ -35,6 +36,18 @@ def test_points_inside_the_fold_come_back(rational):
         assert back[kept] == pytest.approx(points[kept], abs=1e-6)
         count += int(kept.sum())
     assert count > 14_000
+
+
+@pytest.mark.parametrize("rational", [False, True])
+def test_a_few_points_come_back_as_many_do(rational):
+    for lens, rng in itertools.islice(_lenses(rational), 100):
+        points = np.vstack([np.zeros(2), rng.uniform(-2.0, 2.0, (30, 2)), [1e3, -1e3]])
+        many, few = lens.undistort(points), [lens.undistort(one[None]) for one in points]
+        valid = np.concatenate([each[2] for each in few])
+        assert (valid == many[2]).all()
+        for part in (0, 1):
+            both = np.concatenate([each[part] for each in few])
+            assert both[valid] == pytest.approx(many[part][valid], rel=1e-6, abs=1e-6)
 
 
 @pytest.mark.parametrize("rational", [False, True])
