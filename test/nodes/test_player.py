@@ -19,6 +19,17 @@ def test_the_profile_holds_several_images():
     assert [one.text for one in root.findall(".//{*}useBuiltinTransports")] == ["false"]
 
 
+def test_the_profile_announces_often():
+    root = ET.parse(config_path("fastdds_large_data.xml")).getroot()  # noqa: S314 (our own)
+    path = (
+        "./{*}profiles/{*}participant/{*}rtps/{*}builtin/{*}discovery_config/{*}leaseAnnouncement"
+    )
+    (period,) = root.findall(path)  # where Fast DDS looks for it; elsewhere it is ignored
+    seconds, nanoseconds = (int(part.text) for part in period)
+    assert [part.tag.rpartition("}")[2] for part in period] == ["sec", "nanosec"]
+    assert 0.1 <= seconds + nanoseconds * 1e-9 <= 1.0
+
+
 def test_a_users_own_transports_are_left_alone(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     environment = {}
