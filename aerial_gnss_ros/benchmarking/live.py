@@ -161,7 +161,6 @@ def measure(
         RosError: a process ended by itself, or no robot was found; the log's last line says why.
     """
     log, samples = folder / "nodes.log", folder / "samples.json"
-    samples.unlink(missing_ok=True)
     camera_command = [
         "camera", str(offer.bag), "--images", offer.images, "--topics", *offer.topics,
         "--rate", str(offer.rate_hz / offer.recorded_hz), "--ros-args",
@@ -177,6 +176,7 @@ def measure(
             watch = Watch(executor, [camera], log)
             watch.until(lambda: subscriber.count_publishers(offer.images) > 0, "no images came")
             for left in reversed(range(offer.starts)):
+                samples.unlink(missing_ok=True)
                 subscriber.look_anew()
                 with process(pair_command, file) as pair:
                     watch.processes = [camera, pair]
