@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import itertools
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -162,8 +163,17 @@ def results(
     stated: EstimatorConfig,
     images: list[Image] | None = None,
     tracking: Tracking | None = None,
+    watch: Callable[[Estimator, list[FrameResult]], None] | None = None,
 ) -> list[FrameResult]:
-    """Return what the estimator makes of a flight, its images made already or not."""
+    """Return what the estimator makes of a flight, its images made already or not.
+
+    Args:
+        made: the flight.
+        stated: the estimator's parameters.
+        images: of the flight, where they are made already.
+        tracking: another tracker than the estimator's own.
+        watch: is shown the estimator after each of its results.
+    """
     engine = Estimator(stated, tracking)
     engine.add_camera(START_NS - 10_000_000_000, made.camera)
     sensors = made.sensors
@@ -181,7 +191,10 @@ def results(
     found: list[FrameResult] = []
     for stamp_ns, add, value in telemetry:
         add(value)  # type: ignore[operator]
-        found += engine.advance(stamp_ns)
+        new = engine.advance(stamp_ns)
+        if new and watch is not None:
+            watch(engine, new)
+        found += new
     return found + engine.flush()
 
 

@@ -41,6 +41,9 @@ OUTSIDE_SHARE = 0.03
 """Share of the boxes that lie just outside their robot's gate from which that is a complaint. It is
 ten times less by the gate's own probability where the noise is as stated."""
 
+TURNED = math.radians(1.0)
+"""A turn of the camera by itself that may be larger is a complaint."""
+
 _WORDS = {
     "gnss_east": ("GNSS offset to the east", "noise.gnss_offset_m", 1.0, "m"),
     "gnss_north": ("GNSS offset to the north", "noise.gnss_offset_m", 1.0, "m"),
@@ -77,6 +80,7 @@ class InnovationMonitor:
         self._told: set[str] = set()
         self._incredible: dict[str, str] = {}
         self._matches: deque[tuple[int, int]] = deque(maxlen=WINDOW_IMAGES)
+        self._turned = ""
 
     def reset(self) -> None:
         """Forget everything."""
@@ -86,12 +90,14 @@ class InnovationMonitor:
         self._told.clear()
         self._incredible.clear()
         self._matches.clear()
+        self._turned = ""
 
     @property
     def complaints(self) -> tuple[str, ...]:
         """What does not fit at present, in sentences; empty where all is as stated."""
         misfit = (_misfit(self.fit.ratio),) if self._alarm else ()
-        return (*misfit, *self._incredible.values(), *self._outside())
+        turned = (self._turned,) if self._turned else ()
+        return (*misfit, *self._incredible.values(), *self._outside(), *turned)
 
     def _outside(self) -> tuple[str, ...]:
         matched = sum(item[0] for item in self._matches)
@@ -140,6 +146,16 @@ class InnovationMonitor:
         """Take in how many robots have a box in their gate, and how many one just outside."""
         self._matches.append((matched, missed))
 
+    def take_turn(self, sigma: float) -> str | None:
+        """Take in by what angle the camera may have turned by itself, one sigma, rad.
+
+        Returns:
+            A sentence when that begins.
+        """
+        begins = not self._turned and sigma > TURNED
+        self._turned = _turned(sigma) if sigma > TURNED else ""
+        return Trouble(self._turned) if begins else None
+
     def check_platform(self, errors: Array, stationary: Array) -> str | None:
         """Return a sentence when an estimated error is far outside what is stated, once each.
 
@@ -168,6 +184,14 @@ def _misfit(ratio: float) -> str:
         f"Boxes lie {math.sqrt(ratio):.1f} times as far from where they are expected as the "
         "stated noise allows: positions are less certain than published. Check the noise.* "
         "parameters, camera.latency_s and the compass."
+    )
+
+
+def _turned(sigma: float) -> str:
+    return (
+        "All robots in view began to move together, or are not where robots can be, as if the "
+        f"camera had turned by itself, by {math.degrees(sigma):.0f} deg or more: positions are "
+        "published as uncertain as that makes them. Check the gimbal and the compass."
     )
 
 

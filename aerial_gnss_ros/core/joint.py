@@ -13,7 +13,7 @@ from aerial_gnss_ros.core.joint_comparison import Comparison, compared
 from aerial_gnss_ros.core.joint_geometry import MapFrame, MapPose, on_water
 from aerial_gnss_ros.core.joint_groups import Groups
 from aerial_gnss_ros.core.joint_motion import motion_of
-from aerial_gnss_ros.core.joint_platform import COUNT, LATENCY, PlatformModel
+from aerial_gnss_ros.core.joint_platform import ANGLES, COUNT, LATENCY, PlatformModel
 from aerial_gnss_ros.core.joint_state import Indices, Joint
 from aerial_gnss_ros.core.joint_update import correct, linearise
 from aerial_gnss_ros.core.joint_view import Sight, by_platform, follow
@@ -147,12 +147,20 @@ class JointFilter(Groups):
                     group, slots, pixels, self._sight, self.model, self.motion.fastest
                 )
                 squared, count = squared + outcome.squared, count + outcome.count
+                if group.turning.due and not self._late:
+                    by_angles = (group.by_pose[slots, :2] @ group.by_errors)[:, :, ANGLES]
+                    group.turning.judge(slots, by_angles, self.motion.fastest)
                 refused.append(group.rows[outcome.refused])
         if not self._late:
             self._watch(squared, count)
         gone = np.concatenate(refused)
         self._tell(len(gone))
         return gone
+
+    def doubt(self, seconds: float, over: bool = False) -> None:
+        """Take in for how long boxes have been where no robots can be (see `Turning.lost`)."""
+        for group in self._groups:
+            group.turning.lost(0.0 if self._late else seconds, over)
 
     def _tell(self, refused: int) -> None:
         if refused and not self._refusing:
@@ -164,8 +172,10 @@ class JointFilter(Groups):
         self._refusing = bool(refused)
 
     def _watch(self, squared: float, count: int) -> None:
+        angle = max(float(np.trace(group.turning.doubt)) for group in self._groups) ** 0.5
         for sentence in (
             self.monitor.take(squared, count),
+            self.monitor.take_turn(angle),
             self.monitor.check_platform(self._groups[0].mean[:COUNT], self._stationary),
         ):
             if sentence is not None:

@@ -70,6 +70,13 @@ class Groups:
             covariances[group.rows] = group.blocks()
         return covariances
 
+    def add_doubts(self, covariance: Array) -> None:
+        """Add to covariances (n, 4, 4) of all robots that the camera may have turned by itself."""
+        for group in self._groups:
+            if group.turning.doubts:
+                covariance[group.rows, :2, :2] += group.turning.of_places
+                covariance[group.rows, 2:, 2:] += group.turning.of_velocities
+
     def room(self, columns: Indices) -> Iterator[tuple[Joint, Indices, Indices]]:
         """Give room to robots after the present ones.
 

@@ -22,6 +22,7 @@ turn the camera about the axes of `gimbal.error_axes`; a latency is added to `ca
 
 COUNT = len(PLATFORM)
 LATENCY = PLATFORM.index("latency")
+ANGLES = slice(PLATFORM.index("roll"), PLATFORM.index("heading") + 1)
 
 
 def named_errors(mean: Array, covariance: Array) -> tuple[PlatformError, ...]:

@@ -15,9 +15,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aerial_gnss_ros.core.joint_geometry import POSE_COUNT
-from aerial_gnss_ros.core.joint_motion import Motion
-from aerial_gnss_ros.core.joint_platform import COUNT, LATENCY, PlatformModel
+from aerial_gnss_ros.core.joint_motion import HELD_SEEN_S, Motion
+from aerial_gnss_ros.core.joint_platform import ANGLES, COUNT, LATENCY, PlatformModel
 from aerial_gnss_ros.core.manoeuvres import Manoeuvres
+from aerial_gnss_ros.core.turning import Turning
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.intp]
@@ -49,6 +50,7 @@ class Joint:
         rows: (n,) which robots of the whole program these are.
         unseen: (n,) time since each was measured, s.
         manoeuvres: how hard each turns.
+        turning: whether the camera turns by itself.
         by_pose: (k, 4, 6) `state_jacobian` of the first k robots with which the covariance goes,
             see `joint_view`; those after them are new.
         camera: (3,) from where that was taken: place of the camera, m; NaN at first.
@@ -67,6 +69,7 @@ class Joint:
         self.rows: Indices = np.zeros(0, np.intp)
         self.unseen: Array = np.zeros(0)
         self.manoeuvres = Manoeuvres()
+        self.turning = Turning()
         self.by_pose = np.zeros((0, 4, POSE_COUNT))
         self.camera = np.full(3, np.nan)
         self.by_errors = np.zeros((POSE_COUNT, COUNT))
@@ -115,6 +118,7 @@ class Joint:
         self.mean[:COUNT] *= keep
         P[:COUNT, :COUNT] *= both
         P[:COUNT, :COUNT] += (1.0 - both) * stationary
+        self.turning.predict(seconds, float(keep[ANGLES.start]))
         n = len(self)
         if not n:
             return
@@ -131,6 +135,7 @@ class Joint:
         across = P[:, COUNT:].reshape(-1, n, 4)
         across[:, :, :2] += reach[:, None] * across[:, :, 2:]
         if kept is not None:
+            self.turning.loosened(slice(None), noise[:, 2])
             robots[:, 2:] *= kept[:, None]
             by_pose[:, 2:] *= kept[:k, None, None]
             down[:, 2:] *= kept[:, None, None]
@@ -177,6 +182,7 @@ class Joint:
         self.rows = np.concatenate([self.rows, rows])
         self.unseen = np.concatenate([self.unseen, np.zeros(m)])
         self.manoeuvres.add(m)
+        self.turning.add(m)
 
     def tie(self, first: int, second: int, sigma: float) -> None:
         """Take in that two robots are at one place: what is known of one is known of the other.
@@ -190,8 +196,12 @@ class Joint:
         apart = self.covariance[a : a + 2] - self.covariance[b : b + 2]
         spread = apart[:, a : a + 2] - apart[:, b : b + 2] + sigma**2 * np.eye(2)
         gain = np.linalg.solve(spread, apart)
+        before = self.robots[first, 2:].copy()
         self.mean -= (self.mean[a : a + 2] - self.mean[b : b + 2]) @ gain
         self.covariance -= apart.T @ gain
+        if self.unseen[first] <= HELD_SEEN_S:
+            unknown = float(self.covariance[b + 2, b + 2] + self.covariance[b + 3, b + 3])
+            self.turning.inherit(first, second, self.robots[second, 2:] - before, unknown)
         self.manoeuvres.inherit(first, second)
 
     def loosen(self, slots: Indices, speed: float, seconds: float) -> None:
@@ -202,6 +212,7 @@ class Joint:
             speed: one sigma of the change, each axis, m/s.
             seconds: how long ago it happened, s.
         """
+        self.turning.loosened(slots, speed**2)
         place = COUNT + 4 * np.asarray(slots, np.intp)
         for axis in (0, 1):
             p, v = place + axis, place + axis + 2
@@ -270,6 +281,7 @@ class Joint:
         self.covariance = self.covariance[np.ix_(index, index)]
         self.rows, self.unseen = self.rows[kept], self.unseen[kept]
         self.manoeuvres.drop(kept)
+        self.turning.drop(kept)
         self.by_pose = self.by_pose[kept[: len(self.by_pose)]]
 
     def carry(self, change: Array) -> None:

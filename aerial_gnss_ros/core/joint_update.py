@@ -153,6 +153,7 @@ def correct(
     velocity = COUNT + 4 * slots[:, None] + _VELOCITY
     corrections, expected = joint.mean[velocity] - before[velocity], reduction[velocity, velocity]
     joint.manoeuvres.take(slots, corrections, expected.sum(axis=1))
+    joint.turning.note(slots, corrections, expected.sum(axis=1))
     return Outcome(squared, 2 * m)
 
 

@@ -46,6 +46,9 @@ Indices = NDArray[np.intp]
 MAX_TENTATIVE = 300
 """Tentative tracks kept at once: a frame full of false boxes must not stop the program."""
 
+SOON_NS = 1_000_000_000
+"""A moment for which boxes may be where no robots can be, ns."""
+
 
 class Tracker:
     """Associates points on the water with robots and filters each robot (see the module)."""
@@ -74,6 +77,8 @@ class Tracker:
         self._water_altitude = np.nan
         self._height = np.nan
         self._matcher.confused = False
+        self._lost_ns: int | None = None
+        self._lost_names: set[str] = set()
 
     def update(self, frame: PosedFrame, points: WaterPoints, local: LocalMap) -> TrackUpdate:
         """Take in one image (see `Tracking`)."""
@@ -83,11 +88,14 @@ class Tracker:
         stamp_ns = frame.detections.stamp_ns
         self._naming.note(stamp_ns)
         seen = measurements(frame, points, local)
+        passed = 0.0 if self._stamp_ns is None else (stamp_ns - self._stamp_ns) * 1e-9
         self._advance(stamp_ns)
         if not self.filter.look(frame, local):
             return TrackUpdate(self._estimates(stamp_ns), {}, points.valid)
         rows, columns = self._matcher.match(self.tracks, seen, stamp_ns)
+        before = self._strayed()
         rows, columns, refused = self._correct(seen, rows, columns, stamp_ns)
+        self._doubt(rows, self._strayed() - before, stamp_ns, passed)
         started = self._start(seen, np.concatenate([columns, refused]), frame.detections)
         updated = self._confirm(len(seen.index), local, stamp_ns)
         measured = dict(zip(rows.tolist(), seen.index[columns].tolist(), strict=True)) | started
@@ -166,6 +174,38 @@ class Tracker:
             self.tracks[row].hit(stamp_ns, self._window_ns, *swims, edges[column])
         return rows, columns, refused
 
+    def _strayed(self) -> int:
+        """Return how many robots with names were refused a box since they were seen."""
+        return sum(track.strayed for track in self.tracks if track.robot_id)
+
+    def _doubt(self, rows: Indices, refused: int, stamp_ns: int, passed: float) -> None:
+        """Take in whether robots explain an image's boxes: one or two cannot outvote a camera.
+
+        Args:
+            rows: that were corrected.
+            refused: number of robots with names to which their boxes were refused.
+            stamp_ns: of the image, ns.
+            passed: time since the last one, s.
+        """
+        named = [self.tracks[row] for row in rows if self.tracks[row].robot_id]
+        lost = self._matcher.confused or (refused and refused >= len(named))
+        if lost and self._lost_ns is None:
+            self._lost_ns = stamp_ns
+            self._lost_names = {track.robot_id for track in self.tracks}
+        if self._lost_ns is None:
+            return
+        if lost or not named:
+            self.filter.doubt(passed)
+            return
+        # What moved robots within a moment, so that they are found again, shows in velocities.
+        soon = stamp_ns - self._lost_ns < SOON_NS
+        old = sum(
+            track.first_seen_ns < self._lost_ns or (soon and track.robot_id in self._lost_names)
+            for track in named
+        )
+        self.filter.doubt(0.0, over=2 * old > len(named))
+        self._lost_ns = None
+
     def _start(self, seen: Measurements, columns: Indices, frame: DetectionFrame) -> dict[int, int]:
         """Begin a track for each measurement left over; return detection indices by row.
 
@@ -209,6 +249,7 @@ class Tracker:
             return ()
         named.sort(key=lambda row: self.tracks[row].robot_id)
         mean, covariance = self.filter.mean, self.filter.covariance
+        self.filter.add_doubts(covariance)
         if named != list(range(len(mean))):
             mean, covariance = mean[named], covariance[named]
         names = [self.tracks[row].robot_id for row in named]
