@@ -48,7 +48,7 @@ SELDOM = 0.25
 TURN = math.radians(5.0)
 """One sigma of the rate of a camera that turns by itself, each axis, rad/s."""
 
-BEGINS = 2.0
+BEGINS = 4.0
 """Nats by which a turn must be the likelier explanation to be thought of."""
 
 ENDS = 1.0

@@ -24,7 +24,7 @@ def test_robots_that_all_move_as_one_turn_would_have_it_are_a_turn(axis):
     turn = np.radians(2.0) * np.eye(3)[axis]
     found, spread, gain = explained(-BY_ANGLES @ turn, np.full(3, STATED), BY_ANGLES, SWERVES)
     assert found == pytest.approx(turn, abs=math.radians(0.05))  # drawn a little to none
-    assert gain > 4.0 * BEGINS
+    assert gain > 2.0 * BEGINS
     # 0.06 m/s at 36 m is 0.1 deg/s; three robots tell it somewhat better
     assert 0.03 < math.degrees(math.sqrt(spread[0, 0])) < 0.1
 
@@ -37,7 +37,7 @@ def test_robots_that_obey_are_no_turn(count):
         explained(sums, np.full(count, STATED), BY_ANGLES[:count], SWERVES)[2]
         for sums in 0.06 * rng.standard_normal((5000, count, 2))
     )
-    assert most < BEGINS - 2.0
+    assert most < BEGINS - 3.0
 
 
 def test_robots_that_swerve_each_by_itself_are_no_turn():
