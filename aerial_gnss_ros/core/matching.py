@@ -101,7 +101,8 @@ class Matcher:
             return [candidates[k] for k in found]
 
         # Robots choose first: a stray box of a robot must not grow up on that robot's own boxes.
-        chosen = kept(tracks, of, to, best(inside), inside)
+        away_ns = stamp_ns - round(self._missed_s(stamp_ns) * 1e9)
+        chosen = kept(tracks, of, to, best(inside), inside, away_ns)
         rows, columns = {of[k] for k in chosen}, {to[k] for k in chosen}
         log = [-0.5 * (near + area) for near, area in zip(squared, wide, strict=True)]
         chosen = undisputed(tracks, of, to, chosen, log, kind, stamp_ns)
@@ -136,8 +137,11 @@ class Matcher:
         """
         if not self._clutter.heavy:
             return self._fresh_s
-        since = (stamp_ns - self._clutter.stamp_ns) * 1e-9
-        return min(max(HELD_S, HELD_IMAGES * since), self._fresh_s)
+        return min(self._missed_s(stamp_ns), self._fresh_s)
+
+    def _missed_s(self, stamp_ns: int) -> float:
+        """Return for how long images may miss a robot that is in view."""
+        return max(HELD_S, HELD_IMAGES * (stamp_ns - self._clutter.stamp_ns) * 1e-9)
 
     def _watch_strain(self, tracks: list[Track], hits: list[tuple[int, float]]) -> bool:
         """Loosen the robots whose boxes are off by more than their model explains.
@@ -262,13 +266,20 @@ def undisputed(
 
 
 def kept(
-    tracks: list[Track], rows: list[int], columns: list[int], chosen: list[int], inside: list[int]
+    tracks: list[Track],
+    rows: list[int],
+    columns: list[int],
+    chosen: list[int],
+    inside: list[int],
+    away_ns: int,
 ) -> list[int]:
     """Return the pairs of an assignment, each box left to the robot that has been wearing it.
 
     Two robots of which one image after the other shows only one may be one robot with two tracks.
     Whichever is nearer by chance must not take the box: the name would alternate. It stays with the
-    one seen last; the other coasts, until an image shows both or it comes up for itself.
+    one seen last; the other coasts, until an image shows both or it comes up for itself. If images
+    have shown both, the better fit takes it, as an image misses a robot now and then; but no robot
+    comes back from longer absence in the very image that misses the other one.
 
     Args:
         tracks: all of them.
@@ -276,6 +287,7 @@ def kept(
         columns: theirs.
         chosen: pairs that the assignment made.
         inside: pairs inside robots' gates.
+        away_ns: robots seen last before this were not just missed, ns.
     """
     if len(inside) == len(chosen):
         return chosen
@@ -290,7 +302,7 @@ def kept(
             for other in rivals[columns[k]]
             if rows[other] not in wearing
             and tracks[rows[other]].last_seen_ns > track.last_seen_ns
-            and not tracks[rows[other]].seen_beside(track)
+            and (track.last_seen_ns < away_ns or not tracks[rows[other]].seen_beside(track))
         ]
         if wearers:
             found[place] = max(wearers, key=lambda other: tracks[rows[other]].last_seen_ns)

@@ -26,16 +26,18 @@ def boxes(count):
 
 
 @pytest.mark.parametrize(
-    ("beside", "wears"), [(False, 0), (True, 1)], ids=["never beside", "beside"]
+    ("beside", "away_ns", "wears"),
+    [(False, 6, 0), (True, 6, 1), (True, 8, 0)],
+    ids=["never beside", "beside", "away since"],
 )
-def test_a_box_stays_with_the_robot_that_wears_it(beside, wears):
-    """Unless an image has shown both robots: then the better fit decides."""
+def test_a_box_stays_with_the_robot_that_wears_it(beside, away_ns, wears):
+    """Unless images have shown both robots of late: then the better fit decides."""
     both = {5, 8} if beside else {8}
     tracks = [
         Track("aqua", 0, last, State.COASTING, f"aqua_{last}", deque(sorted(hits)))
         for last, hits in ((9, {9, *both}), (7, {5, 7}))
     ]
-    rows = kept(tracks, [0, 1], [0, 0], [1], [0, 1])
+    rows = kept(tracks, [0, 1], [0, 0], [1], [0, 1], away_ns)
     assert rows == [wears]
 
 
