@@ -12,7 +12,7 @@ import numpy as np
 from aerial_gnss_ros.benchmarking.live import Live
 from aerial_gnss_ros.benchmarking.one_process import Run
 
-STAGES = ("decode", "pre", "infer", "post", "estimate", "publish")
+STAGES = ("decode", "pre", "infer", "post", "publish boxes", "estimate", "publish")
 Figures = dict[str, Any]
 
 
@@ -79,7 +79,7 @@ def live_figures(live: Live) -> Figures:
 
 
 def cost_of_a_robot(few: Figures, many: Figures, more: int) -> dict[str, float]:
-    """Return what one more robot costs in each of the last two stages, ms (medians).
+    """Return what one more robot costs in each of the last three stages, ms (medians).
 
     Args:
         few: one-process figures with fewer robots.
@@ -90,7 +90,7 @@ def cost_of_a_robot(few: Figures, many: Figures, more: int) -> dict[str, float]:
         stage: round(
             (many["stages_ms"][stage]["median"] - few["stages_ms"][stage]["median"]) / more, 3
         )
-        for stage in ("estimate", "publish")
+        for stage in STAGES[4:]
         if few["stages_ms"].get(stage) and many["stages_ms"].get(stage)
     }
 
@@ -156,7 +156,7 @@ _LIVE = (
     ("stamp to position, ms (mean / median / p95)", ("stamp_to_position_ms",)),
     ("of it waiting for telemetry, ms", ("stages_ms", "wait")),
     ("stamp to boxes, ms", ("stamp_to_boxes_ms",)),
-    *(_stage(name) for name in (*STAGES[:4], "publish boxes", *STAGES[4:])),
+    *(_stage(name) for name in STAGES),
     ("start to first detection, s (median)", ("start_to_first_detection_s",)),
     ("each start, s", ("starts_s",)),
     ("cores busy: nodes", ("processor_cores_busy", "nodes")),
