@@ -130,15 +130,17 @@ class Reacquisition:
         odds = self._absences.odds(gone)
         density, vague = self._densities(tracks, away, unseen, between, swims)
         share = np.minimum(unseen / max(self._coast_s, 1e-3), 1.0)
-        each = np.maximum(newcomers * share / (VIEW * max(height, 1.0)) ** 2, 1e-12)
-        place = -2.0 * np.log(np.maximum(density, 1e-300) / each[:, None])
+        fresh = self._whereabouts.newcomer([tracks[row] for row in away], swims)
+        each = np.outer(newcomers * share / (VIEW * max(height, 1.0)) ** 2, fresh)
+        each = np.maximum(each, 1e-12)
+        place = -2.0 * np.log(np.maximum(density, 1e-300) / each)
         rows, columns = cheapest(place - 2.0 * np.log(odds), possible, np.zeros(len(away)))
         vague = np.where(possible, odds * vague, 0.0)
         # Where as many have come up as could be meant, their lie to one another decides.
         settled = (possible.any(axis=1).sum() <= len(columns)) and len(columns) > 1
         came = [tracks[ready[column]] for column in columns]
         settled &= all(a.seen_beside(b) for a, b in combinations(came, 2))
-        likely = vague / (vague.sum(axis=0) + each[:, None])
+        likely = vague / (vague.sum(axis=0) + each)
         age = np.array([(stamp_ns - tracks[row].first_seen_ns) * 1e-9 for row in ready])
         if settled:
             _, chances = likeliest_order(place, possible, rows, columns, gone, self._absences)

@@ -30,11 +30,8 @@ STAYS_MPS = 0.08
 """Speed of a robot that stays where it went down, each axis, m/s."""
 
 COURSE_KEPT = 0.3
-"""A robot that goes straight on is off by such a share of its way, one sigma; or by what the stated
-acceleration of robots in sight makes, where that is more."""
-
-LEAST_SPEED = 0.1
-"""… or of the way at this speed, m/s."""
+"""A robot that goes straight on is off by such a share of its way, one sigma; of the way at the
+speed that it is used to, where it was slower just then."""
 
 _SMALLEST = 1e-3
 """Least variance of a place, m²."""
@@ -95,6 +92,18 @@ class Whereabouts:
     def __init__(self, motion: Motion) -> None:
         self._motion = motion
 
+    def newcomer(self, tracks: list[Track], swims: Swims) -> Array:
+        """Return the ratio of velocities (m,) of a robot never seen: it swims as the others do.
+
+        Args:
+            tracks: of robots.
+            swims: how the new tracks swim.
+        """
+        speed = self._motion.speed_sigma
+        swum, count = (sum(getattr(one, key) for one in tracks) for key in ("swum", "swum_count"))
+        usual = (speed**2 + swum) / (1.0 + count)
+        return swims.ratio(np.zeros(2), usual * np.eye(2), speed)
+
     def density(
         self, track: Track, unseen: float, offsets: Array, spread: Array, swims: Swims
     ) -> Array:
@@ -118,7 +127,7 @@ class Whereabouts:
         further = (unseen**2 - arm**2) * track.velocity_spread
         straight = self._straight(
             track, unseen, offsets - (unseen - arm) * track.velocity,
-            _less(spread, grown) + further, grown, swims,
+            _less(spread, grown) + further, swims,
         )  # fmt: skip
         return SHARE * (
             usual * _normal(back, _less(spread, grown - self._wander(unseen, slow)))
@@ -128,34 +137,27 @@ class Whereabouts:
         )
 
     def _straight(
-        self,
-        track: Track,
-        unseen: float,
-        ahead: Array,
-        spread: Array,
-        grown: float,
-        swims: Swims,
+        self, track: Track, unseen: float, ahead: Array, spread: Array, swims: Swims
     ) -> Array:
         """Return the same of a robot that goes straight on.
 
-        It is pushed off its course by white noise: errors of place and velocity go together.
+        It is pushed off its course by white noise: errors of place and velocity go together. By
+        the stated acceleration, too, its velocity is forgotten, within a minute or so.
 
         Args:
             track: the robot out of sight.
             unseen: for how long, s.
             ahead: (m, 2) offsets from where it should be, m.
             spread: (m, 2, 2) covariances of these, but for what it is off its course, m².
-            grown: variance of anything that the filter allows, each axis, m².
             swims: how the new tracks swim.
         """
-        way, eye = max(float(np.hypot(*track.velocity)), LEAST_SPEED) * unseen, np.eye(2)
-        stated = self._motion.acceleration**2 * unseen**3 / 3.0
-        off = max((COURSE_KEPT * way) ** 2, min(stated, grown))
-        known = track.velocity_spread
+        speed = max(float(np.hypot(*track.velocity)), track.habit(self._motion.speed_sigma))
+        off, eye = (COURSE_KEPT * speed * unseen) ** 2, np.eye(2)
+        known, stated = track.velocity_spread, self._motion.acceleration**2 * unseen
         place = spread + off * eye
         with_it = 1.5 * off / unseen * eye + unseen * known
         gain = with_it @ np.linalg.inv(place)
-        turned = 3.0 * off / unseen**2 * eye + known - gain @ with_it
+        turned = (3.0 * off / unseen**2 + stated) * eye + known - gain @ with_it
         expected = track.velocity + np.einsum("mij,mj->mi", gain, ahead)
         return _normal(ahead, place) * swims.ratio(expected, turned, self._motion.speed_sigma)
 

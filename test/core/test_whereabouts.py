@@ -58,7 +58,7 @@ def test_a_robot_that_went_straight_on_is_expected_there():
     ("place", "likely", "unlikely"),
     [
         ((5.0, 0.0), (0.5, 0.0), (-0.5, 0.0)),
-        ((5.0, 1.5), (0.5, 0.2), (0.5, -0.2)),  # it has turned, and that a while ago
+        ((5.0, 1.5), (0.5, 0.3), (0.5, -0.3)),  # it has turned, and that a while ago
     ],
 )
 def test_how_it_swims_tells_whether_it_went_straight_on(place, likely, unlikely):
@@ -83,3 +83,14 @@ def test_what_boxes_alone_say_of_a_velocity():
     told = found.ratio(np.array([0.4, 0.0]), 0.01 * np.eye(2), 0.75)
     assert told[0] > 2.0
     assert told[1] == pytest.approx(1.0, abs=1e-3)
+
+
+def test_a_robot_never_seen_swims_as_the_others_do():
+    """One used to 0.2 m/s, with one at 0.75 m/s supposed: variance 0.05 m²/s², its own 0.0025.
+
+    A slow track then is no sign that it is one of those that are known.
+    """
+    slow = Track("aqua", 0, 0, State.COASTING, "aqua_1", deque([0]), swum=1.9875, swum_count=50.0)
+    ratio = Whereabouts(MOTION).newcomer([slow], _seen((0.1, 0.1)))
+    expected = 0.565 / 0.0525 * np.exp(-0.5 * 0.02 * (1 / 0.0525 - 1 / 0.565))
+    assert ratio == pytest.approx([expected])
