@@ -45,8 +45,8 @@ TURNED = math.radians(1.0)
 """A turn of the camera by itself that may be larger is a complaint."""
 
 _WORDS = {
-    "gnss_east": ("GNSS offset to the east", "noise.gnss_offset_m", 1.0, "m"),
-    "gnss_north": ("GNSS offset to the north", "noise.gnss_offset_m", 1.0, "m"),
+    "gnss_east": ("drone's east position", "noise.gnss_offset_m", 1.0, "m"),
+    "gnss_north": ("drone's north position", "noise.gnss_offset_m", 1.0, "m"),
     "height": ("height above the water", "noise.height_m", 1.0, "m"),
     "roll": ("camera's roll", "noise.gimbal_roll_deg", 180.0 / math.pi, "deg"),
     "pitch": ("camera's pitch", "noise.gimbal_pitch_deg", 180.0 / math.pi, "deg"),
@@ -197,8 +197,10 @@ def _turned(sigma: float) -> str:
 
 def _incredible(name: str, error: float, sigma: float) -> str:
     words, parameter, scale, unit = _WORDS[name]
+    # Nothing that is flown calibrates a receiver.
+    remedy = "it may have jumped; else" if name.startswith("gnss") else "calibrate it or"
     return (
-        f"The {words} seems wrong by {scale * error:.2g} {unit}, which is "
-        f"{abs(error) / sigma:.1f} times the stated sigma ({parameter}): calibrate it or state a "
-        "larger one."
+        f"The {words} seems to need a correction of {scale * error:+.2g} {unit}, which is "
+        f"{abs(error) / sigma:.1f} times the stated sigma ({parameter}): {remedy} state a larger "
+        "one."
     )

@@ -44,7 +44,7 @@ def test_names_an_error_beyond_what_is_stated_until_it_is_credible_again():
     errors[heading] = math.radians(6.0)  # four times 1.5 deg
     said = monitor.check_platform(errors, STATED)
     assert said is not None
-    assert "heading seems wrong by 6 deg, which is 4.0 times" in said
+    assert "heading seems to need a correction of +6 deg, which is 4.0 times" in said
     assert monitor.check_platform(errors, STATED) is None  # told once
     assert monitor.complaints == (said,)  # but it stands
     errors[heading] = math.radians(4.6)  # 3.07 times: not yet credible

@@ -161,8 +161,10 @@ def test_a_biased_compass_is_named(sea):
     world = sea.World(robots=RING, rpy_bias_deg=(0.0, 0.0, 9.0), pixel_sigma=1.0, **ORBIT)
     engine = sea.estimator(RTK)
     sea.play(engine, world, 40.0)
-    assert any("heading seems wrong by" in sentence for sentence in engine.events)
-    assert any("heading seems wrong by" in sentence for sentence in engine.health.complaints)
+    assert any("heading seems to need a correction of" in sentence for sentence in engine.events)
+    assert any(
+        "heading seems to need a correction of" in sentence for sentence in engine.health.complaints
+    )
 
 
 @pytest.mark.parametrize("late_s", [0.5, -0.5])
