@@ -6,7 +6,6 @@ from __future__ import annotations
 import array
 import functools
 import importlib
-from collections.abc import Mapping
 from typing import Any
 
 from aerial_gnss_ros.core.errors import RosError
@@ -44,7 +43,7 @@ def _remedy(package: str) -> str:
     return f"on a robot install {apt}, elsewhere interfaces/ with pip"
 
 
-def message(msgtype: str, fields: Mapping[str, Any]) -> Any:
+def message(msgtype: str, fields: dict[str, Any]) -> Any:
     """Return a message; what is absent in `fields` keeps its default (zero, empty, identity).
 
     Raises:
@@ -56,13 +55,13 @@ def message(msgtype: str, fields: Mapping[str, Any]) -> Any:
     return made
 
 
-def _fill(made: Any, fields: Mapping[str, Any]) -> None:
-    kinds: Mapping[str, str] = made.get_fields_and_field_types()
+def _fill(made: Any, fields: dict[str, Any]) -> None:
     for name, value in fields.items():
-        if isinstance(value, Mapping):
+        if isinstance(value, dict):
             _fill(getattr(made, name), value)
-        elif isinstance(value, list | tuple) and value and isinstance(value[0], Mapping):
-            setattr(made, name, [message(_element(kinds[name]), item) for item in value])
+        elif isinstance(value, list | tuple) and value and isinstance(value[0], dict):
+            element = _element(made.get_fields_and_field_types()[name])  # makes a copy: only here
+            setattr(made, name, [message(element, item) for item in value])
         else:
             setattr(made, name, _plain(getattr(made, name), value))
 
