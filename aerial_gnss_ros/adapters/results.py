@@ -15,6 +15,7 @@ import numpy as np
 
 from aerial_gnss_ros.adapters.markers import marker_array
 from aerial_gnss_ros.adapters.stamps import header_fields
+from aerial_gnss_ros.core.few import finite
 from aerial_gnss_ros.core.values import (
     Array,
     FrameResult,
@@ -122,13 +123,22 @@ def course(estimate: RobotEstimate) -> tuple[float, float] | None:
     is the first-order one of atan2.
     """
     velocity, covariance = estimate.velocity, estimate.covariance[2:, 2:]
-    if not (np.all(np.isfinite(velocity)) and np.all(np.isfinite(covariance))):
+    if not (finite(velocity) and finite(covariance)):
         return None
     speed2 = float(velocity @ velocity)
-    if speed2 == 0.0 or float(velocity @ np.linalg.pinv(covariance) @ velocity) < COURSE_KNOWN:
+    if speed2 == 0.0 or _squared_ratio(velocity, covariance) < COURSE_KNOWN:
         return None
     across = np.array([-velocity[1], velocity[0]]) / speed2
     return math.atan2(velocity[1], velocity[0]), float(across @ covariance @ across)
+
+
+def _squared_ratio(velocity: Array, covariance: Array) -> float:
+    """Return the squared ratio of a velocity (2,) to its uncertainty, covariance (2, 2)."""
+    (x, y), ((a, b), (_, d)) = velocity.tolist(), covariance.tolist()
+    determinant = a * d - b * b
+    if determinant > 1e-9 * (a + d) ** 2:
+        return float((d * x * x - 2.0 * b * x * y + a * y * y) / determinant)
+    return float(velocity @ np.linalg.pinv(covariance) @ velocity)  # known along one line only
 
 
 def map_datum(stamp_ns: int, datum: MapDatum) -> OutgoingMessage:
@@ -148,7 +158,7 @@ def geo_pose(estimate: RobotEstimate) -> dict[str, Any]:
     heading = course(estimate)
     yaw, yaw_variance = heading or (0.0, UNKNOWN_ANGLE_RAD2)
     east_north_up = _position_covariance(estimate)
-    north_east_up = east_north_up[np.ix_([1, 0, 2], [1, 0, 2])]
+    north_east_up = east_north_up[[1, 0, 2]][:, [1, 0, 2]]
     return {
         "header": header_fields(estimate.stamp_ns, MAP_FRAME),
         "pose": {
@@ -232,7 +242,7 @@ def detection_array(detections: Boxes, header: dict[str, Any]) -> dict[str, Any]
 def _known_velocity(estimate: RobotEstimate) -> tuple[Array, Array]:
     """Return velocity and covariance, ENU; zero with a huge variance where none is estimated."""
     velocity, covariance = estimate.velocity, estimate.covariance[2:, 2:]
-    if np.all(np.isfinite(velocity)) and np.all(np.isfinite(covariance)):
+    if finite(velocity) and finite(covariance):
         return velocity, covariance
     return np.zeros(2), np.diag([UNKNOWN_LENGTH_M2, UNKNOWN_LENGTH_M2])
 
@@ -265,4 +275,5 @@ def _yaw_quaternion(yaw: float) -> dict[str, float]:
 
 
 def _floats(matrix: Array) -> list[float]:
-    return [float(value) for value in matrix.ravel()]
+    floats: list[float] = matrix.ravel().tolist()
+    return floats

@@ -11,6 +11,7 @@ import pytest
 
 from aerial_gnss_ros.adapters.results import (
     ALTITUDE_M2,
+    COURSE_KNOWN,
     UNKNOWN_ANGLE_RAD2,
     UNKNOWN_LENGTH_M2,
     course,
@@ -129,6 +130,21 @@ def test_odom_is_in_map_with_the_twist_along_the_course():
 )
 def test_a_course_is_known_when_it_is_three_times_its_own_uncertainty(velocity, known):
     assert (course(replace(ESTIMATE, velocity=np.array(velocity))) is not None) == known
+
+
+def test_a_course_is_judged_by_the_pseudo_inverse_of_any_covariance():
+    rng = np.random.default_rng(4)
+    known = 0
+    for rank in (1, 2) * 100:
+        root = rng.normal(0.0, 0.1, (2, rank))
+        velocity, covariance = rng.normal(0.0, 0.3, 2), root @ root.T
+        whole = ESTIMATE.covariance.copy()
+        whole[2:, 2:] = covariance
+        squared = velocity @ np.linalg.pinv(covariance, rcond=1e-9) @ velocity
+        found = course(replace(ESTIMATE, velocity=velocity, covariance=whole)) is not None
+        assert found == (squared >= COURSE_KNOWN)
+        known += found
+    assert 40 < known < 160
 
 
 def test_an_unknown_course_is_identity_with_a_large_variance_and_an_enu_twist():
