@@ -172,7 +172,7 @@ class JointFilter(Groups):
         self._refusing = bool(refused)
 
     def _watch(self, squared: float, count: int) -> None:
-        angle = max(float(np.trace(group.turning.doubt)) for group in self._groups) ** 0.5
+        angle = max(group.turning.sigma for group in self._groups)
         for sentence in (
             self.monitor.take(squared, count),
             self.monitor.take_turn(angle),

@@ -94,6 +94,7 @@ class Turning:
         self.of_velocities: Array = np.zeros((0, 2, 2))
         self._spread: Array = np.zeros((3, 3))
         self._besides: Array = np.zeros((3, 3))
+        self._doubted = False  # whether there ever was a doubt
         self._before_lost = self._besides
         self._lasts = self._since = self._lost = self._lost_grown = 0.0
         # Rows: sum of corrections east, north; its expected square; allowance not yet used up.
@@ -110,14 +111,19 @@ class Turning:
         return np.outer(self.angle, self.angle) + self._besides
 
     @property
+    def sigma(self) -> float:
+        """Angle by which it may have turned, one sigma, rad."""
+        return math.sqrt(np.trace(self.doubt)) if self._doubted else 0.0
+
+    @property
     def due(self) -> bool:
         """Whether an image's robots are to be judged."""
-        return self._since >= EVERY_S or bool(self._besides.any()) or self.doubts
+        return self._since >= EVERY_S or self._doubted
 
     @property
     def doubts(self) -> bool:
         """Whether any robot is more uncertain for it."""
-        return bool(self.of_places.any())
+        return self._doubted and bool(self.of_places.any())
 
     def add(self, count: int) -> None:
         """Take in robots after the present ones."""
@@ -171,6 +177,8 @@ class Turning:
         fade = math.exp(-seconds / OVER_S)
         self._sums[:2] *= fade
         self._sums[2] *= fade * fade
+        if not self._doubted:
+            return
         self.angle *= keep
         self._besides *= keep * keep
         if self.turns:
@@ -191,6 +199,7 @@ class Turning:
             self._lost += seconds
             before, self._lost_grown = self._lost_grown, min(self._lost, MOST / LOST)
             grown = self._lost_grown**2 - before**2
+            self._doubted = True
             self._besides += LOST**2 * grown * np.eye(3)
         elif self._lost:
             self._lost = self._lost_grown = 0.0
@@ -230,7 +239,7 @@ class Turning:
 
     def _grow(self, before: float, now: float) -> None:
         """Let doubt grow as a turn goes on from one time to another, s since its beginning."""
-        self._lasts = now
+        self._lasts, self._doubted = now, True
         angle = self.angle + (now - before) * self.rate
         self.angle = angle * min(1.0, MOST / max(float(np.linalg.norm(angle)), 1e-9))
         most = MOST / float(np.linalg.norm(self.rate))
