@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aerial_gnss_ros.core.joint_geometry import POSE_COUNT
-from aerial_gnss_ros.core.joint_motion import HELD_SEEN_S, Motion
+from aerial_gnss_ros.core.joint_motion import HELD_S, HELD_SEEN_S, Motion
 from aerial_gnss_ros.core.joint_platform import ANGLES, COUNT, LATENCY, PlatformModel
 from aerial_gnss_ros.core.manoeuvres import Manoeuvres
 from aerial_gnss_ros.core.turning import Turning
@@ -135,7 +135,8 @@ class Joint:
         across = P[:, COUNT:].reshape(-1, n, 4)
         across[:, :, :2] += reach[:, None] * across[:, :, 2:]
         if kept is not None:
-            self.turning.loosened(slice(None), noise[:, 2])
+            # A box or two that did not fit say nothing of the robot; later it may have turned.
+            self.turning.loosened(slice(None), noise[:, 2] * (self.unseen <= HELD_S))
             robots[:, 2:] *= kept[:, None]
             by_pose[:, 2:] *= kept[:k, None, None]
             down[:, 2:] *= kept[:, None, None]
