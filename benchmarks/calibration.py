@@ -7,7 +7,7 @@ Two still robots, 20 m, an image each 0.25 s, the focal length asked for too. A 
 takes 40 s; on a spiral the drone goes round twice in 80 s, from 8 m away and 14 m high to 26 m away
 and 28 m high. Of each constant: root mean square and mean of error / stated sigma, where 1 and 0
 are just right; root mean square of the error; median of the stated sigma; how often it was
-determined.
+determined. The ratio of n flights itself scatters by 1 / sqrt(2 n): by 0.22 with ten.
 """
 
 from __future__ import annotations
@@ -40,6 +40,7 @@ Array = NDArray[np.float64]
 
 LATENCY_S = 0.1
 KINDS = ("transit", "orbit", "spiral", "hover", "tilting hover")
+RECEIVERS = ("consumer", "rtk")
 SLOW = ("heading", "gimbal_pitch", "gimbal_roll", "height")
 
 
@@ -128,6 +129,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--seeds", type=int, default=10, help="flights a row (default 10)")
     parser.add_argument("--flights", nargs="+", choices=KINDS, help="default: all")
+    parser.add_argument("--receivers", nargs="+", choices=RECEIVERS, help="default: both")
     parser.add_argument("--markdown", type=Path, help="where to write the table")
     given = parser.parse_args()
     lines = [
@@ -135,7 +137,7 @@ def main() -> None:
         "|---|---|---:|---:|---:|---:|---:|",
     ]
     for kind in given.flights or KINDS:
-        for receiver in ("consumer", "rtk"):
+        for receiver in given.receivers or RECEIVERS:
             values = {"camera": {"latency_s": LATENCY_S}, "noise": {"set": receiver}}
             config = estimator_config(values)
             found: dict[str, list[tuple[float, float, bool]]] = {}

@@ -53,6 +53,24 @@ def test_of_one_robot_alone_only_its_speed_tells(speed, turns):
     assert (gain > BEGINS) is turns
 
 
+@pytest.mark.parametrize("height", [10.0, 30.0])
+@pytest.mark.parametrize("axis", [0, 2], ids=["pitch", "yaw"])
+@pytest.mark.parametrize(
+    ("count", "least", "most"), [(1, 1.2, 1.55), (2, 0.45, 1.0), (3, 0.15, 0.45)]
+)
+def test_the_least_turn_that_is_told(count, least, most, axis, height):
+    """How fast it makes robots seem, m/s: what docs/estimation.md says of what cannot be told."""
+    share = np.random.default_rng(1).uniform([-0.4, 0.4], [0.4, 1.0], (count, 2))
+    places = height * np.column_stack([share, -np.ones(count)])
+    by_angles = pose_jacobian(places)[:, :, 3:]
+    for speed in np.arange(0.05, 3.0, 0.05):
+        moved = -by_angles[:, :, axis]
+        moved *= speed / np.linalg.norm(moved, axis=1).mean()
+        if explained(moved, np.full(count, STATED), by_angles, SWERVES)[2] > BEGINS:
+            break
+    assert least <= speed <= most
+
+
 def test_boxes_that_nobody_explains_make_the_angle_unknown_until_robots_are_back():
     turning = Turning()
     turning.lost(0.5)
