@@ -37,6 +37,7 @@ from aerial_gnss_ros.training.labelled import LabelledImage, read_folder
 Array = NDArray[np.float64]
 
 TESTS = ("fast", "blender")
+NAMES = {"map50": "mAP50", "map50_95": "mAP50-95"}
 DRAWS = 400
 VAL = 8  # pictures by which the best epoch of each arm is chosen
 BATCH = 16
@@ -241,7 +242,9 @@ def tables(folder: Path) -> str:
     scores = {arm.name: found for arm in ARMS if (found := _read(arm, folder)) is not None}
     several = [s.seeds for s in scores.values() if len(s.seeds) > 1]
     varies = np.sqrt(np.mean([s.var(axis=0, ddof=1) for s in several], axis=0)) if several else 0.0
-    head = [f"{test}: {key}" if key == FIGURES[0] else key for test in TESTS for key in FIGURES]
+    names = [NAMES.get(key, key) for key in FIGURES]
+    head = [f"{test}: {names[0]}" for test in ("fast", "Blender")]
+    head = [head[0], *names[1:], head[1], *names[1:]]
     rows = [("trained on", "seeds", *head), ("---",) * (2 + len(head))]
     for name, arm in scores.items():
         trained = varies / np.sqrt(len(arm.seeds)) if name != "start" else 0.0
