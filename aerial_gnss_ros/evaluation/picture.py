@@ -8,12 +8,15 @@ from collections.abc import Iterable, Mapping
 from typing import Any
 
 from matplotlib.figure import Figure
+from matplotlib.layout_engine import ConstrainedLayoutEngine
 
 # Okabe and Ito's colours: told apart by the colour-blind too. Yellow is too pale for print.
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
 INK, GREY, FAINT = "#1b2733", "#5a6b78", "#dddddd"
 _COLUMNS = 4
 """Entries of a legend side by side."""
+_ROW = 0.2
+"""Height of a line of a legend, inches."""
 
 
 def colours(names: Iterable[str]) -> Mapping[str, str]:
@@ -23,11 +26,17 @@ def colours(names: Iterable[str]) -> Mapping[str, str]:
 
 def legend_above(figure: Figure, handles: list[Any]) -> None:
     """Put a legend above the axes, where it hides nothing; without entries there is none."""
-    if handles:
-        figure.legend(
-            handles=handles, loc="outside upper center", fontsize=9,
-            ncols=min(len(handles), _COLUMNS), frameon=False,
-        )  # fmt: skip
+    if not handles:
+        return
+    figure.legend(
+        handles=handles, loc="upper center", fontsize=9,
+        ncols=min(len(handles), _COLUMNS), frameon=False,
+    )  # fmt: skip
+    layout = figure.get_layout_engine()
+    # loc="outside …" would do it, but only from Matplotlib 3.7 on; Ubuntu 24.04 has 3.6.
+    if isinstance(layout, ConstrainedLayoutEngine):
+        rows = -(-len(handles) // _COLUMNS)
+        layout.set(rect=(0.0, 0.0, 1.0, 1.0 - (_ROW * rows + _ROW) / figure.get_figheight()))
 
 
 def png(figure: Figure) -> bytes:

@@ -22,7 +22,9 @@ def _estimate(measured):
 def _signs(figure):
     (legend,) = figure.legends
     texts = [text.get_text() for text in legend.get_texts()]
-    return dict(zip(texts, legend.legend_handles, strict=True))
+    # its name before Matplotlib 3.7
+    handles = getattr(legend, "legend_handles", None) or legend.legendHandles
+    return dict(zip(texts, handles, strict=True))
 
 
 def test_the_legend_explains_what_is_drawn_and_nothing_else():
