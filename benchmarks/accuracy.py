@@ -13,7 +13,8 @@ from __future__ import annotations
 
 import sys
 
-from flown import Record, columns, rms, write_table
+from flown import Record, rms, write_table
+from tables import columns
 
 
 def row(cell: str, flights: list[Record]) -> list[str]:

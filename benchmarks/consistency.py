@@ -15,8 +15,9 @@ from __future__ import annotations
 import sys
 
 import numpy as np
-from flown import TIMES_S, Record, columns, rms, write_table
+from flown import TIMES_S, Record, rms, write_table
 from scipy.stats import chi2
+from tables import columns
 
 
 def band(count: int, tests: int) -> tuple[float, float]:

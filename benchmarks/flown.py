@@ -34,6 +34,7 @@ from families import (
     truth,
 )
 from scipy.optimize import linear_sum_assignment
+from tables import show
 
 from aerial_gnss_ros.core import localize, paper
 from aerial_gnss_ros.core.frames import matrix_from_quaternion
@@ -189,17 +190,8 @@ def write_table(words: str, markdown: Callable[[dict[str, list[Record]]], str]) 
         print("No seed has been flown in all of these families yet.", file=sys.stderr)
         return 1
     table = f"Seeds: {len(next(iter(flights.values())))}\n\n{markdown(flights)}"
-    print(table)
-    if given.markdown:
-        given.markdown.write_text(table, encoding="utf-8")
+    show(table, given.markdown)
     return 0
-
-
-def columns(heads: list[str], rows: list[list[str]]) -> str:
-    """Return a Markdown table whose first column is of words, the others of numbers."""
-    lines = [f"| {' | '.join(heads)} |", "|---" + "|---:" * (len(heads) - 1) + "|"]
-    lines += [f"| {' | '.join(row)} |" for row in rows]
-    return "\n".join(lines) + "\n"
 
 
 def _read(path: Path) -> Iterator[Record]:

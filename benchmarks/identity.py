@@ -28,6 +28,7 @@ import one_thread  # noqa: F401 - before numpy
 # isort: split
 import numpy as np
 from families import results
+from tables import show
 
 from aerial_gnss_ros.core.config import EstimatorConfig, estimator_config
 from aerial_gnss_ros.core.identity import Identity
@@ -275,9 +276,7 @@ def main() -> int:
             seeds = range(given.first, given.first + given.seeds)
             rows.append(row(scene, [measure(scene, seed) for seed in seeds]))
             print(markdown(rows).splitlines()[-1], file=sys.stderr, flush=True)
-    print(markdown(rows))
-    if given.markdown:
-        given.markdown.write_text(markdown(rows), encoding="utf-8")
+    show(markdown(rows), given.markdown)
     if given.json:
         given.json.write_text(json.dumps(rows, indent=1) + "\n", encoding="utf-8")
     return 0

@@ -23,7 +23,8 @@ import one_thread  # noqa: F401 - before numpy
 # isort: split
 import numpy as np
 from families import Setting
-from flown import Record, chosen, columns, fly, rms
+from flown import Record, chosen, fly, rms
+from tables import columns
 
 from aerial_gnss_ros.core.joint_state import Joint
 from aerial_gnss_ros.core.joint_view import Sight

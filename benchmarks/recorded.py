@@ -23,6 +23,7 @@ import one_thread  # noqa: F401 - before numpy
 import numpy as np
 from families import RTK_OFFSET_M
 from identity import named
+from tables import show
 
 from aerial_gnss_ros.adapters.dji_log import DjiLog, read_dji_log
 from aerial_gnss_ros.simulation.boxes import DetectorPlan
@@ -84,9 +85,7 @@ def main() -> int:
         lines.append(row(piece, flights))
         print(lines[-1], file=sys.stderr, flush=True)
     table = "\n".join(lines) + "\n"
-    print(table)
-    if given.markdown:
-        given.markdown.write_text(table, encoding="utf-8")
+    show(table, given.markdown)
     return 0
 
 

@@ -26,8 +26,8 @@ import one_thread  # noqa: F401 - before numpy
 # isort: split
 import numpy as np
 from families import Cell, Setting, config, experiment, results, robots_of, truth
-from flown import columns
 from numpy.typing import ArrayLike, NDArray
+from tables import columns, show
 
 from aerial_gnss_ros.core.estimator import Estimator
 from aerial_gnss_ros.core.gimbal import error_axes
@@ -216,9 +216,7 @@ def main() -> int:
         rows.append(row(int(robots), float(rate), found))
         print(" | ".join(rows[-1]), file=sys.stderr, flush=True)
     table = columns(list(HEADS), rows)
-    print(table)
-    if given.markdown:
-        given.markdown.write_text(table, encoding="utf-8")
+    show(table, given.markdown)
     return 0
 
 

@@ -27,6 +27,7 @@ import one_thread  # noqa: F401 - before numpy
 
 # isort: split
 import numpy as np
+from tables import show
 
 from aerial_gnss_ros.core.config import estimator_config
 from aerial_gnss_ros.core.estimator import Estimator
@@ -176,9 +177,7 @@ def main() -> int:
         if robots <= given.most:
             rows.append(measure(robots, given.images))
             print(markdown(rows).splitlines()[-1], file=sys.stderr, flush=True)
-    print(markdown(rows))
-    if given.markdown:
-        given.markdown.write_text(markdown(rows), encoding="utf-8")
+    show(markdown(rows), given.markdown)
     if given.json:
         given.json.write_text(json.dumps(rows, indent=1) + "\n", encoding="utf-8")
     return 0
