@@ -75,6 +75,10 @@ def add_arguments(group: Any) -> None:
             help=f"{text} (default {usual}; write --{name}={usual})",
         )  # fmt: skip
     group.add_argument(
+        "--winds", type=numbers(2), metavar="LOW,HIGH",
+        help="m/s; foam from about 4 (default: mostly 2 to 9)",
+    )  # fmt: skip
+    group.add_argument(
         "--extra-robots", type=float, metavar="MEAN",
         help=f"beside the first (default {_USUAL.extra_robots:g})",
     )  # fmt: skip
@@ -106,7 +110,7 @@ def refuse_options(args: argparse.Namespace) -> None:
     given = vars(args)
     for name in (
         "count", "val", "crop", "whole_frames", "renderer", "ranges", "samples", "processes",
-        "heights", "tilts", "lengths", "depths", "occupied", "extra_robots", "flotsam",
+        "heights", "tilts", "lengths", "depths", "winds", "occupied", "extra_robots", "flotsam",
     ):  # fmt: skip
         if given[name] is not None:
             raise ConfigError(f"{_option(name)} has a meaning only with --dataset.")
@@ -186,6 +190,7 @@ def _variety(args: argparse.Namespace) -> Variety:
         ("depths", "depth_m", -0.1, 5.0),
         ("lengths", "long_px", 4.0, 700.0),
         ("tilts", "tilt_deg", 5.0, 90.0),
+        ("winds", "wind_mps", 0.5, 15.0),
     ):
         given = getattr(args, option)
         if given is None:

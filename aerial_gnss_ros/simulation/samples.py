@@ -125,8 +125,10 @@ class FastSource:
         if rng.random() < _MOVING:
             motion = rng.normal(0.0, _MOTION_PX, 2)
             scene = replace(scene, motion_px=(float(motion[0]), float(motion[1])))
-        renderer = Renderer(scene)
         config = self._config
+        if config.variety.wind_mps is not None:
+            scene = replace(scene, wind_speed=float(rng.uniform(*config.variety.wind_mps)))
+        renderer = Renderer(scene)
         for _ in range(count):
             stage = random_stage(rng, config.size, config.occupied, config.image, config.variety)
             image, labels = self._picture(renderer, stage, float(rng.uniform(0.0, 600.0)))

@@ -37,6 +37,7 @@ class Variety:
         painted: share of the robots that are of no livery but of colours drawn at random.
         distractors: how many other things there are, on average.
         flotsam: how many more things of random shape and colour, on average.
+        wind_mps: of the wind, which makes waves and foam; None: as the renderer draws it.
     """
 
     height_m: tuple[float, float] = (5.0, 60.0)
@@ -49,6 +50,7 @@ class Variety:
     painted: float = 0.3
     distractors: float = 1.0
     flotsam: float = 0.0
+    wind_mps: tuple[float, float] | None = None
 
 
 @dataclass(frozen=True)

@@ -19,6 +19,7 @@ def test_pictures_within_the_given_ranges(tmp_path, capsys):
     arguments = ["simulate", "--dataset", str(folder), "--count", "10", "--val", "5", "--json"]
     arguments += ["--crop", "128", "--seed", "4", "--heights", "8,20", "--tilts", "40,90"]
     arguments += ["--depths=0.3,0.9", "--lengths", "30,60", "--extra-robots", "0.5"]
+    arguments += ["--winds", "6,8"]
     assert main(arguments) == 0
     said, shown = capsys.readouterr()
     assert json.loads(said)["pictures"] == {"train": 10, "val": 5}
@@ -33,6 +34,7 @@ def test_pictures_within_the_given_ranges(tmp_path, capsys):
         assert 8.0 <= float(row["height_m"]) <= 20.0
         assert 0.0 <= float(row["tilt_deg"]) <= 50.0
         assert 0.3 <= float(row["depth_m"]) <= 0.9
+        assert 6.0 <= float(row["wind_mps"]) <= 8.0
 
 
 def test_no_robots_where_none_are_asked_for(tmp_path):
@@ -62,6 +64,7 @@ def test_whole_frames_to_score_on(tmp_path, capsys):
         (["--dataset", "d", "--occupied", "2"], "--occupied is a share, 0 to 1, not 2"),
         (["--dataset", "d", "--count", "0"], "--count must be 1 or more, not 0"),
         (["--dataset", "d", "--heights", "20,8"], "--heights must be LOW,HIGH .* not 20,8"),
+        (["--dataset", "d", "--winds", "0,8"], "--winds must be LOW,HIGH within 0.5 to 15"),
         (["--dataset", "d", "--crop", "20"], "crops of .*20.* cannot be made"),
         (
             ["--dataset", "d", "--distractors", "99"],

@@ -88,6 +88,8 @@ def random_shot(
     # The place is of no account, and single precision likes small numbers.
     view = replace(view, pose=replace(view.pose, position=np.array([0.0, 0.0, view.height])))
     scene, sea = _random_light(rng, ranges)
+    if variety.wind_mps is not None:
+        scene = replace(scene, wind_speed=float(rng.uniform(*variety.wind_mps)))
     robots = _random_robots(rng, ranges, view, variety) if rng.random() < occupied else ()
     kinds = PROPS if ranges.props == "floating" else HARBOUR
     props = _random_props(rng, kinds, view, robots, variety.distractors)
