@@ -24,6 +24,7 @@ from aerial_gnss_ros.core.camera_checks import (
     named,
     square,
 )
+from aerial_gnss_ros.core.columns import columns
 from aerial_gnss_ros.core.distortion import BrownConrady, Equidistant
 from aerial_gnss_ros.core.errors import CameraError
 from aerial_gnss_ros.core.projection import plane_with_jacobian
@@ -268,8 +269,9 @@ def _pinhole_plane(lens: BrownConrady | None, points: Array) -> tuple[Array, Mas
 
 
 def _fisheye_plane(lens: Equidistant, points: Array) -> tuple[Array, Mask]:
-    across = np.hypot(points[:, 0], points[:, 1])
-    angle = np.arctan2(across, points[:, 2])
+    x, y, z = columns(points)
+    across = np.hypot(x, y)
+    angle = np.arctan2(across, z)
     radius, _ = lens.radius(angle)
     scale = np.where(across > 0.0, radius / np.where(across > 0.0, across, 1.0), 0.0)
     seen: Mask = (angle < lens.max_angle) & np.any(points != 0.0, axis=1)

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from aerial_gnss_ros.core.columns import columns
 from aerial_gnss_ros.core.distortion import BrownConrady, Equidistant
 from aerial_gnss_ros.core.few import tabled
 
@@ -47,7 +48,7 @@ def _pinhole(x: Any, y: Any, z: Any) -> tuple[Any, ...]:
 
 
 def _fisheye(lens: Equidistant, points: Array) -> tuple[Array, Array, Mask]:
-    x, y, z = points[:, 0], points[:, 1], points[:, 2]
+    x, y, z = columns(points)
     across = np.hypot(x, y)
     square = np.maximum(across * across + z * z, 1e-18)
     angle = np.arctan2(across, z)

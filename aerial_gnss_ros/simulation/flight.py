@@ -16,6 +16,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from aerial_gnss_ros.core.columns import columns
 from aerial_gnss_ros.core.errors import ConfigError
 from aerial_gnss_ros.core.frames import matrix_from_rpy
 from aerial_gnss_ros.core.values import MapDatum
@@ -240,10 +241,9 @@ class GeneratedFlight:
     def _camera(self, t: Array, camera: Array, yaw: Array) -> Array:
         pan, pitch = yaw, np.full(len(t), self.plan.tilt)
         if self._tracks:
-            gaze = np.column_stack([wander(t) for wander in self._gaze])
-            offset = gaze - camera[:, :2]
-            pan = np.arctan2(offset[:, 1], offset[:, 0])
-            pitch = np.arctan2(camera[:, 2], np.hypot(offset[:, 0], offset[:, 1]))
+            east, north, height = columns(camera)
+            east, north = self._gaze[0](t) - east, self._gaze[1](t) - north
+            pan, pitch = np.arctan2(north, east), np.arctan2(height, np.hypot(east, north))
         roll, nod, sway = (wander(t) for wander in self._gimbal)
         return matrix_from_rpy(roll, pitch + nod, pan + sway)
 

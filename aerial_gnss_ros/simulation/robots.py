@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from aerial_gnss_ros.core.columns import columns
 from aerial_gnss_ros.core.errors import ConfigError
 from aerial_gnss_ros.core.frames import wrap_angle
 from aerial_gnss_ros.simulation.chance import Wander, generator
@@ -198,5 +199,6 @@ class Swarm:
         np.fill_diagonal(gap, np.inf)
         push = np.where(gap < self._apart, 12.0 / np.maximum(gap, 0.05) ** 2, 0.0)
         wish = pull + (push[:, :, None] * away).sum(axis=1)
-        error = wrap_angle(np.arctan2(wish[:, 1], wish[:, 0]) - course)
+        east, north = columns(wish)
+        error = wrap_angle(np.arctan2(north, east) - course)
         return np.where(np.linalg.norm(wish, axis=1) > 0.0, 0.8 * error, 0.0)
