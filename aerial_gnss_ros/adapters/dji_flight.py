@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from aerial_gnss_ros.core.frames import matrix_from_rpy, quaternion_from_matrix
 from aerial_gnss_ros.core.values import Array, Fix, Orientation, Scalar
+from aerial_gnss_ros.core.words import counted
 
 METRES_PER_FOOT = 0.3048
 HEIGHT_GUESS = (
@@ -124,9 +125,8 @@ def summarise_refusals(refused: Sequence[RefusedRow], most: int = 5) -> str:
     for reason, lines in by_reason.items():
         shown = ", ".join(str(line) for line in lines[:most])
         more = ", …" if len(lines) > most else ""
-        rows = "row" if len(lines) == 1 else "rows"
         at = "line" if len(lines) == 1 else "lines"
-        parts.append(f"{len(lines)} {rows}: {reason} ({at} {shown}{more})")
+        parts.append(f"{counted(len(lines), 'row')}: {reason} ({at} {shown}{more})")
     return "; ".join(parts)
 
 

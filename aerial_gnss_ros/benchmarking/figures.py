@@ -11,6 +11,7 @@ import numpy as np
 
 from aerial_gnss_ros.benchmarking.live import Live
 from aerial_gnss_ros.benchmarking.one_process import Run
+from aerial_gnss_ros.core.words import counted
 
 STAGES = ("decode", "pre", "infer", "post", "publish boxes", "estimate", "publish")
 Figures = dict[str, Any]
@@ -191,7 +192,7 @@ def _table(
 def _robots(number: int | None) -> str:
     if number is None:
         return "recording"
-    return f"{number} robot{'s' * (number != 1)}"
+    return counted(number, "robot")
 
 
 def _cell(figures: Any, path: tuple[str, ...]) -> str:

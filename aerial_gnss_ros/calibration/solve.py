@@ -16,6 +16,7 @@ from aerial_gnss_ros.calibration.problem import Problem
 from aerial_gnss_ros.calibration.recording import Recording
 from aerial_gnss_ros.core.config import EstimatorConfig
 from aerial_gnss_ros.core.errors import InputError
+from aerial_gnss_ros.core.words import counted
 
 LEAST_IMAGES = 20
 
@@ -42,8 +43,8 @@ def calibrate(
     """
     if len(recording.sightings) < LEAST_IMAGES:
         raise InputError(
-            f"robots were confirmed in {len(recording.sightings)} images, and a calibration needs "
-            f"{LEAST_IMAGES} at least; record a robot that is seen for longer."
+            f"robots were confirmed in {counted(len(recording.sightings), 'image')}, and a "
+            f"calibration needs {LEAST_IMAGES} at least; record a robot that is seen for longer."
         )
     names = tuple(one.name for one in UNKNOWNS if focal or one.name != "focal")
     problem = Problem(recording, config, names, robot_speed)

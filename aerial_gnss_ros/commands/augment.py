@@ -15,6 +15,7 @@ from aerial_gnss_ros.commands.dataset_arguments import add_dataset_arguments, in
 from aerial_gnss_ros.commands.ending import ended_cleanly
 from aerial_gnss_ros.commands.progress import progress
 from aerial_gnss_ros.core.errors import ConfigError
+from aerial_gnss_ros.core.words import counted
 from aerial_gnss_ros.training.augment import AUGMENTED, SHEET, Plan, augment, chosen
 from aerial_gnss_ros.training.phases import SHOWS
 from aerial_gnss_ros.training.variants import PROBABILITIES, SIDE, Recipe
@@ -80,9 +81,9 @@ def run(args: argparse.Namespace) -> int:
         print(json.dumps({"dataset": str(args.output), **asdict(made)}, indent=2))
         return 0
     print(
-        f"made {args.output}: {made.images} variants of {total} images, {made.boxes} boxes; "
-        f"{made.dropped} variants dropped because a box's centre had left them; "
-        f"{made.copied} images copied as they are."
+        f"made {args.output}: {counted(made.images, 'variant')} of {counted(total, 'image')}, "
+        f"{counted(made.boxes, 'box')}; {counted(made.dropped, 'variant')} dropped because a box's "
+        f"centre had left them; {counted(made.copied, 'image')} copied as they are."
     )
     print(f"look at {args.output / SHEET}")
     return 0

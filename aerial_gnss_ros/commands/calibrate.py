@@ -23,6 +23,7 @@ from aerial_gnss_ros.commands.ending import ended_cleanly
 from aerial_gnss_ros.commands.progress import progress
 from aerial_gnss_ros.core.config import EstimatorConfig
 from aerial_gnss_ros.core.errors import ConfigError
+from aerial_gnss_ros.core.words import counted
 from aerial_gnss_ros.detection.config import DetectorConfig
 from aerial_gnss_ros.detection.select import load_detector
 
@@ -214,8 +215,9 @@ def _as_text(found: Calibration, robot_speed: float) -> list[str]:
     fit = found.fit
     lines = [
         (
-            f"{fit.boxes} boxes in {fit.images} images, robots: {', '.join(fit.robots)}; residual "
-            f"{fit.residual_px:.1f} px, {fit.outliers} outliers"
+            f"{counted(fit.boxes, 'box')} in {counted(fit.images, 'image')}, robots: "
+            f"{', '.join(fit.robots)}; residual {fit.residual_px:.1f} px, "
+            f"{counted(fit.outliers, 'outlier')}"
         ),
         *found.flown.words(),
         "",

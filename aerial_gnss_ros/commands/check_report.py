@@ -16,6 +16,7 @@ from aerial_gnss_ros.core.datum import explained
 from aerial_gnss_ros.core.frames import heading_from_yaw, yaw_of
 from aerial_gnss_ros.core.sign_tests import SignTest, Verdict
 from aerial_gnss_ros.core.watch import Moment, Watch
+from aerial_gnss_ros.core.words import counted
 
 _WIDTH = 100
 _CLOCK_S = 3.0
@@ -213,7 +214,7 @@ def _input_line(check: Check, subscription: Subscription) -> str:
     bad = f", {fields['bad']} of no use ({fields['trouble']})" if fields["bad"] else ""
     line = (
         f"  {subscription.name:<12} {fields['rate_hz']:6.1f} Hz, age {fields['age_s']:.2f} s, "
-        f"{fields['count']} messages{bad}; {uses}"
+        f"{counted(fields['count'], 'message')}{bad}; {uses}"
     )
     return textwrap.fill(line.rstrip("; "), _WIDTH, subsequent_indent=" " * 15)
 

@@ -27,6 +27,7 @@ from aerial_gnss_ros.bags.survey import survey
 from aerial_gnss_ros.core.config import estimator_config
 from aerial_gnss_ros.core.errors import InputError
 from aerial_gnss_ros.core.watch import Watch
+from aerial_gnss_ros.core.words import counted
 from aerial_gnss_ros.detection.config import detector_config
 from aerial_gnss_ros.nodes import require_ros
 from aerial_gnss_ros.nodes.schemas import DETECTOR, ESTIMATOR, SCHEMAS
@@ -123,7 +124,7 @@ def _print(
     bags: Sequence[Path], seen: Sequence[SeenTopic], ranked: Sequence[Fit], others: Sequence[Fit]
 ) -> None:
     width = min(48, max(len(t.name) for t in seen))
-    print(f"{len(seen)} topics")
+    print(counted(len(seen), "topic"))
     for topic in seen:
         print(f"  {topic.name:<{width}}  {topic.rate_hz:6.1f} Hz  {topic.msgtype}")
         if topic.trouble:

@@ -15,6 +15,7 @@ from aerial_gnss_ros.commands.argument_types import size
 from aerial_gnss_ros.commands.ending import ended_cleanly
 from aerial_gnss_ros.commands.progress import progress
 from aerial_gnss_ros.core.errors import ConfigError, InputError
+from aerial_gnss_ros.core.words import counted
 from aerial_gnss_ros.detection.config import DetectorConfig
 from aerial_gnss_ros.detection.select import find_model, load_detector
 from aerial_gnss_ros.training.calibration_images import USUAL_COUNT, choose_images
@@ -172,4 +173,4 @@ def _score(args: argparse.Namespace, source: Path, images: list[LabelledImage]) 
     if args.json:
         print(json.dumps([asdict(row) for row in figures], indent=2))
     else:
-        print(f"\n{len(images)} images of {args.score}\n\n{table(figures)}", end="")
+        print(f"\n{counted(len(images), 'image')} of {args.score}\n\n{table(figures)}", end="")

@@ -16,6 +16,7 @@ from aerial_gnss_ros.bags.maps import iso_time
 from aerial_gnss_ros.bags.video import Video
 from aerial_gnss_ros.commands.camera_arguments import ChosenCamera
 from aerial_gnss_ros.core.config_telemetry import AttitudeConfig, GimbalConfig
+from aerial_gnss_ros.core.words import counted
 
 _LINES_SHOWN = 8
 _WIDTH = 100
@@ -82,7 +83,7 @@ def as_json(done: Imported) -> dict[str, object]:
 
 def as_text(done: Imported) -> str:
     """Return the table for people."""
-    lines = [f"{done.log.path}: {len(done.log)} rows, {done.duration_s:.1f} s"]
+    lines = [f"{done.log.path}: {counted(len(done.log), 'row')}, {done.duration_s:.1f} s"]
     groups = {
         "read": list(_read(done)),
         "guessed": list(_guesses(done)) or ["nothing"],
@@ -102,7 +103,7 @@ def as_text(done: Imported) -> str:
                 )
             )
     lines += ["", f"{done.path}:"]
-    lines += [f"  {topic:<28} {count} messages" for topic, count in done.counts.items()]
+    lines += [f"  {topic:<28} {counted(count, 'message')}" for topic, count in done.counts.items()]
     return "\n".join(lines)
 
 

@@ -18,6 +18,7 @@ from aerial_gnss_ros.commands.configuration import add_arguments as add_configur
 from aerial_gnss_ros.commands.configuration import configuration
 from aerial_gnss_ros.commands.ending import ended_cleanly
 from aerial_gnss_ros.commands.progress import progress
+from aerial_gnss_ros.core.words import counted
 from aerial_gnss_ros.detection.select import load_detector
 from aerial_gnss_ros.evaluation.errors import compare
 from aerial_gnss_ros.evaluation.platform import read_platform
@@ -125,8 +126,11 @@ def as_text(output: Path, summary: Summary) -> str:
     """Return the summary in words."""
     robots = summary.positions
     positions = sum(robots.values())
-    lines = [f"{output}: {summary.frames} images, {len(robots)} robots, {positions} positions"]
-    lines += [f"  {name:<24} {count} positions" for name, count in sorted(robots.items())]
+    counts = (summary.frames, "image"), (len(robots), "robot"), (positions, "position")
+    lines = [f"{output}: {', '.join(counted(*one) for one in counts)}"]
+    lines += [
+        f"  {name:<24} {counted(count, 'position')}" for name, count in sorted(robots.items())
+    ]
     refused = sum(summary.rejections.values())
     lines.append(f"refused detections: {refused or 'none'}")
     lines += [f"  {name:<24} {count}" for name, count in sorted(summary.rejections.items())]

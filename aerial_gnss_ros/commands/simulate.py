@@ -23,6 +23,7 @@ from aerial_gnss_ros.commands.progress import progress
 from aerial_gnss_ros.core.errors import ConfigError, InputError
 from aerial_gnss_ros.core.geodesy import enu_from_geodetic
 from aerial_gnss_ros.core.noise import SETS
+from aerial_gnss_ros.core.words import counted
 from aerial_gnss_ros.simulation.bag import write_bag
 from aerial_gnss_ros.simulation.boxes import DetectorPlan
 from aerial_gnss_ros.simulation.experiment import CameraClock, Experiment, default_camera
@@ -170,7 +171,8 @@ def run(args: argparse.Namespace) -> int:
     if args.json:
         print(json.dumps({"bag": str(args.output), "messages": counts, **about}, indent=2))
     else:
-        print(f"made {args.output}: {sum(counts.values())} messages on {len(counts)} topics")
+        messages, topics = counted(sum(counts.values()), "message"), counted(len(counts), "topic")
+        print(f"made {args.output}: {messages} on {topics}")
         print("\n".join(words(about)))
     return 0
 

@@ -19,6 +19,7 @@ from aerial_gnss_ros.commands.ending import ended_cleanly
 from aerial_gnss_ros.commands.progress import progress
 from aerial_gnss_ros.commands.train_arguments import add_arguments, phases_of, plan_of, plan_resumed
 from aerial_gnss_ros.core.errors import ConfigError, InputError
+from aerial_gnss_ros.core.words import counted
 from aerial_gnss_ros.training.layout import open_dataset
 from aerial_gnss_ros.training.model_card import figure
 from aerial_gnss_ros.training.offline import require_ultralytics
@@ -88,8 +89,8 @@ def _check(args: argparse.Namespace) -> int:
     else:
         for split, told in counts.items():
             print(
-                "{}: {images} images, {robots} robots; {one} images with one, {several} with "
-                "several, {none} with none".format(split, **told)
+                f"{split}: {counted(told['images'], 'image')}, {counted(told['robots'], 'robot')}; "
+                f"images with one: {told['one']}, several: {told['several']}, none: {told['none']}"
             )
         print(f"fingerprint {found.fingerprint()}")
     for phase in phases_of(args):

@@ -22,6 +22,7 @@ from aerial_gnss_ros.core.measurements import Measurements
 from aerial_gnss_ros.core.pose_motion import MOVED_S, PoseMotion
 from aerial_gnss_ros.core.position_jumps import PositionJumps
 from aerial_gnss_ros.core.values import PosedFrame
+from aerial_gnss_ros.core.words import counted
 
 Array = NDArray[np.float64]
 
@@ -165,7 +166,7 @@ class JointFilter(Groups):
     def _tell(self, refused: int) -> None:
         if refused and not self._refusing:
             self.log.add(
-                f"Boxes of {refused} robots would make them faster than tracks.max_speed "
+                f"Boxes would make {counted(refused, 'robot')} faster than tracks.max_speed "
                 f"({self.motion.fastest:g} m/s) and are not used: the compass, the "
                 "gimbal or camera.latency_s may be wrong."
             )

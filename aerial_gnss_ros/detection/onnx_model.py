@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aerial_gnss_ros.core.errors import ModelError
+from aerial_gnss_ros.core.words import counted
 from aerial_gnss_ros.detection.base import Image
 from aerial_gnss_ros.detection.letterbox import Letterbox
 
@@ -100,7 +101,7 @@ def class_names(
     own = _own_names(metadata.get("names", ""), where)
     if own and given and len(own) != len(given):
         raise ModelError(
-            f"{where} knows {len(own)} classes ({', '.join(own)}), but class_names has "
+            f"{where} knows {counted(len(own), 'class')} ({', '.join(own)}), but class_names has "
             f"{len(given)} ({', '.join(given)})."
         )
     return given or own

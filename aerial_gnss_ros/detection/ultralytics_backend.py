@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from aerial_gnss_ros.core.errors import ConfigError, ModelError
+from aerial_gnss_ros.core.words import counted
 from aerial_gnss_ros.detection.base import Detections, Image, within_image
 from aerial_gnss_ros.detection.config import DetectorConfig
 from aerial_gnss_ros.detection.offline import forbid_network
@@ -105,8 +106,8 @@ class UltralyticsDetector:
         given = self._config.class_names
         if given and len(given) != len(names):
             raise ModelError(
-                f"{path} knows {len(names)} classes ({', '.join(names)}), but class_names has "
-                f"{len(given)} ({', '.join(given)})."
+                f"{path} knows {counted(len(names), 'class')} ({', '.join(names)}), but "
+                f"class_names has {len(given)} ({', '.join(given)})."
             )
         return given or names
 

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aerial_gnss_ros.core.errors import ModelError
+from aerial_gnss_ros.core.words import counted
 
 _CANDIDATES = (
     2000  # more boxes than this before suppression are noise, and suppression is quadratic
@@ -54,7 +55,7 @@ class Head:
                 return cls(shape[1] - 4, end_to_end=False)
             if classes is not None and shape[1] == 4 + classes:
                 return cls(classes, end_to_end=False)
-        known = "" if classes is None else f" for its {classes} classes"
+        known = "" if classes is None else f" for {counted(classes, 'class')}"
         wanted = "4 + classes" if classes is None else str(4 + classes)
         raise ModelError(
             f"{where} gives {list(shape)}, but a YOLO detection model{known} gives "

@@ -14,6 +14,7 @@ from typing import Any
 from aerial_gnss_ros.adapters.results import detection_array
 from aerial_gnss_ros.adapters.stamps import copied_header, nanoseconds
 from aerial_gnss_ros.core.errors import AerialGnssError, InputError, ModelError
+from aerial_gnss_ros.core.words import counted
 from aerial_gnss_ros.detection.background import begun
 from aerial_gnss_ros.detection.base import Detector
 from aerial_gnss_ros.detection.config import DetectorConfig, detector_config
@@ -211,8 +212,8 @@ class DetectorNode(Managed, SupervisedNode):
         self._published += 1
         if self._published == 1:
             self.get_logger().info(
-                f"first image from {self._images.topic}: {width} x {height}, {len(found)} robots, "
-                f"{total['total']:.0f} ms"
+                f"first image from {self._images.topic}: {width} x {height}, "
+                f"{counted(len(found), 'box')}, {total['total']:.0f} ms"
             )
 
     def _fits_camera(self, width: int, height: int) -> bool:

@@ -15,6 +15,7 @@ from PIL import Image as PillowImage
 from PIL import UnidentifiedImageError
 
 from aerial_gnss_ros.core.errors import InputError
+from aerial_gnss_ros.core.words import counted
 from aerial_gnss_ros.training.label_lines import parse
 from aerial_gnss_ros.training.labelled import ENDINGS
 from aerial_gnss_ros.training.layout import NOT_LABELS, Dataset, image_files, label_file
@@ -99,10 +100,9 @@ class Inspection:
         lines = [f"  {problem}" for problem in self.problems[:MOST_SAID]]
         if count > MOST_SAID:
             lines.append(f"  and {count - MOST_SAID} more")
-        errors = "1 error" if count == 1 else f"{count} errors"
         raise DatasetError(
-            f"{self.dataset.file} describes a data set with {errors}; nothing was done:\n"
-            + "\n".join(lines)
+            f"{self.dataset.file} describes a data set with {counted(count, 'error')}; "
+            "nothing was done:\n" + "\n".join(lines)
         )
 
 

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aerial_gnss_ros.core.errors import InputError
+from aerial_gnss_ros.core.words import counted
 
 OVERHANG = 1e-3
 """How far an edge may reach beyond the image, relative to it: label tools round."""
@@ -28,7 +29,7 @@ def parse(line: str, classes: int) -> tuple[int, float, float, float, float]:
     words = line.split()
     if len(words) != 5:
         raise InputError(
-            f"has {len(words)} value{'s' * (len(words) != 1)}, but a box is `class x y width "
+            f"has {counted(len(words), 'value')}, but a box is `class x y width "
             "height` (outlines and turned boxes are not read)"
         )
     try:

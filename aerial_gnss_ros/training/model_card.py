@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from aerial_gnss_ros.core.words import counted
 from aerial_gnss_ros.training.inspection import Inspection
 from aerial_gnss_ros.training.run_folder import Plan
 
@@ -93,10 +94,11 @@ def _scores(card: Card) -> list[str]:
         "scores are a little too good; a split named test would give honest ones."
     )
     overall, threshold = scores["overall"], scores["score_threshold"]
+    images, robots = counted(scores["images"], "image"), counted(overall["robots"], "robot")
     lines = [
         "## Scores",
         "",
-        f"{scores['images']} images of the split {split}, {overall['robots']} robots. {warning}",
+        f"{images} of the split {split}, {robots}. {warning}",
         "",
         "| figure | value |",
         "|---|---|",
@@ -139,9 +141,9 @@ def _training(card: Card) -> list[str]:
     lines = ["## Training", "", f"Begun with {_origin(plan.weights)}.", ""]
     for number, phase in enumerate(plan.phases, start=1):
         done = sum(row["phase"] == str(number) for row in card.epochs)
-        amount, kept = f"{done} of {phase.epochs} epochs", ""
+        amount, kept = f"{done} of {counted(phase.epochs, 'epoch')}", ""
         if phase.hours:
-            amount = f"{phase.hours:g} hours, {done} epochs (the last one cut short),"
+            amount = f"{phase.hours:g} hours, {counted(done, 'epoch')} (the last one cut short),"
             kept = "; the last weights are kept"
         lines.append(f"{number}. {amount} on images with {phase.words}{kept}")
     lines += ["", "| parameter | value |", "|---|---|"]

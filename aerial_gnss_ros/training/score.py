@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aerial_gnss_ros.core.errors import AerialGnssError
+from aerial_gnss_ros.core.words import counted
 from aerial_gnss_ros.detection.base import Detections, Detector
 from aerial_gnss_ros.detection.config import DetectorConfig
 from aerial_gnss_ros.detection.select import load_detector
@@ -211,10 +212,11 @@ def report(result: Score) -> str:
     median, p95 = figures["centre_error_median_px"], figures["centre_error_p95_px"]
     u, v = figures["centre_offset_px"]
     missed = overall.robots - overall.found
+    images, robots = counted(result.images, "image"), counted(overall.robots, "robot")
     lines = [
-        f"{result.images} images, {overall.robots} robots that count, at IoU {MATCH_IOU}",
+        f"{images}, {robots} to be found, at IoU {MATCH_IOU}",
         f"precision {overall.precision:.3f}, recall {overall.recall:.3f}",
-        f"{overall.found} found, {missed} missed, {overall.false} false boxes",
+        f"{overall.found} found, {missed} missed, {counted(overall.false, 'false box')}",
         f"box centre: error median {median:.2f}, p95 {p95:.2f}, mean offset {u:+.2f} {v:+.2f} px",
         "",
         "| long side, px | robots | found | recall | false boxes |",

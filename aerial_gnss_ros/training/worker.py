@@ -22,6 +22,7 @@ from pathlib import Path
 from typing import Any
 
 from aerial_gnss_ros.core.errors import AerialGnssError, ConfigError, ModelError
+from aerial_gnss_ros.core.words import counted
 from aerial_gnss_ros.training import train
 from aerial_gnss_ros.training.curves import read_epochs
 from aerial_gnss_ros.training.data_view import write_view
@@ -103,7 +104,10 @@ def _train_phase(run: RunFolder, plan: Plan, number: int, found: Inspection, say
 
     phase = plan.phases[number]
     examples = members(phase, found.examples["train"])
-    say(doing=f"phase {number + 1} of {len(plan.phases)}: {phase.words}, {len(examples)} images")
+    say(
+        doing=f"phase {number + 1} of {len(plan.phases)}: {phase.words}, "
+        f"{counted(len(examples), 'image')}"
+    )
     before = sum(phase.epochs for phase in plan.phases[:number])
     if not _is_done(run, number, phase):
         splits = {"train": examples, "val": found.examples["val"]}

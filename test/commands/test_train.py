@@ -25,7 +25,7 @@ def refused(capsys, *arguments):
 def test_check_counts_without_training(tmp_path, make_set, capsys):
     assert cli.main(["train", str(make_set(tmp_path / "set", robots=(1, 2, 0))), "--check"]) == 0
     out = capsys.readouterr().out
-    assert "train: 3 images, 3 robots; 1 images with one, 1 with several, 1 with none" in out
+    assert "train: 3 images, 3 robots; images with one: 1, several: 1, none: 1" in out
     assert "fingerprint " in out
     single = str(make_set(tmp_path / "single", robots=(1, 0)))
     assert cli.main(["train", single, "--check", "--one-phase", "--json"]) == 0

@@ -93,7 +93,7 @@ def test_class_names_from_the_configuration(tmp_path):
     assert names(model=nameless) == ("class_0",)
     assert names(model=nameless, class_names=("leader",)) == ("leader",)
     named = str(white_box_model(tmp_path / "m.onnx"))
-    with pytest.raises(ModelError, match=r"knows 1 classes \(aqua\), but class_names has 2"):
+    with pytest.raises(ModelError, match=r"knows 1 class \(aqua\), but class_names has 2"):
         names(model=named, class_names=("a", "b"))
 
 

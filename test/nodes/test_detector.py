@@ -206,7 +206,7 @@ def test_images_may_change_their_size_in_mid_stream_through_the_real_network(see
 def test_a_model_of_other_classes_than_configured_is_named(ros, tmp_path):
     path = tmp_path / "p.yaml"
     path.write_text("class_names: [leader, follower]\nbackend: onnxruntime\n")
-    with pytest.raises(ModelError, match=r"knows 1 classes \(aqua\), but class_names has 2"):
+    with pytest.raises(ModelError, match=r"knows 1 class \(aqua\), but class_names has 2"):
         ros.add(DetectorNode(Given([path])))
 
 
