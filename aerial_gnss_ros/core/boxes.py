@@ -8,6 +8,23 @@ import math
 from aerial_gnss_ros.core.rejection import Reason, Rejection
 from aerial_gnss_ros.core.values import DetectionFrame
 
+CROWD, CROWD_FACTOR = 30, 3.0
+"""More boxes than these, the factor times the usual number, do not come with robots."""
+MEMORY_IMAGES = 30
+
+
+class Crowd:
+    """Notices an image with far more boxes than those before it."""
+
+    def __init__(self) -> None:
+        self._usual: float | None = None
+
+    def take(self, count: int) -> float | None:
+        """Take in an image's number of boxes; return the usual one if this is far more."""
+        usual = count if self._usual is None else self._usual
+        self._usual = usual + (count - usual) / MEMORY_IMAGES
+        return usual if count > CROWD + CROWD_FACTOR * usual else None
+
 
 def refusals(
     frame: DetectionFrame, min_score: float, classes: tuple[str, ...]

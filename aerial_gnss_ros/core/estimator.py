@@ -122,6 +122,11 @@ class Estimator:
         return self._log.take()
 
     @property
+    def happened(self) -> Counter[str]:
+        """How often time went backward, the drone's position jumped, and the like."""
+        return self._log.counts
+
+    @property
     def min_score(self) -> float:
         """Boxes with a lower score are refused."""
         return self._pipeline.min_score
@@ -275,6 +280,7 @@ class Estimator:
         for tally in self._tallies.values():
             tally.last_stamp_ns = None
         self._estimates, self._platform = (), ()
+        self._log.counts["time_went_backward"] += 1
         jump = 0.0 if newest is None else (newest - stamp_ns) * 1e-9
         self._log.add(
             f"Time went backward by {jump:.1f} s ({source}): telemetry and tracks are cleared, and "

@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+from collections import Counter
+
 MAX_KEPT = 200
 
 
@@ -13,10 +15,16 @@ class Trouble(str):
 
 
 class Events:
-    """Collects sentences until somebody takes them; the oldest go when nobody does."""
+    """Collects sentences until somebody takes them; the oldest go when nobody does.
+
+    Attributes:
+        sentences: that nobody took yet.
+        counts: how often what has a name happened since the start, for diagnostics.
+    """
 
     def __init__(self) -> None:
         self.sentences: list[str] = []
+        self.counts: Counter[str] = Counter()
         self._told: set[str] = set()
 
     def add(self, sentence: str) -> None:

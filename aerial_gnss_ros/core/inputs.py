@@ -124,10 +124,13 @@ class Lacking:
     Attributes:
         reason: the refusal, with the input's name.
         may_come: whether waiting makes sense.
+        later_s: how much later than the scene the input's oldest sample is, s; 0 where that is not
+            the reason.
     """
 
     reason: Reason
     may_come: bool
+    later_s: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -238,7 +241,10 @@ class Inputs:
         lacking: list[Lacking] = []
         for source, series in self._series.items():
             place = series.place(stamp_ns)
-            if isinstance(place, Missing):
+            if place is Missing.BEFORE:
+                later_s = ((series.first_stamp_ns or 0) - stamp_ns) * 1e-9
+                lacking.append(Lacking(Reason.no(source), False, later_s))
+            elif isinstance(place, Missing):
                 lacking.append(_lacking(source, place))
             else:
                 places[source] = place

@@ -62,6 +62,7 @@ class Pipeline:
         self._log = log
         self._posing = Posing(config)
         self._latency = LatencySearch(config, inputs)
+        self._crowd = boxes.Crowd()
         self._fixed_camera = _camera_of(config)
         self._scaled: tuple[CameraModel, CameraModel] | None = None
         self._locate = paper.locate if config.method == "paper" else localize.locate
@@ -98,8 +99,9 @@ class Pipeline:
         """Return what one image gives."""
         began = time.perf_counter_ns()
         reasons = boxes.refusals(frame, self.min_score, self._config.detections.classes)
+        self._look_for_crowd(reasons.count(None))
         camera = self._camera(frame.stamp_ns)
-        pose = samples.reason if isinstance(samples, Lacking) else self._pose(samples)
+        pose = self._refusal(samples) if isinstance(samples, Lacking) else self._pose(samples)
         posed = time.perf_counter_ns()
         local = self._origin.local
         if isinstance(camera, Reason) or isinstance(pose, Reason) or local is None:
@@ -150,6 +152,18 @@ class Pipeline:
         both = zip(points.reasons, exact.reasons, strict=True)
         return replace(exact, reasons=tuple(one or other for one, other in both))
 
+    def _look_for_crowd(self, count: int) -> None:
+        usual = self._crowd.take(count)
+        if usual is None:
+            return
+        self._log.counts["images_crowded"] += 1
+        self._log.add_once(
+            "crowd",
+            f"An image has {count} boxes, those before it about {usual:.0f}: nearly all must be "
+            "false. Those not seen again become no robots; if it goes on, raise "
+            "detections.min_score.",
+        )
+
     def _camera(self, stamp_ns: int) -> CameraModel | Reason:
         """Return the newest camera not later than an image."""
         if self._fixed_camera is not None:
@@ -169,6 +183,19 @@ class Pipeline:
         if self._scaled is None or self._scaled[0] is not camera:
             self._scaled = camera, scaled_camera(camera, scale)
         return self._scaled[1]
+
+    def _refusal(self, lacking: Lacking) -> Reason:
+        """Return why there is no telemetry; say so where an input is of another time."""
+        if lacking.later_s > self._config.max_wait:
+            name = str(lacking.reason).removeprefix("no_")
+            self._log.add_once(
+                f"later {name}",
+                f"The oldest {name} is {lacking.later_s:.1f} s later than an image, which is "
+                f"refused ({lacking.reason}). If it came no later, their clocks differ: "
+                f"{name}.stamp says whether a message's header or its arrival counts, and a bag "
+                "played in a loop has headers that begin again and arrivals that go on.",
+            )
+        return lacking.reason
 
     def _pose(self, samples: Samples) -> CameraPose | Reason:
         pose = self._posing.pose(samples)

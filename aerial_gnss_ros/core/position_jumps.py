@@ -73,6 +73,7 @@ class PositionJumps:
             self._log.add("The drone's position is back where it was before it jumped.")
             self.offset = np.zeros(3)
             return
+        self._log.counts["position_jumps"] += 1
         self._log.add(
             f"The drone's position jumped by {length:.0f} m "
             f"within {passed:.2g} s: boxes are not used until it settles."

@@ -91,7 +91,7 @@ _MEANINGS = {
     "wrong_class": "not of detections.classes",
 }
 _FAMILIES = {
-    "no": "{} never came",
+    "no": "{} never came, or only for later times than this image's",
     "stale": "{} did not come within max_wait",
     "gap": "{} has a gap longer than max_gap here",
     "bad": "{} was of no use here: not a number, no fix, or no rotation",

@@ -20,6 +20,7 @@ from aerial_gnss_ros.core.events import Trouble
 from aerial_gnss_ros.core.inputs import InputState
 from aerial_gnss_ros.core.summary import RobotSummary
 from aerial_gnss_ros.core.values import FrameResult, State
+from aerial_gnss_ros.core.words import counted
 from aerial_gnss_ros.detection.background import begun
 from aerial_gnss_ros.nodes import qos
 from aerial_gnss_ros.nodes.arrivals import SECOND_NS
@@ -198,10 +199,11 @@ class EstimatorNode(SupervisedNode):
 
     def _positions_status(self, robots: int) -> Status:
         counts = {str(reason): n for reason, n in sorted(self._estimator.counts.items()) if n}
-        words = f"{robots} robots" if self._images else "no image yet"
+        words = counted(robots, "robot") if self._images else "no image yet"
         values: dict[str, Any] = {"method": self._config.method, "images": self._images}
         values |= {f"rejected_{reason}": n for reason, n in counts.items()}
         values |= {f"images_{why}": n for why, n in sorted(self._estimator.dropped.items())}
+        values |= dict(sorted(self._estimator.happened.items()))
         values |= {f"ms_{stage}": mean for stage, mean in self.timings.means_ms().items()}
         values |= {f"ms_p95_{stage}": p95 for stage, p95 in self.timings.p95_ms().items()}
         return Status("positions", OK if self._images else STALE, words, values)

@@ -111,6 +111,35 @@ def test_after_a_jump_only_camera_and_level_hold_on(sea):
     assert result.pose.height == pytest.approx(28.0)
 
 
+def test_stamps_of_another_clock_are_told(sea):
+    """A bag in a loop: headers begin again, what is stamped on arrival goes on."""
+    engine, world = sea.estimator(), sea.World()
+    sea.play(engine, world, 2.0, begin=10.0, until_flush=False)
+    for i in range(10):
+        t = 5.0 + 0.1 * i
+        engine.add_detections(sea.boxes(t, [sea.middle]))
+        engine.add_fix(world.fix(t))
+        engine.add_gimbal(world.gimbal(t))
+        engine.add_height(Scalar(sea.stamp(t + 20.0), 30.0))
+    reasons = {r.reason for result in engine.flush() for r in result.rejections}
+    assert reasons == {Reason.NO_HEIGHT}
+    assert engine.happened["time_went_backward"] == 1
+    told = [sentence for sentence in engine.events if "their clocks differ" in sentence]
+    assert len(told) == 1
+    assert "The oldest height is 20.0 s later than an image" in told[0]
+
+
+def test_a_frame_of_500_false_boxes_is_told_and_makes_no_robot(sea):
+    engine, world = sea.estimator(), sea.World(robots={"a": lambda _t: (3.0, 22.0)})
+    sea.play(engine, world, 3.0, until_flush=False)
+    centers = np.random.default_rng(1).uniform((0.0, 0.0), (1280.0, 720.0), (500, 2))
+    engine.add_detections(sea.boxes(3.05, centers))
+    sea.play(engine, world, 3.0, begin=3.1)
+    assert [robot.robot_id for robot in engine.robots] == ["aqua_1"]
+    assert engine.happened == {"images_crowded": 1}
+    assert sum("An image has 500 boxes" in sentence for sentence in engine.events) == 1
+
+
 def test_a_bound_name_is_bound_anew_after_a_jump(sea):
     place = [math.degrees(a[0]) for a in sea.World().local.places(np.array([[3.0, 22.0]]))]
     engine = sea.estimator({"robots": {"leader": {"class": "aqua", "start": place}}})
