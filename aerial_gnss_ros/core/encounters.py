@@ -47,9 +47,10 @@ LEAST_ACCELERATION = 0.02
 LAG = 0.1
 """A robot that turns is slower in the filter to change its velocity: one sigma, each axis, m/s."""
 
-LIKELY = 2.0 / 3.0
+LIKELY = 0.9
 """Probability from which names are exchanged while a pair is together: not at each turn of the
-scales. When it has parted, the likelier way is taken."""
+scales, for each exchange is a change of names, and until it has parted the published covariances
+hold both robots. Then the likelier way is taken."""
 
 LOST_S = 3.0
 """A pair that no image has shown together for so long has parted."""

@@ -2,10 +2,12 @@
 """Two robots that are close: their ways, by several hypotheses of which box is whose.
 
 Each image doubles the hypotheses: its two boxes may be one way round or the other. They are judged
-by how robots swim: a robot that meets another one turns, but hardly changes its speed. So its
-acceleration is that of `noise.robot_acceleration`, a few times, and across its course as much more
-as a change of course by `TURN` makes. Whether two robots that came within a hull's length crossed
-or turned away from one another is told by their speeds and courses before and after, all at once.
+by how robots swim: a robot that meets another one turns, but hardly changes its speed, and it goes
+on turning for a while. So its acceleration is that of `noise.robot_acceleration`, a few times, and
+across its course there is a rate of turn with a memory (the coordinated turn: Bar-Shalom, Li,
+Kirubarajan 2001, 11.7) and `TURN` besides. Whether two robots that came within a hull's length
+crossed or turned away from one another is told by their speeds, courses and rates of turn before
+and after, all at once.
 
 Errors that both boxes share drop out as far as they are white or drift; when they jump, nothing is
 learnt from them.
@@ -26,8 +28,12 @@ MOST_WAYS = 12
 LEAST_LOG = -12.0
 """Log weight, relative to the best, below which a hypothesis is dropped."""
 
-TURN = 0.6
-"""Change of a robot's course, one sigma after a second, rad/s^0.5."""
+RATE, RATE_S = 0.5, 1.5
+"""A robot's rate of turn, one sigma, rad/s, and how long it lasts, s. Chosen by the log likelihood
+of the right ways in `benchmarks/meetings.py --seeds 120 --first 500`."""
+
+TURN = 0.2
+"""Change of its course that has no memory, one sigma after a second, rad/s^0.5."""
 
 DRIFT = 0.1
 """… of the place that the platform's slow errors give both robots, m/s^0.5."""
@@ -48,8 +54,9 @@ class Pair:
 
     Attributes:
         names: of the first and the second; of tracks that exchange their names, the new ones.
-        ways: (k, 8) place and velocity of the first, of the second robot, m, m/s, best first.
-        covariances: (k, 8, 8) of these.
+        ways: (k, 10) place and velocity of the first, of the second robot, m, m/s; their rates of
+            turn, rad/s; best first.
+        covariances: (k, 10, 10) of these.
         log_weights: (k,).
         signs: (k,) 1.0 where the last image's names are right, -1.0 where they are exchanged.
         seen_ns: stamp of the last image that showed both, ns.
@@ -75,9 +82,11 @@ class Pair:
             spread: (2, 4, 4) covariance of places and velocities.
             stamp_ns: of the image, ns.
         """
-        covariance = np.zeros((1, 8, 8))
-        covariance[0, :4, :4], covariance[0, 4:, 4:] = spread
-        way = np.concatenate([places, velocities], axis=1).reshape(1, 8)
+        covariance = np.zeros((1, 10, 10))
+        covariance[0, :4, :4], covariance[0, 4:8, 4:8] = spread
+        covariance[0, 8:, 8:] = RATE**2 * np.eye(2)
+        way = np.zeros((1, 10))
+        way[0, :8] = np.concatenate([places, velocities], axis=1).reshape(8)
         return cls(names, way, covariance, np.zeros(1), np.ones(1), stamp_ns)
 
     @property
@@ -121,7 +130,7 @@ class Pair:
         signs = np.repeat([1.0, -1.0], k)
         share = np.exp(weights)
         other = float(share[signs != np.tile(self.signs, 2)].sum() / share.sum())
-        self._keep(ways.reshape(2 * k, 8), np.tile(left, (2, 1, 1)), weights, signs)
+        self._keep(ways.reshape(2 * k, 10), np.tile(left, (2, 1, 1)), weights, signs)
         return other
 
     def _noise(self, off: Array, own: Array, common: Array) -> Array:
@@ -136,19 +145,30 @@ class Pair:
         return noise + _BOTH @ common @ _BOTH.T
 
     def _predict(self, seconds: float, acceleration: float) -> None:
-        move = np.eye(8)
-        move[[0, 1, 4, 5], [2, 3, 6, 7]] = seconds
+        ways, k = self.ways.copy(), len(self.ways)
+        move, noise = np.tile(np.eye(10), (k, 1, 1)), np.zeros((k, 10, 10))
         course = np.array([[seconds**2 / 3.0, seconds / 2.0], [seconds / 2.0, 1.0]]) * seconds
-        covariances = move @ self.covariances @ move.T
-        for first in (0, 4):
-            east, north = self.ways[:, first + 2], self.ways[:, first + 3]
-            across = np.stack([-north, east], axis=1)
+        kept = np.exp(-seconds / RATE_S)
+        for first, turn in ((0, 8), (4, 9)):
+            place, swims = slice(first, first + 2), slice(first + 2, first + 4)
+            turned = _turned(seconds * ways[:, turn])
+            after = np.einsum("kij,kj->ki", turned, ways[:, swims])
+            across = np.stack([-after[:, 1], after[:, 0]], axis=1)
+            ways[:, place] += 0.5 * seconds * (ways[:, swims] + after)
+            ways[:, swims] = after
+            ways[:, turn] *= kept
+            move[:, place, swims] = 0.5 * seconds * (np.eye(2) + turned)
+            move[:, swims, swims] = turned
+            move[:, place, turn] = 0.5 * seconds**2 * across
+            move[:, swims, turn] = seconds * across
+            move[:, turn, turn] = kept
             kicks = TURN**2 * across[:, :, None] * across[:, None] + acceleration**2 * np.eye(2)
-            noise = np.einsum("pq,kij->kpiqj", course, kicks).reshape(-1, 4, 4)
-            covariances[:, first : first + 4, first : first + 4] += noise
-        drift = DRIFT**2 * seconds * (_BOTH @ _BOTH.T)
-        covariances[:, _PLACES[:, None], _PLACES] += drift
-        self.ways, self.covariances = self.ways @ move.T, covariances
+            both = np.einsum("pq,kij->kpiqj", course, kicks).reshape(-1, 4, 4)
+            noise[:, first : first + 4, first : first + 4] = both
+            noise[:, turn, turn] = RATE**2 * (1.0 - kept**2)
+        covariances = move @ self.covariances @ move.transpose(0, 2, 1) + noise
+        covariances[:, _PLACES[:, None], _PLACES] += DRIFT**2 * seconds * (_BOTH @ _BOTH.T)
+        self.ways, self.covariances = ways, covariances
 
     def _keep(self, ways: Array, covariances: Array, weights: Array, signs: Array) -> None:
         """Keep the best hypotheses; those that have come to the same go on as one."""
@@ -170,3 +190,9 @@ class Pair:
                 total.append(float(weights[i]))
         self.ways, self.covariances, self.signs = ways[kept], covariances[kept], signs[kept]
         self.log_weights = np.array(total)
+
+
+def _turned(angles: Array) -> Array:
+    """Return matrices (k, 2, 2) that turn by angles (k,), rad."""
+    c, s = np.cos(angles), np.sin(angles)
+    return np.stack([c, -s, s, c], axis=1).reshape(-1, 2, 2)
