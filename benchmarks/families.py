@@ -31,6 +31,8 @@ Image = tuple[Frame, Boxes, DetectionFrame]
 ACCELERATION = 0.05
 """Random-walk rate of the moving robots' velocity, m/s^1.5: the default that the filter states."""
 RTK_OFFSET_M = 0.02
+OWN_S = 5.0
+"""For so long after its first image a name is on its own robot, s."""
 ORIGIN = MapDatum(HOLETOWN.latitude, HOLETOWN.longitude, 0.0)
 
 
@@ -217,17 +219,24 @@ def bounds(made: Experiment, stated: EstimatorConfig, true: list[TrueFrame]) -> 
 
 
 def robots_of(found: list[FrameResult], true: list[TrueFrame]) -> dict[str, int]:
-    """Return which true robot each name is: the nearest over the flight, two names may share one.
+    """Return which true robot each name is: two names may share one.
 
-    The best assignment over all names comes first; names beyond the robots take their nearest.
+    It is the nearest over the name's first `OWN_S`: should the name go to another robot later, it
+    still is the first one's, and where that is, is what the covariance has to hold. The best
+    assignment over all names comes first, by squared distances, so that an error which all share
+    does not matter; names beyond the robots take their nearest.
     """
     from scipy.optimize import linear_sum_assignment
 
     total: dict[str, Array] = {}
     images: dict[str, int] = {}
+    since: dict[str, int] = {}
     for result, frame in zip(found, true, strict=True):
         for estimate in result.estimates:
-            apart = np.linalg.norm(frame.positions - estimate.position, axis=1)
+            now = frame.pose.stamp_ns
+            if now - since.setdefault(estimate.robot_id, now) > OWN_S * 1e9:
+                continue
+            apart = np.sum((frame.positions - estimate.position) ** 2, axis=1)
             total[estimate.robot_id] = total.get(estimate.robot_id, 0.0) + apart
             images[estimate.robot_id] = images.get(estimate.robot_id, 0) + 1
     names = sorted(total)
