@@ -16,7 +16,8 @@ from aerial_gnss_ros.commands.ending import ended_cleanly
 from aerial_gnss_ros.commands.progress import progress
 from aerial_gnss_ros.core.errors import ConfigError
 from aerial_gnss_ros.core.words import counted
-from aerial_gnss_ros.training.augment import AUGMENTED, SHEET, Plan, augment, chosen
+from aerial_gnss_ros.training.augment import AUGMENTED, Plan, augment, chosen
+from aerial_gnss_ros.training.contact_sheet import SHEET
 from aerial_gnss_ros.training.phases import SHOWS
 from aerial_gnss_ros.training.variants import PROBABILITIES, SIDE, Recipe
 

@@ -22,6 +22,7 @@ from aerial_gnss_ros.commands.configuration import add_arguments as add_configur
 from aerial_gnss_ros.commands.configuration import configuration
 from aerial_gnss_ros.commands.progress import progress
 from aerial_gnss_ros.core.errors import ConfigError, InputError
+from aerial_gnss_ros.core.words import counted
 from aerial_gnss_ros.detection.select import load_detector
 from aerial_gnss_ros.evaluation.errors import RobotErrors, compare, refuse_strangers, summarise
 from aerial_gnss_ros.evaluation.hover import Hover, away_from, find_hovers, hover_truth
@@ -251,11 +252,10 @@ def _as_text(errors: list[RobotErrors], identity: Identities | None, found: _Fou
             f"{metres(s.ce90):>6} {metres(s.p95):>6} {metres(s.rmse):>9} {metres(s.nees):>6}"
         )
     if identity is not None:
-        counted = "IDF1 and switches need motmetrics: pip install 'aerial_gnss_ros[identity]'"
+        scores = "IDF1 and switches need motmetrics: pip install 'aerial_gnss_ros[identity]'"
         if identity.idf1 is not None:
-            counted = (
-                f"IDF1 {identity.idf1:.3f}, {identity.switches} switches, "
-                f"{identity.fragmentations} fragments"
-            )
-        lines.append(f"identity: HOTA {identity.hota:.3f}, {counted}")
+            switches = counted(identity.switches or 0, "switch")
+            fragments = counted(identity.fragmentations or 0, "fragment")
+            scores = f"IDF1 {identity.idf1:.3f}, {switches}, {fragments}"
+        lines.append(f"identity: HOTA {identity.hota:.3f}, {scores}")
     return "\n".join(lines)

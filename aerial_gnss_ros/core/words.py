@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-_HISSING = ("s", "x")
+_HISSING = ("s", "x", "tch")
 
 
 def counted(number: int, noun: str) -> str:

@@ -15,6 +15,7 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from aerial_gnss_ros.bags.tables import EstimatedTrack, Track
 from aerial_gnss_ros.core.rejection import Reason
+from aerial_gnss_ros.core.words import counted
 from aerial_gnss_ros.evaluation.errors import RobotErrors, Summary, summarise
 from aerial_gnss_ros.evaluation.figures import axes_png, frames_png, methods_png, range_png
 from aerial_gnss_ros.evaluation.identity import Identities
@@ -160,7 +161,9 @@ def key_figures(
         (f"{100 * coverage:.0f} %", "availability", "of the time has a position within 0.5 s"),
     ]
     if identity is not None and identity.idf1 is not None:
-        found.append((f"{identity.idf1:.3f}", "IDF1", f"{identity.switches} identity switches"))
+        found.append(
+            (f"{identity.idf1:.3f}", "IDF1", counted(identity.switches or 0, "identity switch"))
+        )
     elif identity is not None:
         found.append((f"{identity.hota:.3f}", "HOTA", "1: every robot keeps one name"))
     return found

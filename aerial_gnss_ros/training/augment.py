@@ -20,7 +20,7 @@ import numpy as np
 
 from aerial_gnss_ros import __version__
 from aerial_gnss_ros.core.errors import ConfigError, OutputError
-from aerial_gnss_ros.training.contact_sheet import write_contact_sheet
+from aerial_gnss_ros.training.contact_sheet import SHEET, write_contact_sheet
 from aerial_gnss_ros.training.inspection import Example, Inspection
 from aerial_gnss_ros.training.label_lines import as_text
 from aerial_gnss_ros.training.labelled import read_image
@@ -32,7 +32,6 @@ from aerial_gnss_ros.training.variants import Recipe, make_variant
 AUGMENTED = "train"
 """Only what is trained on is augmented: held-out images stay as the camera made them."""
 META = "meta.csv"
-SHEET = "contact_sheet.png"
 SUMMARY = "augmentation.json"
 
 

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from aerial_gnss_ros.core.errors import InputError
 from aerial_gnss_ros.detection.onnx_model import InputSize, tensor
+from aerial_gnss_ros.training.contact_sheet import SHEET
 from aerial_gnss_ros.training.labelled import ENDINGS, read_image
 
 USUAL_COUNT = 64
@@ -29,7 +30,11 @@ def choose_images(folder: Path, count: int = USUAL_COUNT) -> list[Path]:
             f"the folder of calibration images {folder} does not exist; give one with images as "
             "the camera takes them."
         )
-    paths = sorted(path for path in folder.rglob("*") if path.suffix.lower() in ENDINGS)
+    paths = sorted(
+        path
+        for path in folder.rglob("*")
+        if path.suffix.lower() in ENDINGS and path.name != SHEET  # no camera takes that
+    )
     if not paths:
         raise InputError(
             f"{folder} has no calibration images ({', '.join(ENDINGS)}); give a folder with images "

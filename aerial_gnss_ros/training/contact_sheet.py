@@ -13,6 +13,8 @@ from numpy.typing import NDArray
 from aerial_gnss_ros.training.label_lines import parse
 from aerial_gnss_ros.training.labelled import read_image
 
+SHEET = "contact_sheet.png"
+
 ROWS, COLUMNS = 6, 6
 SIDE = 320
 """px, of each picture on the sheet."""

@@ -108,8 +108,8 @@ def _scores(card: Card) -> list[str]:
         f"| recall, the same | {figure(scores['recall'])} |",
         f"| best F1 score, on these images | {figure(scores['best_f1'])} |",
         f"| at score_threshold | {figure(scores['best_score_threshold'], 2)} |",
-        f"| box centre, error median | {figure(scores['centre_error_median_px'], 2)} px |",
-        f"| box centre, error p95 | {figure(scores['centre_error_p95_px'], 2)} px |",
+        f"| box centre, error median | {figure(scores['centre_error_median_px'], 2, ' px')} |",
+        f"| box centre, error p95 | {figure(scores['centre_error_p95_px'], 2, ' px')} |",
         "",
         "| long side, px | robots | found | false boxes |",
         "|---|---|---|---|",
@@ -166,6 +166,6 @@ def _origin(weights: str) -> str:
     return f"{path.name}, SHA-256 {hashlib.sha256(path.read_bytes()).hexdigest()}"
 
 
-def figure(value: float | None, digits: int = 3) -> str:
+def figure(value: float | None, digits: int = 3, unit: str = "") -> str:
     """Return a figure in words; without robots or boxes there is none."""
-    return "none" if value is None or math.isnan(value) else f"{value:.{digits}f}"
+    return "none" if value is None or math.isnan(value) else f"{value:.{digits}f}{unit}"

@@ -56,8 +56,9 @@ def plan_phases(epochs: Sequence[int], one_phase: bool) -> tuple[Phase, ...]:
     Raises:
         ConfigError: wrong numbers of epochs.
     """
-    if not all(1 <= count <= 100_000 for count in epochs):
-        raise ConfigError(f"epochs must lie within 1 to 100000, not {list(epochs)}.")
+    for count in epochs:
+        if not 1 <= count <= 100_000:
+            raise ConfigError(f"each of --epochs must lie within 1 to 100000, not {count}.")
     if one_phase:
         return (Phase("all", sum(epochs)),)
     if len(epochs) != 2:

@@ -9,6 +9,7 @@ from __future__ import annotations
 import argparse
 import itertools
 import json
+import math
 import sys
 from collections.abc import Iterable
 from dataclasses import asdict, dataclass, field
@@ -166,7 +167,10 @@ def _count(tally: Tally, found: bool) -> None:
 
 
 def _table(edges: tuple[float, ...], tallies: list[Tally]) -> dict[str, dict[str, int]]:
-    names = [f"{low:g} to {high:g}" for low, high in itertools.pairwise(edges)]
+    names = [
+        f"{low:g} or more" if math.isinf(high) else f"{low:g} to {high:g}"
+        for low, high in itertools.pairwise(edges)
+    ]
     return {name: asdict(tally) for name, tally in zip(names, tallies, strict=True)}
 
 

@@ -14,6 +14,7 @@ from aerial_gnss_ros.core.words import counted
         (0, "false box", "0 false boxes"),
         (2, "class", "2 classes"),
         (2, "epoch", "2 epochs"),
+        (2, "switch", "2 switches"),
     ],
 )
 def test_a_number_takes_the_noun_with_it(number, noun, words):

@@ -84,7 +84,7 @@ def test_only_what_lies_on_no_robot_is_false(tmp_path):
     result = score(Finder(), [image])
     assert (result.overall.robots, result.overall.found, result.overall.false) == (1, 1, 1)
     contrasts = result.as_dict()["by_contrast"]
-    assert contrasts["0.2 to inf"] == {"robots": 1, "found": 1, "false": 0}
+    assert contrasts["0.2 or more"] == {"robots": 1, "found": 1, "false": 0}
 
 
 def test_a_bag_from_before_is_read_as_before(tmp_path):
