@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from typing import Any
 
 from aerial_gnss_ros.adapters.results import detection_array
@@ -13,13 +14,14 @@ from aerial_gnss_ros.detection.base import Detector
 from aerial_gnss_ros.detection.images import decode
 
 DETECTIONS_TYPE = "vision_msgs/msg/Detection2DArray"
+MOST_TOLD, LEAST_TRIED = 8, 5
 
 
 class ImageDetector:
     """Turns images into arrays of boxes.
 
-    If the first image cannot be used the others will fare no better, so that is an error. A later
-    one that is damaged is counted and left out.
+    An image that is damaged is counted and left out. If none of the first `LEAST_TRIED` can be
+    used the others will fare no better, so that is an error.
 
     Args:
         detector: finds the boxes.
@@ -27,12 +29,12 @@ class ImageDetector:
 
     Attributes:
         refused: images that gave nothing.
-        first_refusal: why, for the first of them.
+        refusals: why, in words, and how many of them; the first `MOST_TOLD` different reasons.
     """
 
     def __init__(self, detector: Detector, topic: str) -> None:
         self.refused = 0
-        self.first_refusal = ""
+        self.refusals: Counter[str] = Counter()
         self._detector = detector
         self._topic = topic
         self._used = 0
@@ -46,20 +48,26 @@ class ImageDetector:
         """Return the fields of a Detection2DArray, or None when the image cannot be used.
 
         Raises:
-            InputError: the first image cannot be decoded, or is not of the camera's size.
+            InputError: none of the first images can be decoded and has the camera's size.
         """
         try:
             image = decode(msg)
             self._check_size(image.shape[1], image.shape[0])
         except InputError as error:
             sentence = f"{self._topic}: {error}"
-            if not self._used:
-                raise InputError(sentence) from error
             self.refused += 1
-            self.first_refusal = self.first_refusal or sentence
+            if sentence in self.refusals or len(self.refusals) < MOST_TOLD:
+                self.refusals[sentence] += 1
+            if self.refused >= LEAST_TRIED:
+                self.check()
             return None
         self._used += 1
         return detection_array(self._detector.detect(image), copied_header(msg.header))
+
+    def check(self) -> None:
+        """Raise InputError, with what was wrong with the first one, where no image was of use."""
+        if self.refused and not self._used:
+            raise InputError(next(iter(self.refusals)))
 
     def _check_size(self, width: int, height: int) -> None:
         size = self._camera_size

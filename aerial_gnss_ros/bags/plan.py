@@ -126,7 +126,7 @@ def _images(bag: BagReader, topic: str, boxes: Subscription, namespace: str) -> 
     if _has(bag, resolve(boxes.topic, namespace)):
         raise InputError(
             f"{_names(bag)} has no images on {raw} or {compressed}, only recorded detections; "
-            "leave --model out to use these."
+            "replay uses these where --model is left out."
         )
     raise InputError(
         f"{_names(bag)} has neither detections on {resolve(boxes.topic, namespace)} nor images on "

@@ -17,6 +17,7 @@ from aerial_gnss_ros.core.depths import depth_input
 from aerial_gnss_ros.core.errors import CameraError
 from aerial_gnss_ros.core.estimator import Estimator
 from aerial_gnss_ros.core.values import FrameResult
+from aerial_gnss_ros.core.words import counted
 from aerial_gnss_ros.detection.base import Detector
 from aerial_gnss_ros.detection.config import DetectorConfig
 
@@ -134,7 +135,7 @@ class Replay:
             on_detections: takes log time and fields of each array found in an image.
 
         Raises:
-            InputError: a bag is damaged, or the first image or CameraInfo cannot be used.
+            InputError: a bag is damaged, or the first images or CameraInfo cannot be used.
         """
         for done, recorded in enumerate(self._bag.messages(self.plan.topics), start=1):
             message = recorded.message()
@@ -144,12 +145,17 @@ class Replay:
                 self._take(recorded.topic, message, recorded.log_ns)
             yield from self._counted(self._estimator.advance(recorded.log_ns))
             on_message(done)
+        if self._images is not None:
+            self._images.check()
         yield from self._counted(self._estimator.flush())
         self.summary.images_dropped.update(self._estimator.dropped)
         self.summary.notes += self._estimator.take_events()
         if self._images is not None and self._images.refused:
             self.summary.images_refused = self._images.refused
-            self.summary.notes.append(self._images.first_refusal)
+            self.summary.notes += [
+                f"{counted(count, 'image')} left out: {why}"
+                for why, count in self._images.refusals.items()
+            ]
 
     def _take(self, topic: str, message: Any, log_ns: int) -> None:
         subscription = self.plan.routes[topic]

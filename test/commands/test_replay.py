@@ -20,6 +20,7 @@ from rosbags.interfaces import QosDurability
 
 from aerial_gnss_ros.adapters.stamps import header_fields
 from aerial_gnss_ros.bags.writer import BagWriter
+from aerial_gnss_ros.core.words import counted
 
 COLUMNS = (
     "stamp_ns,robot_id,class_id,latitude_deg,longitude_deg,altitude_m,var_east_m2,"
@@ -214,21 +215,23 @@ def test_a_model_asks_for_detection_even_where_boxes_are_recorded(
     assert detector.calls == flight.images
 
 
-def test_a_damaged_image_in_the_middle_is_counted(tmp_path, flight, detector, capsys, replay):
+@pytest.mark.parametrize("damaged", [(1,), (5, 7)])
+def test_damaged_images_are_counted_and_told(tmp_path, flight, detector, capsys, replay, damaged):
     seen = []
 
     def cut_off(topic, msgtype, fields):
         if topic == "camera/image_raw":
             seen.append(topic)
-            if len(seen) == 5:
+            if len(seen) in damaged:
                 fields = fields | {"data": b"\x00" * 10}
         return topic, msgtype, fields
 
     bag = flight.write(tmp_path / "bag", images=True, change=cut_off)
     assert replay(bag, tmp_path / "out") == 0
-    assert detector.calls == flight.images - 1
+    assert detector.calls == flight.images - len(damaged)
     captured = capsys.readouterr()
-    assert "images that could not be used: 1" in captured.out
+    assert f"images that could not be used: {len(damaged)}" in captured.out
+    assert f"{counted(len(damaged), 'image')} left out: /camera/image_raw: " in captured.err
     assert "was cut off" in captured.err
 
 

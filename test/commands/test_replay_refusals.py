@@ -60,7 +60,7 @@ def test_a_model_for_a_bag_without_images_is_refused(tmp_path, flight, refusal):
     bag = flight.write(tmp_path / "bag")
     sentence = refusal(bag, tmp_path / "out", "--model", "mine.onnx")
     assert "has no images on /camera/image_raw" in sentence
-    assert "leave --model out" in sentence
+    assert "--model is left out" in sentence
 
 
 def test_another_message_type_is_named(tmp_path, flight, replay, refusal):
