@@ -13,10 +13,10 @@ from aerial_gnss_ros.core.joint_comparison import Comparison, compared
 from aerial_gnss_ros.core.joint_geometry import MapFrame, MapPose, on_water
 from aerial_gnss_ros.core.joint_groups import Groups
 from aerial_gnss_ros.core.joint_motion import motion_of
-from aerial_gnss_ros.core.joint_platform import ANGLES, COUNT, LATENCY, PlatformModel
+from aerial_gnss_ros.core.joint_platform import COUNT, LATENCY, PlatformModel
 from aerial_gnss_ros.core.joint_state import Indices, Joint
 from aerial_gnss_ros.core.joint_update import correct, linearise
-from aerial_gnss_ros.core.joint_view import Sight, by_platform, follow
+from aerial_gnss_ros.core.joint_view import Sight, by_angles, by_platform, follow
 from aerial_gnss_ros.core.local_map import LocalMap, water_points
 from aerial_gnss_ros.core.measurements import Measurements
 from aerial_gnss_ros.core.pose_motion import MOVED_S, PoseMotion
@@ -149,8 +149,11 @@ class JointFilter(Groups):
                 )
                 squared, count = squared + outcome.squared, count + outcome.count
                 if group.turning.due and not self._late:
-                    by_angles = (group.by_pose[slots, :2] @ group.by_errors)[:, :, ANGLES]
-                    group.turning.judge(slots, by_angles, self.motion.fastest)
+                    variances = group.covariance.diagonal()[COUNT:].reshape(-1, 4)
+                    unknown = variances[slots, 2:].sum(axis=1)
+                    group.turning.judge(
+                        slots, by_angles(group, slots), unknown, self.motion.fastest
+                    )
                 refused.append(group.rows[outcome.refused])
         if not self._late:
             self._watch(squared, count)
@@ -159,9 +162,9 @@ class JointFilter(Groups):
         return gone
 
     def doubt(self, seconds: float, over: bool = False) -> None:
-        """Take in for how long boxes have been where no robots can be (see `Turning.lost`)."""
+        """Take in for how long boxes have been where no robots can be (see `Unexplained`)."""
         for group in self._groups:
-            group.turning.lost(0.0 if self._late else seconds, over)
+            group.turning.unexplained.take(0.0 if self._late else seconds, over)
 
     def _tell(self, refused: int) -> None:
         if refused and not self._refusing:

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from aerial_gnss_ros.core.joint_platform import COUNT
 from aerial_gnss_ros.core.joint_state import Indices, Joint
+from aerial_gnss_ros.core.joint_view import by_angles
 
 Array = NDArray[np.float64]
 
@@ -111,8 +112,14 @@ class Groups:
         """Let robot `new` know what is known of `old`, which it turned out to be."""
         group_of, slot_of = self._places_of_rows()
         if group_of[old] == group_of[new]:
-            group = self._groups[group_of[old]]
-            group.tie(int(slot_of[old]), int(slot_of[new]), SAME_PLACE_M)
+            group, first, second = self._groups[group_of[old]], int(slot_of[old]), int(slot_of[new])
+            if group.turning.unexplained.doubts:
+                apart, spread = self.apart(np.array([old]), np.array([new]))
+                slots = np.array([second])
+                moved, unseen = by_angles(group, slots), float(group.unseen[first])
+                group.turning.unexplained.found(unseen, moved[0], apart[0, 0], spread[0, 0])
+                group.turning.spread(slots, moved)
+            group.tie(first, second, SAME_PLACE_M)
 
     def drop(self, rows: Indices) -> None:
         """Forget robots; those after them move up."""

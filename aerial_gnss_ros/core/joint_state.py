@@ -118,7 +118,8 @@ class Joint:
         self.mean[:COUNT] *= keep
         P[:COUNT, :COUNT] *= both
         P[:COUNT, :COUNT] += (1.0 - both) * stationary
-        self.turning.predict(seconds, float(keep[ANGLES.start]))
+        stated = motion.acceleration**2 * seconds * self.manoeuvres.strength
+        self.turning.predict(seconds, float(keep[ANGLES.start]), stated)
         n = len(self)
         if not n:
             return
@@ -136,7 +137,8 @@ class Joint:
         across[:, :, :2] += reach[:, None] * across[:, :, 2:]
         if kept is not None:
             # A box or two that did not fit say nothing of the robot; later it may have turned.
-            self.turning.loosened(slice(None), noise[:, 2] * (self.unseen <= HELD_S))
+            beyond = np.maximum(noise[:, 2] - stated, 0.0)
+            self.turning.loosened(slice(None), beyond * (self.unseen <= HELD_S))
             robots[:, 2:] *= kept[:, None]
             by_pose[:, 2:] *= kept[:k, None, None]
             down[:, 2:] *= kept[:, None, None]

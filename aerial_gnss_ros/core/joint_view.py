@@ -32,8 +32,8 @@ from aerial_gnss_ros.core.joint_geometry import (
     pose_jacobian,
     state_jacobian,
 )
-from aerial_gnss_ros.core.joint_platform import COUNT
-from aerial_gnss_ros.core.joint_state import Joint
+from aerial_gnss_ros.core.joint_platform import ANGLES, COUNT
+from aerial_gnss_ros.core.joint_state import Indices, Joint
 from aerial_gnss_ros.core.local_map import water_points
 
 Array = NDArray[np.float64]
@@ -140,4 +140,13 @@ def by_platform(joint: Joint, places: Array) -> Array:
     points = water_points(places)
     points[:, 2] -= joint.mean[2]
     moved: Array = pose_jacobian(points - joint.camera) @ joint.by_errors
+    return moved
+
+
+def by_angles(joint: Joint, slots: Indices) -> Array:
+    """Return (m, 2, 3): how the places of some robots move with the platform's angles, m/rad.
+
+    From where `follow` has gone.
+    """
+    moved: Array = (joint.by_pose[slots, :2] @ joint.by_errors)[:, :, ANGLES]
     return moved

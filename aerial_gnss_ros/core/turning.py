@@ -6,20 +6,18 @@ place under its box: by -A w, A the derivative of places by the platform's angle
 is slower than robots are, no single image tells it from robots that swim. What tells is the
 beginning: robots that change their velocities each by itself do not by chance all do it as one
 turn would have it. If all is as stated, the corrections of a robot's velocity over some seconds
-have a sum of known covariance (see `manoeuvres`; those by which a velocity was loosened, since
-boxes did not fit, are no allowance here). Two explanations of the sums are weighed, in nats:
-
-    robots    sum over robots of the cheaper of: as stated; a swerve (`SWERVE`, `SELDOM`)
-    a turn    the same of what the best turn w leaves, its prior and how finely it must be chosen
+have a sum of known covariance (see `manoeuvres`), and `turn_or_swim` weighs the two. What a
+velocity was loosened by, since boxes did not fit, is no allowance: boxes do not fit while a camera
+turns. Only as much of it counts as is not yet known again of that velocity.
 
 A fleet that sets out in formation looks the same. So nothing is decided: the filter goes on with
 robots that swim, and what would be wrong if it is the camera is published beside its covariance:
 of a robot in sight A W A', W = (w t)(w t)' after a time t and what is not known of w t. It is kept
 out of the filter, since the turn goes on as no drift of its model does: it would learn what is not
-so. When robots all seem to go back, so does the angle.
+so. When robots all seem to go back, so does the angle; and a turn that ended was as fast as it was
+slowed down, so that less is unknown of w t (its joint law with w, given that w is 0 now).
 
-Boxes that no robots explain (too fast, or elsewhere) do not move the robots. But those that are
-found again, or anew, may be seen by a camera that has turned meanwhile: W grows all the same.
+Boxes that no robots explain are the business of `unexplained`, which adds to W.
 """
 
 from __future__ import annotations
@@ -28,6 +26,9 @@ import math
 
 import numpy as np
 from numpy.typing import NDArray
+
+from aerial_gnss_ros.core.turn_or_swim import SWERVE, explained
+from aerial_gnss_ros.core.unexplained import Unexplained
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.intp]
@@ -38,17 +39,7 @@ OVER_S = 3.0
 EVERY_S = 0.5
 """How often it is judged, s."""
 
-SWERVE = 0.25
-"""Change of velocity within seconds, one sigma of each axis, of a robot that swerves, as a share of
-the fastest speed."""
-
-SELDOM = 0.25
-"""Share of the time in which a robot swerves: of those that steer."""
-
-TURN = math.radians(5.0)
-"""One sigma of the rate of a camera that turns by itself, each axis, rad/s."""
-
-BEGINS = 4.0
+BEGINS = 3.0
 """Nats by which a turn must be the likelier explanation to be thought of."""
 
 ENDS = 1.0
@@ -64,13 +55,10 @@ SIGMAS = 3.0
 """A turn slower than so many sigmas has ended."""
 
 SHARE = 0.3
-"""Share of an angle that a turn has run through, one sigma, by which it may be another one."""
+"""Share of a turn's rate, one sigma, by which it may be another one."""
 
-LOST = math.radians(20.0)
-"""One sigma of the rate at which a camera turns whose boxes no robots explain, each axis, rad/s."""
-
-ALREADY_S = 0.3
-"""For so long it has turned when that is noticed, s."""
+UNEVEN = 0.1
+"""The same of its angle once it has ended, and its rate is known better: turns are not even."""
 
 MOST = math.radians(30.0)
 """Angle, one sigma, up to which doubt grows: nothing is known by then."""
@@ -85,6 +73,7 @@ class Turning:
         angle: (3,) by which it may have turned so far, rad.
         of_places: (n, 2, 2) by how much more the places of robots are uncertain, m².
         of_velocities: (n, 2, 2) likewise, m²/s².
+        unexplained: what it may have turned while no robots explained its boxes.
     """
 
     def __init__(self) -> None:
@@ -93,12 +82,13 @@ class Turning:
         self.of_places: Array = np.zeros((0, 2, 2))
         self.of_velocities: Array = np.zeros((0, 2, 2))
         self._spread: Array = np.zeros((3, 3))
-        self._besides: Array = np.zeros((3, 3))
+        self._law: Array = np.zeros((6, 6))  # covariance of angle and rate
         self._doubted = False  # whether there ever was a doubt
-        self._before_lost = self._besides
-        self._lasts = self._since = self._lost = self._lost_grown = 0.0
-        # Rows: sum of corrections east, north; its expected square; allowance not yet used up.
-        self._sums: Array = np.zeros((4, 0))
+        self._lasts = self._since = 0.0
+        self.unexplained = Unexplained(MOST)
+        # Rows: sum of corrections east, north; its expected square as stated; the same by loosened
+        # velocities; what of that is still to come; the stated one since the last image.
+        self._sums: Array = np.zeros((6, 0))
 
     @property
     def turns(self) -> bool:
@@ -108,26 +98,32 @@ class Turning:
     @property
     def doubt(self) -> Array:
         """(3, 3) covariance W of the angles, rad²."""
-        return np.outer(self.angle, self.angle) + self._besides
+        turned = np.outer(self.angle, self.angle) + self._law[:3, :3]
+        most = 3.0 * MOST**2 / max(float(np.trace(turned)), 1e-12)
+        return turned * min(1.0, most) + self.unexplained.doubt
 
     @property
     def sigma(self) -> float:
         """Angle by which it may have turned, one sigma, rad."""
-        return math.sqrt(np.trace(self.doubt)) if self._doubted else 0.0
+        return math.sqrt(np.trace(self.doubt)) if self._doubtful else 0.0
 
     @property
     def due(self) -> bool:
         """Whether an image's robots are to be judged."""
-        return self._since >= EVERY_S or self._doubted
+        return self._since >= EVERY_S or self._doubtful
+
+    @property
+    def _doubtful(self) -> bool:
+        return self._doubted or self.unexplained.doubts
 
     @property
     def doubts(self) -> bool:
         """Whether any robot is more uncertain for it."""
-        return self._doubted and bool(self.of_places.any())
+        return self._doubtful and bool(self.of_places.any())
 
     def add(self, count: int) -> None:
         """Take in robots after the present ones."""
-        self._sums = np.concatenate([self._sums, np.zeros((4, count))], axis=1)
+        self._sums = np.concatenate([self._sums, np.zeros((6, count))], axis=1)
         more = np.zeros((count, 2, 2))
         self.of_places = np.concatenate([self.of_places, more])
         self.of_velocities = np.concatenate([self.of_velocities, more])
@@ -147,11 +143,11 @@ class Turning:
             unknown: variance of its velocity, both axes, m²/s².
         """
         self._sums[:2, new] = self._sums[:2, old] + change
-        self._sums[2:, new] = self._sums[2, old], unknown
+        self._sums[2:, new] = *(self._sums[2:4, old] + [0.0, unknown]), unknown, 0.0
 
     def loosened(self, slots: Indices | slice, variance: Array | float) -> None:
         """Take in by how much each axis of some robots' velocities was made uncertain, m²/s²."""
-        self._sums[3, slots] += 2.0 * variance
+        self._sums[4, slots] += 2.0 * variance
 
     def note(self, slots: Indices, changes: Array, expected: Array) -> None:
         """Take in an image's corrections.
@@ -161,128 +157,101 @@ class Turning:
             changes: (m, 2) of their velocities, m/s.
             expected: (m,) mean squares of these, m²/s².
         """
-        allowed = np.minimum(expected, self._sums[3, slots])
-        self._sums[:2, slots] += changes.T
-        self._sums[2, slots] += expected - allowed
-        self._sums[3, slots] -= allowed
+        sums = self._sums[:, slots]
+        # In the long run corrections are as large as what the stated acceleration adds.
+        allowed = np.minimum(np.maximum(expected - sums[5], 0.0), sums[4])
+        sums[:2] += changes.T
+        sums[2:5] += expected - allowed, allowed, -allowed
+        sums[5] = 0.0
+        self._sums[:, slots] = sums
 
-    def predict(self, seconds: float, keep: float) -> None:
+    def predict(self, seconds: float, keep: float, stated: Array | float = 0.0) -> None:
         """Move on in time.
 
         Args:
             seconds: length of the step, s.
             keep: factor by which the angles' errors still count after it.
+            stated: (n,) by how much a velocity becomes uncertain in it as stated, each axis, m²/s².
         """
         self._since += seconds
         fade = math.exp(-seconds / OVER_S)
         self._sums[:2] *= fade
-        self._sums[2] *= fade * fade
+        self._sums[2:4] *= fade * fade
+        self._sums[5] += 2.0 * stated
+        self.unexplained.predict(seconds, keep)
         if not self._doubted:
             return
         self.angle *= keep
-        self._besides *= keep * keep
+        self._law[:3] *= keep
+        self._law[:, :3] *= keep
         if self.turns:
-            self._grow(self._lasts, self._lasts + seconds)
+            self._lasts += seconds
+            self._run(seconds)
 
-    def lost(self, seconds: float, over: bool = False) -> None:
-        """Take in that for so long no robots explained the boxes, s; 0: some do.
-
-        Args:
-            seconds: time since the last image, s.
-            over: whether these are robots that were seen before, where they should be.
-        """
-        if seconds:
-            if not self._lost:  # one image may be in error
-                self._before_lost = self._besides.copy()
-                self._lost = ALREADY_S + seconds
-                return
-            self._lost += seconds
-            before, self._lost_grown = self._lost_grown, min(self._lost, MOST / LOST)
-            grown = self._lost_grown**2 - before**2
-            self._doubted = True
-            self._besides += LOST**2 * grown * np.eye(3)
-        elif self._lost:
-            self._lost = self._lost_grown = 0.0
-            if over:
-                self._besides = self._before_lost
-
-    def judge(self, slots: Indices, by_angles: Array, fastest: float) -> None:
+    def judge(self, slots: Indices, by_angles: Array, unknown: Array, fastest: float) -> None:
         """Judge the robots of an image, where it is due.
 
         Args:
             slots: (n,) the robots.
             by_angles: (n, 2, 3) how their places move with the platform's angles, m/rad.
+            unknown: (n,) variance of their velocities, both axes, m²/s².
             fastest: speed of a robot, m/s.
         """
         if self._since >= EVERY_S:
             self._since = 0.0
-            self._weigh(slots, by_angles, fastest)
+            self._weigh(slots, by_angles, unknown, fastest)
+        self.spread(slots, by_angles)
+
+    def spread(self, slots: Indices, by_angles: Array) -> None:
+        """Let robots be as uncertain as the doubt makes them (see `judge`)."""
         across = by_angles.swapaxes(1, 2)
         rates = np.outer(self.rate, self.rate) + self._spread
         self.of_places[slots] = by_angles @ self.doubt @ across
         self.of_velocities[slots] = by_angles @ rates @ across
 
-    def _weigh(self, slots: Indices, by_angles: Array, fastest: float) -> None:
-        sums, variances = self._sums[:2, slots].T, 0.5 * self._sums[2, slots]
+    def _weigh(self, slots: Indices, by_angles: Array, unknown: Array, fastest: float) -> None:
+        sums = self._sums[:2, slots].T
+        # A loosened velocity that did not change is found again but for what is not known of it.
+        stray = np.minimum(self._sums[3, slots], unknown)
+        variances = 0.5 * (self._sums[2, slots] + stray)
         change, spread, gain = explained(sums, variances, by_angles, SWERVE * fastest)
         refines = self.turns and self._lasts < LOOKED_S + REFINED_S
         if not refines and gain < (ENDS if self.turns else BEGINS):
             return
-        begins = not self.turns
-        self._sums[:2, slots] += (by_angles @ change).T
-        self.rate = self.rate + change
-        self._spread = spread if begins else self._spread + spread
+        begins, before = not self.turns, self.rate
+        self._spread = self._spread + spread
+        self._law[3:, 3:] += spread
+        if refines:  # it was so from the beginning
+            self.angle = self.angle + self._lasts * change
+            self._law[:3, :3] += self._lasts**2 * spread
+            self._law[:3, 3:] += self._lasts * spread
+            self._law[3:, :3] += self._lasts * spread
+        self.rate = before + change
         if self.rate @ np.linalg.solve(self._spread, self.rate) < SIGMAS**2:
-            self.rate, self._spread, self._lasts = np.zeros(3), np.zeros((3, 3)), 0.0
+            self._end(before)
         elif begins:
-            self._grow(0.0, LOOKED_S)
+            self._law[3:, 3:] += SHARE**2 * np.outer(change, change)
+            self._lasts, self._doubted = LOOKED_S, True
+            self._run(LOOKED_S)
+        self._sums[:2, slots] += (by_angles @ (self.rate - before)).T
 
-    def _grow(self, before: float, now: float) -> None:
-        """Let doubt grow as a turn goes on from one time to another, s since its beginning."""
-        self._lasts, self._doubted = now, True
-        angle = self.angle + (now - before) * self.rate
+    def _run(self, seconds: float) -> None:
+        """Let the turn go on for so long."""
+        angle = self.angle + seconds * self.rate
         self.angle = angle * min(1.0, MOST / max(float(np.linalg.norm(angle)), 1e-9))
-        most = MOST / float(np.linalg.norm(self.rate))
-        squares = min(now, most) ** 2 - min(before, most) ** 2
-        self._besides += squares * (SHARE**2 * np.outer(self.rate, self.rate) + self._spread)
+        self._law[:3] += seconds * self._law[3:]
+        self._law[:, :3] += seconds * self._law[:, 3:]
 
+    def _end(self, before: Array) -> None:
+        """Take in that it turns no more: how fast it was is known the better for it.
 
-def explained(
-    sums: Array, variances: Array, by_angles: Array, swerve: float
-) -> tuple[Array, Array, float]:
-    """Return the turn (3,) that explains changes of velocity best, and by how much better (nats).
-
-    Args:
-        sums: (n, 2) changes of velocity, m/s.
-        variances: (n,) of each axis by what is stated, m²/s².
-        by_angles: (n, 2, 3) m/rad.
-        swerve: one sigma of each axis of a swerve, m/s.
-
-    Returns:
-        The turn, rad/s; its covariance (3, 3); logarithm of the odds that there is a turn, with
-        equal odds before.
-    """
-    stated = np.maximum(variances, 1e-8)
-    wide = stated + swerve**2
-    dear = np.log(wide / stated) - math.log(SELDOM)
-
-    def costs(rest: Array) -> tuple[Array, NDArray[np.bool_]]:
-        squared = 0.5 * np.einsum("ij,ij->i", rest, rest)
-        one, other = squared / stated, squared / wide + dear
-        return np.minimum(one, other), other < one
-
-    def fitted(weight: Array) -> tuple[Array, Array]:
-        weighted = by_angles * weight[:, None, None]
-        information = np.einsum("nik,nil->kl", weighted, by_angles) + np.eye(3) / TURN**2
-        told = -np.einsum("nik,ni->k", weighted, sums)
-        return np.linalg.solve(information, told), information
-
-    robots = float(costs(sums)[0].sum())
-    turn, information = fitted(1.0 / stated)
-    for _ in range(3):  # robots that swerve beside count less
-        swerves = costs(sums + by_angles @ turn)[1]
-        turn, information = fitted(1.0 / np.where(swerves, wide, stated))
-    left = float(costs(sums + by_angles @ turn)[0].sum()) + 0.5 * float(turn @ turn) / TURN**2
-    finely = 0.5 * float(np.linalg.slogdet(information * TURN**2)[1])
-    spread: Array = np.asarray(np.linalg.inv(information), dtype=np.float64)
-    return turn, spread, robots - left - finely
+        Args:
+            before: (3,) rate until now, rad/s.
+        """
+        if before.any():
+            gain = np.linalg.solve(self._law[3:, 3:], self._law[3:, :3]).T
+            self._law[:3, :3] -= gain @ self._law[3:, :3]
+            uneven = UNEVEN * self._lasts * before
+            self._law[:3, :3] += np.outer(uneven, uneven)
+        self._law[3:] = self._law[:, 3:] = 0.0
+        self.rate, self._spread, self._lasts = np.zeros(3), np.zeros((3, 3)), 0.0
