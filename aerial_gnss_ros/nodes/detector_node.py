@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 import gc
-import threading
 import time
 from collections.abc import Callable
 from concurrent.futures import Future
@@ -16,21 +15,22 @@ from aerial_gnss_ros.adapters.stamps import copied_header, nanoseconds
 from aerial_gnss_ros.core.errors import AerialGnssError, InputError, ModelError
 from aerial_gnss_ros.core.words import counted
 from aerial_gnss_ros.detection.background import begun
-from aerial_gnss_ros.detection.base import Detector
+from aerial_gnss_ros.detection.base import Detector, Image
 from aerial_gnss_ros.detection.config import DetectorConfig, detector_config
 from aerial_gnss_ros.detection.images import decode
 from aerial_gnss_ros.detection.select import load_detector
 from aerial_gnss_ros.nodes import qos
+from aerial_gnss_ros.nodes.camera_size import CameraSize
 from aerial_gnss_ros.nodes.diagnostics import OK, STALE, WARN, Status
 from aerial_gnss_ros.nodes.inputs import OPTIONAL, Input
 from aerial_gnss_ros.nodes.lifecycle import Managed
 from aerial_gnss_ros.nodes.memory import give_freed_memory_back
-from aerial_gnss_ros.nodes.newest import Newest
 from aerial_gnss_ros.nodes.refusals import Refusals
 from aerial_gnss_ros.nodes.ros_messages import message
 from aerial_gnss_ros.nodes.schemas import DETECTOR
 from aerial_gnss_ros.nodes.supervised import Given, SupervisedNode
 from aerial_gnss_ros.nodes.timings import Timings
+from aerial_gnss_ros.nodes.worker import Worker
 
 DETECTIONS_TYPE = "vision_msgs/msg/Detection2DArray"
 _LOST_HINT = (
@@ -70,16 +70,14 @@ class DetectorNode(Managed, SupervisedNode):
         self._wanted = self._config
         self._early: Future[Detector] | None = None
         self._begun = False
-        self._waiting: Newest[Any] = Newest()
+        self._worker: Worker[Any] = Worker(self._process)
         self._images: Input | None = None
         self._camera: Input | None = None
-        self._thread: threading.Thread | None = None
+        self._camera_size = CameraSize()
         self._published = 0
         self._refused = Refusals()
         self.timings = Timings()
         self._image_age_s = float("nan")
-        self._camera_size: tuple[int, int] | None = None
-        self._failure: BaseException | None = None
         self._publisher = self.announce(
             self._config.detections.topic, DETECTIONS_TYPE, qos.detections()
         )
@@ -115,18 +113,13 @@ class DetectorNode(Managed, SupervisedNode):
 
     def start(self) -> None:
         """Listen for images and work on them."""
-        self._waiting = Newest()
+        self._worker.start()
         self._subscribe()
-        self._thread = threading.Thread(target=self._work, name="detection", daemon=True)
-        self._thread.start()
         self.get_logger().info(self._start_message())
 
     def stop(self) -> None:
         """End listening and the thread, which finishes its image first."""
-        self._waiting.close()
-        if self._thread is not None:
-            self._thread.join()
-            self._thread = None
+        self._worker.stop()
         for source in (self._images, self._camera):
             if source is not None:
                 self.listen_no_more(source)
@@ -150,7 +143,7 @@ class DetectorNode(Managed, SupervisedNode):
             config.image.full_topic,
             "sensor_msgs/msg/CompressedImage" if compressed else "sensor_msgs/msg/Image",
             qos.sensor(1),
-            self._waiting.put,
+            self._worker.put,
             hint=_LOST_HINT,
         )
         self._camera = self.listen(
@@ -158,42 +151,23 @@ class DetectorNode(Managed, SupervisedNode):
             config.camera_info.topic,
             "sensor_msgs/msg/CameraInfo",
             qos.sensor(10),
-            self._take_camera_info,
+            self._camera_size.take,
             expected=OPTIONAL,
         )
 
     def destroy_node(self) -> None:
         """End the thread, then the node."""
-        self._waiting.close()
-        if self._thread is not None:
-            self._thread.join(timeout=5.0)
+        self._worker.stop(timeout_s=5.0)
         super().destroy_node()
 
-    def _take_camera_info(self, info: Any) -> None:
-        usable = info.width > 0 and info.height > 0 and info.k[0] > 0.0
-        self._camera_size = (int(info.width), int(info.height)) if usable else (0, 0)
-
-    def _work(self) -> None:
-        """Process images until closed; runs in its own thread."""
-        try:
-            while (image := self._waiting.take()) is not None:
-                self._reload_if_wanted()
-                self._process(image)
-        except BaseException as error:  # noqa: BLE001 - raised again in the node's own thread
-            if self.context.ok():
-                self._failure = error
-
     def _process(self, msg: Any) -> None:
+        """Work on an image; runs in the worker's thread."""
+        self._reload_if_wanted()
         assert self._detector is not None  # noqa: S101 - no thread without a network
         assert self._images is not None  # noqa: S101
         started = time.perf_counter()
-        try:
-            image = decode(msg)
-        except InputError as error:
-            self._refuse("bad_image", f"{self._images.topic}: {error}")
-            return
-        height, width = image.shape[:2]
-        if not self._fits_camera(width, height):
+        image = self._decoded(msg, self._images.topic)
+        if image is None:
             return
         decoded = time.perf_counter()
         try:
@@ -212,27 +186,23 @@ class DetectorNode(Managed, SupervisedNode):
         self._published += 1
         if self._published == 1:
             self.get_logger().info(
-                f"first image from {self._images.topic}: {width} x {height}, "
+                f"first image from {self._images.topic}: {image.shape[1]} x {image.shape[0]}, "
                 f"{counted(len(found), 'box')}, {total['total']:.0f} ms"
             )
 
-    def _fits_camera(self, width: int, height: int) -> bool:
-        size = self._camera_size
-        if size is None or size == (width, height):
-            return True
-        topic = self.resolve_topic_name(self._config.camera_info.topic)
-        if size == (0, 0):
-            reason = "its size or focal length is 0: the camera is not calibrated"
-            self._refuse(
-                "camera_info_zeros", f"images are refused, {topic} cannot be used: {reason}"
-            )
-        else:
-            self._refuse(
-                "camera_info_size",
-                f"images of {width} x {height} are refused: {topic} describes a camera of "
-                f"{size[0]} x {size[1]}; let the driver publish both in one size",
-            )
-        return False
+    def _decoded(self, msg: Any, topic: str) -> Image | None:
+        """Return an image of the camera's size, or None where it was refused."""
+        try:
+            image = decode(msg)
+        except InputError as error:
+            self._refuse("bad_image", f"{topic}: {error}")
+            return None
+        described = self.resolve_topic_name(self._config.camera_info.topic)
+        refusal = self._camera_size.refusal(image.shape[1], image.shape[0], described)
+        if refusal is not None:
+            self._refuse(*refusal)
+            return None
+        return image
 
     def _refuse(self, reason: str, sentence: str) -> None:
         self._refused.add(reason, sentence, self.steady_ns())
@@ -254,8 +224,8 @@ class DetectorNode(Managed, SupervisedNode):
         self._config = wanted
 
     def _fail_if_thread_failed(self) -> None:
-        if self._failure is not None:
-            raise self._failure
+        if self._worker.failure is not None and self.context.ok():
+            raise self._worker.failure
 
     def _start_message(self) -> str:
         assert self._detector is not None  # noqa: S101 - active
@@ -291,7 +261,7 @@ class DetectorNode(Managed, SupervisedNode):
             "images_published": received + lost,
             "images_received": received,
             "images_lost_in_transport": lost,
-            "images_dropped_for_newer": self._waiting.dropped,
+            "images_dropped_for_newer": self._worker.dropped,
             "images_processed": self._published,
             "image_age_s": self._image_age_s,
         }

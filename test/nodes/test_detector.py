@@ -166,7 +166,7 @@ def test_the_newest_image_wins_while_the_network_is_busy(seen):
 def test_what_cannot_be_used_is_refused_counted_and_survived(seen, info, image, reason):
     s = seen()
     s.infos.publish(info)
-    s.ros.spin_until(lambda: s.node._camera_size is not None)
+    s.ros.spin_until(lambda: s.node._camera_size.size is not None)
     s.images.publish(image)
     s.ros.spin_until(lambda: s.node._refused.total == 1)
     assert detection_status(s.node).values[f"refused_{reason}"] == 1
@@ -174,7 +174,7 @@ def test_what_cannot_be_used_is_refused_counted_and_survived(seen, info, image, 
     assert status.level == WARN
     assert status.message.startswith("1 of 1 images refused: ")
     s.infos.publish(camera_info())
-    s.ros.spin_until(lambda: s.node._camera_size == (64, 36))
+    s.ros.spin_until(lambda: s.node._camera_size.size == (64, 36))
     s.images.publish(picture(2))
     s.ros.spin_until(lambda: len(s.arrays) == 1)
     assert s.arrays[0].header.stamp.sec == 2
