@@ -3,12 +3,27 @@
 
 from __future__ import annotations
 
+import math
+
+from aerial_gnss_ros.core.association import NEAR
+
 IMAGES = 300
 """Images after which what was counted has faded to a third."""
 
 RARE = 1e-3
 """Product of the two rates from which a stray box beside a missing robot may well be a false one.
 Robots that swerve are counted in both; ten that cross reach 1e-4."""
+
+
+def chance(beside: int, tracks: int) -> float:
+    """Return the probability that a false box lies in the gate of a new track by chance.
+
+    Args:
+        beside: boxes that belong to no track, within `NEAR` times a new track's gate; each counts
+            with every one.
+        tracks: new ones.
+    """
+    return -math.expm1(-beside / (NEAR**2 * max(tracks, 1)))
 
 
 class Clutter:

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aerial_gnss_ros.core.association import NEAR, Pairs, likeliest, lone, mahalanobis
-from aerial_gnss_ros.core.clutter import Clutter
+from aerial_gnss_ros.core.clutter import Clutter, chance
 from aerial_gnss_ros.core.contested import kept, undisputed
 from aerial_gnss_ros.core.joint import JointFilter
 from aerial_gnss_ros.core.joint_comparison import Comparison
@@ -113,7 +113,16 @@ class Matcher:
         elif not self._watch_strain(tracks, [(of[k], squared[k]) for k in chosen]):
             chosen = chosen + self._swerved(tracks, pairs, left, grown)
         columns, claimed = {to[k] for k in chosen}, len(chosen)
-        chosen = chosen + best([k for k in grown if to[k] not in columns])
+        new = best([k for k in grown if to[k] not in columns])
+        chosen = chosen + new
+        columns = {to[k] for k in chosen}
+        near = NEAR**2 * self._threshold
+        beside = sum(
+            kind[of[k]] is _NEW and squared[k] <= near and to[k] not in columns for k in alike
+        )
+        share = chance(beside, kind.count(_NEW))
+        for k in new:
+            tracks[of[k]].chance *= share
         if not self.confused:
             known = kind.count(_ROBOT)
             stray = len(seen.index) - len(chosen)

@@ -2,9 +2,10 @@
 """Which tracks have hits enough to be robots, and under which names they go on.
 
 A track is confirmed by its hits if they came in at least half of the images since the first of
-them: a robot is seen more often than not, a glint is not. One inside the gate of a robot out of
-sight goes on under that robot's name (`reacquisition`). Not so if one image showed both: what is
-seen beside a robot is not that robot.
+them: a robot is seen more often than not, a glint is not. In images full of false boxes it takes
+as many more as it takes to believe that no track got its own by chance. One inside the gate of a
+robot out of sight goes on under that robot's name (`reacquisition`). Not so if one image showed
+both: what is seen beside a robot is not that robot.
 """
 
 from __future__ import annotations
@@ -28,6 +29,9 @@ from aerial_gnss_ros.core.values import State
 from aerial_gnss_ros.core.whereabouts import Swims
 
 Array = NDArray[np.float64]
+
+GHOSTS = 0.05
+"""Tracks of false boxes alone that may be expected among those confirmed by an image."""
 
 
 class Naming:
@@ -73,7 +77,11 @@ class Naming:
         """Return the rows of tracks that can get a name."""
         strayed = any(track.strayed for track in tracks)
         begun_ns = stamp_ns - (self._window_ns if strayed else 0)
-        return [row for row, track in enumerate(tracks) if self._is_ready(track, begun_ns)]
+        found = [row for row, track in enumerate(tracks) if self._is_ready(track, begun_ns)]
+        new = sum(track.state is State.TENTATIVE for track in tracks)
+        return [
+            row for row in found if len(tracks[row].hits) == 1 or new * tracks[row].chance < GHOSTS
+        ]
 
     def name(
         self, tracks: list[Track], ready: list[int], stamp_ns: int, height: float, local: LocalMap

@@ -37,6 +37,7 @@ class Track:
         swum: sum of its squared velocities, mean of both axes, each `HABIT_S`, m²/s².
         swum_count: how many independent ones.
         waits: whether it waits for its name, since it could be one of several robots.
+        chance: probability that its boxes after the first are false ones, there by chance.
         strayed: whether a box was refused it, by which it would be faster than robots are.
         entered: whether its first box was at the edge of the picture: it came into view.
         leaving: whether its last one is: should it vanish now, it has left the view, not dived.
@@ -54,6 +55,7 @@ class Track:
     swum: float = 0.0
     swum_count: float = 0.0
     waits: bool = False
+    chance: float = 1.0
     strayed: bool = False
     entered: bool = False
     leaving: bool = False

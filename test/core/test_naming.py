@@ -32,6 +32,22 @@ def test_false_boxes_are_never_confirmed(sea):
     assert [result.estimates for result in results if result.estimates] == []
 
 
+def test_images_full_of_false_boxes_confirm_none_of_them(sea):
+    """Six in a row; a robot seen before goes on, one that comes with them follows soon."""
+    engine = sea.estimator()
+    world = sea.World(robots={"a": _place, "b": lambda _t: (-3.0, 20.0)}, pixel_sigma=1.0)
+    world.hidden = lambda name, t: name == "b" and t < 1.05
+    sea.play(engine, world, 1.0, until_flush=False)
+    world.clutter = 500.0
+    results = sea.play(engine, world, 0.5, begin=1.1, until_flush=False)
+    world.clutter = 0.0
+    results += sea.play(engine, world, 1.0, begin=1.7)
+    names = [[one.robot_id for one in result.estimates] for result in results]
+    assert names[0] == ["aqua_1"]
+    assert names[-6:] == [["aqua_1", "aqua_2"]] * 6
+    assert {name for some in names for name in some} == {"aqua_1", "aqua_2"}
+
+
 def test_confirmed_after_the_third_measurement_within_the_window(sea):
     world = sea.World(robots={"a": _place})
     results = sea.play(sea.estimator(), world, 1.0)
