@@ -101,6 +101,22 @@ class Absences:
         odds: Array = np.where(told, (self._mean_s * rate).reshape(seconds.shape), 1.0)
         return odds
 
+    def share(self, seconds: Array, unseen: Array) -> Array:
+        """Return the even rate as a share (n, m) of that at which robots come back, at most 1.
+
+        A robot that dived comes up at the even rate, until others tell more (`odds`). One that an
+        image missed, or that left the view, comes back sooner the shorter it has been unseen.
+
+        Args:
+            seconds: (n, m) since it dived, s; NaN: it left the view.
+            unseen: (n,) since it was seen, s.
+        """
+        missed = np.minimum(unseen / self._mean_s, 1.0)[:, None]
+        time = np.maximum(seconds, SHORT_S)
+        dived = 1.0 / (1.0 + self._mean_s / time * np.exp(-time / SHORT_S))
+        share: Array = np.where(seconds >= SHORT_S, dived, missed)
+        return share
+
     def _law(self, seconds: Array) -> tuple[Array, Array]:
         """Return the density, 1/s, and the share still away, (scales, n), by width of the bumps."""
         time = np.maximum(seconds, SHORT_S)

@@ -90,7 +90,6 @@ class Reacquisition:
     def __init__(self, motion: Motion, threshold: float, coast_s: float) -> None:
         self._whereabouts = Whereabouts(motion)
         self._threshold = threshold
-        self._coast_s = coast_s
         self._absences = Absences(coast_s)
 
     def reset(self) -> None:
@@ -129,9 +128,10 @@ class Reacquisition:
         gone = np.array([[_absence(tracks[old], tracks[new]) for new in ready] for old in away])
         odds = self._absences.odds(gone)
         density, vague = self._densities(tracks, away, unseen, between, swims)
-        share = np.minimum(unseen / max(self._coast_s, 1e-3), 1.0)
-        fresh = self._whereabouts.newcomer([tracks[row] for row in away], swims)
-        each = np.outer(newcomers * share / (VIEW * max(height, 1.0)) ** 2, fresh)
+        share = self._absences.share(gone, unseen)
+        known, side = [tracks[row] for row in away], VIEW * max(height, 1.0)
+        fresh = self._whereabouts.newcomer(known, between[0], side, swims)
+        each = newcomers * share * fresh
         each = np.maximum(each, 1e-12)
         place = -2.0 * np.log(np.maximum(density, 1e-300) / each)
         rows, columns = cheapest(place - 2.0 * np.log(odds), possible, np.zeros(len(away)))

@@ -92,17 +92,28 @@ class Whereabouts:
     def __init__(self, motion: Motion) -> None:
         self._motion = motion
 
-    def newcomer(self, tracks: list[Track], swims: Swims) -> Array:
-        """Return the ratio of velocities (m,) of a robot never seen: it swims as the others do.
+    def newcomer(self, tracks: list[Track], offsets: Array, side: float, swims: Swims) -> Array:
+        """Return the density (m,) of places of a robot never seen, times the ratio of velocities.
+
+        Robots of one mission are near one another, and swim alike. So half of the law is that of
+        the view, and half a normal law about the middle of the n that are known, with the spread
+        that they have; one robot spread as the view is counted with them, as long as they are few.
 
         Args:
-            tracks: of robots.
+            tracks: n robots that are known.
+            offsets: (n, m, 2) from these to the new tracks, m.
+            side: of the water in view, m.
             swims: how the new tracks swim.
         """
-        speed = self._motion.speed_sigma
+        speed, n = self._motion.speed_sigma, len(tracks)
+        middle = offsets.mean(axis=0)
+        apart = offsets[:, 0] - middle[0]
+        spread = (side**2 / 12.0 * np.eye(2) + apart.T @ apart) / n
+        near = _normal(middle, np.tile(spread, (len(middle), 1, 1)))
         swum, count = (sum(getattr(one, key) for one in tracks) for key in ("swum", "swum_count"))
         usual = (speed**2 + swum) / (1.0 + count)
-        return swims.ratio(np.zeros(2), usual * np.eye(2), speed)
+        alike = swims.ratio(np.zeros(2), usual * np.eye(2), speed)
+        return 0.5 * (side**-2 + near) * alike
 
     def density(
         self, track: Track, unseen: float, offsets: Array, spread: Array, swims: Swims

@@ -29,6 +29,14 @@ def test_an_absence_that_tells_nothing_favours_nobody():
     assert law.together(np.array([np.nan, np.nan])) == pytest.approx(-2.0 * np.log(180.0))
 
 
+def test_robots_that_dived_come_back_at_the_even_rate_and_missed_ones_at_once():
+    """exp(-10 / 5) * 180 / 10 = 2.44; after 60 s it is 2e-5. Those that left the view: 60 / 180."""
+    gone = np.array([[10.0, np.nan], [60.0, np.nan], [1.0, 300.0]])
+    share = Absences(180.0).share(gone, np.array([10.0, 60.0, 1.0]))
+    wanted = [[1.0 / 3.436, 10.0 / 180.0], [1.0, 1.0 / 3.0], [1.0 / 180.0, 1.0]]
+    assert share == pytest.approx(np.array(wanted), rel=1e-3)
+
+
 def test_robots_that_dive_alike_come_up_when_others_did():
     short, right = _learnt(85.0, 87.0, 86.0).odds(np.array([20.0, 86.0]))
     assert right / short > 20.0

@@ -91,6 +91,18 @@ def test_a_robot_never_seen_swims_as_the_others_do():
     A slow track then is no sign that it is one of those that are known.
     """
     slow = Track("aqua", 0, 0, State.COASTING, "aqua_1", deque([0]), swum=1.9875, swum_count=50.0)
-    ratio = Whereabouts(MOTION).newcomer([slow], _seen((0.1, 0.1)))
+    found = Whereabouts(MOTION).newcomer([slow], np.full((1, 1, 2), 1e3), 60.0, _seen((0.1, 0.1)))
     expected = 0.565 / 0.0525 * np.exp(-0.5 * 0.02 * (1 / 0.0525 - 1 / 0.565))
-    assert ratio == pytest.approx([expected])
+    assert 2.0 * 60.0**2 * found == pytest.approx([expected])
+
+
+def test_a_robot_never_seen_comes_up_amid_the_others():
+    """60 m of water have a variance of 300 m²; three at 0, 3 and -3 m east add 18 m² there."""
+    three = [Track("aqua", 0, 0, State.COASTING, f"aqua_{i}", deque([0])) for i in range(3)]
+    places = np.array([[0.0, 0.0], [3.0, 0.0], [-3.0, 0.0]])
+    offsets = np.array([[0.0, 5.0], [0.0, 1000.0]]) - places[:, None]
+    unseen = Swims(np.zeros((2, 2)), 1e9 * np.tile(np.eye(2), (2, 1, 1)))
+    near, far = Whereabouts(MOTION).newcomer(three, offsets, 60.0, unseen)
+    amid = np.exp(-0.5 * 25.0 / 100.0) / (2.0 * np.pi * np.sqrt(106.0 * 100.0))
+    assert near == pytest.approx(0.5 / 3600.0 + 0.5 * amid, rel=1e-3)
+    assert far == pytest.approx(0.5 / 3600.0, rel=1e-3)
