@@ -60,6 +60,7 @@ class JointFilter(Groups):
         self.clear(self._stationary)
         self._fresh = True
         self._late = self._stationary[LATENCY, LATENCY] > SURE_S**2
+        self._found = False
         self._refusing = False
         self._pose_ns: int | None = None
         self._motion = PoseMotion()
@@ -109,7 +110,8 @@ class JointFilter(Groups):
         """Take over what is known of the latency."""
         for group in self._groups:
             group.settle(LATENCY, latency_s, sigma)
-        self._late = sigma > (SURE_S if self._late else UNSURE_S)
+        before, self._late = self._late, sigma > (SURE_S if self._late else UNSURE_S)
+        self._found = not self._late and (before or self._found)
 
     def compare(self, seen: Measurements, scale: float, floor: float) -> Comparison:
         """Return how detections lie to the robots that they may be of.
@@ -141,9 +143,10 @@ class JointFilter(Groups):
             slots = np.flatnonzero(column_of[group.rows] >= 0)
             if len(slots):
                 pixels = seen.pixels[column_of[group.rows[slots]]]
-                if self._late:
+                if self._late or self._found:
                     follow(group, self._sight)
-                    group.forget(slots, self._stationary, self.motion.speed_sigma + FEIGNED_MPS)
+                    feigned = FEIGNED_MPS if self._late else 0.0  # else robots seem too fast
+                    group.forget(slots, self._stationary, self.motion.speed_sigma + feigned)
                 outcome = correct(
                     group, slots, pixels, self._sight, self.model, self.motion.fastest
                 )
@@ -155,6 +158,7 @@ class JointFilter(Groups):
                         slots, by_angles(group, slots), unknown, self.motion.fastest
                     )
                 refused.append(group.rows[outcome.refused])
+        self._found = False
         if not self._late:
             self._watch(squared, count)
         gone = np.concatenate(refused)

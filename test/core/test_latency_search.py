@@ -115,6 +115,8 @@ def test_simulated_flights_are_honest(family, late_s, seed):
     value, sigma = _told(engine.flush())
     assert abs(value - late_s) < 4.0 * sigma
     assert sigma < 0.15
+    assert not [one for one in engine.events if "max_speed" in one]  # as it becomes known
+    assert max(robot.sigma_m for robot in engine.robots) < 1.2
 
 
 def test_it_is_not_estimated_unless_it_is_asked_for(sea):
