@@ -44,7 +44,7 @@ class Unexplained:
     @property
     def doubt(self) -> Array:
         """(3, 3) covariance of the angles, rad²."""
-        share = 1.0 if self._odds is None else 1.0 / (1.0 + math.exp(-self._odds))
+        share = 1.0 if self._odds is None else 0.5 + 0.5 * math.tanh(0.5 * self._odds)
         return self._earlier + share * self._spread
 
     def predict(self, seconds: float, keep: float) -> None:

@@ -81,3 +81,12 @@ def test_robots_found_elsewhere_or_anew_do_not():
     before = unexplained.doubt
     unexplained.found(1.0, BY_ANGLES[0], np.zeros(2), 1.8**2 * np.eye(2))
     assert unexplained.doubt == pytest.approx(before)
+
+
+def test_any_number_of_robots_may_be_found():
+    unexplained = _lost(2.0)
+    for _ in range(1000):
+        unexplained.found(2.0, BY_ANGLES[0], np.zeros(2), 1e-4 * np.eye(2))
+        unexplained.found(2.0, BY_ANGLES[1], np.array([50.0, 0.0]), 1e-4 * np.eye(2))
+        assert np.isfinite(unexplained.doubt).all()
+        assert np.linalg.eigvalsh(unexplained.doubt).min() > -1e-12
