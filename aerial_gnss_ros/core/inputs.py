@@ -55,6 +55,7 @@ class InputStatus:
         bad: messages that were no use.
         last_stamp_ns: newest stamp, ns; None before the first.
         trouble: why the last one was no use, in words; empty where it was of use.
+        unordered: messages no newer than one before them: late, or a second one with its stamp.
     """
 
     name: str
@@ -63,6 +64,7 @@ class InputStatus:
     bad: int = 0
     last_stamp_ns: int | None = None
     trouble: str = ""
+    unordered: int = 0
 
 
 @dataclass
@@ -71,6 +73,7 @@ class Tally:
 
     count: int = 0
     bad: int = 0
+    unordered: int = 0
     trouble: str = ""
     last_stamp_ns: int | None = None
 
@@ -81,6 +84,8 @@ class Tally:
         self.trouble = trouble
         if self.last_stamp_ns is None or stamp_ns > self.last_stamp_ns:
             self.last_stamp_ns = stamp_ns
+        else:
+            self.unordered += 1
 
     def status(self, name: str, newest_ns: int | None, patience_ns: int) -> InputStatus:
         """Return the input's status; it is stale when so far behind the newest image."""
@@ -91,7 +96,8 @@ class Tally:
             state = InputState.STALE
         elif self.trouble:
             state = InputState.BAD
-        return InputStatus(name, state, self.count, self.bad, self.last_stamp_ns, self.trouble)
+        stamp_ns, trouble = self.last_stamp_ns, self.trouble
+        return InputStatus(name, state, self.count, self.bad, stamp_ns, trouble, self.unordered)
 
 
 @dataclass(frozen=True)

@@ -162,7 +162,12 @@ class EstimatorNode(SupervisedNode):
         known = self._estimator.inputs.get(source.name)
         if known is None:
             return status
-        values = {**status.values, "state": str(known.state), "unusable": known.bad}
+        values = {
+            **status.values,
+            "state": str(known.state),
+            "unusable": known.bad,
+            "unordered": known.unordered,
+        }
         if known.state is InputState.BAD:
             words = (
                 f"the last message was of no use ({known.bad} of {known.count}): {known.trouble}"

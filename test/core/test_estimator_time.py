@@ -154,6 +154,9 @@ def test_a_sample_a_little_out_of_order_is_no_backward_clock(sea):
     engine.add_fix(world.fix(2.0))
     engine.add_fix(world.fix(0.5))
     assert not any("backward" in sentence for sentence in engine.events)
+    engine.add_fix(world.fix(2.0))
+    engine.add_fix(world.fix(2.1))
+    assert engine.inputs["fix"].unordered == 2  # a late one, and a second one with its stamp
 
 
 def test_the_newest_camera_not_later_than_the_image_is_used(sea):
