@@ -11,6 +11,7 @@ by those before: where robots stay away for any time, bumps are wide and tell li
 from __future__ import annotations
 
 import math
+from collections.abc import Hashable, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -46,15 +47,20 @@ class Absences:
         """Forget all absences."""
         self._logs = np.zeros(0)
         self._weights = np.zeros(0)
+        self._dives: list[Hashable] = []
         self._foretold = np.zeros(len(SCALES))
 
-    def add(self, seconds: Array, shares: Array) -> None:
+    def add(self, seconds: Array, shares: Array, dives: Sequence[Hashable] = ()) -> None:
         """Take in that one of several robots, which have been away for so long, came up.
 
         Args:
             seconds: (n,) from the last image with each robot to the first one again, s.
             shares: (n,) probability that it was that robot; less than 1 together.
+            dives: n keys of the absences. Each ends once: what was taken in of it before, as
+                another track came up that could have been that robot, then counts less.
         """
+        ended = dict(zip(dives, shares.tolist(), strict=False))
+        self._weights *= [1.0 - ended.get(dive, 0.0) for dive in self._dives]
         dived = (seconds >= SHORT_S) & (shares > LEAST)
         seconds, shares = seconds[dived], shares[dived]
         if not len(seconds):
@@ -64,6 +70,8 @@ class Absences:
         self._foretold -= self._foretold.max()
         self._logs = np.append(self._logs, np.log(seconds))
         self._weights = np.append(self._weights, shares)
+        named = [dives[i] for i in np.flatnonzero(dived).tolist()] if dives else []
+        self._dives += named or [None] * len(shares)
 
     def together(self, seconds: Array) -> float:
         """Return the log density of the absences (n,) of robots that have all come up.
@@ -72,7 +80,8 @@ class Absences:
         NaN: one that tells nothing.
         """
         law, total = Absences(self._mean_s), 0.0
-        law._logs, law._weights = self._logs, self._weights
+        law._logs, law._weights = self._logs, self._weights.copy()
+        law._dives = [None] * len(self._dives)
         law._foretold = self._foretold.copy()
         for one in seconds.tolist():
             if math.isnan(one):

@@ -160,9 +160,10 @@ class Reacquisition:
         ]
         rows, columns = rows[sure], columns[sure]
         rows, chances = likeliest_order(place, possible, rows, columns, gone, self._absences)
+        dives = [(tracks[row].robot_id, tracks[row].last_seen_ns) for row in away]
         for column, row in enumerate(ready):
             if row not in waiting:
-                self._absences.add(gone[:, column], likely[:, column])
+                self._absences.add(gone[:, column], likely[:, column], dives)
         new = [ready[column] for column in columns]
         done = Returns({row: away[i] for row, i in zip(new, rows, strict=True)}, waiting)
         done.laws = {

@@ -50,6 +50,17 @@ def test_one_absence_tells_little_and_an_unsure_one_less():
     assert 1.5 < gain[0] < gain[1] < 50.0
 
 
+def test_a_dive_ends_once_so_what_was_taken_for_its_end_before_no_longer_counts():
+    """Two came up after 86 s; of one it had been thought that it was back after 41 s."""
+    law = Absences(180.0)
+    for seconds, share, dive in ((41.0, 0.5, "a"), (86.0, 1.0, "a"), (86.0, 1.0, "b")):
+        law.add(np.array([seconds]), np.array([share]), [dive])
+    assert law.odds(np.array([41.0, 86.0])) == pytest.approx(
+        _learnt(86.0, 86.0).odds(np.array([41.0, 86.0])), rel=0.2
+    )
+    assert _learnt(41.0, 86.0, 86.0).odds(np.array([41.0]))[0] > 3.0 * law.odds(np.array([41.0]))[0]
+
+
 def test_absences_of_any_length_tell_next_to_nothing():
     """Between 20 s and 120 s, drawn evenly: odds stay within those of the even law itself."""
     rng = np.random.default_rng(2)
