@@ -216,8 +216,8 @@ class Matcher:
         confused = 2 * matched < known
         if confused and not self.confused:
             self._filter.log.add(
-                f"Of {known} boxes only {matched} are where robots should be: the compass, the "
-                "gimbal or the fix may be wrong; robots are not updated by such images."
+                f"{known - matched} of {known} boxes are not where robots should be: the compass, "
+                "the gimbal or the fix may be wrong; robots are not updated by such images."
             )
         self.confused = confused
         return confused
