@@ -115,14 +115,14 @@ class Matcher:
         columns, claimed = {to[k] for k in chosen}, len(chosen)
         new = best([k for k in grown if to[k] not in columns])
         chosen = chosen + new
-        columns = {to[k] for k in chosen}
-        near = NEAR**2 * self._threshold
-        beside = sum(
-            kind[of[k]] is _NEW and squared[k] <= near and to[k] not in columns for k in alike
-        )
-        share = chance(beside, kind.count(_NEW))
-        for k in new:
-            tracks[of[k]].chance *= share
+        if new:
+            columns, near = {to[k] for k in chosen}, NEAR**2 * self._threshold
+            beside = sum(
+                kind[of[k]] is _NEW and squared[k] <= near and to[k] not in columns for k in alike
+            )
+            share = chance(beside, kind.count(_NEW))
+            for k in new:
+                tracks[of[k]].chance *= share
         if not self.confused:
             known = kind.count(_ROBOT)
             stray = len(seen.index) - len(chosen)

@@ -78,6 +78,8 @@ class Naming:
         strayed = any(track.strayed for track in tracks)
         begun_ns = stamp_ns - (self._window_ns if strayed else 0)
         found = [row for row, track in enumerate(tracks) if self._is_ready(track, begun_ns)]
+        if not found:
+            return found
         new = sum(track.state is State.TENTATIVE for track in tracks)
         return [
             row for row in found if len(tracks[row].hits) == 1 or new * tracks[row].chance < GHOSTS
