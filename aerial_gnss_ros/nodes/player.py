@@ -34,6 +34,7 @@ _TELEMETRY_DEPTH = 50
 _DETECTIONS = "vision_msgs/msg/Detection2DArray"
 _CLOCK_STEP_S = 0.01
 _SETTLE_S = 0.5  # a subscriber may learn of its publisher later than the publisher of it
+_LINGER_S = 0.5  # a large message lies in this process's memory until it has been read
 
 
 class Player:
@@ -177,6 +178,8 @@ def _play(args: Any, bag: BagReader) -> None:
     if missing:
         node.get_logger().warning(f"nobody listens to {', '.join(missing)}")
     player.run_on(player.play(), args.after)
+    if rclpy.ok():
+        time.sleep(_LINGER_S)
     node.destroy_node()
 
 
