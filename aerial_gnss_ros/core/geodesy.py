@@ -17,6 +17,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from pyproj import Geod, Transformer
 
+from aerial_gnss_ros.core.columns import columns
+
 Array = NDArray[np.float64]
 
 SEMI_MAJOR_M = 6378137.0
@@ -76,7 +78,7 @@ def geodetic_from_ecef(xyz: ArrayLike) -> tuple[Array, Array, Array]:
             table = np.array(few).reshape(*shape, 3)
             return table[..., 0], table[..., 1], table[..., 2]
     # pyproj 3.6 warns of arrays with one element, so a single point goes in as plain numbers.
-    x, y, z = flat[0].tolist() if len(flat) == 1 else np.ascontiguousarray(flat.T)
+    x, y, z = flat[0].tolist() if len(flat) == 1 else columns(flat)
     lon, lat, alt = _cart().transform(x, y, z, radians=True, direction="INVERSE")
     latitude, longitude, altitude = (np.asarray(one).reshape(shape) for one in (lat, lon, alt))
     return latitude, longitude, altitude

@@ -82,6 +82,25 @@ def _shape_words(shape: Sequence[Any]) -> str:
     return "[" + ", ".join("?" if side is None else str(side) for side in shape) + "]"
 
 
+def agreed_names(own: tuple[str, ...], given: tuple[str, ...], where: str) -> tuple[str, ...]:
+    """Return the class names that the configuration gives, or else the model's own.
+
+    Args:
+        own: of the model.
+        given: `class_names` of the configuration; empty: none.
+        where: the model, for the error.
+
+    Raises:
+        ModelError: another number than configured.
+    """
+    if given and len(own) != len(given):
+        raise ModelError(
+            f"{where} knows {counted(len(own), 'class')} ({', '.join(own)}), but class_names has "
+            f"{len(given)} ({', '.join(given)})."
+        )
+    return given or own
+
+
 def class_names(
     metadata: Mapping[str, str], given: tuple[str, ...], where: str
 ) -> tuple[str, ...] | None:
@@ -99,12 +118,7 @@ def class_names(
     if task != "detect":
         raise ModelError(f"{where} is for the task {task}; a model for the task detect is needed.")
     own = _own_names(metadata.get("names", ""), where)
-    if own and given and len(own) != len(given):
-        raise ModelError(
-            f"{where} knows {counted(len(own), 'class')} ({', '.join(own)}), but class_names has "
-            f"{len(given)} ({', '.join(given)})."
-        )
-    return given or own
+    return agreed_names(own, given, where) if own else given or None
 
 
 def _own_names(text: str, where: str) -> tuple[str, ...] | None:

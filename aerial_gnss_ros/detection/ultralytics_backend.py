@@ -12,11 +12,10 @@ from typing import Any
 import numpy as np
 
 from aerial_gnss_ros.core.errors import ConfigError, ModelError
-from aerial_gnss_ros.core.words import counted
 from aerial_gnss_ros.detection.base import Detections, Image, within_image
 from aerial_gnss_ros.detection.config import DetectorConfig
 from aerial_gnss_ros.detection.offline import forbid_network
-from aerial_gnss_ros.detection.onnx_model import check_file
+from aerial_gnss_ros.detection.onnx_model import agreed_names, check_file
 
 
 class UltralyticsDetector:
@@ -103,13 +102,7 @@ class UltralyticsDetector:
         except Exception as error:  # an engine of another device fails here, in many ways
             raise ModelError(f"{path} cannot be loaded on this device: {error}") from error
         names = tuple(str(own[index]) for index in sorted(own))
-        given = self._config.class_names
-        if given and len(given) != len(names):
-            raise ModelError(
-                f"{path} knows {counted(len(names), 'class')} ({', '.join(names)}), but "
-                f"class_names has {len(given)} ({', '.join(given)})."
-            )
-        return given or names
+        return agreed_names(names, self._config.class_names, str(path))
 
 
 def _load(path: Path) -> Any:

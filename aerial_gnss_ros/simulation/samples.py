@@ -14,7 +14,7 @@ from aerial_gnss_ros.simulation.filling import Stage, random_stage
 from aerial_gnss_ros.simulation.labels import RobotLabel
 from aerial_gnss_ros.simulation.planes import U8
 from aerial_gnss_ros.simulation.renderer import Renderer
-from aerial_gnss_ros.simulation.scene import random_scene
+from aerial_gnss_ros.simulation.scene import random_scene, with_wind
 from aerial_gnss_ros.simulation.staging import Variety
 from aerial_gnss_ros.simulation.view import Window
 
@@ -126,8 +126,7 @@ class FastSource:
             motion = rng.normal(0.0, _MOTION_PX, 2)
             scene = replace(scene, motion_px=(float(motion[0]), float(motion[1])))
         config = self._config
-        if config.variety.wind_mps is not None:
-            scene = replace(scene, wind_speed=float(rng.uniform(*config.variety.wind_mps)))
+        scene = with_wind(rng, scene, config.variety.wind_mps)
         renderer = Renderer(scene)
         for _ in range(count):
             stage = random_stage(rng, config.size, config.occupied, config.image, config.variety)

@@ -152,3 +152,10 @@ def random_scene(rng: np.random.Generator) -> Scene:
         vignette=float(rng.uniform(0.0, 0.3)),
         noise=float(rng.uniform(0.2, 5.0)),
     )
+
+
+def with_wind(rng: np.random.Generator, scene: Scene, span: tuple[float, float] | None) -> Scene:
+    """Return the scene with a wind drawn evenly from a span, m/s; without one as it is."""
+    if span is None:
+        return scene
+    return replace(scene, wind_speed=float(rng.uniform(*span)))

@@ -15,7 +15,7 @@ from aerial_gnss_ros.simulation.blender.ranges import Ranges, Span
 from aerial_gnss_ros.simulation.flotsam import KINDS
 from aerial_gnss_ros.simulation.mesh import Mesh
 from aerial_gnss_ros.simulation.props import PROPS, Kinds
-from aerial_gnss_ros.simulation.scene import WATERS, Colour, Scene, random_scene
+from aerial_gnss_ros.simulation.scene import WATERS, Colour, Scene, random_scene, with_wind
 from aerial_gnss_ros.simulation.staging import FOCAL_PX, Variety, View, random_view, water_point
 
 Array = NDArray[np.float64]
@@ -88,8 +88,7 @@ def random_shot(
     # The place is of no account, and single precision likes small numbers.
     view = replace(view, pose=replace(view.pose, position=np.array([0.0, 0.0, view.height])))
     scene, sea = _random_light(rng, ranges)
-    if variety.wind_mps is not None:
-        scene = replace(scene, wind_speed=float(rng.uniform(*variety.wind_mps)))
+    scene = with_wind(rng, scene, variety.wind_mps)
     robots = _random_robots(rng, ranges, view, variety) if rng.random() < occupied else ()
     kinds = PROPS if ranges.props == "floating" else HARBOUR
     props = _random_props(rng, kinds, view, robots, variety.distractors)
