@@ -14,7 +14,8 @@ from statistics import median
 import numpy as np
 from numpy.typing import NDArray
 
-from aerial_gnss_ros.core.association import NEAR, Pairs, likeliest, lone, mahalanobis
+from aerial_gnss_ros.core.association import NEAR, Pairs, lone, mahalanobis
+from aerial_gnss_ros.core.candidates import NEITHER, NEW, ROBOT, Candidates
 from aerial_gnss_ros.core.clutter import Clutter, chance
 from aerial_gnss_ros.core.contested import kept, undisputed
 from aerial_gnss_ros.core.joint import JointFilter
@@ -41,8 +42,6 @@ that obeys it gets there once in a million images (33 of 30 million draws of the
 
 COMMON = 2.0
 """Median of the robots' means from which they have a common cause: a latency, a wrong compass."""
-
-_ROBOT, _NEW = "robot", "new"
 
 TURN_SHARE = 0.25
 """Share of `Motion.speed_sigma` by which its velocity is then uncertain."""
@@ -75,68 +74,37 @@ class Matcher:
         # Farther off, a pair is neither a near miss nor a robot that has swerved.
         swerve = self._threshold * (SWERVE_S * self._filter.motion.speed_sigma) ** 2
         pairs = self._filter.compare(seen, NEAR**2 * self._threshold, swerve)
-        distances, log_determinant = mahalanobis(pairs.offsets, pairs.spread)
-        squared, wide = distances.tolist(), log_determinant.tolist()
-        of, to = pairs.rows.tolist(), pairs.columns.tolist()
         kind = [self._kind(track, stamp_ns) for track in tracks]
-        ids = seen.class_ids.tolist()
-        alike = [
-            k
-            for k, (row, column) in enumerate(zip(of, to, strict=True))
-            if kind[row] and tracks[row].class_id == ids[column]
-        ]
-        robots = [k for k in alike if kind[of[k]] is _ROBOT]
-        grown = [k for k in alike if kind[of[k]] is _NEW and squared[k] <= self._threshold]
-        inside = [k for k in robots if squared[k] <= self._threshold]
-
-        def best(candidates: list[int]) -> list[int]:
-            found = likeliest(
-                [of[k] for k in candidates],
-                [to[k] for k in candidates],
-                [squared[k] for k in candidates],
-                [wide[k] for k in candidates],
-                self._threshold,
-            )
-            return [candidates[k] for k in found]
+        classes, ids = [track.class_id for track in tracks], seen.class_ids.tolist()
+        able = Candidates.of_image(pairs, kind, classes, ids, self._threshold)
 
         # Robots choose first: a stray box of a robot must not grow up on that robot's own boxes.
         away_ns = stamp_ns - round(self._missed_s(stamp_ns) * 1e9)
-        chosen = kept(tracks, of, to, best(inside), inside, away_ns)
-        rows, columns = {of[k] for k in chosen}, {to[k] for k in chosen}
-        log = [-0.5 * (near + area) for near, area in zip(squared, wide, strict=True)]
-        chosen = undisputed(tracks, of, to, chosen, log, kind, stamp_ns)
-        left = [k for k in robots if of[k] not in rows and to[k] not in columns]
-        missed = {of[k] for k in left if squared[k] <= NEAR**2 * self._threshold}
+        inside = able.inside
+        given = kept(tracks, able.of, able.to, able.best(inside), inside, away_ns)
+        chosen = undisputed(tracks, able.of, able.to, given, able.log, kind, stamp_ns)
+        left = able.left(given)
+        missed = {able.of[k] for k in able.near(left)}
         self._filter.monitor.take_matches(len(chosen), len(missed))
-        if self._is_confused(kind.count(_ROBOT), len(seen.index), len(chosen)):
+        known = kind.count(ROBOT)
+        if self._is_confused(known, len(seen.index), len(chosen)):
             chosen = []
-        elif not self._watch_strain(tracks, [(of[k], squared[k]) for k in chosen]):
-            chosen = chosen + self._swerved(tracks, pairs, left, grown)
-        columns, claimed = {to[k] for k in chosen}, len(chosen)
-        new = best([k for k in grown if to[k] not in columns])
-        chosen = chosen + new
-        if new:
-            columns, near = {to[k] for k in chosen}, NEAR**2 * self._threshold
-            beside = sum(
-                kind[of[k]] is _NEW and squared[k] <= near and to[k] not in columns for k in alike
-            )
-            share = chance(beside, kind.count(_NEW))
-            for k in new:
-                tracks[of[k]].chance *= share
+        elif not self._watch_strain(tracks, [(able.of[k], able.squared[k]) for k in chosen]):
+            chosen = chosen + self._swerved(tracks, pairs, left, able.grown)
+        claimed = len(chosen)
+        chosen = chosen + _new(tracks, able, chosen)
         if not self.confused:
-            known = kind.count(_ROBOT)
-            stray = len(seen.index) - len(chosen)
-            self._clutter.take(stamp_ns, known, known - claimed, stray)
+            self._clutter.take(stamp_ns, known, known - claimed, len(seen.index) - len(chosen))
         return pairs.rows[chosen], pairs.columns[chosen]
 
     def _kind(self, track: Track, stamp_ns: int) -> str:
         """Return whether a single box may update a track: as a robot, as a new one, not at all."""
         if track.state is State.TENTATIVE and not track.waits:
-            return _NEW
+            return NEW
         if track.strayed:
-            return ""
+            return NEITHER
         fresh = (stamp_ns - track.last_seen_ns) * 1e-9 <= self._patience_s(stamp_ns) + 1e-9
-        return _ROBOT if fresh else ""
+        return ROBOT if fresh else NEITHER
 
     def _patience_s(self, stamp_ns: int) -> float:
         """Return the time since a robot was seen up to which a single box may update it.
@@ -221,6 +189,20 @@ class Matcher:
             )
         self.confused = confused
         return confused
+
+
+def _new(tracks: list[Track], able: Candidates, chosen: list[int]) -> list[int]:
+    """Return pairs of new tracks and boxes that are left; the more such boxes, the more chance."""
+    taken = {able.to[k] for k in chosen}
+    new = able.best([k for k in able.grown if able.to[k] not in taken])
+    if new:
+        taken |= {able.to[k] for k in new}
+        near = able.near(able.alike)
+        beside = sum(able.kind[able.of[k]] is NEW and able.to[k] not in taken for k in near)
+        share = chance(beside, able.kind.count(NEW))
+        for k in new:
+            tracks[able.of[k]].chance *= share
+    return new
 
 
 def _began(other: Track, robot: Track) -> bool:
