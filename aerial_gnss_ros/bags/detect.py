@@ -6,15 +6,17 @@ from __future__ import annotations
 from collections import Counter
 from typing import Any
 
+from aerial_gnss_ros.adapters.camera_size import CameraSize
 from aerial_gnss_ros.adapters.results import detection_array
 from aerial_gnss_ros.adapters.stamps import copied_header
 from aerial_gnss_ros.bags.typestore import make
 from aerial_gnss_ros.core.errors import InputError
-from aerial_gnss_ros.detection.base import Detector
+from aerial_gnss_ros.detection.base import Detector, Image
 from aerial_gnss_ros.detection.images import decode
 
 DETECTIONS_TYPE = "vision_msgs/msg/Detection2DArray"
 MOST_TOLD, LEAST_TRIED = 8, 5
+_REMEDY = "give the camera of these images as parameters (camera.source: parameters)"
 
 
 class ImageDetector:
@@ -26,23 +28,22 @@ class ImageDetector:
     Args:
         detector: finds the boxes.
         topic: of the images, for messages.
+        described: what describes the camera, for messages.
 
     Attributes:
         refused: images that gave nothing.
         refusals: why, in words, and how many of them; the first `MOST_TOLD` different reasons.
+        camera_size: of the camera as it is described; takes CameraInfo.
     """
 
-    def __init__(self, detector: Detector, topic: str) -> None:
+    def __init__(self, detector: Detector, topic: str, described: str) -> None:
         self.refused = 0
         self.refusals: Counter[str] = Counter()
         self._detector = detector
         self._topic = topic
+        self._described = described
         self._used = 0
-        self._camera_size: tuple[int, int] | None = None
-
-    def take_camera_info(self, msg: Any) -> None:
-        """Remember the size that the camera's description has."""
-        self._camera_size = (int(msg.width), int(msg.height))
+        self.camera_size = CameraSize(_REMEDY)
 
     def detect(self, msg: Any) -> dict[str, Any] | None:
         """Return the fields of a Detection2DArray, or None when the image cannot be used.
@@ -52,7 +53,7 @@ class ImageDetector:
         """
         try:
             image = decode(msg)
-            self._check_size(image.shape[1], image.shape[0])
+            self._check_size(image)
         except InputError as error:
             sentence = f"{self._topic}: {error}"
             self.refused += 1
@@ -69,13 +70,10 @@ class ImageDetector:
         if self.refused and not self._used:
             raise InputError(next(iter(self.refusals)))
 
-    def _check_size(self, width: int, height: int) -> None:
-        size = self._camera_size
-        if size is not None and size != (width, height):
-            raise InputError(
-                f"images are {width} x {height}, but their CameraInfo describes a camera of "
-                f"{size[0]} x {size[1]}; give the CameraInfo of this image size."
-            )
+    def _check_size(self, image: Image) -> None:
+        refusal = self.camera_size.refusal(image.shape[1], image.shape[0], self._described)
+        if refusal is not None:
+            raise InputError(f"{refusal[1]}.")
 
 
 def detections_message(fields: dict[str, Any]) -> Any:

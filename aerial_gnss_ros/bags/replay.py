@@ -103,7 +103,7 @@ class Replay:
         self._images: ImageDetector | None = None
         if self.plan.image_topic is not None:
             detector = load(detector_config)
-            self._images = ImageDetector(detector, self.plan.image_topic)
+            self._images = _image_detector(detector, self.plan.image_topic, config, namespace)
             self.summary.detections_from = f"images, {detector.name}"
         self._camera_seen = False
 
@@ -160,7 +160,7 @@ class Replay:
     def _take(self, topic: str, message: Any, log_ns: int) -> None:
         subscription = self.plan.routes[topic]
         if subscription.name == CAMERA_INFO and self._images is not None:
-            self._images.take_camera_info(message)
+            self._images.camera_size.take(message)
         subscription.handle(message, log_ns)
         self._camera_seen = self._camera_seen or subscription.name == CAMERA_INFO
 
@@ -182,3 +182,15 @@ class Replay:
         if not self._camera_seen:
             raise CameraError(sentence)
         self.summary.notes.append(sentence)
+
+
+def _image_detector(
+    detector: Detector, topic: str, config: EstimatorConfig, namespace: str
+) -> ImageDetector:
+    """Return what looks into the images, and refuses those that are not of the camera's size."""
+    camera = config.camera
+    if camera.source == "topic":
+        return ImageDetector(detector, topic, resolve(camera.topic, namespace))
+    images = ImageDetector(detector, topic, "camera.image_width_px and camera.image_height_px")
+    images.camera_size.size = (camera.image_width_px, camera.image_height_px)
+    return images

@@ -10,6 +10,7 @@ from concurrent.futures import Future
 from dataclasses import replace
 from typing import Any
 
+from aerial_gnss_ros.adapters.camera_size import CameraSize
 from aerial_gnss_ros.adapters.results import detection_array
 from aerial_gnss_ros.adapters.stamps import copied_header, nanoseconds
 from aerial_gnss_ros.core.errors import AerialGnssError, InputError, ModelError
@@ -20,7 +21,6 @@ from aerial_gnss_ros.detection.config import DetectorConfig, detector_config
 from aerial_gnss_ros.detection.images import decode
 from aerial_gnss_ros.detection.select import load_detector
 from aerial_gnss_ros.nodes import qos
-from aerial_gnss_ros.nodes.camera_size import CameraSize
 from aerial_gnss_ros.nodes.diagnostics import OK, STALE, WARN, Status
 from aerial_gnss_ros.nodes.inputs import OPTIONAL, Input
 from aerial_gnss_ros.nodes.lifecycle import Managed
@@ -73,7 +73,7 @@ class DetectorNode(Managed, SupervisedNode):
         self._worker: Worker[Any] = Worker(self._process)
         self._images: Input | None = None
         self._camera: Input | None = None
-        self._camera_size = CameraSize()
+        self._camera_size = CameraSize("let the driver publish both in one size")
         self._published = 0
         self._refused = Refusals()
         self.timings = Timings()

@@ -106,7 +106,10 @@ def test_missing_and_truncated_bags_are_refused(tmp_path, flight, refusal):
     ("fields", "expected"),
     [
         ({"encoding": "bayer_rggb8"}, "encoding 'bayer_rggb8' cannot be used"),
-        ({"width": 320, "step": 320}, "images are 320 x 480, but their CameraInfo describes"),
+        (
+            {"width": 320, "step": 320},
+            "images of 320 x 480 are refused: /camera/camera_info describes a camera of 640 x 480",
+        ),
     ],
 )
 def test_images_that_can_never_be_used_are_refused(tmp_path, flight, fields, expected, refusal):
@@ -117,6 +120,22 @@ def test_images_that_can_never_be_used_are_refused(tmp_path, flight, fields, exp
     sentence = refusal(bag, tmp_path / "out")
     assert "/camera/image_raw: " in sentence
     assert expected in sentence
+
+
+@pytest.mark.usefixtures("detector")
+def test_images_of_another_size_than_the_parameters_describe_are_refused(
+    tmp_path, flight, replay, refusal
+):
+    """A robot at the wrong distance from the middle of the image is a robot at a wrong place."""
+    camera = "focal_length_mm: 9, sensor_width_mm: 12.8, image_height_px: 480, source: parameters"
+    bag = flight.write(tmp_path / "bag", images=True)
+    for width in (640, 1280):
+        text = f"estimator: {{ros__parameters: {{camera: {{image_width_px: {width}, {camera}}}}}}}"
+        options = (bag, tmp_path / f"out{width}", "--params", write_params(tmp_path, text))
+        if width == 640:
+            assert replay(*options) == 0
+        else:
+            assert "of 640 x 480 are refused: camera.image_width_px and" in refusal(*options)
 
 
 def test_a_camera_info_of_zeros_is_refused(tmp_path, flight, refusal):

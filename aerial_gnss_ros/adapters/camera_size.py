@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Whether images have the size that their CameraInfo describes."""
+"""Whether images have the size that their CameraInfo describes: live and in bags."""
 
 from __future__ import annotations
 
@@ -9,35 +9,40 @@ from typing import Any
 class CameraSize:
     """Takes CameraInfo and judges images.
 
+    Args:
+        remedy: what a user can do about two sizes, for the sentence.
+
     Attributes:
         size: width and height of the camera as it is described, px; zeros where the description is
             of no use, None before the first.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, remedy: str) -> None:
         self.size: tuple[int, int] | None = None
+        self._remedy = remedy
 
     def take(self, info: Any) -> None:
-        """Take a CameraInfo."""
-        usable = info.width > 0 and info.height > 0 and info.k[0] > 0.0
+        """Take a CameraInfo of ROS 2 (`k`) or of ROS 1 (`K`)."""
+        matrix = info.k if hasattr(info, "k") else info.K
+        usable = info.width > 0 and info.height > 0 and matrix[0] > 0.0
         self.size = (int(info.width), int(info.height)) if usable else (0, 0)
 
-    def refusal(self, width: int, height: int, topic: str) -> tuple[str, str] | None:
+    def refusal(self, width: int, height: int, described: str) -> tuple[str, str] | None:
         """Return why an image cannot be used: a word to count it by and a sentence; else None.
 
         Args:
             width: of the image, px.
             height: of the image, px.
-            topic: of the CameraInfo, for the sentence.
+            described: what describes the camera, such as the topic of the CameraInfo.
         """
         size = self.size
         if size is None or size == (width, height):
             return None
         if size == (0, 0):
             reason = "its size or focal length is 0: the camera is not calibrated"
-            return "camera_info_zeros", f"images are refused, {topic} cannot be used: {reason}"
+            return "camera_info_zeros", f"images are refused, {described} cannot be used: {reason}"
         sentence = (
-            f"images of {width} x {height} are refused: {topic} describes a camera of {size[0]} x "
-            f"{size[1]}; let the driver publish both in one size"
+            f"images of {width} x {height} are refused: {described} describes a camera of "
+            f"{size[0]} x {size[1]}; {self._remedy}"
         )
         return "camera_info_size", sentence
