@@ -12,6 +12,9 @@ CROWD, CROWD_FACTOR = 30, 3.0
 """More boxes than these, the factor times the usual number, do not come with robots."""
 MEMORY_IMAGES = 30
 
+STRANGERS = 10
+"""Boxes of classes that are no robots from which on it is no chance that no other came."""
+
 
 class Crowd:
     """Notices an image with far more boxes than those before it."""
@@ -24,6 +27,32 @@ class Crowd:
         usual = count if self._usual is None else self._usual
         self._usual = usual + (count - usual) / MEMORY_IMAGES
         return usual if count > CROWD + CROWD_FACTOR * usual else None
+
+
+class Strangers:
+    """Notices that none of the boxes is of a class that is a robot."""
+
+    def __init__(self) -> None:
+        self._count = 0
+        self._names: dict[str, None] = {}
+        self._known = False
+
+    def take(self, names: tuple[str, ...], reasons: list[Reason | None]) -> tuple[str, ...]:
+        """Take in an image's boxes; return the classes that came when none of them is a robot's.
+
+        Args:
+            names: class of each box.
+            reasons: why each is not used, or None.
+        """
+        if self._known or not names:
+            return ()
+        for name, reason in zip(names, reasons, strict=True):
+            if reason is Reason.WRONG_CLASS:
+                self._count += 1
+                self._names[name] = None
+            elif reason is None:
+                self._known = True
+        return tuple(self._names) if self._count >= STRANGERS and not self._known else ()
 
 
 def refusals(

@@ -212,6 +212,13 @@ def _binding(name: str, values: Mapping[str, Any]) -> RobotBinding:
 def _check_together(config: EstimatorConfig) -> None:
     config.depth.by_class()
     config.depth.by_topic()
+    classes = config.detections.classes
+    for robot in config.robots:
+        if classes and robot.class_id not in classes:
+            raise ConfigError(
+                f"robots.{robot.name}.class is {robot.class_id!r}, which detections.classes "
+                f"({', '.join(classes)}) refuses; give one of these, or add it there."
+            )
     camera, fix = config.camera, config.fix
     if camera.source == "parameters" and (
         math.isnan(camera.focal_length_mm)

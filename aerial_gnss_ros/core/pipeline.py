@@ -63,6 +63,7 @@ class Pipeline:
         self._posing = Posing(config)
         self._latency = LatencySearch(config, inputs)
         self._crowd = boxes.Crowd()
+        self._strangers = boxes.Strangers()
         self._fixed_camera = _camera_of(config)
         self._scaled: tuple[CameraModel, CameraModel] | None = None
         self._locate = paper.locate if config.method == "paper" else localize.locate
@@ -100,6 +101,7 @@ class Pipeline:
         began = time.perf_counter_ns()
         reasons = boxes.refusals(frame, self.min_score, self._config.detections.classes)
         self._look_for_crowd(reasons.count(None))
+        self._look_for_strangers(frame, reasons)
         camera = self._camera(frame.stamp_ns)
         pose = self._refusal(samples) if isinstance(samples, Lacking) else self._pose(samples)
         posed = time.perf_counter_ns()
@@ -163,6 +165,16 @@ class Pipeline:
             "false. Those not seen again become no robots; if it goes on, raise "
             "detections.min_score.",
         )
+
+    def _look_for_strangers(self, frame: DetectionFrame, reasons: list[Reason | None]) -> None:
+        came = self._strangers.take(frame.class_ids, reasons)
+        if came:
+            self._log.add_once(
+                "strangers",
+                f"All boxes so far are of class {_listed(came)} and refused as wrong_class: "
+                f"detections.classes is {_listed(self._config.detections.classes)}; put the names "
+                "there that the detector gives to robots.",
+            )
 
     def _camera(self, stamp_ns: int) -> CameraModel | Reason:
         """Return the newest camera not later than an image."""
@@ -234,6 +246,10 @@ class Pipeline:
             position=self._origin.local.positions([latitude], [longitude])[0],
             covariance=covariance,
         )
+
+
+def _listed(names: tuple[str, ...]) -> str:
+    return ", ".join(map(repr, names))
 
 
 def _only(frame: DetectionFrame, rows: list[int]) -> DetectionFrame:

@@ -112,6 +112,10 @@ def test_robots_are_bound_to_their_starts_in_order_of_name():
         ({"robots": {"a": {"start": [1, 2]}}}, r"robots\.a\.class must be"),
         ({"robots": {"a": {"class": "b", "start": [1]}}}, r"\[latitude, longitude\]"),
         ({"robots": {"a": {"class": "b", "start": [95.0, 2.0]}}}, "not a place on Earth"),
+        (
+            {"robots.a.class": "b", "robots.a.start": [1, 2], "detections.classes": ["c"]},
+            r"robots\.a\.class is 'b', which detections\.classes \(c\) refuses",
+        ),
         ({"gimbal": {"refrence": "body"}}, r"did you mean gimbal\.reference\?"),
         ({"camera.latency_s": 3.5}, "within -3 to 3"),
     ],

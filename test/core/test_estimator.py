@@ -122,6 +122,21 @@ def test_the_table_above_leaves_out_no_reason():
     assert set(Reason) - told == {Reason.GATED}  # in test_tracks: a second box on a robot
 
 
+def test_boxes_of_other_classes_only_are_told_with_both_names(sea):
+    def told(classes):
+        engine = sea.estimator({"detections.classes": ["boat", "ship"]})
+        for i, name in enumerate(classes):
+            engine.add_detections(sea.boxes(0.1 * i, [sea.middle], name))
+        engine.flush()
+        return [sentence for sentence in engine.events if "wrong_class" in sentence]
+
+    assert told(["aqua"] * 9) == []  # may still be chance
+    (sentence,) = told(["aqua"] * 7 + ["buoy"] * 7)
+    assert sentence.startswith("All boxes so far are of class 'aqua', 'buoy' and refused as wrong")
+    assert "detections.classes is 'boat', 'ship'; put the names there" in sentence
+    assert told(["boat"] + ["aqua"] * 20) == []
+
+
 def test_nothing_is_refused_where_nothing_is_missing(sea):
     result = sea.Scene({"tracks.confirm_hits": 1}).run()
     assert result.rejections == ()
