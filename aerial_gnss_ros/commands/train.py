@@ -153,8 +153,10 @@ def _stopped_politely(args: argparse.Namespace) -> Iterator[None]:
         folder = args.resume or args.output
         if folder is None or not RunFolder(folder).plan_file.is_file():
             raise
-        print(
-            f"aerial-gnss: stopped; go on with aerial-gnss train --resume {folder}",
-            file=sys.stderr,
-        )
+        result = RunFolder(folder).weights
+        if result.is_file():
+            words = f"stopped after its end: {result} is its result"
+        else:
+            words = f"stopped; go on with aerial-gnss train --resume {folder}"
+        print(f"aerial-gnss: {words}", file=sys.stderr)
         raise SystemExit(INTERRUPTED) from None

@@ -71,7 +71,7 @@ def train_in_process(
             code = process.wait()
         finally:
             _end(process)
-    if code:
+    if code and not run.weights.is_file():  # written last: what ends it then costs nothing
         raise TrainingError(said or _words(run, code), explained=said is not None)
 
 

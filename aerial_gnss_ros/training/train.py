@@ -111,6 +111,8 @@ def add_callbacks(model: Any, training: Training, spent_s: float = 0.0) -> None:
     _use_processor_well(model, training)
     if training.hours:
         _fall_with_time(model, training, spent_s)
+    else:
+        _fall_with_steps(model, training)
     if training.freeze:
         model.add_callback("on_train_batch_start", _keep_normalisations)
 
@@ -140,15 +142,37 @@ def _fall_with_time(model: Any, training: Training, spent_s: float) -> None:
         trainer.start_epoch = 0  # that it counts time from; else it stops as soon as it resumes
 
     def set_rate(trainer: Any) -> None:
-        share = min(1.0, (time.monotonic() - begun) / seconds)
-        factor = _LAST_RATE + (1.0 - _LAST_RATE) * 0.5 * (1.0 + math.cos(math.pi * share))
-        for group in trainer.optimizer.param_groups:
-            group["lr"] = training.learning_rate * factor  # overruled during warm-up
+        _set_rate(trainer, training, min(1.0, (time.monotonic() - begun) / seconds))
 
     model.add_callback("on_pretrain_routine_start", prepare)
     model.add_callback("on_train_start", start)
     model.add_callback("on_train_epoch_start", start_epoch)
     model.add_callback("on_train_batch_start", set_rate)
+
+
+def _fall_with_steps(model: Any, training: Training) -> None:
+    """Let the learning rate fall within each epoch, too: in a single one it would stay as it is."""
+    steps = 0
+
+    def start_epoch(_: Any) -> None:
+        nonlocal steps
+        steps = 0
+
+    def set_rate(trainer: Any) -> None:
+        nonlocal steps
+        done = trainer.epoch + steps / len(trainer.train_loader)
+        _set_rate(trainer, training, done / trainer.epochs)
+        steps += 1
+
+    model.add_callback("on_train_epoch_start", start_epoch)
+    model.add_callback("on_train_batch_start", set_rate)
+
+
+def _set_rate(trainer: Any, training: Training, share: float) -> None:
+    """Set the learning rate of a share of the training: along a cosine to a hundredth."""
+    factor = _LAST_RATE + (1.0 - _LAST_RATE) * 0.5 * (1.0 + math.cos(math.pi * share))
+    for group in trainer.optimizer.param_groups:
+        group["lr"] = training.learning_rate * factor  # overruled during warm-up
 
 
 def _use_processor_well(model: Any, training: Training) -> None:

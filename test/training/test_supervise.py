@@ -53,6 +53,11 @@ def test_each_ending_has_its_sentence(monkeypatch, tmp_path, program, expected):
         assert f"--resume {tmp_path}" in said
 
 
+def test_what_ends_a_training_that_has_written_everything_costs_nothing(monkeypatch, tmp_path):
+    end = f"import os; open({str(tmp_path / 'best.pt')!r}, 'w').close(); os.kill(os.getpid(), 9)"
+    assert follow(monkeypatch, tmp_path, end) == ([], "", True)
+
+
 def test_ultralytics_is_kept_offline_and_to_its_threads(monkeypatch, tmp_path):
     show = (
         "import json, os; print(json.dumps({name: os.environ.get(name) for name in "

@@ -72,6 +72,25 @@ def test_the_rate_falls_with_time_from_where_it_was(tmp_path, monkeypatch, spent
     assert group["lr"] == pytest.approx(0.1 * share)
 
 
+@pytest.mark.parametrize(
+    ("epoch", "epochs", "rates"),
+    # A cosine from 1 to 0.01, four steps an epoch: 0.505 in the middle, 0.155 at three quarters.
+    [(0, 1, [0.1, 0.0855, 0.0505, 0.0155]), (1, 2, [0.0505, 0.0316, 0.0155, 0.0048])],
+)
+def test_the_rate_falls_within_an_epoch(tmp_path, epoch, epochs, rates):
+    model, group = Callbacks(), {"lr": 0.0}
+    train._fall_with_steps(model, train.Training(tmp_path, epochs=epochs, learning_rate=0.1))
+    trainer = SimpleNamespace(
+        epoch=epoch, epochs=epochs, train_loader=range(4),
+        optimizer=SimpleNamespace(param_groups=[group]),
+    )  # fmt: skip
+    for _ in range(2):  # a second pass, as after a kill, begins with the epoch's rate
+        model.call("on_train_epoch_start", trainer)
+        for rate in rates:
+            model.call("on_train_batch_start", trainer)
+            assert group["lr"] == pytest.approx(rate, abs=5e-5)
+
+
 def test_what_cannot_be_exported(tmp_path):
     with pytest.raises(InputError, match=r"none.pt do not exist"):
         export(tmp_path / "none.pt", tmp_path / "a.onnx")
