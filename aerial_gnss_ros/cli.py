@@ -65,12 +65,12 @@ def main(argv: Sequence[str] | None = None) -> int:
         return stop.code if isinstance(stop.code, int) else WRONG_INPUT
     except AerialGnssError as error:
         return _complain(str(error))
-    except OSError as error:
+    except (OSError, MemoryError) as error:
         if isinstance(error, BrokenPipeError):
             # The reader of a pipe (head, less) went away: nothing is wrong with the input.
             os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
             return 0
-        return _complain(_os_sentence(error))
+        return _complain(_system_sentence(error))
     except KeyboardInterrupt:
         print(
             "aerial-gnss: interrupted; nothing was written under the final name.", file=sys.stderr
@@ -112,7 +112,12 @@ def _complain(sentence: str) -> int:
     return WRONG_INPUT
 
 
-def _os_sentence(error: OSError) -> str:
+def _system_sentence(error: OSError | MemoryError) -> str:
+    if isinstance(error, MemoryError):
+        return (
+            "memory ran out, and nothing was written under the final name; close other programs, "
+            "or give smaller images or shorter pieces."
+        )
     where = f" {error.filename}" if error.filename else ""
     if error.errno == errno.ENOSPC:
         return f"the disk is full{f' while writing{where}' if where else ''}; free some space."

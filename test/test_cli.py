@@ -68,6 +68,7 @@ def _raise(error: BaseException):
             2,
             "aerial-gnss: cannot use /root/x: Permission denied.",
         ),
+        (["probe"], _raise(MemoryError()), 2, "aerial-gnss: memory ran out, and nothing was"),
         (["probe"], _raise(KeyboardInterrupt()), 130, "aerial-gnss: interrupted"),
         (["probe"], lambda _args: 0, 0, ""),
     ],

@@ -12,13 +12,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aerial_gnss_ros.core.errors import InputError
-from aerial_gnss_ros.core.values import Array
+from aerial_gnss_ros.core.values import Array, State
 
 POSITION_COLUMNS = (
     "stamp_ns", "robot_id", "class_id", "latitude_deg", "longitude_deg", "altitude_m",
     "var_east_m2", "cov_east_north_m2", "var_north_m2", "velocity_east_mps",
     "velocity_north_mps", "state",
 )  # fmt: skip
+STATES = (State.CONFIRMED.value, State.COASTING.value)
 
 
 @dataclass(frozen=True)
@@ -73,6 +74,11 @@ def read_positions(path: Path) -> dict[str, EstimatedTrack]:
             )
         rows: dict[str, list[dict[str, str]]] = {}
         for row in reader:
+            if row["state"] not in STATES:  # the last column: what is cut off lacks it first
+                raise InputError(
+                    f"{path}, line {reader.line_num}: state is {row['state'] or 'missing'}, not "
+                    f"{' or '.join(STATES)}: the table was cut off or changed; replay again."
+                )
             rows.setdefault(row["robot_id"], []).append(row)
     try:
         return {name: _track(rows[name]) for name in sorted(rows)}

@@ -31,6 +31,7 @@ from aerial_gnss_ros.evaluation.platform import read_platform
 from aerial_gnss_ros.evaluation.report import Report, draw, metres, write_report
 from aerial_gnss_ros.evaluation.truth import Truth, read_truth, read_truth_csv
 
+NADIR_DEG = 10.0
 ERROR_COLUMNS = (
     "frame", "stamp_ns", "truth_id", "robot_id", "geodesic_m", "haversine_m", "latitude_error_m",
     "longitude_error_m", "nees", "sigma_m", "range_m",
@@ -70,8 +71,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="an image stamped t shows the scene at t - S (default: what the bag states, else 0)",
     )  # fmt: skip
     parser.add_argument(
-        "--nadir-deg", type=float, default=10.0, metavar="DEG",
-        help="with --hover: straight down is so near to the vertical (default 10)",
+        "--nadir-deg", type=float, metavar="DEG",
+        help=f"with --hover: straight down is so near to the vertical (default {NADIR_DEG:g})",
     )  # fmt: skip
     parser.add_argument(
         "--still", type=float, metavar="S",
@@ -118,7 +119,11 @@ def _check(args: argparse.Namespace) -> None:
         refuse_existing(args.output)
     if args.latency is not None and not abs(args.latency) <= 3.0:
         raise ConfigError(f"--latency must lie within -3 to 3 s, not {args.latency:g}.")
-    if not 0.5 <= args.nadir_deg <= 45.0:
+    if not args.hover:
+        for name in ("nadir_deg", "still", "params", "vehicle", "namespace", "method", "model"):
+            if getattr(args, name) not in (None, [], ""):
+                raise ConfigError(f"--{name.replace('_', '-')} has a meaning only with --hover.")
+    if args.nadir_deg is not None and not 0.5 <= args.nadir_deg <= 45.0:
         raise ConfigError(f"--nadir-deg must lie within 0.5 to 45, not {args.nadir_deg:g}.")
     if args.still is not None and not args.still >= 0.0:
         raise ConfigError(f"--still must not be negative, but is {args.still:g}.")
@@ -151,7 +156,8 @@ def _hovers(args: argparse.Namespace, estimates: dict[str, EstimatedTrack]) -> _
         )  # fmt: skip
         with progress("looking for hovers", replay.message_count, "messages") as report:
             results = list(replay.results(report))
-    hovers = find_hovers(results, math.radians(args.nadir_deg))
+    nadir_deg = NADIR_DEG if args.nadir_deg is None else args.nadir_deg
+    hovers = find_hovers(results, math.radians(nadir_deg))
     stamps = np.array([result.stamp_ns for result in results], dtype=np.int64)
     robots = hover_truth(hovers, stamps, args.still)
     note = (

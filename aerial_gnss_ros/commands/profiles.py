@@ -36,6 +36,8 @@ def run(args: argparse.Namespace) -> int:
         for node in ("detector", "estimator"):
             print(config_path(f"{node}.yaml").read_text(encoding="utf-8"), end="")
         return 0
+    if args.name and args.json:
+        raise InputError("--json is for the list; a profile is printed as the YAML that it is.")
     if args.name:
         print(vehicle_file(args.name).read_text(encoding="utf-8"), end="")
         return 0

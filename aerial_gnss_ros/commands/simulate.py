@@ -145,7 +145,7 @@ def run(args: argparse.Namespace) -> int:
     """
     if (args.output is None) == (args.dataset is None):
         raise ConfigError("give -o BAG for a flight or --dataset FOLDER for pictures, one of them.")
-    simulate_dataset.refuse_options(args)
+    simulate_dataset.refuse_options(args, _flight_defaults())
     if args.dataset is not None:
         return simulate_dataset.run(args)
     refuse_existing(args.output)
@@ -177,6 +177,14 @@ def run(args: argparse.Namespace) -> int:
     return 0
 
 
+def _flight_defaults() -> dict[str, Any]:
+    """Return what the options of flights are where they are not given."""
+    parser = argparse.ArgumentParser(add_help=False)
+    for declare in (_flight_arguments, _robot_arguments, _sensor_arguments, _image_arguments):
+        declare(parser)
+    return vars(parser.parse_args([]))
+
+
 def _check(args: argparse.Namespace) -> None:
     generated = ("flight", "height", "tilt", "stand_off", "speed", "camera_offset")
     if args.telemetry:
@@ -200,6 +208,9 @@ def _check(args: argparse.Namespace) -> None:
         raise ConfigError(f"--missed is a probability, 0 to 1, not {args.missed:g}.")
     if not 0.0 <= args.false_boxes <= 10_000.0:
         raise ConfigError(f"--false-boxes must lie within 0 to 10000, not {args.false_boxes:g}.")
+    if args.no_images and (args.raw or args.scene != "demo"):
+        option = "--raw" if args.raw else "--scene"
+        raise ConfigError(f"{option} has no meaning with --no-images.")
     if not args.no_images and (args.missed or args.false_boxes):
         raise ConfigError(
             "--missed and --false-boxes need --no-images: real images need a detector."
@@ -256,8 +267,12 @@ def _places(args: argparse.Namespace, flight: Flight) -> Any:
     if not args.robot_at:
         return None
     given = np.radians(np.array(args.robot_at))
-    if (np.abs(given) > [0.5 * np.pi, np.pi]).any():
-        raise ConfigError("--robot-at takes latitude,longitude in degrees, such as 13.194,-59.641.")
+    for place in args.robot_at:
+        if not (abs(place[0]) <= 90.0 and abs(place[1]) <= 180.0):
+            raise ConfigError(
+                f"--robot-at {place[0]:g},{place[1]:g} is not a place on Earth; give latitude and "
+                "longitude in degrees, such as 13.194,-59.641."
+            )
     origin = flight.origin
     places = enu_from_geodetic(
         given[:, 0], given[:, 1], origin.altitude, origin.latitude, origin.longitude,

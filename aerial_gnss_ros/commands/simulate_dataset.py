@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import argparse
 import json
+from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -23,14 +24,16 @@ _USUAL = Variety()
 _SAMPLES = DatasetConfig({}).samples
 _OCCUPIED = DatasetConfig({}).occupied
 _OCCUPIED_FRAMES = 0.9
-_ONLY_FLIGHTS = (
-    "flight", "telemetry", "start", "height", "tilt", "stand_off", "speed", "camera_offset",
-    "robots", "robot_at", "robot_speed",
-)  # fmt: skip
 
 
 def add_arguments(group: Any) -> None:
     """Declare the arguments of data sets; all are None unless given."""
+    _add_kind(group)
+    _add_ranges(group)
+    _add_things(group)
+
+
+def _add_kind(group: Any) -> None:
     group.add_argument(
         "--dataset", type=Path, metavar="FOLDER",
         help="make labelled pictures of random scenes, in YOLO's layout, instead of a bag",
@@ -63,6 +66,9 @@ def add_arguments(group: Any) -> None:
         help=f"of the pictures have robots (default {_OCCUPIED:g}, {_OCCUPIED_FRAMES:g} of whole "
         "frames)",
     )  # fmt: skip
+
+
+def _add_ranges(group: Any) -> None:
     for name, value, text in (
         ("heights", _USUAL.height_m, "above the water, m"),
         ("tilts", (10.0, 90.0), "camera below the horizon, deg"),
@@ -78,6 +84,9 @@ def add_arguments(group: Any) -> None:
         "--winds", type=numbers(2), metavar="LOW,HIGH",
         help="m/s; foam from about 4 (default: mostly 2 to 9)",
     )  # fmt: skip
+
+
+def _add_things(group: Any) -> None:
     group.add_argument(
         "--extra-robots", type=float, metavar="MEAN",
         help=f"beside the first (default {_USUAL.extra_robots:g})",
@@ -94,15 +103,21 @@ def add_arguments(group: Any) -> None:
     )  # fmt: skip
 
 
-def refuse_options(args: argparse.Namespace) -> None:
+def refuse_options(args: argparse.Namespace, flight: Mapping[str, Any]) -> None:
     """Refuse options that have a meaning only with the other kind of output.
+
+    Args:
+        args: all of them.
+        flight: options of flights, as they are where they are not given.
 
     Raises:
         ConfigError: names the option.
     """
     if args.dataset is not None:
-        for name in _ONLY_FLIGHTS:
-            if getattr(args, name) is not None:
+        if args.size != flight["size"] and not args.whole_frames:
+            raise ConfigError("--size of pictures has a meaning only with --whole-frames.")
+        for name in sorted(flight.keys() - {"size"}):
+            if getattr(args, name) != flight[name]:
                 raise ConfigError(
                     f"{_option(name)} has no meaning with --dataset: it has no flight."
                 )

@@ -156,6 +156,8 @@ def test_truth_from_hovers(tmp_path, capsys):
         (["--truth", "then.csv"], "no time in common: truth is from 1 to 1 ns"),
         (["--truth", "exchanged.csv"], "are latitude and longitude exchanged?"),
         (["--truth", "positions.csv", "--hover", "bag"], "not allowed with"),
+        (["--truth", "positions.csv", "--still", "0"], "--still has a meaning only with --hover"),
+        (["--truth", "positions.csv", "--params", "p"], "--params has a meaning only with --hover"),
     ],
 )
 def test_one_sentence_for_wrong_input(late, monkeypatch, capsys, arguments, words):
@@ -175,3 +177,13 @@ def test_one_sentence_for_wrong_input(late, monkeypatch, capsys, arguments, word
     assert _run("evaluate", late / "result", *arguments, "-o", late / "out") == 2
     assert words in capsys.readouterr().err
     assert not (late / "out").exists()
+
+
+def test_a_table_that_was_cut_off_is_refused(late, capsys):
+    table = late / "result" / "positions.csv"
+    table.write_bytes(table.read_bytes()[:-20])
+    capsys.readouterr()
+    assert _run("evaluate", late / "result", "--truth", late) == 2
+    assert "state is missing, not confirmed or coasting: the table was cut off" in (
+        capsys.readouterr().err
+    )

@@ -56,6 +56,8 @@ def test_the_summary_as_json(tmp_path, capsys):
         (["--size", "wide"], "'wide' is not a size such as 1280x720"),
         (["--sigma", "speed=1"], "'speed=1' is not NAME=VALUE"),
         (["--robot-at", "13.19"], "'13.19' is not 2 numbers"),
+        (["--robot-at", "91,0"], "--robot-at 91,0 is not a place on Earth"),
+        (["--no-images", "--raw"], "--raw has no meaning with --no-images"),
         (["--robot-at", "50.0,8.0"], "km from the flight"),
         (["--robot-at", "13.19,-59.64", "--robots", "2"], "not both"),
         (["--height", "-5"], "height must lie within"),

@@ -60,6 +60,8 @@ def test_whole_frames_to_score_on(tmp_path, capsys):
         (["-o", "b", "--dataset", "d"], "one of them"),
         (["-o", "b", "--no-images", "--distractors", "5"], "--distractors are seen in images only"),
         (["-o", "b", "--count", "5"], "--count has a meaning only with --dataset"),
+        (["--dataset", "d", "--duration", "9"], "--duration has no meaning with --dataset"),
+        (["--dataset", "d", "--size", "640x360"], "--size of pictures has a meaning only with"),
         (["--dataset", "d", "--flight", "orbit"], "--flight has no meaning with --dataset"),
         (["--dataset", "d", "--occupied", "2"], "--occupied is a share, 0 to 1, not 2"),
         (["--dataset", "d", "--count", "0"], "--count must be 1 or more, not 0"),
