@@ -105,9 +105,36 @@ def _is_free(name: str, free: Sequence[str]) -> bool:
 def _checked_value(schema: type[Any], known: Mapping[str, Leaf], name: str, value: Any) -> Any:
     if name not in known:
         build(schema, {name: value})  # raises, and suggests the nearest name
+        raise ConfigError(f"{name} is not a parameter.")
+    if value is None:
+        if known[name].key.length is None and "tuple" in str(known[name].kind):
+            return ()  # how ROS hands over an empty list
+        raise ConfigError(f"{name} has no value; give one or remove the line.")
+    return check(known[name], value)
+
+
+@contextmanager
+def _naming(path: Path) -> Iterator[None]:
+    """Put the file's name before what was wrong in it."""
+    try:
+        yield
+    except ConfigError as error:
+        raise ConfigError(f"{path}: {error}") from error
+
+
+def _merge_file(
+    path: Path,
+    schemas: Mapping[str, type[Any]],
+    namespace: str,
+    merged: dict[str, dict[str, Any]],
+) -> None:
+    names = {node: _tokens(namespace, node) for node in schemas}
+    sections = _sections(_load(path))
+    if not any(_matches(pattern, name) for pattern, _ in sections for name in names.values()):
+        present = ", ".join("/" + "/".join(pattern) for pattern, _ in sections) or "nothing"
+        wanted = " or ".join("/" + "/".join(name) for name in names.values())
         raise ConfigError(
-            f"has no section for {wanted}, only for {present}; give the --namespace of the section, "
-            "or rename it."
+            f"has no section for {wanted}, only for {present}; rename it, or give its --namespace."
         )
     for pattern, values in _by_precedence(sections):
         matched = [node for node, name in names.items() if _matches(pattern, name)]
