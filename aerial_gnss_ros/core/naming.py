@@ -114,7 +114,18 @@ class Naming:
             self._merge(old, row)
         for row in ready:
             tracks[row].state = State.CONFIRMED
-        return {*came.found.values(), *folded}
+        self._tell(tracks, came)
+        return {*came.found.values(), *came.ended, *folded}
+
+    def _tell(self, tracks: list[Track], came: Returns) -> None:
+        """Say which names have ended."""
+        for old in sorted(came.ended):
+            likely = {p: tracks[new].robot_id for new, p in came.laws[old].items()}
+            p = max(likely)
+            self._filter.log.add(
+                f"{tracks[old].robot_id} came up with others, and which it is nobody can tell: "
+                f"its name ends. It is {likely[p]} with a probability of {p:.2f}."
+            )
 
     def _doubt(self, tracks: list[Track], came: Returns) -> None:
         """Let it be known whose the names of robots that came up may be instead."""

@@ -10,9 +10,11 @@ come up after about as long as others did (`absences`).
 
 Where two robots out of sight could be the new track, nothing is decided for a while: if the
 other one comes up as well, the two are told apart by how they lie to one another, whatever error
-they share. If it does not, and neither is likely enough, the new track gets a new name, and those
-out of sight keep theirs. That there are two must be seen in one image: a robot whose track lost a
-box or two has grown a second track, and is still one robot.
+they share. That there are two must be seen in one image: a robot whose track lost a box or two has
+grown a second track, and is still one robot. Where that leaves open which is which, both get new
+names, and the old ones end: nothing that the two show later tells them apart. If the other one does
+not come up, and neither is likely enough, the new track gets a new name, and those out of sight
+keep theirs.
 """
 
 from __future__ import annotations
@@ -66,13 +68,15 @@ class Returns:
     Attributes:
         found: by row of a new track, the row of the robot that it is.
         waiting: rows of new tracks that wait for more.
-        laws: by row of a found track, the probability of each found one to be its robot instead.
+        ended: rows of robots that came up, but nobody can tell which they are.
+        laws: by row of a robot that came up, the probability of each new row to be that robot.
         other: by a new row and that of a robot out of sight, the probability that it is that one.
         unknown: by new row, the probability that it is a robot that nobody has seen before.
     """
 
     found: dict[int, int] = field(default_factory=dict)
     waiting: set[int] = field(default_factory=set)
+    ended: set[int] = field(default_factory=set)
     laws: dict[int, dict[int, float]] = field(default_factory=dict)
     other: dict[tuple[int, int], float] = field(default_factory=dict)
     unknown: dict[int, float] = field(default_factory=dict)
@@ -164,28 +168,31 @@ class Reacquisition:
         for column, row in enumerate(ready):
             if row not in waiting:
                 self._absences.add(gone[:, column], likely[:, column], dives)
-        new = [ready[column] for column in columns]
-        done = Returns({row: away[i] for row, i in zip(new, rows, strict=True)}, waiting)
-        done.laws = {
-            one: dict(zip(new, law, strict=True))
-            for one, law in zip(new, chances.tolist(), strict=True)
-        }
+        done = Returns(waiting=waiting)
+        new, old = [ready[column] for column in columns], [away[i] for i in rows]
+        for k, law in enumerate(chances.tolist()):
+            done.laws[old[k]] = dict(zip(new, law, strict=True))
+            if law[k] > LIKELY:
+                done.found[new[k]] = old[k]
+            else:
+                done.ended.add(old[k])
         if not settled:
-            self._allow(done, away, columns, likely)
+            self._allow(done, away, ready, likely)
         return done
 
-    def _allow(self, done: Returns, away: list[int], columns: Indices, likely: Array) -> None:
+    def _allow(self, done: Returns, away: list[int], ready: list[int], likely: Array) -> None:
         """Note what else tracks may be that were named each by itself.
 
         Args:
             done: goes on with it.
             away: n rows of robots that may have been out of sight.
-            columns: k of the assignment.
+            ready: m rows of new tracks.
             likely: (n, m) probabilities.
         """
-        for new, j in zip(done.found, columns, strict=True):
+        for new in done.found:
+            j = ready.index(new)
             for other, share in zip(away, likely[:, j].tolist(), strict=True):
-                if other not in done.found.values() and share > UNSURE:
+                if other not in done.laws and share > UNSURE:
                     done.other[new, other] = share
             unknown = 1.0 - float(likely[:, j].sum())
             if unknown > UNSURE:

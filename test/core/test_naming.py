@@ -75,3 +75,27 @@ def test_what_was_seen_beside_a_robot_is_not_that_robot(sea, hits, resumed):
     ]
     came = tracker._naming._resume(tracker.tracks, [1], sea.stamp(7.0), 30.0)
     assert (came.found, came.waiting) == (resumed, set())
+
+
+@pytest.mark.parametrize(
+    ("east", "names", "ended"),
+    [(1.0, ["aqua_1", "aqua_2", "aqua_3"], 0), (0.0, ["aqua_1", "aqua_4", "aqua_5"], 2)],
+    ids=["where they were", "both midway"],
+)
+def test_two_that_come_back_as_likely_either_way_get_new_names(sea, east, names, ended):
+    """One 2 m west of the other; they come back there, or one 2 m north of the other.
+
+    Midway is as far from both places: each way has 0.5, whatever the law. A third stays in view.
+    """
+    robots = {"west": -1.0, "east": 1.0}
+    world = sea.World(robots={"third": lambda _t: (8.0, 22.0)})
+    for name, side in robots.items():
+        world.robots[name] = lambda t, side=side: (
+            (side, 22.0) if t < 10.0 or east else (0.0, 22.0 + side)
+        )
+    world.hidden = lambda name, t: name in robots and (t < 1.05 or 5.0 < t < 15.0)
+    engine = sea.estimator()
+    last = sea.play(engine, world, 20.0)[-1].estimates
+    assert [one.robot_id for one in last] == names
+    assert len([one for one in engine.take_events() if "its name ends" in one]) == ended
+    assert max(np.trace(one.covariance[:2, :2]) for one in last) < 4.0  # no doubt of names

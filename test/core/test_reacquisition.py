@@ -49,8 +49,9 @@ def _pairs_and_odds(down, up, unseen_s, newcomers=0.1, waited_s=0.2, beside=True
         tracks, list(range(n)), list(range(n, len(tracks))), (offsets, spread),
         _unseen(len(up)), now, 30.0, newcomers,
     )  # fmt: skip
-    odds = {(one - n, other - n): p for one, law in came.laws.items() for other, p in law.items()}
+    odds = {(one, other - n): p for one, law in came.laws.items() for other, p in law.items()}
     found = {new - n: old for new, old in came.found.items()}
+    assert came.ended == {*came.laws} - {*came.found.values()}
     return found, {row - n for row in came.waiting}, odds
 
 
@@ -94,15 +95,15 @@ def test_two_that_come_up_together_are_told_by_how_they_lie():
 
 
 @pytest.mark.parametrize(
-    ("up", "low", "high"),
+    ("up", "found", "low", "high"),
     [
-        ([(0, 0), (6, 0)], 0.0, 0.2),
-        ([(1, 0), (1.1, 0)], 0.3, 0.5),  # both between the two: nobody knows
+        ([(0, 0), (6, 0)], {0: 0, 1: 1}, 0.0, 0.2),
+        ([(1, 0), (1.1, 0)], {}, 0.3, 0.5),  # both between the two: nobody knows, new names
     ],
 )
-def test_how_likely_the_other_way_round_is_told(up, low, high):
-    found, _, odds = _pairs_and_odds([(0, 0), (2, 0)], up, 10.0, waited_s=1.5)
-    assert set(found) == {0, 1}
+def test_how_likely_the_other_way_round_is_told(up, found, low, high):
+    named, _, odds = _pairs_and_odds([(0, 0), (2, 0)], up, 10.0, waited_s=1.5)
+    assert named == found
     assert low <= odds[0, 1] <= high + 1e-9
     assert odds[0, 0] == odds[1, 1] == pytest.approx(1.0 - odds[0, 1])
 
