@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 import csv
-import multiprocessing
 import shutil
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
@@ -16,10 +15,15 @@ import numpy as np
 from aerial_gnss_ros.core.errors import ConfigError, OutputError
 from aerial_gnss_ros.simulation.labels import RobotLabel
 from aerial_gnss_ros.simulation.samples import DatasetConfig, labelled, sample_source
+from aerial_gnss_ros.simulation.workers import shared
 
 CLASS_NAMES = ("aqua",)
 SCENE_IMAGES = 5
 """Images made of one random scene: making waves and clouds costs more than a crop."""
+_KILLED = (
+    "a process that renders was killed, as the system does when memory runs out; try again with "
+    "fewer --processes."
+)
 ABOUT = ("height_m", "tilt_deg", "wind_mps", "sun_elevation_deg", "sun_light")
 META = (
     "image", "split", "robot_id", "labelled", "scored", "left", "top", "right", "bottom",
@@ -45,7 +49,7 @@ def generate(
         progress: Called with images done and in total.
 
     Raises:
-        OutputError: If the folder exists or cannot be written.
+        OutputError: If the folder exists or cannot be written, or a process was killed.
         ConfigError: If a count is negative or a crop too small or large.
     """
     if folder.exists():
@@ -79,7 +83,7 @@ def _write_all(
     with (folder / "meta.csv").open("w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow(META)
-        for rows, images in _map(jobs, processes):
+        for rows, images in shared(_run, jobs, processes, _KILLED):
             writer.writerows(rows)
             done += images
             if progress is not None:
@@ -103,15 +107,6 @@ def _jobs(folder: Path, config: DatasetConfig) -> Iterator[_Job]:
     for stream, (split, count) in enumerate(config.counts.items()):
         for first in range(0, count, SCENE_IMAGES):
             yield _Job(folder, config, split, stream, first, min(SCENE_IMAGES, count - first))
-
-
-def _map(jobs: list[_Job], processes: int) -> Iterator[tuple[list[list[object]], int]]:
-    if processes <= 1:
-        yield from map(_run, jobs)
-        return
-    context = multiprocessing.get_context("spawn")
-    with context.Pool(processes, initializer=cv2.setNumThreads, initargs=(1,)) as pool:
-        yield from pool.imap(_run, jobs, chunksize=4)
 
 
 def _run(job: _Job) -> tuple[list[list[object]], int]:

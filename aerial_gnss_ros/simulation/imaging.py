@@ -3,15 +3,12 @@
 
 from __future__ import annotations
 
-import os
-import signal
-import threading
 from collections import deque
 from collections.abc import Iterable, Iterator
 from concurrent.futures import Future, ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass
-from multiprocessing import get_context, parent_process
+from multiprocessing import get_context
 
 import cv2
 
@@ -23,6 +20,7 @@ from aerial_gnss_ros.simulation.mesh import Mesh
 from aerial_gnss_ros.simulation.renderer import Renderer
 from aerial_gnss_ros.simulation.scene import Scene
 from aerial_gnss_ros.simulation.view import ViewPose
+from aerial_gnss_ros.simulation.workers import begin
 
 WORKERS = 2
 AHEAD = 4
@@ -131,18 +129,8 @@ _studio: Studio | None = None  # of a worker process; nowhere else
 
 def _open_studio(scene: Scene, camera: CameraModel, jpeg_quality: int | None) -> None:
     global _studio  # noqa: PLW0603  (a pool's initializer has no other place to put it)
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent ends the work
-    threading.Thread(target=_end_with_parent, daemon=True).start()
-    cv2.setNumThreads(1)
+    begin()
     _studio = Studio(scene, camera, jpeg_quality)
-
-
-def _end_with_parent() -> None:
-    """A parent that is killed cannot close the pool, and its workers would wait for ever."""
-    parent = parent_process()
-    if parent is not None:
-        parent.join()
-        os._exit(1)
 
 
 def _take(picture: Picture) -> Rendered:

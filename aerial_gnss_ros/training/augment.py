@@ -4,13 +4,9 @@
 from __future__ import annotations
 
 import json
-import multiprocessing
 import shutil
-import signal
 import zlib
-from collections.abc import Callable, Iterator
-from concurrent.futures import ProcessPoolExecutor
-from concurrent.futures.process import BrokenProcessPool
+from collections.abc import Callable
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
@@ -19,7 +15,8 @@ import cv2
 import numpy as np
 
 from aerial_gnss_ros import __version__
-from aerial_gnss_ros.core.errors import ConfigError, OutputError
+from aerial_gnss_ros.core.errors import ConfigError
+from aerial_gnss_ros.simulation.workers import shared
 from aerial_gnss_ros.training.contact_sheet import SHEET, write_contact_sheet
 from aerial_gnss_ros.training.inspection import Example, Inspection
 from aerial_gnss_ros.training.label_lines import as_text
@@ -32,6 +29,10 @@ from aerial_gnss_ros.training.variants import Recipe, make_variant
 AUGMENTED = "train"
 """Only what is trained on is augmented: held-out images stay as the camera made them."""
 META = "meta.csv"
+_KILLED = (
+    "a process of the augmentation was killed, as the system does when memory runs out; try again "
+    "with fewer --processes."
+)
 SUMMARY = "augmentation.json"
 
 
@@ -122,7 +123,7 @@ def augment(
         for e, name in zip(taken, _names(taken, source), strict=True)
     ]
     images = boxes = 0
-    for done, (made, held) in enumerate(_map(jobs, processes), start=1):
+    for done, (made, held) in enumerate(shared(_run, jobs, processes, _KILLED), start=1):
         images, boxes = images + made, boxes + held
         if report is not None:
             report(done)
@@ -164,28 +165,6 @@ class _Job:
 
 def _names(examples: list[Example], source: Inspection) -> list[str]:
     return unique_names([example.image for example in examples], source.dataset)
-
-
-def _map(jobs: list[_Job], processes: int) -> Iterator[tuple[int, int]]:
-    if processes <= 1:
-        yield from map(_run, jobs)
-        return
-    context = multiprocessing.get_context("spawn")
-    pool = ProcessPoolExecutor(processes, context, _be_quiet)
-    try:
-        yield from pool.map(_run, jobs)
-    except BrokenProcessPool as error:
-        raise OutputError(
-            "a process of the augmentation was killed, as the system does when memory runs out; "
-            "try again with fewer --processes."
-        ) from error
-    finally:
-        pool.shutdown(cancel_futures=True)
-
-
-def _be_quiet() -> None:
-    cv2.setNumThreads(1)
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the parent, which ends us
 
 
 def _run(job: _Job) -> tuple[int, int]:

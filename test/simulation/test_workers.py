@@ -1,0 +1,57 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Work shared by processes: its order, and what ends it."""
+
+from __future__ import annotations
+
+import math
+import multiprocessing
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+from aerial_gnss_ros.core.errors import OutputError
+from aerial_gnss_ros.simulation.workers import shared
+
+
+@pytest.mark.parametrize("processes", [1, 2])
+def test_results_come_in_the_order_of_the_jobs(processes):
+    assert list(shared(math.sqrt, [n * n for n in range(20)], processes, "")) == list(range(20))
+
+
+def test_a_killed_process_is_told_instead_of_waited_for():
+    with pytest.raises(OutputError, match="memory ran out"):
+        list(shared(os._exit, [1, 1, 1], 2, "memory ran out"))
+
+
+def test_what_is_at_work_when_nobody_wants_it_any_more_is_ended():
+    others = set(multiprocessing.active_children())
+    results = shared(time.sleep, [0, 600, 600], 2, "")
+    next(results)
+    results.close()  # as an exception of the caller does
+    assert set(multiprocessing.active_children()) == others
+
+
+def test_ctrl_c_is_for_the_parent_alone(tmp_path):
+    """A traceback of every worker told nobody anything."""
+    folder = Path(__file__).parents[2]
+    command = [sys.executable, "-m", "aerial_gnss_ros.cli", "simulate", "--dataset"]
+    process = subprocess.Popen(
+        [*command, str(tmp_path / "set"), "--count", "400", "--crop", "64", "--processes", "2"],
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
+        env={**os.environ, "PYTHONPATH": str(folder)},
+    )
+    assert process.stderr is not None
+    assert "rendering" in process.stderr.readline()
+    os.killpg(process.pid, signal.SIGINT)
+    _, said = process.communicate(timeout=60)
+    assert process.returncode == 130
+    assert "Traceback" not in said
+    assert said.endswith("interrupted; nothing was written under the final name.\n")
+    assert list(tmp_path.iterdir()) == []
