@@ -16,7 +16,7 @@ from aerial_gnss_ros.commands.ending import ended_cleanly
 from aerial_gnss_ros.commands.progress import progress
 from aerial_gnss_ros.core.errors import ConfigError, InputError
 from aerial_gnss_ros.core.words import counted
-from aerial_gnss_ros.detection.config import DetectorConfig
+from aerial_gnss_ros.detection.config import BACKENDS, DetectorConfig
 from aerial_gnss_ros.detection.select import find_model, load_detector
 from aerial_gnss_ros.training.calibration_images import USUAL_COUNT, choose_images
 from aerial_gnss_ros.training.compare import compare, for_scoring, labelled, table
@@ -69,7 +69,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="labelled images in YOLO's layout, or a simulated bag: score original and export",
     )  # fmt: skip
     parser.add_argument("--split", default="test", help="of the data set (default test)")
-    parser.add_argument("--backend", default=DetectorConfig.backend, help="to score on")
+    parser.add_argument(
+        "--backend", choices=BACKENDS, default=DetectorConfig.backend, help="to score on"
+    )
     parser.add_argument("--json", action="store_true", help="the scores for machines")
 
 
@@ -121,6 +123,11 @@ def _checked(args: argparse.Namespace) -> tuple[Path, str]:
         raise ConfigError("--size is for exports from .pt and for engines.")
     if args.precision == INT8 and args.calibration is None:
         raise ConfigError("int8 needs --calibration FOLDER with images as the camera takes them.")
+    if args.precision != INT8:
+        for name in ("calibration", "runtime", "reduce_range"):
+            if getattr(args, name):
+                option = name.replace("_", "-")
+                raise ConfigError(f"--{option} has a meaning only with --precision int8.")
     return source, kind
 
 

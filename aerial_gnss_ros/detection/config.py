@@ -47,6 +47,9 @@ class DetectionsOutConfig:
     topic: str = key("detections", "Detection2DArray topic, relative to the namespace.")
 
 
+BACKENDS = ("auto", "tensorrt", "cuda", "openvino", "onnxruntime", "ultralytics")
+
+
 @dataclass(frozen=True)
 class DetectorConfig:
     """All parameters of the detector."""
@@ -61,7 +64,7 @@ class DetectorConfig:
         "auto: the fastest that is there, named at start. For .onnx: tensorrt where an .engine "
         "made of it lies beside it and fits this device, then cuda (onnxruntime-gpu), openvino, "
         "onnxruntime. For .engine: tensorrt. For .pt: ultralytics. Or the one to use.",
-        choices=("auto", "tensorrt", "cuda", "openvino", "onnxruntime", "ultralytics"),
+        choices=BACKENDS,
     )
     precision: str = key(
         "auto",

@@ -37,6 +37,8 @@ def test_half_with_scores_beside_the_original(tmp_path, capsys):
         (["aqua_yolo11n.onnx", "--precision", "int8", "--calibration", "."], "no calibration im"),
         (["aqua_yolo11n.onnx", "--precision", "fp16", "--score", "none"], "no images"),
         (["aqua_yolo11n.onnx", "--precision", "fp16", "--size", "640x640"], "--size is for"),
+        (["aqua_yolo11n.onnx", "--precision", "fp16", "--calibration", "."], "only with --prec"),
+        (["aqua_yolo11n.onnx", "--precision", "fp16", "--backend", "npu"], "invalid choice: 'npu'"),
         (["weights.pt"], "--allow-pickle"),
         (["notes.txt"], "neither"),
         (["text.onnx", "--precision", "fp16"], "not an ONNX model"),
