@@ -16,18 +16,16 @@ import numpy as np
 
 from aerial_gnss_ros.adapters.dji_log import DjiLog, read_dji_log, summarise_refusals
 from aerial_gnss_ros.bags.partial import refuse_existing
-from aerial_gnss_ros.commands import simulate_dataset
-from aerial_gnss_ros.commands.argument_types import numbers, sigma, size
+from aerial_gnss_ros.commands import simulate_arguments, simulate_dataset
 from aerial_gnss_ros.commands.ending import ended_cleanly
 from aerial_gnss_ros.commands.progress import progress
 from aerial_gnss_ros.core.errors import ConfigError, InputError
 from aerial_gnss_ros.core.geodesy import enu_from_geodetic
-from aerial_gnss_ros.core.noise import SETS
 from aerial_gnss_ros.core.words import counted
 from aerial_gnss_ros.simulation.bag import write_bag
 from aerial_gnss_ros.simulation.boxes import DetectorPlan
 from aerial_gnss_ros.simulation.experiment import CameraClock, Experiment, default_camera
-from aerial_gnss_ros.simulation.flight import KINDS, Flight, FlightPlan, GeneratedFlight
+from aerial_gnss_ros.simulation.flight import Flight, FlightPlan, GeneratedFlight
 from aerial_gnss_ros.simulation.recorded import RecordedFlight, water_seconds
 from aerial_gnss_ros.simulation.robots import SwimPlan
 from aerial_gnss_ros.simulation.scenario import scenario, words
@@ -35,106 +33,15 @@ from aerial_gnss_ros.simulation.scene import Scene, demo_scene, random_scene
 from aerial_gnss_ros.simulation.sensors import SensorPlan, sensor_plan
 
 HELP = "make a bag of a simulated flight with rendered images and truth, or pictures to train on"
-DURATION_S = 60.0
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
     parser.add_argument("-o", "--output", type=Path, help="the bag to make (folder)")
-    _flight_arguments(parser.add_argument_group("flight"))
-    _robot_arguments(parser.add_argument_group("robots"))
-    _sensor_arguments(parser.add_argument_group("sensors"))
-    _image_arguments(parser.add_argument_group("images"))
+    simulate_arguments.add_arguments(parser)
     simulate_dataset.add_arguments(parser.add_argument_group("pictures to train on"))
     parser.add_argument("--seed", type=int, default=1, help="same seed, same bytes (default 1)")
     parser.add_argument("--json", action="store_true", help="print the summary as JSON")
-
-
-def _flight_arguments(group: Any) -> None:
-    group.add_argument("--flight", choices=KINDS, help="hover (default), orbit or transit")
-    group.add_argument(
-        "--telemetry", type=Path, metavar="CSV", help="fly a recorded DJI flight record instead"
-    )
-    group.add_argument(
-        "--start", type=float, metavar="S", help="with --telemetry: where to begin, s (default 0)"
-    )
-    group.add_argument(
-        "--duration", type=float, default=DURATION_S, metavar="S", help="length, s (default 60)"
-    )
-    group.add_argument("--height", type=float, metavar="M", help="above the water (default 15 m)")
-    group.add_argument(
-        "--tilt", type=float, metavar="DEG",
-        help="camera below the horizon (default 55; 90 looks straight down, at the first robot)",
-    )  # fmt: skip
-    group.add_argument(
-        "--fixed-gimbal", action="store_true", help="hold the tilt instead of following the robots"
-    )
-    group.add_argument(
-        "--stand-off", type=float, metavar="M",
-        help="horizontal distance to the robots, radius of the orbit (default: from the tilt)",
-    )  # fmt: skip
-    group.add_argument("--speed", type=float, metavar="MPS", help="of the drone (default 2 m/s)")
-    group.add_argument(
-        "--camera-offset", type=numbers(3), metavar="X,Y,Z",
-        help="camera relative to the GNSS antenna: forward, left, up, m (default 0,0,0)",
-    )  # fmt: skip
-
-
-def _robot_arguments(group: Any) -> None:
-    group.add_argument("--robots", type=int, metavar="N", help="how many (default 3)")
-    group.add_argument(
-        "--robot-at", type=numbers(2), action="append", metavar="LAT,LON",
-        help="a robot's place, degrees; repeat for more. It stays unless --robot-speed is given. "
-        "(South: write --robot-at=-13.1,59.6)",
-    )  # fmt: skip
-    group.add_argument(
-        "--robot-speed", type=numbers(1, 2), metavar="MPS[,MPS]",
-        help="of the robots, from slowest to fastest (default 0.15,0.6; 0 stays)",
-    )  # fmt: skip
-    group.add_argument("--dives", action="store_true", help="robots dive out of sight now and then")
-
-
-def _sensor_arguments(group: Any) -> None:
-    group.add_argument(
-        "--noise", choices=(*SETS, "none"), default="consumer",
-        help="set of sensor errors (default consumer)",
-    )  # fmt: skip
-    group.add_argument(
-        "--sigma", action="append", default=[], metavar="NAME=VALUE", type=sigma,
-        help=f"replace one error of the set: {', '.join(SETS['consumer'])}",
-    )  # fmt: skip
-    group.add_argument("--fix-covariance", action="store_true", help="fixes state their covariance")
-    group.add_argument(
-        "--latency", type=float, default=0.0, metavar="S",
-        help="an image stamped t shows the scene at t - S (default 0)",
-    )  # fmt: skip
-    group.add_argument("--rate", type=float, default=10.0, metavar="HZ", help="images (default 10)")
-
-
-def _image_arguments(group: Any) -> None:
-    group.add_argument(
-        "--size", type=size, default=(1280, 720), metavar="WxH", help="px (default 1280x720)"
-    )
-    group.add_argument(
-        "--field-of-view", type=float, default=73.7, metavar="DEG",
-        help="across the image (default 73.7)",
-    )  # fmt: skip
-    group.add_argument(
-        "--scene", choices=("demo", "random"), default="demo",
-        help="demo: a bright afternoon; random: light and water drawn from the seed",
-    )  # fmt: skip
-    group.add_argument("--raw", action="store_true", help="raw images in a compressed bag, no JPEG")
-    group.add_argument(
-        "--no-images", action="store_true", help="no images but simulated detections: fast"
-    )
-    group.add_argument(
-        "--missed", type=float, default=0.0, metavar="P",
-        help="with --no-images: probability that a robot is not detected",
-    )  # fmt: skip
-    group.add_argument(
-        "--false-boxes", type=float, default=0.0, metavar="N",
-        help="with --no-images: mean number of false boxes an image",
-    )  # fmt: skip
 
 
 def run(args: argparse.Namespace) -> int:
@@ -145,7 +52,7 @@ def run(args: argparse.Namespace) -> int:
     """
     if (args.output is None) == (args.dataset is None):
         raise ConfigError("give -o BAG for a flight or --dataset FOLDER for pictures, one of them.")
-    simulate_dataset.refuse_options(args, _flight_defaults())
+    simulate_dataset.refuse_options(args, simulate_arguments.defaults())
     if args.dataset is not None:
         return simulate_dataset.run(args)
     refuse_existing(args.output)
@@ -175,14 +82,6 @@ def run(args: argparse.Namespace) -> int:
         print(f"made {args.output}: {messages} on {topics}")
         print("\n".join(words(about)))
     return 0
-
-
-def _flight_defaults() -> dict[str, Any]:
-    """Return what the options of flights are where they are not given."""
-    parser = argparse.ArgumentParser(add_help=False)
-    for declare in (_flight_arguments, _robot_arguments, _sensor_arguments, _image_arguments):
-        declare(parser)
-    return vars(parser.parse_args([]))
 
 
 def _check(args: argparse.Namespace) -> None:

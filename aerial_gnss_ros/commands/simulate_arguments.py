@@ -1,0 +1,116 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The arguments of `aerial-gnss simulate` that say what is flown."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import Any
+
+from aerial_gnss_ros.commands.argument_types import numbers, sigma, size
+from aerial_gnss_ros.core.noise import SETS
+from aerial_gnss_ros.simulation.flight import KINDS
+
+DURATION_S = 60.0
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the arguments."""
+    _flight_arguments(parser.add_argument_group("flight"))
+    _robot_arguments(parser.add_argument_group("robots"))
+    _sensor_arguments(parser.add_argument_group("sensors"))
+    _image_arguments(parser.add_argument_group("images"))
+
+
+def defaults() -> dict[str, Any]:
+    """Return what the arguments are where they are not given."""
+    parser = argparse.ArgumentParser(add_help=False)
+    add_arguments(parser)
+    return vars(parser.parse_args([]))
+
+
+def _flight_arguments(group: Any) -> None:
+    group.add_argument("--flight", choices=KINDS, help="hover (default), orbit or transit")
+    group.add_argument(
+        "--telemetry", type=Path, metavar="CSV", help="fly a recorded DJI flight record instead"
+    )
+    group.add_argument(
+        "--start", type=float, metavar="S", help="with --telemetry: where to begin, s (default 0)"
+    )
+    group.add_argument(
+        "--duration", type=float, default=DURATION_S, metavar="S", help="length, s (default 60)"
+    )
+    group.add_argument("--height", type=float, metavar="M", help="above the water (default 15 m)")
+    group.add_argument(
+        "--tilt", type=float, metavar="DEG",
+        help="camera below the horizon (default 55; 90 looks straight down, at the first robot)",
+    )  # fmt: skip
+    group.add_argument(
+        "--fixed-gimbal", action="store_true", help="hold the tilt instead of following the robots"
+    )
+    group.add_argument(
+        "--stand-off", type=float, metavar="M",
+        help="horizontal distance to the robots, radius of the orbit (default: from the tilt)",
+    )  # fmt: skip
+    group.add_argument("--speed", type=float, metavar="MPS", help="of the drone (default 2 m/s)")
+    group.add_argument(
+        "--camera-offset", type=numbers(3), metavar="X,Y,Z",
+        help="camera relative to the GNSS antenna: forward, left, up, m (default 0,0,0)",
+    )  # fmt: skip
+
+
+def _robot_arguments(group: Any) -> None:
+    group.add_argument("--robots", type=int, metavar="N", help="how many (default 3)")
+    group.add_argument(
+        "--robot-at", type=numbers(2), action="append", metavar="LAT,LON",
+        help="a robot's place, degrees; repeat for more. It stays unless --robot-speed is given. "
+        "(South: write --robot-at=-13.1,59.6)",
+    )  # fmt: skip
+    group.add_argument(
+        "--robot-speed", type=numbers(1, 2), metavar="MPS[,MPS]",
+        help="of the robots, from slowest to fastest (default 0.15,0.6; 0 stays)",
+    )  # fmt: skip
+    group.add_argument("--dives", action="store_true", help="robots dive out of sight now and then")
+
+
+def _sensor_arguments(group: Any) -> None:
+    group.add_argument(
+        "--noise", choices=(*SETS, "none"), default="consumer",
+        help="set of sensor errors (default consumer)",
+    )  # fmt: skip
+    group.add_argument(
+        "--sigma", action="append", default=[], metavar="NAME=VALUE", type=sigma,
+        help=f"replace one error of the set: {', '.join(SETS['consumer'])}",
+    )  # fmt: skip
+    group.add_argument("--fix-covariance", action="store_true", help="fixes state their covariance")
+    group.add_argument(
+        "--latency", type=float, default=0.0, metavar="S",
+        help="an image stamped t shows the scene at t - S (default 0)",
+    )  # fmt: skip
+    group.add_argument("--rate", type=float, default=10.0, metavar="HZ", help="images (default 10)")
+
+
+def _image_arguments(group: Any) -> None:
+    group.add_argument(
+        "--size", type=size, default=(1280, 720), metavar="WxH", help="px (default 1280x720)"
+    )
+    group.add_argument(
+        "--field-of-view", type=float, default=73.7, metavar="DEG",
+        help="across the image (default 73.7)",
+    )  # fmt: skip
+    group.add_argument(
+        "--scene", choices=("demo", "random"), default="demo",
+        help="demo: a bright afternoon; random: light and water drawn from the seed",
+    )  # fmt: skip
+    group.add_argument("--raw", action="store_true", help="raw images in a compressed bag, no JPEG")
+    group.add_argument(
+        "--no-images", action="store_true", help="no images but simulated detections: fast"
+    )
+    group.add_argument(
+        "--missed", type=float, default=0.0, metavar="P",
+        help="with --no-images: probability that a robot is not detected",
+    )  # fmt: skip
+    group.add_argument(
+        "--false-boxes", type=float, default=0.0, metavar="N",
+        help="with --no-images: mean number of false boxes an image",
+    )  # fmt: skip
