@@ -132,7 +132,9 @@ class Suite:
             AerialGnssError: the model cannot be used, or ultralytics is not installed.
         """
         config = self._setting.detector(mode="full")
-        theirs = replace(config, model=model, backend="ultralytics", allow_pickle=allow_pickle)
+        theirs = replace(
+            config, model=model, backend="ultralytics", allow_pickle=allow_pickle, second_look="off"
+        )
         other, own = load_detector(theirs), load_detector(config)
         loop = self._loop()
         moments = (m for m in loop.moments() if loop.is_image(m))

@@ -50,7 +50,7 @@ def load(path: Path, config: DetectorConfig, *, cuda: bool = False) -> NetworkDe
             "auto."
         )
     check_file(path)
-    session = _session(path, config.threads, cuda)
+    session = open_session(path, config.threads, cuda=cuda)
     inputs = session.get_inputs()
     if len(inputs) != 1 or inputs[0].type not in _TYPES:
         types = ", ".join(f"{item.name}: {item.type}" for item in inputs)
@@ -87,7 +87,17 @@ def _words(cuda: bool, metadata: dict[str, str]) -> str:
     return words
 
 
-def _session(path: Path, threads: int, cuda: bool) -> Any:
+def open_session(path: Path, threads: int, *, cuda: bool = False) -> Any:
+    """Return ONNX Runtime's session of a model.
+
+    Args:
+        path: the .onnx file.
+        threads: of the processor; 0: one for each core.
+        cuda: on the GPU; else on the processor.
+
+    Raises:
+        ModelError: no ONNX Runtime, no CUDA, or not a model.
+    """
     try:
         import onnxruntime
     except ImportError as error:

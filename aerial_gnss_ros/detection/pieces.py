@@ -5,12 +5,13 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from aerial_gnss_ros.detection.base import Detections, Detector, Image
+from aerial_gnss_ros.detection.second_look import SecondLook
 from aerial_gnss_ros.detection.windows import Window
 from aerial_gnss_ros.detection.yolo import iou
 
@@ -89,6 +90,34 @@ def merge(pieces: Sequence[Piece], windows: Sequence[Window]) -> list[Piece]:
     return sorted(kept, key=lambda p: -p.score)
 
 
+def reconsidered(
+    pieces: Sequence[Piece], image: Image, second: SecondLook, score_threshold: float
+) -> list[Piece]:
+    """Return the pieces that a second look leaves, best score first; cut ones keep their score.
+
+    Args:
+        pieces: what the windows show, merged.
+        image: (height, width, 3) blue, green, red, all of it.
+        second: looks at the whole ones.
+        score_threshold: pieces below are dropped.
+    """
+    whole = sorted((piece for piece in pieces if piece.whole), key=lambda p: -p.score)
+    corners = np.array([piece.corners for piece in whole], dtype=np.float64).reshape(-1, 4)
+    scores = second.scores(
+        image, centre_and_size(corners), np.array([piece.score for piece in whole], np.float64)
+    )
+    judged = [replace(piece, score=float(s)) for piece, s in zip(whole, scores, strict=True)]
+    kept = [*judged, *(piece for piece in pieces if not piece.whole)]
+    return sorted(
+        (piece for piece in kept if piece.score >= score_threshold), key=lambda p: -p.score
+    )
+
+
+def centre_and_size(corners: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return boxes (n, 4) as centre, width and height."""
+    return np.hstack([(corners[:, :2] + corners[:, 2:]) / 2, corners[:, 2:] - corners[:, :2]])
+
+
 def detections(
     pieces: Sequence[Piece], like: Sequence[str], most: int, timings_ms: dict[str, float]
 ) -> Detections:
@@ -103,7 +132,7 @@ def detections(
     chosen = pieces[:most]
     corners = np.array([piece.corners for piece in chosen], dtype=np.float64).reshape(-1, 4)
     return Detections(
-        np.hstack([(corners[:, :2] + corners[:, 2:]) / 2, corners[:, 2:] - corners[:, :2]]),
+        centre_and_size(corners),
         np.array([piece.score for piece in chosen], dtype=np.float64),
         np.array([piece.class_id for piece in chosen], dtype=np.int64),
         tuple(like),

@@ -15,7 +15,8 @@ import time
 from aerial_gnss_ros.detection.base import Detections, Detector, Image
 from aerial_gnss_ros.detection.config import DetectorConfig
 from aerial_gnss_ros.detection.following import Follower
-from aerial_gnss_ros.detection.pieces import Piece, detections, look, merge
+from aerial_gnss_ros.detection.pieces import Piece, detections, look, merge, reconsidered
+from aerial_gnss_ros.detection.second_look import SecondLook
 from aerial_gnss_ros.detection.windows import Window, around, split
 
 _WORTHWHILE = 0.6  # windows with more than this share of the image cost as much as all of it
@@ -29,11 +30,15 @@ class FollowingDetector:
 
     Args:
         inner: looks at what it is shown.
-        config: how to search, and the number of boxes.
+        config: how to search, the number of boxes, and with a second look their least score.
+        second: looks again at what is found.
     """
 
-    def __init__(self, inner: Detector, config: DetectorConfig) -> None:
+    def __init__(
+        self, inner: Detector, config: DetectorConfig, second: SecondLook | None = None
+    ) -> None:
         self._inner = inner
+        self._second = second
         self._config = config
         self._follower = Follower(config.search.margin)
         self._size = (0, 0)
@@ -46,7 +51,8 @@ class FollowingDetector:
     def name(self) -> str:
         """The inner detector's, and how it is used."""
         scan = self._config.search.scan_images
-        return f"{self._inner.name}, following the robots, the rest once in {scan} images"
+        again = f", second look {self._second.name}" if self._second else ""
+        return f"{self._inner.name}{again}, following the robots, the rest once in {scan} images"
 
     @property
     def class_names(self) -> tuple[str, ...]:
@@ -60,6 +66,8 @@ class FollowingDetector:
         windows = self._windows()
         pieces, spent = look(self._inner, image, windows)
         found = merge(pieces, windows)
+        if self._second is not None:
+            found = reconsidered(found, image, self._second, self._config.score_threshold)
         self._learn(found, whole=windows == [self._whole])
         # What an edge cuts is followed, and reported when it has been seen whole: its middle is
         # not the robot's.

@@ -12,6 +12,7 @@ from aerial_gnss_ros.core.parameters import key
 if TYPE_CHECKING:
     from aerial_gnss_ros.detection.base import Detector
     from aerial_gnss_ros.detection.config import DetectorConfig
+    from aerial_gnss_ros.detection.second_look import SecondLook
 
 FULL, ROI, TILES = "full", "roi", "tiles"
 
@@ -64,19 +65,26 @@ class SearchConfig:
     )
 
 
-def searching(detector: Detector, config: DetectorConfig) -> Detector:
+def searching(
+    detector: Detector, config: DetectorConfig, second: SecondLook | None = None
+) -> Detector:
     """Return a detector that looks where `config.search` says.
 
     Args:
         detector: looks at what it is given.
         config: of the detector.
+        second: looks again at the boxes that it is not sure of.
 
     Raises:
         ModelError: the model's input has one size, so that smaller parts would not be faster.
     """
     mode = config.search.mode
     if mode == FULL:
-        return detector
+        if second is None:
+            return detector
+        from aerial_gnss_ros.detection.second_look import LookingTwice
+
+        return LookingTwice(detector, second, config.score_threshold)
     fixed = getattr(detector, "fixed_size", None)
     if fixed is not None:
         raise ModelError(
@@ -86,7 +94,7 @@ def searching(detector: Detector, config: DetectorConfig) -> Detector:
     if mode == TILES:
         from aerial_gnss_ros.detection.tiling import TilingDetector
 
-        return TilingDetector(detector, config)
+        return TilingDetector(detector, config, second)
     from aerial_gnss_ros.detection.roi import FollowingDetector
 
-    return FollowingDetector(detector, config)
+    return FollowingDetector(detector, config, second)

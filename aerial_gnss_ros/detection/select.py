@@ -4,6 +4,8 @@
 from __future__ import annotations
 
 import importlib.util
+import re
+from dataclasses import replace
 from pathlib import Path
 
 from aerial_gnss_ros.core.errors import ConfigError, InputError, ModelError
@@ -12,6 +14,11 @@ from aerial_gnss_ros.detection.config import DetectorConfig
 from aerial_gnss_ros.detection.engine_card import engine_of
 from aerial_gnss_ros.detection.network import NetworkDetector
 from aerial_gnss_ros.detection.search import searching
+from aerial_gnss_ros.detection.second_look import SecondLook
+
+AUTO, OFF = "auto", "off"
+SECOND_LOOK_SUFFIX = "_second_look.onnx"
+_PRECISIONS = re.compile("_(int8|fp16)$")  # the same network, the same mistakes
 
 # The fastest first; the last is tried in any case, and says what is missing.
 _AUTO = {
@@ -30,7 +37,26 @@ def load_detector(config: DetectorConfig) -> Detector:
         ModelError: the model is missing, is not a model, has another input or output, or an input
             of one size where `search.mode` needs a free one.
     """
-    return searching(_load(config), config)
+    second = second_look(config)
+    if second is None:
+        return searching(_load(config), config)
+    least = min(config.score_threshold, second.terms.from_score)
+    return searching(_load(replace(config, score_threshold=least)), config, second)
+
+
+def second_look(config: DetectorConfig) -> SecondLook | None:
+    """Return the network that looks again, None where there is to be none.
+
+    Raises:
+        ModelError: the one that is asked for is missing, or is none.
+    """
+    if config.second_look == OFF:
+        return None
+    if config.second_look != AUTO:
+        return SecondLook(find_model(config.second_look), config.threads)
+    model = find_model(config.model)
+    path = model.with_name(f"{_PRECISIONS.sub('', model.stem)}{SECOND_LOOK_SUFFIX}")
+    return SecondLook(path, config.threads) if path.is_file() else None
 
 
 def _load(config: DetectorConfig) -> Detector:

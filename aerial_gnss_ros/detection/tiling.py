@@ -7,7 +7,8 @@ import time
 
 from aerial_gnss_ros.detection.base import Detections, Detector, Image
 from aerial_gnss_ros.detection.config import DetectorConfig
-from aerial_gnss_ros.detection.pieces import detections, look, merge
+from aerial_gnss_ros.detection.pieces import detections, look, merge, reconsidered
+from aerial_gnss_ros.detection.second_look import SecondLook
 from aerial_gnss_ros.detection.windows import grid
 
 
@@ -16,11 +17,16 @@ class TilingDetector:
 
     Args:
         inner: looks at a tile.
-        config: tile, overlap and the number of boxes.
+        config: tile, overlap, the number of boxes, and with a second look their least score.
+        second: looks again at what is found.
     """
 
-    def __init__(self, inner: Detector, config: DetectorConfig) -> None:
+    def __init__(
+        self, inner: Detector, config: DetectorConfig, second: SecondLook | None = None
+    ) -> None:
         self._inner = inner
+        self._second = second
+        self._threshold = config.score_threshold
         self._tile = min(config.search.tile, config.image_size)  # larger ones would be shrunk
         self._overlap = min(config.search.overlap, self._tile // 2)
         self._most = config.max_detections
@@ -28,7 +34,8 @@ class TilingDetector:
     @property
     def name(self) -> str:
         """The inner detector's, and how it is used."""
-        return f"{self._inner.name}, in tiles of {self._tile} px"
+        again = f", second look {self._second.name}" if self._second else ""
+        return f"{self._inner.name}{again}, in tiles of {self._tile} px"
 
     @property
     def class_names(self) -> tuple[str, ...]:
@@ -41,6 +48,8 @@ class TilingDetector:
         pieces, spent = look(self._inner, image, windows)
         started = time.perf_counter()
         found = merge(pieces, windows)
+        if self._second is not None:
+            found = reconsidered(found, image, self._second, self._threshold)
         spent["post"] = spent.get("post", 0.0) + 1e3 * (time.perf_counter() - started)
         return detections(found, self.class_names, self._most, spent)
 

@@ -197,7 +197,9 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("--easy", type=float, default=Mining.easy)
     parser.add_argument("--seed", type=int, default=Mining.seed)
     given = parser.parse_args(arguments)
-    config = DetectorConfig(model=given.model, backend="onnxruntime", score_threshold=_LOOKED_AT)
+    config = DetectorConfig(
+        model=given.model, backend="onnxruntime", score_threshold=_LOOKED_AT, second_look="off"
+    )
     mining = Mining(side=given.side, draws=given.draws, easy=given.easy, seed=given.seed)
     try:
         images = read_labels(given.folder, given.split)

@@ -248,6 +248,7 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("--backend", default=default.backend)
     parser.add_argument("--score-threshold", type=float, default=default.score_threshold)
     parser.add_argument("--image-size", type=int, default=default.image_size)
+    parser.add_argument("--second-look", default=default.second_look, metavar="auto|off|FILE")
     parser.add_argument("--allow-pickle", action="store_true", help="trust a .pt file")
     parser.add_argument("--sweep", action="store_true", help="precision and recall by threshold")
     parser.add_argument("--json", action="store_true", help="figures for a machine")
@@ -257,6 +258,7 @@ def main(arguments: list[str] | None = None) -> int:
         backend=given.backend,
         score_threshold=THRESHOLDS[0] if given.sweep else given.score_threshold,
         image_size=given.image_size,
+        second_look=given.second_look,
         allow_pickle=given.allow_pickle,
     )
     try:

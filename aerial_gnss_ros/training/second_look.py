@@ -1,0 +1,190 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Trains the network that looks again at the boxes that a detector is not sure of.
+
+python -m aerial_gnss_ros.training.second_look MODEL.onnx FOLDER ... -o MODEL_second_look.onnx
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aerial_gnss_ros.bags.partial import partial, refuse_existing
+from aerial_gnss_ros.core.errors import AerialGnssError, ConfigError, ModelError
+from aerial_gnss_ros.core.words import counted
+from aerial_gnss_ros.detection.base import Detections, Detector
+from aerial_gnss_ros.detection.config import DetectorConfig
+from aerial_gnss_ros.detection.second_look import SecondLook, Share, Terms, log_odds
+from aerial_gnss_ros.detection.select import load_detector
+from aerial_gnss_ros.training.candidates import Candidates, gather, joined
+from aerial_gnss_ros.training.compare import labelled as open_images
+from aerial_gnss_ros.training.held_out import best_threshold
+from aerial_gnss_ros.training.labelled import LabelledImage, Truth
+from aerial_gnss_ros.training.labelled_bag import is_bag
+
+_WEIGHTS = tuple(round(0.05 * i, 2) for i in range(1, 21))
+
+
+@dataclass(frozen=True)
+class Look:
+    """What was seen in one image.
+
+    Attributes:
+        found: by the detector, best first.
+        scores: (n,) by the second look.
+        truth: the robots.
+    """
+
+    found: Detections
+    scores: NDArray[np.float64]
+    truth: Truth
+
+    def shared(self, weight: float) -> tuple[Detections, Truth]:
+        """Return the boxes with their scores mixed: `weight` of the second look's log odds."""
+        found = self.found
+        odds = weight * log_odds(self.scores) + (1.0 - weight) * log_odds(found.scores)
+        mixed = np.where(self.scores == found.scores, found.scores, 1.0 / (1.0 + np.exp(-odds)))
+        order = np.argsort(-mixed, kind="stable")
+        boxes = Detections(
+            found.xywh[order], mixed[order], found.class_ids[order], found.class_names
+        )
+        return boxes, self.truth
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Run from the command line; returns the exit status."""
+    given = _parser().parse_args(arguments)
+    try:
+        _train(given)
+    except AerialGnssError as error:
+        sys.stderr.write(f"second_look: {error}\n")
+        return 2
+    return 0
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(prog="second_look", description=__doc__)
+    parser.add_argument("model", help="the detector: path of a model, or the name of a shipped one")
+    parser.add_argument(
+        "folders", type=Path, nargs="+", help="labelled images (train, test or val) or flights"
+    )
+    parser.add_argument(
+        "--times", nargs="+", action="append", default=[], metavar="N FOLDER",
+        help="a number and more of them, each counted so many times; may be repeated",
+    )  # fmt: skip
+    parser.add_argument(
+        "--held-out", type=Path, nargs="+", required=True,
+        help="others: chosen there is how much the second look counts, and that the default "
+        "threshold is the best one",
+    )  # fmt: skip
+    parser.add_argument("-o", "--output", type=Path, required=True, help="the .onnx file to write")
+    parser.add_argument("--steps", type=int, default=12000, help="of 128 boxes (default 12000)")
+    parser.add_argument("--threads", type=int, default=0, help="0: one for each core")
+    parser.add_argument("--seed", type=int, default=0)
+    return parser
+
+
+def _train(given: argparse.Namespace) -> None:
+    try:
+        from aerial_gnss_ros.training.second_look_network import fit, write
+    except ImportError as error:
+        raise ModelError(
+            f"training a second look needs {error.name}; install it with `pip install "
+            "'aerial_gnss_ros[ultralytics]'`."
+        ) from error
+    refuse_existing(given.output)
+    if given.steps < 1:
+        raise ConfigError(f"--steps must be 1 or more, got {given.steps}.")
+    parts = [(1.0, given.folders), *map(_counted, given.times)]
+    terms = Terms()
+    detector = load_detector(
+        DetectorConfig(
+            model=given.model, backend="onnxruntime", score_threshold=terms.from_score,
+            second_look="off", threads=given.threads,
+        )
+    )  # fmt: skip
+    candidates = joined(
+        part.times(weight)
+        for weight, folders in parts
+        for part in _gathered(detector, folders, terms)
+    )
+    sys.stdout.write(
+        f"{counted(len(candidates), 'box')}, {int(candidates.is_robot.sum())} on robots\n"
+    )
+    network = fit(candidates, terms, given.steps, given.seed, given.threads, _tell)
+    with partial(given.output) as file:
+        write(network, terms, Share(), file)
+        second = SecondLook(file, given.threads)
+        share, f1 = best_share([*_looked(detector, second, _images(given.held_out))])
+        write(network, terms, share, file)
+    sys.stdout.write(
+        f"best F1 on the held-out images {f1:.3f}, the second look counting {share.weight:g}; "
+        f"{given.output}\n"
+    )
+
+
+def _counted(given: Sequence[str]) -> tuple[float, list[Path]]:
+    try:
+        weight = float(given[0])
+    except ValueError as error:
+        raise ConfigError(
+            f"--times needs a number before its folders, got {given[0]!r}."
+        ) from error
+    return weight, [Path(name) for name in given[1:]]
+
+
+def best_share(looks: Sequence[Look]) -> tuple[Share, float]:
+    """Return how much the second look counts, and the best F1 score, that at the default threshold.
+
+    Args:
+        looks: at held-out images, by a network whose share is all.
+    """
+    found = []
+    for weight in _WEIGHTS:
+        threshold, f1 = best_threshold([look.shared(weight) for look in looks])
+        if np.isfinite(f1):
+            found.append((f1, weight, threshold))
+    if not found:
+        raise ModelError("on the held-out images no robot is found; give others, with robots.")
+    f1, weight, threshold = max(found)
+    shift = log_odds(DetectorConfig.score_threshold) - log_odds(threshold)
+    return Share(weight, float(shift)), f1
+
+
+def _tell(step: int, loss: float) -> None:
+    sys.stdout.write(f"step {step}: loss {loss:.4f}\n")
+    sys.stdout.flush()
+
+
+def _images(folders: Sequence[Path]) -> Iterator[LabelledImage]:
+    for folder in folders:
+        splits = ("train", "test", "val")
+        split = next((s for s in splits if any((folder / "images" / s).glob("*"))), "train")
+        yield from open_images(folder, "test" if is_bag(folder) else split)
+
+
+def _gathered(detector: Detector, folders: Sequence[Path], terms: Terms) -> Iterator[Candidates]:
+    for folder in folders:
+        found = gather(detector, _images([folder]), terms)
+        sys.stdout.write(f"{folder}: {counted(len(found), 'box')}\n")
+        sys.stdout.flush()
+        yield found
+
+
+def _looked(
+    detector: Detector, second: SecondLook, images: Iterable[LabelledImage]
+) -> Iterator[Look]:
+    for labelled in images:
+        image = labelled.read()
+        found = detector.detect(image)
+        yield Look(found, second.scores(image, found.xywh, found.scores), labelled.truth)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,231 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The network of the second look, and how it learns: 350,000 weights, with torch."""
+
+from __future__ import annotations
+
+import math
+import warnings
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+from torch import nn
+from torch.nn import functional
+
+from aerial_gnss_ros.detection.second_look import (
+    INPUTS,
+    METADATA,
+    ODDS_UNIT,
+    OUTPUT,
+    Share,
+    Terms,
+)
+from aerial_gnss_ros.training.candidates import ROOM, Candidates
+
+_OPSET, _IR_VERSION = 17, 8  # read by ONNX Runtime 1.17 and later
+_BATCH = 128
+_RATE, _WARM_UP, _DECAY = 2e-3, 100, 0.02
+_AVERAGED = 0.998
+_ROBOT_SHARE = 0.5
+_EASY = 0.15  # how often a box is drawn that the detector is quite right about; 1.15: quite wrong
+_SOFT = 0.01  # labels of 0.01 and 0.99: a few are wrong
+_TOLD_EVERY = 500
+_WIDTHS = (24, 32, 64, 96)
+_HIDDEN = 64
+
+
+class Network(nn.Module):  # type: ignore[misc]  # torch is optional
+    """Views (n, 6, side, side) and traits (n, 3) to log odds (n,)."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        first, second, third, fourth = _WIDTHS
+        self.body = nn.Sequential(
+            _halved(6, first), _halved(first, second), _Residual(second), _halved(second, third),
+            _Residual(third), _halved(third, fourth), _Residual(fourth),
+        )  # fmt: skip
+        self.head = nn.Sequential(
+            nn.Linear(2 * fourth + 3, _HIDDEN), nn.SiLU(), nn.Linear(_HIDDEN, 1)
+        )
+
+    def forward(self, views: Any, traits: Any) -> Any:
+        """Return log odds that a box fits a robot."""
+        seen = self.body(views)
+        told = torch.cat([seen.mean((2, 3)), seen.amax((2, 3)), traits], 1)
+        return self.head(told)[:, 0]
+
+
+class _Residual(nn.Module):  # type: ignore[misc]
+    def __init__(self, channels: int) -> None:
+        super().__init__()
+        self.inner = nn.Sequential(
+            nn.Conv2d(channels, channels, 3, 1, 1, bias=False), nn.BatchNorm2d(channels), nn.SiLU(),
+            nn.Conv2d(channels, channels, 3, 1, 1, bias=False), nn.BatchNorm2d(channels),
+        )  # fmt: skip
+
+    def forward(self, x: Any) -> Any:
+        return functional.silu(x + self.inner(x))
+
+
+def _halved(channels: int, out: int) -> Any:
+    return nn.Sequential(
+        nn.Conv2d(channels, out, 3, 2, 1, bias=False), nn.BatchNorm2d(out), nn.SiLU()
+    )
+
+
+class _FromBytes(nn.Module):  # type: ignore[misc]
+    """What the file holds: the network with what comes before and after it."""
+
+    def __init__(self, network: Network, share: Share) -> None:
+        super().__init__()
+        self.network = network
+        self.share = share
+
+    def forward(self, views: Any, traits: Any) -> Any:
+        values = _scaled(views.permute(0, 3, 1, 2).float() / 255.0)
+        odds = self.share.weight * self.network(values, traits)
+        first = (1.0 - self.share.weight) * ODDS_UNIT * traits[:, 0]
+        return torch.sigmoid(odds + first + self.share.shift)
+
+
+def _scaled(values: Any) -> Any:
+    return (values - 0.45) * 4.0
+
+
+def fit(
+    candidates: Candidates,
+    terms: Terms,
+    steps: int,
+    seed: int,
+    threads: int = 0,
+    tell: Callable[[int, float], None] | None = None,
+) -> Network:
+    """Return a network that has learnt from the candidates; the mean of its last states.
+
+    Args:
+        candidates: to learn from; robots and others are drawn equally often, those that the
+            detector is wrong about oftener.
+        terms: of the look.
+        steps: of 128 boxes each.
+        seed: same seed, same network, on one kind of processor.
+        threads: of the processor; 0: one for each core.
+        tell: is given the step and the mean loss now and then.
+    """
+    if threads:
+        torch.set_num_threads(threads)
+    torch.manual_seed(seed)
+    rng = np.random.default_rng(seed)
+    network: Network = Network().to(memory_format=torch.channels_last)
+    optimizer = torch.optim.AdamW(network.parameters(), lr=_RATE, weight_decay=_DECAY)
+    mean = {name: value.clone() for name, value in network.state_dict().items()}
+    chances, losses = drawing(candidates), []
+    for step in range(steps):
+        rate = (
+            _RATE * min(1.0, (step + 1) / _WARM_UP) * 0.5 * (1 + math.cos(math.pi * step / steps))
+        )
+        for group in optimizer.param_groups:
+            group["lr"] = rate + 1e-5
+        chosen = rng.choice(len(candidates), _BATCH, p=chances)
+        views, traits = _varied(candidates, chosen, terms, rng)
+        with torch.autocast("cpu", dtype=torch.bfloat16):
+            odds = network(views.contiguous(memory_format=torch.channels_last), traits)
+        wanted = torch.from_numpy(candidates.is_robot[chosen].astype(np.float32))
+        loss = functional.binary_cross_entropy_with_logits(
+            odds.float(), wanted * (1.0 - 2.0 * _SOFT) + _SOFT
+        )
+        optimizer.zero_grad()
+        loss.backward()
+        nn.utils.clip_grad_norm_(network.parameters(), 5.0)
+        optimizer.step()
+        _average(mean, network, min(_AVERAGED, (step + 1) / (step + 11)))
+        losses.append(float(loss.detach()))
+        if tell is not None and (step + 1) % _TOLD_EVERY == 0:
+            tell(step + 1, float(np.mean(losses[-_TOLD_EVERY:])))
+    network.load_state_dict(mean)
+    network.eval()
+    return network
+
+
+def drawing(candidates: Candidates) -> NDArray[np.float64]:
+    """Return with what probability each candidate (n,) is drawn."""
+    wrong = np.where(candidates.is_robot, 1.0 - candidates.scores, candidates.scores)
+    chances = candidates.weights * (_EASY + wrong)
+    for kind, share in (
+        (candidates.is_robot, _ROBOT_SHARE),
+        (~candidates.is_robot, 1 - _ROBOT_SHARE),
+    ):
+        chances[kind] *= share / max(chances[kind].sum(), np.finfo(float).tiny)
+    return np.asarray(chances / chances.sum(), dtype=np.float64)
+
+
+def _average(mean: dict[str, Any], network: Network, kept: float) -> None:
+    for name, value in network.state_dict().items():
+        if value.dtype.is_floating_point:
+            mean[name].mul_(kept).add_(value, alpha=1.0 - kept)
+        else:
+            mean[name].copy_(value)
+
+
+def _varied(
+    candidates: Candidates, chosen: NDArray[np.int64], terms: Terms, rng: np.random.Generator
+) -> tuple[Any, Any]:
+    """Return views and traits of some candidates, turned, mirrored, moved, scaled and lit anew."""
+    count = len(chosen)
+    stored = torch.from_numpy(candidates.views[chosen]).permute(0, 3, 1, 2).float() / 255.0
+    turns = rng.integers(0, 8, count)
+    quarter = np.array([[0.0, -1.0], [1.0, 0.0]])
+    mirror = np.diag([-1.0, 1.0])
+    ways = [
+        np.linalg.matrix_power(quarter, k % 4) @ (mirror if k >= 4 else np.eye(2)) for k in range(8)
+    ]
+    scales = np.exp(rng.uniform(-0.1, 0.1, count)) / ROOM
+    move = np.zeros((count, 2, 3))
+    move[:, :, :2] = np.array(ways)[turns] * scales[:, None, None]
+    move[:, :, 2] = rng.normal(0.0, 0.015, (count, 2))
+    grid = functional.affine_grid(
+        torch.from_numpy(move.astype(np.float32)), [count, 6, terms.side, terms.side],
+        align_corners=False,
+    )  # fmt: skip
+    seen = functional.grid_sample(stored, grid, padding_mode="border", align_corners=False)
+    light = rng.normal(0.0, 0.15, (count, 1, 1, 1)) + np.tile(
+        rng.normal(0.0, 0.12, (count, 3, 1, 1)), (1, 2, 1, 1)
+    )
+    offset = rng.normal(0.0, 0.04, (count, 1, 1, 1))
+    seen = seen * torch.from_numpy(np.exp(light).astype(np.float32))
+    seen = (seen + torch.from_numpy(offset.astype(np.float32))).clamp(0.0, 1.0)
+    traits = candidates.traits[chosen].copy()
+    traits[turns % 2 == 1, 2] *= -1.0  # upright becomes lying
+    traits[:, 0] += rng.normal(0.0, 0.15, count)  # the detector's score must not be all it goes by
+    traits[:, 0] += np.where(rng.random(count) < 0.15, rng.normal(0.0, 0.7, count), 0.0)
+    return _scaled(seen), torch.from_numpy(traits)
+
+
+def write(network: Network, terms: Terms, share: Share, path: Path) -> None:
+    """Write the .onnx file that `detection.second_look` reads.
+
+    Args:
+        network: learnt.
+        terms: of the look.
+        share: of the second look in the score.
+        path: is written over.
+    """
+    import onnx
+
+    example = (torch.zeros((2, terms.side, terms.side, 6), dtype=torch.uint8), torch.zeros((2, 3)))
+    with warnings.catch_warnings():
+        warnings.simplefilter(
+            "ignore"
+        )  # that there is another exporter, which needs another package
+        torch.onnx.export(
+            _FromBytes(network, share).eval(), example, str(path), input_names=list(INPUTS),
+            output_names=[OUTPUT], opset_version=_OPSET, dynamo=False,
+            dynamic_axes={name: {0: "boxes"} for name in (*INPUTS, OUTPUT)},
+        )  # fmt: skip
+    model = onnx.load(path)
+    model.ir_version = _IR_VERSION
+    item = model.metadata_props.add()
+    item.key, item.value = METADATA, terms.text
+    onnx.save(model, path)

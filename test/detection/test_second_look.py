@@ -1,0 +1,141 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The second look: what it sees, whom it judges, and how it is found."""
+
+from __future__ import annotations
+
+import runpy
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from aerial_gnss_ros.core.errors import ModelError
+from aerial_gnss_ros.detection.base import Detections
+from aerial_gnss_ros.detection.config import DetectorConfig, detector_config
+from aerial_gnss_ros.detection.search import searching
+from aerial_gnss_ros.detection.second_look import LookingTwice, SecondLook, Terms, traits, views
+from aerial_gnss_ros.detection.select import load_detector
+
+pytest.importorskip("onnx", reason="onnx builds the test's models; pip install '.[test]'")
+_HERE = Path(__file__)
+_BLOBS = runpy.run_path(str(_HERE.with_name("blobs.py")))
+BlobDetector, boxes, sea = (_BLOBS[name] for name in ("BlobDetector", "boxes", "sea"))
+white_box_model = runpy.run_path(str(_HERE.with_name("synthetic_model.py")))["white_box_model"]
+brightness_look = runpy.run_path(str(_HERE.with_name("brightness_look.py")))["brightness_look"]
+
+
+@pytest.fixture
+def picture():
+    return np.random.default_rng(1).integers(0, 256, (400, 600, 3), dtype=np.uint8)
+
+
+def test_the_near_view_is_the_image_and_the_wide_one_its_mean(picture):
+    # A box 32 px long: the near view is 64 px wide, one to one; the wide one 192, three to one.
+    box = np.array([[299.5, 199.5, 32.0, 20.0]])
+    (seen,) = views(picture, box, Terms())
+    np.testing.assert_array_equal(seen[..., :3], picture[168:232, 268:332])
+    wide = picture[104:296, 204:396].reshape(64, 3, 64, 3, 3).mean(axis=(1, 3))
+    np.testing.assert_allclose(seen[..., 3:], wide, atol=0.51)
+
+
+def test_more_room_shows_the_same_in_the_middle(picture):
+    box = np.array([[299.5, 199.5, 20.0, 32.0]])
+    (seen,), (larger,) = views(picture, box, Terms()), views(picture, box, Terms(), room=1.25)
+    assert larger.shape == (80, 80, 6)
+    np.testing.assert_array_equal(larger[8:72, 8:72], seen)
+
+
+def test_small_boxes_are_enlarged_and_beyond_the_edge_the_edge_goes_on(picture):
+    picture[:2, :2] = (10, 20, 30)
+    (seen,) = views(picture, np.array([[0.0, 0.0, 6.0, 4.0]]), Terms())
+    # 30 px round the corner: half of them beyond it.
+    np.testing.assert_array_equal(seen[:32, :32, :3], np.broadcast_to([10, 20, 30], (32, 32, 3)))
+    (far,) = views(picture, np.array([[599.0, 399.0, 900.0, 700.0]]), Terms())
+    assert far.shape == (64, 64, 6)
+
+
+def test_traits_are_log_odds_size_and_shape():
+    found = traits(np.array([[0, 0, 40.0, 20.0], [0, 0, 10.0, 80.0]]), np.array([0.5, 0.8]))
+    wanted = [[0.0, 0.0, np.log(2)], [np.log(4) / 3, np.log(2), -np.log(8)]]
+    np.testing.assert_allclose(found, wanted, rtol=1e-6)
+
+
+class Given:
+    """A detector that finds what it is told."""
+
+    name, class_names = "given", ("aqua", "other")
+
+    def __init__(self, *rows):
+        self.rows = rows
+
+    def detect(self, _):
+        table = np.array(self.rows, dtype=float).reshape(-1, 6)
+        return Detections(
+            table[:, :4], table[:, 4], table[:, 5].astype(np.int64), self.class_names, {"post": 1.0}
+        )
+
+
+def test_doubtful_boxes_get_its_score_and_sure_ones_keep_theirs(tmp_path):
+    image = np.zeros((100, 400, 3), np.uint8)
+    image[:, 100:200] = 255  # white: brightness 1
+    image[:, 200:300] = 128
+    second = SecondLook(brightness_look(tmp_path / "look.onnx", Terms()), 1)
+    inner = Given(
+        (50, 50, 20, 20, 0.9, 0),  # dark, but sure
+        (350, 50, 20, 20, 0.7, 0),  # dark and doubtful
+        (250, 50, 20, 20, 0.4, 1),
+        (150, 50, 20, 20, 0.05, 0),
+        (150, 50, 20, 20, 0.02, 0),  # too little to be looked at
+    )
+    found = LookingTwice(inner, second, 0.3).detect(image)
+    np.testing.assert_allclose(found.scores, [1.0, 0.9, 128 / 255], atol=1e-6)
+    np.testing.assert_array_equal(found.xywh[:, 0], [150, 50, 250])
+    assert found.names == ("aqua", "aqua", "other")
+    assert found.timings_ms["post"] > 1.0
+    assert len(LookingTwice(Given(), second, 0.3).detect(image)) == 0
+
+
+@pytest.mark.parametrize("mode", ["tiles", "roi"])
+def test_with_windows_it_sees_the_whole_image(tmp_path, mode):
+    terms = Terms(near=1.0, least=1.0, to_score=0.95)  # blobs have 0.9
+    second = SecondLook(brightness_look(tmp_path / "look.onnx", terms), 1)
+    config = detector_config({
+        "score_threshold": 0.9, "search": {"mode": mode, "tile": 256, "overlap": 64},
+    })  # fmt: skip
+    detector = searching(BlobDetector(), config, second)
+    assert "second look look.onnx" in detector.name
+    square, long = (250, 170, 12, 12), (400, 40, 60, 10)  # over a tile's edge; dark for the most
+    for _ in range(3):
+        assert boxes(detector.detect(sea((640, 360), square, long))) == [square]
+
+
+def test_it_is_found_beside_the_model(tmp_path):
+    model = white_box_model(tmp_path / "m.onnx")
+    eight_bits = white_box_model(tmp_path / "m_int8.onnx")
+    image = np.zeros((128, 128, 3), np.uint8)
+    image[40:60, 30:60] = 255
+    alone = DetectorConfig(model=str(model), backend="onnxruntime")
+    assert load_detector(alone).detect(image).scores == pytest.approx([0.75])
+    # The white box of 30 x 20 px fills a sixth of its near view of 60 px.
+    look = brightness_look(tmp_path / "m_second_look.onnx", Terms())
+    assert len(load_detector(alone).detect(image)) == 0
+    low = {"backend": "onnxruntime", "score_threshold": 0.1}
+    for path in (model, eight_bits):
+        found = load_detector(DetectorConfig(model=str(path), **low)).detect(image)
+        assert found.scores == pytest.approx([600 / 3600], abs=0.01)
+    off = DetectorConfig(model=str(model), backend="onnxruntime", second_look="off")
+    assert load_detector(off).detect(image).scores == pytest.approx([0.75])
+    elsewhere = look.rename(tmp_path / "another.onnx")
+    assert load_detector(alone).detect(image).scores == pytest.approx([0.75])
+    given = DetectorConfig(model=str(model), second_look=str(elsewhere), **low)
+    assert "second look another.onnx" in load_detector(given).name
+
+
+def test_what_is_no_second_look_is_refused(tmp_path):
+    model = white_box_model(tmp_path / "m.onnx")
+    for name, words in (
+        (str(model), "no network for a second look"),
+        ("/no/look.onnx", "not exist"),
+    ):
+        with pytest.raises(ModelError, match=words):
+            load_detector(DetectorConfig(model=str(model), second_look=name))

@@ -1,0 +1,153 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What a second look learns from, how much it counts, and a training from labelled images."""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+import pytest
+
+from aerial_gnss_ros.detection.base import Detections
+from aerial_gnss_ros.detection.second_look import SecondLook, Share, Terms
+from aerial_gnss_ros.training.candidates import Candidates, joined, judged
+from aerial_gnss_ros.training.labelled import Truth
+from aerial_gnss_ros.training.second_look import Look, best_share, main
+
+
+def truth_of(*corners):
+    count = len(corners)
+    return Truth(
+        np.array(corners, float).reshape(-1, 4), np.ones(count, bool), np.full(count, 20.0),
+        np.full(count, np.nan), np.zeros(count, np.int64),
+    )  # fmt: skip
+
+
+def test_what_counts_as_a_robot():
+    robot = (0.0, 0.0, 20.0, 20.0)
+    table = [
+        (robot, True, 1.0),
+        ((10.0, 0.0, 20.0, 20.0), True, 1.0),  # half of it: IoU 0.5
+        ((11.0, 0.0, 20.0, 20.0), False, 0.3),  # 0.45: nearly
+        ((8.0, 8.0, 12.0, 12.0), False, 0.5),  # 0.04, but on it: a part
+        ((40.0, 0.0, 60.0, 20.0), False, 1.0),
+    ]
+    is_robot, weights = judged(np.array([row[0] for row in table]), truth_of(robot))
+    assert is_robot.tolist() == [row[1] for row in table]
+    np.testing.assert_allclose(weights, [row[2] for row in table])
+    is_robot, weights = judged(np.array([robot]), truth_of())
+    assert (is_robot.tolist(), weights.tolist()) == ([False], [1.0])
+
+
+def look_of(detector, second):
+    """Two robots and a false box, with the scores that each network gives them."""
+    middles = np.array([[10.0, 10.0], [60.0, 10.0], [10.0, 60.0]])
+    corners = np.hstack([middles - 10.0, middles + 10.0])
+    xywh, none = np.hstack([middles, np.full((3, 2), 20.0)]), np.zeros(3, np.int64)
+    found = Detections(xywh, np.array(detector), none, ("aqua",))
+    return Look(found, np.array(second), truth_of(*corners[:2]))
+
+
+def test_the_share_is_what_the_held_out_images_say():
+    # The detector takes the false box for a robot, the second look does not take the second one
+    # for one; only together, at even odds or nearly, they are right.
+    look = look_of([0.79, 0.55, 0.65], [0.7, 0.45, 0.04])
+    share, f1 = best_share([look])
+    assert f1 == 1.0
+    boxes, _ = look.shared(share.weight)
+    odds = np.log(boxes.scores / (1.0 - boxes.scores)) + share.shift
+    assert (odds[:2] > np.log(0.3 / 0.7)).all()
+    assert odds[2] < np.log(0.3 / 0.7)
+    assert boxes.xywh[2, 1] == 60.0
+    # A box that was not looked at again keeps the score that it had.
+    assert look_of([0.9, 0.5, 0.02], [0.9, 0.7, 0.02]).shared(1.0)[0].scores.tolist() == (
+        pytest.approx([0.9, 0.7, 0.02])
+    )
+
+
+@pytest.fixture
+def crosses():
+    """Robots are crosses, everything else is squares; a detector would not know them apart."""
+    rng = np.random.default_rng(3)
+    views = np.full((400, 80, 80, 6), 60, np.uint8) + rng.integers(
+        0, 20, (400, 80, 80, 6), np.uint8
+    )
+    is_robot = rng.random(400) < 0.5
+    for view, cross in zip(views, is_robot, strict=True):
+        view[24:56, 36:44] = view[36:44, 24:56] = 200
+        if not cross:
+            view[24:56, 24:56] = 200
+    return Candidates(
+        views, np.zeros((400, 3), np.float32), np.full(400, 0.5), is_robot, np.ones(400)
+    )
+
+
+def test_joined_and_times(crosses):
+    both = joined([crosses, crosses.times(3.0)])
+    assert len(both) == 800
+    assert both.weights[[0, 799]].tolist() == [1.0, 3.0]
+
+
+@pytest.mark.ultralytics
+def test_it_learns_what_the_detector_does_not_know(tmp_path, crosses):
+    pytest.importorskip("torch", reason="needs the extra [ultralytics]")
+    from aerial_gnss_ros.training.second_look_network import fit, write
+
+    network = fit(crosses, Terms(), 100, seed=1, threads=1)
+    path = tmp_path / "look.onnx"
+    image = np.full((90, 180, 3), 70, np.uint8)
+    image[29:61, 41:49] = image[41:49, 29:61] = 200
+    image[29:61, 119:151] = 200
+    xywh = np.array([[44.5, 44.5, 32.0, 32.0], [134.5, 44.5, 32.0, 32.0]])
+    scores = np.array([0.5, 0.5])
+    write(network, Terms(), Share(), path)
+    alone = SecondLook(path, 1).scores(image, xywh, scores)
+    assert alone[0] > 0.6
+    assert alone[1] < 0.4
+    write(network, Terms(), Share(0.5, 1.0), path)
+    mixed = SecondLook(path, 1).scores(image, xywh, np.array([0.7, 0.2]))
+    odds = np.log(alone / (1 - alone)), np.log([0.7 / 0.3, 0.2 / 0.8])
+    # The network is told the first scores too, so that its own answer moves a little.
+    np.testing.assert_allclose(np.log(mixed / (1 - mixed)), sum(odds) / 2 + 1, atol=0.5)
+
+
+def write_set(folder, seed):
+    """Bright crosses, labelled, and squares that look alike to a detector of bright boxes."""
+    rng = np.random.default_rng(seed)
+    for kind in ("images", "labels"):
+        (folder / kind / "train").mkdir(parents=True)
+    for i in range(6):
+        image = np.full((128, 128, 3), 60, np.uint8)
+        left, top = rng.integers(20, 70, 2)
+        image[top : top + 32, left : left + 32] = 255
+        cv2.imwrite(str(folder / f"images/train/{i}.png"), image)
+        row = f"0 {(left + 16) / 128} {(top + 16) / 128} 0.25 0.25\n" if i % 2 else ""
+        (folder / f"labels/train/{i}.txt").write_text(row)
+    return folder
+
+
+@pytest.mark.ultralytics
+def test_the_command_writes_a_file_or_nothing(tmp_path, capsys):
+    pytest.importorskip("torch", reason="needs the extra [ultralytics]")
+    import runpy
+    from pathlib import Path
+
+    models = Path(__file__).parent.parent / "detection/synthetic_model.py"
+    model = runpy.run_path(str(models))["white_box_model"](tmp_path / "m.onnx")
+    first, second = write_set(tmp_path / "a", 1), write_set(tmp_path / "b", 2)
+    output = tmp_path / "m_second_look.onnx"
+    command = [str(model), str(first), "--times", "2", str(second), "--held-out", str(second)]
+    command += ["-o", str(output), "--steps", "3", "--threads", "1"]
+    assert main(command) == 0
+    told = capsys.readouterr().out
+    assert "12 boxes, 6 on robots" in told
+    assert SecondLook(output).terms == Terms()
+    assert main(command) == 2
+    assert "exists already" in capsys.readouterr().err
+    output.unlink()
+    for wrong, words in (
+        (["--times", "two", str(second)], "needs a number"),
+        (["--steps", "0"], "1 or more"),
+    ):
+        assert main([*command, *wrong]) == 2
+        assert words in capsys.readouterr().err
+    assert not output.exists()
