@@ -9,6 +9,7 @@ it can afford to see each well: in equal size, and with the boat to which the bo
 from __future__ import annotations
 
 import json
+import math
 import time
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, replace
@@ -112,18 +113,37 @@ def views(
     """
     pixels = round(terms.side * room)
     made = np.empty((len(xywh), pixels, pixels, 6), dtype=np.uint8)
+    levels = [image]
     for row, (u, v, width, height) in zip(made, xywh, strict=True):
-        long = max(width, height)
-        near = max(terms.near * long, terms.least)
-        row[..., :3] = _view(image, u, v, near * room, pixels)
-        row[..., 3:] = _view(image, u, v, near * terms.wide / terms.near * room, pixels)
+        near = max(terms.near * max(width, height), terms.least)
+        row[..., :3] = _view(levels, u, v, near * room, pixels)
+        row[..., 3:] = _view(levels, u, v, near * terms.wide / terms.near * room, pixels)
     return made
 
 
-def _view(image: Image, u: float, v: float, side: float, pixels: int) -> Image:
-    """Return the square of `side` round a place, in `pixels`; shrunk without aliasing."""
-    left, top = u + 0.5 - side / 2, v + 0.5 - side / 2
-    scale = side / pixels
+def _view(levels: list[Image], u: float, v: float, side: float, pixels: int) -> Image:
+    """Return the square of `side` round a place, in `pixels`; shrunk without aliasing.
+
+    Args:
+        levels: the image, and as far as they were needed its half, quarter and so on.
+        u: of the place in the image, px.
+        v: of the place.
+        side: px of the image.
+        pixels: of the view.
+    """
+    wanted = max(0, math.floor(math.log2(side / pixels)))
+    while len(levels) <= wanted and min(levels[-1].shape[:2]) >= 2:
+        height, width = (length // 2 for length in levels[-1].shape[:2])
+        even = levels[-1][: 2 * height, : 2 * width]
+        levels.append(_drawn(cv2.resize(even, (width, height), interpolation=cv2.INTER_AREA)))
+    level = min(wanted, len(levels) - 1)
+    factor = 2.0**level
+    return _square(levels[level], (u + 0.5) / factor, (v + 0.5) / factor, side / factor, pixels)
+
+
+def _square(image: Image, x: float, y: float, side: float, pixels: int) -> Image:
+    """Return the square round a place, from the corner of the image; shrunk by less than 2."""
+    left, top, scale = x - side / 2, y - side / 2, side / pixels
     if scale <= 1.0:
         to_view = np.array([
             [1 / scale, 0.0, -(left - 0.5) / scale - 0.5],
@@ -135,8 +155,8 @@ def _view(image: Image, u: float, v: float, side: float, pixels: int) -> Image:
             cv2.warpAffine(image, to_view, whole, flags=cv2.INTER_LINEAR, borderMode=edge)
         )
     height, width = image.shape[:2]
-    x0, y0 = int(np.floor(left)), int(np.floor(top))
-    x1, y1 = int(np.ceil(left + side)), int(np.ceil(top + side))
+    x0, y0 = math.floor(left), math.floor(top)
+    x1, y1 = math.ceil(left + side), math.ceil(top + side)
     part = image[max(y0, 0) : min(y1, height), max(x0, 0) : min(x1, width)]
     beyond = (max(-y0, 0), max(y1 - height, 0), max(-x0, 0), max(x1 - width, 0))
     if any(beyond):

@@ -6,6 +6,7 @@ from __future__ import annotations
 import runpy
 from pathlib import Path
 
+import cv2
 import numpy as np
 import pytest
 
@@ -30,12 +31,26 @@ def picture():
 
 
 def test_the_near_view_is_the_image_and_the_wide_one_its_mean(picture):
-    # A box 32 px long: the near view is 64 px wide, one to one; the wide one 192, three to one.
+    # A box 32 px long: the near view is 64 px wide, one to one; the wide one 256, four to one.
     box = np.array([[299.5, 199.5, 32.0, 20.0]])
-    (seen,) = views(picture, box, Terms())
+    (seen,) = views(picture, box, Terms(wide=8.0))
     np.testing.assert_array_equal(seen[..., :3], picture[168:232, 268:332])
-    wide = picture[104:296, 204:396].reshape(64, 3, 64, 3, 3).mean(axis=(1, 3))
-    np.testing.assert_allclose(seen[..., 3:], wide, atol=0.51)
+    wide = picture[72:328, 172:428].reshape(64, 4, 64, 4, 3).mean(axis=(1, 3))
+    np.testing.assert_allclose(seen[..., 3:], wide, atol=1.01)  # rounded twice
+
+
+@pytest.mark.parametrize("long", [11.0, 47.0, 130.0, 333.0])
+def test_a_place_is_in_the_middle_of_both_views_whatever_the_size(long):
+    image = np.zeros((400, 600, 3), np.uint8)
+    cv2.circle(image, (310, 170), round(long / 4), (255, 255, 255), -1)
+    (seen,) = views(image, np.array([[310.0, 170.0, long, long / 2]]), Terms())
+    near = max(2.0 * long, 30.0)
+    for view, side in ((seen[..., 0], near), (seen[..., 3], 3 * near)):
+        weight = view / view.sum(dtype=float)
+        x, y = (float((weight.sum(axis=axis) * np.arange(64)).sum()) for axis in (0, 1))
+        assert (x, y) == pytest.approx((31.5, 31.5), abs=0.5)
+        area = np.pi * (long / 4) ** 2 / side**2
+        assert view.mean() / 255 == pytest.approx(area, rel=0.35)
 
 
 def test_more_room_shows_the_same_in_the_middle(picture):

@@ -3,13 +3,18 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import pytest
 
 from aerial_gnss_ros.detection.config import DetectorConfig
 from aerial_gnss_ros.detection.select import find_model, load_detector
 from aerial_gnss_ros.simulation.dataset import DatasetConfig, generate
+from aerial_gnss_ros.simulation.staging import Variety
 from aerial_gnss_ros.training.labelled import read_folder
 from aerial_gnss_ros.training.score import score
+
+SECOND_LOOK = "aqua_yolo11n_second_look.onnx"
 
 
 def test_it_finds_robots_in_rendered_images_it_has_not_seen(tmp_path):
@@ -23,15 +28,36 @@ def test_it_finds_robots_in_rendered_images_it_has_not_seen(tmp_path):
     assert result.overall.precision > 0.75
 
 
-def test_old_runtimes_can_read_it_and_it_tells_nothing_of_its_maker_s_machine():
+def test_the_second_look_lies_beside_it_and_takes_nothing_else_for_a_robot(tmp_path):
+    generate(
+        tmp_path / "set",
+        DatasetConfig({"test": 40}, size=(320, 320), seed=2025, variety=Variety(distractors=3.0)),
+    )
+    config = DetectorConfig(backend="onnxruntime")
+    assert f"second look {SECOND_LOOK}" in load_detector(config).name
+    alone = replace(config, second_look="off")
+    both, one = (
+        score(load_detector(c), read_folder(tmp_path / "set", "test")) for c in (config, alone)
+    )
+    assert both.overall.false <= one.overall.false
+    assert both.overall.found >= one.overall.found - 2
+
+
+@pytest.mark.parametrize("name", [DetectorConfig().model, SECOND_LOOK])
+def test_old_runtimes_can_read_it_and_it_tells_nothing_of_its_maker_s_machine(name):
     onnx = pytest.importorskip("onnx", reason="onnx reads the model; pip install '.[test]'")
-    path = find_model(DetectorConfig().model)
+    path = find_model(name)
     model = onnx.load(path)
     # What ONNX Runtime 1.17 reads.
     assert model.ir_version <= 9
     assert {item.domain: item.version for item in model.opset_import}[""] <= 20
+    assert not any(word in path.read_bytes() for word in (b"/home/", b"/tmp/", b"/work/"))
+    assert path.stat().st_size < 15e6
+
+
+def test_it_names_its_class_and_licence():
+    onnx = pytest.importorskip("onnx", reason="onnx reads the model; pip install '.[test]'")
+    model = onnx.load(find_model(DetectorConfig().model))
     metadata = {item.key: item.value for item in model.metadata_props}
     assert metadata["names"] == "{0: 'aqua'}"
     assert "AGPL-3.0" in metadata["license"]
-    assert not any(word in path.read_bytes() for word in (b"/home/", b"/tmp/", b"/work/"))
-    assert path.stat().st_size < 15e6
