@@ -23,12 +23,14 @@ from aerial_gnss_ros.detection.config import DetectorConfig
 from aerial_gnss_ros.detection.second_look import SecondLook, Share, Terms, log_odds
 from aerial_gnss_ros.detection.select import load_detector
 from aerial_gnss_ros.training.candidates import Candidates, gather, joined
+from aerial_gnss_ros.training.compare import above
 from aerial_gnss_ros.training.compare import labelled as open_images
-from aerial_gnss_ros.training.held_out import best_threshold
 from aerial_gnss_ros.training.labelled import LabelledImage, Truth
 from aerial_gnss_ros.training.labelled_bag import is_bag
+from aerial_gnss_ros.training.score import Score
 
-_WEIGHTS = tuple(round(0.05 * i, 2) for i in range(1, 21))
+_WEIGHTS = tuple(round(0.1 * i, 1) for i in range(1, 11))
+_THRESHOLDS = tuple(round(0.05 * i, 2) for i in range(3, 16))
 
 
 @dataclass(frozen=True)
@@ -79,9 +81,9 @@ def _parser() -> argparse.ArgumentParser:
         help="a number and more of them, each counted so many times; may be repeated",
     )  # fmt: skip
     parser.add_argument(
-        "--held-out", type=Path, nargs="+", required=True,
+        "--held-out", type=Path, nargs="+", action="append", required=True,
         help="others: chosen there is how much the second look counts, and that the default "
-        "threshold is the best one",
+        "threshold is the best one; may be repeated for another kind of images, which counts alike",
     )  # fmt: skip
     parser.add_argument("-o", "--output", type=Path, required=True, help="the .onnx file to write")
     parser.add_argument("--steps", type=int, default=12000, help="of 128 boxes (default 12000)")
@@ -121,10 +123,13 @@ def _train(given: argparse.Namespace) -> None:
     with partial(given.output) as file:
         write(network, terms, Share(), file)
         second = SecondLook(file, given.threads)
-        share, f1 = best_share([*_looked(detector, second, _images(given.held_out))])
+        share, reached = best_share(
+            [[*_looked(detector, second, _images(folders))] for folders in given.held_out]
+        )
         write(network, terms, share, file)
     sys.stdout.write(
-        f"best F1 on the held-out images {f1:.3f}, the second look counting {share.weight:g}; "
+        f"precision and recall of {reached:.3f} or more on the held-out images, the second look "
+        f"counting {share.weight:g}; "
         f"{given.output}\n"
     )
 
@@ -139,22 +144,40 @@ def _counted(given: Sequence[str]) -> tuple[float, list[Path]]:
     return weight, [Path(name) for name in given[1:]]
 
 
-def best_share(looks: Sequence[Look]) -> tuple[Share, float]:
-    """Return how much the second look counts, and the best F1 score, that at the default threshold.
+def best_share(groups: Sequence[Sequence[Look]]) -> tuple[Share, float]:
+    """Return how much the second look counts, and what is reached so at the default threshold.
+
+    The best is where the lesser of precision and recall is greatest: neither buys the other.
 
     Args:
-        looks: at held-out images, by a network whose share is all.
+        groups: looks at held-out images of several kinds, by a network whose share is all. Each
+            kind counts alike, however many images it has.
+
+    Returns:
+        The share, and the mean over the kinds of the lesser of precision and recall.
+
+    Raises:
+        ModelError: no robot is found in any of them.
     """
-    found = []
+    best = (0.0, 1.0, DetectorConfig.score_threshold)
     for weight in _WEIGHTS:
-        threshold, f1 = best_threshold([look.shared(weight) for look in looks])
-        if np.isfinite(f1):
-            found.append((f1, weight, threshold))
-    if not found:
+        mixed = [[look.shared(weight) for look in looks] for looks in groups]
+        for threshold in _THRESHOLDS:
+            reached = float(np.mean([_lesser(pairs, threshold) for pairs in mixed]))
+            best = max(best, (reached, weight, threshold))
+    reached, weight, threshold = best
+    if not reached:
         raise ModelError("on the held-out images no robot is found; give others, with robots.")
-    f1, weight, threshold = max(found)
     shift = log_odds(DetectorConfig.score_threshold) - log_odds(threshold)
-    return Share(weight, float(shift)), f1
+    return Share(weight, float(shift)), reached
+
+
+def _lesser(pairs: Sequence[tuple[Detections, Truth]], threshold: float) -> float:
+    result = Score()
+    for found, truth in pairs:
+        result.add(above(found, threshold), truth)
+    overall = result.overall
+    return overall.found / max(1, overall.robots, overall.found + overall.false)
 
 
 def _tell(step: int, loss: float) -> None:

@@ -51,13 +51,17 @@ def test_the_share_is_what_the_held_out_images_say():
     # The detector takes the false box for a robot, the second look does not take the second one
     # for one; only together, at even odds or nearly, they are right.
     look = look_of([0.79, 0.55, 0.65], [0.7, 0.45, 0.04])
-    share, f1 = best_share([look])
-    assert f1 == 1.0
+    share, reached = best_share([[look]])
+    assert reached == 1.0
     boxes, _ = look.shared(share.weight)
     odds = np.log(boxes.scores / (1.0 - boxes.scores)) + share.shift
     assert (odds[:2] > np.log(0.3 / 0.7)).all()
     assert odds[2] < np.log(0.3 / 0.7)
     assert boxes.xywh[2, 1] == 60.0
+    # Ten images of another kind, in which the detector alone is right, count no more than this one.
+    others = [look_of([0.79, 0.7, 0.04], [0.79, 0.7, 0.04])] * 10
+    again, reached = best_share([[look], others])
+    assert (again, reached) == (share, 1.0)
     # A box that was not looked at again keeps the score that it had.
     assert look_of([0.9, 0.5, 0.02], [0.9, 0.7, 0.02]).shared(1.0)[0].scores.tolist() == (
         pytest.approx([0.9, 0.7, 0.02])
