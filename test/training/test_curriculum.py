@@ -168,7 +168,7 @@ def test_for_a_given_time_killed_and_resumed(tmp_path, make_set, guarded):
     seconds = 12.0
     process = start(environment, source, "-o", run, "--time", seconds / 3600.0, *TINY)
     table = run / "phase1" / "results.csv"
-    wait_until(lambda: table.exists() and len(table.read_text().splitlines()) > 3, process)
+    wait_until(lambda: table.exists() and len(table.read_text().splitlines()) > 1, process)
     os.kill(worker_of(process), signal.SIGKILL)
     process.communicate()
     assert process.returncode == 2
