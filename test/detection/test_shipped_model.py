@@ -28,19 +28,19 @@ def test_it_finds_robots_in_rendered_images_it_has_not_seen(tmp_path):
     assert result.overall.precision > 0.75
 
 
-def test_the_second_look_lies_beside_it_and_takes_nothing_else_for_a_robot(tmp_path):
+def test_the_second_look_lies_beside_it_and_makes_fewer_mistakes(tmp_path):
     generate(
         tmp_path / "set",
         DatasetConfig({"test": 40}, size=(320, 320), seed=2025, variety=Variety(distractors=3.0)),
     )
     config = DetectorConfig(backend="onnxruntime")
     assert f"second look {SECOND_LOOK}" in load_detector(config).name
-    alone = replace(config, second_look="off")
-    both, one = (
-        score(load_detector(c), read_folder(tmp_path / "set", "test")) for c in (config, alone)
-    )
-    assert both.overall.false <= one.overall.false
-    assert both.overall.found >= one.overall.found - 2
+    mistakes = []
+    for one in (config, replace(config, second_look="off")):
+        counts = score(load_detector(one), read_folder(tmp_path / "set", "test")).overall
+        assert counts.robots >= 50
+        mistakes.append(counts.robots - counts.found + counts.false)
+    assert mistakes[0] <= mistakes[1]
 
 
 @pytest.mark.parametrize("name", [DetectorConfig().model, SECOND_LOOK])

@@ -36,6 +36,15 @@ def test_what_is_at_work_when_nobody_wants_it_any_more_is_ended():
     assert set(multiprocessing.active_children()) == others
 
 
+@pytest.fixture
+def not_ignoring():
+    """What is started from a shell in the background ignores Ctrl-C, and hands that on."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
+
+
+@pytest.mark.usefixtures("not_ignoring")
 def test_ctrl_c_is_for_the_parent_alone(tmp_path):
     """A traceback of every worker told nobody anything."""
     folder = Path(__file__).parents[2]
