@@ -123,3 +123,25 @@ class Detector(Protocol):
             ModelError: this image could not be worked on, such as for want of memory; the next
                 one may do.
         """
+
+
+class Wrapper:
+    """What all Detectors have in common that let another one look.
+
+    Args:
+        inner: the other one.
+    """
+
+    def __init__(self, inner: Detector) -> None:
+        self._inner = inner
+
+    @property
+    def class_names(self) -> tuple[str, ...]:
+        """The classes that the model knows."""
+        return self._inner.class_names
+
+    def close(self) -> None:
+        """Give back what the inner detector holds."""
+        close = getattr(self._inner, "close", None)
+        if close is not None:
+            close()

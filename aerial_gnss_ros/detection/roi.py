@@ -12,17 +12,17 @@ from __future__ import annotations
 
 import time
 
-from aerial_gnss_ros.detection.base import Detections, Detector, Image
+from aerial_gnss_ros.detection.base import Detections, Detector, Image, Wrapper
 from aerial_gnss_ros.detection.config import DetectorConfig
 from aerial_gnss_ros.detection.following import Follower
 from aerial_gnss_ros.detection.pieces import Piece, detections, look, merge, reconsidered
-from aerial_gnss_ros.detection.second_look import SecondLook
+from aerial_gnss_ros.detection.second_look import SecondLook, words
 from aerial_gnss_ros.detection.windows import Window, around, split
 
 _WORTHWHILE = 0.6  # windows with more than this share of the image cost as much as all of it
 
 
-class FollowingDetector:
+class FollowingDetector(Wrapper):
     """A Detector that shows another one the parts of an image that matter.
 
     It expects the images of one flight in their order; what it finds in one depends on those
@@ -37,7 +37,7 @@ class FollowingDetector:
     def __init__(
         self, inner: Detector, config: DetectorConfig, second: SecondLook | None = None
     ) -> None:
-        self._inner = inner
+        super().__init__(inner)
         self._second = second
         self._config = config
         self._follower = Follower(config.search.margin)
@@ -51,13 +51,8 @@ class FollowingDetector:
     def name(self) -> str:
         """The inner detector's, and how it is used."""
         scan = self._config.search.scan_images
-        again = f", second look {self._second.name}" if self._second else ""
-        return f"{self._inner.name}{again}, following the robots, the rest once in {scan} images"
-
-    @property
-    def class_names(self) -> tuple[str, ...]:
-        """The classes that the model knows."""
-        return self._inner.class_names
+        looking = words(self._inner, self._second)
+        return f"{looking}, following the robots, the rest once in {scan} images"
 
     def detect(self, image: Image) -> Detections:
         """Return the boxes found in `image` (height, width, 3), blue, green, red."""
@@ -77,12 +72,6 @@ class FollowingDetector:
         rest = 1e3 * (time.perf_counter() - started) - sum(spent.values())
         spent["post"] = spent.get("post", 0.0) + rest
         return made
-
-    def close(self) -> None:
-        """Give back what the inner detector holds."""
-        close = getattr(self._inner, "close", None)
-        if close is not None:
-            close()
 
     @property
     def _whole(self) -> Window:

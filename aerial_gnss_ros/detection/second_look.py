@@ -21,7 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aerial_gnss_ros.core.errors import ModelError
-from aerial_gnss_ros.detection.base import Detections, Detector, Image
+from aerial_gnss_ros.detection.base import Detections, Detector, Image, Wrapper
 from aerial_gnss_ros.detection.onnx_backend import open_session
 from aerial_gnss_ros.detection.onnx_model import check_file
 
@@ -75,22 +75,6 @@ class Terms:
         """Return the indices of the boxes to look at again, of scores with the best first."""
         within = (scores >= self.from_score) & (scores < self.to_score)
         return np.flatnonzero(within)[:_MOST]
-
-
-@dataclass(frozen=True)
-class Share:
-    """How the score of a box that is looked at again comes about; the network's file has it in it.
-
-    The two networks see different things, so each knows what the other does not. Their log odds
-    are added, as of independent witnesses, but with weights that sum to 1: they are not.
-
-    Attributes:
-        weight: of the second look's log odds; the rest is the first one's.
-        shift: is added, so that one threshold suits both.
-    """
-
-    weight: float = 1.0
-    shift: float = 0.0
 
 
 def log_odds(scores: NDArray[np.float64] | float) -> NDArray[np.float64]:
@@ -229,7 +213,12 @@ class SecondLook:
         return np.asarray(found, dtype=np.float64).reshape(len(shown))
 
 
-class LookingTwice:
+def words(detector: Detector, second: SecondLook | None) -> str:
+    """Return a detector in words, with the second look where there is one."""
+    return f"{detector.name}, second look {second.name}" if second else detector.name
+
+
+class LookingTwice(Wrapper):
     """A Detector that has the boxes of another one looked at again.
 
     Args:
@@ -239,19 +228,14 @@ class LookingTwice:
     """
 
     def __init__(self, inner: Detector, second: SecondLook, score_threshold: float) -> None:
-        self._inner = inner
+        super().__init__(inner)
         self._second = second
         self._threshold = score_threshold
 
     @property
     def name(self) -> str:
         """The inner detector's, and the second network."""
-        return f"{self._inner.name}, second look {self._second.name}"
-
-    @property
-    def class_names(self) -> tuple[str, ...]:
-        """The classes that the model knows."""
-        return self._inner.class_names
+        return words(self._inner, self._second)
 
     def detect(self, image: Image) -> Detections:
         """Return the boxes found in `image` (height, width, 3), blue, green, red."""
@@ -266,9 +250,3 @@ class LookingTwice:
             found, xywh=found.xywh[order], scores=scores[order], class_ids=found.class_ids[order],
             timings_ms=spent,
         )  # fmt: skip
-
-    def close(self) -> None:
-        """Give back what the inner detector holds."""
-        close = getattr(self._inner, "close", None)
-        if close is not None:
-            close()

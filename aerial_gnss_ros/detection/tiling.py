@@ -5,14 +5,14 @@ from __future__ import annotations
 
 import time
 
-from aerial_gnss_ros.detection.base import Detections, Detector, Image
+from aerial_gnss_ros.detection.base import Detections, Detector, Image, Wrapper
 from aerial_gnss_ros.detection.config import DetectorConfig
 from aerial_gnss_ros.detection.pieces import detections, look, merge, reconsidered
-from aerial_gnss_ros.detection.second_look import SecondLook
+from aerial_gnss_ros.detection.second_look import SecondLook, words
 from aerial_gnss_ros.detection.windows import grid
 
 
-class TilingDetector:
+class TilingDetector(Wrapper):
     """A Detector that shows another one an image tile by tile.
 
     Args:
@@ -24,7 +24,7 @@ class TilingDetector:
     def __init__(
         self, inner: Detector, config: DetectorConfig, second: SecondLook | None = None
     ) -> None:
-        self._inner = inner
+        super().__init__(inner)
         self._second = second
         self._threshold = config.score_threshold
         self._tile = min(config.search.tile, config.image_size)  # larger ones would be shrunk
@@ -34,13 +34,7 @@ class TilingDetector:
     @property
     def name(self) -> str:
         """The inner detector's, and how it is used."""
-        again = f", second look {self._second.name}" if self._second else ""
-        return f"{self._inner.name}{again}, in tiles of {self._tile} px"
-
-    @property
-    def class_names(self) -> tuple[str, ...]:
-        """The classes that the model knows."""
-        return self._inner.class_names
+        return f"{words(self._inner, self._second)}, in tiles of {self._tile} px"
 
     def detect(self, image: Image) -> Detections:
         """Return the boxes found in `image` (height, width, 3), blue, green, red."""
@@ -52,9 +46,3 @@ class TilingDetector:
             found = reconsidered(found, image, self._second, self._threshold)
         spent["post"] = spent.get("post", 0.0) + 1e3 * (time.perf_counter() - started)
         return detections(found, self.class_names, self._most, spent)
-
-    def close(self) -> None:
-        """Give back what the inner detector holds."""
-        close = getattr(self._inner, "close", None)
-        if close is not None:
-            close()
