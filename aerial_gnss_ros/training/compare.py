@@ -14,7 +14,7 @@ from aerial_gnss_ros.detection.config import DetectorConfig
 from aerial_gnss_ros.training.average_precision import LOWEST_SCORE, average_precision
 from aerial_gnss_ros.training.labelled import LabelledImage, Truth, read_folder
 from aerial_gnss_ros.training.labelled_bag import is_bag, read_bag
-from aerial_gnss_ros.training.score import Score
+from aerial_gnss_ros.training.score import score_above
 
 
 @dataclass(frozen=True)
@@ -77,9 +77,8 @@ def _figures(
     reference: list[tuple[Detections, Truth]],
 ) -> Figures:
     threshold = DetectorConfig().score_threshold
-    score, shifts = Score(), [0.0]
-    for (found, truth), (first, _) in zip(pairs, reference, strict=True):
-        score.add(above(found, threshold), truth)
+    score, shifts = score_above(pairs, threshold), [0.0]
+    for (found, _), (first, _) in zip(pairs, reference, strict=True):
         if len(found):
             away = first.xywh[first.scores >= threshold, None, :2] - found.xywh[None, :, :2]
             shifts += np.hypot(away[..., 0], away[..., 1]).min(axis=1).tolist()
@@ -93,14 +92,6 @@ def _figures(
         score.overall.recall,
         float(np.median(score.centre_error_px or [float("nan")])),
         float(np.percentile(shifts, 95)),
-    )
-
-
-def above(found: Detections, threshold: float) -> Detections:
-    """Return the boxes that a detector with this score threshold would have found."""
-    kept = found.scores >= threshold
-    return Detections(
-        found.xywh[kept], found.scores[kept], found.class_ids[kept], found.class_names
     )
 
 

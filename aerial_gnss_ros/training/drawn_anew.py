@@ -15,9 +15,8 @@ from numpy.typing import NDArray
 
 from aerial_gnss_ros.detection.base import Detections
 from aerial_gnss_ros.training.average_precision import average_of, judge
-from aerial_gnss_ros.training.compare import above
 from aerial_gnss_ros.training.labelled import Truth
-from aerial_gnss_ros.training.score import match
+from aerial_gnss_ros.training.score import above, match
 
 FIGURES = ("map50", "map50_95", "precision", "recall")
 

@@ -15,10 +15,10 @@ from aerial_gnss_ros.detection.base import Detections
 from aerial_gnss_ros.detection.config import DetectorConfig
 from aerial_gnss_ros.detection.select import load_detector
 from aerial_gnss_ros.training.average_precision import average_precision
-from aerial_gnss_ros.training.compare import above, for_scoring
+from aerial_gnss_ros.training.compare import for_scoring
 from aerial_gnss_ros.training.inspection import Example, Inspection
 from aerial_gnss_ros.training.labelled import LabelledImage, Truth, read_folder, read_image
-from aerial_gnss_ros.training.score import Score
+from aerial_gnss_ros.training.score import score_above
 
 META = "meta.csv"
 THRESHOLDS = np.round(np.arange(0.05, 1.0, 0.05), 2)
@@ -53,11 +53,11 @@ def score_weights(
     """
     low = for_scoring(replace(config, model=str(weights), allow_pickle=True))
     detector = load_detector(low)
-    result, pairs = Score(), []
+    pairs = []
     for image in images:
         found = detector.detect(image.read())
         pairs.append((found, image.truth))
-        result.add(above(found, config.score_threshold), image.truth)
+    result = score_above(pairs, config.score_threshold)
     precision = average_precision(pairs)
     threshold, f1 = best_threshold(pairs)
     return {
@@ -78,10 +78,7 @@ def best_threshold(pairs: Sequence[tuple[Detections, Truth]]) -> tuple[float, fl
     """
     f1 = np.zeros(len(THRESHOLDS))
     for i, threshold in enumerate(THRESHOLDS):
-        result = Score()
-        for found, truth in pairs:
-            result.add(above(found, float(threshold)), truth)
-        overall = result.overall
+        overall = score_above(pairs, float(threshold)).overall
         # 2 P R / (P + R), from the counts.
         f1[i] = 2 * overall.found / max(1, overall.robots + overall.found + overall.false)
     if not f1.max():

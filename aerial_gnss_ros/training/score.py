@@ -193,12 +193,24 @@ def sweep(detector: Detector, images: Iterable[LabelledImage]) -> dict[float, Sc
     for image in images:
         found = detector.detect(image.read())
         for threshold, result in results.items():
-            kept = found.scores >= threshold
-            boxes = Detections(
-                found.xywh[kept], found.scores[kept], found.class_ids[kept], found.class_names
-            )
-            result.add(boxes, image.truth)
+            result.add(above(found, threshold), image.truth)
     return results
+
+
+def above(found: Detections, threshold: float) -> Detections:
+    """Return the boxes that a detector with this score threshold would have found."""
+    kept = found.scores >= threshold
+    return Detections(
+        found.xywh[kept], found.scores[kept], found.class_ids[kept], found.class_names
+    )
+
+
+def score_above(pairs: Iterable[tuple[Detections, Truth]], threshold: float) -> Score:
+    """Return what boxes of at least a score are worth on the images where they were found."""
+    result = Score()
+    for found, truth in pairs:
+        result.add(above(found, threshold), truth)
+    return result
 
 
 def sweep_report(results: dict[float, Score]) -> str:

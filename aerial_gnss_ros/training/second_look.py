@@ -9,54 +9,19 @@ from __future__ import annotations
 import argparse
 import sys
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
 from pathlib import Path
-
-import numpy as np
-from numpy.typing import NDArray
 
 from aerial_gnss_ros.bags.partial import partial, refuse_existing
 from aerial_gnss_ros.core.errors import AerialGnssError, ConfigError, ModelError
 from aerial_gnss_ros.core.words import counted
-from aerial_gnss_ros.detection.base import Detections, Detector
+from aerial_gnss_ros.detection.base import Detector
 from aerial_gnss_ros.detection.config import DetectorConfig
-from aerial_gnss_ros.detection.second_look import SecondLook, Share, Terms, log_odds
+from aerial_gnss_ros.detection.second_look import SecondLook, Terms
 from aerial_gnss_ros.detection.select import load_detector
-from aerial_gnss_ros.training.candidates import Candidates, gather, joined
-from aerial_gnss_ros.training.compare import above
 from aerial_gnss_ros.training.compare import labelled as open_images
-from aerial_gnss_ros.training.labelled import LabelledImage, Truth
-from aerial_gnss_ros.training.labelled_bag import is_bag
-from aerial_gnss_ros.training.score import Score
-
-_WEIGHTS = tuple(round(0.1 * i, 1) for i in range(1, 11))
-_THRESHOLDS = tuple(round(0.05 * i, 2) for i in range(3, 16))
-
-
-@dataclass(frozen=True)
-class Look:
-    """What was seen in one image.
-
-    Attributes:
-        found: by the detector, best first.
-        scores: (n,) by the second look.
-        truth: the robots.
-    """
-
-    found: Detections
-    scores: NDArray[np.float64]
-    truth: Truth
-
-    def shared(self, weight: float) -> tuple[Detections, Truth]:
-        """Return the boxes with their scores mixed: `weight` of the second look's log odds."""
-        found = self.found
-        odds = weight * log_odds(self.scores) + (1.0 - weight) * log_odds(found.scores)
-        mixed = np.where(self.scores == found.scores, found.scores, 1.0 / (1.0 + np.exp(-odds)))
-        order = np.argsort(-mixed, kind="stable")
-        boxes = Detections(
-            found.xywh[order], mixed[order], found.class_ids[order], found.class_names
-        )
-        return boxes, self.truth
+from aerial_gnss_ros.training.labelled import LabelledImage
+from aerial_gnss_ros.training.proposals import Proposals, gather, joined
+from aerial_gnss_ros.training.share import Look, Share, best_share
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -111,15 +76,15 @@ def _train(given: argparse.Namespace) -> None:
             second_look="off", threads=given.threads,
         )
     )  # fmt: skip
-    candidates = joined(
+    proposals = joined(
         part.times(weight)
         for weight, folders in parts
         for part in _gathered(detector, folders, terms)
     )
     sys.stdout.write(
-        f"{counted(len(candidates), 'box')}, {int(candidates.is_robot.sum())} on robots\n"
+        f"{counted(len(proposals), 'box')}, {int(proposals.is_robot.sum())} on robots\n"
     )
-    network = fit(candidates, terms, given.steps, given.seed, given.threads, _tell)
+    network = fit(proposals, terms, given.steps, given.seed, given.threads, _tell)
     with partial(given.output) as file:
         write(network, terms, Share(), file)
         second = SecondLook(file, given.threads)
@@ -144,42 +109,6 @@ def _counted(given: Sequence[str]) -> tuple[float, list[Path]]:
     return weight, [Path(name) for name in given[1:]]
 
 
-def best_share(groups: Sequence[Sequence[Look]]) -> tuple[Share, float]:
-    """Return how much the second look counts, and what is reached so at the default threshold.
-
-    The best is where the lesser of precision and recall is greatest: neither buys the other.
-
-    Args:
-        groups: looks at held-out images of several kinds, by a network whose share is all. Each
-            kind counts alike, however many images it has.
-
-    Returns:
-        The share, and the mean over the kinds of the lesser of precision and recall.
-
-    Raises:
-        ModelError: no robot is found in any of them.
-    """
-    best = (0.0, 1.0, DetectorConfig.score_threshold)
-    for weight in _WEIGHTS:
-        mixed = [[look.shared(weight) for look in looks] for looks in groups]
-        for threshold in _THRESHOLDS:
-            reached = float(np.mean([_lesser(pairs, threshold) for pairs in mixed]))
-            best = max(best, (reached, weight, threshold))
-    reached, weight, threshold = best
-    if not reached:
-        raise ModelError("on the held-out images no robot is found; give others, with robots.")
-    shift = log_odds(DetectorConfig.score_threshold) - log_odds(threshold)
-    return Share(weight, float(shift)), reached
-
-
-def _lesser(pairs: Sequence[tuple[Detections, Truth]], threshold: float) -> float:
-    result = Score()
-    for found, truth in pairs:
-        result.add(above(found, threshold), truth)
-    overall = result.overall
-    return overall.found / max(1, overall.robots, overall.found + overall.false)
-
-
 def _tell(step: int, loss: float) -> None:
     sys.stdout.write(f"step {step}: loss {loss:.4f}\n")
     sys.stdout.flush()
@@ -189,10 +118,10 @@ def _images(folders: Sequence[Path]) -> Iterator[LabelledImage]:
     for folder in folders:
         splits = ("train", "test", "val")
         split = next((s for s in splits if any((folder / "images" / s).glob("*"))), "train")
-        yield from open_images(folder, "test" if is_bag(folder) else split)
+        yield from open_images(folder, split)
 
 
-def _gathered(detector: Detector, folders: Sequence[Path], terms: Terms) -> Iterator[Candidates]:
+def _gathered(detector: Detector, folders: Sequence[Path], terms: Terms) -> Iterator[Proposals]:
     for folder in folders:
         found = gather(detector, _images([folder]), terms)
         sys.stdout.write(f"{folder}: {counted(len(found), 'box')}\n")

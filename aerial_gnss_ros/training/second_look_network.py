@@ -20,10 +20,10 @@ from aerial_gnss_ros.detection.second_look import (
     METADATA,
     ODDS_UNIT,
     OUTPUT,
-    Share,
     Terms,
 )
-from aerial_gnss_ros.training.candidates import ROOM, Candidates
+from aerial_gnss_ros.training.proposals import ROOM, Proposals
+from aerial_gnss_ros.training.share import Share
 
 _OPSET, _IR_VERSION = 17, 8  # read by ONNX Runtime 1.17 and later
 _BATCH = 128
@@ -35,6 +35,11 @@ _SOFT = 0.01  # labels of 0.01 and 0.99: a few are wrong
 _TOLD_EVERY = 500
 _WIDTHS = (24, 32, 64, 96)
 _HIDDEN = 64
+_QUARTER, _MIRROR = np.array([[0.0, -1.0], [1.0, 0.0]]), np.diag([-1.0, 1.0])
+_WAYS = np.array([
+    np.linalg.matrix_power(_QUARTER, k % 4) @ (_MIRROR if k >= 4 else np.eye(2)) for k in range(8)
+])  # fmt: skip
+"""A square's turns and mirror images; the odd ones lay down what was upright."""
 
 
 class Network(nn.Module):  # type: ignore[misc]  # torch is optional
@@ -96,17 +101,17 @@ def _scaled(values: Any) -> Any:
 
 
 def fit(
-    candidates: Candidates,
+    proposals: Proposals,
     terms: Terms,
     steps: int,
     seed: int,
     threads: int = 0,
     tell: Callable[[int, float], None] | None = None,
 ) -> Network:
-    """Return a network that has learnt from the candidates; the mean of its last states.
+    """Return a network that has learnt from the proposals; the mean of its last states.
 
     Args:
-        candidates: to learn from; robots and others are drawn equally often, those that the
+        proposals: to learn from; robots and others are drawn equally often, those that the
             detector is wrong about oftener.
         terms: of the look.
         steps: of 128 boxes each.
@@ -121,18 +126,18 @@ def fit(
     network: Network = Network().to(memory_format=torch.channels_last)
     optimizer = torch.optim.AdamW(network.parameters(), lr=_RATE, weight_decay=_DECAY)
     mean = {name: value.clone() for name, value in network.state_dict().items()}
-    chances, losses = drawing(candidates), []
+    chances, losses = drawing(proposals), []
     for step in range(steps):
         rate = (
             _RATE * min(1.0, (step + 1) / _WARM_UP) * 0.5 * (1 + math.cos(math.pi * step / steps))
         )
         for group in optimizer.param_groups:
             group["lr"] = rate + 1e-5
-        chosen = rng.choice(len(candidates), _BATCH, p=chances)
-        views, traits = _varied(candidates, chosen, terms, rng)
+        chosen = rng.choice(len(proposals), _BATCH, p=chances)
+        views, traits = _varied(proposals, chosen, terms, rng)
         with torch.autocast("cpu", dtype=torch.bfloat16):
             odds = network(views.contiguous(memory_format=torch.channels_last), traits)
-        wanted = torch.from_numpy(candidates.is_robot[chosen].astype(np.float32))
+        wanted = torch.from_numpy(proposals.is_robot[chosen].astype(np.float32))
         loss = functional.binary_cross_entropy_with_logits(
             odds.float(), wanted * (1.0 - 2.0 * _SOFT) + _SOFT
         )
@@ -149,13 +154,13 @@ def fit(
     return network
 
 
-def drawing(candidates: Candidates) -> NDArray[np.float64]:
-    """Return with what probability each candidate (n,) is drawn."""
-    wrong = np.where(candidates.is_robot, 1.0 - candidates.scores, candidates.scores)
-    chances = candidates.weights * (_EASY + wrong)
+def drawing(proposals: Proposals) -> NDArray[np.float64]:
+    """Return with what probability each proposal (n,) is drawn."""
+    wrong = np.where(proposals.is_robot, 1.0 - proposals.scores, proposals.scores)
+    chances = proposals.weights * (_EASY + wrong)
     for kind, share in (
-        (candidates.is_robot, _ROBOT_SHARE),
-        (~candidates.is_robot, 1 - _ROBOT_SHARE),
+        (proposals.is_robot, _ROBOT_SHARE),
+        (~proposals.is_robot, 1 - _ROBOT_SHARE),
     ):
         chances[kind] *= share / max(chances[kind].sum(), np.finfo(float).tiny)
     return np.asarray(chances / chances.sum(), dtype=np.float64)
@@ -170,20 +175,15 @@ def _average(mean: dict[str, Any], network: Network, kept: float) -> None:
 
 
 def _varied(
-    candidates: Candidates, chosen: NDArray[np.int64], terms: Terms, rng: np.random.Generator
+    proposals: Proposals, chosen: NDArray[np.int64], terms: Terms, rng: np.random.Generator
 ) -> tuple[Any, Any]:
-    """Return views and traits of some candidates, turned, mirrored, moved, scaled and lit anew."""
+    """Return views and traits of some proposals, turned, mirrored, moved, scaled and lit anew."""
     count = len(chosen)
-    stored = torch.from_numpy(candidates.views[chosen]).permute(0, 3, 1, 2).float() / 255.0
+    stored = torch.from_numpy(proposals.views[chosen]).permute(0, 3, 1, 2).float() / 255.0
     turns = rng.integers(0, 8, count)
-    quarter = np.array([[0.0, -1.0], [1.0, 0.0]])
-    mirror = np.diag([-1.0, 1.0])
-    ways = [
-        np.linalg.matrix_power(quarter, k % 4) @ (mirror if k >= 4 else np.eye(2)) for k in range(8)
-    ]
     scales = np.exp(rng.uniform(-0.1, 0.1, count)) / ROOM
     move = np.zeros((count, 2, 3))
-    move[:, :, :2] = np.array(ways)[turns] * scales[:, None, None]
+    move[:, :, :2] = _WAYS[turns] * scales[:, None, None]
     move[:, :, 2] = rng.normal(0.0, 0.015, (count, 2))
     grid = functional.affine_grid(
         torch.from_numpy(move.astype(np.float32)), [count, 6, terms.side, terms.side],
@@ -196,7 +196,7 @@ def _varied(
     offset = rng.normal(0.0, 0.04, (count, 1, 1, 1))
     seen = seen * torch.from_numpy(np.exp(light).astype(np.float32))
     seen = (seen + torch.from_numpy(offset.astype(np.float32))).clamp(0.0, 1.0)
-    traits = candidates.traits[chosen].copy()
+    traits = proposals.traits[chosen].copy()
     traits[turns % 2 == 1, 2] *= -1.0  # upright becomes lying
     traits[:, 0] += rng.normal(0.0, 0.15, count)  # the detector's score must not be all it goes by
     traits[:, 0] += np.where(rng.random(count) < 0.15, rng.normal(0.0, 0.7, count), 0.0)
@@ -216,9 +216,8 @@ def write(network: Network, terms: Terms, share: Share, path: Path) -> None:
 
     example = (torch.zeros((2, terms.side, terms.side, 6), dtype=torch.uint8), torch.zeros((2, 3)))
     with warnings.catch_warnings():
-        warnings.simplefilter(
-            "ignore"
-        )  # that there is another exporter, which needs another package
+        # That there is another exporter, which needs another package.
+        warnings.simplefilter("ignore")
         torch.onnx.export(
             _FromBytes(network, share).eval(), example, str(path), input_names=list(INPUTS),
             output_names=[OUTPUT], opset_version=_OPSET, dynamo=False,

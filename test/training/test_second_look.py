@@ -8,10 +8,11 @@ import numpy as np
 import pytest
 
 from aerial_gnss_ros.detection.base import Detections
-from aerial_gnss_ros.detection.second_look import SecondLook, Share, Terms
-from aerial_gnss_ros.training.candidates import Candidates, joined, judged
+from aerial_gnss_ros.detection.second_look import SecondLook, Terms
 from aerial_gnss_ros.training.labelled import Truth
-from aerial_gnss_ros.training.second_look import Look, best_share, main
+from aerial_gnss_ros.training.proposals import Proposals, joined, judged
+from aerial_gnss_ros.training.second_look import main
+from aerial_gnss_ros.training.share import Look, Share, best_share
 
 
 def truth_of(*corners):
@@ -80,7 +81,7 @@ def crosses():
         view[24:56, 36:44] = view[36:44, 24:56] = 200
         if not cross:
             view[24:56, 24:56] = 200
-    return Candidates(
+    return Proposals(
         views, np.zeros((400, 3), np.float32), np.full(400, 0.5), is_robot, np.ones(400)
     )
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The boxes that a detector is not sure of, with the truth: what a second look learns from."""
+"""The boxes that a detector proposes, with the truth: what a second look learns from."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _NEARLY_WEIGHT = 0.3
 
 
 @dataclass(frozen=True)
-class Candidates:
+class Proposals:
     """Boxes to learn from.
 
     Attributes:
@@ -42,23 +42,21 @@ class Candidates:
     def __len__(self) -> int:
         return len(self.scores)
 
-    def times(self, weight: float) -> Candidates:
+    def times(self, weight: float) -> Proposals:
         """Return the same, each counting `weight` times as much."""
-        return Candidates(
-            self.views, self.traits, self.scores, self.is_robot, self.weights * weight
-        )
+        return Proposals(self.views, self.traits, self.scores, self.is_robot, self.weights * weight)
 
 
-def joined(parts: Iterable[Candidates]) -> Candidates:
+def joined(parts: Iterable[Proposals]) -> Proposals:
     """Return several sets as one."""
     found = list(parts)
-    return Candidates(
+    return Proposals(
         *(np.concatenate([getattr(part, item.name) for part in found])
-          for item in fields(Candidates))
+          for item in fields(Proposals))
     )  # fmt: skip
 
 
-def gather(detector: Detector, images: Iterable[LabelledImage], terms: Terms) -> Candidates:
+def gather(detector: Detector, images: Iterable[LabelledImage], terms: Terms) -> Proposals:
     """Return all boxes that a detector finds in labelled images.
 
     Those that it is sure of are among them: what robots look like is learnt from them as well.
@@ -76,7 +74,7 @@ def gather(detector: Detector, images: Iterable[LabelledImage], terms: Terms) ->
         found = detector.detect(image)
         if len(found):
             is_robot, weights = judged(found.xyxy, labelled.truth)
-            made.append(Candidates(
+            made.append(Proposals(
                 views(image, found.xywh, terms, ROOM), traits(found.xywh, found.scores),
                 found.scores, is_robot, weights,
             ))  # fmt: skip
@@ -97,8 +95,8 @@ def judged(
     return is_robot, weights
 
 
-def _none(pixels: int) -> Candidates:
-    return Candidates(
+def _none(pixels: int) -> Proposals:
+    return Proposals(
         np.empty((0, pixels, pixels, 6), np.uint8), np.empty((0, 3), np.float32),
         np.empty(0), np.empty(0, np.bool_), np.empty(0),
     )  # fmt: skip
