@@ -51,10 +51,8 @@ def paths(kind: str, seed: int, end: float) -> RandomSwimmers | Swarm:
     start = np.zeros((2, 2))
     start[1] = rng.uniform(*APART_M) * np.array([np.cos(course), np.sin(course)])
     if kind == "white":
-        swum = RandomSwimmers(start, True, seed, end)
-        met = swum.positions([SEEN_S])[:, 0, :2]
-        swum._path += (start - met)[None]  # noqa: SLF001 - side by side then
-        return swum
+        met = RandomSwimmers(start, True, seed, end).positions([SEEN_S])[:, 0, :2]
+        return RandomSwimmers(2.0 * start - met, True, seed, end)  # side by side then
     return Swarm(start, PLAN, seed, 0.0, end)
 
 

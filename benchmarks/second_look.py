@@ -4,27 +4,22 @@
     python benchmarks/second_look.py
 
 Processor time of one thread for an image with a number of doubtful boxes, cutting out included,
-medians taken in turns; and the memory that it holds more, with ONNX Runtime itself (anonymous).
+medians taken in turns; and the memory that it holds more, with ONNX Runtime itself (anonymous,
+after a trim).
 """
 
 from __future__ import annotations
 
 import time
-from pathlib import Path
 
 import one_thread  # noqa: F401 - before numpy
 
 # isort: split
 import numpy as np
+from compiled_sizes import held_mb
 from tables import columns, show
 
 COUNTS, LONG_PX = (1, 4, 16, 32), (20.0, 60.0, 200.0)
-
-
-def held_mb() -> float:
-    """Return the memory that the process holds."""
-    lines = Path("/proc/self/status").read_text(encoding="ascii").splitlines()
-    return next(int(line.split()[1]) / 1024 for line in lines if line.startswith("RssAnon"))
 
 
 def main() -> None:
