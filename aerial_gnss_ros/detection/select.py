@@ -53,7 +53,7 @@ def second_look(config: DetectorConfig) -> SecondLook | None:
     if config.second_look == OFF:
         return None
     if config.second_look != AUTO:
-        return SecondLook(find_model(config.second_look), config.threads)
+        return SecondLook(find_model(config.second_look, "the second look"), config.threads)
     model = find_model(config.model)
     path = model.with_name(f"{_PRECISIONS.sub('', model.stem)}{SECOND_LOOK_SUFFIX}")
     return SecondLook(path, config.threads) if path.is_file() else None
@@ -103,8 +103,12 @@ def _loaded(backend: str, path: Path, config: DetectorConfig) -> Detector:
     return onnx_backend.load(path, config, cuda=backend == "cuda")
 
 
-def find_model(model: str) -> Path:
+def find_model(model: str, what: str = "the model") -> Path:
     """Return the file that `model` means: a path, or the name of one in the folder models.
+
+    Args:
+        model: path or name.
+        what: it is for, for the error.
 
     Raises:
         ModelError: no such file.
@@ -121,7 +125,7 @@ def find_model(model: str) -> Path:
     except InputError as error:
         shipped = ", ".join(sorted(file.name for file in model_path(".").glob("*.onnx")))
         raise ModelError(
-            f"the model {model} does not exist; give the path of a file, or one of the shipped "
+            f"{what} {model} does not exist; give the path of a file, or one of the shipped "
             f"{shipped}."
         ) from error
 

@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aerial_gnss_ros.detection.base import Detector
-from aerial_gnss_ros.detection.second_look import Terms, traits, views
+from aerial_gnss_ros.detection.second_look_terms import Terms, traits
+from aerial_gnss_ros.detection.views import views
 from aerial_gnss_ros.detection.yolo import iou
 from aerial_gnss_ros.training.labelled import LabelledImage, Truth
 from aerial_gnss_ros.training.score import MATCH_IOU

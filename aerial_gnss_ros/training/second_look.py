@@ -16,7 +16,8 @@ from aerial_gnss_ros.core.errors import AerialGnssError, ConfigError, ModelError
 from aerial_gnss_ros.core.words import counted
 from aerial_gnss_ros.detection.base import Detector
 from aerial_gnss_ros.detection.config import DetectorConfig
-from aerial_gnss_ros.detection.second_look import SecondLook, Terms
+from aerial_gnss_ros.detection.second_look import SecondLook
+from aerial_gnss_ros.detection.second_look_terms import Terms
 from aerial_gnss_ros.detection.select import load_detector
 from aerial_gnss_ros.training.compare import labelled as open_images
 from aerial_gnss_ros.training.labelled import LabelledImage

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from torch import nn
 from torch.nn import functional
 
-from aerial_gnss_ros.detection.second_look import (
+from aerial_gnss_ros.detection.second_look_terms import (
     INPUTS,
     METADATA,
     ODDS_UNIT,

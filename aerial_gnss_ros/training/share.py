@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from aerial_gnss_ros.core.errors import ModelError
 from aerial_gnss_ros.detection.base import Detections
 from aerial_gnss_ros.detection.config import DetectorConfig
-from aerial_gnss_ros.detection.second_look import log_odds
+from aerial_gnss_ros.detection.second_look_terms import log_odds
 from aerial_gnss_ros.training.labelled import Truth
 from aerial_gnss_ros.training.score import score_above
 

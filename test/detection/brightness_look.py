@@ -9,7 +9,7 @@ import numpy as np
 import onnx
 from onnx import TensorProto, helper, numpy_helper
 
-from aerial_gnss_ros.detection.second_look import METADATA, Terms
+from aerial_gnss_ros.detection.second_look_terms import METADATA, Terms
 
 
 def brightness_look(path: Path, terms: Terms | None = None) -> Path:

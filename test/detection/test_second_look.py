@@ -14,8 +14,10 @@ from aerial_gnss_ros.core.errors import ModelError
 from aerial_gnss_ros.detection.base import Detections
 from aerial_gnss_ros.detection.config import DetectorConfig, detector_config
 from aerial_gnss_ros.detection.search import searching
-from aerial_gnss_ros.detection.second_look import LookingTwice, SecondLook, Terms, traits, views
+from aerial_gnss_ros.detection.second_look import LookingTwice, SecondLook
+from aerial_gnss_ros.detection.second_look_terms import Terms, traits
 from aerial_gnss_ros.detection.select import load_detector
+from aerial_gnss_ros.detection.views import views
 
 pytest.importorskip("onnx", reason="onnx builds the test's models; pip install '.[test]'")
 _HERE = Path(__file__)
@@ -150,7 +152,8 @@ def test_what_is_no_second_look_is_refused(tmp_path):
     model = white_box_model(tmp_path / "m.onnx")
     for name, words in (
         (str(model), "no network for a second look"),
-        ("/no/look.onnx", "not exist"),
+        ("/no/look.onnx", "the second look /no/look.onnx does not exist"),
+        ("none.onnx", "the second look none.onnx does not exist"),
     ):
         with pytest.raises(ModelError, match=words):
             load_detector(DetectorConfig(model=str(model), second_look=name))

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from aerial_gnss_ros.detection.base import Detections
-from aerial_gnss_ros.detection.second_look import SecondLook, Terms
+from aerial_gnss_ros.detection.second_look import SecondLook
+from aerial_gnss_ros.detection.second_look_terms import Terms
 from aerial_gnss_ros.training.labelled import Truth
 from aerial_gnss_ros.training.proposals import Proposals, joined, judged
 from aerial_gnss_ros.training.second_look import main

@@ -1,0 +1,82 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Which boxes a second look is for, how large it sees them, and what it is told of them."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aerial_gnss_ros.core.errors import ModelError
+
+METADATA = "second_look"
+INPUTS, OUTPUT = ("views", "traits"), "scores"
+ODDS_UNIT = 3.0  # of log odds, as the network is told of them
+_MOST = 32  # boxes of an image; each costs about half a millisecond
+
+
+@dataclass(frozen=True)
+class Terms:
+    """What is looked at again, and how; the file of the network carries it.
+
+    Attributes:
+        side: of a view, px.
+        near: side of the near view in the image, long sides of the box.
+        wide: of the wide view.
+        least: shortest side of the near view in the image, px.
+        from_score: boxes of less are not looked at again, and so not reported.
+        to_score: the network is believed from here on.
+    """
+
+    side: int = 64
+    near: float = 2.0
+    wide: float = 6.0
+    least: float = 30.0
+    from_score: float = 0.03
+    to_score: float = 0.8
+
+    @classmethod
+    def read(cls, metadata: Mapping[str, str], where: str) -> Terms:
+        """Return the terms in an ONNX model's metadata.
+
+        Raises:
+            ModelError: there are none; the model is for something else.
+        """
+        try:
+            return cls(**json.loads(metadata[METADATA]))
+        except (KeyError, TypeError, ValueError) as error:
+            raise ModelError(
+                f"{where} is no network for a second look; give one that "
+                "aerial_gnss_ros.training.second_look made, or set second_look to off."
+            ) from error
+
+    @property
+    def text(self) -> str:
+        """What `read` reads."""
+        return json.dumps(asdict(self))
+
+    def doubtful(self, scores: NDArray[np.float64]) -> NDArray[np.int64]:
+        """Return the indices of the boxes to look at again, of scores with the best first."""
+        within = (scores >= self.from_score) & (scores < self.to_score)
+        return np.flatnonzero(within)[:_MOST]
+
+
+def log_odds(scores: NDArray[np.float64] | float) -> NDArray[np.float64]:
+    """Return log(p / (1 - p)), of 0.0001 to 0.9999."""
+    within = np.clip(np.asarray(scores, dtype=np.float64), 1e-4, 1.0 - 1e-4)
+    odds: NDArray[np.float64] = np.log(within / (1.0 - within))
+    return odds
+
+
+def traits(xywh: NDArray[np.float64], scores: NDArray[np.float64]) -> NDArray[np.float32]:
+    """Return (n, 3) what the views do not show: log odds, log size and log shape of each box."""
+    size = np.maximum(xywh[:, 2:], 1e-3)
+    columns = [
+        log_odds(scores) / ODDS_UNIT,
+        np.log(np.maximum(size.max(axis=1), 1.0) / 40.0),
+        np.log(size[:, 0] / size[:, 1]),
+    ]
+    return np.stack(columns, axis=1).astype(np.float32)
