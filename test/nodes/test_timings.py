@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import math
 
-from aerial_gnss_ros.nodes.memory import keep_freed_memory
 from aerial_gnss_ros.nodes.timings import Timings, Waits
 
 
@@ -29,7 +28,3 @@ def test_waits_are_kept_by_stamp_and_bounded():
         waits.begin(stamp, 0.0)
     assert math.isnan(waits.end(0, 1.0))
     assert waits.end(9_999, 1.0) == 1000.0
-
-
-def test_freed_memory_can_be_kept_where_the_library_is_glibc():
-    assert isinstance(keep_freed_memory(), bool)
