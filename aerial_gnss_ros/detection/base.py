@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any, Protocol
 
@@ -123,6 +124,19 @@ class Detector(Protocol):
             ModelError: this image could not be worked on, such as for want of memory; the next
                 one may do.
         """
+
+
+def detect_all(detector: Detector, images: Sequence[Image]) -> list[Detections]:
+    """Return the boxes found in each image, side by side where the detector can.
+
+    Raises:
+        ModelError: as `Detector.detect`.
+    """
+    together = getattr(detector, "detect_all", None)
+    if together is None:
+        return [detector.detect(image) for image in images]
+    found: list[Detections] = together(images)
+    return found
 
 
 class Wrapper:

@@ -13,6 +13,7 @@ from aerial_gnss_ros.core.errors import ModelError
 from aerial_gnss_ros.detection.background import begun
 
 Shape = tuple[int, ...]
+Compile = Callable[[Any, bool], Any]
 _MOST = 3
 """Sizes beside the first image's; each takes some 20 MB."""
 _OFTEN = 10  # runs with a size, of the last _RECENT, that make it worth compiling for
@@ -42,7 +43,8 @@ class CompiledSizes:
     equal boxes. Not for several threads.
 
     Args:
-        compiled: makes what runs a model.
+        compiled: makes what runs a model, and is told whether that is for a size that comes beside
+            the first one, such as of windows.
         model: takes any size; has `clone` and `reshape` as OpenVINO's.
         first: shape of the input that is likely, with which the model is tried.
         others: whether smaller images than the first will come: prepare for them once the first
@@ -54,7 +56,7 @@ class CompiledSizes:
 
     def __init__(
         self,
-        compiled: Callable[[Any], Any],
+        compiled: Compile,
         model: Any,
         first: Shape,
         *,
@@ -63,7 +65,7 @@ class CompiledSizes:
         self._compiled, self._model = compiled, model
         self._runs = 0
         self._whole = first
-        self._own: dict[Shape, Any] = {first: _fitted(compiled, model, first)}
+        self._own: dict[Shape, Any] = {first: self._fitted(first, beside=False)}
         self._last: dict[Shape, int] = {}
         self._uses: Counter[Shape] = Counter()
         self._hopeless: set[Shape] = set()
@@ -84,14 +86,18 @@ class CompiledSizes:
         if self._runs == 2 and shape != self._whole:  # the first run was the trial: a wrong guess
             self._own.clear()
             self._whole = shape
-            self._own[shape] = _fitted(self._compiled, self._model, shape)
+            self._own[shape] = self._fitted(shape, beside=False)
         if self._runs == 3 and self._others:  # not before: the first boxes would come later
-            self._any = begun(lambda: self._compiled(self._model), _NAME)
+            self._any = begun(lambda: self._compiled(self._model, False), _NAME)
         if shape in self._own:
             self._last[shape] = self._runs
             return self._own[shape]
         self._consider(shape)
         return self._for_any()
+
+    def has_own(self, shape: Shape) -> bool:
+        """Return whether a model of its own runs images of this shape: no others wait for it."""
+        return shape in self._own
 
     def close(self) -> None:
         """Forget all that is compiled, once nothing is being compiled any more."""
@@ -105,7 +111,7 @@ class CompiledSizes:
         made, self._any = self._any, None
         if made is None:
             made = Future()
-            made.set_result(self._compiled(self._model))
+            made.set_result(self._compiled(self._model, False))
         result = made.result()  # one that failed is forgotten: the next image tries again
         self._any = made
         return result
@@ -127,8 +133,7 @@ class CompiledSizes:
         if self._uses[shape] < _OFTEN or self._job is not None or shape in self._hopeless:
             return
         if self._room():
-            compiled, model = self._compiled, self._model
-            made = begun(lambda: _fitted(compiled, model, shape), _NAME)
+            made = begun(lambda: self._fitted(shape, beside=True), _NAME)
             self._job = _Job(shape, made, self._runs + _COMPILED_WITHIN)
 
     def _room(self) -> bool:
@@ -142,8 +147,7 @@ class CompiledSizes:
         del self._own[stalest]
         return True
 
-
-def _fitted(compiled: Callable[[Any], Any], model: Any, shape: Shape) -> Any:
-    fitted = model.clone()
-    fitted.reshape(list(shape))
-    return compiled(fitted)
+    def _fitted(self, shape: Shape, *, beside: bool) -> Any:
+        fitted = self._model.clone()
+        fitted.reshape(list(shape))
+        return self._compiled(fitted, beside)

@@ -4,7 +4,8 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -15,7 +16,7 @@ from numpy.typing import NDArray
 from aerial_gnss_ros.core.errors import ModelError
 from aerial_gnss_ros.detection.base import Detections, Image, within_image
 from aerial_gnss_ros.detection.config import DetectorConfig
-from aerial_gnss_ros.detection.letterbox import STRIDE, Canvas
+from aerial_gnss_ros.detection.letterbox import STRIDE, Canvas, Letterbox
 from aerial_gnss_ros.detection.onnx_model import (
     InputSize,
     class_names,
@@ -42,6 +43,8 @@ class Network:
             size is free; large enough for the 300 boxes of an end-to-end head: 84 of them look like
             80 classes.
         close: gives the device's memory back.
+        begin: begins to run, and returns what waits for the outputs; what is of another size may be
+            run meanwhile. None: that is no gain.
     """
 
     path: Path
@@ -52,6 +55,24 @@ class Network:
     metadata: Mapping[str, str]
     trial: tuple[int, int] = (5 * STRIDE, 5 * STRIDE)
     close: Callable[[], None] = lambda: None
+    begin: Callable[[Any], Callable[[], list[NDArray[Any]]]] | None = None
+
+
+@dataclass(frozen=True)
+class _Running:
+    """An image on its way through the network.
+
+    Attributes:
+        image: as given.
+        box: how it fits in.
+        pre_ms: what fitting it in took.
+        outputs: waits for them.
+    """
+
+    image: Image
+    box: Letterbox
+    pre_ms: float
+    outputs: Callable[[], list[NDArray[Any]]]
 
 
 class NetworkDetector:
@@ -105,30 +126,66 @@ class NetworkDetector:
         Raises:
             ModelError: the runtime failed, such as for want of memory; the next image may do.
         """
-        config, network = self._config, self._network
-        times = [time.perf_counter()]
-        box = network.size.letterbox(image, config.image_size)
+        run = self._network.run
+        return self._found(self._running(image, lambda values: lambda: run(values)))
+
+    def detect_all(self, images: Sequence[Image]) -> list[Detections]:
+        """Return the boxes found in each image; the largest is run beside the others.
+
+        The milliseconds of all of them add up to the time that passed.
+
+        Raises:
+            ModelError: as `detect`.
+        """
+        begin = self._network.begin
+        if begin is None or len({image.shape for image in images}) < 2:
+            return [self.detect(image) for image in images]
+        largest = max(range(len(images)), key=lambda i: images[i].size)
+        running = self._running(images[largest], begin)
+        found: dict[int, Detections] = {}
         try:
+            for i, image in enumerate(images):
+                if image.shape != images[largest].shape:
+                    found[i] = self.detect(image)
+        finally:
+            found[largest] = self._found(running)
+        return [found[i] if i in found else self.detect(images[i]) for i in range(len(images))]
+
+    def _running(
+        self, image: Image, begin: Callable[[Any], Callable[[], list[NDArray[Any]]]]
+    ) -> _Running:
+        network, started = self._network, time.perf_counter()
+        box = network.size.letterbox(image, self._config.image_size)
+        with self._told(image):
             values = network.prepare(self._canvas.fill(box, image))
-            times.append(time.perf_counter())
-            output = network.run(values)[0]
-        except Exception as error:  # the runtimes have no common error
-            raise ModelError(self._failure(image, error)) from error
+            pre_ms = 1e3 * (time.perf_counter() - started)
+            return _Running(image, box, pre_ms, begin(values))
+
+    def _found(self, running: _Running) -> Detections:
+        config, times = self._config, [time.perf_counter()]
+        with self._told(running.image):
+            output = running.outputs()[0]
         times.append(time.perf_counter())
         corners, scores, classes = self._head.decode(
             output, config.score_threshold, config.iou_threshold, config.max_detections
         )
         times.append(time.perf_counter())
-        stages = dict(zip(("pre", "infer", "post"), np.diff(times) * 1e3, strict=True))
-        size = (image.shape[1], image.shape[0])
+        infer_ms, post_ms = (float(spent) for spent in np.diff(times) * 1e3)
         return within_image(
-            box.to_source(corners),
+            running.box.to_source(corners),
             scores,
             classes,
             self._class_names,
-            size,
-            {stage: float(spent) for stage, spent in stages.items()},
+            (running.image.shape[1], running.image.shape[0]),
+            {"pre": running.pre_ms, "infer": infer_ms, "post": post_ms},
         )
+
+    @contextmanager
+    def _told(self, image: Image) -> Iterator[None]:
+        try:
+            yield
+        except Exception as error:  # the runtimes have no common error
+            raise ModelError(self._failure(image, error)) from error
 
     def _failure(self, image: Image, error: Exception) -> str:
         name, size = self._network.path.name, f"{image.shape[1]} x {image.shape[0]}"

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -51,8 +52,9 @@ def load(path: Path, config: DetectorConfig) -> NetworkDetector:
     if metadata.get("precision") == "int8":
         words = f"8 bits, the rest in {words}"
     trial = _trial(config, size)
+    compiled = _Compiler(core, path, config.threads, precision)
     requests = CompiledSizes(
-        lambda made: _compile(core, made, path, config.threads, precision),
+        compiled,
         _with_preparation(model),
         (1, trial[1], trial[0], 3),
         others=config.search.mode == ROI,
@@ -62,6 +64,7 @@ def load(path: Path, config: DetectorConfig) -> NetworkDetector:
         runtime=f"OpenVINO, processor, {words}",
         prepare=_as_batch,
         run=lambda values: _run(requests[values.shape], values),
+        begin=(lambda values: _begin(requests, values)) if compiled.threads > 1 else None,
         size=size,
         metadata=metadata,
         trial=trial,
@@ -77,6 +80,21 @@ def _as_batch(image: Image) -> Image:
 def _run(request: Any, values: Image) -> list[NDArray[Any]]:
     """Return the outputs for a batch of one image."""
     return list(request.infer({0: values}, share_inputs=True, share_outputs=True).to_tuple())
+
+
+def _begin(requests: CompiledSizes, values: Image) -> Callable[[], list[NDArray[Any]]]:
+    """Return what waits for the outputs of a batch of one image; others may be run meanwhile."""
+    request = requests[values.shape]
+    if not requests.has_own(values.shape):  # it runs other sizes too, the next one perhaps
+        outputs = [output.copy() for output in _run(request, values)]
+        return lambda: outputs
+    request.start_async({0: values}, share_inputs=True)
+
+    def wait() -> list[NDArray[Any]]:
+        request.wait()
+        return [tensor.data for tensor in request.output_tensors]
+
+    return wait
 
 
 def _trial(config: DetectorConfig, size: InputSize) -> tuple[int, int]:
@@ -139,20 +157,48 @@ def _precision(core: Any, asked: str) -> str:
     return "bf16" if able and asked != "f32" else "f32"
 
 
-def _compile(core: Any, model: Any, path: Path, threads: int, precision: str) -> Any:
-    options: dict[str, Any] = {
-        "INFERENCE_PRECISION_HINT": precision,
-        "PERFORMANCE_HINT": "LATENCY",
-        # Bound to a core, a thread waits for whatever else runs on it, such as ROS.
-        "ENABLE_CPU_PINNING": False,
-    }
-    if threads:
-        options["INFERENCE_NUM_THREADS"] = threads
-    try:
-        compiled = core.compile_model(model, "CPU", options)
-        return compiled.create_infer_request()
-    except RuntimeError as error:
-        raise ModelError(f"{path} cannot be compiled by OpenVINO for this processor.") from error
+class _Compiler:
+    """Compiles a model for this processor.
+
+    Args:
+        core: OpenVINO's.
+        path: the model's file, for the error.
+        threads: 0: one for each core.
+        precision: f32 or bf16.
+
+    Attributes:
+        threads: of the first model that was compiled. What is for windows has half of them, so that
+            two windows are run side by side: threads that share one small window wait for one
+            another at each of its layers.
+    """
+
+    def __init__(self, core: Any, path: Path, threads: int, precision: str) -> None:
+        self._core, self._path = core, path
+        self.threads = threads
+        self._options = {
+            "INFERENCE_PRECISION_HINT": precision,
+            "PERFORMANCE_HINT": "LATENCY",
+            # Bound to a core, a thread waits for whatever else runs on it, such as ROS.
+            "ENABLE_CPU_PINNING": False,
+        }
+
+    def __call__(self, model: Any, beside: bool) -> Any:
+        """Return what runs a model.
+
+        Raises:
+            ModelError: it cannot be compiled, such as for want of memory.
+        """
+        options: dict[str, Any] = dict(self._options)
+        if self.threads:
+            options["INFERENCE_NUM_THREADS"] = -(-self.threads // 2) if beside else self.threads
+        try:
+            compiled = self._core.compile_model(model, "CPU", options)
+            self.threads = self.threads or compiled.get_property("INFERENCE_NUM_THREADS")
+            return compiled.create_infer_request()
+        except RuntimeError as error:
+            raise ModelError(
+                f"{self._path} cannot be compiled by OpenVINO for this processor."
+            ) from error
 
 
 def _metadata(model: Any) -> dict[str, str]:

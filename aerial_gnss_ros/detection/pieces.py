@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from aerial_gnss_ros.detection.base import Detections, Detector, Image
+from aerial_gnss_ros.detection.base import Detections, Detector, Image, detect_all
 from aerial_gnss_ros.detection.second_look import SecondLook
 from aerial_gnss_ros.detection.windows import Window
 from aerial_gnss_ros.detection.yolo import iou
@@ -53,8 +53,8 @@ def look(
     size = (image.shape[1], image.shape[0])
     pieces: list[Piece] = []
     spent: Counter[str] = Counter()
-    for index, window in enumerate(windows):
-        found = detector.detect(window.of(image))
+    parts = [window.of(image) for window in windows]
+    for index, (window, found) in enumerate(zip(windows, detect_all(detector, parts), strict=True)):
         for stage, milliseconds in found.timings_ms.items():
             spent[stage] += milliseconds  # type: ignore[assignment]  # Counter adds floats too
         corners = found.xyxy + np.array([window.left, window.top] * 2)

@@ -37,8 +37,11 @@ class Compiler:
         self.free = threading.Event()
         self.free.set()
         self.failing = set()
+        self.beside = set()
 
-    def __call__(self, model):
+    def __call__(self, model, beside):
+        if beside:
+            self.beside.add(model.shape)
         self.free.wait(10.0)
         self.threads.append(threading.current_thread())
         if model.shape in self.failing:
@@ -88,6 +91,9 @@ def test_a_size_that_comes_often_changes_over_at_the_same_image_however_long_com
             threading.Timer(0.2, compiler.free.set).start()
         taken.append(used(sizes, WINDOW, 100))
         assert threading.main_thread() not in compiler.threads[2:]
+        assert compiler.beside == {WINDOW}
+        assert sizes.has_own(WINDOW)
+        assert not sizes.has_own(PART)
     assert taken[0] == taken[1] == ["any"] * (OFTEN + COMPILED_WITHIN - 2) + [WINDOW] * 42
 
 
