@@ -77,6 +77,11 @@ class Follower:
         """Follow nothing any more."""
         self.followed = []
 
+    @property
+    def blind(self) -> bool:
+        """Whether not one of the boxes was found in the last image."""
+        return all(box.missed for box in self.followed)
+
     def predict(self, size: tuple[int, int]) -> NDArray[np.float64]:
         """Move all boxes on to the next image; return (n, 4) where they may be, px.
 

@@ -5,7 +5,9 @@ A network's time grows with the pixels that it is shown, and a robot covers a th
 an image costs a window round each robot (or one for several that are close) and one part of a scan
 that goes over the whole image every `search.scan_images` images: all images cost about the same,
 and no slow one among them holds the others up. The whole image is looked at when nothing is
-followed, and when a robot that was sure has not been found twice.
+followed, and when a robot that was sure has not been found twice, nor any other now: the camera
+jolted. Where others are still found, the scan goes faster once instead: the whole image would make
+a live camera's next images wait or be dropped.
 """
 
 from __future__ import annotations
@@ -19,6 +21,7 @@ from aerial_gnss_ros.detection.pieces import Piece, detections, look, merge, rec
 from aerial_gnss_ros.detection.second_look import SecondLook, words
 from aerial_gnss_ros.detection.windows import Window, around, split
 
+_HURRIED = 2  # parts of the scan an image while a sure robot is missed
 _WORTHWHILE = 0.6  # windows with more than this share of the image cost as much as all of it
 
 
@@ -44,7 +47,8 @@ class FollowingDetector(Wrapper):
         self._size = (0, 0)
         self._parts: list[Window] = []
         self._next = 0
-        self._whole_wanted = True
+        self._whole_wanted = False
+        self._hurried = 0  # parts that are still to be looked at faster
         self._since_loss = 0
 
     @property
@@ -81,7 +85,7 @@ class FollowingDetector(Wrapper):
         if size == self._size:
             return
         search = self._config.search
-        self._size, self._next = size, 0
+        self._size, self._next, self._hurried = size, 0, 0
         self._parts = split(size, search.scan_images, search.overlap)
         self._follower.forget()
 
@@ -90,19 +94,22 @@ class FollowingDetector(Wrapper):
         whole = [self._whole]
         likely = self._follower.predict(self._size)
         if self._whole_wanted or not len(likely):
+            self._whole_wanted = False
             return whole
         windows = around(likely, self._size)
-        windows.append(self._parts[self._next])
-        self._next = (self._next + 1) % len(self._parts)
+        count = min(self._hurried, _HURRIED) or 1
+        windows += [self._parts[(self._next + i) % len(self._parts)] for i in range(count)]
+        self._next = (self._next + count) % len(self._parts)
+        self._hurried = max(0, self._hurried - count)
         cost = sum(window.cost for window in windows)
         return windows if cost < _WORTHWHILE * self._whole.cost else whole
 
     def _learn(self, found: list[Piece], *, whole: bool) -> None:
-        """Follow what was found, and decide whether the next image is looked at as a whole."""
+        """Follow what was found, and decide whether to look for what was lost."""
         missed = self._follower.update(found)
         self._since_loss += 1
-        # A box that comes and goes, such as a wave's, must not have it all looked at every time.
-        rested = self._since_loss >= self._config.search.scan_images
-        self._whole_wanted = missed and rested and not whole
-        if self._whole_wanted:
+        # A box that comes and goes, such as a wave's, must not have it hurry every time.
+        if missed and not whole and self._since_loss >= self._config.search.scan_images:
             self._since_loss = 0
+            self._whole_wanted = self._follower.blind
+            self._hurried = 0 if self._whole_wanted else len(self._parts)

@@ -77,27 +77,41 @@ def test_with_nothing_followed_the_whole_image_is_looked_at():
     assert flight.see((640, 360, 20, 20)) == [(640, 360, 20, 20)]
 
 
-def test_a_sure_robot_that_jumps_is_found_again_by_a_look_at_the_whole():
+def test_a_sure_robot_that_jumps_is_found_again_by_a_faster_scan():
     flight = Flight()
     other = (900, 600, 30, 20)
     for _ in range(SCAN + 1):
         flight.see((100, 100, 30, 20), other)
     jumped = (400, 300, 30, 20)
-    seen = [flight.see(jumped, other) for _ in range(3)]
+    seen = [flight.see(jumped, other) for _ in range(3 + SCAN // 2)]
     assert seen[-1] == sorted([jumped, other])
+    assert WHOLE not in flight.inner.shown
+
+
+def test_when_all_jump_the_whole_image_is_looked_at():
+    flight = Flight()
+    for _ in range(SCAN + 1):
+        flight.see((100, 100, 30, 20), (900, 600, 30, 20))
+    jumped = [(400, 300, 30, 20), (1200, 300, 30, 20)]
+    seen = [flight.see(*jumped) for _ in range(3)]
+    assert seen[-1] == jumped
     assert flight.inner.shown == [WHOLE]
 
 
-def test_a_robot_that_dives_costs_one_look_at_the_whole_and_is_found_where_it_surfaces():
+def test_a_robot_that_dives_costs_one_fast_scan_and_is_found_where_it_surfaces():
     flight = Flight()
     stays = (900, 600, 30, 20)
     for _ in range(SCAN + 1):
         flight.see((100, 100, 30, 20), stays)
-    looks = []
+    parts, most = 0, 0.0
     for _ in range(3 * SCAN):
         assert flight.see(stays) == [stays]
-        looks.append(flight.inner.shown == [WHOLE])
-    assert sum(looks) == 1
+        parts += len(flight.inner.shown)
+        most = max(most, sum(width * height for width, height in flight.inner.shown))
+    # A window for the one that stays, for ten images one where the other was, and the scan: once
+    # two parts an image until it has been over all.
+    assert parts == 3 * SCAN + 10 + 3 * SCAN + SCAN // 2
+    assert most < 0.4 * WHOLE[0] * WHOLE[1]  # no image takes long
     seen = [flight.see((130, 120, 30, 20), stays) for _ in range(SCAN + 1)]
     assert len(seen[-1]) == 2
 
