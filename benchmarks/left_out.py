@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What could make detection faster, measured, and why it is not done: docs/detection.md.
+"""What could make detection faster, measured, and why it is done or not: docs/detection.md.
 
     python benchmarks/left_out.py
 
