@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -126,36 +127,45 @@ class NetworkDetector:
         Raises:
             ModelError: the runtime failed, such as for want of memory; the next image may do.
         """
-        run = self._network.run
-        return self._found(self._running(image, lambda values: lambda: run(values)))
+        return self._detect(image, self._fitted(image))
 
     def detect_all(self, images: Sequence[Image]) -> list[Detections]:
-        """Return the boxes found in each image; the largest is run beside the others.
+        """Return the boxes found in each image; the largest input is run beside the others.
 
         The milliseconds of all of them add up to the time that passed.
 
         Raises:
             ModelError: as `detect`.
         """
-        begin = self._network.begin
-        if begin is None or len({image.shape for image in images}) < 2:
-            return [self.detect(image) for image in images]
-        largest = max(range(len(images)), key=lambda i: images[i].size)
-        running = self._running(images[largest], begin)
+        begin, boxes = self._network.begin, [self._fitted(image) for image in images]
+        sizes = [box.network for box in boxes]  # images of several sizes may be shrunk to one
+        if begin is None or len(set(sizes)) < 2:
+            return [self._detect(*each) for each in zip(images, boxes, strict=True)]
+        largest = max(range(len(images)), key=lambda i: math.prod(sizes[i]))
+        running = self._running(images[largest], boxes[largest], begin)
         found: dict[int, Detections] = {}
         try:
             for i, image in enumerate(images):
-                if image.shape != images[largest].shape:
-                    found[i] = self.detect(image)
+                if sizes[i] != sizes[largest]:
+                    found[i] = self._detect(image, boxes[i])
         finally:
             found[largest] = self._found(running)
-        return [found[i] if i in found else self.detect(images[i]) for i in range(len(images))]
+        return [
+            found[i] if i in found else self._detect(images[i], boxes[i])
+            for i in range(len(images))
+        ]
+
+    def _fitted(self, image: Image) -> Letterbox:
+        return self._network.size.letterbox(image, self._config.image_size)
+
+    def _detect(self, image: Image, box: Letterbox) -> Detections:
+        run = self._network.run
+        return self._found(self._running(image, box, lambda values: lambda: run(values)))
 
     def _running(
-        self, image: Image, begin: Callable[[Any], Callable[[], list[NDArray[Any]]]]
+        self, image: Image, box: Letterbox, begin: Callable[[Any], Callable[[], list[NDArray[Any]]]]
     ) -> _Running:
         network, started = self._network, time.perf_counter()
-        box = network.size.letterbox(image, self._config.image_size)
         with self._told(image):
             values = network.prepare(self._canvas.fill(box, image))
             pre_ms = 1e3 * (time.perf_counter() - started)

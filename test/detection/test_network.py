@@ -77,6 +77,18 @@ def test_the_largest_is_run_beside_those_of_other_sizes(tmp_path):
     assert runs.order == [("R", 96)] * 2
 
 
+def test_images_that_are_shrunk_to_one_size_are_run_in_turn(tmp_path):
+    detector = loaded(tmp_path, "onnxruntime", image_size=320)
+    runs = Runs(detector._network)
+    detector._network = replace(detector._network, run=runs.run, begin=runs.begin)
+    pictures = [picture((320, 320), 10), picture((640, 640), 100), picture(SMALL, 50)]
+    assert len(detect_all(detector, pictures[:2])) == 2
+    assert runs.order == [("R", 320)] * 2
+    runs.order.clear()
+    detect_all(detector, pictures)
+    assert runs.order == [("B", 320), ("R", 96), ("W", 320), ("R", 320)]
+
+
 def test_one_that_fails_leaves_none_running(tmp_path):
     detector = loaded(tmp_path, "onnxruntime")
     runs = Runs(detector._network)
