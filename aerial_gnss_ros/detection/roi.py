@@ -14,18 +14,19 @@ from __future__ import annotations
 
 import time
 
-from aerial_gnss_ros.detection.base import Detections, Detector, Image, Wrapper
+from aerial_gnss_ros.detection.base import Detections, Detector, Image
 from aerial_gnss_ros.detection.config import DetectorConfig
 from aerial_gnss_ros.detection.following import Follower
-from aerial_gnss_ros.detection.pieces import Piece, detections, look, merge, reconsidered
-from aerial_gnss_ros.detection.second_look import SecondLook, words
+from aerial_gnss_ros.detection.pieces import Piece, detections
+from aerial_gnss_ros.detection.second_look import SecondLook
+from aerial_gnss_ros.detection.windowed import WindowedDetector
 from aerial_gnss_ros.detection.windows import Window, around, split
 
 _HURRIED = 2  # parts of the scan an image while a sure robot is missed
 _WORTHWHILE = 0.6  # windows with more than this share of the image cost as much as all of it
 
 
-class FollowingDetector(Wrapper):
+class FollowingDetector(WindowedDetector):
     """A Detector that shows another one the parts of an image that matter.
 
     It expects the images of one flight in their order; what it finds in one depends on those
@@ -40,9 +41,7 @@ class FollowingDetector(Wrapper):
     def __init__(
         self, inner: Detector, config: DetectorConfig, second: SecondLook | None = None
     ) -> None:
-        super().__init__(inner)
-        self._second = second
-        self._config = config
+        super().__init__(inner, config, second)
         self._follower = Follower(config.search.margin)
         self._size = (0, 0)
         self._parts: list[Window] = []
@@ -55,18 +54,14 @@ class FollowingDetector(Wrapper):
     def name(self) -> str:
         """The inner detector's, and how it is used."""
         scan = self._config.search.scan_images
-        looking = words(self._inner, self._second)
-        return f"{looking}, following the robots, the rest once in {scan} images"
+        return f"{self._looking}, following the robots, the rest once in {scan} images"
 
     def detect(self, image: Image) -> Detections:
         """Return the boxes found in `image` (height, width, 3), blue, green, red."""
         started = time.perf_counter()
         self._take_size((image.shape[1], image.shape[0]))
         windows = self._windows()
-        pieces, spent = look(self._inner, image, windows)
-        found = merge(pieces, windows)
-        if self._second is not None:
-            found = reconsidered(found, image, self._second, self._config.score_threshold)
+        found, spent = self._look(image, windows)
         self._learn(found, whole=windows == [self._whole])
         # What an edge cuts is followed, and reported when it has been seen whole: its middle is
         # not the robot's.

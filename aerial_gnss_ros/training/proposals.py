@@ -28,7 +28,7 @@ class Proposals:
 
     Attributes:
         views: (n, pixels, pixels, 6) near and wide, `ROOM` times as large as a look.
-        traits: (n, 3) as `second_look.traits` gives them.
+        traits: (n, 3) as `second_look_terms.traits` gives them.
         scores: (n,) of the detector.
         is_robot: (n,) whether the box fits a robot: IoU 0.5 or more.
         weights: (n,) how much each counts; boxes that nearly fit count little.
