@@ -30,6 +30,9 @@ Image = tuple[Frame, Boxes, DetectionFrame]
 
 ACCELERATION = 0.05
 """Random-walk rate of the moving robots' velocity, m/s^1.5: the default that the filter states."""
+STILL_MPS = 0.01
+"""Greatest speed that the filter may be told. Robots that stay drift by up to as much: velocities
+even over the disc have the sigma that the filter supposes, half of that speed on each axis."""
 RTK_OFFSET_M = 0.02
 OWN_S = 5.0
 """For so long after its first image a name is on its own robot, s."""
@@ -44,7 +47,8 @@ class Cell:
         family: hover, orbit or transit (to and fro), past a point, looking at it.
         height_m: above the water.
         receiver: consumer (1.2 m slow offset) or rtk (2 cm); all else consumer grade in both.
-        moving: robots swim at first 0.2 to 0.7 m/s with random accelerations, or stay.
+        moving: robots swim at first 0.2 to 0.7 m/s with random accelerations, or stay but for a
+            steady drift of `STILL_MPS` at most.
     """
 
     family: str
@@ -95,7 +99,9 @@ class RandomSwimmers:
         rng = generator(seed, "random swimmers")
         count, dt = len(places), self.STEP_S
         self.names = tuple(f"aqua_{i + 1}" for i in range(count))
-        self.speeds = rng.uniform(0.2, 0.7, count) * moving
+        self.speeds = (
+            rng.uniform(0.2, 0.7, count) if moving else STILL_MPS * np.sqrt(rng.random(count))
+        )
         course = rng.uniform(-math.pi, math.pi, count)
         velocity = self.speeds[:, None] * np.column_stack([np.cos(course), np.sin(course)])
         self._t = np.arange(-4.0, duration_s + 4.0, dt)
@@ -156,7 +162,7 @@ def config(cell: Cell, setting: Setting) -> EstimatorConfig:
     if cell.receiver == "rtk":
         values["noise.gnss_offset_m"] = RTK_OFFSET_M
     if not cell.moving:
-        values |= {"noise.robot_acceleration": 0.0, "tracks.max_speed": 0.01}
+        values |= {"noise.robot_acceleration": 0.0, "tracks.max_speed": STILL_MPS}
     return estimator_config(values | setting.stated)
 
 

@@ -145,6 +145,7 @@ def arguments(words: str) -> argparse.ArgumentParser:
     parser.add_argument("--flights", type=Path, required=True,
                         help="file of flights done, JSON lines; goes on where it ends")  # fmt: skip
     parser.add_argument("--seeds", type=int, default=100, help="flights a cell (default 100)")
+    parser.add_argument("--first", type=int, default=0, help="the first one's seed (default 0)")
     parser.add_argument("--minutes", type=float, default=math.inf,
                         help="begin no flight later than this")  # fmt: skip
     parser.add_argument(
@@ -164,16 +165,15 @@ def flown(given: argparse.Namespace) -> dict[str, list[Record]]:
     """Fly what lacks and return all flights by cell, of seeds that every cell has."""
     done = {(str(one["cell"]), int(str(one["seed"]))): one for one in _read(given.flights)}
     wanted, until = chosen(given.only), time.monotonic() + 60.0 * given.minutes
-    for seed, cell in ((seed, cell) for seed in range(given.seeds) for cell in wanted):
+    seeds = range(given.first, given.first + given.seeds)
+    for seed, cell in ((seed, cell) for seed in seeds for cell in wanted):
         if (cell.words, seed) in done or time.monotonic() > until:
             continue
         record = done[cell.words, seed] = fly(cell, seed, Setting())
         with given.flights.open("a", encoding="utf-8") as file:
             file.write(json.dumps(record) + "\n")
         print(f"{cell.words}, seed {seed}", file=sys.stderr, flush=True)
-    whole = [
-        seed for seed in range(given.seeds) if all((cell.words, seed) in done for cell in wanted)
-    ]
+    whole = [seed for seed in seeds if all((cell.words, seed) in done for cell in wanted)]
     return {cell.words: [done[cell.words, seed] for seed in whole] for cell in wanted}
 
 
