@@ -84,7 +84,7 @@ class Estimator:
         early_ns = round(max(0.0, -config.camera.latency_s) * 1e9)
         self._patience_ns = round(config.max_wait * 1e9) + early_ns
         self._names = NameKeeper(config.state_file, self._log)
-        self._identity = Identity(config, self._names.load())
+        self._identity = Identity(config, self._names.load(), self._log)
         self._inputs = Inputs(config)
         self._tallies: dict[str, Tally] = {
             name: Tally()

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from aerial_gnss_ros.core.association import assign, gate_threshold, mahalanobis
 from aerial_gnss_ros.core.config import EstimatorConfig, RobotBinding
+from aerial_gnss_ros.core.events import Events
 from aerial_gnss_ros.core.local_map import LocalMap
 from aerial_gnss_ros.core.names import Names, class_token
 from aerial_gnss_ros.core.saved_names import SavedNames, SavedRobot
@@ -56,9 +57,16 @@ class Identity:
     Args:
         config: bindings, gate and motion of the robots.
         saved: names from before a restart.
+        log: where it says which start waits for a robot that got a number.
     """
 
-    def __init__(self, config: EstimatorConfig, saved: SavedNames | None = None) -> None:
+    def __init__(
+        self,
+        config: EstimatorConfig,
+        saved: SavedNames | None = None,
+        log: Events | None = None,
+    ) -> None:
+        self._log = log or Events()
         saved = saved or SavedNames()
         self._bindings = {binding.name: binding for binding in config.robots}
         self._start_radius_m = config.start_radius_m
@@ -82,6 +90,7 @@ class Identity:
         for i, sighting in enumerate(sightings):
             if i not in given:
                 given[i] = self._names.next(sighting.class_id)
+                self._tell(given[i], sighting, local)
         return [given[i] for i in range(len(sightings))]
 
     def newcomers(self, seconds: float) -> float:
@@ -153,17 +162,30 @@ class Identity:
                 allowed[i, j] = same and unseen <= MAX_RESTART_S
         return spread, allowed
 
+    def _tell(self, name: str, sighting: Sighting, local: LocalMap) -> None:
+        """Say which start still waits when a robot gets a number, once for each start."""
+        free = [self._bindings[bound] for bound in self._names.free_bound()]
+        if not free:
+            return
+        apart = np.linalg.norm(_starts(free, local) - sighting.position, axis=1)
+        start, metres = free[int(np.argmin(apart))], float(apart.min())
+        if metres > self._start_radius_m:
+            why = f"start_radius_m allows {self._start_radius_m:g} m"
+        else:
+            why = f"it is of class {sighting.class_id!r}, and {start.class_id!r} is expected there"
+        self._log.add_once(
+            f"start {start.name}",
+            f"A robot {metres:.0f} m from the start of {start.name} is called {name}: {why}. If it "
+            f"is {start.name}, correct robots.{start.name} in the parameters.",
+        )
+
     def _bind(self, sightings: list[Sighting], given: dict[int, str], local: LocalMap) -> None:
         free = [self._bindings[name] for name in self._names.free_bound()]
         open_ones = [i for i in range(len(sightings)) if i not in given]
         if not free or not open_ones:
             return
-        starts = local.positions(
-            np.array([binding.latitude for binding in free]),
-            np.array([binding.longitude for binding in free]),
-        )
         rest = [sightings[i] for i in open_ones]
-        squared = np.sum(_offsets(starts, rest) ** 2, axis=-1)
+        squared = np.sum(_offsets(_starts(free, local), rest) ** 2, axis=-1)
         near = squared <= self._start_radius_m**2
         near &= np.array([[_same_class(binding, one) for one in rest] for binding in free])
         rows, columns = assign(squared, np.zeros_like(squared), near, self._start_radius_m**2)
@@ -176,6 +198,14 @@ class Identity:
 
 def _same_class(binding: RobotBinding, sighting: Sighting) -> bool:
     return class_token(binding.class_id) == class_token(sighting.class_id)
+
+
+def _starts(bindings: list[RobotBinding], local: LocalMap) -> Array:
+    """Return where robots start, East, North (n, 2) in `map`, m."""
+    return local.positions(
+        np.array([binding.latitude for binding in bindings]),
+        np.array([binding.longitude for binding in bindings]),
+    )
 
 
 def _offsets(places: Array, sightings: list[Sighting]) -> Array:

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from aerial_gnss_ros.core.config import estimator_config
+from aerial_gnss_ros.core.events import Events
 from aerial_gnss_ros.core.identity import Identity, Sighting
 from aerial_gnss_ros.core.local_map import LocalMap
 from aerial_gnss_ros.core.saved_names import SavedNames, SavedRobot
@@ -23,7 +24,7 @@ def _place_deg(east, north):
     return [math.degrees(latitude[0]), math.degrees(longitude[0])]
 
 
-def _identity(bindings=(), saved=()):
+def _identity(bindings=(), saved=(), log=None):
     robots = {
         name: {"class": class_id, "start": _place_deg(*start)} for name, class_id, start in bindings
     }
@@ -35,7 +36,9 @@ def _identity(bindings=(), saved=()):
             SavedRobot(name, "aqua", float(latitude[0]), float(longitude[0]), seen_ns, 1.5)
         )
     return Identity(
-        estimator_config({"robots": robots}), SavedNames(tuple(entries), {"aqua": len(entries)})
+        estimator_config({"robots": robots}),
+        SavedNames(tuple(entries), {"aqua": len(entries)}),
+        log,
     )
 
 
@@ -67,6 +70,31 @@ def test_a_bound_name_goes_to_the_first_and_to_no_other():
     assert identity.names([_seen(0, 0)], LOCAL) == ["aqua_1"]
     identity.release()
     assert identity.names([_seen(0, 0), _seen(0, 40)], LOCAL) == ["leader", "aqua_2"]
+
+
+@pytest.mark.parametrize(
+    ("sighting", "words"),
+    [
+        (_seen(0, 26), ["A robot 26 m from the start of leader is called aqua_1", "allows 10 m"]),
+        (_seen(11, 0, "buoy"), ["1 m from the start of second", "'buoy'", "'Aqua' is expected"]),
+    ],
+)
+def test_a_start_that_nobody_came_near_is_told_once(sighting, words):
+    log = Events()
+    identity = _identity(STARTS, log=log)
+    identity.names([sighting], LOCAL)
+    identity.names([sighting], LOCAL)
+    (told,) = log.take()
+    assert all(word in told for word in words)
+
+
+@pytest.mark.parametrize("starts", [(), STARTS[:1]])
+def test_nothing_is_told_of_starts_that_have_their_robots(starts):
+    log = Events()
+    identity = _identity(starts, log=log)
+    identity.names([_seen(0, 0)], LOCAL)
+    identity.names([_seen(40, 0)], LOCAL)
+    assert log.take() == []
 
 
 OLD = (("aqua_1", (0.0, 0.0), 0), ("aqua_2", (60.0, 0.0), 0))
