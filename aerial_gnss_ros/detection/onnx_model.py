@@ -38,20 +38,21 @@ class InputSize:
         return f"{self.fixed[0]}x{self.fixed[1]}" if self.fixed else "any size"
 
 
-def check_file(path: Path, what: str = "the model") -> None:
+def check_file(path: Path, what: str = "the model", kind: str = "an .onnx file") -> None:
     """Refuse a path that is no file, or an empty one.
 
     Args:
         path: of the file.
         what: it is for, for the error.
+        kind: of file that it should be, likewise.
 
     Raises:
         ModelError: the sentence for the reader.
     """
     if not path.exists():
-        raise ModelError(f"{what} {path} does not exist; give the path of an .onnx file.")
+        raise ModelError(f"{what} {path} does not exist; give the path of {kind}.")
     if not path.is_file():
-        raise ModelError(f"{what} {path} is not a file; give the path of an .onnx file.")
+        raise ModelError(f"{what} {path} is not a file; give the path of {kind}.")
     if path.stat().st_size == 0:
         raise ModelError(f"{what} {path} is empty; it was not copied or exported completely.")
 

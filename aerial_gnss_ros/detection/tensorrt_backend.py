@@ -31,7 +31,7 @@ def load(path: Path, config: DetectorConfig) -> NetworkDetector:
     Raises:
         ModelError: missing, no sidecar, built for another device or version, no TensorRT or GPU.
     """
-    check_file(path)
+    check_file(path, kind="an .engine file, which `aerial-gnss export` builds on this device")
     card = read_card(path)
     trt = tensorrt()
     cuda = Cuda()

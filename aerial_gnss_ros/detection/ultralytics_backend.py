@@ -38,7 +38,7 @@ class UltralyticsDetector:
                 f"{path} is a pickle, which can run any code when it is loaded; set allow_pickle: "
                 "true if you trust it, or export it to .onnx."
             )
-        check_file(path)
+        check_file(path, kind="a .pt file")
         self._config = config
         self._model = _load(path)
         if self._model.task != "detect":

@@ -111,6 +111,10 @@ def no_card(_gpu, _module, engine):
     card_path(engine).unlink()
 
 
+def no_engine(_gpu, _module, engine):
+    engine.unlink()
+
+
 def bad_card(_gpu, _module, engine):
     card_path(engine).write_text(json.dumps({"tensorrt": "10.3.0"}))
 
@@ -124,6 +128,7 @@ def bad_card(_gpu, _module, engine):
         (cut_off, "not copied completely"),
         (no_card, "has no m.engine.json beside it"),
         (bad_card, "cannot be read as an engine's sidecar"),
+        (no_engine, r"does not exist; give the path of an \.engine file"),
     ],
 )
 def test_an_engine_that_does_not_fit_is_refused(tmp_path, device, change, words):
