@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -10,10 +12,10 @@ from aerial_gnss_ros.core.config import EstimatorConfig
 from aerial_gnss_ros.core.events import Events
 from aerial_gnss_ros.core.innovation_monitor import InnovationMonitor
 from aerial_gnss_ros.core.joint_comparison import Comparison, compared
-from aerial_gnss_ros.core.joint_geometry import MapFrame, MapPose, on_water
+from aerial_gnss_ros.core.joint_geometry import MapFrame, MapPose, level_axes, on_water
 from aerial_gnss_ros.core.joint_groups import Groups
 from aerial_gnss_ros.core.joint_motion import motion_of
-from aerial_gnss_ros.core.joint_platform import COUNT, LATENCY, PlatformModel
+from aerial_gnss_ros.core.joint_platform import ANGLES, COUNT, LATENCY, PlatformModel
 from aerial_gnss_ros.core.joint_state import Indices, Joint
 from aerial_gnss_ros.core.joint_update import correct, linearise
 from aerial_gnss_ros.core.joint_view import Sight, by_angles, by_platform, follow
@@ -42,6 +44,7 @@ class JointFilter(Groups):
 
     Attributes:
         monitor: how well boxes fit what is stated.
+        turned: whether the camera's orientation has jumped with the last image, and not back.
     """
 
     def __init__(self, config: EstimatorConfig, log: Events | None = None) -> None:
@@ -66,6 +69,7 @@ class JointFilter(Groups):
         self._motion = PoseMotion()
         self._jumps.reset()
         self._sight: Sight | None = None
+        self.turned = False
         self.monitor.reset()
 
     @property
@@ -77,6 +81,9 @@ class JointFilter(Groups):
         """Move on in time."""
         for group in self._groups:
             group.predict(seconds, self.model, self._stationary, self.motion)
+        if self.unexplained.episodes and seconds > 0.0:
+            keep = float(self.model.keep(seconds)[ANGLES.start])
+            self.unexplained.predict(seconds, keep)
 
     def look(self, frame: PosedFrame, local: LocalMap) -> bool:
         """Take in the pose of an image; return whether its boxes can be used."""
@@ -85,7 +92,7 @@ class JointFilter(Groups):
         pose = frame.pose
         self._stationary = self.model.stationary(pose.fix_covariance)
         if self._fresh:
-            self._groups[0] = Joint(self._stationary)
+            self.clear(self._stationary)
             self._fresh = False
         if frame.latency is not None:
             self._settle(*frame.latency)
@@ -102,9 +109,26 @@ class JointFilter(Groups):
         applied = (frame.detections.stamp_ns - pose.stamp_ns - self._latency_ns) * 1e-9
         elsewhen = self._sight is not None and abs(applied - self._sight.applied) > MOVED_S
         foretold = self._motion.move(shown) if elsewhen else self._motion.take(shown, passed)
+        self.turned = self._jumped(shown, passed)
         unsure = frame.latency[1] if self._late and frame.latency is not None else 0.0
         self._sight = Sight.of(frame.camera, shown, self._motion.rates, applied, foretold, unsure)
         return settled
+
+    def _jumped(self, pose: MapPose, passed: float) -> bool:
+        """Return whether the camera's orientation has jumped, and not back."""
+        jump = self._motion.jump
+        if jump is None:
+            return False
+        if self.unexplained.jumped(level_axes(pose.rotation).T @ jump, passed):
+            self.log.add("The camera's orientation is back where it was before it jumped.")
+            return False
+        self.log.counts["orientation_jumps"] += 1
+        self.log.add(
+            f"The camera's orientation jumped by {math.degrees(math.sqrt(jump @ jump)):.0f} deg "
+            f"within {passed:.2g} s: robots that are not found again where they were may be wrong "
+            "by as much, and say so."
+        )
+        return True
 
     def _settle(self, latency_s: float, sigma: float) -> None:
         """Take over what is known of the latency."""
@@ -167,8 +191,7 @@ class JointFilter(Groups):
 
     def doubt(self, seconds: float, over: bool = False) -> None:
         """Take in for how long boxes have been where no robots can be (see `Unexplained`)."""
-        for group in self._groups:
-            group.turning.unexplained.take(0.0 if self._late else seconds, over)
+        self.unexplained.take(0.0 if self._late else seconds, over)
 
     def _tell(self, refused: int) -> None:
         if refused and not self._refusing:

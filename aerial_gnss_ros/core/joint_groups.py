@@ -17,6 +17,8 @@ from numpy.typing import NDArray
 from aerial_gnss_ros.core.joint_platform import COUNT
 from aerial_gnss_ros.core.joint_state import Indices, Joint
 from aerial_gnss_ros.core.joint_view import by_angles
+from aerial_gnss_ros.core.turning import MOST
+from aerial_gnss_ros.core.unexplained import Unexplained
 
 Array = NDArray[np.float64]
 
@@ -28,7 +30,11 @@ SAME_PLACE_M = 0.1
 
 
 class Groups:
-    """Robots in rows 0 to n - 1, and the platform's errors."""
+    """Robots in rows 0 to n - 1, and the platform's errors.
+
+    Attributes:
+        unexplained: what the camera may have turned while no robots explained its boxes.
+    """
 
     _groups: list[Joint]
     _count: int
@@ -39,7 +45,8 @@ class Groups:
         Args:
             platform: (7, 7) covariance of the platform's errors.
         """
-        self._groups = [Joint(platform)]
+        self.unexplained = Unexplained(MOST)
+        self._groups = [Joint(platform, self.unexplained)]
         self._count = 0
 
     def __len__(self) -> int:
@@ -111,15 +118,32 @@ class Groups:
     def merge(self, old: int, new: int) -> None:
         """Let robot `new` know what is known of `old`, which it turned out to be."""
         group_of, slot_of = self._places_of_rows()
-        if group_of[old] == group_of[new]:
-            group, first, second = self._groups[group_of[old]], int(slot_of[old]), int(slot_of[new])
-            if group.turning.unexplained.doubts:
-                apart, spread = self.apart(np.array([old]), np.array([new]))
-                slots = np.array([second])
-                moved, unseen = by_angles(group, slots), float(group.unseen[first])
-                group.turning.unexplained.found(unseen, moved[0], apart[0, 0], spread[0, 0])
-                group.turning.spread(slots, moved)
+        before, group = self._groups[group_of[old]], self._groups[group_of[new]]
+        first, second = int(slot_of[old]), int(slot_of[new])
+        if self.unexplained.doubts:
+            apart, spread = self.apart(np.array([old]), np.array([new]))
+            slots = np.array([second])
+            moved, unseen = by_angles(group, slots), float(before.unseen[first])
+            self.unexplained.found(unseen, moved[0], apart[0, 0], spread[0, 0])
+            group.turning.spread(slots, moved)
+        if before is group:
             group.tie(first, second, SAME_PLACE_M)
+
+    def found(self, rows: Indices, offsets: Array, spread: Array) -> None:
+        """Take in where boxes of robots are, after images that no robots explained.
+
+        Args:
+            rows: (m,) the robots, not yet corrected by these boxes.
+            offsets: (m, 2) from where they were expected, m.
+            spread: (m, 2, 2) covariances of that, m².
+        """
+        if not self.unexplained.doubts:
+            return
+        group_of, slot_of = self._places_of_rows()
+        for row, apart, covariance in zip(rows.tolist(), offsets, spread, strict=True):
+            group, slot = self._groups[group_of[row]], slot_of[row : row + 1]
+            unseen = float(group.unseen[slot[0]])
+            self.unexplained.found(unseen, by_angles(group, slot)[0], apart, covariance)
 
     def drop(self, rows: Indices) -> None:
         """Forget robots; those after them move up."""
@@ -149,7 +173,7 @@ class Groups:
 
     def _another_group(self) -> Joint:
         first = self._groups[0]
-        group = Joint(first.covariance[:COUNT, :COUNT])
+        group = Joint(first.covariance[:COUNT, :COUNT], self.unexplained)
         group.mean[:] = first.mean[:COUNT]
         self._groups.append(group)
         return group

@@ -19,6 +19,7 @@ from aerial_gnss_ros.core.joint_motion import HELD_S, HELD_SEEN_S, Motion
 from aerial_gnss_ros.core.joint_platform import ANGLES, COUNT, LATENCY, PlatformModel
 from aerial_gnss_ros.core.manoeuvres import Manoeuvres
 from aerial_gnss_ros.core.turning import Turning
+from aerial_gnss_ros.core.unexplained import Unexplained
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.intp]
@@ -58,18 +59,19 @@ class Joint:
         sight: the image of that time.
     """
 
-    def __init__(self, covariance: Array) -> None:
+    def __init__(self, covariance: Array, unexplained: Unexplained | None = None) -> None:
         """Begin without robots.
 
         Args:
             covariance: (7, 7) of the platform's errors.
+            unexplained: of the camera, which it shares with others.
         """
         self.mean = np.zeros(COUNT)
         self.covariance = covariance.copy()
         self.rows: Indices = np.zeros(0, np.intp)
         self.unseen: Array = np.zeros(0)
         self.manoeuvres = Manoeuvres()
-        self.turning = Turning()
+        self.turning = Turning(unexplained)
         self.by_pose = np.zeros((0, 4, POSE_COUNT))
         self.camera = np.full(3, np.nan)
         self.by_errors = np.zeros((POSE_COUNT, COUNT))

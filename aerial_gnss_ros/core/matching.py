@@ -28,7 +28,7 @@ from aerial_gnss_ros.core.values import State
 Array = NDArray[np.float64]
 
 LEAST_KNOWN = 3
-"""Robots in view from which on most must agree with an image."""
+"""Robots in view from which on most must agree with an image; of two, one of them."""
 
 SWERVE_S = 0.5
 """How long ago a robot may have changed its velocity without anyone noticing, s."""
@@ -56,7 +56,8 @@ class Matcher:
         fresh_s: time since a robot was seen up to which a single box may update it, s.
 
     Attributes:
-        confused: whether the last image was so unlike what was expected that none of it is used.
+        confused: whether an image was so unlike what was expected that none of it is used, and
+            robots have not come back since.
     """
 
     def __init__(self, joint: JointFilter, threshold: float, fresh_s: float) -> None:
@@ -65,6 +66,11 @@ class Matcher:
         self._fresh_s = fresh_s
         self._clutter = Clutter()
         self.confused = False
+        self._agreed = 0
+
+    def confuse(self) -> None:
+        """Take in that robots will not be where they should be, by what telemetry says."""
+        self.confused, self._agreed = True, 0
 
     def match(self, tracks: list[Track], seen: Measurements, stamp_ns: int) -> Pairs:
         """Return rows of tracks and columns of measurements that belong together."""
@@ -87,10 +93,14 @@ class Matcher:
         missed = {able.of[k] for k in able.near(left)}
         self._filter.monitor.take_matches(len(chosen), len(missed))
         known = kind.count(ROBOT)
-        if self._is_confused(known, len(seen.index), len(chosen)):
+        # One that was at the picture's edge has left it.
+        here = [one is ROBOT and not tracks[row].leaving for row, one in enumerate(kind)]
+        back = sum(here[able.of[k]] for k in chosen)
+        if self._is_confused(sum(here), len(seen.index), back):
             chosen = []
         elif not self._watch_strain(tracks, [(able.of[k], able.squared[k]) for k in chosen]):
             chosen = chosen + self._swerved(tracks, pairs, left, able.grown)
+        self._filter.found(pairs.rows[chosen], pairs.offsets[chosen], pairs.spread[chosen])
         claimed = len(chosen)
         chosen = chosen + _new(tracks, able, chosen)
         if not self.confused:
@@ -179,9 +189,13 @@ class Matcher:
         into a gate are there by chance.
         """
         known = min(robots, boxes)
-        if known < LEAST_KNOWN:
+        confused = known > 1 and 2 * matched < known
+        if known < LEAST_KNOWN and not confused:
+            # Few robots are back when all of them are, and not once by chance.
+            self._agreed = self._agreed + matched if 0 < matched == known else 0
+            self.confused = self.confused and self._agreed < LEAST_KNOWN
             return False
-        confused = 2 * matched < known
+        self._agreed = 0
         if confused and not self.confused:
             self._filter.log.add(
                 f"{known - matched} of {known} boxes are not where robots should be: the compass, "

@@ -15,7 +15,7 @@ from collections import deque
 import numpy as np
 from numpy.typing import NDArray
 
-from aerial_gnss_ros.core.association import gate_threshold
+from aerial_gnss_ros.core.association import gate_threshold, mahalanobis
 from aerial_gnss_ros.core.config_groups import TracksConfig
 from aerial_gnss_ros.core.doubts import Spot, exchange
 from aerial_gnss_ros.core.encounters import Encounters
@@ -84,6 +84,28 @@ class Naming:
         return [
             row for row in found if len(tracks[row].hits) == 1 or new * tracks[row].chance < GHOSTS
         ]
+
+    def settled(
+        self, tracks: list[Track], ready: list[int], stamp_ns: int, robots: int
+    ) -> list[int]:
+        """Return those of the rows that can get a name while robots are not where they should be.
+
+        Either they come back together, or what is new must have lasted `tracks.confirm_window_s`.
+
+        Args:
+            tracks: all of them.
+            ready: rows of those that could get a name.
+            stamp_ns: of the image, ns.
+            robots: how many with names the image may show.
+        """
+        away = [row for row, track in enumerate(tracks) if track.state is State.COASTING]
+        if away and ready:
+            offsets, spread = self._apart(away, ready)
+            squared, _ = mahalanobis(offsets.reshape(-1, 2), spread.reshape(-1, 2, 2))
+            near = (squared <= self._threshold).reshape(len(away), len(ready)).any(axis=1)
+            if 2 * int(near.sum()) >= robots:
+                return ready
+        return [row for row in ready if tracks[row].first_seen_ns <= stamp_ns - self._window_ns]
 
     def name(
         self, tracks: list[Track], ready: list[int], stamp_ns: int, height: float, local: LocalMap

@@ -21,11 +21,17 @@ MAX_GAP_S = 1.0
 MOVED_S = 0.02
 """A latency that is corrected by more puts the scene to another time (`PoseMotion.move`)."""
 
+JUMP, JUMP_PER_S = math.radians(10.0), math.radians(90.0)
+"""A camera so far, and so far a second, from where it would be as it went on has not turned there,
+rad. Cameras begin to turn by 100 deg/s from one image to the next, but not by 200."""
+
 
 class PoseMotion:
     """A fading-memory straight-line fit of position and rotation.
 
     Attributes:
+        jump: rotation vector (3,) in `map`, rad, by which the last rotation is off the expected
+            one, where that is farther than a camera turns; else None.
         velocity: (3,) m/s.
         turn_rate: (3,) rotation vector a second in `map`, rad/s.
     """
@@ -34,7 +40,9 @@ class PoseMotion:
         self._pose: MapPose | None = None
         self.velocity = np.zeros(3)
         self.turn_rate = np.zeros(3)
+        self.jump: Array | None = None
         self._seen = 0
+        self._shown: list[tuple[Array, float]] = []  # rotations as measured; s since the one before
 
     @property
     def rates(self) -> Array:
@@ -62,7 +70,7 @@ class PoseMotion:
 
     def move(self, measured: MapPose) -> MapPose:
         """Go on from a pose at another time, when the latency is known better; rates stay."""
-        self._pose = measured
+        self._pose, self._shown, self.jump = measured, [], None
         return measured
 
     def take(self, measured: MapPose, seconds: float) -> MapPose:
@@ -71,13 +79,18 @@ class PoseMotion:
         Returns:
             The pose that was expected; where the past does not tell, the measured one.
         """
+        self.jump = None
         expected = self.foreseen(seconds) if seconds > 0.0 else None
         if expected is None:
             self._pose, self._seen = measured, 1
             self.velocity, self.turn_rate = np.zeros(3), np.zeros(3)
+            self._shown = [(measured.rotation, 0.0)]
             return measured
         shift = measured.position - expected.position
         turn = rotation_vector(measured.rotation @ expected.rotation.T)
+        if math.sqrt(turn @ turn) > JUMP + JUMP_PER_S * seconds and self._jumps(measured, seconds):
+            expected, turn = MapPose(expected.position, measured.rotation), np.zeros(3)
+        self._shown = [*self._shown[-1:], (measured.rotation, seconds)]
         self._seen += 1
         alpha, beta = self._gains(seconds)
         self._pose = MapPose(
@@ -86,6 +99,19 @@ class PoseMotion:
         self.velocity = self.velocity + (beta / seconds) * shift
         self.turn_rate = self.turn_rate + (beta / seconds) * turn
         return expected
+
+    def _jumps(self, measured: MapPose, seconds: float) -> bool:
+        """Return whether the orientation has jumped from that of the last two images."""
+        if not self._shown:
+            return False
+        (earlier, _), (last, passed) = self._shown[0], self._shown[-1]
+        turn = rotation_vector(last @ earlier.T) * (seconds / passed if passed else 0.0)
+        jump = rotation_vector(measured.rotation @ (rotation_matrix(turn) @ last).T)
+        if math.sqrt(jump @ jump) <= JUMP + JUMP_PER_S * seconds:
+            return False
+        self.jump = jump  # from there it goes on as it went on before
+        self._shown = [(rotation_matrix(jump) @ last, 0.0)]
+        return True
 
     def _gains(self, seconds: float) -> tuple[float, float]:
         """Return the gains of a straight line through all images so far, later a fading one."""

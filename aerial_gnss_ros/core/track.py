@@ -38,7 +38,8 @@ class Track:
         swum_count: how many independent ones.
         waits: whether it waits for its name, since it could be one of several robots.
         chance: probability that its boxes after the first are false ones, there by chance.
-        strayed: whether a box was refused it, by which it would be faster than robots are.
+        strayed: whether a box was refused it, by which it would be faster than robots are, or it
+            was only seen while telemetry was wrong.
         entered: whether its first box was at the edge of the picture: it came into view.
         leaving: whether its last one is: should it vanish now, it has left the view, not dived.
     """

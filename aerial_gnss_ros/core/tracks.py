@@ -92,10 +92,15 @@ class Tracker:
         self._advance(stamp_ns)
         if not self.filter.look(frame, local):
             return TrackUpdate(self._estimates(stamp_ns), {}, points.valid)
+        if self.filter.turned:
+            self._matcher.confuse()
+        confused = self._matcher.confused
         rows, columns = self._matcher.match(self.tracks, seen, stamp_ns)
         before = self._strayed()
         rows, columns, refused = self._correct(seen, rows, columns, stamp_ns)
         self._doubt(rows, self._strayed() - before, stamp_ns, passed)
+        if confused and not self._matcher.confused:
+            self._come_back(stamp_ns)
         started = self._start(seen, np.concatenate([columns, refused]), frame.detections)
         updated = self._confirm(len(seen.index), local, stamp_ns)
         measured = dict(zip(rows.tolist(), seen.index[columns].tolist(), strict=True)) | started
@@ -174,6 +179,12 @@ class Tracker:
             self.tracks[row].hit(stamp_ns, self._window_ns, *swims, edges[column])
         return rows, columns, refused
 
+    def _come_back(self, stamp_ns: int) -> None:
+        """Give up what was only seen while robots were not where they should be."""
+        for track in self.tracks:
+            if not track.robot_id and not track.waits and track.last_seen_ns < stamp_ns:
+                track.strayed = True
+
     def _strayed(self) -> int:
         """Return how many robots with names were refused a box since they were seen."""
         return sum(track.strayed for track in self.tracks if track.robot_id)
@@ -191,7 +202,9 @@ class Tracker:
         lost = self._matcher.confused or (refused and refused >= len(named))
         if lost and self._lost_ns is None:
             self._lost_ns = stamp_ns
-            self._lost_names = {track.robot_id for track in self.tracks}
+            self._lost_names = {
+                track.robot_id for track in self.tracks if stamp_ns - track.last_seen_ns < SOON_NS
+            }
         if self._lost_ns is None:
             return
         if lost or not named:
@@ -235,9 +248,9 @@ class Tracker:
     def _confirm(self, boxes: int, local: LocalMap, stamp_ns: int) -> set[int]:
         """Name the tracks that have hits enough; return the rows that they replace."""
         ready = self._naming.ready(self.tracks, stamp_ns)
-        named = sum(bool(track.robot_id) for track in self.tracks)
-        if self._matcher.confused and 2 * len(ready) < min(named, boxes):
-            return set()  # robots come back together, or it is chance
+        if self._matcher.confused:
+            named = sum(bool(track.robot_id) for track in self.tracks)
+            ready = self._naming.settled(self.tracks, ready, stamp_ns, min(named, boxes))
         if not ready:
             return set()
         self._matcher.confused = False

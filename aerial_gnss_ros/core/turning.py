@@ -73,10 +73,10 @@ class Turning:
         angle: (3,) by which it may have turned so far, rad.
         of_places: (n, 2, 2) by how much more the places of robots are uncertain, m².
         of_velocities: (n, 2, 2) likewise, m²/s².
-        unexplained: what it may have turned while no robots explained its boxes.
+        unexplained: what it may have turned while no robots explained its boxes; one of a camera.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, unexplained: Unexplained | None = None) -> None:
         self.rate: Array = np.zeros(3)
         self.angle: Array = np.zeros(3)
         self.of_places: Array = np.zeros((0, 2, 2))
@@ -85,7 +85,7 @@ class Turning:
         self._law: Array = np.zeros((6, 6))  # covariance of angle and rate
         self._doubted = False  # whether there ever was a doubt
         self._lasts = self._since = 0.0
-        self.unexplained = Unexplained(MOST)
+        self.unexplained = unexplained or Unexplained(MOST)
         # Rows: sum of corrections east, north; its expected square as stated; the same by loosened
         # velocities; what of that is still to come; the stated one since the last image.
         self._sums: Array = np.zeros((6, 0))
@@ -178,7 +178,6 @@ class Turning:
         self._sums[:2] *= fade
         self._sums[2:4] *= fade * fade
         self._sums[5] += 2.0 * stated
-        self.unexplained.predict(seconds, keep)
         if not self._doubted:
             return
         self.angle *= keep

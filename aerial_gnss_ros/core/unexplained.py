@@ -7,12 +7,14 @@ found anew may be seen by a camera that has turned meanwhile: the covariance D o
 Robots that are found again tell. If the camera did not turn and it was the boxes that were wrong,
 such a robot is off where it was expected by d of covariance S; if it did, of S + A D A', with A
 the derivative of places by the angles. So much less likely is it, from even odds on, that D
-counts, and D itself is narrowed as by any measurement.
+counts, and D itself is narrowed as by any measurement. That is told of all the times (`Episode`)
+since the robot was seen: what turned away and back has not turned.
 """
 
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,26 +28,68 @@ ALREADY_S = 0.3
 """For so long it has turned when that is noticed, s."""
 
 
-class Unexplained:
-    """Of one camera, from one time to the next that no robots explain its boxes.
+BACK = math.radians(3.0)
+"""An orientation that jumped is back so near to where it would be."""
 
-    Args:
-        most: angle up to which doubt grows, one sigma of each axis, rad.
+WAS_WRONG = -3.0
+"""Nats: an orientation that jumps and later jumps back was wrong meanwhile, rather than the camera
+has turned just then."""
+
+LEAST = 1e-3
+"""Share that is forgotten below, as in `doubts`."""
+
+EPISODES = 4
+"""Times that are told apart; of those before, all is one."""
+
+
+@dataclass
+class Episode:
+    """A time in which no robots explained the boxes.
+
+    Attributes:
+        spread: (3, 3) D, rad².
+        odds: logarithm of those that D counts; None: nothing has told yet.
+        ago: time since it began, s.
     """
 
-    def __init__(self, most: float) -> None:
-        self._most_s = most / RATE
-        self._earlier: Array = np.zeros((3, 3))  # of times before the last one
-        self._spread: Array = np.zeros((3, 3))  # D, of the last one
-        self._odds: float | None = None  # logarithm; that D counts; nothing has told yet
-        self._lasts = self._grown = self._ago = 0.0
-        self.doubts = False  # whether there ever was a doubt
+    spread: Array = field(default_factory=lambda: np.zeros((3, 3)))
+    odds: float | None = None
+    ago: float = 0.0
 
     @property
     def doubt(self) -> Array:
         """(3, 3) covariance of the angles, rad²."""
-        share = 1.0 if self._odds is None else 0.5 + 0.5 * math.tanh(0.5 * self._odds)
-        return self._earlier + share * self._spread
+        share = 1.0 if self.odds is None else 0.5 + 0.5 * math.tanh(0.5 * self.odds)
+        return share * self.spread if share > LEAST else 0.0 * self.spread
+
+    def told(self, nats: float) -> None:
+        """Take in by how much likelier it is that D counts."""
+        self.odds = (self.odds or 0.0) + nats
+
+
+class Unexplained:
+    """Of one camera.
+
+    Args:
+        most: angle up to which doubt grows, one sigma of each axis, rad.
+
+    Attributes:
+        episodes: the last ones.
+        doubts: whether there ever was a doubt.
+    """
+
+    def __init__(self, most: float) -> None:
+        self._most_s = most / RATE
+        self._earlier: Array = np.zeros((3, 3))  # of times before the episodes
+        self.episodes: list[Episode] = []
+        self._lasts = self._grown = 0.0
+        self._jump, self._jumped_s = np.zeros(3), 0.0
+        self.doubts = False
+
+    @property
+    def doubt(self) -> Array:
+        """(3, 3) covariance of the angles, rad²."""
+        return sum((one.doubt for one in self.episodes), self._earlier)
 
     def predict(self, seconds: float, keep: float) -> None:
         """Move on in time.
@@ -54,10 +98,11 @@ class Unexplained:
             seconds: length of the step, s.
             keep: factor by which the angles' errors still count after it.
         """
-        self._ago += seconds
-        if self.doubts:
-            self._earlier *= keep * keep
-            self._spread *= keep * keep
+        self._jumped_s += seconds
+        self._earlier *= keep * keep
+        for one in self.episodes:
+            one.ago += seconds
+            one.spread *= keep * keep
 
     def take(self, seconds: float, over: bool = False) -> None:
         """Take in that for so long no robots explained the boxes, s; 0: some do.
@@ -68,18 +113,41 @@ class Unexplained:
         """
         if not seconds:
             if self._lasts and over:
-                self._spread = np.zeros((3, 3))
+                self.episodes[-1].spread = np.zeros((3, 3))
             self._lasts = 0.0
         elif not self._lasts:  # one image may be in error
-            self._earlier = self.doubt
-            self._spread, self._odds, self._grown = np.zeros((3, 3)), None, 0.0
-            self._lasts = ALREADY_S + seconds
-            self._ago = seconds
+            self._begin(seconds)
         else:
             self._lasts += seconds
             before, self._grown = self._grown, min(self._lasts, self._most_s)
-            self._spread = self._spread + RATE**2 * (self._grown**2 - before**2) * np.eye(3)
+            grown = RATE**2 * (self._grown**2 - before**2)
+            self.episodes[-1].spread = self.episodes[-1].spread + grown * np.eye(3)
             self.doubts = True
+
+    def _begin(self, seconds: float) -> None:
+        told = [one for one in self.episodes if one.spread.any()]
+        if len(told) == EPISODES:
+            self._earlier = self._earlier + told.pop(0).doubt
+        self.episodes = [*told, Episode(ago=seconds)]
+        self._lasts, self._grown = ALREADY_S + seconds, 0.0
+
+    def jumped(self, turn: Array, seconds: float) -> bool:
+        """Take in that the orientation has jumped; return whether it is back.
+
+        Args:
+            turn: (3,) about the axes of roll, pitch, heading, rad.
+            seconds: time since the image before, s.
+        """
+        if not self._jump.any():
+            self._jumped_s = seconds
+        self._jump = self._jump + turn
+        if math.sqrt(self._jump @ self._jump) > BACK:
+            return False
+        for one in self.episodes:
+            if one.ago <= self._jumped_s + 1e-6:
+                one.told(WAS_WRONG)
+        self._jump = np.zeros(3)
+        return True
 
     def found(self, unseen: float, by_angles: Array, apart: Array, spread: Array) -> None:
         """Take in where a robot was found again.
@@ -90,14 +158,19 @@ class Unexplained:
             apart: (2,) d, from where it was expected, m.
             spread: (2, 2) S, covariance of that if the camera did not turn, m².
         """
-        if not self._spread.any() or unseen < self._ago - 1e-6:
-            return  # nothing to tell, or by the same camera
-        with_it = self._spread @ by_angles.T
-        wide = by_angles @ with_it + spread
-        self._odds = (self._odds or 0.0) + _log_density(apart, wide) - _log_density(apart, spread)
-        gain = np.linalg.solve(wide, with_it.T).T
-        told = gain @ apart
-        self._spread = self._spread - gain @ with_it.T + np.outer(told, told)
+        since = [
+            one for one in self.episodes if one.spread.any() and one.ago <= unseen + 1e-6
+        ]  # else there is nothing to tell, or it was seen by the same camera
+        if not since:
+            return
+        wide = spread + sum(by_angles @ one.spread @ by_angles.T for one in since)
+        less = _log_density(apart, wide) - _log_density(apart, spread)
+        for one in since:
+            with_it = one.spread @ by_angles.T
+            gain = np.linalg.solve(wide, with_it.T).T
+            told = gain @ apart
+            one.told(less)
+            one.spread = one.spread - gain @ with_it.T + np.outer(told, told)
 
 
 def _log_density(error: Array, spread: Array) -> float:

@@ -40,6 +40,7 @@ def test_a_near_miss_is_a_free_box_just_outside_the_gate_of_a_robot_without_one(
         motion=SimpleNamespace(speed_sigma=0.0),
         monitor=SimpleNamespace(take_matches=lambda *both: counted.append(both)),
         loosen=lambda *_: None,
+        found=lambda *_: None,
         log=Events(),
     )
     tracks = [Track("aqua", 0, 9, State.COASTING, f"aqua_{i}", deque([9])) for i in range(3)]
@@ -93,6 +94,7 @@ def test_a_robot_swerves_with_two_boxes_where_one_may_be_false(stray, began, hit
         motion=SimpleNamespace(speed_sigma=0.75),
         monitor=SimpleNamespace(take_matches=lambda *_: None),
         loosen=lambda *_: None,
+        found=lambda *_: None,
         log=Events(),
     )
     seen = boxes(1)
@@ -122,6 +124,7 @@ def test_one_box_in_a_wide_gate_is_not_the_robots_where_it_may_be_false(
         motion=SimpleNamespace(speed_sigma=0.0),
         monitor=SimpleNamespace(take_matches=lambda *_: None),
         loosen=lambda *_: None,
+        found=lambda *_: None,
         log=Events(),
     )
     matcher = Matcher(joint, 11.6, 2.0)
@@ -141,3 +144,70 @@ def test_empty_images_are_images_too():
     matcher = Matcher(SimpleNamespace(), 11.6, 2.0)
     matcher.match([], nothing, 5)
     assert matcher._clutter.stamp_ns == 5
+
+
+def _image(inside, leaving=()):
+    """Return tracks, pairs and boxes of an image: one box for each track, in its gate or not."""
+    now = 1_000_000_000
+    tracks = [
+        Track(
+            "aqua", 0, now - 1, State.CONFIRMED, f"aqua_{i}", deque([now - 1]), leaving=i in leaving
+        )
+        for i in range(len(inside))
+    ]
+    every = np.arange(len(inside))
+    offsets = [[0.0 if one else 9.0, 0.0] for one in inside]
+    pairs = Comparison(every, every, np.array(offsets), np.tile(np.eye(2), (len(inside), 1, 1)))
+    return tracks, pairs, boxes(len(inside)), now
+
+
+@pytest.mark.parametrize(
+    ("images", "confused"),
+    [
+        ([[False]], False),  # one alone cannot outvote telemetry
+        ([[False, False]], True),
+        ([[True, False]], False),
+        ([[True, False, False]], True),
+        ([[True, True, False]], False),
+        ([[False, False, False], [True, True, True]], False),
+        ([[False, False, False], [True, False]], True),
+        ([[False, False, False], [True, True]], True),  # two boxes may be there by chance
+        ([[False, False, False], [True, True], [True, True]], False),
+        ([[False, False, False], [True], [True]], True),
+        ([[False, False, False], [True], [True], [True]], False),
+        ([[False, False, False], [True], [False], [True], [True]], True),
+    ],
+)
+def test_images_are_believed_again_when_robots_are_where_they_should_be(images, confused):
+    found = []
+    joint = SimpleNamespace(
+        motion=SimpleNamespace(speed_sigma=0.0),
+        monitor=SimpleNamespace(take_matches=lambda *_: None),
+        loosen=lambda *_: None,
+        found=lambda rows, *_: found.append(len(rows)),
+        log=Events(),
+    )
+    matcher = Matcher(joint, 9.0, 2.0)
+    for inside in images:
+        tracks, pairs, seen, now = _image(inside)
+        joint.compare = lambda *_, pairs=pairs: pairs
+        rows, _ = matcher.match(tracks, seen, now)
+        assert len(rows) == found[-1]
+    assert matcher.confused is confused
+
+
+def test_robots_that_left_the_picture_are_not_missing():
+    tracks, pairs, seen, now = _image([True, False, False], leaving=(1, 2))
+    joint = SimpleNamespace(
+        compare=lambda *_: pairs,
+        motion=SimpleNamespace(speed_sigma=0.0),
+        monitor=SimpleNamespace(take_matches=lambda *_: None),
+        loosen=lambda *_: None,
+        found=lambda *_: None,
+        log=Events(),
+    )
+    matcher = Matcher(joint, 9.0, 2.0)
+    rows, _ = matcher.match(tracks, seen, now)
+    assert rows.tolist() == [0]
+    assert not matcher.confused
+    assert joint.log.take() == []
