@@ -18,6 +18,7 @@ import argparse
 import itertools
 import math
 import sys
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -50,11 +51,11 @@ STATED = {"noise.robot_acceleration": 0.05, "tracks.max_speed": 1.5}
 
 @dataclass(frozen=True)
 class Turned:
-    """A flight whose camera is turned more and more about an axis, and back."""
+    """A flight whose camera is turned about an axis, by an angle (rad) at each time (s)."""
 
     flight: Flight
     axis: str
-    rate_deg_s: float
+    angle: Callable[[Array], Array]
 
     @property
     def origin(self) -> MapDatum:
@@ -75,7 +76,7 @@ class Turned:
         """Return the motion with the camera turned."""
         motion = self.flight.sample(t)
         turned = motion.enu_from_camera.copy()
-        for i, angle in enumerate(math.radians(self.rate_deg_s) * seconds_turned(motion.t)):
+        for i, angle in enumerate(self.angle(motion.t)):
             axis = error_axes(turned[i])[:, AXES[self.axis]]
             turned[i] = rotation_matrix(angle * axis) @ turned[i]
         return replace(motion, enu_from_camera=turned)
@@ -108,7 +109,8 @@ class Case:
     def made(self, seed: int) -> Experiment:
         """Return the flight."""
         made = experiment(self.cell, seed, Setting(self.robots, END_S))
-        turned = Turned(made.flight, self.axis, self.rate_deg_s)
+        rate = math.radians(self.rate_deg_s)
+        turned = Turned(made.flight, self.axis, lambda t: rate * seconds_turned(t))
         if self.camera:
             made.flight = turned
         else:
