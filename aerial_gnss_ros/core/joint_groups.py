@@ -115,8 +115,14 @@ class Groups:
             if len(slots):
                 group.loosen(slots, speed, seconds)
 
-    def merge(self, old: int, new: int) -> None:
-        """Let robot `new` know what is known of `old`, which it turned out to be."""
+    def merge(self, old: int, new: int, told: bool = True) -> None:
+        """Let robot `new` know what is known of `old`, which it turned out to be.
+
+        Args:
+            old: its row.
+            new: likewise.
+            told: whether where it is tells what the camera may have turned.
+        """
         group_of, slot_of = self._places_of_rows()
         before, group = self._groups[group_of[old]], self._groups[group_of[new]]
         first, second = int(slot_of[old]), int(slot_of[new])
@@ -124,7 +130,8 @@ class Groups:
             apart, spread = self.apart(np.array([old]), np.array([new]))
             slots = np.array([second])
             moved, unseen = by_angles(group, slots), float(before.unseen[first])
-            self.unexplained.found(unseen, moved[0], apart[0, 0], spread[0, 0])
+            if told:
+                self.unexplained.found(unseen, moved[0], apart[0, 0], spread[0, 0])
             group.turning.spread(slots, moved)
         if before is group:
             group.tie(first, second, SAME_PLACE_M)

@@ -85,30 +85,34 @@ class Naming:
             row for row in found if len(tracks[row].hits) == 1 or new * tracks[row].chance < GHOSTS
         ]
 
-    def settled(
-        self, tracks: list[Track], ready: list[int], stamp_ns: int, robots: int
-    ) -> list[int]:
-        """Return those of the rows that can get a name while robots are not where they should be.
+    def lasting(self, tracks: list[Track], ready: list[int], stamp_ns: int) -> list[int]:
+        """Return those of the rows whose tracks have lasted `tracks.confirm_window_s`."""
+        return [row for row in ready if tracks[row].first_seen_ns <= stamp_ns - self._window_ns]
 
-        Either they come back together, or what is new must have lasted `tracks.confirm_window_s`.
+    def are_back(self, tracks: list[Track], ready: list[int], robots: int) -> bool:
+        """Return whether robots that were not where they should be come back together.
 
         Args:
             tracks: all of them.
             ready: rows of those that could get a name.
-            stamp_ns: of the image, ns.
-            robots: how many with names the image may show.
+            robots: how many with names the image may show; half of them must be back.
         """
         away = [row for row, track in enumerate(tracks) if track.state is State.COASTING]
-        if away and ready:
-            offsets, spread = self._apart(away, ready)
-            squared, _ = mahalanobis(offsets.reshape(-1, 2), spread.reshape(-1, 2, 2))
-            near = (squared <= self._threshold).reshape(len(away), len(ready)).any(axis=1)
-            if 2 * int(near.sum()) >= robots:
-                return ready
-        return [row for row in ready if tracks[row].first_seen_ns <= stamp_ns - self._window_ns]
+        if not away or not ready:
+            return False
+        offsets, spread = self._apart(away, ready)
+        squared, _ = mahalanobis(offsets.reshape(-1, 2), spread.reshape(-1, 2, 2))
+        near = (squared <= self._threshold).reshape(len(away), len(ready)).any(axis=1)
+        return 2 * int(near.sum()) >= robots
 
     def name(
-        self, tracks: list[Track], ready: list[int], stamp_ns: int, height: float, local: LocalMap
+        self,
+        tracks: list[Track],
+        ready: list[int],
+        stamp_ns: int,
+        height: float,
+        local: LocalMap,
+        told: bool = True,
     ) -> set[int]:
         """Name tracks; return the rows that they replace.
 
@@ -118,6 +122,8 @@ class Naming:
             stamp_ns: of the image, ns.
             height: of the camera above the water, m.
             local: the map.
+            told: whether robots that are found again tell that the camera has not turned; not if
+                most of them are missing.
         """
         folded = self._fold(tracks, ready)
         ready = [row for row in ready if row not in folded]
@@ -133,7 +139,7 @@ class Naming:
             tracks[row].take_over(tracks[old])
         self._doubt(tracks, came)
         for row, old in came.found.items():
-            self._merge(old, row)
+            self._merge(old, row, told)
         for row in ready:
             tracks[row].state = State.CONFIRMED
         self._tell(tracks, came)
@@ -162,10 +168,10 @@ class Naming:
             spot = Spot(self._filter.mean[old, :2], self._filter.covariance[old, :2, :2])
             self._encounters.leave(tracks[row].robot_id, spot, share)
 
-    def _merge(self, old: int, new: int) -> None:
+    def _merge(self, old: int, new: int, told: bool = True) -> None:
         """Let a track know where the robot was that it turned out to be, which may have swerved."""
         self._filter.loosen(np.array([old]), self._filter.motion.speed_sigma, SWERVE_S)
-        self._filter.merge(old, new)
+        self._filter.merge(old, new, told)
 
     def _fold(self, tracks: list[Track], ready: list[int]) -> set[int]:
         """Make one of tracks without names that are of one robot; return the rows that go."""

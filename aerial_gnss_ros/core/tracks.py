@@ -248,13 +248,16 @@ class Tracker:
     def _confirm(self, boxes: int, local: LocalMap, stamp_ns: int) -> set[int]:
         """Name the tracks that have hits enough; return the rows that they replace."""
         ready = self._naming.ready(self.tracks, stamp_ns)
-        if self._matcher.confused:
-            named = sum(bool(track.robot_id) for track in self.tracks)
-            ready = self._naming.settled(self.tracks, ready, stamp_ns, min(named, boxes))
+        named = sum(bool(track.robot_id) for track in self.tracks)
+        back = not self._matcher.confused or self._naming.are_back(
+            self.tracks, ready, min(named, boxes)
+        )
+        if not back:
+            ready = self._naming.lasting(self.tracks, ready, stamp_ns)
         if not ready:
             return set()
         self._matcher.confused = False
-        return self._naming.name(self.tracks, ready, stamp_ns, self._height, local)
+        return self._naming.name(self.tracks, ready, stamp_ns, self._height, local, back)
 
     def _estimates(self, stamp_ns: int) -> tuple[RobotEstimate, ...]:
         named = [row for row, track in enumerate(self.tracks) if track.robot_id]
