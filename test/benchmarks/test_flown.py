@@ -28,8 +28,9 @@ def test_flights_go_on_where_the_file_ends(tmp_path, monkeypatch):
     begun = []
     monkeypatch.setattr(flown, "fly", lambda *flight: begun.append(flight[:2]) or record(*flight))
     given = argparse.Namespace(
-        flights=tmp_path / "f.jsonl", seeds=1, minutes=60.0, only="hover 10 m,rtk", markdown=None
-    )
+        flights=tmp_path / "f.jsonl", first=0, seeds=1, minutes=60.0, only="hover 10 m,rtk",
+        markdown=None,
+    )  # fmt: skip
     flights = flown.flown(given)
     assert [(cell.words, seed) for cell, seed in begun] == [
         ("hover 10 m rtk still", 0), ("hover 10 m rtk moving", 0)
@@ -45,6 +46,8 @@ def test_flights_go_on_where_the_file_ends(tmp_path, monkeypatch):
     flights = flown.flown(given)
     assert len(begun) == 4
     assert {len(one) for one in flights.values()} == {2}
+    given.first, given.seeds, given.minutes = 7, 2, 60.0
+    assert [one["seed"] for one in flown.flown(given)["hover 10 m rtk still"]] == [7, 8]
     line = accuracy.markdown(flights).splitlines()[2]
     assert line.split(" | ")[1:6] == ["3.00", "2.00", "2.00", "1.22", "1.00"]
     line = consistency.markdown(flights).splitlines()[2]
