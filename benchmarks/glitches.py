@@ -13,12 +13,10 @@ view from 3 s after the end on, of what is published by what is published withou
 
 from __future__ import annotations
 
-import argparse
 import itertools
 import math
 import sys
 from dataclasses import dataclass
-from pathlib import Path
 
 import one_thread  # noqa: F401 - before numpy
 
@@ -26,13 +24,11 @@ import one_thread  # noqa: F401 - before numpy
 import numpy as np
 from families import Cell, Setting, config, experiment, results, robots_of, truth
 from numpy.typing import NDArray
-from runaway import CONFIDENT, STATED, Turned
 from tables import columns, show
+from turned import CONFIDENT, STATED, Turned, arguments, cell_of, errors, tell
 
 from aerial_gnss_ros.core.values import FrameResult, State
-from aerial_gnss_ros.evaluation.bound import TrueFrame
-from aerial_gnss_ros.simulation.experiment import LEAD_S, Experiment
-from aerial_gnss_ros.simulation.sensors import Sensors
+from aerial_gnss_ros.simulation.experiment import Experiment
 
 Array = NDArray[np.float64]
 
@@ -66,9 +62,7 @@ class Case:
                 made.flight, self.axis,
                 lambda t: angle * ((t > BEGIN_S - 0.05) & (t < BEGIN_S - 0.05 + seconds)),
             )  # fmt: skip
-            margin = LEAD_S + abs(made.clock.latency_s)
-            span = -margin, made.flight.duration_s + margin
-            made.sensors = Sensors(turned, made.sensors_plan, self.seed, *span)
+            tell(made, turned, self.seed)
         return made
 
 
@@ -99,10 +93,11 @@ def flown(case: Case, seconds: float, lasts_s: float) -> Flown:
     own = robots_of(found[:early], true[:early])
     now = robots_of(found[late:], true[late:])
     rows = [
-        sample
+        (t, *one)
         for result, frame, t in zip(found, true, times, strict=True)
         if t >= BEGIN_S - 0.1
-        for sample in samples_of(result, frame, t, own)
+        for one in errors(result, frame, own)
+        if frame.seen[one[0]]
     ]
     return Flown(
         np.array(rows).reshape(-1, 5),
@@ -116,25 +111,6 @@ def worn(found: list[FrameResult], name: str) -> bool:
     return any(
         e.robot_id == name and e.state is State.CONFIRMED for r in found for e in r.estimates
     )
-
-
-def samples_of(
-    result: FrameResult, frame: TrueFrame, t: float, own: dict[str, int]
-) -> list[tuple[float, ...]]:
-    """Return `Flown.samples` of an image."""
-    rows = []
-    for one in result.estimates:
-        if one.state is not State.CONFIRMED:
-            continue
-        apart = one.position - frame.positions
-        nearest = int(np.argmin(np.linalg.norm(apart, axis=1)))
-        robot = own.get(one.robot_id, nearest)  # a new name: whichever is nearest
-        if not frame.seen[robot]:
-            continue
-        P, error = one.covariance[:2, :2], apart[robot]
-        squared = float(error @ np.linalg.solve(P, error))
-        rows.append((t, robot, float(np.hypot(*error)), math.sqrt(0.5 * np.trace(P)), squared))
-    return rows
 
 
 def row(robots: int, seconds: float, flights: list[tuple[Flown, Flown]]) -> list[str]:
@@ -171,16 +147,9 @@ HEADS = (
 
 def main() -> int:
     """Fly and print the table."""
-    parser = argparse.ArgumentParser(description=str(__doc__).splitlines()[0])
-    parser.add_argument("--seeds", type=int, default=1, help="flights of each kind (default 1)")
-    parser.add_argument("--first-seed", type=int, default=0, help="the first one (default 0)")
+    parser = arguments(str(__doc__), "1,2,4", "hover 30,orbit 30,orbit 10", "yaw,pitch")
     parser.add_argument("--seconds", default="0.1,0.3,1,3,10", help="how long it is wrong")
     parser.add_argument("--angles", default="5,30", help="by how many degrees")
-    parser.add_argument("--axes", default="yaw,pitch", help="of yaw, pitch, roll")
-    parser.add_argument("--robots", default="1,2,4", help="how many, comma separated")
-    parser.add_argument("--flights", default="hover 30,orbit 30,orbit 10", help="families")
-    parser.add_argument("--motion", default="still,moving", help="of still, moving")
-    parser.add_argument("--markdown", type=Path, help="write the table here too")
     given = parser.parse_args()
     seconds = [float(one) for one in given.seconds.split(",")]
     lasts_s, rows = BEGIN_S + max(seconds) + AFTER_S, []
@@ -190,8 +159,7 @@ def main() -> int:
     ))  # fmt: skip
     for number in given.robots.split(","):
         cases = [
-            Case(Cell(one.split()[0], float(one.split()[1]), "rtk", motion == "moving"),
-                 int(number), axis, float(angle), given.first_seed + seed)
+            Case(cell_of(one, motion), int(number), axis, float(angle), given.first_seed + seed)
             for seed, (one, motion, axis, angle, _) in enumerate(kinds)
         ]  # fmt: skip
         usual = [flown(case, 0.0, lasts_s) for case in cases]

@@ -14,72 +14,29 @@ its own. Errors are of robots in sight.
 
 from __future__ import annotations
 
-import argparse
 import itertools
 import math
 import sys
-from collections.abc import Callable
-from dataclasses import dataclass, replace
-from pathlib import Path
+from dataclasses import dataclass
 
 import one_thread  # noqa: F401 - before numpy
 
 # isort: split
 import numpy as np
 from families import Cell, Setting, config, experiment, results, robots_of, truth
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 from tables import columns, show
+from turned import CONFIDENT, STATED, Turned, arguments, cell_of, errors, tell
 
 from aerial_gnss_ros.core.estimator import Estimator
-from aerial_gnss_ros.core.gimbal import error_axes
-from aerial_gnss_ros.core.joint_geometry import rotation_matrix
-from aerial_gnss_ros.core.values import FrameResult, MapDatum, State
-from aerial_gnss_ros.simulation.experiment import LEAD_S, Experiment
-from aerial_gnss_ros.simulation.flight import Flight, Motion
-from aerial_gnss_ros.simulation.sensors import START_NS, Sensors
+from aerial_gnss_ros.core.values import FrameResult
+from aerial_gnss_ros.simulation.experiment import Experiment
+from aerial_gnss_ros.simulation.sensors import START_NS
 
 Array = NDArray[np.float64]
 
-AXES = {"roll": 0, "pitch": 1, "yaw": 2}
 BEGIN_S, RUN_S, STAY_S, SETTLE_S = 20.0, 10.0, 10.0, 10.0
 END_S = BEGIN_S + 2.0 * RUN_S + STAY_S + SETTLE_S
-CONFIDENT = 13.8
-"""Squared distance that one in a thousand of a planar normal law exceeds."""
-STATED = {"noise.robot_acceleration": 0.05, "tracks.max_speed": 1.5}
-"""The defaults, also where robots stay: nobody told that they would."""
-
-
-@dataclass(frozen=True)
-class Turned:
-    """A flight whose camera is turned about an axis, by an angle (rad) at each time (s)."""
-
-    flight: Flight
-    axis: str
-    angle: Callable[[Array], Array]
-
-    @property
-    def origin(self) -> MapDatum:
-        """As the flight's own."""
-        return self.flight.origin
-
-    @property
-    def duration_s(self) -> float:
-        """As the flight's own."""
-        return self.flight.duration_s
-
-    @property
-    def words(self) -> str:
-        """As the flight's own."""
-        return self.flight.words
-
-    def sample(self, t: ArrayLike) -> Motion:
-        """Return the motion with the camera turned."""
-        motion = self.flight.sample(t)
-        turned = motion.enu_from_camera.copy()
-        for i, angle in enumerate(self.angle(motion.t)):
-            axis = error_axes(turned[i])[:, AXES[self.axis]]
-            turned[i] = rotation_matrix(angle * axis) @ turned[i]
-        return replace(motion, enu_from_camera=turned)
 
 
 def seconds_turned(t: Array) -> Array:
@@ -114,9 +71,7 @@ class Case:
         if self.camera:
             made.flight = turned
         else:
-            margin = LEAD_S + abs(made.clock.latency_s)
-            span = -margin, made.flight.duration_s + margin
-            made.sensors = Sensors(turned, made.sensors_plan, seed, *span)
+            tell(made, turned, seed)
         return made
 
 
@@ -142,18 +97,7 @@ def flown(case: Case, seed: int) -> dict[str, object]:
         if image.t < BEGIN_S:
             continue
         images_of += int(frame.seen.sum())
-        for one in result.estimates:
-            places = frame.positions
-            if one.robot_id in names:
-                error = one.position - places[names[one.robot_id]]
-            else:  # a new name: whichever is nearest
-                apart = one.position - places
-                error = apart[np.argmin(np.linalg.norm(apart, axis=1))]
-            P = one.covariance[:2, :2]
-            squared = float(error @ np.linalg.solve(P, error))
-            sigma = math.sqrt(0.5 * float(np.trace(P)))
-            if one.state is State.CONFIRMED:
-                samples.append((image.t, float(np.hypot(*error)), sigma, squared))
+        samples += [(image.t, *one[1:]) for one in errors(result, frame, names)]
     begin = next((t - BEGIN_S for t, words in said if t >= BEGIN_S and words), math.nan)
     early_words = {w for t, words in said if t < BEGIN_S for w in words}
     return {
@@ -193,16 +137,11 @@ HEADS = (
 
 def main() -> int:
     """Fly and print the table."""
-    parser = argparse.ArgumentParser(description=str(__doc__).splitlines()[0])
-    parser.add_argument("--seeds", type=int, default=1, help="flights of each kind (default 1)")
-    parser.add_argument("--first-seed", type=int, default=0, help="the first one (default 0)")
+    parser = arguments(
+        str(__doc__), "1,2,3", "hover 10,hover 30,orbit 10,orbit 30", "yaw,pitch,roll"
+    )
     parser.add_argument("--rates", default="0,0.5,1,2,5,10,20", help="deg/s")
-    parser.add_argument("--axes", default="yaw,pitch,roll", help="of yaw, pitch, roll")
-    parser.add_argument("--robots", default="1,2,3", help="how many, comma separated")
-    parser.add_argument("--flights", default="hover 10,hover 30,orbit 10,orbit 30", help="families")
-    parser.add_argument("--motion", default="still,moving", help="of still, moving")
     parser.add_argument("--camera", action="store_true", help="the camera turns, not telemetry")
-    parser.add_argument("--markdown", type=Path, help="write the table here too")
     given = parser.parse_args()
     seed, rows = itertools.count(given.first_seed), []
     for robots, rate in itertools.product(given.robots.split(","), given.rates.split(",")):
@@ -211,9 +150,7 @@ def main() -> int:
             given.flights.split(","), given.motion.split(","), given.axes.split(","),
             range(given.seeds),
         ):  # fmt: skip
-            family, height = flight.split()
-            cell = Cell(family, float(height), "rtk", motion == "moving")
-            case = Case(cell, int(robots), axis, float(rate), given.camera)
+            case = Case(cell_of(flight, motion), int(robots), axis, float(rate), given.camera)
             found.append(flown(case, next(seed)))
         rows.append(row(int(robots), float(rate), found))
         print(" | ".join(rows[-1]), file=sys.stderr, flush=True)
