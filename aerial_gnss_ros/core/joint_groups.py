@@ -150,7 +150,8 @@ class Groups:
         for row, apart, covariance in zip(rows.tolist(), offsets, spread, strict=True):
             group, slot = self._groups[group_of[row]], slot_of[row : row + 1]
             unseen = float(group.unseen[slot[0]])
-            self.unexplained.found(unseen, by_angles(group, slot)[0], apart, covariance)
+            if self.unexplained.since(unseen):
+                self.unexplained.found(unseen, by_angles(group, slot)[0], apart, covariance)
 
     def drop(self, rows: Indices) -> None:
         """Forget robots; those after them move up."""

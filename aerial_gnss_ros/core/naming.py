@@ -73,10 +73,16 @@ class Naming:
         self._images.append(stamp_ns)
         self._first_ns = min(self._first_ns, stamp_ns)
 
-    def ready(self, tracks: list[Track], stamp_ns: int) -> list[int]:
-        """Return the rows of tracks that can get a name."""
-        strayed = any(track.strayed for track in tracks)
-        begun_ns = stamp_ns - (self._window_ns if strayed else 0)
+    def ready(self, tracks: list[Track], stamp_ns: int, lasting: bool = False) -> list[int]:
+        """Return the rows of tracks that can get a name.
+
+        Args:
+            tracks: all of them.
+            stamp_ns: of the image, ns.
+            lasting: whether they must have lasted `tracks.confirm_window_s`.
+        """
+        lasting = lasting or any(track.strayed for track in tracks)
+        begun_ns = stamp_ns - (self._window_ns if lasting else 0)
         found = [row for row, track in enumerate(tracks) if self._is_ready(track, begun_ns)]
         if not found:
             return found
@@ -85,17 +91,13 @@ class Naming:
             row for row in found if len(tracks[row].hits) == 1 or new * tracks[row].chance < GHOSTS
         ]
 
-    def lasting(self, tracks: list[Track], ready: list[int], stamp_ns: int) -> list[int]:
-        """Return those of the rows whose tracks have lasted `tracks.confirm_window_s`."""
-        return [row for row in ready if tracks[row].first_seen_ns <= stamp_ns - self._window_ns]
-
-    def are_back(self, tracks: list[Track], ready: list[int], robots: int) -> bool:
+    def are_back(self, tracks: list[Track], ready: list[int], boxes: int) -> bool:
         """Return whether robots that were not where they should be come back together.
 
         Args:
             tracks: all of them.
             ready: rows of those that could get a name.
-            robots: how many with names the image may show; half of them must be back.
+            boxes: of the image; half of the robots with names that it may show must be back.
         """
         away = [row for row, track in enumerate(tracks) if track.state is State.COASTING]
         if not away or not ready:
@@ -103,7 +105,7 @@ class Naming:
         offsets, spread = self._apart(away, ready)
         squared, _ = mahalanobis(offsets.reshape(-1, 2), spread.reshape(-1, 2, 2))
         near = (squared <= self._threshold).reshape(len(away), len(ready)).any(axis=1)
-        return 2 * int(near.sum()) >= robots
+        return 2 * int(near.sum()) >= min(sum(bool(track.robot_id) for track in tracks), boxes)
 
     def name(
         self,

@@ -88,7 +88,7 @@ class PoseMotion:
             return measured
         shift = measured.position - expected.position
         turn = rotation_vector(measured.rotation @ expected.rotation.T)
-        if math.sqrt(turn @ turn) > JUMP + JUMP_PER_S * seconds and self._jumps(measured, seconds):
+        if _too_far(turn, seconds) and self._jumps(measured, seconds):
             expected, turn = MapPose(expected.position, measured.rotation), np.zeros(3)
         self._shown = [*self._shown[-1:], (measured.rotation, seconds)]
         self._seen += 1
@@ -107,7 +107,7 @@ class PoseMotion:
         (earlier, _), (last, passed) = self._shown[0], self._shown[-1]
         turn = rotation_vector(last @ earlier.T) * (seconds / passed if passed else 0.0)
         jump = rotation_vector(measured.rotation @ (rotation_matrix(turn) @ last).T)
-        if math.sqrt(jump @ jump) <= JUMP + JUMP_PER_S * seconds:
+        if not _too_far(jump, seconds):
             return False
         self.jump = jump  # from there it goes on as it went on before
         self._shown = [(rotation_matrix(jump) @ last, 0.0)]
@@ -120,3 +120,8 @@ class PoseMotion:
         alpha = max(2.0 * (2 * k - 1) / (k * (k + 1)), 1.0 - fade * fade)
         beta = max(6.0 / (k * (k + 1)), (1.0 - fade) ** 2)
         return min(alpha, 1.0), min(beta, 1.0)
+
+
+def _too_far(turn: Array, seconds: float) -> bool:
+    """Return whether a rotation vector (3,) is more than a camera turns within a time."""
+    return math.sqrt(turn @ turn) > JUMP + JUMP_PER_S * seconds

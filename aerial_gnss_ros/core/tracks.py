@@ -248,12 +248,9 @@ class Tracker:
     def _confirm(self, boxes: int, local: LocalMap, stamp_ns: int) -> set[int]:
         """Name the tracks that have hits enough; return the rows that they replace."""
         ready = self._naming.ready(self.tracks, stamp_ns)
-        named = sum(bool(track.robot_id) for track in self.tracks)
-        back = not self._matcher.confused or self._naming.are_back(
-            self.tracks, ready, min(named, boxes)
-        )
+        back = not self._matcher.confused or self._naming.are_back(self.tracks, ready, boxes)
         if not back:
-            ready = self._naming.lasting(self.tracks, ready, stamp_ns)
+            ready = self._naming.ready(self.tracks, stamp_ns, lasting=True)
         if not ready:
             return set()
         self._matcher.confused = False

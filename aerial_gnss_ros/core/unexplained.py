@@ -19,6 +19,8 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from aerial_gnss_ros.core.doubts import LEAST
+
 Array = NDArray[np.float64]
 
 RATE = math.radians(20.0)
@@ -34,9 +36,6 @@ BACK = math.radians(3.0)
 WAS_WRONG = -3.0
 """Nats: an orientation that jumps and later jumps back was wrong meanwhile, rather than the camera
 has turned just then."""
-
-LEAST = 1e-3
-"""Share that is forgotten below, as in `doubts`."""
 
 EPISODES = 4
 """Times that are told apart; of those before, all is one."""
@@ -149,6 +148,13 @@ class Unexplained:
         self._jump = np.zeros(3)
         return True
 
+    def since(self, unseen: float) -> list[Episode]:
+        """Return the times of which a robot tells that is found after so long, s.
+
+        Of those before it was last seen it tells nothing: that was by the same camera.
+        """
+        return [one for one in self.episodes if one.ago <= unseen + 1e-6 and one.spread.any()]
+
     def found(self, unseen: float, by_angles: Array, apart: Array, spread: Array) -> None:
         """Take in where a robot was found again.
 
@@ -158,9 +164,7 @@ class Unexplained:
             apart: (2,) d, from where it was expected, m.
             spread: (2, 2) S, covariance of that if the camera did not turn, m².
         """
-        since = [
-            one for one in self.episodes if one.spread.any() and one.ago <= unseen + 1e-6
-        ]  # else there is nothing to tell, or it was seen by the same camera
+        since = self.since(unseen)
         if not since:
             return
         wide = spread + sum(by_angles @ one.spread @ by_angles.T for one in since)

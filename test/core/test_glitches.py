@@ -8,6 +8,7 @@ import itertools
 import numpy as np
 import pytest
 
+from aerial_gnss_ros.core import joint_groups
 from aerial_gnss_ros.core.values import State
 
 ROBOTS = {
@@ -78,9 +79,8 @@ def test_a_lone_robot_is_not_somewhere_else_for_sure(sea, turn_deg, wrong_s):
 
 def test_a_camera_that_turns_fast_has_not_jumped(sea):
     """At 100 deg/s to robots elsewhere, which are named as fast as any."""
-    yaw = [90.0]
     robots = {"a": lambda _t: (2.0, 21.0), "b": lambda _t: (21.0, -3.0)}
-    world = sea.World(robots=robots, rpy_deg=lambda t: (0.0, 60.0, yaw[0] - 100.0 * _ramp(t)))
+    world = sea.World(robots=robots, rpy_deg=lambda t: (0.0, 60.0, 90.0 - 100.0 * _ramp(t)))
     engine = sea.estimator()
     results = sea.play(engine, world, 6.0)
     assert not any("jumped" in event for event in engine.events)
@@ -95,8 +95,6 @@ def _ramp(t):
 
 def test_what_robots_tell_counts_for_those_of_other_groups(sea, monkeypatch):
     """One camera: the robots of all groups end the doubt about it."""
-    from aerial_gnss_ros.core import joint_groups
-
     monkeypatch.setattr(joint_groups, "GROUP", 1)
     right, _ = _flown(sea, (0.0, 0.0, 30.0), 0.0)
     results, _ = _flown(sea, (0.0, 0.0, 30.0), 1.0)

@@ -25,6 +25,18 @@ def boxes(count):
     return Measurements(np.arange(count), squares[:, 0], squares[:, 0], squares, names, edge)
 
 
+def _joint(pairs, speed=0.0):
+    """Return what a matcher asks of the joint filter, with these pairs of robots and boxes."""
+    return SimpleNamespace(
+        compare=lambda *_: pairs,
+        motion=SimpleNamespace(speed_sigma=speed),
+        monitor=SimpleNamespace(take_matches=lambda *_: None),
+        loosen=lambda *_: None,
+        found=lambda *_: None,
+        log=Events(),
+    )
+
+
 def test_a_near_miss_is_a_free_box_just_outside_the_gate_of_a_robot_without_one():
     squared = np.array([
         [1.0, 80.0, 400.0],  # has box 0
@@ -35,14 +47,8 @@ def test_a_near_miss_is_a_free_box_just_outside_the_gate_of_a_robot_without_one(
     rows, columns = np.divmod(np.arange(9), 3)
     offsets = np.column_stack([np.sqrt(squared.ravel()), np.zeros(9)])
     pairs = Comparison(rows, columns, offsets, np.tile(np.eye(2), (9, 1, 1)))
-    joint = SimpleNamespace(
-        compare=lambda *_: pairs,
-        motion=SimpleNamespace(speed_sigma=0.0),
-        monitor=SimpleNamespace(take_matches=lambda *both: counted.append(both)),
-        loosen=lambda *_: None,
-        found=lambda *_: None,
-        log=Events(),
-    )
+    joint = _joint(pairs)
+    joint.monitor.take_matches = lambda *both: counted.append(both)
     tracks = [Track("aqua", 0, 9, State.COASTING, f"aqua_{i}", deque([9])) for i in range(3)]
     seen = boxes(3)
     Matcher(joint, 9.0, 2.0).match(tracks, seen, 10)
@@ -89,14 +95,7 @@ def test_a_robot_swerves_with_two_boxes_where_one_may_be_false(stray, began, hit
         np.array(offsets),
         np.tile(0.01 * np.eye(2), (len(every), 1, 1)),
     )
-    joint = SimpleNamespace(
-        compare=lambda *_: pairs,
-        motion=SimpleNamespace(speed_sigma=0.75),
-        monitor=SimpleNamespace(take_matches=lambda *_: None),
-        loosen=lambda *_: None,
-        found=lambda *_: None,
-        log=Events(),
-    )
+    joint = _joint(pairs, speed=0.75)
     seen = boxes(1)
     matcher = Matcher(joint, 11.6, 2.0)
     for _ in range(99):
@@ -117,15 +116,8 @@ def test_one_box_in_a_wide_gate_is_not_the_robots_where_it_may_be_false(
     second = 1_000_000_000
     now = 1000 * second
     left = now - round(unseen_s * second)
-    joint = SimpleNamespace(
-        compare=lambda *_: Comparison(
-            np.zeros(1, int), np.zeros(1, int), np.array([[1.0, 0.0]]), np.eye(2)[None]
-        ),
-        motion=SimpleNamespace(speed_sigma=0.0),
-        monitor=SimpleNamespace(take_matches=lambda *_: None),
-        loosen=lambda *_: None,
-        found=lambda *_: None,
-        log=Events(),
+    joint = _joint(
+        Comparison(np.zeros(1, int), np.zeros(1, int), np.array([[1.0, 0.0]]), np.eye(2)[None])
     )
     matcher = Matcher(joint, 11.6, 2.0)
     matcher._clutter.take(0, 80, 0, 0)
@@ -180,13 +172,8 @@ def _image(inside, leaving=()):
 )
 def test_images_are_believed_again_when_robots_are_where_they_should_be(images, confused):
     found = []
-    joint = SimpleNamespace(
-        motion=SimpleNamespace(speed_sigma=0.0),
-        monitor=SimpleNamespace(take_matches=lambda *_: None),
-        loosen=lambda *_: None,
-        found=lambda rows, *_: found.append(len(rows)),
-        log=Events(),
-    )
+    joint = _joint(None)
+    joint.found = lambda rows, *_: found.append(len(rows))
     matcher = Matcher(joint, 9.0, 2.0)
     for inside in images:
         tracks, pairs, seen, now = _image(inside)
@@ -198,14 +185,7 @@ def test_images_are_believed_again_when_robots_are_where_they_should_be(images, 
 
 def test_robots_that_left_the_picture_are_not_missing():
     tracks, pairs, seen, now = _image([True, False, False], leaving=(1, 2))
-    joint = SimpleNamespace(
-        compare=lambda *_: pairs,
-        motion=SimpleNamespace(speed_sigma=0.0),
-        monitor=SimpleNamespace(take_matches=lambda *_: None),
-        loosen=lambda *_: None,
-        found=lambda *_: None,
-        log=Events(),
-    )
+    joint = _joint(pairs)
     matcher = Matcher(joint, 9.0, 2.0)
     rows, _ = matcher.match(tracks, seen, now)
     assert rows.tolist() == [0]
