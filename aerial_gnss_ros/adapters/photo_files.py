@@ -3,12 +3,14 @@
 
 from __future__ import annotations
 
+import warnings
 from dataclasses import dataclass
 from pathlib import Path
 
 from aerial_gnss_ros.core.errors import InputError
 
 SUFFIXES = (".jpg", ".jpeg")
+_FORMATS = ("JPEG", "MPO")  # MPO: some drones put a second, smaller JPEG behind the first
 _EXIF_IFD, _FOCAL_EQUIVALENT, _MODEL = 0x8769, 0xA405, 0x0110
 
 
@@ -33,16 +35,17 @@ def read_photo(path: Path) -> Photo:
     Raises:
         InputError: the file is missing or not an image, or its EXIF has no 35 mm focal length.
     """
-    from PIL import Image, UnidentifiedImageError
+    from PIL import Image
 
     try:
-        with Image.open(path) as image:
-            size, exif = image.size, image.getexif()
+        with warnings.catch_warnings(), Image.open(path, formats=_FORMATS) as image:
+            warnings.simplefilter("ignore", Image.DecompressionBombWarning)
+            size, exif = image.size, image.getexif()  # neither decodes a pixel of a JPEG
+            equivalent = exif.get_ifd(_EXIF_IFD).get(_FOCAL_EQUIVALENT, 0)
     except FileNotFoundError as error:
         raise InputError(f"{path} does not exist; give a photo of the camera.") from error
-    except (UnidentifiedImageError, OSError) as error:
+    except Exception as error:  # Pillow raises whatever the damage causes
         raise InputError(f"{path} is not a photo that can be read; give a JPEG.") from error
-    equivalent = exif.get_ifd(_EXIF_IFD).get(_FOCAL_EQUIVALENT, 0)
     if not isinstance(equivalent, int | float) or not equivalent > 0:
         raise InputError(
             f"the EXIF of {path} has no focal length in 35 mm (FocalLengthIn35mmFilm); give a "

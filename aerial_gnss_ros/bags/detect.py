@@ -12,6 +12,7 @@ from aerial_gnss_ros.adapters.stamps import copied_header
 from aerial_gnss_ros.bags.typestore import make
 from aerial_gnss_ros.core.errors import InputError
 from aerial_gnss_ros.detection.base import Detector, Image
+from aerial_gnss_ros.detection.image_header import MAX_PIXELS
 from aerial_gnss_ros.detection.images import decode
 
 DETECTIONS_TYPE = "vision_msgs/msg/Detection2DArray"
@@ -29,6 +30,7 @@ class ImageDetector:
         detector: finds the boxes.
         topic: of the images, for messages.
         described: what describes the camera, for messages.
+        max_pixels: larger images are refused before they are decoded.
 
     Attributes:
         refused: images that gave nothing.
@@ -36,12 +38,15 @@ class ImageDetector:
         camera_size: of the camera as it is described; takes CameraInfo.
     """
 
-    def __init__(self, detector: Detector, topic: str, described: str) -> None:
+    def __init__(
+        self, detector: Detector, topic: str, described: str, max_pixels: int = MAX_PIXELS
+    ) -> None:
         self.refused = 0
         self.refusals: Counter[str] = Counter()
         self._detector = detector
         self._topic = topic
         self._described = described
+        self._max_pixels = max_pixels
         self._used = 0
         self.camera_size = CameraSize(_REMEDY)
 
@@ -52,7 +57,7 @@ class ImageDetector:
             InputError: none of the first images can be decoded and has the camera's size.
         """
         try:
-            image = decode(msg)
+            image = decode(msg, self._max_pixels)
             self._check_size(image)
         except InputError as error:
             sentence = f"{self._topic}: {error}"

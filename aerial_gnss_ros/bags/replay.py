@@ -103,7 +103,9 @@ class Replay:
         self._images: ImageDetector | None = None
         if self.plan.image_topic is not None:
             detector = load(detector_config)
-            self._images = _image_detector(detector, self.plan.image_topic, config, namespace)
+            self._images = _image_detector(
+                detector, self.plan.image_topic, config, namespace, detector_config.image.max_pixels
+            )
             self.summary.detections_from = f"images, {detector.name}"
         self._camera_seen = False
 
@@ -185,12 +187,13 @@ class Replay:
 
 
 def _image_detector(
-    detector: Detector, topic: str, config: EstimatorConfig, namespace: str
+    detector: Detector, topic: str, config: EstimatorConfig, namespace: str, max_pixels: int
 ) -> ImageDetector:
     """Return what looks into the images, and refuses those that are not of the camera's size."""
     camera = config.camera
     if camera.source == "topic":
-        return ImageDetector(detector, topic, resolve(camera.topic, namespace))
-    images = ImageDetector(detector, topic, "camera.image_width_px and camera.image_height_px")
+        return ImageDetector(detector, topic, resolve(camera.topic, namespace), max_pixels)
+    described = "camera.image_width_px and camera.image_height_px"
+    images = ImageDetector(detector, topic, described, max_pixels)
     images.camera_size.size = (camera.image_width_px, camera.image_height_px)
     return images

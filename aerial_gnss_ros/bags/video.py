@@ -12,6 +12,9 @@ from pathlib import Path
 import cv2
 
 from aerial_gnss_ros.core.errors import InputError
+from aerial_gnss_ros.detection.image_header import MAX_PIXELS, read_header, refuse_large
+
+_PICTURE_START = 65536
 
 
 @dataclass(frozen=True)
@@ -82,6 +85,7 @@ def open_video(path: str | Path) -> Video:
     if not path.is_file():
         wrong = "is a folder" if path.is_dir() else "does not exist"
         raise InputError(f"{path} {wrong}; give the video file.")
+    _refuse_picture(path)
     capture = _open(path)
     try:
         width = int(capture.get(cv2.CAP_PROP_FRAME_WIDTH))
@@ -95,6 +99,7 @@ def open_video(path: str | Path) -> Video:
             f"{path} has no usable video ({width}x{height}, {rate:g} frames a second, {count} "
             "frames); convert it to mp4 first."
         )
+    refuse_large(width, height, MAX_PIXELS, "")
     return Video(path, width, height, rate, count)
 
 
@@ -107,6 +112,20 @@ def _open(path: Path) -> cv2.VideoCapture:
             "off, else convert it to mp4 first."
         )
     return capture
+
+
+def _refuse_picture(path: Path) -> None:
+    """Refuse a still image: OpenCV would decode it as a video of one frame, whatever its size."""
+    try:
+        with path.open("rb") as file:
+            start = file.read(_PICTURE_START)
+        header = read_header(start)
+    except OSError as error:
+        raise InputError(f"cannot read {path}: {error.strerror or error}.") from error
+    except InputError as error:
+        raise InputError(f"{path} is no video: {error}") from error
+    if header is not None:
+        raise InputError(f"{path} is a {header.kind} image, not a video; give the video file.")
 
 
 def _time(own: float, counted: float, last: float) -> float:

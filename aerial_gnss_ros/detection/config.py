@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from aerial_gnss_ros.core.parameters import build, group, key
+from aerial_gnss_ros.detection.image_header import HIGHEST_MAX_PIXELS, MAX_PIXELS
 from aerial_gnss_ros.detection.search import SearchConfig
 
 
@@ -25,6 +26,15 @@ class ImageConfig:
         "png) on the topic with /compressed added. Compressed takes a tenth of the bandwidth and "
         "some milliseconds of decoding.",
         choices=("raw", "compressed"),
+    )
+    max_pixels: int = key(
+        MAX_PIXELS,
+        "Images of more pixels (width times height) are refused before they are decoded: a damaged "
+        "or hostile one of a few hundred kilobytes can otherwise fill the memory. A decoded pixel "
+        "takes 3 bytes. The default is more than any drone's camera has.",
+        unit="px",
+        low=1,
+        high=HIGHEST_MAX_PIXELS,
     )
 
     @property

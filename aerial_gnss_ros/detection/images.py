@@ -1,10 +1,14 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Image messages to blue-green-red arrays, by attribute: rclpy's and rosbags' messages alike."""
+"""Images to blue-green-red arrays: rclpy's and rosbags' messages by attribute, and files.
+
+An image's size is read from its header, or from the message, before memory is allocated for it.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import cv2
@@ -12,6 +16,7 @@ import numpy as np
 
 from aerial_gnss_ros.core.errors import InputError
 from aerial_gnss_ros.detection.base import Image
+from aerial_gnss_ros.detection.image_header import MAX_PIXELS, read_header, refuse_large
 
 
 @dataclass(frozen=True)
@@ -60,24 +65,50 @@ _REASONS: tuple[tuple[Callable[[str], bool], str], ...] = (
 )
 
 
-def decode(message: Any) -> Image:
+def decode(message: Any, max_pixels: int = MAX_PIXELS) -> Image:
     """Return the image of a sensor_msgs Image or CompressedImage.
 
     Args:
         message: any object with the attributes of one of the two; `data` is bytes-like.
+        max_pixels: larger images are refused before they are decoded.
 
     Returns:
         (height, width, 3) blue, green, red; a read-only view of the message where it can be.
 
     Raises:
-        InputError: unknown encoding, no pixels, or fewer bytes than the size needs.
+        InputError: unknown encoding, no pixels, too many pixels, or another number of bytes than
+            the size needs.
     """
     if hasattr(message, "encoding"):
-        return _decode_raw(message)
-    return _decode_compressed(message)
+        return _decode_raw(message, max_pixels)
+    return _decode_compressed(message, max_pixels)
 
 
-def _decode_raw(message: Any) -> Image:
+def read_image(path: Path, max_pixels: int = MAX_PIXELS) -> Image:
+    """Return an image file as (height, width, 3) blue, green, red; EXIF does not turn it.
+
+    Raises:
+        InputError: missing, not an image, damaged, or of more pixels than `max_pixels`.
+    """
+    try:
+        content = path.read_bytes()
+    except OSError as error:
+        raise InputError(f"cannot read {path}: {error.strerror or error}.") from error
+    try:
+        return _decode_file(content, max_pixels)
+    except InputError as error:
+        raise InputError(f"the image {path} cannot be read: {error}") from error
+
+
+def _decode_file(content: bytes, max_pixels: int) -> Image:
+    header = read_header(content)
+    if header is None:
+        raise InputError("it is empty, damaged or no image.")
+    refuse_large(header.width, header.height, max_pixels, "")
+    return _decode_bytes(content, header.kind)
+
+
+def _decode_raw(message: Any, max_pixels: int) -> Image:
     encoding = str(message.encoding)
     layout = _LAYOUTS.get(encoding.lower())
     if layout is None:
@@ -87,6 +118,7 @@ def _decode_raw(message: Any) -> Image:
         raise InputError(f"an image of {width} x {height} pixels has nothing in it.")
     if (width % 2 and "w" in layout.even) or (height % 2 and "h" in layout.even):
         raise InputError(f"an image in {encoding} cannot be {width} x {height}: odd side.")
+    refuse_large(width, height, max_pixels)
     row = width * layout.channels
     step = step or row  # some drivers leave it out where rows are not padded
     if step < row:
@@ -101,6 +133,11 @@ def _decode_raw(message: Any) -> Image:
         raise InputError(
             f"an image of {width} x {height} in {encoding} needs {needed} bytes, the message has "
             f"{data.size}: it was cut off."
+        )
+    if data.size > step * rows:
+        raise InputError(
+            f"an image of {width} x {height} in {encoding} with rows of {step} bytes has "
+            f"{step * rows} bytes, the message has {data.size}: size, step or encoding is wrong."
         )
     # A view with the row's own stride; the last row may lack its padding, so no plain reshape.
     shape = (rows, width) if layout.channels == 1 else (rows, width, layout.channels)
@@ -121,31 +158,33 @@ def _reason(encoding: str) -> str:
     return f"known are {_KNOWN}"
 
 
-def _decode_compressed(message: Any) -> Image:
-    named, data = str(message.format), np.frombuffer(message.data, dtype=np.uint8)
-    if data.size == 0:
+def _decode_compressed(message: Any, max_pixels: int) -> Image:
+    named, data = str(message.format), np.frombuffer(message.data, dtype=np.uint8).tobytes()
+    if not data:
         raise InputError(f"a compressed image ({named!r}) has no bytes.")
-    start = data[:32].tobytes()
     if "compressedDepth" in named:
         raise InputError("compressedDepth is a depth image; the detector needs a colour image.")
-    if start.startswith(b"\x89PNG\r\n\x1a\n"):
-        kind = "PNG"
-        if len(start) > 24 and start[24] > 8:
-            raise InputError(
-                f"a PNG image with {start[24]} bits a channel cannot be used; set the driver to 8 "
-                "bits."
-            )
-    elif start.startswith(b"\xff\xd8"):
-        kind = "JPEG"
-        _check_jpeg_end(data.tobytes())
-    else:
+    header = read_header(data, ("PNG", "JPEG"))
+    if header is None:
         reason = _reason(named) if any(applies(named.lower()) for applies, _ in _REASONS) else ""
         reason = reason or "its bytes are neither JPEG nor PNG"
         raise InputError(f"a compressed image in format {named!r} cannot be used: {reason}.")
+    refuse_large(header.width, header.height, max_pixels)
+    if header.kind == "PNG" and len(data) > 24 and data[24] > 8:
+        raise InputError(
+            f"a PNG image with {data[24]} bits a channel cannot be used; set the driver to 8 bits."
+        )
+    if header.kind == "JPEG":
+        _check_jpeg_end(data)
+    return _decode_bytes(data, header.kind)
+
+
+def _decode_bytes(content: bytes, kind: str) -> Image:
+    data = np.frombuffer(content, dtype=np.uint8)
     # The camera's geometry belongs to the pixels as they were taken: EXIF must not turn them.
     try:
         image = cv2.imdecode(data, cv2.IMREAD_COLOR | cv2.IMREAD_IGNORE_ORIENTATION)
-    except cv2.error as error:
+    except (cv2.error, MemoryError) as error:
         raise InputError(f"a {kind} image of {data.size} bytes cannot be decoded.") from error
     if image is None or image.size == 0:
         raise InputError(f"a {kind} image of {data.size} bytes is damaged or cut off.")

@@ -193,7 +193,7 @@ class DetectorNode(Managed, SupervisedNode):
     def _decoded(self, msg: Any, topic: str) -> Image | None:
         """Return an image of the camera's size, or None where it was refused."""
         try:
-            image = decode(msg)
+            image = decode(msg, self._config.image.max_pixels)
         except InputError as error:
             self._refuse("bad_image", f"{topic}: {error}")
             return None

@@ -16,11 +16,11 @@ import numpy as np
 
 from aerial_gnss_ros import __version__
 from aerial_gnss_ros.core.errors import ConfigError
+from aerial_gnss_ros.detection.images import read_image
 from aerial_gnss_ros.simulation.workers import shared
 from aerial_gnss_ros.training.contact_sheet import SHEET, write_contact_sheet
 from aerial_gnss_ros.training.inspection import Example, Inspection
 from aerial_gnss_ros.training.label_lines import as_text
-from aerial_gnss_ros.training.labelled import read_image
 from aerial_gnss_ros.training.layout import write_data_file
 from aerial_gnss_ros.training.naming import path_key, unique_names
 from aerial_gnss_ros.training.phases import Phase, members

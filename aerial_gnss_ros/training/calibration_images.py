@@ -11,9 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aerial_gnss_ros.core.errors import InputError
+from aerial_gnss_ros.detection.images import read_image
 from aerial_gnss_ros.detection.onnx_model import InputSize, tensor
 from aerial_gnss_ros.training.contact_sheet import SHEET
-from aerial_gnss_ros.training.labelled import ENDINGS, read_image
+from aerial_gnss_ros.training.labelled import ENDINGS
 
 USUAL_COUNT = 64
 """More images change the ranges little and take longer."""

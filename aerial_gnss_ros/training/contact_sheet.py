@@ -10,8 +10,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from aerial_gnss_ros.detection.images import read_image
 from aerial_gnss_ros.training.label_lines import parse
-from aerial_gnss_ros.training.labelled import read_image
 
 SHEET = "contact_sheet.png"
 

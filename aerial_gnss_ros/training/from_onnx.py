@@ -16,9 +16,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aerial_gnss_ros.core.errors import InputError, ModelError
+from aerial_gnss_ros.detection.images import read_image
 from aerial_gnss_ros.detection.letterbox import Letterbox
 from aerial_gnss_ros.detection.offline import forbid_network
-from aerial_gnss_ros.training.labelled import ENDINGS, read_image
+from aerial_gnss_ros.training.labelled import ENDINGS
 
 _BATCH = 16
 _LEAST_SPREAD = 1e-2  # of what a convolution gives: channels that never speak are left as they are

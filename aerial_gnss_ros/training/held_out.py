@@ -13,11 +13,12 @@ import numpy as np
 
 from aerial_gnss_ros.detection.base import Detections
 from aerial_gnss_ros.detection.config import DetectorConfig
+from aerial_gnss_ros.detection.images import read_image
 from aerial_gnss_ros.detection.select import load_detector
 from aerial_gnss_ros.training.average_precision import average_precision
 from aerial_gnss_ros.training.compare import for_scoring
 from aerial_gnss_ros.training.inspection import Example, Inspection
-from aerial_gnss_ros.training.labelled import LabelledImage, Truth, read_folder, read_image
+from aerial_gnss_ros.training.labelled import LabelledImage, Truth, read_folder
 from aerial_gnss_ros.training.score import score_above
 
 META = "meta.csv"

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import hashlib
 import io
+import warnings
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -12,10 +13,10 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 from PIL import Image as PillowImage
-from PIL import UnidentifiedImageError
 
 from aerial_gnss_ros.core.errors import InputError
 from aerial_gnss_ros.core.words import counted
+from aerial_gnss_ros.detection.image_header import MAX_PIXELS, read_header, refuse_large
 from aerial_gnss_ros.training.label_lines import parse
 from aerial_gnss_ros.training.labelled import ENDINGS
 from aerial_gnss_ros.training.layout import NOT_LABELS, Dataset, image_files, label_file
@@ -133,7 +134,7 @@ def inspect(
             try:
                 examples.append(_example(image, dataset, unlabelled_is_empty, found.problems))
             except InputError as error:
-                found.problems.append(Problem(image, str(error)))
+                found.problems.append(Problem(image, str(error).rstrip(".")))
             done += 1
             if report is not None:
                 report(done)
@@ -179,12 +180,15 @@ def _example(image: Path, dataset: Dataset, may_lack: bool, problems: list[Probl
 def _decode(content: bytes) -> tuple[tuple[int, int], str]:
     if not content:
         raise InputError("the file is empty")
+    header = read_header(content)
+    if header is None:
+        raise InputError("it is no image, whatever its name says")
+    refuse_large(header.width, header.height, MAX_PIXELS, "")
     try:
-        with PillowImage.open(io.BytesIO(content)) as picture:
+        with warnings.catch_warnings(), PillowImage.open(io.BytesIO(content)) as picture:
+            warnings.simplefilter("ignore", PillowImage.DecompressionBombWarning)
             orientation = picture.getexif().get(_ORIENTATION, 1)
             rgb = picture.convert("RGB")  # reads it whole, so a cut file is noticed
-    except UnidentifiedImageError as error:
-        raise InputError("it is no image, whatever its name says") from error
     except Exception as error:  # Pillow raises whatever the damage causes
         said = " ".join(str(error).split())
         raise InputError(f"the image cannot be read ({said or 'damaged'})") from error

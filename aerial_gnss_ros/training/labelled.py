@@ -10,12 +10,12 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from aerial_gnss_ros.core.errors import InputError
 from aerial_gnss_ros.detection.base import Image
+from aerial_gnss_ros.detection.images import read_image
 
 ENDINGS = (".jpg", ".jpeg", ".png")
 
@@ -52,18 +52,6 @@ class LabelledImage:
     name: str
     truth: Truth
     read: Callable[[], Image]
-
-
-def read_image(path: Path) -> Image:
-    """Return an image file as (height, width, 3) blue, green, red.
-
-    Raises:
-        InputError: not an image.
-    """
-    image = cv2.imread(str(path), cv2.IMREAD_COLOR | cv2.IMREAD_IGNORE_ORIENTATION)
-    if image is None:
-        raise InputError(f"the image {path} cannot be read; it is damaged or no image.")
-    return np.asarray(image, dtype=np.uint8)
 
 
 def read_labels(folder: Path, split: str) -> Iterator[LabelledImage]:

@@ -57,3 +57,13 @@ def test_photos_that_do_not_help_are_refused(tmp_path, capsys, make, sentence):
     make(tmp_path / "a.jpg")
     assert cli.main(["camera", str(tmp_path / "a.jpg")]) == 2
     assert sentence in capsys.readouterr().err
+
+
+def test_a_photo_too_large_for_pillow_or_of_another_format_is_refused(tmp_path, capsys):
+    header = bytearray(b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR" + (30000).to_bytes(4, "big") * 2)
+    huge = tmp_path / "a.jpg"
+    huge.write_bytes(bytes(header) + b"\x01\0\0\0\0" + bytes(100))
+    assert cli.main(["camera", str(huge)]) == 2
+    captured = capsys.readouterr()
+    assert "is not a photo that can be read; give a JPEG" in captured.err
+    assert "Traceback" not in captured.err

@@ -15,6 +15,7 @@ from aerial_gnss_ros import cli
 from aerial_gnss_ros.bags.reader import open_bag
 from aerial_gnss_ros.bags.tables import read_positions
 from aerial_gnss_ros.core.geodesy import enu_from_geodetic
+from aerial_gnss_ros.detection.image_header import MAX_PIXELS
 from aerial_gnss_ros.detection.images import decode
 
 HEADER = (
@@ -185,3 +186,25 @@ def test_the_bag_of_log_and_video_gives_positions(tmp_path, capsys, video, detec
         for t in tracks.values()
     }
     assert found == {(-4.0, 0.0), (2.0, 3.0)}
+
+
+def test_a_picture_is_no_video(tmp_path, capsys):
+    """OpenCV would decode it as a video of one frame, whatever its size."""
+    path = tmp_path / "video.mp4"
+    path.write_bytes(cv2.imencode(".png", np.zeros((48, 64), np.uint8))[1].tobytes())
+    status, _, err = run(capsys, log(tmp_path, []), path, "-o", tmp_path / "bag")
+    assert status == 2
+    assert f"{path} is a PNG image, not a video" in err[0]
+    assert not (tmp_path / "bag").exists()
+
+
+def test_a_video_of_larger_images_than_any_camera_takes_is_refused(
+    tmp_path, capsys, video, monkeypatch
+):
+    assert SIZE[0] * SIZE[1] < MAX_PIXELS
+    monkeypatch.setattr("aerial_gnss_ros.bags.video.MAX_PIXELS", SIZE[0] * SIZE[1] - 1)
+    status, _, err = run(
+        capsys, log(tmp_path, []), video(), "-o", tmp_path / "bag", "--offset", "1"
+    )
+    assert status == 2
+    assert "64 x 48 pixels is larger than 3071 pixels" in err[0]

@@ -39,8 +39,8 @@ def output(model: Path, image: np.ndarray) -> np.ndarray:
 
 
 def sample(pictures: Path) -> np.ndarray:
+    from aerial_gnss_ros.detection.images import read_image
     from aerial_gnss_ros.detection.onnx_model import tensor
-    from aerial_gnss_ros.training.labelled import read_image
 
     return tensor(read_image(choose_images(pictures)[0]), np.float32)
 
