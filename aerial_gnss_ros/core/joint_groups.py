@@ -135,6 +135,11 @@ class Groups:
             group.turning.spread(slots, moved)
         if before is group:
             group.tie(first, second, SAME_PLACE_M)
+            return
+        # The old robot joins the new one's group for the moment: its own history counts there.
+        guest = _copy(before, first, group)
+        group.tie(guest, second, SAME_PLACE_M)
+        group.drop(np.array([guest]))
 
     def found(self, rows: Indices, offsets: Array, spread: Array) -> None:
         """Take in where boxes of robots are, after images that no robots explained.
@@ -193,6 +198,25 @@ class Groups:
             group_of[group.rows] = number
             slot_of[group.rows] = np.arange(len(group))
         return group_of, slot_of
+
+
+def _copy(source: Joint, slot: int, target: Joint) -> int:
+    """Copy a robot into another group and return its slot there.
+
+    What carries over is its law given the platform's errors, p(robot | errors), which rests on its
+    own boxes. The errors themselves stay those of the target's group: no box counts twice.
+    """
+    own = slice(COUNT + 4 * slot, COUNT + 4 * slot + 4)
+    platform, cross = source.covariance[:COUNT, :COUNT], source.covariance[own, :COUNT]
+    # An error that is known exactly has no variance and moves nothing: hence the pseudo-inverse.
+    by_platform = cross @ np.linalg.pinv(platform, hermitian=True)
+    given = source.covariance[own, own] - by_platform @ cross.T
+    state = source.mean[own] + by_platform @ (target.mean[:COUNT] - source.mean[:COUNT])
+    target.append(source.rows[[slot]], state[None], by_platform[None], given[None])
+    target.unseen[-1] = source.unseen[slot]
+    target.manoeuvres.copy(source.manoeuvres, slot)
+    target.turning.copy(source.turning, slot)
+    return len(target) - 1
 
 
 def _shared(group: Joint, a: int, b: int) -> Array:

@@ -166,22 +166,31 @@ class Joint:
             white: (m, 2, 2) white covariance of the positions, m².
             speed: one sigma of the unknown velocity, each axis, m/s.
         """
+        m = len(rows)
+        state, through, own = np.zeros((m, 4)), np.zeros((m, 4, COUNT)), np.zeros((m, 4, 4))
+        state[:, :2], through[:, :2], own[:, :2, :2] = positions, by_platform, white
+        own[:, 2:, 2:] = speed**2 * np.eye(2)
+        self.append(rows, state, through, own)
+
+    def append(self, rows: Indices, state: Array, by_platform: Array, own: Array) -> None:
+        """Add robots whose law given the platform's errors is known.
+
+        Args:
+            rows: (m,) their numbers.
+            state: (m, 4) their means by the present estimate of the platform's errors, m, m/s.
+            by_platform: (m, 4, 7) how these move with the platform's errors.
+            own: (m, 4, 4) their covariances given the platform's errors.
+        """
         m, old = len(rows), len(self.mean)
         grown = np.zeros((old + 4 * m, old + 4 * m))
         grown[:old, :old] = self.covariance
-        through = np.zeros((m, 4, COUNT))
-        through[:, :2] = by_platform
-        flat = through.reshape(4 * m, COUNT)
+        flat = by_platform.reshape(4 * m, COUNT)
         cross = flat @ self.covariance[:COUNT]
         grown[old:, :old] = cross
         grown[:old, old:] = cross.T
         grown[old:, old:] = cross[:, :COUNT] @ flat.T
         every = np.arange(m)
-        grown[old:, old:].reshape(m, 4, m, 4)[every, :2, every, :2] += white
-        velocity = old + (4 * every[:, None] + np.array([2, 3])).ravel()
-        grown[velocity, velocity] += speed**2
-        state = np.zeros((m, 4))
-        state[:, :2] = positions
+        grown[old:, old:].reshape(m, 4, m, 4)[every, :, every] += own
         self.mean = np.concatenate([self.mean, state.ravel()])
         self.covariance = grown
         self.rows = np.concatenate([self.rows, rows])

@@ -70,6 +70,10 @@ class Manoeuvres:
         self.strength[new] = self.strength[old]
         self._sums[5:7, new] = self._sums[5:7, old]
 
+    def copy(self, other: Manoeuvres, slot: int) -> None:
+        """Let the last robot be known as well as robot `slot` of others is."""
+        self.strength[-1], self._sums[:, -1] = other.strength[slot], other._sums[:, slot]
+
     def predict(self, seconds: float, density: float) -> None:
         """Move on in time.
 

@@ -145,6 +145,10 @@ class Turning:
         self._sums[:2, new] = self._sums[:2, old] + change
         self._sums[2:, new] = *(self._sums[2:4, old] + [0.0, unknown]), unknown, 0.0
 
+    def copy(self, other: Turning, slot: int) -> None:
+        """Let the last robot be known as well as robot `slot` of another group is."""
+        self._sums[:, -1] = other._sums[:, slot]
+
     def loosened(self, slots: Indices | slice, variance: Array | float) -> None:
         """Take in by how much each axis of some robots' velocities was made uncertain, m²/s²."""
         self._sums[4, slots] += 2.0 * variance

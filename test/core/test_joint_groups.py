@@ -53,3 +53,68 @@ def test_offsets_between_groups_add_what_is_unsure(five):
 def test_only_robots_named_are_loosened(five):
     five.loosen(np.array([3]), 1.0, 2.0)
     assert five.covariance[:, 0, 0] == pytest.approx([1, 2, 3, 4 + 4, 5])
+
+
+def _crowd(size, monkeypatch):
+    """Return five robots with much in common through the platform, in groups of `size`.
+
+    Robot 0 has been followed for long: its velocity is known. Robot 4 is new.
+    """
+    monkeypatch.setattr(joint_groups, "GROUP", size)
+    groups = Groups()
+    groups.clear(np.diag([1.4, 1.4, 0.1, 1e-4, 1e-4, 7e-4, 0.0]))  # the latency is known
+    rng = np.random.default_rng(7)
+    state, by_platform = rng.normal(size=(5, 4)), rng.normal(size=(5, 4, COUNT))
+    state[4, :2] = state[0, :2] + [0.2, -0.1]
+    own = np.array([np.diag([0.3, 0.2, v, v]) for v in (0.01, 0.5, 0.5, 0.5, 0.5)])
+    own[0, 0, 2] = own[0, 2, 0] = 0.02
+    for group, rows, columns in groups.room(np.arange(5)):
+        group.append(rows, state[columns], by_platform[columns], own[columns])
+    first = groups._groups[0]
+    first.unseen[0], first.manoeuvres.strength[0] = 1.5, 4.0
+    first.turning._sums[:, 0] = np.arange(6.0)
+    return groups
+
+
+def test_a_robot_takes_over_its_history_from_another_group_as_within_one(monkeypatch):
+    """With the same platform in both groups, being in two of them makes no difference."""
+    found = []
+    for size in (5, 2):
+        groups = _crowd(size, monkeypatch)
+        groups.merge(0, 4)
+        assert len(groups._groups) == (1 if size == 5 else 3)
+        assert len(groups) == 5
+        group = groups._groups[-1]
+        found.append((groups.mean[4], groups.covariance[4], group.manoeuvres.strength[-1],
+                      group.turning._sums[:, -1], group.mean[:COUNT],
+                      group.covariance[:COUNT, :COUNT]))  # fmt: skip
+    for whole, parted in zip(*found, strict=True):
+        np.testing.assert_allclose(parted, whole, rtol=1e-9, atol=1e-12)
+    assert found[0][2] == 4.0
+    assert found[1][1][2, 2] < 0.5 * _crowd(2, monkeypatch).covariance[4, 2, 2]
+
+
+def test_a_history_from_another_group_counts_by_the_own_platform(monkeypatch):
+    """Where the groups differ on the platform's errors, the robot is where its own group has it."""
+    groups = _crowd(2, monkeypatch)
+    before, after = groups._groups[0], groups._groups[-1]
+    moved = np.array([0.5, -0.3, 0.1, 0.0, 0.0, 0.01, 0.0])
+    by_platform = before.covariance[COUNT : COUNT + 4, :COUNT] / np.where(
+        np.diag(before.covariance)[:COUNT], np.diag(before.covariance)[:COUNT], 1.0
+    )
+    after.mean[:COUNT] += moved
+    after.mean[COUNT : COUNT + 2] = before.mean[COUNT : COUNT + 2] + by_platform[:2] @ moved
+    place, platform = after.mean[COUNT : COUNT + 2].copy(), after.mean[:COUNT].copy()
+    groups.merge(0, 4)
+    np.testing.assert_allclose(after.mean[COUNT : COUNT + 2], place, atol=1e-9)
+    np.testing.assert_allclose(after.mean[:COUNT], platform, atol=1e-9)
+
+
+def test_the_old_robot_stays_as_it_is_until_it_is_dropped(monkeypatch):
+    groups = _crowd(2, monkeypatch)
+    mean, covariance = groups.mean[:4].copy(), groups.covariance[:4].copy()
+    groups.merge(0, 4)
+    np.testing.assert_array_equal(groups.mean[:4], mean)
+    np.testing.assert_array_equal(groups.covariance[:4], covariance)
+    groups.drop(np.array([0]))
+    assert len(groups) == 4
