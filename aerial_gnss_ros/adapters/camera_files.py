@@ -9,10 +9,11 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import yaml
 
+from aerial_gnss_ros.adapters.yaml_files import read_yaml
 from aerial_gnss_ros.core.camera import CameraModel
 from aerial_gnss_ros.core.errors import CameraError, InputError
+from aerial_gnss_ros.core.words import shown
 
 _EXPECTED = (
     "image_width, image_height, camera_matrix, distortion_model and distortion_coefficients (as "
@@ -68,7 +69,7 @@ def read_camera_file(path: str | Path) -> CameraFile:
         )
     except CameraError as error:
         raise CameraError(f"{path}: {error}") from error
-    except (TypeError, ValueError) as error:
+    except (TypeError, ValueError, OverflowError) as error:
         raise InputError(f"{path} has a value that is no number ({error}).") from error
     return CameraFile(path, str(fields.get("camera_name") or ""), camera)
 
@@ -97,13 +98,7 @@ def camera_file_text(camera: CameraModel, name: str) -> str:
 
 
 def _mapping(path: Path) -> Mapping[str, Any]:
-    try:
-        documents = list(yaml.safe_load_all(path.read_text(encoding="utf-8")))
-    except OSError as error:
-        raise InputError(f"cannot read {path}: {error.strerror or error}.") from error
-    except (UnicodeDecodeError, yaml.YAMLError) as error:
-        raise InputError(f"{path} is not YAML; give a CameraInfo file.") from error
-    first = documents[0] if documents else None  # `ros2 topic echo --once` ends with ---
+    first = read_yaml(path, first=True)  # `ros2 topic echo --once` ends with ---
     if not isinstance(first, Mapping):
         raise InputError(f"{path} holds no CameraInfo; expected: {_EXPECTED}.")
     return first
@@ -112,12 +107,12 @@ def _mapping(path: Path) -> Mapping[str, Any]:
 def _numbers(value: Any) -> list[float]:
     data = value.get("data", []) if isinstance(value, Mapping) else value
     if not isinstance(data, Sequence) or isinstance(data, str):
-        raise TypeError(f"{data!r} is no list of numbers")
+        raise TypeError(f"{shown(data)} is no list of numbers")
     return [float(number) for number in data]
 
 
 def _whole(value: Any) -> int:
     number = int(value)
     if number != float(value):
-        raise ValueError(f"{value!r} is no whole number")
+        raise ValueError(f"{shown(value)} is no whole number")
     return number

@@ -16,10 +16,10 @@ from dataclasses import fields, is_dataclass
 from pathlib import Path
 from typing import Any, get_type_hints
 
-import yaml
-
-from aerial_gnss_ros.core.errors import ConfigError
+from aerial_gnss_ros.adapters.yaml_files import read_yaml
+from aerial_gnss_ros.core.errors import ConfigError, InputError
 from aerial_gnss_ros.core.parameters import Leaf, build, check, flatten, leaves
+from aerial_gnss_ros.core.words import shown
 
 ROS_KEY = "ros__parameters"
 # Declared by every rclpy node itself.
@@ -48,8 +48,10 @@ def read(
     """
     merged: dict[str, dict[str, Any]] = {node: {} for node in schemas}
     for path in map(Path, paths):
+        content = _load(path)
         with _naming(path):
-            _merge_file(path, schemas, namespace, merged)
+            sections = _sections(content)
+            _merge(sections, schemas, namespace, merged)
     return merged
 
 
@@ -61,8 +63,9 @@ def ros_parameters(paths: Sequence[Path | str], node: str, namespace: str = "/")
     """
     own: dict[str, Any] = {}
     for path in map(Path, paths):
+        content = _load(path)
         with _naming(path):
-            sections = _by_precedence(_sections(_load(path)))
+            sections = _by_precedence(_sections(content))
         for pattern, values in sections:
             if _matches(pattern, _tokens(namespace, node)):
                 own.update({k: v for k, v in flatten(values).items() if is_ros_own(k)})
@@ -122,14 +125,13 @@ def _naming(path: Path) -> Iterator[None]:
         raise ConfigError(f"{path}: {error}") from error
 
 
-def _merge_file(
-    path: Path,
+def _merge(
+    sections: Sequence[Section],
     schemas: Mapping[str, type[Any]],
     namespace: str,
     merged: dict[str, dict[str, Any]],
 ) -> None:
     names = {node: _tokens(namespace, node) for node in schemas}
-    sections = _sections(_load(path))
     if not any(_matches(pattern, name) for pattern, _ in sections for name in names.values()):
         present = ", ".join("/" + "/".join(pattern) for pattern, _ in sections) or "nothing"
         wanted = " or ".join("/" + "/".join(name) for name in names.values())
@@ -197,53 +199,31 @@ def _ros_sections(content: Mapping[str, Any], above: tuple[str, ...]) -> Iterato
     for name, value in content.items():
         if name == ROS_KEY:
             if not isinstance(value, Mapping):
-                raise ConfigError(f"{'/'.join(above)}.{ROS_KEY} must be a mapping, not {value!r}.")
+                raise ConfigError(
+                    f"{'/'.join(above)}.{ROS_KEY} must be a mapping, not {shown(value)}."
+                )
             yield above, value
         elif isinstance(value, Mapping):
             yield from _ros_sections(value, above + tuple(t for t in name.split("/") if t))
 
 
-class _Loader(yaml.SafeLoader):
-    """YAML as ROS reads it: 1e-3 is a number; but a key given twice is an error."""
-
-
-_Loader.add_implicit_resolver(
-    "tag:yaml.org,2002:float",
-    re.compile(r"[-+]?[0-9]+(\.[0-9]*)?[eE][-+]?[0-9]+$"),
-    list("-+0123456789"),
-)
-
-
-def _mapping(loader: _Loader, node: yaml.MappingNode) -> dict[str, Any]:
-    made: dict[str, Any] = {}
-    for key_node, value_node in node.value:
-        name = str(loader.construct_object(key_node, deep=True))
-        if name in made:
-            raise ConfigError(
-                f"{name} is given twice (line {key_node.start_mark.line + 1}); keep one of them."
-            )
-        made[name] = loader.construct_object(value_node, deep=True)
-    return made
-
-
-_Loader.add_constructor(yaml.resolver.BaseResolver.DEFAULT_MAPPING_TAG, _mapping)
-
-
 def _load(path: Path) -> Mapping[str, Any]:
+    """Return a file's mapping, every key as text."""
     try:
-        content = yaml.load(path.read_text(encoding="utf-8"), Loader=_Loader)  # noqa: S506 (safe)
-    except OSError as error:
-        raise ConfigError(f"cannot be read: {error.strerror}.") from error
-    except (UnicodeDecodeError, yaml.YAMLError) as error:
-        raise ConfigError(f"is not YAML: {_yaml_problem(error)}.") from error
+        content = read_yaml(path)
+    except InputError as error:
+        raise ConfigError(str(error)) from error
     if content is None:
         return {}
     if not isinstance(content, Mapping):
-        raise ConfigError(f"must hold parameter names with values, not {str(content)[:40]!r}.")
-    return content
+        raise ConfigError(
+            f"{path}: must hold parameter names with values, not {shown(content)[:40]!r}."
+        )
+    return _with_text_keys(content)
 
 
-def _yaml_problem(error: Exception) -> str:
-    mark, problem = getattr(error, "problem_mark", None), getattr(error, "problem", None)
-    where = f" in line {mark.line + 1}" if mark else ""
-    return f"{problem or 'not text'}{where}"
+def _with_text_keys(content: Mapping[Any, Any]) -> dict[str, Any]:
+    return {
+        str(name): _with_text_keys(value) if isinstance(value, Mapping) else value
+        for name, value in content.items()
+    }

@@ -239,7 +239,7 @@ def _bag_errors(path: Path) -> Iterator[None]:
     except InputError:
         raise
     except Exception as error:  # damaged bytes make a parser raise anything
-        reason = str(error).rstrip(".") or type(error).__name__
+        reason = " ".join(str(error).split())[:200].rstrip(".") or type(error).__name__
         recover = {
             ".mcap": "; if the recording was cut off, `mcap recover` may save what is whole",
             ".bag": "; if the recording was cut off, `rosbag reindex` may save what is whole",

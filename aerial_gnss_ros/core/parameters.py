@@ -14,6 +14,7 @@ from dataclasses import MISSING, dataclass, field, fields, is_dataclass
 from typing import Any, TypeVar, get_args, get_origin, get_type_hints
 
 from aerial_gnss_ros.core.errors import ConfigError
+from aerial_gnss_ros.core.words import shown
 
 T = TypeVar("T")
 
@@ -114,11 +115,12 @@ def check(leaf: Leaf, value: Any) -> Any:
 
 def _check_list(leaf: Leaf, value: Any, kind: Any) -> tuple[Any, ...]:
     if isinstance(value, str) or not hasattr(value, "__iter__"):
-        raise ConfigError(f"{leaf.name} must be a list of {_kind_words(kind)}, not {value!r}.")
+        raise ConfigError(f"{leaf.name} must be a list of {_kind_words(kind)}, not {shown(value)}.")
     items = tuple(_check_scalar(leaf, item, kind) for item in value)
     if leaf.key.length is not None and len(items) != leaf.key.length:
         raise ConfigError(
-            f"{leaf.name} must have {leaf.key.length} elements, not {len(items)}: {list(items)}."
+            f"{leaf.name} must have {leaf.key.length} elements, not {len(items)}: "
+            f"{shown(list(items))}."
         )
     return items
 
@@ -131,23 +133,32 @@ def _check_scalar(leaf: Leaf, value: Any, kind: Any) -> Any:
     name = leaf.name
     if kind is float:
         if isinstance(value, bool) or not isinstance(value, int | float):
-            raise ConfigError(f"{name} must be a number{_unit(leaf)}, not {value!r}.")
-        return _check_range(leaf, float(value))
+            raise ConfigError(f"{name} must be a number{_unit(leaf)}, not {shown(value)}.")
+        return _check_range(leaf, _float(value))
     if kind is int:
         if isinstance(value, bool) or not isinstance(value, int):
-            raise ConfigError(f"{name} must be a whole number{_unit(leaf)}, not {value!r}.")
+            raise ConfigError(f"{name} must be a whole number{_unit(leaf)}, not {shown(value)}.")
         return _check_range(leaf, value)
     if kind is bool:
         if not isinstance(value, bool):
-            raise ConfigError(f"{name} must be true or false, not {value!r}.")
+            raise ConfigError(f"{name} must be true or false, not {shown(value)}.")
         return value
     if isinstance(value, bool) and str(value).lower() in leaf.key.choices:
         return str(value).lower()  # YAML reads an unquoted true as a truth value
     if not isinstance(value, str):
-        raise ConfigError(f"{name} must be text, not {value!r}; put it in quotes.")
+        raise ConfigError(f"{name} must be text, not {shown(value)}; put it in quotes.")
     if leaf.key.choices and value not in leaf.key.choices:
-        raise ConfigError(f"{name} must be one of {', '.join(leaf.key.choices)}, not {value!r}.")
+        raise ConfigError(
+            f"{name} must be one of {', '.join(leaf.key.choices)}, not {shown(value)}."
+        )
     return value
+
+
+def _float(value: float) -> float:
+    try:
+        return float(value)
+    except OverflowError:  # a whole number beyond 1.8e308
+        return math.copysign(math.inf, value)
 
 
 def _unit(leaf: Leaf) -> str:

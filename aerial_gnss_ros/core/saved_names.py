@@ -5,12 +5,16 @@ from __future__ import annotations
 
 import json
 import math
+import re
 from dataclasses import dataclass, field
 from typing import Any
 
 from aerial_gnss_ros.core.errors import ConfigError
+from aerial_gnss_ros.core.json_text import parse_json
+from aerial_gnss_ros.core.words import shown
 
 VERSION = 1
+_NAME = re.compile(r"[a-z][a-z0-9_]*")
 
 
 @dataclass(frozen=True)
@@ -74,18 +78,18 @@ def from_text(text: str, source: str) -> SavedNames:
         ConfigError: the text is not whole, or was not written by this program.
     """
     try:
-        document = json.loads(text)
+        document = parse_json(text)
         if document["version"] != VERSION:
             raise ConfigError(
-                f"state_file {source} has version {document['version']}, this program reads "
+                f"state_file {source} has version {shown(document['version'])}, this program reads "
                 f"{VERSION}; delete it, or name another file."
             )
         numbers = {str(token): int(number) for token, number in document["numbers"].items()}
         robots = tuple(_robot(name, entry) for name, entry in document["robots"].items())
-    except (ValueError, KeyError, TypeError, AttributeError) as error:
+    except (ValueError, KeyError, TypeError, AttributeError, OverflowError) as error:
         raise ConfigError(
-            f"state_file {source} is damaged ({type(error).__name__}: {error}); delete it to begin "
-            "with new names, or put back a good copy."
+            f"state_file {source} is damaged ({type(error).__name__}: {str(error)[:200]}); "
+            "delete it to begin with new names, or put back a good copy."
         ) from error
     return SavedNames(robots, numbers)
 
@@ -100,6 +104,9 @@ def _robot(name: str, entry: dict[str, Any]) -> SavedRobot:
         float(entry["sigma_m"]),
     )
     numbers = (robot.latitude, robot.longitude, robot.sigma_m)
-    if not all(math.isfinite(number) for number in numbers) or robot.sigma_m <= 0.0:
-        raise ValueError(f"{name} has {entry}")
+    if not _NAME.fullmatch(name) or abs(robot.last_seen_ns) >= 1 << 63:
+        raise ValueError(f"{shown(name)} is no robot's name, or its time is none")
+    on_earth = abs(robot.latitude) <= math.pi / 2 and abs(robot.longitude) <= math.pi
+    if not all(map(math.isfinite, numbers)) or robot.sigma_m <= 0.0 or not on_earth:
+        raise ValueError(f"{name[:60]} has {shown(entry)}")
     return robot

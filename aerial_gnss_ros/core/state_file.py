@@ -14,6 +14,8 @@ from aerial_gnss_ros.core.saved_names import SavedNames, from_text, to_text
 from aerial_gnss_ros.core.values import FrameResult
 
 SAVE_EVERY_NS = 10_000_000_000
+MOST_BYTES = 10_000_000
+"""Fifty thousand robots' names."""
 
 
 class NameKeeper:
@@ -75,11 +77,18 @@ def load(path: Path) -> SavedNames:
             f"state_file is {path}, but the folder {path.parent} does not exist; make it first."
         )
     try:
-        text = path.read_text(encoding="utf-8")
+        with path.open("rb") as stream:
+            content = stream.read(MOST_BYTES + 1)
+        text = content.decode("utf-8")
     except FileNotFoundError:
         return SavedNames()
     except (OSError, UnicodeDecodeError) as error:
         raise ConfigError(f"state_file {path} cannot be read ({error}); see what it is.") from error
+    if len(content) > MOST_BYTES:
+        raise ConfigError(
+            f"state_file {path} is larger than {MOST_BYTES // 1_000_000} MB, so this program did "
+            "not write it; name another file."
+        )
     return from_text(text, str(path))
 
 

@@ -1,9 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Numbers in sentences for people."""
+"""Numbers and values in sentences for people."""
 
 from __future__ import annotations
 
+import reprlib
+
 _HISSING = ("s", "x", "tch")
+_LONGEST = 200
 
 
 def counted(number: int, noun: str) -> str:
@@ -11,3 +14,26 @@ def counted(number: int, noun: str) -> str:
     if number == 1:
         return f"1 {noun}"
     return f"{number} {noun}{'es' if noun.endswith(_HISSING) else 's'}"
+
+
+def shown(value: object) -> str:
+    """Return a value as Python writes it, cut off where a sentence would no longer be one."""
+    text = _SHORT.repr(value)
+    return text if len(text) <= _LONGEST else f"{text[: _LONGEST - 3]}..."
+
+
+class _Short(reprlib.Repr):
+    """Bounded before it is written: a value may be gigabytes in full."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.maxstring = self.maxother = self.maxlong = 80
+        self.maxlist = self.maxtuple = self.maxdict = 10
+        self.maxlevel = 3
+
+    def repr_int(self, value: int, level: int) -> str:
+        """Return a whole number; Python itself refuses to write very long ones."""
+        return super().repr_int(value, level) if value.bit_length() < 4096 else "a huge number"
+
+
+_SHORT = _Short()

@@ -13,6 +13,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 
 from aerial_gnss_ros.core.errors import ModelError
+from aerial_gnss_ros.core.json_text import parse_json
 
 _REBUILD = "build it on this device with aerial-gnss export"
 
@@ -66,9 +67,9 @@ def read_card(engine: Path) -> EngineCard:
             ", or choose the back end ultralytics if that made it."
         )
     try:
-        told = json.loads(path.read_text(encoding="utf-8"))
+        told = parse_json(path.read_text(encoding="utf-8"))
         return EngineCard(**{**told, "input_shape": tuple(told["input_shape"])})
-    except (ValueError, TypeError, KeyError) as error:
+    except (OSError, ValueError, TypeError, KeyError, AttributeError) as error:
         raise ModelError(f"{path} cannot be read as an engine's sidecar; {_REBUILD}.") from error
 
 

@@ -14,9 +14,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aerial_gnss_ros.core.errors import ModelError
-from aerial_gnss_ros.core.words import counted
+from aerial_gnss_ros.core.words import counted, shown
 from aerial_gnss_ros.detection.base import Image
 from aerial_gnss_ros.detection.letterbox import Letterbox
+
+_MOST_NAMES = 1_000_000  # characters
+_UNREADABLE = (ValueError, TypeError, SyntaxError, RecursionError, MemoryError, OverflowError)
 
 
 @dataclass(frozen=True)
@@ -129,15 +132,21 @@ def class_names(
 def _own_names(text: str, where: str) -> tuple[str, ...] | None:
     if not text:
         return None
+    if len(text) > _MOST_NAMES:  # Python's own parser runs out of memory on hostile text
+        raise ModelError(
+            f"{where} carries class names of {len(text)} characters, which is no list."
+        )
     try:
         value = ast.literal_eval(text)
         pairs = sorted(value.items()) if isinstance(value, dict) else list(enumerate(value))
         names = tuple(str(name) for _, name in pairs)
         in_order = [int(index) for index, _ in pairs] == list(range(len(pairs)))
-    except (ValueError, TypeError, SyntaxError) as error:
-        raise ModelError(f"{where} carries class names that cannot be read: {text!r}.") from error
+    except _UNREADABLE as error:
+        raise ModelError(
+            f"{where} carries class names that cannot be read: {shown(text)}."
+        ) from error
     if not names or not in_order:
-        raise ModelError(f"{where} carries class names that cannot be read: {text!r}.")
+        raise ModelError(f"{where} carries class names that cannot be read: {shown(text)}.")
     return names
 
 

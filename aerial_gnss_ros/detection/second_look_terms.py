@@ -5,12 +5,13 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from aerial_gnss_ros.core.errors import ModelError
+from aerial_gnss_ros.core.json_text import parse_json
 
 METADATA = "second_look"
 INPUTS, OUTPUT = ("views", "traits"), "scores"
@@ -46,12 +47,27 @@ class Terms:
             ModelError: there are none; the model is for something else.
         """
         try:
-            return cls(**json.loads(metadata[METADATA]))
-        except (KeyError, TypeError, ValueError) as error:
+            told = cls(**parse_json(metadata[METADATA]))
+            told.check()
+            told = replace(told, side=int(told.side))
+        except (KeyError, TypeError, ValueError, OverflowError) as error:
             raise ModelError(
                 f"{where} is no network for a second look; give one that "
                 "aerial_gnss_ros.training.second_look made, or set second_look to off."
             ) from error
+
+        return told
+
+    def check(self) -> None:
+        """Raise ValueError where a value is none that any network was made for."""
+        if not (
+            8 <= self.side <= 1024
+            and float(self.side).is_integer()
+            and 0.0 < self.near <= self.wide <= 100.0
+            and 0.0 <= self.least <= 10_000.0
+            and 0.0 <= self.from_score <= self.to_score <= 1.0
+        ):
+            raise ValueError(self.text[:200])
 
     @property
     def text(self) -> str:

@@ -8,7 +8,6 @@ shows the scene at t - latency, so truth is moved by the latency to the images' 
 from __future__ import annotations
 
 import csv
-import json
 import math
 import re
 from collections.abc import Mapping, Sequence
@@ -23,6 +22,7 @@ from aerial_gnss_ros.adapters.stamps import nanoseconds
 from aerial_gnss_ros.bags.reader import BagReader
 from aerial_gnss_ros.bags.tables import Track
 from aerial_gnss_ros.core.errors import InputError
+from aerial_gnss_ros.core.json_text import parse_json
 
 CSV_COLUMNS = ("stamp_ns", "robot_id", "latitude_deg", "longitude_deg")
 _ROBOT = re.compile(r"(?P<namespace>.*)/truth/robots/(?P<name>[^/]+)/fix")
@@ -164,7 +164,7 @@ def _drone_topic(bag: BagReader) -> str | None:
 def _latency(text: str) -> float:
     """Return the latency that a scenario states; 0 where it states none."""
     try:
-        about: Any = json.loads(text)
+        about: Any = parse_json(text)
         return float(about["camera"]["latency_s"])
     except (ValueError, KeyError, TypeError):
         return 0.0

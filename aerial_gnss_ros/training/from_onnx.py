@@ -7,7 +7,6 @@ which weights are kept and passed on, and this makes it one that can be fine-tun
 
 from __future__ import annotations
 
-import ast
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Any
@@ -19,6 +18,7 @@ from aerial_gnss_ros.core.errors import InputError, ModelError
 from aerial_gnss_ros.detection.images import read_image
 from aerial_gnss_ros.detection.letterbox import Letterbox
 from aerial_gnss_ros.detection.offline import forbid_network
+from aerial_gnss_ros.detection.onnx_model import class_names
 from aerial_gnss_ros.training.labelled import ENDINGS
 
 _BATCH = 16
@@ -98,11 +98,13 @@ def _read(model: Path) -> tuple[dict[str, NDArray[np.float32]], dict[int, str]]:
     try:
         graph = onnx.load(model)
     except Exception as error:  # protobuf raises its own, which is no part of onnx's interface
-        raise InputError(f"{model} is no ONNX model: {error}") from error
+        raise InputError(
+            f"{model} is no ONNX model: {' '.join(str(error).split())[:200]}"
+        ) from error
     tensors = {item.name: numpy_helper.to_array(item) for item in graph.graph.initializer}
     metadata = {item.key: item.value for item in graph.metadata_props}
-    names = ast.literal_eval(metadata.get("names", "{0: 'object'}"))
-    return tensors, {int(number): str(name) for number, name in names.items()}
+    names = class_names(metadata, (), str(model)) or ("object",)
+    return tensors, dict(enumerate(names))
 
 
 def _network(description: str, names: dict[int, str]) -> Any:

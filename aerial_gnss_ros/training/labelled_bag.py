@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterator
 from functools import partial
 from pathlib import Path
@@ -14,6 +13,7 @@ from aerial_gnss_ros.adapters.canonical import detection_frame
 from aerial_gnss_ros.adapters.stamps import nanoseconds
 from aerial_gnss_ros.bags.reader import open_bag
 from aerial_gnss_ros.core.errors import InputError
+from aerial_gnss_ros.core.json_text import parse_json
 from aerial_gnss_ros.core.values import DetectionFrame
 from aerial_gnss_ros.detection.images import decode
 from aerial_gnss_ros.training.labelled import LabelledImage, Truth, truth_of_rows
@@ -71,7 +71,7 @@ def _truths(path: Path) -> dict[int, Truth]:
 def _from_labels(path: Path, text: str) -> tuple[int, Truth]:
     """Return an image's stamp and the robots in it."""
     try:
-        about = json.loads(text)
+        about = parse_json(text)
         return int(about["stamp_ns"]), truth_of_rows(about["robots"])
     except (KeyError, TypeError, ValueError) as error:
         raise InputError(

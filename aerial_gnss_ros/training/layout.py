@@ -10,7 +10,9 @@ from typing import Any
 
 import yaml
 
+from aerial_gnss_ros.adapters.yaml_files import read_yaml
 from aerial_gnss_ros.core.errors import InputError
+from aerial_gnss_ros.core.words import shown
 from aerial_gnss_ros.training.labelled import ENDINGS
 
 SPLITS = ("train", "val", "test")
@@ -49,10 +51,7 @@ def open_dataset(path: Path) -> Dataset:
         raise InputError(
             f"{file} does not exist; give a folder in YOLO's layout (data.yaml, images/, labels/)."
         )
-    try:
-        told = yaml.safe_load(file.read_text(encoding="utf-8"))
-    except (yaml.YAMLError, UnicodeDecodeError) as error:
-        raise InputError(f"{file} is no YAML: {' '.join(str(error).split())}.") from error
+    told = read_yaml(file)
     if not isinstance(told, dict):
         raise InputError(f"{file} must have the keys train, val and names.")
     root = (file.parent / str(told.get("path") or ".")).resolve()
@@ -95,9 +94,11 @@ def _names(file: Path, told: dict[str, Any]) -> tuple[str, ...]:
     if not isinstance(names, dict) or not names:
         raise InputError(f"{file} has no names; write for example `names: {{0: aqua}}`.")
     if sorted(names, key=str) != sorted(range(len(names)), key=str):
-        raise InputError(f"{file}: names must be numbered 0, 1, 2 and so on, not {list(names)}.")
+        raise InputError(
+            f"{file}: names must be numbered 0, 1, 2 and so on, not {shown(list(names))}."
+        )
     if told.get("nc") not in (None, len(names)):
-        raise InputError(f"{file}: nc is {told['nc']}, but there are {len(names)} names.")
+        raise InputError(f"{file}: nc is {shown(told['nc'])}, but there are {len(names)} names.")
     if len(set(map(str, names.values()))) != len(names):
         raise InputError(f"{file}: two classes have the same name.")
     return tuple(str(names[i]) for i in range(len(names)))
@@ -117,7 +118,7 @@ def _images(
             images += _listed(path)
         else:
             raise InputError(
-                f"{file}: {split} is {word!r}, but {path} is neither a folder of images nor a "
+                f"{file}: {split} is {shown(word)}, but {path} is neither a folder of images nor a "
                 "text file that lists them."
             )
     return tuple(images), tuple(folders)

@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from aerial_gnss_ros.core.errors import InputError
+from aerial_gnss_ros.core.json_text import parse_json
 from aerial_gnss_ros.training.inspection import Inspection, inspect
 from aerial_gnss_ros.training.layout import open_dataset
 from aerial_gnss_ros.training.phases import Phase
@@ -128,7 +129,7 @@ class RunFolder:
             InputError: the folder is none of a training.
         """
         try:
-            told: dict[str, Any] = json.loads(self.plan_file.read_text(encoding="utf-8"))
+            told: dict[str, Any] = parse_json(self.plan_file.read_text(encoding="utf-8"))
             if told.pop("format") != FORMAT:
                 raise InputError(f"{self.path} was written by another version of this program.")
             phases = tuple(Phase(**phase) for phase in told.pop("phases"))

@@ -95,7 +95,7 @@ def test_a_known_drones_video_warns_of_the_crop(capsys):
     [
         ((), "no camera given"),
         (("dji_mini_two",), "not a known camera"),
-        (("absent.yaml",), "cannot read absent.yaml"),
+        (("absent.yaml",), "absent.yaml: cannot be read: No such"),
         (("dji_mini_2", "--focal-length-mm", "4"), "given twice"),
         (NUMBERS[:4], "--sensor-width-mm too"),
         ((*NUMBERS, "--height", "-1"), "height must be above 0"),

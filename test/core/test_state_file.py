@@ -38,6 +38,13 @@ def test_names_survive_the_file(tmp_path):
         '{"version": 1, "numbers": {}, "robots": {"a": {}}}',
         to_text(SAVED).replace("1.25", "NaN"),
         to_text(SAVED).replace("13.19", '"north"'),
+        to_text(SAVED).replace("13.19", "93.19"),
+        to_text(SAVED).replace("59.64", "1e999"),
+        to_text(SAVED).replace("1700000000000000000", "1e999"),
+        to_text(SAVED).replace("1700000000000000000", "9223372036854775808"),
+        to_text(SAVED).replace("aqua_1", "../aqua"),
+        to_text(SAVED).replace('"sigma_m"', '"class": "aqua", "sigma_m"'),
+        "[" * 100_000,
     ],
 )
 def test_a_damaged_file_is_named(text):
@@ -55,6 +62,9 @@ def test_a_folder_that_is_missing_is_told_at_start(tmp_path):
         state_file.load(tmp_path / "nowhere" / "names.json")
     with pytest.raises(ConfigError, match="cannot be read"):
         state_file.load(tmp_path)
+    (tmp_path / "huge.json").write_bytes(b" " * (state_file.MOST_BYTES + 1))
+    with pytest.raises(ConfigError, match="larger than 10 MB"):
+        state_file.load(tmp_path / "huge.json")
 
 
 def test_a_failed_write_leaves_the_old_file(tmp_path):

@@ -3,7 +3,7 @@
 
 import pytest
 
-from aerial_gnss_ros.core.words import counted
+from aerial_gnss_ros.core.words import counted, shown
 
 
 @pytest.mark.parametrize(
@@ -19,3 +19,13 @@ from aerial_gnss_ros.core.words import counted
 )
 def test_a_number_takes_the_noun_with_it(number, noun, words):
     assert counted(number, noun) == words
+
+
+def test_values_are_shown_in_part_where_they_are_long():
+    for value in (1, -2.5, "a b", True, None, [1, "x"], {"a": (1, 2)}):
+        assert shown(value) == repr(value)
+    nested = ["x"] * 50
+    for _ in range(50):
+        nested = [nested] * 50
+    for value in ("x" * 10**6, list(range(10**6)), nested, 10**5000, 1 << 10**6):
+        assert len(shown(value)) < 1000

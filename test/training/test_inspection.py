@@ -146,7 +146,7 @@ def test_lists_of_images(tmp_path, make_set):
 @pytest.mark.parametrize(
     ("text", "expected"),
     [
-        ("train: [", "is no YAML"),
+        ("train: [", "is not YAML"),
         ("- train", "must have the keys"),
         ("train: images/train", "has no names"),
         ("val: images/val\nnames: [a]", "has no train"),

@@ -1,0 +1,37 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Text files of users: bounded in size, UTF-8, and a sentence where they are not."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from aerial_gnss_ros.core.errors import InputError
+
+_MEGABYTE = 1_000_000
+
+
+def read_text(path: Path, most_bytes: int) -> str:
+    """Return a text file; a byte order mark at its start is left out.
+
+    Args:
+        path: the file.
+        most_bytes: of a larger file nothing is used.
+
+    Raises:
+        InputError: the file cannot be read, is larger, or is not UTF-8; the line is named.
+    """
+    try:
+        with path.open("rb") as file:
+            content = file.read(most_bytes + 1)
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read: {error.strerror or error}.") from error
+    if len(content) > most_bytes:
+        raise InputError(
+            f"{path}: is larger than {most_bytes / _MEGABYTE:g} MB, the most that is read of such "
+            "a file; see whether it is the right one."
+        )
+    try:
+        return content.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        line = content.count(b"\n", 0, error.start) + 1
+        raise InputError(f"{path}: is not text in UTF-8 (line {line}); save it as such.") from error
