@@ -99,6 +99,9 @@ def test_pip(source: Path, tmp_path: Path) -> None:
     assert not {"detector", "estimator"} & commands
     help_text = call(tmp_path / "venv" / "bin" / "aerial-gnss", "--help", cwd=tmp_path)
     assert "replay" in help_text
+    installed = {path.name for path in (tmp_path / "venv").glob("lib/python*/site-packages/*")}
+    assert "aerial_gnss_ros" in installed
+    assert not {"fuzz", "benchmarks", "test", "tools"} & installed
 
 
 def test_pip_editable(source: Path, tmp_path: Path) -> None:

@@ -1,0 +1,68 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What must hold of every result, whatever came in."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from aerial_gnss_ros.core.values import FrameResult, RobotEstimate
+from fuzz.engine import NOT_FINITE, WRONG, Broken
+from fuzz.flight import Truth
+
+SIGMAS, FAR_M = 4.0, 5.0
+"""A position beyond both from every true robot is wrong and confident."""
+
+
+def check(result: FrameResult, truth: Truth | None) -> None:
+    """Raise Broken where a result is no result, or a wrong one that is sure of itself."""
+    for estimate in result.estimates:
+        _check_numbers(estimate)
+        if truth is not None:
+            _check_place(estimate, truth)
+    for error in result.platform:
+        if not (math.isfinite(error.value) and math.isfinite(error.sigma) and error.sigma >= 0.0):
+            raise Broken(NOT_FINITE, f"platform error: {error}")
+    if result.datum is not None:
+        _check_degrees(result.datum.latitude, result.datum.longitude, "map origin")
+
+
+def _check_numbers(estimate: RobotEstimate) -> None:
+    who = estimate.robot_id
+    numbers = (*estimate.position, *estimate.velocity, *estimate.covariance.ravel())
+    if not all(math.isfinite(number) for number in numbers):
+        raise Broken(NOT_FINITE, f"not finite: {who} is at {estimate.position}")
+    _check_degrees(estimate.latitude, estimate.longitude, "position")
+    if math.isinf(estimate.altitude):
+        raise Broken(NOT_FINITE, f"altitude infinite: {who}")
+    covariance = estimate.covariance
+    if not np.allclose(covariance, covariance.T, rtol=1e-6, atol=1e-12):
+        raise Broken(NOT_FINITE, f"covariance not symmetric: {who} {covariance.tolist()}")
+    if not np.linalg.eigvalsh(covariance[:2, :2])[0] > 0.0:
+        raise Broken(NOT_FINITE, f"covariance not positive: {who} {covariance[:2, :2].tolist()}")
+    if np.linalg.eigvalsh(covariance)[0] < -1e-9 * np.trace(covariance):
+        raise Broken(NOT_FINITE, f"covariance not positive: {who} {covariance.tolist()}")
+
+
+def _check_degrees(latitude: float, longitude: float, what: str) -> None:
+    # false for NaN
+    if not (abs(latitude) <= 0.5 * math.pi and abs(longitude) <= math.pi + 1e-12):
+        words = f"{what} no place on Earth: {math.degrees(latitude)}, {math.degrees(longitude)}"
+        raise Broken(NOT_FINITE, words)
+
+
+def _check_place(estimate: RobotEstimate, truth: Truth) -> None:
+    here = truth.local.positions(estimate.latitude, estimate.longitude).reshape(2)
+    off = truth.at(estimate.stamp_ns) - here
+    distance = np.linalg.norm(off, axis=1)
+    if distance.min() <= FAR_M:
+        return
+    squared = np.einsum("ij,ij->i", off, np.linalg.solve(estimate.covariance[:2, :2], off.T).T)
+    if squared.min() <= SIGMAS**2:
+        return
+    sigma = math.sqrt(0.5 * float(np.trace(estimate.covariance[:2, :2])))
+    words = (
+        f"{estimate.robot_id} ({estimate.state}) is {distance.min():.1f} m off, sigma {sigma:.2f} m"
+    )
+    raise Broken(WRONG, f"wrong {estimate.state} position: {words}")
