@@ -15,6 +15,7 @@ from pathlib import Path
 
 from aerial_gnss_ros.adapters.dji_flight import METRES_PER_FOOT
 from aerial_gnss_ros.core.errors import InputError
+from aerial_gnss_ros.core.words import cut
 
 REQUIRED = ("latitude", "longitude", "height", "pitch", "yaw", "gimbal_pitch")
 _LENGTH = r"( ?[\[(](?P<unit>ft|feet|m|meters?|metres?)[\])])?"
@@ -96,7 +97,7 @@ def match_columns(path: Path, header: Sequence[str]) -> Columns:
     if missing:
         words = ", ".join(name.replace("gimbal_", "GIMBAL.") for name in missing)
         more = f" and {len(header) - _SHOWN} more" if len(header) > _SHOWN else ""
-        shown = ", ".join(header[:_SHOWN]) or "nothing"
+        shown = ", ".join(map(cut, header[:_SHOWN])) or "nothing"
         raise InputError(
             f"{path} has no column for {words}; found: {shown}{more}; expected: {EXPECTED}."
         )

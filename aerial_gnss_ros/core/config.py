@@ -29,6 +29,7 @@ from aerial_gnss_ros.core.config_telemetry import (
 from aerial_gnss_ros.core.errors import ConfigError
 from aerial_gnss_ros.core.noise import Noise
 from aerial_gnss_ros.core.parameters import build, flatten, group, key
+from aerial_gnss_ros.core.words import cut, shown
 
 __all__ = [
     "AttitudeConfig",
@@ -182,7 +183,9 @@ def _bindings(flat: Mapping[str, Any]) -> tuple[RobotBinding, ...]:
     for dotted, value in flat.items():
         parts = dotted.split(".")
         if len(parts) != 3 or parts[2] not in ("class", "start"):
-            raise ConfigError(f"{dotted} is not a parameter; robots.<name> has class and start.")
+            raise ConfigError(
+                f"{cut(dotted)} is not a parameter; robots.<name> has class and start."
+            )
         names.setdefault(parts[1], {})[parts[2]] = value
     return tuple(_binding(name, values) for name, values in sorted(names.items()))
 
@@ -190,22 +193,25 @@ def _bindings(flat: Mapping[str, Any]) -> tuple[RobotBinding, ...]:
 def _binding(name: str, values: Mapping[str, Any]) -> RobotBinding:
     if not re.fullmatch(r"[a-z][a-z0-9]*(_[a-z0-9]+)*", name):
         raise ConfigError(
-            f"robots.{name} cannot be a topic name; use lower-case letters and digits with single "
-            "_ between, and begin with a letter."
+            f"robots.{cut(name)} cannot be a topic name; use lower-case letters and digits "
+            "with single _ between, and begin with a letter."
         )
     class_id, start = values.get("class"), values.get("start")
     if not isinstance(class_id, str) or not class_id:
-        raise ConfigError(f"robots.{name}.class must be the name of a class, not {class_id!r}.")
+        raise ConfigError(
+            f"robots.{cut(name)}.class must be the name of a class, not {shown(class_id)}."
+        )
     numbers = list(start) if isinstance(start, list | tuple) else []
     if len(numbers) != 2 or not all(
         isinstance(n, int | float) and not isinstance(n, bool) for n in numbers
     ):
         raise ConfigError(
-            f"robots.{name}.start must be [latitude, longitude] in degrees, not {start!r}."
+            f"robots.{cut(name)}.start must be [latitude, longitude] in degrees, not "
+            f"{shown(start)}."
         )
     latitude, longitude = float(numbers[0]), float(numbers[1])
     if not (abs(latitude) <= 90.0 and abs(longitude) <= 180.0):
-        raise ConfigError(f"robots.{name}.start {numbers} is not a place on Earth.")
+        raise ConfigError(f"robots.{cut(name)}.start {shown(numbers)} is not a place on Earth.")
     return RobotBinding(name, class_id, math.radians(latitude), math.radians(longitude))
 
 
@@ -216,8 +222,9 @@ def _check_together(config: EstimatorConfig) -> None:
     for robot in config.robots:
         if classes and robot.class_id not in classes:
             raise ConfigError(
-                f"robots.{robot.name}.class is {robot.class_id!r}, which detections.classes "
-                f"({', '.join(classes)}) refuses; give one of these, or add it there."
+                f"robots.{cut(robot.name)}.class is {shown(robot.class_id)}, which "
+                f"detections.classes ({', '.join(map(cut, classes))}) refuses; give one of "
+                "these, or add it there."
             )
     camera, fix = config.camera, config.fix
     if camera.source == "parameters" and (

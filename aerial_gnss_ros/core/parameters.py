@@ -14,7 +14,7 @@ from dataclasses import MISSING, dataclass, field, fields, is_dataclass
 from typing import Any, TypeVar, get_args, get_origin, get_type_hints
 
 from aerial_gnss_ros.core.errors import ConfigError
-from aerial_gnss_ros.core.words import shown
+from aerial_gnss_ros.core.words import cut, shown
 
 T = TypeVar("T")
 
@@ -194,7 +194,7 @@ def build(cls: type[T], values: Mapping[str, Any]) -> T:
     known = {leaf.name: leaf for leaf in leaves(cls)}
     for name in flat:
         if name not in known:
-            raise ConfigError(f"{name} is not a parameter{_suggest(name, known)}")
+            raise ConfigError(f"{cut(name)} is not a parameter{_suggest(name, known)}")
     checked = {name: check(known[name], value) for name, value in flat.items()}
     return _assemble(cls, checked, "")
 

@@ -22,6 +22,11 @@ def shown(value: object) -> str:
     return text if len(text) <= _LONGEST else f"{text[: _LONGEST - 3]}..."
 
 
+def cut(text: str) -> str:
+    """Return a text without quotes, cut off as by `shown`; what cannot be printed is escaped."""
+    return shown(text)[1:-1]
+
+
 class _Short(reprlib.Repr):
     """Bounded before it is written: a value may be gigabytes in full."""
 

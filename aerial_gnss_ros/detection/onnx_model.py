@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aerial_gnss_ros.core.errors import ModelError
-from aerial_gnss_ros.core.words import counted, shown
+from aerial_gnss_ros.core.words import counted, cut, shown
 from aerial_gnss_ros.detection.base import Image
 from aerial_gnss_ros.detection.letterbox import Letterbox
 
@@ -103,10 +103,15 @@ def agreed_names(own: tuple[str, ...], given: tuple[str, ...], where: str) -> tu
     """
     if given and len(own) != len(given):
         raise ModelError(
-            f"{where} knows {counted(len(own), 'class')} ({', '.join(own)}), but class_names has "
-            f"{len(given)} ({', '.join(given)})."
+            f"{where} knows {counted(len(own), 'class')} ({_list(own)}), but class_names has "
+            f"{len(given)} ({_list(given)})."
         )
     return given or own
+
+
+def _list(names: tuple[str, ...]) -> str:
+    most = 20
+    return ", ".join(map(cut, names[:most])) + (", …" if len(names) > most else "")
 
 
 def class_names(
@@ -124,7 +129,9 @@ def class_names(
     """
     task = metadata.get("task", "detect")
     if task != "detect":
-        raise ModelError(f"{where} is for the task {task}; a model for the task detect is needed.")
+        raise ModelError(
+            f"{where} is for the task {cut(task)}; a model for the task detect is needed."
+        )
     own = _own_names(metadata.get("names", ""), where)
     return agreed_names(own, given, where) if own else given or None
 

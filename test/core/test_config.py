@@ -130,3 +130,23 @@ def test_height_from_the_fix_needs_both_altitudes_in_one_datum():
         {"height.source": "none", "surface.altitude": 1.5, "fix.altitude_datum": "amsl"}
     )
     assert config.surface.altitude == 1.5
+
+
+@pytest.mark.parametrize(
+    "values",
+    [
+        {"x" * 5000: 1},
+        {"robots": {"x" * 5000: 1}},
+        {"robots": {"X" * 5000: {"class": "aqua"}}},
+        {"robots": {"x" * 5000: {"class": 1}}},
+        {"robots": {"a": {"class": ["x"] * 5000}}},
+        {"robots": {"a": {"class": "aqua", "start": ["x" * 5000]}}},
+        {"robots": {"a": {"class": "aqua", "start": [10**300, 1]}}},
+        {"robots": {"a": {"class": "x" * 5000, "start": [1, 2]}}, "detections.classes": ["c"]},
+    ],
+    ids=range(8),
+)
+def test_a_refusal_is_one_sentence_however_long_the_value_is(values):
+    with pytest.raises(ConfigError) as refusal:
+        estimator_config(values)
+    assert len(str(refusal.value)) < 500

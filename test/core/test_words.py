@@ -3,7 +3,7 @@
 
 import pytest
 
-from aerial_gnss_ros.core.words import counted, shown
+from aerial_gnss_ros.core.words import counted, cut, shown
 
 
 @pytest.mark.parametrize(
@@ -29,3 +29,9 @@ def test_values_are_shown_in_part_where_they_are_long():
         nested = [nested] * 50
     for value in ("x" * 10**6, list(range(10**6)), nested, 10**5000, 1 << 10**6):
         assert len(shown(value)) < 1000
+
+
+def test_names_stand_as_they_are_and_long_or_unprintable_ones_do_no_harm():
+    assert cut("aqua_1 (red)") == "aqua_1 (red)"
+    assert "\x1b" not in cut("\x1b[31m")
+    assert len(cut("x" * 10**6)) < 100
