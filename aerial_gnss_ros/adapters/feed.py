@@ -13,7 +13,7 @@ from aerial_gnss_ros.adapters.kinds import ATTITUDE, FIX, GIMBAL, HEIGHT, Kind, 
 from aerial_gnss_ros.core.camera import CameraModel
 from aerial_gnss_ros.core.config import EstimatorConfig
 from aerial_gnss_ros.core.depths import depth_input
-from aerial_gnss_ros.core.errors import CameraError
+from aerial_gnss_ros.core.errors import AerialGnssError, CameraError
 from aerial_gnss_ros.core.values import DetectionFrame, Fix, Orientation, Scalar
 
 TELEMETRY_DEPTH = 50  # half a second at 100 Hz while the estimator is busy
@@ -46,6 +46,9 @@ class Inputs(Protocol):
 
     def add_detections(self, frame: DetectionFrame) -> None:
         """Take one image's boxes."""
+
+    def refuse(self, name: str, trouble: str) -> None:
+        """Take note of a message that could not be read, and why."""
 
 
 @dataclass(frozen=True)
@@ -98,7 +101,7 @@ class Feed:
         self._camera_key: tuple[Any, ...] = ()
         self._camera: CameraModel | None = None
         self._home_altitude = math.nan
-        self.subscriptions = tuple(self._subscriptions())
+        self.subscriptions = tuple(map(self._refusing, self._subscriptions()))
 
     def _subscriptions(self) -> list[Subscription]:
         config = self._config
@@ -134,6 +137,21 @@ class Feed:
         for class_id, topic in config.depth.by_topic().items():
             found.append(_number(depth_input(class_id), topic, self._depth_of(class_id)))
         return found
+
+    def _refusing(self, subscription: Subscription) -> Subscription:
+        """Return a subscription whose messages are refused where they cannot be read."""
+        name, read = subscription.name, subscription.handle
+
+        def handle(msg: Any, arrival_ns: int) -> None:
+            try:
+                read(msg, arrival_ns)
+            except (MemoryError, AerialGnssError):  # the latter is meant for the user
+                raise
+            except Exception as error:  # noqa: BLE001 - no message ends a flight
+                why = f"it cannot be read ({type(error).__name__}: {error})"
+                self._estimator.refuse(name, why)
+
+        return replace(subscription, handle=handle)
 
     def _detections(self, msg: Any, _arrival_ns: int) -> None:
         self._estimator.add_detections(canonical.detection_frame(msg))
@@ -192,10 +210,15 @@ class Feed:
             return canonical.camera(msg, self._config.camera.rectified)
         except CameraError as error:
             sentence = f"{self._config.camera.topic}: {error}"
-            if self._warn is not None and sentence != self._last_warning:
-                self._last_warning = sentence
-                self._warn(sentence)
-            return None
+        except (ArithmeticError, LookupError, TypeError, ValueError) as error:
+            sentence = (
+                f"{self._config.camera.topic}: this CameraInfo cannot be used "
+                f"({type(error).__name__}: {error})."
+            )
+        if self._warn is not None and sentence != self._last_warning:
+            self._last_warning = sentence
+            self._warn(sentence)
+        return None
 
 
 def _telemetry(

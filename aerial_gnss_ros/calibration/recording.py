@@ -135,6 +135,9 @@ class _Watched:
     def coast(self, stamp_ns: int) -> tuple[RobotEstimate, ...]:
         return self._inner.coast(stamp_ns)
 
+    def check(self) -> None:
+        self._inner.check()
+
     def reset(self) -> None:
         self._inner.reset()
 

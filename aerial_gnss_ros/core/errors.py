@@ -28,5 +28,9 @@ class ModelError(AerialGnssError):
     """A detection model is missing, is not a model, or has the wrong input or output."""
 
 
+class StateError(Exception):
+    """The filter has come to what cannot be: a fault of the program, which no user can mend."""
+
+
 class RosError(AerialGnssError):
     """ROS 2 is not installed, or a message package is missing."""

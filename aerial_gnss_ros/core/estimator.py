@@ -12,6 +12,7 @@ from __future__ import annotations
 
 from bisect import bisect_left
 from collections import Counter
+from collections.abc import Callable
 from dataclasses import dataclass
 
 from aerial_gnss_ros.core.camera import CameraModel
@@ -19,8 +20,9 @@ from aerial_gnss_ros.core.clock import Clock
 from aerial_gnss_ros.core.config import EstimatorConfig
 from aerial_gnss_ros.core.depths import depth_input
 from aerial_gnss_ros.core.events import Events
+from aerial_gnss_ros.core.guard import Guard
 from aerial_gnss_ros.core.identity import Identity
-from aerial_gnss_ros.core.inputs import Inputs, InputStatus, Lacking, Tally
+from aerial_gnss_ros.core.inputs import Inputs, InputStatus, Lacking, Samples, Tally
 from aerial_gnss_ros.core.map_origin import MapOrigin
 from aerial_gnss_ros.core.pipeline import Pipeline
 from aerial_gnss_ros.core.rejection import Input, Reason
@@ -104,6 +106,7 @@ class Estimator:
             self._origin,
             self._log,
         )
+        self._guard = Guard(self._pipeline, self._identity, self._origin, self._log, (Estimator,))
         self._clock = Clock()
         self._waiting: list[_Waiting] = []
         self._ready: list[FrameResult] = []
@@ -159,7 +162,8 @@ class Estimator:
     def add_fix(self, fix: Fix) -> None:
         """Take a position of the drone."""
         self._watch(Input.FIX.value, fix.stamp_ns)
-        if not self._count(Input.FIX.value, fix.stamp_ns, self._inputs.add(Input.FIX, fix)):
+        kept = self._count(Input.FIX.value, fix.stamp_ns, lambda: self._inputs.add(Input.FIX, fix))
+        if kept:
             self._origin.accept(fix)
 
     def add_attitude(self, attitude: Orientation) -> None:
@@ -177,13 +181,13 @@ class Estimator:
     def add_water_level(self, level: Scalar) -> None:
         """Take a level of the water; it holds until replaced."""
         self._watch(WATER_LEVEL, level.stamp_ns)
-        self._count(WATER_LEVEL, level.stamp_ns, self._inputs.add_level(level))
+        self._count(WATER_LEVEL, level.stamp_ns, lambda: self._inputs.add_level(level))
 
     def add_depth(self, class_id: str, depth: Scalar) -> None:
         """Take the depth that robots of a class send (empty: of all); it holds for a while."""
         name = depth_input(class_id)
         self._watch(name, depth.stamp_ns)
-        self._count(name, depth.stamp_ns, self._inputs.depths.add(class_id, depth))
+        self._count(name, depth.stamp_ns, lambda: self._inputs.depths.add(class_id, depth))
 
     def add_camera(self, stamp_ns: int, camera: CameraModel | None) -> None:
         """Take the camera's description; None when it could not be used."""
@@ -191,6 +195,16 @@ class Estimator:
         trouble = "" if camera is not None else "it describes no camera"
         self._tallies[CAMERA_INFO].add(stamp_ns, trouble)
         self._inputs.add_camera(stamp_ns, camera)
+
+    def refuse(self, name: str, trouble: str) -> None:
+        """Count a message that could not even be read.
+
+        Args:
+            name: of the input.
+            trouble: why, in words.
+        """
+        self._tallies.setdefault(name, Tally()).refuse(trouble)
+        self._tell_bad(name, trouble)
 
     def add_detections(self, frame: DetectionFrame) -> None:
         """Take one image's boxes; they are worked on by `advance`."""
@@ -235,14 +249,30 @@ class Estimator:
 
     def _add(self, source: Input, value: Orientation | Scalar) -> None:
         self._watch(source.value, value.stamp_ns)
-        self._count(source.value, value.stamp_ns, self._inputs.add(source, value))
+        self._count(source.value, value.stamp_ns, lambda: self._inputs.add(source, value))
 
-    def _count(self, name: str, stamp_ns: int, trouble: str) -> str:
-        """Count a message, and tell the first time that one is no use, and why."""
+    def _count(self, name: str, stamp_ns: int, keep: Callable[[], str]) -> bool:
+        """Keep a message's value and count it; return whether it is of use.
+
+        Args:
+            name: of the input.
+            stamp_ns: of the message.
+            keep: keeps the value and says why it is no use, in words, or nothing.
+        """
+        try:
+            trouble = keep()
+        except MemoryError:
+            raise
+        except Exception as error:  # noqa: BLE001 - no message ends a flight
+            trouble = f"it cannot be kept ({type(error).__name__}: {error})"
         self._tallies[name].add(stamp_ns, trouble)
         if trouble:
-            self._log.add_once(f"bad {name}", f"A message on {name} is of no use: {trouble}.")
-        return trouble
+            self._tell_bad(name, trouble)
+        return not trouble
+
+    def _tell_bad(self, name: str, trouble: str) -> None:
+        """Say the first time that a message is no use, and why."""
+        self._log.add_once(f"bad {name}", f"A message on {name} is of no use: {trouble}.")
 
     def _take_ready(self) -> list[FrameResult]:
         results, self._ready = self._ready, []
@@ -251,18 +281,38 @@ class Estimator:
     def _finish_first(self, final: bool = True) -> bool:
         """Work on the oldest image; return False when it has to wait on."""
         frame = self._waiting[0].frame
-        samples = self._inputs.at(frame.stamp_ns - self._pipeline.latency_ns)
+        samples = self._samples(frame.stamp_ns)
         if isinstance(samples, Lacking) and samples.may_come and not final:
             return False
         del self._waiting[0]
-        result = self._pipeline.result(frame, samples)
+        result = self._guard.result(frame, samples)
         self._last_stamp_ns = frame.stamp_ns
         self._estimates = result.estimates
         self._platform = result.platform or self._platform
         self.counts.update(rejection.reason for rejection in result.rejections)
         self._ready.append(result)
-        self._names.keep(result, self._identity)
+        self._keep_names(result)
         return True
+
+    def _keep_names(self, result: FrameResult) -> None:
+        """Save names where it is due; no file ends a flight."""
+        try:
+            self._names.keep(result, self._identity)
+        except MemoryError:
+            raise
+        except Exception as error:  # noqa: BLE001 - positions matter more than the file
+            self._log.add_once(
+                "state_file", f"state_file cannot be written ({type(error).__name__}: {error})."
+            )
+
+    def _samples(self, stamp_ns: int) -> Samples | Lacking | Exception:
+        """Return the telemetry of an image, or why there is none."""
+        try:
+            return self._inputs.at(stamp_ns - self._pipeline.latency_ns)
+        except MemoryError:
+            raise
+        except Exception as error:  # noqa: BLE001 - the guard tells it
+            return error
 
     def _watch(self, source: str, stamp_ns: int) -> None:
         """Begin anew when an input's clock went backward."""
@@ -273,6 +323,7 @@ class Estimator:
             self._finish_first()
         self._inputs.clear()
         self._pipeline.reset()
+        self._guard.reset()
         self._identity.release()
         self._clock.begin(source, stamp_ns)
         self._names.begin_anew()

@@ -117,6 +117,15 @@ class Identity:
         self._waiting.clear()
         self._names.release_bound()
 
+    def expect(self, estimates: Iterable[RobotEstimate]) -> None:
+        """Let robots whose tracks are lost take up their names where they are found again.
+
+        As after a restart of the program: nothing is known of them but where they were.
+        """
+        for estimate in estimates:
+            self._waiting[estimate.robot_id] = _saved_robot(estimate)
+        self._names.release(self._waiting)
+
     def saved(self) -> SavedNames:
         """Return everything that has to outlive the program."""
         robots = tuple(

@@ -87,6 +87,12 @@ class Tally:
         else:
             self.unordered += 1
 
+    def refuse(self, trouble: str) -> None:
+        """Count a message that could not be read; `trouble` says why."""
+        self.count += 1
+        self.bad += 1
+        self.trouble = trouble
+
     def status(self, name: str, newest_ns: int | None, patience_ns: int) -> InputStatus:
         """Return the input's status; it is stale when so far behind the newest image."""
         state = InputState.OK

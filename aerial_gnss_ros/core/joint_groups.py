@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from aerial_gnss_ros.core.joint_platform import COUNT
 from aerial_gnss_ros.core.joint_state import Indices, Joint
 from aerial_gnss_ros.core.joint_view import by_angles
+from aerial_gnss_ros.core.plausible_state import check_covariance, check_robots
 from aerial_gnss_ros.core.turning import MOST
 from aerial_gnss_ros.core.unexplained import Unexplained
 
@@ -77,6 +78,16 @@ class Groups:
         for group in self._groups:
             covariances[group.rows] = group.blocks()
         return covariances
+
+    def check(self) -> None:
+        """Check that the state can be.
+
+        Raises:
+            StateError: a number is not finite, a covariance none, or a robot out of bounds.
+        """
+        for group in self._groups:
+            check_covariance(group.covariance, "robots and platform")
+            check_robots(group.robots, "robots")
 
     def add_doubts(self, covariance: Array) -> None:
         """Add to covariances (n, 4, 4) of all robots that the camera may have turned by itself."""

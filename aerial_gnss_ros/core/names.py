@@ -54,6 +54,10 @@ class Names:
         """Return the bound names that no robot has, sorted."""
         return sorted(self.bound - self.taken)
 
+    def release(self, names: Iterable[str]) -> None:
+        """Let those of some names that are bound be taken anew, at their starts, too."""
+        self.taken -= self.bound.intersection(names)
+
     def release_bound(self) -> None:
         """Let bound names be taken anew: after the clock went backward all tracks are gone."""
         self.taken -= self.bound

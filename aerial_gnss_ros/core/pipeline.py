@@ -83,6 +83,18 @@ class Pipeline:
         self._tracking.reset()
         self._latency.reset()
 
+    def check(self) -> None:
+        """Check that what images have come to can be.
+
+        Raises:
+            StateError: it cannot.
+        """
+        self._tracking.check()
+
+    def coast(self, stamp_ns: int) -> tuple[RobotEstimate, ...]:
+        """Return the predicted robots at an image of which nothing else is known."""
+        return self._tracking.coast(stamp_ns)
+
     def without_messages(self, status: InputStatus) -> InputStatus:
         """Return an input's status, unused or constant where no message is needed for it."""
         name, state = status.name, None

@@ -47,6 +47,7 @@ class Reason(str, Enum):
     GATED = "gated"
     LOW_SCORE = "low_score"
     WRONG_CLASS = "wrong_class"
+    INTERNAL = "internal"
 
     def __str__(self) -> str:
         return self.value
@@ -89,6 +90,7 @@ _MEANINGS = {
     "gated": "on no robot: a false box, a second one on a robot, or too far from where it can be",
     "low_score": "the detector was less sure than detections.min_score asks",
     "wrong_class": "not of detections.classes",
+    "internal": "the program failed on this image, which changed nothing; the log says where",
 }
 _FAMILIES = {
     "no": "{} never came, or only for later times than this image's",

@@ -51,5 +51,12 @@ class Tracking(Protocol):
     def coast(self, stamp_ns: int) -> tuple[RobotEstimate, ...]:
         """Return the predicted robots at an image that has no pose; nothing is measured."""
 
+    def check(self) -> None:
+        """Check that all numbers are finite and within bounds; called after every image.
+
+        Raises:
+            StateError: they are not.
+        """
+
     def reset(self) -> None:
         """Forget all tracks; names once given are not given again."""

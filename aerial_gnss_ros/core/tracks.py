@@ -125,6 +125,10 @@ class Tracker:
         self._advance(stamp_ns)
         return self._estimates(stamp_ns)
 
+    def check(self) -> None:
+        """Check that all numbers are finite and within bounds (see `Tracking`)."""
+        self.filter.check()
+
     def _advance(self, stamp_ns: int) -> None:
         """Predict all tracks to an image and drop those unseen for too long."""
         if self._stamp_ns is not None:

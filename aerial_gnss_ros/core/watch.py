@@ -171,6 +171,12 @@ class Watch:
         """Note that boxes came."""
         self._stamped(frame.stamp_ns)
 
+    def refuse(self, _name: str, trouble: str) -> None:
+        """Take note of a message that could not be read, and why."""
+        heard = self.heard[self._name]
+        heard.bad += 1
+        heard.trouble = trouble
+
     def advance(self, final: bool = False) -> None:
         """Sample the drone as far as its inputs allow.
 

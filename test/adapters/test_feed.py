@@ -4,12 +4,16 @@
 from __future__ import annotations
 
 import math
+from types import SimpleNamespace
 
+import numpy as np
 import pytest
 
+from aerial_gnss_ros.adapters import canonical
 from aerial_gnss_ros.adapters.feed import Feed
 from aerial_gnss_ros.bags.typestore import make
 from aerial_gnss_ros.core.config import estimator_config
+from aerial_gnss_ros.core.estimator import Estimator
 from aerial_gnss_ros.core.values import Scalar
 
 
@@ -178,3 +182,46 @@ def test_a_camera_info_of_another_clock_is_stamped_on_arrival():
         make("sensor_msgs/msg/CameraInfo", {"header": HEADER}), ARRIVAL
     )
     assert recorder.calls == [("add_camera", ARRIVAL, None)]
+
+
+WRONG = {
+    "fix": ("sensor_msgs/msg/NavSatFix", "latitude", "north"),
+    "height": ("std_msgs/msg/Float64", "data", None),
+    "gimbal": ("geometry_msgs/msg/QuaternionStamped", "quaternion", 3),
+    "detections": ("vision_msgs/msg/Detection2DArray", "detections", [None]),
+    "camera_info": ("sensor_msgs/msg/CameraInfo", "k", ["wide"] * 9),
+}
+
+
+@pytest.mark.parametrize("name", WRONG)
+def test_a_message_that_cannot_be_read_is_refused_by_its_input(name):
+    msgtype, field, value = WRONG[name]
+    found, recorder = feed()
+    message = make(msgtype, {"header": HEADER} if hasattr(make(msgtype, {}), "header") else {})
+    broken = SimpleNamespace(**{**vars(message), field: value})
+    found[name].handle(broken, ARRIVAL)
+    ((call, refused, why),) = recorder.calls
+    assert (call, refused) == ("refuse", name)
+    assert "cannot be read" in why
+
+
+def test_a_message_that_cannot_be_read_is_counted_by_the_estimator():
+    config = estimator_config({})
+    engine = Estimator(config)
+    handle = {s.name: s.handle for s in Feed(config, engine).subscriptions}
+    handle["height"](SimpleNamespace(data="high"), ARRIVAL)
+    assert (engine.inputs["height"].count, engine.inputs["height"].bad) == (1, 1)
+    assert "height is of no use: it cannot be read (ValueError" in engine.take_events()[-1]
+
+
+def test_a_camera_whose_model_cannot_be_made_is_told_and_none(monkeypatch):
+    told = []
+    found, recorder = feed(warn=told.append)
+
+    def failing(*_args):
+        raise np.linalg.LinAlgError("singular")
+
+    monkeypatch.setattr(canonical, "camera", failing)
+    found["camera_info"].handle(make("sensor_msgs/msg/CameraInfo", {"header": HEADER}), ARRIVAL)
+    assert recorder.calls == [("add_camera", STAMP, None)]
+    assert told == ["camera/camera_info: this CameraInfo cannot be used (LinAlgError: singular)."]
