@@ -10,7 +10,6 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
-from datetime import datetime, timezone
 from pathlib import Path
 
 from aerial_gnss_ros.adapters.dji_flight import METRES_PER_FOOT
@@ -128,18 +127,6 @@ def seconds(columns: Columns, row: Sequence[str], index: int, rate_hz: float) ->
     return index / rate_hz
 
 
-def utc_ns(columns: Columns, row: Sequence[str]) -> int | None:
-    """Return a row's Unix time in ns where the file says it in UTC."""
-    if "clock" in columns:
-        text = columns.text("clock", row)
-    elif "date" in columns and "time_of_day" in columns:
-        text = f"{columns.text('date', row)} {columns.text('time_of_day', row)}"
-    else:
-        return None
-    moment = _parse_moment(text)
-    return None if moment is None else round(moment.timestamp() * 1e6) * 1000
-
-
 def is_true(text: str) -> bool:
     """Whether a field says yes: True, 1, Yes, Recording."""
     return text.lower() in ("true", "1", "1.0", "yes", "recording", "starting")
@@ -162,24 +149,3 @@ def _duration(text: str) -> float:
     for part in text.split(":"):
         total = 60.0 * total + float(part)
     return total
-
-
-def _parse_moment(text: str) -> datetime | None:
-    text = text.strip().replace("Z", "+00:00")
-    text = re.sub(r"(\.\d{6})\d+", r"\1", text)
-    forms = ("%m/%d/%Y %I:%M:%S.%f %p", "%m/%d/%Y %I:%M:%S %p", "%Y/%m/%d %H:%M:%S.%f")
-    moment: datetime | None = None
-    try:
-        moment = datetime.fromisoformat(text)
-    except ValueError:
-        moment = next((m for form in forms if (m := _strptime(text, form))), None)
-    if moment is None or moment.tzinfo is not None:
-        return moment
-    return moment.replace(tzinfo=timezone.utc)
-
-
-def _strptime(text: str, form: str) -> datetime | None:
-    try:
-        return datetime.strptime(text, form).replace(tzinfo=timezone.utc)
-    except ValueError:
-        return None

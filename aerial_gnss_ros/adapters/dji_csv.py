@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from aerial_gnss_ros.adapters.dji_clock import log_start_ns
 from aerial_gnss_ros.adapters.dji_columns import (
     EXPECTED,
     REQUIRED,
@@ -18,14 +19,14 @@ from aerial_gnss_ros.adapters.dji_columns import (
     is_true,
     match_columns,
     seconds,
-    utc_ns,
 )
 from aerial_gnss_ros.adapters.dji_flight import (
-    HEIGHT_GUESS,
     DjiLog,
     RefusedRow,
+    height_guess,
     position_refusal,
     quaternions,
+    range_refusal,
     summarise_refusals,
 )
 from aerial_gnss_ros.core.errors import InputError
@@ -33,6 +34,9 @@ from aerial_gnss_ros.core.frames import wrap_angle, yaw_from_heading
 from aerial_gnss_ros.core.values import Array
 
 _NUMBERS = (*REQUIRED, "roll", "gimbal_roll", "gimbal_yaw")
+_ANGLES = ("roll", "pitch", "yaw", "gimbal_roll", "gimbal_pitch", "gimbal_yaw")
+_MOST_BYTES = 500_000_000
+_MOST_COLUMNS = 5000
 
 
 def read_csv(path: Path, rate_hz: float) -> DjiLog:
@@ -58,14 +62,18 @@ def read_csv(path: Path, rate_hz: float) -> DjiLog:
         ),
         refused=tuple(refused),
         statements=_statements(columns, rate_hz, relative),
-        guesses=_guesses(columns, relative),
+        guesses=_guesses(columns, relative, float(values["height"].min())),
         recordings_s=_recordings(columns, [rows[i] for i in kept], times),
-        clock_ns=_clock(columns, rows[kept[0]], times[0]),
+        clock_ns=log_start_ns(columns, [rows[i] for i in kept], times),
     )
 
 
 def _read_rows(path: Path) -> tuple[list[str], list[list[str]], int]:
     try:
+        if path.stat().st_size > _MOST_BYTES:
+            raise InputError(
+                f"{path} is larger than {_MOST_BYTES // 1_000_000} MB, which no flight record is."
+            )
         with path.open(newline="", encoding="utf-8-sig") as file:
             first = file.readline()
             file.seek(0)
@@ -81,6 +89,11 @@ def _read_rows(path: Path) -> tuple[list[str], list[list[str]], int]:
     skip = 1 if first.startswith("sep=") else 0
     if len(rows) <= skip:
         raise InputError(f"{path} is empty; expected a header with {EXPECTED}.")
+    if len(rows[skip]) > _MOST_COLUMNS:
+        raise InputError(
+            f"{path} has {len(rows[skip])} columns, which no flight record has; expected a header "
+            f"with {EXPECTED}."
+        )
     return [name.strip() for name in rows[skip]], rows[skip + 1 :], skip + 2
 
 
@@ -96,7 +109,7 @@ def _numbers(
         try:
             value = {n: float(columns.text(n, row)) if n in columns else 0.0 for n in _NUMBERS}
             value["time"] = seconds(columns, row, index, rate_hz)
-        except ValueError:
+        except (ValueError, OverflowError):
             refused.append(RefusedRow(first_line + index, "a value is missing or not a number"))
             continue
         value["height"] *= columns.metres
@@ -114,8 +127,9 @@ def _numbers(
 def _refusal(value: dict[str, float], last_time: float) -> str | None:
     if not all(math.isfinite(number) for number in value.values()):
         return "a value is missing or not a number"
-    if value["height"] < 0.0:
-        return "negative height"
+    out_of_range = range_refusal(value["time"], value["height"], (value[name] for name in _ANGLES))
+    if out_of_range:
+        return out_of_range
     place = position_refusal(value["latitude"], value["longitude"])
     if place:
         return place
@@ -155,12 +169,6 @@ def _recordings(
     )
 
 
-def _clock(columns: Columns, row: list[str], first_s: float) -> int | None:
-    """Return the Unix time, ns, at which the file's time is zero."""
-    at = utc_ns(columns, row)
-    return None if at is None else at - round(first_s * 1e9)
-
-
 def _statements(columns: Columns, rate_hz: float, relative: bool) -> tuple[str, ...]:
     name = columns.name("height")
     kind = (
@@ -188,7 +196,7 @@ def _statements(columns: Columns, rate_hz: float, relative: bool) -> tuple[str, 
     return f"height: {name} ({columns.unit}), {kind}", attitude, gimbal, f"time: {time}", *more
 
 
-def _guesses(columns: Columns, relative: bool) -> tuple[str, ...]:
+def _guesses(columns: Columns, relative: bool, lowest: float) -> tuple[str, ...]:
     absent = [
         words
         for key, words in (
@@ -198,7 +206,7 @@ def _guesses(columns: Columns, relative: bool) -> tuple[str, ...]:
         )
         if key not in columns
     ]
-    guesses = [HEIGHT_GUESS]
+    guesses = [height_guess(lowest)]
     if absent:
         guesses.append(f"not recorded, so assumed: {'; '.join(absent)}")
     if relative:

@@ -4,8 +4,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -20,8 +20,20 @@ HEIGHT_GUESS = (
     "height: taken as height above the water, of which the log says nothing; if you took off from "
     "higher up, or the tide moved, give water_level.value_m"
 )
+BELOW_HOME = (
+    "height: down to {lowest:.1f} m, which is below the take-off point: you took off above the "
+    "water, from a cliff, a pier or a deck. These are heights above home. Say how far the water "
+    "stands above the take-off point, a negative number here (about {example:g} m or less), when "
+    "you import (--water-level) or in a --params file (height: {{reference: home}}, water_level: "
+    "{{value_m: {example:g}}}): height above water = height - water_level"
+)
 LONGEST_STEP_S = 1.0
 """Rows farther apart leave a gap that is reported: telemetry is not interpolated far."""
+LAST_TIME_S = 1e7
+"""A time later in a log (four months) is damage."""
+HIGHEST_M = 10_000.0
+"""A height farther from the take-off point is damage."""
+MOST_ANGLE_DEG = 360.0
 
 
 @dataclass(frozen=True)
@@ -41,7 +53,8 @@ class DjiLog:
         stamps_ns: (n,) time since the file's first row, ns, strictly increasing.
         latitude: (n,) rad, WGS84.
         longitude: (n,) rad, WGS84.
-        height: (n,) m; what it is measured from is DJI's, see `statements`. (0,) where absent.
+        height: (n,) m; what it is measured from is DJI's, see `statements`: mostly the take-off
+            point, below which it is negative. NaN in rows without one; (0,) where all are.
         attitude: (n, 4) quaternions x, y, z, w of the body, FLU in ENU; (0, 4) where absent.
         gimbal: (n, 4) quaternions of the camera, FLU in ENU (earth-referenced); (0, 4) likewise.
         refused: rows that give nothing.
@@ -75,6 +88,17 @@ class DjiLog:
         return np.asarray(self.stamps_ns * 1e-9)
 
     @property
+    def lowest(self) -> float:
+        """The least height, m; NaN where there is none."""
+        return float(np.nanmin(self.height)) if len(self.height) else math.nan
+
+    def chosen(self, rows: NDArray[np.bool_]) -> DjiLog:
+        """Return the flight with some of its rows (n,) only."""
+        columns = ("stamps_ns", "latitude", "longitude", "height", "attitude", "gimbal")
+        kept = {name: getattr(self, name) for name in columns}
+        return replace(self, **{name: v[rows] if len(v) else v for name, v in kept.items()})
+
+    @property
     def gaps_s(self) -> tuple[tuple[float, float], ...]:
         """Where rows are missing: (time of the last row before, length), s."""
         seconds = self.seconds
@@ -99,12 +123,13 @@ class DjiLog:
         return self._orientations(self.gimbal, start_ns)
 
     def heights(self, start_ns: int = 0) -> list[Scalar]:
-        """Return the heights, m; empty where the log has none."""
+        """Return the heights, m, without rows that have none; empty where no row has one."""
         if not len(self.height):
             return []
         return [
             Scalar(start_ns + int(stamp), float(value))
             for stamp, value in zip(self.stamps_ns, self.height, strict=True)
+            if math.isfinite(value)
         ]
 
     def _orientations(self, quaternions: Array, start_ns: int) -> list[Orientation]:
@@ -130,10 +155,38 @@ def summarise_refusals(refused: Sequence[RefusedRow], most: int = 5) -> str:
     return "; ".join(parts)
 
 
+def height_guess(lowest: float) -> str:
+    """Return what is assumed of the heights, in words.
+
+    Args:
+        lowest: the least of them, m.
+    """
+    if lowest >= 0.0:
+        return HEIGHT_GUESS
+    return BELOW_HOME.format(lowest=lowest, example=math.floor(lowest) - 1)
+
+
 def quaternions(roll_deg: Array, pitch_deg: Array, yaw: Array) -> Array:
     """Return FLU in ENU (n, 4) from DJI's roll and pitch (NED: nose up positive) and ENU yaw."""
     matrices = matrix_from_rpy(np.radians(roll_deg), -np.radians(pitch_deg), yaw)
     return np.asarray(quaternion_from_matrix(matrices), dtype=np.float64)
+
+
+def range_refusal(time_s: float, height: float, angles_deg: Iterable[float]) -> str | None:
+    """Return why a row's numbers cannot be what they are said to be, or None.
+
+    Args:
+        time_s: since the log's zero, s.
+        height: m; NaN where there is none.
+        angles_deg: NaN where there is none.
+    """
+    if not 0.0 <= time_s <= LAST_TIME_S:
+        return "time out of range"
+    if abs(height) > HIGHEST_M:
+        return "height out of range"
+    if any(abs(angle) > MOST_ANGLE_DEG for angle in angles_deg):
+        return "an angle out of range"
+    return None
 
 
 def position_refusal(latitude_deg: float, longitude_deg: float) -> str | None:

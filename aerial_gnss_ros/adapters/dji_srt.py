@@ -17,25 +17,28 @@ from pathlib import Path
 import numpy as np
 
 from aerial_gnss_ros.adapters.dji_flight import (
-    HEIGHT_GUESS,
     DjiLog,
     RefusedRow,
+    height_guess,
     position_refusal,
     quaternions,
+    range_refusal,
     summarise_refusals,
 )
 from aerial_gnss_ros.core.errors import InputError
 from aerial_gnss_ros.core.frames import yaw_from_heading
 from aerial_gnss_ros.core.values import Array
+from aerial_gnss_ros.core.words import counted
 
 _N = r"([-+]?\d+(?:\.\d+)?)"
 _TIMES = re.compile(r"(\d+):(\d\d):(\d\d)[,.](\d{3})\s*--\s?>")
 _GPS = re.compile(rf"\b(?:GPS|RTK)\s*\(\s*{_N}\s*,\s*{_N}\s*[,)]", re.IGNORECASE)
-_LATITUDE = re.compile(rf"latitude\s*:?\s*{_N}", re.IGNORECASE)
-_LONGITUDE = re.compile(rf"longt?itude\s*:?\s*{_N}", re.IGNORECASE)
+_COLON = r"\s*(?::\s*)?"  # not \s*:?\s*, whose time grows with the square of the spaces
+_LATITUDE = re.compile(rf"latitude{_COLON}{_N}", re.IGNORECASE)
+_LONGITUDE = re.compile(rf"longt?itude{_COLON}{_N}", re.IGNORECASE)
 _HEIGHTS = {
-    "rel_alt": re.compile(rf"rel_alt\s*:?\s*{_N}", re.IGNORECASE),
-    "H": re.compile(rf"\bH\s*:?\s*{_N}\s?m\b"),
+    "rel_alt": re.compile(rf"rel_alt{_COLON}{_N}", re.IGNORECASE),
+    "H": re.compile(rf"\bH{_COLON}{_N}\s?m\b"),
     "BAROMETER": re.compile(rf"BAROMETER\s*:\s*{_N}", re.IGNORECASE),
 }
 _ALTITUDE = re.compile(rf"\baltitude\s*:\s*{_N}", re.IGNORECASE)
@@ -60,6 +63,9 @@ _BODY = (
 _DIGITAL_ZOOM = re.compile(rf"dzoom_ratio\s*:\s*{_N}", re.IGNORECASE)
 _FOCAL_LENGTH = re.compile(rf"focal_len\s*:\s*{_N}", re.IGNORECASE)
 _ZOOM_UNIT = 10_000.0  # Mavic 3 writes 10000 for 1.0
+_MOST_BYTES = 500_000_000
+_MOST_TEXT = 10_000
+"""Characters of a subtitle; DJI's have less than a thousand."""
 _EXPECTED = (
     "GPS (longitude, latitude, …), or [latitude: …] [longitude: …], and for the camera gb_yaw, "
     "gb_pitch, gb_roll or G.PRY"
@@ -99,9 +105,15 @@ def read_srt(path: Path) -> DjiLog:
 def _blocks(path: Path) -> Iterator[tuple[int, float, str]]:
     """Yield line number, time in s and text of each subtitle."""
     try:
-        lines = path.read_text(encoding="utf-8-sig", errors="replace").splitlines()
+        with path.open("rb") as file:
+            content = file.read(_MOST_BYTES + 1)
     except OSError as error:
         raise InputError(f"cannot read {path}: {error.strerror or error}.") from error
+    if len(content) > _MOST_BYTES:
+        raise InputError(
+            f"{path} is larger than {_MOST_BYTES // 1_000_000} MB, which no subtitles are."
+        )
+    lines = content.decode("utf-8-sig", errors="replace").splitlines()
     start, time, text = 0, 0.0, list[str]()
     for number, line in enumerate(lines, start=1):
         match = _TIMES.match(line.strip())
@@ -109,12 +121,12 @@ def _blocks(path: Path) -> Iterator[tuple[int, float, str]]:
             text.append(line)
             continue
         if start:
-            yield start, time, "\n".join(text)
-        hours, minutes, seconds, thousandths = map(int, match.groups())
+            yield start, time, "\n".join(text)[:_MOST_TEXT]
+        hours, minutes, seconds, thousandths = map(float, match.groups())
         start, time = number, 3600.0 * hours + 60.0 * minutes + seconds + thousandths * 1e-3
         text = []
     if start:
-        yield start, time, "\n".join(text)
+        yield start, time, "\n".join(text)[:_MOST_TEXT]
 
 
 def _is_latitude_first(texts: list[str]) -> bool:
@@ -172,7 +184,9 @@ def _row(
     else:
         if _ALTITUDE.search(text):
             sources.add("altitude")
-    return (time, *place, height, *_angles(text, _BODY), *_angles(text, _GIMBAL)), None
+    angles = *_angles(text, _BODY), *_angles(text, _GIMBAL)
+    reason = range_refusal(time, height, angles)
+    return (None, reason) if reason else ((time, *place, height, *angles), None)
 
 
 def _angles(
@@ -195,7 +209,7 @@ def _flight(
 ) -> DjiLog:
     height = rows[:, 3]
     body, gimbal = _orientations(rows[:, 4:7]), _orientations(rows[:, 7:10])
-    with_height = bool(np.isfinite(height).all() and (height >= 0.0).any())
+    with_height = bool(np.isfinite(height).any())
     statements = ["time: of the video itself"]
     guesses = list(zoom)
     if "GPS(…)" in sources:
@@ -206,7 +220,10 @@ def _flight(
     if with_height:
         used = next(name for name in _HEIGHTS if name in sources)
         statements.append(f"height: {used} (m), above the take-off point")
-        guesses.append(HEIGHT_GUESS)
+        guesses.append(height_guess(float(np.nanmin(height))))
+        absent = int(np.isnan(height).sum())
+        if absent:
+            guesses.append(f"height: {counted(absent, 'subtitle')} of {len(rows)} without one")
     else:
         why = "altitude has no stated datum" if "altitude" in sources else "none is recorded"
         guesses.append(f"height: {why}, so the bag has none; give height.source: constant")

@@ -24,8 +24,9 @@ from aerial_gnss_ros.adapters.telemetry_fields import (
     quaternion_fields,
 )
 from aerial_gnss_ros.bags.video import Video
-from aerial_gnss_ros.bags.writer import SENSOR, BagWriter
+from aerial_gnss_ros.bags.writer import LATCHED, SENSOR, BagWriter
 from aerial_gnss_ros.core.camera import CameraModel
+from aerial_gnss_ros.core.values import Scalar
 
 START_NS = 1_735_689_600_000_000_000
 """The log's first row, where nobody names a time: most logs tell no date. 2025-01-01, 0 h UTC."""
@@ -60,6 +61,7 @@ def write_dji_bag(
     camera: CameraModel | None = None,
     footage: Footage | None = None,
     start_ns: int = START_NS,
+    water_level: float | None = None,
     namespace: str = "",
     on_message: Callable[[int], None] = lambda _done: None,
 ) -> dict[str, int]:
@@ -72,6 +74,7 @@ def write_dji_bag(
             players hear it at once.
         footage: the video.
         start_ns: time at which the log's own time is zero, ns.
+        water_level: how far the water stands above the take-off point, m; None: not written.
         namespace: put before the topics, such as `drone1`.
         on_message: takes the number of messages written so far.
 
@@ -82,20 +85,27 @@ def write_dji_bag(
         InputError: the video is damaged.
         OutputError: the folder exists, or the disk is full.
     """
-    rows = messages(log, None if footage else camera, start_ns)
+    rows = messages(log, None if footage else camera, start_ns, water_level)
     streams = [rows] if footage is None else [rows, images(footage, camera, start_ns)]
     with BagWriter(path, compress=footage is None, namespace=namespace) as bag:
         merged = heapq.merge(*streams, key=lambda message: message[0])
         for done, (stamp_ns, topic, msgtype, fields) in enumerate(merged, start=1):
-            bag.write(topic, msgtype, stamp_ns, fields, SENSOR)
+            qos = LATCHED if topic == "water_level" else SENSOR
+            bag.write(topic, msgtype, stamp_ns, fields, qos)
             on_message(done)
         return dict(bag.counts)
 
 
-def messages(log: DjiLog, camera: CameraModel | None, start_ns: int) -> Iterator[Message]:
+def messages(
+    log: DjiLog, camera: CameraModel | None, start_ns: int, water_level: float | None = None
+) -> Iterator[Message]:
     """Yield stamp, topic, type and fields of the telemetry in the order of the log's rows."""
     attitudes, gimbals = log.attitudes(start_ns), log.gimbals(start_ns)
-    heights = log.heights(start_ns)
+    heights = {height.stamp_ns: height for height in log.heights(start_ns)}
+    if water_level is not None:
+        first_ns = start_ns + int(log.stamps_ns[0])
+        level = Scalar(first_ns, water_level)
+        yield first_ns, "water_level", FLOAT_TYPE, float_fields(level)
     for i, fix in enumerate(log.fixes(start_ns)):
         stamp_ns = fix.stamp_ns
         if camera is not None:
@@ -106,8 +116,8 @@ def messages(log: DjiLog, camera: CameraModel | None, start_ns: int) -> Iterator
             yield stamp_ns, "attitude", IMU_TYPE, imu_fields(attitudes[i])
         if gimbals:
             yield stamp_ns, "gimbal", QUATERNION_TYPE, quaternion_fields(gimbals[i], "enu")
-        if heights:
-            yield stamp_ns, "height", FLOAT_TYPE, float_fields(heights[i])
+        if stamp_ns in heights:
+            yield stamp_ns, "height", FLOAT_TYPE, float_fields(heights[stamp_ns])
 
 
 def images(footage: Footage, camera: CameraModel | None, start_ns: int) -> Iterator[Message]:

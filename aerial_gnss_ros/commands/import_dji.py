@@ -19,6 +19,9 @@ from aerial_gnss_ros.commands.import_report import Imported, as_json, as_text
 from aerial_gnss_ros.commands.progress import progress
 from aerial_gnss_ros.core.errors import InputError
 
+_LATEST_START_S = 2_100_000_000.0
+"""With the longest flight ROS stamps, which end in 2038, still reach."""
+_LOWEST_M, _HIGHEST_M = -500.0, 10_000.0  # as water_level.value_m
 HELP = "turn a DJI flight record (CSV, SRT), with its video, into a bag"
 
 
@@ -45,6 +48,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--start", type=float, metavar="S",
         help="Unix time at which the log's time is zero, s (the log's own UTC date where it has "
         "one, else 2025-01-01)",
+    )  # fmt: skip
+    parser.add_argument(
+        "--water-level", type=float, metavar="M",
+        help="how far the water stands above the take-off point, m: -15 where you took off from "
+        "a cliff 15 m above it; goes into the bag, so that replay knows it",
     )  # fmt: skip
     _add_video(parser.add_argument_group("video"))
     camera = parser.add_argument_group("camera", "described in the bag where it is given")
@@ -84,7 +92,7 @@ def run(args: argparse.Namespace) -> int:
     start = None if video is None else align(log, video.duration_s, args.offset, args.recording)
     start_ns = _start_ns(args, log)
     footage = _footage(args, video, start)
-    total = _total(log, footage, camera is not None)
+    total = _total(log, footage, camera is not None, args.water_level is not None)
     with ended_cleanly(), progress("importing", total, "messages") as report:
         counts = write_dji_bag(
             log,
@@ -92,10 +100,13 @@ def run(args: argparse.Namespace) -> int:
             camera=None if camera is None else camera.camera,
             footage=footage,
             start_ns=start_ns,
+            water_level=args.water_level,
             namespace=args.namespace,
             on_message=report,
         )
-    done = Imported(args.output, log, camera, video, start, args.every, start_ns, counts)
+    done = Imported(
+        args.output, log, camera, video, start, args.every, start_ns, counts, args.water_level
+    )
     print(json.dumps(as_json(done), indent=2) if args.json else as_text(done))
     return 0
 
@@ -103,8 +114,15 @@ def run(args: argparse.Namespace) -> int:
 def _check(args: argparse.Namespace) -> None:
     if not args.rate > 0.0:
         raise InputError(f"--rate must be above 0 Hz, not {args.rate:g}.")
-    if args.start is not None and not (math.isfinite(args.start) and args.start >= 0.0):
-        raise InputError(f"--start must be a Unix time in seconds, not {args.start:g}.")
+    if args.start is not None and not 0.0 <= args.start <= _LATEST_START_S:
+        raise InputError(
+            f"--start must be a Unix time within 0 and {_LATEST_START_S:.0f} s, not {args.start:g}."
+        )
+    if args.water_level is not None and not _LOWEST_M <= args.water_level <= _HIGHEST_M:
+        raise InputError(
+            f"--water-level must lie within {_LOWEST_M:g} and {_HIGHEST_M:g} m, not "
+            f"{args.water_level:g}."
+        )
     if args.offset is not None and not math.isfinite(args.offset):
         raise InputError(f"--offset must be a time in seconds, not {args.offset:g}.")
     if args.every < 1:
@@ -129,9 +147,10 @@ def _footage(
     return Footage(video, start.start_s, args.every, args.jpeg_quality)
 
 
-def _total(log: DjiLog, footage: Footage | None, camera: bool) -> int:
+def _total(log: DjiLog, footage: Footage | None, camera: bool, level: bool) -> int:
     """Return how many messages will be written."""
-    inputs = 1 + sum(bool(len(values)) for values in (log.attitude, log.gimbal, log.height))
+    inputs = 1 + sum(bool(len(values)) for values in (log.attitude, log.gimbal))
+    telemetry = len(log) * inputs + len(log.heights()) + level
     if footage is None:
-        return len(log) * (inputs + camera)
-    return len(log) * inputs + -(-footage.video.count // footage.every) * (1 + camera)
+        return telemetry + len(log) * camera
+    return telemetry + -(-footage.video.count // footage.every) * (1 + camera)

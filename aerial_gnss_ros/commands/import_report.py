@@ -10,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
+from aerial_gnss_ros.adapters.dji_flight import height_guess
 from aerial_gnss_ros.adapters.dji_log import DjiLog, RefusedRow, summarise_refusals
 from aerial_gnss_ros.bags.alignment import Alignment
 from aerial_gnss_ros.bags.maps import iso_time
@@ -37,6 +38,7 @@ class Imported:
         every: each n-th frame was taken.
         start_ns: Unix time at which the log's time is zero, ns.
         counts: messages by topic.
+        water_level: above the take-off point, m; None where it is not given.
     """
 
     path: Path
@@ -47,6 +49,7 @@ class Imported:
     every: int
     start_ns: int
     counts: dict[str, int]
+    water_level: float | None = None
 
     @property
     def duration_s(self) -> float:
@@ -109,6 +112,11 @@ def as_text(done: Imported) -> str:
 
 def _read(done: Imported) -> Iterator[str]:
     yield from done.log.statements
+    if done.water_level is not None:
+        yield (
+            f"water level: {done.water_level:g} m above the take-off point (--water-level); height "
+            "above water = height - water_level"
+        )
     if done.log.clock_ns is not None:
         yield f"start: {iso_time(done.start_ns)}"
     if done.video is not None and done.alignment is not None:
@@ -125,7 +133,14 @@ def _read(done: Imported) -> Iterator[str]:
 
 
 def _guesses(done: Imported) -> Iterator[str]:
-    yield from done.log.guesses
+    told = done.water_level is not None  # then nothing of the height is guessed
+    yield from (guess for guess in done.log.guesses if not (told and guess in _of_height(done)))
+    under_water = done.log.lowest - (done.water_level or 0.0)
+    if told and under_water <= 0.0:
+        yield (
+            f"height: down to {under_water:.1f} m above the water with this --water-level; images "
+            "from there give no positions: is its sign right?"
+        )
     if done.log.clock_ns is None:
         yield f"date: the log names none in UTC, so it begins at {iso_time(done.start_ns)}"
     if done.camera is None:
@@ -135,6 +150,10 @@ def _guesses(done: Imported) -> Iterator[str]:
         )
     else:
         yield from (f"camera: {warning}" for warning in done.camera.warnings)
+
+
+def _of_height(done: Imported) -> tuple[str, ...]:
+    return (height_guess(done.log.lowest),) if len(done.log.height) else ()
 
 
 def _refused(done: Imported) -> Iterator[str]:

@@ -51,6 +51,7 @@ class RecordedFlight:
                 f"{log.path} lacks height, attitude or gimbal angles; a flight record as CSV "
                 "has them."
             )
+        log = _above_water(log)
         self._log = log
         seconds: Array = np.asarray(log.stamps_ns * 1e-9)
         end = float(seconds[-1])
@@ -123,6 +124,21 @@ class RecordedFlight:
                 f"{self._log.path} has no usable rows for {float(gaps[inside][0]):.1f} s after "
                 f"{at:.1f} s; choose another --start."
             )
+
+
+def _above_water(log: DjiLog) -> DjiLog:
+    """Return the rows at or above the take-off point, which lies on the simulated water.
+
+    Raises:
+        InputError: there are none.
+    """
+    rows = log.height >= 0.0
+    if np.count_nonzero(rows) < 2:
+        raise InputError(
+            f"{log.path} never rises above its take-off point, which lies on the water here; fly "
+            "another log."
+        )
+    return log if rows.all() else log.chosen(rows)
 
 
 def water_seconds(

@@ -204,3 +204,119 @@ def test_subtitles_without_telemetry_are_refused_with_what_they_say(tmp_path):
         read_dji_log(tmp_path / "b.srt")
     log = read_dji_log(subtitles(tmp_path / "c.srt", MINI_3, "nothing", MINI_3))
     assert [(row.line, row.reason) for row in log.refused] == [(8, "no position")]
+
+
+def test_subtitles_of_a_flight_below_the_take_off_point_keep_their_heights(tmp_path):
+    text = MINI.replace("H 30.50m", "H -1.50m")
+    log = read_dji_log(subtitles(tmp_path / "a.srt", text, text, MINI.replace("H 30.50m, ", "")))
+    np.testing.assert_array_equal(log.height, [-1.5, -1.5, np.nan])
+    assert [height.value for height in log.heights()] == [-1.5, -1.5]
+    assert any("down to -1.5 m, which is below the take-off" in guess for guess in log.guesses)
+    assert any("1 subtitle of 3 without one" in guess for guess in log.guesses)
+
+
+@pytest.mark.parametrize(
+    ("change", "reason"),
+    [
+        (("00:01:01,500 -->", "9" * 400 + ":01:01,500 -->"), "time out of range"),
+        (("00:01:01,500 -->", "9" * 5000 + ":01:01,500 -->"), "time out of range"),
+        (("13.2] [longitude", "9" * 400 + "] [longitude"), "a value is missing or not a number"),
+        (("13.2] [longitude", "90.1] [longitude"), "latitude or longitude out of range"),
+        (("rel_alt: 30.500", "rel_alt: 10001"), "height out of range"),
+        (("rel_alt: 30.500", "rel_alt: -" + "9" * 400), "height out of range"),
+        (("gb_pitch: -30.0", "gb_pitch: -3000.0"), "an angle out of range"),
+        (("drone_roll: 0.0", "drone_roll: " + "9" * 400), "an angle out of range"),
+    ],
+    ids=lambda value: value if isinstance(value, str) else value[0][:9],
+)
+def test_a_subtitle_with_a_number_out_of_range_is_refused(tmp_path, change, reason):
+    path = subtitles(tmp_path / "a.srt", M30, M30, M30)
+    head, block, tail = path.read_text(encoding="utf-8").partition("2\n00:01:01,500")
+    second, third, rest = tail.partition("3\n00:01:02")
+    spoilt = (block + second).replace(*change)
+    assert spoilt != block + second
+    path.write_text(head + spoilt + third + rest, encoding="utf-8")
+    log = read_dji_log(path)
+    assert log.stamps_ns.tolist() == [60_500_000_000, 62_500_000_000]
+    assert [row.reason for row in log.refused] == [reason]
+
+
+def test_megabytes_of_blanks_in_a_subtitle_take_no_time(tmp_path):
+    blanks = "latitude" + " " * 2_000_000 + "rel_alt" + "\t" * 2_000_000 + "\nH" + " " * 2_000_000
+    log = read_dji_log(subtitles(tmp_path / "a.srt", MINI_3, blanks, MINI_3))
+    assert [row.reason for row in log.refused] == ["no position"]
+
+
+FLIGHT = np.arange(0.0, 20.0, 0.1)
+TRUE_NS = 1_657_483_182_730_000_000
+
+
+def airdata(path, dates):
+    """An AirData table of `FLIGHT` with these dates, each in whole seconds."""
+    row = "{},{},13.2,-59.6,100,140,0,270,0,0,0,0,225,-30,0\n"
+    lines = [row.format(round(t * 1000), date) for t, date in zip(FLIGHT, dates, strict=True)]
+    path.write_text(AIRDATA.partition("\n")[0] + "\n" + "".join(lines))
+    return path
+
+
+def whole_seconds(start_ns):
+    seconds = (start_ns + np.round(FLIGHT * 1e9).astype(np.int64)) // 10**9
+    return [f"{np.datetime64(int(s), 's')}".replace("T", " ") for s in seconds]
+
+
+@pytest.mark.parametrize("phase_ns", [0, 20_000_000, 500_000_000, 990_000_000])
+def test_the_start_is_found_in_a_column_of_whole_seconds(tmp_path, phase_ns):
+    """One row is up to a second late; where the second changes is known to a tenth."""
+    start_ns = TRUE_NS // 10**9 * 10**9 + phase_ns
+    log = read_dji_log(airdata(tmp_path / "a.csv", whole_seconds(start_ns)))
+    assert abs(log.clock_ns - start_ns) <= 50_000_000
+
+
+def test_a_few_wrong_dates_move_nothing(tmp_path):
+    dates = whole_seconds(TRUE_NS)
+    dates[:30] = ["2022-07-10 07:59:42"] * 30  # before the drone knew the time
+    dates[100:103] = ["", "nonsense", "9999-12-31 23:59:59"]
+    log = read_dji_log(airdata(tmp_path / "a.csv", dates))
+    assert abs(log.clock_ns - TRUE_NS) <= 50_000_000
+
+
+@pytest.mark.parametrize("date", ["0001-01-01T00:00:00+14:00", "9999-12-31 23:59:59", "9" * 999])
+def test_dates_that_no_drone_wrote_are_none(tmp_path, date):
+    assert read_dji_log(airdata(tmp_path / "a.csv", [date] * len(FLIGHT))).clock_ns is None
+
+
+@pytest.mark.parametrize("name", ["a.csv", "a.srt"])
+@pytest.mark.parametrize(
+    "content",
+    [
+        b"",
+        b"\0" * 1000,
+        b"\xef\xbb\xbf",
+        "GPS(1,2,3)\n".encode("utf-16"),
+        b"9" * 1_000_000,
+        b'"' * 100_001,
+        b"," * 1_000_000,
+        bytes(range(256)) * 400,
+        np.random.default_rng(3).bytes(100_000),
+        VIEWER[:480].encode() + b"\0" * 100,
+        VIEWER.encode().replace(b"13.2", b"nan").replace(b"1.", b"1e999"),
+        VIEWER.encode().replace(b",0m 1.0s,1.0", b",," + b"9" * 400).replace(b",1.1,", b",1e8,"),
+        b"1\n00:00:00,000 --> x\n" * 1000,
+    ],
+    ids=lambda content: str(content[:8]),
+)
+def test_a_file_that_is_no_log_is_one_sentence(tmp_path, name, content):
+    path = tmp_path / name
+    path.write_bytes(content)
+    with pytest.raises(InputError) as refused:
+        read_dji_log(path)
+    assert "\n" not in str(refused.value)
+    assert len(str(refused.value)) < 3000
+
+
+def test_a_log_with_a_byte_order_mark_and_long_lines_is_read(tmp_path):
+    path = tmp_path / "a.csv"
+    lines = VIEWER.splitlines()[1:]
+    wide = [f"{line},{'x' * 100_000}" for line in lines]
+    path.write_text("\ufeff" + "\r\n".join(wide), encoding="utf-8")
+    assert len(read_dji_log(path)) == 3

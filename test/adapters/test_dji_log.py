@@ -55,12 +55,13 @@ def test_metres_altitude_roll_and_time_columns(tmp_path):
 
 def test_bad_rows_are_refused_with_their_lines_and_keep_the_others_time(tmp_path):
     good = "13,-59,20,0,0,-60\n"
-    text = HEADER + good + "13,-59,-1,0,0,-60\n13,-59,,0,0,-60\n0,0,20,0,0,-60\n13,-59\n" + good
+    text = HEADER + good + "13,-59,-1,0,361,-60\n13,-59,,0,0,-60\n0,0,20,0,0,-60\n13,-59\n" + good
     log = read_dji_log(write(tmp_path, text))
     assert log.stamps_ns.tolist() == [0, 500_000_000]
     assert [row.line for row in log.refused] == [3, 4, 5, 6]
     assert summarise_refusals(log.refused) == (
-        "1 row: negative height (line 3); 2 rows: a value is missing or not a number (lines 4, 6); "
+        "1 row: an angle out of range (line 3); "
+        "2 rows: a value is missing or not a number (lines 4, 6); "
         "1 row: position 0, 0: no fix (line 5)"
     )
 
@@ -72,7 +73,7 @@ def test_bad_rows_are_refused_with_their_lines_and_keep_the_others_time(tmp_path
         ("a,b\n1,2\n", r"no column for latitude, .*found: a, b; expected: OSD\.latitude"),
         (HEADER.replace("[ft]", "[yd]") + "1,1,1,1,1,1\n", "no column for height"),
         (HEADER, "0 usable rows"),
-        (HEADER + "13,-59,-5,0,0,-60\n" * 3, r"0 usable rows.*3 rows: negative height"),
+        (HEADER + "13,-59,-5,0,0,-361\n" * 3, r"0 usable rows.*3 rows: an angle out of range"),
     ],
 )
 def test_a_file_that_is_no_flight_is_refused_in_words(tmp_path, text, words):

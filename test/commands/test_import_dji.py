@@ -75,15 +75,46 @@ def test_a_row_arrives_on_the_canonical_topics_in_si(tmp_path, capsys):
         assert words in out
 
 
-def test_negative_heights_are_refused_with_their_rows(tmp_path, capsys):
-    rows = [f"13.2,-59.6,{height},0,0,-60" for height in (30, -1, 30, -2, 30)]
+def test_refused_rows_are_listed_by_reason(tmp_path, capsys):
+    rows = [f"13.2,-59.6,30,0,0,{pitch}" for pitch in (-60, 999, -60, -361, -60)]
     assert run(write_log(tmp_path, rows), tmp_path / "bag") == 0
-    assert "2 rows: negative height (lines 3, 5)" in " ".join(capsys.readouterr().out.split())
+    assert "2 rows: an angle out of range (lines 3, 5)" in " ".join(capsys.readouterr().out.split())
     assert len(read(tmp_path / "bag")["/height"]) == 3
     assert run(write_log(tmp_path, rows), tmp_path / "again", "--json", "--namespace", "d1") == 0
     summary = json.loads(capsys.readouterr().out)
-    assert summary["refused_lines"] == {"negative height": [3, 5]}
+    assert summary["refused_lines"] == {"an angle out of range": [3, 5]}
     assert summary["messages"]["/d1/height"] == 3
+
+
+def test_a_flight_from_a_cliff_keeps_its_rows_and_says_what_to_set(tmp_path, capsys):
+    """Take-off 15 m above the water, then down to 4 m above it: 36 ft below home."""
+    rows = [f"13.2,-59.6,{height},0,0,-90" for height in np.linspace(30, -36, 1342)]
+    log = write_log(tmp_path, rows)
+    assert run(log, tmp_path / "bag") == 0
+    out = " ".join(capsys.readouterr().out.split())
+    assert "refused nothing" in out
+    assert "gap" not in out
+    assert "down to -11.0 m, which is below the take-off point" in out
+    assert "height: {reference: home}, water_level: {value_m: -12}" in out
+    topics = read(tmp_path / "bag")
+    assert len(topics["/height"]) == len(topics["/fix"]) == 1342
+    assert "/water_level" not in topics
+    assert cli.main(["check", str(tmp_path / "bag")]) == 1  # below the water, as far as it knows
+
+    # With the level in the bag replay and check need no parameters.
+    assert run(log, tmp_path / "level", "--water-level", "-15", *CAMERA) == 0
+    out = " ".join(capsys.readouterr().out.split())
+    assert "-15 m above the take-off point (--water-level)" in out
+    assert "below the take-off point" not in out
+    assert [m.data for _, m in read(tmp_path / "level")["/water_level"]] == [-15.0]
+    assert cli.main(["check", str(tmp_path / "level"), "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert found["drone"]["height_m"] == pytest.approx(15.0 - 36.0 * 0.3048, abs=0.05)
+
+    assert run(log, tmp_path / "wrong", "--water-level", "15") == 0
+    out = " ".join(capsys.readouterr().out.split())
+    assert "down to -26.0 m above the water with this --water-level" in out
+    assert "is its sign right?" in out
 
 
 def test_rows_too_far_apart_to_interpolate_between_are_told(tmp_path, capsys):
@@ -108,7 +139,10 @@ def test_the_same_log_gives_the_same_bytes(tmp_path):
 @pytest.mark.parametrize(
     ("rows", "extra", "expected"),
     [
-        (["13.2,-59.6,-3,0,0,-60"] * 3, (), "negative height"),
+        (["13.2,-59.6,33000,0,0,-60"] * 3, (), "3 rows: height out of range"),
+        (["13.2,-59.6,30,0,0,-60"] * 3, ("--start", "1e300"), "within 0 and 2100000000 s"),
+        (["13.2,-59.6,30,0,0,-60"] * 3, ("--water-level", "nan"), "within -500 and 10000 m"),
+        (["13.2,-59.6,30,0,0,-60"] * 3, ("--rate", "1e-9"), "2 rows: time out of range"),
         (["13.2,-59.6,30,0,0,-60"] * 3, CAMERA[:2], "--focal-length-mm, --sensor-width-mm too"),
         (["13.2,-59.6,30,0,0,-60"] * 3, ("--image-size", "HD", *CAMERA[2:]), "such as 1920x1080"),
         (["13.2,-59.6,30,0,0,-60"] * 3, ("--rate", "0"), "--rate must be above 0 Hz"),
