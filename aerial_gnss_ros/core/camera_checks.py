@@ -12,6 +12,9 @@ from aerial_gnss_ros.core.errors import CameraError
 
 Array = NDArray[np.float64]
 
+LARGEST_COEFFICIENT = 1e6
+"""Of distortion; those of a rational model that was fitted to too little reach some thousands."""
+
 MODELS = ("plumb_bob", "rational_polynomial", "equidistant")
 
 
@@ -104,6 +107,11 @@ def checked_coefficients(model: str, d: Sequence[float] | Array) -> Array:
         )
     if not np.isfinite(coefficients).all():
         raise CameraError(f"CameraInfo has distortion {coefficients.tolist()}, not all finite.")
+    if np.abs(coefficients).max(initial=0.0) > LARGEST_COEFFICIENT:
+        raise CameraError(
+            f"CameraInfo has distortion {coefficients.tolist()}: no lens has coefficients above "
+            f"{LARGEST_COEFFICIENT:g}; calibrate the camera again."
+        )
     count = coefficients.size
     allowed = {
         "plumb_bob": count <= 5,

@@ -55,7 +55,7 @@ class Guard:
         self._identity = identity
         self._origin = origin
         self._log = log
-        self._plans = Plans((Inputs, MapOrigin, MapFrame, Motion, PlatformModel, *constant))
+        self._plans = Plans((Inputs, MapFrame, Motion, PlatformModel, *constant))
         self._failed = 0
         self._last: tuple[RobotEstimate, ...] = ()
 

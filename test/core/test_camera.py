@@ -177,6 +177,8 @@ GOOD = {
         ({"distortion_model": "", "d": [0.1, 0, 0, 0, 0]}, "no distortion_model"),
         ({"d": [0.1] * 8}, "8 distortion coefficients"),
         ({"d": [0.1, np.nan, 0, 0, 0]}, "nan"),
+        ({"d": [0.1, 0, 0, 0, 1e308]}, "above 1e"),
+        ({"distortion_model": "rational_polynomial", "d": [0.1, -1.1e6, *[0] * 6]}, "above 1e"),
         ({"distortion_model": "rational_polynomial", "d": [0.1] * 5}, "has 8"),
         ({"distortion_model": "equidistant", "d": [0.1] * 5}, "has 4"),
         ({"rectified": True, "p": np.zeros(12)}, "P of zeros"),
@@ -190,6 +192,17 @@ def test_a_camera_that_cannot_be_used_is_refused_with_the_value_seen(change, wor
     CameraModel.from_camera_info(**GOOD)
     with pytest.raises(CameraError, match=words):
         CameraModel.from_camera_info(**{**GOOD, **change})
+
+
+@pytest.mark.parametrize(("model", "count"), [("plumb_bob", 5), ("rational_polynomial", 8)])
+def test_the_largest_coefficients_that_are_not_refused_give_finite_rays(model, count):
+    rng = np.random.default_rng(1)
+    pixels = rng.uniform((0.0, 0.0), (1280.0, 720.0), (20, 2))
+    for _ in range(50):
+        d = rng.choice([-1e6, -1.0, -1e-16, 0.0, 1e-15, 1e6], count)
+        camera = CameraModel.from_camera_info(**{**GOOD, "distortion_model": model, "d": d})
+        rays, valid = camera.rays(pixels)
+        assert np.isfinite(rays[valid]).all()
 
 
 @pytest.mark.parametrize("values", [(0.0, 0.036, None), (0.02, -1.0, None), (0.02, 0.03, 0.0)])
