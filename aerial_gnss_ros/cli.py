@@ -18,7 +18,7 @@ from aerial_gnss_ros.core.errors import AerialGnssError
 # and a wrong word must not wait for OpenCV or need ROS.
 COMMANDS = {
     "demo": ("demo", "simulate a short flight and localise its robots with the real nodes, live"),
-    "run": ("run", "start detector and estimator nodes in one process"),
+    "run": ("run", "start detector and estimator nodes, and start again one that dies"),
     "stream": ("stream", "send live positions on: Cursor on Target, MAVLink"),
     "replay": ("replay", "localise the robots in recorded bags"),
     "simulate": ("simulate", "make a bag of a simulated flight with rendered images and truth"),

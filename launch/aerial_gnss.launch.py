@@ -1,12 +1,13 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Starts detector and estimator for one vehicle: `aerial-gnss run` with launch arguments.
+"""Starts detector and estimator for one vehicle, each a process that is started again if it dies.
 
     ros2 launch aerial_gnss_ros aerial_gnss.launch.py vehicle:=generic namespace:=drone1
 
 A parameter's value comes from, in this order: the arguments model, autostart and use_sim_time, the
 files in params (the last one that has it), the vehicle profile, the default. Nothing is downloaded.
 
-Both nodes run in one process. To free the network's memory in flight, and to take it up again:
+Wrong input ends all, and launch with status 1: a restart would not mend it. To free the network's
+memory in flight, and to take it up again:
 
     ros2 lifecycle set /drone1/detector deactivate; ros2 lifecycle set /drone1/detector cleanup
     ros2 lifecycle set /drone1/detector configure; ros2 lifecycle set /drone1/detector activate
@@ -14,6 +15,11 @@ Both nodes run in one process. To free the network's memory in flight, and to ta
 
 from __future__ import annotations
 
+import atexit
+import shutil
+import tempfile
+import time
+from collections.abc import Callable
 from typing import Any
 
 from launch import LaunchContext, LaunchDescription
@@ -30,6 +36,11 @@ ARGUMENTS = {
     "autostart": ("true", "false: the detector waits for its lifecycle transitions"),
     "bag": ("", "rosbag2 to play with /clock; use_sim_time is then true"),
 }
+
+NODES = ("detector", "estimator")
+RESPAWN_DELAY_S = 1.0
+WRONG_INPUT = 2  # the exit status of a node that refuses its parameters
+STEADY_S = 20.0  # what ran for so long had right parameters
 
 
 def generate_launch_description() -> LaunchDescription:
@@ -48,7 +59,7 @@ def _is_true(text: str) -> bool:
 def start(context: LaunchContext) -> list[Any]:
     """Return the actions once the arguments are known."""
     given = {name: str(LaunchConfiguration(name).perform(context)).strip() for name in ARGUMENTS}
-    arguments = ["run", "--vehicle", given["vehicle"]]
+    arguments = ["--vehicle", given["vehicle"], "--session", _session_file()]
     files = [name.strip() for name in given["params"].split(",") if name.strip()]
     if files:
         arguments += ["--params", *files]
@@ -59,15 +70,52 @@ def start(context: LaunchContext) -> list[Any]:
         parameters["use_sim_time"] = True
     if not _is_true(given["autostart"]):
         parameters["autostart"] = False
-    nodes = Node(
-        package="aerial_gnss_ros",
-        executable="aerial-gnss",
-        arguments=arguments,
-        namespace=given["namespace"],
-        parameters=[parameters] if parameters else [],
-        output="screen",
-        emulate_tty=True,
-    )
+    nodes = [
+        Node(
+            package="aerial_gnss_ros",
+            executable="aerial-gnss",
+            arguments=["run", "--node", name, *arguments],
+            namespace=given["namespace"],
+            parameters=[parameters] if parameters else [],
+            output="screen",
+            emulate_tty=True,
+            respawn=True,
+            respawn_delay=RESPAWN_DELAY_S,
+            on_exit=end_on_wrong_input(name),
+        )
+        for name in NODES
+    ]
     if not given["bag"]:
-        return [nodes]
-    return [nodes, ExecuteProcess(cmd=["ros2", "bag", "play", given["bag"], "--clock"])]
+        return nodes
+    return [*nodes, ExecuteProcess(cmd=["ros2", "bag", "play", given["bag"], "--clock"])]
+
+
+def end_on_wrong_input(
+    name: str, clock: Callable[[], float] = time.monotonic
+) -> Callable[[Any, Any], None]:
+    """Return what launch calls when a node has ended; it raises where a restart is of no use.
+
+    What is raised there ends all of launch, and lets it return 1.
+
+    Args:
+        name: of the node.
+        clock: monotonic seconds.
+    """
+    began_s, was_well = clock(), False
+
+    def ended(event: Any, _context: Any) -> None:
+        nonlocal began_s, was_well
+        now_s = clock()
+        was_well |= now_s - began_s >= STEADY_S
+        began_s = now_s
+        if event.returncode == WRONG_INPUT and not was_well:
+            raise RuntimeError(f"the {name} refuses its parameters, as it says above")
+
+    return ended
+
+
+def _session_file() -> str:
+    """Return where the estimator keeps names for its restart; the folder goes when launch ends."""
+    folder = tempfile.mkdtemp(prefix="aerial_gnss_")
+    atexit.register(shutil.rmtree, folder, ignore_errors=True)
+    return f"{folder}/names.json"

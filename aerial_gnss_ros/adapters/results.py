@@ -77,6 +77,7 @@ class OutgoingMessage:
     fields: dict[str, Any]
 
 
+MAP_DATUM = "map_datum"
 MARKERS = ("robots/markers", "visualization_msgs/msg/MarkerArray")
 
 
@@ -150,7 +151,7 @@ def map_datum(stamp_ns: int, datum: MapDatum) -> OutgoingMessage:
             "orientation": _yaw_quaternion(0.0),
         },
     }
-    return OutgoingMessage("map_datum", "geographic_msgs/msg/GeoPoseStamped", fields)
+    return OutgoingMessage(MAP_DATUM, "geographic_msgs/msg/GeoPoseStamped", fields)
 
 
 def geo_pose(estimate: RobotEstimate) -> dict[str, Any]:

@@ -1,16 +1,22 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`aerial-gnss run`: detector and estimator in one process, until a signal."""
+"""`aerial-gnss run`: detector and estimator, each a process that is restarted."""
 
 from __future__ import annotations
 
 import argparse
+import sys
+import tempfile
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
+import aerial_gnss_ros
 from aerial_gnss_ros.adapters.vehicles import vehicle_file, vehicle_names
+from aerial_gnss_ros.core.errors import AerialGnssError
 from aerial_gnss_ros.nodes import require_ros
 from aerial_gnss_ros.nodes.leaving import leave_on_signals
 
-HELP = "start detector and estimator nodes in one process"
+NODES = ("detector", "estimator")
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -32,6 +38,19 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="parameter files",
     )
     parser.add_argument("--namespace", metavar="NS", help="of both nodes, such as drone1")
+    ways = parser.add_mutually_exclusive_group()
+    ways.add_argument(
+        "--one-process", action="store_true",
+        help="both nodes in one process that is not started again: needs less memory",
+    )  # fmt: skip
+    ways.add_argument(
+        "--node", choices=NODES, help="only this node, not started again (for launch files)"
+    )
+    parser.add_argument(
+        "--session", type=Path, metavar="FILE",
+        help="with --node: where the estimator keeps names until it is started again",
+    )  # fmt: skip
+    parser.add_argument("--refusal", type=Path, help=argparse.SUPPRESS)
     parser.add_argument(
         "--ros-args",
         nargs=argparse.REMAINDER,
@@ -42,13 +61,53 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Start both nodes and return when a signal ends them."""
+    """Start the nodes and return when a signal ends them."""
     leave_on_signals()
     require_ros()
+    vehicle = [vehicle_file(args.vehicle)] if args.vehicle else []
+    if args.node or args.one_process:
+        return _here(args, [*vehicle, *args.params])
+    return _supervised(args, [*vehicle, *args.params])
+
+
+def _here(args: argparse.Namespace, files: list[Path]) -> int:
+    """Run one node, or both, in this process."""
     from aerial_gnss_ros.nodes import process
-    from aerial_gnss_ros.nodes.both import both
+    from aerial_gnss_ros.nodes.both import both, only
     from aerial_gnss_ros.nodes.supervised import Given
 
-    vehicle = [vehicle_file(args.vehicle)] if args.vehicle else []
-    given = Given((*vehicle, *args.params), args.namespace)
-    return process.spin(both(given), ["aerial-gnss", "--ros-args", *args.ros_args])
+    given = Given(files, args.namespace, args.session)
+    makers: list[Callable[[], Any]] = [only(args.node, given)] if args.node else both(given)
+    try:
+        return process.spin(makers, ["aerial-gnss", "--ros-args", *args.ros_args])
+    except AerialGnssError as error:
+        if args.refusal is None:
+            raise
+        args.refusal.write_text(str(error), encoding="utf-8")
+        return process.WRONG_INPUT
+
+
+def _supervised(args: argparse.Namespace, files: list[Path]) -> int:
+    """Run each node in a process of its own; raise what the first that refuses its input says."""
+    from aerial_gnss_ros.nodes.supervisor import node_environment, supervise
+
+    node_environment(Path(aerial_gnss_ros.__file__).parent)
+    with tempfile.TemporaryDirectory(prefix="aerial_gnss_") as folder:
+        refusal = Path(folder) / "refusal"
+        given = ["--session", f"{folder}/names.json", "--refusal", str(refusal)]
+        if files:
+            given += ["--params", *map(str, files)]
+        if args.namespace is not None:
+            given += ["--namespace", args.namespace]
+        program = [sys.executable, "-m", "aerial_gnss_ros.cli", "run"]
+        commands = {
+            name: [*program, "--node", name, *given, "--ros-args", *args.ros_args] for name in NODES
+        }
+        status = supervise(commands, _say)
+        if refusal.is_file():
+            raise AerialGnssError(refusal.read_text(encoding="utf-8"))
+    return status
+
+
+def _say(sentence: str) -> None:
+    print(f"aerial-gnss: {sentence}", file=sys.stderr, flush=True)

@@ -85,7 +85,11 @@ class EstimatorConfig:
         low=0.0,
         high=30.0,
     )
-    state_file: str = key("", "File that keeps robot names over a restart; empty: none.")
+    state_file: str = key(
+        "",
+        "File that keeps robot names over a restart, such as a change of batteries; empty: none. "
+        "`aerial-gnss run` and the launch file keep them over the restart of a node in any case.",
+    )
     start_radius_m: float = key(
         10.0,
         "How near its start a robot must be confirmed to take the bound name.",

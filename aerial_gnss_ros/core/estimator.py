@@ -14,6 +14,7 @@ from bisect import bisect_left
 from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass
+from pathlib import Path
 
 from aerial_gnss_ros.core.camera import CameraModel
 from aerial_gnss_ros.core.clock import Clock
@@ -65,6 +66,7 @@ class Estimator:
     Args:
         config: all parameters.
         tracking: another tracker than the first one (see `Tracking`).
+        session: file that keeps names over a restart where `state_file` is empty.
 
     Attributes:
         counts: refused detections by reason.
@@ -78,14 +80,19 @@ class Estimator:
         CameraError: the camera given as parameters cannot be used.
     """
 
-    def __init__(self, config: EstimatorConfig, tracking: Tracking | None = None) -> None:
+    def __init__(
+        self,
+        config: EstimatorConfig,
+        tracking: Tracking | None = None,
+        session: Path | None = None,
+    ) -> None:
         self.counts: Counter[Reason] = Counter()
         self.dropped: Counter[str] = Counter()
         self._log = Events()
         self._config = config
         early_ns = round(max(0.0, -config.camera.latency_s) * 1e9)
         self._patience_ns = round(config.max_wait * 1e9) + early_ns
-        self._names = NameKeeper(config.state_file, self._log)
+        self._names = NameKeeper(config.state_file, self._log, session)
         self._identity = Identity(config, self._names.load(), self._log)
         self._inputs = Inputs(config)
         self._tallies: dict[str, Tally] = {
@@ -239,6 +246,25 @@ class Estimator:
             if not self._finish_first(late):
                 break
         return self._take_ready()
+
+    def predicted(self, stamp_ns: int) -> FrameResult | None:
+        """Return where the robots are expected when no image comes; nothing changes by it.
+
+        An image that still waits has its own result soon. So that stamps stay in order, the
+        prediction is for a time before it.
+
+        Args:
+            stamp_ns: time of the prediction, by the images' clock, ns.
+
+        Returns:
+            The robots coasting, without those lost by then; None where no image was processed,
+            or none after which there is time.
+        """
+        if self._waiting:
+            stamp_ns = min(stamp_ns, self._waiting[0].stamp_ns - 1)
+        if self._last_stamp_ns is None or stamp_ns <= self._last_stamp_ns:
+            return None
+        return self._pipeline.predicted(stamp_ns)
 
     def flush(self) -> list[FrameResult]:
         """Return results for all images that still wait: nothing more comes (end of a bag)."""

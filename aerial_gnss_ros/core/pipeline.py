@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import copy
 import math
 import time
 from dataclasses import replace
@@ -156,6 +157,11 @@ class Pipeline:
             },
             platform if self._config.method == "filter" else (),
         )
+
+    def predicted(self, stamp_ns: int) -> FrameResult:
+        """Return the robots as a copy of the tracks has them later, by prediction alone."""
+        estimates = copy.deepcopy(self._tracking).coast(stamp_ns)
+        return FrameResult(stamp_ns, "", estimates, (), self._origin.datum)
 
     def _tracked(self, seen: PosedFrame, points: WaterPoints) -> WaterPoints:
         """Return the points that names are kept by: the exact ones, whatever is published."""

@@ -13,7 +13,7 @@ from aerial_gnss_ros.core.identity import Identity
 from aerial_gnss_ros.core.saved_names import SavedNames, from_text, to_text
 from aerial_gnss_ros.core.values import FrameResult
 
-SAVE_EVERY_NS = 10_000_000_000
+SAVE_EVERY_NS, SESSION_EVERY_NS = 10_000_000_000, 1_000_000_000
 MOST_BYTES = 10_000_000
 """Fifty thousand robots' names."""
 
@@ -24,10 +24,14 @@ class NameKeeper:
     Args:
         path: of the file; empty: nothing is kept.
         log: where a failure is told.
+        session: file for a restart within this session, used where `path` is empty: it is written
+            more often, need not outlive a loss of power, and one that is damaged is left out.
     """
 
-    def __init__(self, path: str, log: Events) -> None:
-        self._path = Path(path) if path else None
+    def __init__(self, path: str, log: Events, session: Path | None = None) -> None:
+        self._path = Path(path) if path else session
+        self._session = not path
+        self._every_ns = SESSION_EVERY_NS if self._session else SAVE_EVERY_NS
         self._log = log
         self._saved_ids: set[str] = set()
         self._saved_ns: int | None = None
@@ -38,7 +42,15 @@ class NameKeeper:
         Raises:
             ConfigError: the file is damaged or its folder is missing.
         """
-        return load(self._path) if self._path else SavedNames()
+        if self._path is None:
+            return SavedNames()
+        try:
+            return load(self._path)
+        except ConfigError as error:
+            if not self._session:
+                raise
+            self._log.add_once("session", f"Names from before the restart are lost: {error}")
+            return SavedNames()
 
     def keep(self, result: FrameResult, identity: Identity) -> None:
         """Save when the robots of a result make it due."""
@@ -46,7 +58,7 @@ class NameKeeper:
             return
         stamp_ns = result.stamp_ns
         ids = {estimate.robot_id for estimate in result.estimates}
-        due = self._saved_ns is None or stamp_ns - self._saved_ns >= SAVE_EVERY_NS
+        due = self._saved_ns is None or stamp_ns - self._saved_ns >= self._every_ns
         if ids - self._saved_ids or (ids and due):
             self._saved_ids |= ids
             self._saved_ns = stamp_ns
@@ -57,7 +69,7 @@ class NameKeeper:
         if self._path is None:
             return
         try:
-            save(self._path, identity.saved())
+            save(self._path, identity.saved(), durable=not self._session)
         except OutputError as error:
             self._log.add_once("state_file", str(error))
 
@@ -92,8 +104,13 @@ def load(path: Path) -> SavedNames:
     return from_text(text, str(path))
 
 
-def save(path: Path, saved: SavedNames) -> None:
+def save(path: Path, saved: SavedNames, *, durable: bool = True) -> None:
     """Write the names so that the old file or the new one is whole, whatever happens.
+
+    Args:
+        path: of the file.
+        saved: the names.
+        durable: wait for the disk, so that they outlive a loss of power.
 
     Raises:
         OutputError: the file cannot be written; the old one is untouched.
@@ -103,7 +120,8 @@ def save(path: Path, saved: SavedNames) -> None:
         with partial.open("w", encoding="utf-8") as stream:
             stream.write(to_text(saved))
             stream.flush()
-            os.fsync(stream.fileno())  # batteries are pulled without a shutdown
+            if durable:
+                os.fsync(stream.fileno())  # batteries are pulled without a shutdown
         partial.replace(path)
     except OSError as error:
         with contextlib.suppress(OSError):

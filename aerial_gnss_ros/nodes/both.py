@@ -1,17 +1,28 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Both nodes in one process, made so that positions come soon."""
+"""Makes the nodes of a process, so that positions come soon."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from typing import Any
 
+from aerial_gnss_ros.nodes.schemas import DETECTOR
 from aerial_gnss_ros.nodes.supervised import Given
 
 
 def both(given: Given) -> list[Callable[[], Any]]:
     """Return what makes the nodes, in their order: the network loads while the rest is imported."""
     return [lambda: _detector(given), lambda: _estimator(given)]
+
+
+def only(name: str, given: Given) -> Callable[[], Any]:
+    """Return what makes one node.
+
+    Args:
+        name: detector or estimator.
+        given: what it is given.
+    """
+    return lambda: _detector(given) if name == DETECTOR else _estimator(given)
 
 
 def _detector(given: Given) -> Any:

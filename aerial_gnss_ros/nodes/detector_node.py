@@ -30,9 +30,13 @@ from aerial_gnss_ros.nodes.ros_messages import message
 from aerial_gnss_ros.nodes.schemas import DETECTOR
 from aerial_gnss_ros.nodes.supervised import Given, SupervisedNode
 from aerial_gnss_ros.nodes.timings import Timings
-from aerial_gnss_ros.nodes.worker import Worker
+from aerial_gnss_ros.nodes.worker import WorkEndedError, Worker
 
 DETECTIONS_TYPE = "vision_msgs/msg/Detection2DArray"
+MOST_FAILURES = 30
+"""After so many images in a row that fail for no known reason only a new process can help: what a
+graphics processor's driver keeps is not mended in this one."""
+
 _LOST_HINT = (
     "it does not send, or its images are lost between the processes: see docs/image_transport.md"
 )
@@ -70,17 +74,19 @@ class DetectorNode(Managed, SupervisedNode):
         self._wanted = self._config
         self._early: Future[Detector] | None = None
         self._begun = False
-        self._worker: Worker[Any] = Worker(self._process)
+        self._worker: Worker[Any] = Worker(self._attempt)
         self._images: Input | None = None
         self._camera: Input | None = None
         self._camera_size = CameraSize("let the driver publish both in one size")
         self._published = 0
         self._refused = Refusals()
+        self._failures = 0
         self.timings = Timings()
         self._image_age_s = float("nan")
         self._publisher = self.announce(
             self._config.detections.topic, DETECTIONS_TYPE, qos.detections()
         )
+        self.claim(self._config.detections.topic)
         self.follow(detector_config, self._set_config)
         self.every(0.5, self._fail_if_thread_failed)
         if not meanwhile:
@@ -160,6 +166,18 @@ class DetectorNode(Managed, SupervisedNode):
         self._worker.stop(timeout_s=5.0)
         super().destroy_node()
 
+    def _attempt(self, msg: Any) -> None:
+        """Work on an image; what goes wrong with one does not end the others."""
+        try:
+            self._process(msg)
+            self._failures = 0
+        except Exception as error:
+            self._failures += 1
+            if self._failures >= MOST_FAILURES or not self.context.ok():
+                raise
+            self._refused.add("internal", f"{type(error).__name__}: {error}", self.steady_ns())
+            self.survive(error)
+
     def _process(self, msg: Any) -> None:
         """Work on an image; runs in the worker's thread."""
         self._reload_if_wanted()
@@ -225,7 +243,7 @@ class DetectorNode(Managed, SupervisedNode):
 
     def _fail_if_thread_failed(self) -> None:
         if self._worker.failure is not None and self.context.ok():
-            raise self._worker.failure
+            raise WorkEndedError from self._worker.failure
 
     def _start_message(self) -> str:
         assert self._detector is not None  # noqa: S101 - active

@@ -9,8 +9,14 @@ from typing import Any
 
 from rclpy.publisher import Publisher
 
+from aerial_gnss_ros.adapters.departures import Departures
 from aerial_gnss_ros.adapters.feed import Feed, Subscription
-from aerial_gnss_ros.adapters.results import MARKERS, OutgoingMessage, position_messages
+from aerial_gnss_ros.adapters.results import (
+    MAP_DATUM,
+    MARKERS,
+    OutgoingMessage,
+    position_messages,
+)
 from aerial_gnss_ros.adapters.stamps import nanoseconds
 from aerial_gnss_ros.adapters.versions import newest_version
 from aerial_gnss_ros.core import association
@@ -18,7 +24,7 @@ from aerial_gnss_ros.core.config import EstimatorConfig, estimator_config
 from aerial_gnss_ros.core.estimator import Estimator
 from aerial_gnss_ros.core.events import Trouble
 from aerial_gnss_ros.core.inputs import InputState
-from aerial_gnss_ros.core.summary import RobotSummary
+from aerial_gnss_ros.core.summary import RobotSummary, summary
 from aerial_gnss_ros.core.values import FrameResult, State
 from aerial_gnss_ros.core.words import counted
 from aerial_gnss_ros.detection.background import begun
@@ -27,6 +33,7 @@ from aerial_gnss_ros.nodes.arrivals import SECOND_NS
 from aerial_gnss_ros.nodes.diagnostics import ERROR, OK, STALE, WARN, Status
 from aerial_gnss_ros.nodes.inputs import ALWAYS, ONCE, OPTIONAL, Input
 from aerial_gnss_ros.nodes.on_demand import LOOK_S, Picture
+from aerial_gnss_ros.nodes.overdue import Overdue
 from aerial_gnss_ros.nodes.ros_messages import message
 from aerial_gnss_ros.nodes.schemas import ESTIMATOR
 from aerial_gnss_ros.nodes.supervised import Given, SupervisedNode
@@ -35,6 +42,7 @@ from aerial_gnss_ros.nodes.timings import Timings, Waits
 DETECTIONS = "detections"
 SENT_ONCE = ("camera_info", "home")  # latched or repeated: it may stay silent after the first
 ADVANCE_S = 0.02  # what waits for its time gives up at most this late
+PREDICT_S = 0.1  # a prediction that is due comes at most this late
 
 
 class EstimatorNode(SupervisedNode):
@@ -51,15 +59,18 @@ class EstimatorNode(SupervisedNode):
     """
 
     def __init__(self, given: Given | None = None) -> None:
-        super().__init__(ESTIMATOR, given or Given())
+        given = given or Given()
+        super().__init__(ESTIMATOR, given)
         self._config = estimator_config(self.values)
-        self._estimator = Estimator(self._config)
+        self._estimator = Estimator(self._config, session=given.session)
         self._feed = Feed(self._config, self._estimator, self.warn_seldom)
         self._results: dict[str, Publisher] = {}
         self._picture = Picture(self.announce(*MARKERS, qos.latched()))
         self.timings = Timings()
         self._waits = Waits()
         self._images = 0
+        self._overdue = Overdue()
+        self._departures = Departures()
         self._versioned: list[Input] = []
         for subscription in self._feed.subscriptions:
             self._subscribe(subscription)
@@ -67,7 +78,10 @@ class EstimatorNode(SupervisedNode):
             self.every(1.0, self._follow_versions)
         self.follow(estimator_config, self._set_config)
         self.every(ADVANCE_S, self._advance)
+        self.every(PREDICT_S, self._predict)
         self.every(LOOK_S, self._picture.look)
+        self.claim(MAP_DATUM)
+        self.claim(MARKERS[0])
         self.get_logger().info(self._start_message())
 
     def destroy_node(self) -> None:
@@ -130,10 +144,26 @@ class EstimatorNode(SupervisedNode):
         if self._images == 1:  # now there is time for what a later image may need at once
             begun(association.solver, "importing")
         started = time.perf_counter()
-        for outgoing in position_messages(result):
+        self._overdue.processed(result.stamp_ns, self._passing_ns())
+        self._send(result)
+        self.timings.add({**result.timings_ms, "publish": (time.perf_counter() - started) * 1e3})
+
+    def _send(self, result: FrameResult) -> None:
+        for outgoing in position_messages(self._departures.completed(result)):
             self._publisher(outgoing).publish(message(outgoing.msgtype, outgoing.fields))
         self._picture.show(result)
-        self.timings.add({**result.timings_ms, "publish": (time.perf_counter() - started) * 1e3})
+
+    def _predict(self) -> None:
+        """Publish where robots are expected while no image comes, so that no message grows old."""
+        stamp_ns = self._overdue.due(self._passing_ns())
+        if stamp_ns is None or not self._departures.present:
+            return
+        nothing = FrameResult(stamp_ns, "", (), (), None)  # the estimator began anew
+        self._send(self._estimator.predicted(stamp_ns) or nothing)
+
+    def _passing_ns(self) -> int:
+        """Return a time whose differences count: simulated, or else one that nobody steps."""
+        return self.now_ns() if self.get_clock().ros_time_is_active else self.steady_ns()
 
     def _publisher(self, outgoing: OutgoingMessage) -> Publisher:
         if outgoing.topic not in self._results:
@@ -186,7 +216,7 @@ class EstimatorNode(SupervisedNode):
             if name not in listened
         ]
         now_ns = self.now_ns()
-        robots = [_robot_status(robot, now_ns) for robot in self._estimator.robots]
+        robots = [_robot_status(summary(one), now_ns) for one in self._departures.present]
         return [*still, *robots, self._positions_status(len(robots)), self._health_status()]
 
     def _health_status(self) -> Status:
@@ -211,7 +241,11 @@ class EstimatorNode(SupervisedNode):
         values |= dict(sorted(self._estimator.happened.items()))
         values |= {f"ms_{stage}": mean for stage, mean in self.timings.means_ms().items()}
         values |= {f"ms_p95_{stage}": p95 for stage, p95 in self.timings.p95_ms().items()}
-        return Status("positions", OK if self._images else STALE, words, values)
+        level = OK if self._images else STALE
+        silent_s = self._overdue.seconds(self._passing_ns())
+        if silent_s:
+            level, words = WARN, f"no image for {silent_s:.0f} s: {words} predicted"
+        return Status("positions", level, words, values)
 
 
 def _robot_status(robot: RobotSummary, now_ns: int) -> Status:

@@ -29,10 +29,12 @@ from aerial_gnss_ros.nodes.leaving import (
 )
 from aerial_gnss_ros.nodes.memory import keep_freed_memory
 from aerial_gnss_ros.nodes.schemas import SCHEMAS
+from aerial_gnss_ros.nodes.worker import WorkEndedError
 
 WRONG_INPUT = 2
 _SWITCH_S = 0.001  # the thread that detects waits for Python's lock after every run of the network
 _RCL_ERROR: type[Exception] = rclpy._rclpy_pybind11.RCLError  # noqa: SLF001 (no public name)
+_ENDS = (ExternalShutdownException, WorkEndedError)
 _GONE = (_RCL_ERROR, InvalidHandle, NotInitializedException)
 
 
@@ -98,13 +100,24 @@ def spin(makers: Sequence[Callable[[], Any]], arguments: Sequence[str]) -> int:
                 node.begin()
                 executor.add_node(node)
         while rclpy.ok() and not asked_to_leave():  # rclpy's own handler ends the waiting
-            executor.spin_once()
+            _spin_once(executor, nodes)
 
     def destroy() -> None:
         for node in nodes:
             node.destroy_node()
 
     return work(until_shutdown, arguments, destroy)
+
+
+def _spin_once(executor: SingleThreadedExecutor, nodes: Sequence[Any]) -> None:
+    """Do what is due; an error that leaves a callback does not end the nodes."""
+    try:
+        executor.spin_once()
+    except Exception as error:
+        if asked_to_leave() or not rclpy.ok() or isinstance(error, _ENDS):
+            raise
+        for node in nodes:  # nobody knows whose callback it was
+            node.survive(error)
 
 
 def work(

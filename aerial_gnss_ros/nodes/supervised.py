@@ -22,11 +22,21 @@ from rclpy.validate_topic_name import validate_topic_name
 
 from aerial_gnss_ros.adapters.parameter_files import read, ros_parameters
 from aerial_gnss_ros.core.errors import ConfigError
+from aerial_gnss_ros.core.words import counted
 from aerial_gnss_ros.nodes import qos
 from aerial_gnss_ros.nodes.arrivals import SECOND_NS, Arrivals
-from aerial_gnss_ros.nodes.diagnostics import Status, diagnostic_array, input_status
+from aerial_gnss_ros.nodes.diagnostics import (
+    ERROR,
+    OK,
+    WARN,
+    Status,
+    diagnostic_array,
+    input_status,
+)
 from aerial_gnss_ros.nodes.inputs import ALWAYS, Input, mismatch
+from aerial_gnss_ros.nodes.internal_errors import InternalErrors
 from aerial_gnss_ros.nodes.parameters import declare, follow_changes, own_values
+from aerial_gnss_ros.nodes.rivals import Rivals
 from aerial_gnss_ros.nodes.ros_messages import message_class
 from aerial_gnss_ros.nodes.schemas import SCHEMAS
 
@@ -41,10 +51,12 @@ class Given:
     Attributes:
         files: parameter files, the later one wins; `--ros-args` beats them all.
         namespace: of the nodes; None: from ROS arguments.
+        session: file in which the estimator keeps names for a restart; None: none.
     """
 
     files: Sequence[Path] = ()
     namespace: str | None = None
+    session: Path | None = None
 
 
 class SupervisedNode(Node):  # type: ignore[misc]  # rclpy has no complete types
@@ -71,6 +83,9 @@ class SupervisedNode(Node):  # type: ignore[misc]  # rclpy has no complete types
         self._profiles: dict[str, QoSProfile] = {}
         self._attached: dict[str, tuple[Callable[[Any], None], QoSProfile, Any]] = {}
         self._said: dict[str, int] = {}
+        self._errors = InternalErrors()
+        self._rivals = Rivals(name)
+        self._only_ours: list[str] = []
         self._diagnostics = self.create_publisher(
             DiagnosticArray, "/diagnostics", qos.diagnostics()
         )
@@ -198,6 +213,20 @@ class SupervisedNode(Node):  # type: ignore[misc]  # rclpy has no complete types
         """Return the node's time, ns; 0 while simulated time has not begun."""
         return int(self.get_clock().now().nanoseconds)
 
+    def survive(self, error: Exception) -> None:
+        """Log an exception that left a callback, the first time, and count it.
+
+        Raises:
+            Exception: the error itself, where there are too many to go on.
+        """
+        sentence = self._errors.add(error)
+        if sentence:
+            self.get_logger().error(sentence)
+
+    def claim(self, topic: str) -> None:
+        """Watch that nobody else publishes on a topic of this node."""
+        self._only_ours.append(self.resolved(topic))
+
     def warn_seldom(self, sentence: str) -> None:
         """Log a warning, the same one at most every 30 s."""
         now_ns = self.steady_ns()
@@ -223,7 +252,9 @@ class SupervisedNode(Node):  # type: ignore[misc]  # rclpy has no complete types
         for source in self.inputs:
             if source.missed and source.arrivals.fell_silent(now_ns):
                 self._report_silence(source)
+        self._look_for_rivals()
         lines = [self.judge(source, self._status(source, now_ns)) for source in self.inputs]
+        lines.append(self._node_status())
         self._diagnostics.publish(
             diagnostic_array(
                 self.get_fully_qualified_name(),
@@ -231,6 +262,29 @@ class SupervisedNode(Node):  # type: ignore[misc]  # rclpy has no complete types
                 lines + self.statuses(),
             )
         )
+
+    def _look_for_rivals(self) -> None:
+        publishers = {
+            topic: [
+                _full_name(info.node_name, info.node_namespace)
+                for info in self.get_publishers_info_by_topic(topic)
+            ]
+            for topic in self._only_ours
+        }
+        nodes = [_full_name(*names) for names in self.get_node_names_and_namespaces()]
+        sentence = self._rivals.look(self.get_fully_qualified_name(), publishers, nodes)
+        if sentence:
+            self.get_logger().warning(sentence)
+
+    def _node_status(self) -> Status:
+        """Return how the node itself does: errors of the program, and others like it."""
+        values = {"internal_errors": self._errors.count}
+        if self._rivals.trouble:
+            return Status("node", ERROR, self._rivals.trouble, values)
+        if self._errors.count:
+            words = f"{counted(self._errors.count, 'error')} in the program: {self._errors.last}"
+            return Status("node", WARN, words, values)
+        return Status("node", OK, "no errors", values)
 
     def _status(self, source: Input, now_ns: int) -> Status:
         """Return an input's line; while it is silent, with what is known of why."""
@@ -271,6 +325,10 @@ def _namespace(given: str | None) -> str | None:
     except NameValidationException as error:
         raise ConfigError(f"{given!r} cannot be a namespace: {_reason(error)}.") from error
     return absolute
+
+
+def _full_name(name: str, namespace: str) -> str:
+    return f"{namespace.rstrip('/')}/{name}"
 
 
 def _reason(error: NameValidationException) -> str:

@@ -12,6 +12,10 @@ from aerial_gnss_ros.nodes.newest import Newest
 T = TypeVar("T")
 
 
+class WorkEndedError(Exception):
+    """The thread that works has ended: nothing goes on without it."""
+
+
 class Worker(Generic[T]):
     """Works in a thread of its own, from `start` to `stop`: the newest item wins.
 

@@ -146,6 +146,13 @@ def start():
 
 
 @pytest.fixture
+def hovering(ros):
+    """Return a function that makes a hovering drone (see hovering.py)."""
+    kind = runpy.run_path(str(Path(__file__).with_name("hovering.py")))["Drone"]
+    return lambda *arguments, **more: kind(ros, *arguments, **more)
+
+
+@pytest.fixture
 def in_step(start, tmp_path):
     """Return a function that starts a player, the messages of one topic in step with answers."""
     kind = runpy.run_path(str(Path(__file__).with_name("stepping.py")))["InStep"]

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import threading
 from dataclasses import replace
+from itertools import count
 from types import SimpleNamespace
 
 import cv2
@@ -21,10 +22,11 @@ rclpy = pytest.importorskip("rclpy", reason="ROS 2 is not installed")
 from rclpy.parameter import Parameter  # noqa: E402
 
 from aerial_gnss_ros.nodes import qos  # noqa: E402
-from aerial_gnss_ros.nodes.detector_node import DetectorNode  # noqa: E402
+from aerial_gnss_ros.nodes.detector_node import MOST_FAILURES, DetectorNode  # noqa: E402
 from aerial_gnss_ros.nodes.diagnostics import OK, STALE, WARN  # noqa: E402
 from aerial_gnss_ros.nodes.ros_messages import message, message_class  # noqa: E402
 from aerial_gnss_ros.nodes.supervised import Given  # noqa: E402
+from aerial_gnss_ros.nodes.worker import WorkEndedError  # noqa: E402
 
 IMAGE, INFO = "sensor_msgs/msg/Image", "sensor_msgs/msg/CameraInfo"
 COMPRESSED = "sensor_msgs/msg/CompressedImage"
@@ -228,12 +230,22 @@ def test_an_image_that_the_network_cannot_take_is_counted_and_survived(seen):
     s.ros.spin_until(lambda: [a.header.stamp.sec for a in s.arrays] == [2])
 
 
-def test_a_failure_of_the_network_ends_the_node_instead_of_silence(seen):
+def test_a_failure_of_the_network_is_survived_and_an_endless_one_ends_the_node(seen):
     s = seen()
+    whole, s.detector().detect = s.detector().detect, lambda _image: 1 / 0
+    for stamp in range(1, MOST_FAILURES):
+        s.images.publish(picture(stamp))
+        s.ros.spin_until(lambda n=stamp: s.node._refused.counts["internal"] == n)
+    s.detector().detect = whole
+    s.images.publish(picture(100))
+    s.ros.spin_until(lambda: [a.header.stamp.sec for a in s.arrays] == [100])
+    status = s.node._node_status()
+    assert (status.level, status.values["internal_errors"]) == (WARN, MOST_FAILURES - 1)
+    assert "ZeroDivisionError: division by zero" in status.message
     s.detector().detect = lambda _image: 1 / 0
-    s.images.publish(picture(1))
-    with pytest.raises(ZeroDivisionError):
-        s.ros.spin_until(lambda: False, 3.0)
+    stamps = count(200)
+    with pytest.raises(WorkEndedError):
+        s.ros.spin_until(lambda: s.images.publish(picture(next(stamps))), 20.0)
 
 
 def test_a_following_detector_works_in_the_node(seen):

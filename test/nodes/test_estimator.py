@@ -3,80 +3,28 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import pytest
 
-from aerial_gnss_ros.adapters.stamps import nanoseconds
+from aerial_gnss_ros.adapters.stamps import SECOND_NS, nanoseconds
 
 rclpy = pytest.importorskip("rclpy", reason="ROS 2 is not installed")
 
 from diagnostic_msgs.msg import DiagnosticArray  # noqa: E402
 from rclpy.qos import DurabilityPolicy, QoSProfile  # noqa: E402
 
-from aerial_gnss_ros.adapters.results import markers  # noqa: E402
-from aerial_gnss_ros.nodes import on_demand, qos  # noqa: E402
-from aerial_gnss_ros.nodes.diagnostics import ERROR, OK, STALE  # noqa: E402
+from aerial_gnss_ros.adapters.results import (  # noqa: E402
+    FIX,
+    NO_FIX,
+    UNKNOWN_LENGTH_M2,
+    markers,
+)
+from aerial_gnss_ros.nodes import on_demand  # noqa: E402
+from aerial_gnss_ros.nodes.diagnostics import ERROR, OK, STALE, WARN  # noqa: E402
 from aerial_gnss_ros.nodes.estimator_node import EstimatorNode  # noqa: E402
 from aerial_gnss_ros.nodes.ros_messages import message, message_class  # noqa: E402
 from aerial_gnss_ros.nodes.supervised import Given  # noqa: E402
-
-SENSORS = {
-    "gimbal": "geometry_msgs/msg/QuaternionStamped",
-    "height": "std_msgs/msg/Float64",
-    "fix": "sensor_msgs/msg/NavSatFix",
-    "camera/camera_info": "sensor_msgs/msg/CameraInfo",
-}
-
-
-class Drone:
-    """Publishes a hovering drone's telemetry and boxes with the stamps that a test chooses."""
-
-    def __init__(self, ros, namespace=""):
-        prefix = f"/{namespace}/" if namespace else "/"
-        self.ros, self.node = ros, ros.node("drone")
-        self.publishers = {
-            topic: self.node.create_publisher(message_class(kind), prefix + topic, qos.sensor(20))
-            for topic, kind in SENSORS.items()
-        }
-        self.array = message_class("vision_msgs/msg/Detection2DArray")
-        self.publishers["detections"] = self.node.create_publisher(
-            self.array, prefix + "detections", qos.detections()
-        )
-        self.kinds = SENSORS | {"detections": "vision_msgs/msg/Detection2DArray"}
-        ros.spin_until(lambda: all(p.get_subscription_count() for p in self.publishers.values()))
-        ros.spin(0.3)
-
-    def send(self, topic, **fields):
-        self.publishers[topic].publish(message(self.kinds[topic], fields))
-        self.ros.spin(0.01)
-
-    def telemetry(self, ns):
-        header = {"stamp": {"sec": ns // 10**9, "nanosec": ns % 10**9}, "frame_id": "camera"}
-        half = 0.5**0.5
-        self.send("gimbal", header=header, quaternion={"y": half, "w": half})  # straight down
-        self.send("height", data=10.0)
-        self.send("fix", header=header, latitude=13.0, longitude=-59.0, status={"status": 0})
-        k = [500.0, 0.0, 320.0, 0.0, 500.0, 180.0, 0.0, 0.0, 1.0]
-        self.send(
-            "camera/camera_info", header=header, width=640, height=360, k=k, d=[0.0] * 5,
-            distortion_model="plumb_bob",
-        )  # fmt: skip
-        return header
-
-    def boxes(self, header, score=0.9, v=180.0):
-        box = {
-            "results": [{"hypothesis": {"class_id": "aqua", "score": score}}],
-            "bbox": {"center": {"position": {"x": 320.0, "y": v}}, "size_x": 20.0, "size_y": 10.0},
-        }
-        self.send("detections", header=header, detections=[box])
-
-    def fly(self, images=6):
-        """Send telemetry and as many images, stamped with the node's own time; return the last."""
-        for _ in range(images):
-            header = self.telemetry(self.node.get_clock().now().nanoseconds)
-            self.boxes(header)
-            self.ros.spin(0.1)
-        self.telemetry(self.node.get_clock().now().nanoseconds)
-        return nanoseconds(message("std_msgs/msg/Header", header).stamp)
 
 
 def latched():
@@ -89,9 +37,9 @@ def listen(ros, msgtype, topic, profile):
     return got
 
 
-def test_a_late_subscriber_gets_the_last_position_at_once(ros):
+def test_a_late_subscriber_gets_the_last_position_at_once(ros, hovering):
     node = ros.add(EstimatorNode())
-    last_ns = Drone(ros).fly()
+    last_ns = hovering().fly()
     ros.spin_until(lambda: node._images == 6)
     fixes = listen(ros, "sensor_msgs/msg/NavSatFix", "/robots/aqua_1/fix", latched())
     pose = "geographic_msgs/msg/GeoPoseWithCovarianceStamped"
@@ -112,13 +60,13 @@ def test_a_late_subscriber_gets_the_last_position_at_once(ros):
     assert not default  # who does not ask for it does not get it
 
 
-def test_the_picture_is_made_for_whoever_listens_and_for_nobody_else(ros, monkeypatch):
+def test_the_picture_is_made_for_whoever_listens_and_for_nobody_else(ros, hovering, monkeypatch):
     made = []
     monkeypatch.setattr(
         on_demand, "markers", lambda result: made.append(result.stamp_ns) or markers(result)
     )
     node = ros.add(EstimatorNode())
-    drone = Drone(ros)
+    drone = hovering()
     drone.fly()
     ros.spin_until(lambda: node._images == 6)
     assert not made
@@ -143,9 +91,9 @@ def test_namespace_remapping_and_own_topics(ros, tmp_path):
     assert node.get_fully_qualified_name() == "/drone1/estimator"
 
 
-def test_in_a_namespace_everything_is_in_it(ros):
+def test_in_a_namespace_everything_is_in_it(ros, hovering):
     node = ros.add(EstimatorNode(Given(namespace="drone1")))
-    Drone(ros, "drone1").fly()
+    hovering("drone1").fly()
     fixes = listen(ros, "sensor_msgs/msg/NavSatFix", "/drone1/robots/aqua_1/fix", latched())
     ros.spin_until(lambda: fixes and node._images == 6)
     ours = [name for name, _ in node.get_publisher_names_and_types_by_node("estimator", "/drone1")]
@@ -154,11 +102,11 @@ def test_in_a_namespace_everything_is_in_it(ros):
     assert all(name.startswith("/drone1/") for name in set(ours) - shared)
 
 
-def test_diagnostics_tell_inputs_robots_and_refusals(ros):
+def test_diagnostics_tell_inputs_robots_and_refusals(ros, hovering):
     node = ros.add(EstimatorNode())
     arrays = []
     ros.node("panel").create_subscription(DiagnosticArray, "/diagnostics", arrays.append, 10)
-    drone = Drone(ros)
+    drone = hovering()
     drone.fly()
     now_ns = drone.node.get_clock().now().nanoseconds
     header = drone.telemetry(now_ns)
@@ -187,23 +135,152 @@ def test_diagnostics_tell_inputs_robots_and_refusals(ros):
     assert float(values["stated noise"]["heading_sigma_deg"]) == pytest.approx(1.5, abs=0.01)
 
 
-def test_before_simulated_time_begins_nothing_is_taken(ros, tmp_path):
+def test_before_simulated_time_begins_nothing_is_taken(ros, hovering, tmp_path):
     path = tmp_path / "p.yaml"
     path.write_text("use_sim_time: true\n")
     node = ros.add(EstimatorNode(Given([path])))
-    Drone(ros).telemetry(5)
+    hovering().telemetry(5)
     assert any("/clock silent" in sentence for sentence in node._said)
     status = {line.name: line for line in node.statuses()}["positions"]
     assert (status.level, status.message) == (STALE, "no image yet")
 
 
-def test_the_state_file_is_written_at_the_end(ros, tmp_path):
+def test_the_state_file_is_written_at_the_end(ros, hovering, tmp_path):
     state = tmp_path / "names.json"
     path = tmp_path / "p.yaml"
     path.write_text(f"state_file: {state}\n")
     node = EstimatorNode(Given([path]))
     ros.executor.add_node(node)
-    Drone(ros).fly()
+    hovering().fly()
     ros.spin_until(lambda: node._images == 6)
     node.destroy_node()
     assert "aqua_1" in state.read_text()
+
+
+def robot_fixes(ros):
+    """Listen to a robot; return its positions as (stamp in ns, status, variance east)."""
+    got = []
+
+    def take(fix):
+        variance = fix.position_covariance[0]
+        got.append((nanoseconds(fix.header.stamp), fix.status.status, variance))
+
+    profile = QoSProfile(depth=50, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+    kind = message_class("sensor_msgs/msg/NavSatFix")
+    ros.node("robot").create_subscription(kind, "/robots/aqua_1/fix", take, profile)
+    return got
+
+
+@pytest.mark.parametrize("offset_s", [0.0, -1e6])
+def test_when_detections_end_positions_go_on_once_a_second_and_grow_uncertain(
+    ros, hovering, tmp_path, offset_s
+):
+    """With the stamps of another clock, too: predicted are times of the images' clock."""
+    path = tmp_path / "p.yaml"
+    path.write_text("height: {source: constant, value_m: 10.0}\n")  # a topic has this clock
+    node = ros.add(EstimatorNode(Given([path])))
+    last_ns = hovering(clock_offset_ns=round(offset_s * 1e9), unheard=["height"]).fly()
+    ros.spin_until(lambda: node._images == 6)
+    fixes = robot_fixes(ros)
+    ros.spin_until(lambda: fixes)
+    assert fixes[-1][:2] == (last_ns, FIX)
+    ros.spin_until(lambda: fixes[-1][0] > last_ns + 4 * SECOND_NS)
+    predicted = [fix for fix in fixes if fix[0] > last_ns]
+    assert {status for _, status, _ in predicted} == {NO_FIX}
+    after_s = [(stamp_ns - last_ns) / SECOND_NS for stamp_ns, *_ in predicted]
+    assert 2.0 <= after_s[0] < 3.0
+    assert [0.5 < b - a < 1.9 for a, b in pairwise(after_s)] == [True] * (len(after_s) - 1)
+    variances = [fixes[0][2]] + [variance for *_, variance in predicted]
+    assert variances == sorted(variances)
+    assert variances[-1] > variances[0] + 0.05
+    late = listen(ros, "sensor_msgs/msg/NavSatFix", "/robots/aqua_1/fix", latched())
+    ros.spin_until(lambda: late)
+    assert late[0].status.status == NO_FIX
+    lines = {line.name: line for line in node.statuses()}
+    assert lines["positions"].level == WARN
+    assert lines["positions"].message.endswith(" s: 1 robot predicted")
+    assert lines["robot aqua_1"].message == "coasting"
+
+
+def test_what_stays_latched_of_a_lost_robot_claims_nothing(ros, hovering, tmp_path):
+    path = tmp_path / "p.yaml"
+    path.write_text("tracks: {coast_s: 1.5}\n")
+    node = ros.add(EstimatorNode(Given([path])))
+    drone = hovering()
+    drone.fly()
+    fixes = robot_fixes(ros)
+    ros.spin_until(lambda: fixes and fixes[-1][2] == UNKNOWN_LENGTH_M2)
+    assert fixes[-1][1] == NO_FIX
+    count = len(fixes)
+    ros.spin(2.0)
+    assert len(fixes) == count  # the last word
+    assert node._departures.present == ()
+
+
+def test_the_filter_goes_on_where_it_was_when_images_come_again(ros, hovering):
+    node = ros.add(EstimatorNode())
+    drone = hovering()
+    drone.fly()
+    fixes = robot_fixes(ros)
+    ros.spin_until(lambda: fixes and fixes[-1][1] == NO_FIX)
+    predicted = fixes[-1]
+    drone.fly()
+    ros.spin_until(lambda: fixes[-1][1] == FIX)
+    assert fixes[-1][0] > predicted[0]
+    assert [robot.robot_id for robot in node._departures.present] == ["aqua_1"]
+
+
+def test_while_simulated_time_stands_still_nothing_is_predicted(ros, hovering, tmp_path):
+    path = tmp_path / "p.yaml"
+    path.write_text("use_sim_time: true\n")
+    node = ros.add(EstimatorNode(Given([path])))
+    kind = message_class("rosgraph_msgs/msg/Clock")
+    clock = ros.node("clock").create_publisher(kind, "/clock", 1)
+    ros.spin_until(clock.get_subscription_count)
+    drone = hovering()
+
+    def at(seconds):
+        clock.publish(message("rosgraph_msgs/msg/Clock", {"clock": {"sec": seconds}}))
+        ros.spin_until(lambda: node.now_ns() == seconds * SECOND_NS)
+
+    for second in range(100, 106):
+        at(second)
+        drone.boxes(drone.telemetry(second * SECOND_NS))
+    at(106)
+    drone.telemetry(106 * SECOND_NS)
+    ros.spin_until(lambda: node._images == 6)
+    fixes = robot_fixes(ros)
+    ros.spin(3.0)
+    assert [fix[:2] for fix in fixes] == [(105 * SECOND_NS, FIX)]
+    at(108)
+    ros.spin_until(lambda: len(fixes) > 1)
+    assert fixes[-1][:2] == (108 * SECOND_NS, NO_FIX)
+
+
+def test_an_error_in_a_callback_is_survived_told_once_and_counted(start, ros, hovering):
+    program = start("-c", FAILING)
+    program.wait_for("method filter")
+    assert ros
+    drone = hovering()
+    drone.fly()
+    program.wait_for("(?s)please report it:.*ZeroDivisionError: division by zero")
+    got = listen(ros, "diagnostic_msgs/msg/DiagnosticArray", "/diagnostics", 10)
+
+    def line():
+        found = [one for array in got for one in array.status if one.name == "estimator: node"]
+        return found[-1] if found else None
+
+    ros.spin_until(lambda: line() and line().level == WARN)
+    assert int(line().values[0].value) > 1
+    assert "ZeroDivisionError" in line().message
+    assert program.text.count("please report it") == 1
+    assert program.end() == 0, program.text
+
+
+FAILING = """
+import sys
+from aerial_gnss_ros.core.estimator import Estimator
+from aerial_gnss_ros.nodes import estimator
+Estimator.add_detections = lambda *_: 1 / 0
+sys.exit(estimator.main())
+"""

@@ -9,11 +9,11 @@ from __future__ import annotations
 
 import importlib.util
 import sys
+from pathlib import Path
 from types import ModuleType, SimpleNamespace
 
 import pytest
 
-from aerial_gnss_ros import cli
 from aerial_gnss_ros.adapters.vehicles import vehicle_file, vehicle_names
 from aerial_gnss_ros.core.parameters import leaves
 from aerial_gnss_ros.nodes.schemas import SCHEMAS
@@ -59,19 +59,53 @@ def started(launch_file, **given):
     return opaque.function(defaults | given)
 
 
-def test_defaults_start_both_nodes_in_one_process(launch_file):
-    (node,) = started(launch_file)
-    assert (node.package, node.executable) == ("aerial_gnss_ros", "aerial-gnss")
-    assert node.arguments == ["run", "--vehicle", "generic"]
-    assert (node.namespace, node.parameters) == ("", [])
+def split(node):
+    """Return a node's arguments without the session's file, and that file."""
+    words = list(node.arguments)
+    at = words.index("--session")
+    session = Path(words[at + 1])
+    del words[at : at + 2]
+    return words, session
+
+
+def test_defaults_start_two_processes_that_are_started_again(launch_file):
+    nodes = started(launch_file)
+    for name, node in zip(("detector", "estimator"), nodes, strict=True):
+        assert (node.package, node.executable) == ("aerial_gnss_ros", "aerial-gnss")
+        assert split(node)[0] == ["run", "--node", name, "--vehicle", "generic"]
+        assert (node.namespace, node.parameters) == ("", [])
+        assert (node.respawn, node.respawn_delay) == (True, 1.0)
+    session = split(nodes[0])[1]
+    assert session == split(nodes[1])[1]
+    assert session.parent.is_dir()
+    assert session.parent.stat().st_mode & 0o077 == 0
+
+
+def test_wrong_input_ends_launch_and_a_death_does_not(launch_file):
+    now = [0.0]
+
+    def ended(after_s, status, handler):
+        now[0] += after_s
+        handler(SimpleNamespace(returncode=status), None)
+
+    handler = launch_file.end_on_wrong_input("detector", lambda: now[0])
+    for status in (0, 1, -11, 130):
+        ended(1.0, status, handler)
+    with pytest.raises(RuntimeError, match="detector refuses its parameters"):
+        ended(1.0, 2, handler)
+    handler = launch_file.end_on_wrong_input("detector", lambda: now[0])
+    ended(30.0, -9, handler)
+    ended(1.0, 2, handler)  # its parameters were right: the model's file may come again
+    assert all(callable(node.on_exit) for node in started(launch_file))
 
 
 def test_every_argument_reaches_its_place(launch_file):
-    node, player = started(
+    _, node, player = started(
         launch_file, namespace="drone1", vehicle="/v.yaml", params="/a.yaml, /b.yaml",
         model="/m.onnx", bag="/flight",
     )  # fmt: skip
-    assert node.arguments == ["run", "--vehicle", "/v.yaml", "--params", "/a.yaml", "/b.yaml"]
+    expected = ["run", "--node", "estimator", "--vehicle", "/v.yaml"]
+    assert split(node)[0] == [*expected, "--params", "/a.yaml", "/b.yaml"]
     assert node.namespace == "drone1"
     assert node.parameters == [{"model": "/m.onnx", "use_sim_time": True}]
     assert player.cmd == ["ros2", "bag", "play", "/flight", "--clock"]
@@ -80,44 +114,27 @@ def test_every_argument_reaches_its_place(launch_file):
 
 
 def test_every_parameter_that_it_sets_is_one_of_a_node(launch_file):
-    node, _ = started(launch_file, model="/m.onnx", autostart="false", bag="/flight")
+    node, *_ = started(launch_file, model="/m.onnx", autostart="false", bag="/flight")
     known = {leaf.name for schema in SCHEMAS.values() for leaf in leaves(schema)}
     assert {name for name in node.parameters[0] if name not in known} == {"use_sim_time"}
 
 
 @pytest.mark.parametrize("vehicle", vehicle_names())
 def test_every_profile_is_a_vehicle_that_it_can_start(launch_file, vehicle):
-    (node,) = started(launch_file, vehicle=vehicle)
-    assert node.arguments == ["run", "--vehicle", vehicle]
-    assert vehicle_file(node.arguments[-1]).is_file()
+    for node in started(launch_file, vehicle=vehicle):
+        words, _ = split(node)
+        assert words[3:] == ["--vehicle", vehicle]
+        assert vehicle_file(words[-1]).is_file()
 
 
-def test_run_understands_what_launch_gives_it(launch_file, capfd, tmp_path):
-    pytest.importorskip("rclpy", reason="ROS 2 is not installed")
+def test_run_understands_what_launch_gives_it(launch_file, start, tmp_path):
     model = tmp_path / "absent.onnx"
-    (node,) = started(launch_file, namespace="drone1", model=str(model))
+    detector, estimator = started(launch_file, namespace="drone1", model=str(model))
     parameters = tmp_path / "launch_params.yaml"  # launch_ros writes the dict into such a file
     parameters.write_text(f"/**:\n  ros__parameters:\n    model: {model}\n")
-    ros = ["--ros-args", "-r", f"__ns:=/{node.namespace}", "--params-file", str(parameters)]
-    assert cli.main([*node.arguments, *ros]) == 2  # ends where the model is looked for
-    said = capfd.readouterr().err
-    assert "[drone1.estimator]: method filter" in said
-    assert "/drone1/fix" in said
-    assert f"aerial-gnss: the model {model}" in said or f"{model}" in said.splitlines()[-1]
-
-
-@pytest.mark.parametrize(
-    ("arguments", "sentence"),
-    [
-        (["--vehicle", "submarine"], "submarine is not a vehicle profile; there are"),
-        (["--params", "/absent.yaml"], "/absent.yaml: cannot be read: No such file"),
-        (["--namespace", "1 2"], "'1 2' cannot be a namespace"),
-        (["--ros-args", "-p", "max_wiat:=1.0"], "max_wiat is not a parameter"),
-    ],
-)
-def test_run_refuses_what_is_wrong_with_status_2(capfd, arguments, sentence):
-    pytest.importorskip("rclpy", reason="ROS 2 is not installed")
-    assert cli.main(["run", *arguments]) == 2
-    said = capfd.readouterr().err.strip().splitlines()[-1]
-    assert said.startswith("aerial-gnss: ")
-    assert sentence in said
+    ros = ["--ros-args", "-r", f"__ns:=/{detector.namespace}", "--params-file", str(parameters)]
+    programs = [start("aerial_gnss_ros.cli", *one.arguments, *ros) for one in (detector, estimator)]
+    assert programs[0].process.wait(timeout=30.0) == 2  # ends where the model is looked for
+    programs[0].wait_for(f"aerial-gnss: .*{model}")
+    programs[1].wait_for(r"\[drone1.estimator\]: method filter; .* fix /drone1/fix")
+    assert programs[1].end() == 0

@@ -1,0 +1,55 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The last message of a robot that is lost: its topic keeps that one for whoever subscribes later.
+
+A latched topic shows its newest message for ever. When a track ends, nothing more would be
+published, and the last message would go on stating a covariance that held at its stamp only. So
+one more is published: state LOST, for which NavSatFix says NO_FIX, and a covariance that says that
+nothing is known. The position stays the last one estimated.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from aerial_gnss_ros.adapters.results import UNKNOWN_LENGTH_M2
+from aerial_gnss_ros.core.values import FrameResult, RobotEstimate, State
+
+
+class Departures:
+    """Remembers the robots that are published, and adds the last message of those that end."""
+
+    def __init__(self) -> None:
+        self._present: dict[str, RobotEstimate] = {}
+
+    @property
+    def present(self) -> tuple[RobotEstimate, ...]:
+        """The robots of the newest result, in its order."""
+        return tuple(self._present.values())
+
+    def completed(self, result: FrameResult) -> FrameResult:
+        """Return a result with the robots that the one before it had and it has not, as lost."""
+        present = {estimate.robot_id: estimate for estimate in result.estimates}
+        gone = [one for name, one in self._present.items() if name not in present]
+        self._present = present
+        if not gone:
+            return result
+        ended = tuple(lost(estimate, result.stamp_ns) for estimate in gone)
+        return replace(result, estimates=(*result.estimates, *ended))
+
+
+def lost(estimate: RobotEstimate, stamp_ns: int) -> RobotEstimate:
+    """Return the last estimate of a robot whose track ended.
+
+    Args:
+        estimate: the newest one published.
+        stamp_ns: from when on the robot is lost, ns.
+    """
+    return replace(
+        estimate,
+        stamp_ns=stamp_ns,
+        state=State.LOST,
+        velocity=np.full(2, np.nan),
+        covariance=np.diag(np.full(4, UNKNOWN_LENGTH_M2)),
+    )

@@ -1,0 +1,180 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Keeps nodes running, each a process of its own: one that dies is started again.
+
+So a crash of one, even inside the network's runtime, leaves the other alone. Wrong input, which
+a restart cannot mend, ends all. Knows no ROS.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import ctypes
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from aerial_gnss_ros.nodes.executable import WRONG_INPUT
+from aerial_gnss_ros.nodes.leaving import asked_to_leave, leave_on_signals, noted_only
+
+_LOOK_S = 0.05
+_END_S = 15.0
+_PR_SET_PDEATHSIG = 1  # <linux/prctl.h>
+
+
+@dataclass(frozen=True)
+class Pauses:
+    """When a process is started again.
+
+    Attributes:
+        first_s: after its death, s; it doubles with each death that follows a short life.
+        longest_s: at most.
+        steady_s: a process that has lived so long was well: its input was right, and its next
+            pause is the first one again.
+    """
+
+    first_s: float = 0.5
+    longest_s: float = 8.0
+    steady_s: float = 20.0
+
+
+@dataclass
+class _Child:
+    """One node's process.
+
+    Attributes:
+        name: of the node.
+        command: that starts it.
+        process: None while it waits for its restart.
+        began_s: when it was started, monotonic.
+        due_s: when it is to be started.
+        pause_s: before the next restart.
+        was_well: whether it has once lived for `Pauses.steady_s`.
+    """
+
+    name: str
+    command: Sequence[str]
+    pause_s: float
+    process: subprocess.Popen[bytes] | None = None
+    began_s: float = 0.0
+    due_s: float = 0.0
+    was_well: bool = False
+
+
+def supervise(
+    commands: Mapping[str, Sequence[str]],
+    say: Callable[[str], None],
+    pauses: Pauses | None = None,
+) -> int:
+    """Run a process for each node until SIGINT or SIGTERM, starting again those that end.
+
+    Args:
+        commands: by the node's name; wrong input must end them with status 2.
+        say: takes a sentence for the log.
+        pauses: before restarts.
+
+    Returns:
+        0 after a signal, 2 after wrong input.
+    """
+    leave_on_signals()
+    pauses = pauses or Pauses()
+    children = [_Child(name, command, pauses.first_s) for name, command in commands.items()]
+    with noted_only():
+        try:
+            while not asked_to_leave():
+                for child in children:
+                    if _tend(child, pauses, say) == WRONG_INPUT:
+                        return WRONG_INPUT
+                time.sleep(_LOOK_S)
+            return 0
+        finally:
+            _end([child.process for child in children if child.process is not None])
+
+
+def _tend(child: _Child, pauses: Pauses, say: Callable[[str], None]) -> int:
+    """Start a process that is due, or see whether it has ended; return 2 where it refused."""
+    now_s = time.monotonic()
+    if child.process is None:
+        if now_s >= child.due_s:
+            child.process = _started(child.command)
+            child.began_s = now_s
+        return 0
+    lived_s = now_s - child.began_s
+    child.was_well |= lived_s >= pauses.steady_s
+    status = child.process.poll()
+    if status is None:
+        return 0
+    if asked_to_leave():  # the terminal sends its signal to all
+        return 0
+    if status == WRONG_INPUT and not child.was_well:
+        return WRONG_INPUT
+    if lived_s >= pauses.steady_s:
+        child.pause_s = pauses.first_s
+    say(
+        f"the {child.name} ended {_how(status)} after {lived_s:.0f} s; it is started again in "
+        f"{child.pause_s:g} s."
+    )
+    child.process, child.due_s = None, now_s + child.pause_s
+    child.pause_s = min(2.0 * child.pause_s, pauses.longest_s)
+    return 0
+
+
+def _how(status: int) -> str:
+    if status >= 0:
+        return f"with status {status}"
+    with contextlib.suppress(ValueError):
+        return f"by {signal.Signals(-status).name}"
+    return f"by signal {-status}"
+
+
+def _started(command: Sequence[str]) -> subprocess.Popen[bytes]:
+    return subprocess.Popen(command, preexec_fn=_DIE_WITH_PARENT)  # noqa: S603, PLW1509
+
+
+def _end(processes: Sequence[subprocess.Popen[bytes]]) -> None:
+    """End processes as a user would, and those that do not listen."""
+    for process in processes:
+        if process.poll() is None:
+            process.send_signal(signal.SIGINT)
+    deadline_s = time.monotonic() + _END_S
+    for process in processes:
+        _await_end(process, deadline_s - time.monotonic())
+
+
+def _await_end(process: subprocess.Popen[bytes], seconds: float) -> None:
+    try:
+        process.wait(max(0.0, seconds))
+    except subprocess.TimeoutExpired:
+        process.kill()
+        process.wait()
+
+
+def _die_with_parent() -> Callable[[], None] | None:
+    """Return what lets a child end when this process is killed; None where there is no such way."""
+    if not sys.platform.startswith("linux"):
+        return None
+    prctl = ctypes.CDLL(None).prctl  # looked up here: a child that was forked should not load
+
+    def ask() -> None:
+        prctl(_PR_SET_PDEATHSIG, signal.SIGTERM)
+
+    return ask
+
+
+_DIE_WITH_PARENT = _die_with_parent()
+
+
+def node_environment(package: Path) -> None:
+    """Let children find this package, and nothing else in the working folder.
+
+    `python -m` looks into the working folder first, where files of others may lie.
+
+    Args:
+        package: folder of the package.
+    """
+    if package.parent != Path.cwd():
+        os.environ["PYTHONSAFEPATH"] = "1"  # Python 3.11 and later
