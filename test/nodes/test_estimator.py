@@ -279,8 +279,7 @@ def test_an_error_in_a_callback_is_survived_told_once_and_counted(start, ros, ho
 
 FAILING = """
 import sys
-from aerial_gnss_ros.core.estimator import Estimator
-from aerial_gnss_ros.nodes import estimator
-Estimator.add_detections = lambda *_: 1 / 0
+from aerial_gnss_ros.nodes import estimator, estimator_node
+estimator_node.nanoseconds = lambda *_: 1 / 0
 sys.exit(estimator.main())
 """
