@@ -10,7 +10,6 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-import aerial_gnss_ros
 from aerial_gnss_ros.adapters.vehicles import vehicle_file, vehicle_names
 from aerial_gnss_ros.core.errors import AerialGnssError
 from aerial_gnss_ros.nodes import require_ros
@@ -91,7 +90,7 @@ def _supervised(args: argparse.Namespace, files: list[Path]) -> int:
     """Run each node in a process of its own; raise what the first that refuses its input says."""
     from aerial_gnss_ros.nodes.supervisor import node_environment, supervise
 
-    node_environment(Path(aerial_gnss_ros.__file__).parent)
+    node_environment()
     with tempfile.TemporaryDirectory(prefix="aerial_gnss_") as folder:
         refusal = Path(folder) / "refusal"
         given = ["--session", f"{folder}/names.json", "--refusal", str(refusal)]

@@ -168,13 +168,10 @@ def _die_with_parent() -> Callable[[], None] | None:
 _DIE_WITH_PARENT = _die_with_parent()
 
 
-def node_environment(package: Path) -> None:
+def node_environment() -> None:
     """Let children find this package, and nothing else in the working folder.
 
     `python -m` looks into the working folder first, where files of others may lie.
-
-    Args:
-        package: folder of the package.
     """
-    if package.parent != Path.cwd():
+    if Path(__file__).resolve().parents[2] != Path.cwd():
         os.environ["PYTHONSAFEPATH"] = "1"  # Python 3.11 and later
