@@ -36,17 +36,15 @@ def fix(msg: Any, stamp_ns: int) -> Fix:
 
 
 def _fix_covariance(msg: Any) -> Array | None:
-    """Return the covariance (3, 3) East, North, Up, or None where the message gives none.
+    """Return the covariance (3, 3) East, North, Up as it is, or None where the message gives none.
 
-    Simulators and some drivers fill in a type but leave the variances at zero: that is no
-    covariance either, nobody's GNSS is perfect.
+    Simulators and some drivers fill in a type but leave the variances at zero: that gives none
+    either, nobody's GNSS is perfect.
     """
     if int(msg.position_covariance_type) == COVARIANCE_UNKNOWN:
         return None
     covariance = np.asarray(msg.position_covariance, dtype=np.float64).reshape(3, 3)
-    (east, one), (other, north) = covariance[:2, :2].tolist()
-    finite = math.isfinite(east + north) and math.isfinite(one + other)
-    return covariance if finite and east > 0.0 and north > 0.0 else None
+    return covariance if covariance[:2, :2].any() else None
 
 
 def orientation(msg: Any, stamp_ns: int, kind: str, unit: str = "rad") -> Orientation:
@@ -75,12 +73,13 @@ def orientation(msg: Any, stamp_ns: int, kind: str, unit: str = "rad") -> Orient
 def scalar(msg: Any, stamp_ns: int) -> Scalar:
     """Return a std_msgs/Float64 or Float32, or the range of a sensor_msgs/Range.
 
-    A range outside the sensor's own limits is none (REP 117): NaN. Limits of 0, 0 say nothing.
+    A range outside the sensor's own limits is none (REP 117), and one that is just the least or the
+    largest is what many sensors send instead of none: NaN. Limits of 0, 0 say nothing.
     """
     if not hasattr(msg, "range"):
         return Scalar(stamp_ns, float(msg.data))
     near, far, value = float(msg.min_range), float(msg.max_range), float(msg.range)
-    outside = far > near and not near <= value <= far
+    outside = far > near and not near < value < far
     return Scalar(stamp_ns, math.nan if outside else value)
 
 

@@ -89,7 +89,12 @@ def _xyzw(wxyz: Any) -> Array:
 
 
 def _covariance(horizontal: float, vertical: float) -> Array | None:
-    """Return (3, 3) East, North, Up in m² of standard deviations; None where there is none."""
-    if not (math.isfinite(horizontal) and horizontal > 0.0):
+    """Return (3, 3) East, North, Up in m² of standard deviations; None where none is given: 0.
+
+    What is no standard deviation (negative, infinite, NaN) makes no covariance: the core refuses
+    the position.
+    """
+    if horizontal == 0.0:
         return None
-    return np.diag([horizontal**2, horizontal**2, vertical**2])
+    variance = math.copysign(horizontal**2, horizontal)
+    return np.diag([variance, variance, vertical**2])

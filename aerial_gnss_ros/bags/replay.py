@@ -14,7 +14,7 @@ from aerial_gnss_ros.bags.plan import Plan, make_plan, resolve
 from aerial_gnss_ros.bags.reader import BagReader
 from aerial_gnss_ros.core.config import EstimatorConfig
 from aerial_gnss_ros.core.depths import depth_input
-from aerial_gnss_ros.core.errors import CameraError
+from aerial_gnss_ros.core.errors import CameraError, InputError
 from aerial_gnss_ros.core.estimator import Estimator
 from aerial_gnss_ros.core.values import FrameResult
 from aerial_gnss_ros.core.words import counted
@@ -137,7 +137,8 @@ class Replay:
             on_detections: takes log time and fields of each array found in an image.
 
         Raises:
-            InputError: a bag is damaged, or the first images or CameraInfo cannot be used.
+            InputError: a bag is damaged, the first images or CameraInfo cannot be used, or the
+                configured origin of map is too far from the flight.
         """
         for done, recorded in enumerate(self._bag.messages(self.plan.topics), start=1):
             message = recorded.message()
@@ -146,10 +147,12 @@ class Replay:
             else:
                 self._take(recorded.topic, message, recorded.log_ns)
             yield from self._counted(self._estimator.advance(recorded.log_ns))
+            self._check()
             on_message(done)
         if self._images is not None:
             self._images.check()
         yield from self._counted(self._estimator.flush())
+        self._check()
         self.summary.images_dropped.update(self._estimator.dropped)
         self.summary.notes += self._estimator.take_events()
         if self._images is not None and self._images.refused:
@@ -158,6 +161,11 @@ class Replay:
                 f"{counted(count, 'image')} left out: {why}"
                 for why, count in self._images.refusals.items()
             ]
+
+    def _check(self) -> None:
+        """Stop where the configuration can give no position."""
+        if self._estimator.failure:
+            raise InputError(self._estimator.failure)
 
     def _take(self, topic: str, message: Any, log_ns: int) -> None:
         subscription = self.plan.routes[topic]

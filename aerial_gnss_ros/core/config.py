@@ -17,6 +17,7 @@ from aerial_gnss_ros.core.config_groups import (
     SurfaceConfig,
     TracksConfig,
 )
+from aerial_gnss_ros.core.config_limits import LimitsConfig
 from aerial_gnss_ros.core.config_telemetry import (
     HEADERLESS,
     PX4,
@@ -27,6 +28,7 @@ from aerial_gnss_ros.core.config_telemetry import (
     WaterLevelConfig,
 )
 from aerial_gnss_ros.core.errors import ConfigError
+from aerial_gnss_ros.core.geodesy import geodesic_inverse
 from aerial_gnss_ros.core.noise import Noise
 from aerial_gnss_ros.core.parameters import build, flatten, group, key
 from aerial_gnss_ros.core.words import cut, shown
@@ -41,6 +43,7 @@ __all__ = [
     "FixConfig",
     "GimbalConfig",
     "HeightConfig",
+    "LimitsConfig",
     "MapConfig",
     "RobotBinding",
     "SurfaceConfig",
@@ -103,6 +106,7 @@ class EstimatorConfig:
     gimbal: GimbalConfig = group(GimbalConfig)
     height: HeightConfig = group(HeightConfig)
     water_level: WaterLevelConfig = group(WaterLevelConfig)
+    limits: LimitsConfig = group(LimitsConfig)
     surface: SurfaceConfig = group(SurfaceConfig)
     depth: DepthConfig = group(DepthConfig)
     calibration: CalibrationConfig = group(CalibrationConfig)
@@ -259,5 +263,21 @@ def _check_together(config: EstimatorConfig) -> None:
             )
     _check_clocks(config)
     _check_axes(config)
-    if math.isnan(config.map.latitude_deg) != math.isnan(config.map.longitude_deg):
+    _check_map(config)
+
+
+def _check_map(config: EstimatorConfig) -> None:
+    """Refuse half an origin of map, and one too far from a camera on a mast."""
+    map_, fix = config.map, config.fix
+    if math.isnan(map_.latitude_deg) != math.isnan(map_.longitude_deg):
         raise ConfigError("map.latitude_deg and map.longitude_deg must be given together.")
+    if fix.source != "constant" or math.isnan(map_.latitude_deg):
+        return
+    places = (map_.latitude_deg, map_.longitude_deg, fix.latitude_deg, fix.longitude_deg)
+    away, _, _ = geodesic_inverse(*map(math.radians, places))
+    if away > config.limits.origin_distance_m:
+        raise ConfigError(
+            f"The origin of map ({map_.latitude_deg:.7g}, {map_.longitude_deg:.7g}) is "
+            f"{away * 1e-3:,.0f} km from the camera (fix.latitude_deg, fix.longitude_deg): correct "
+            "map.latitude_deg and map.longitude_deg, or leave them out."
+        )

@@ -153,7 +153,7 @@ class TracksConfig:
 
 @dataclass(frozen=True)
 class MapConfig:
-    """Origin of the local ENU frame `map`; NaN: the first accepted fix."""
+    """Origin of the local ENU frame `map`; NaN: where the first fixes agree."""
 
     latitude_deg: float = key(
         NAN, "Latitude of the origin.", unit="deg", low=-90.0, high=90.0, optional=True

@@ -20,7 +20,7 @@ from aerial_gnss_ros.core.camera import CameraModel
 from aerial_gnss_ros.core.clock import Clock
 from aerial_gnss_ros.core.config import EstimatorConfig
 from aerial_gnss_ros.core.depths import depth_input
-from aerial_gnss_ros.core.events import Events
+from aerial_gnss_ros.core.events import Events, Trouble
 from aerial_gnss_ros.core.guard import Guard
 from aerial_gnss_ros.core.identity import Identity
 from aerial_gnss_ros.core.inputs import Inputs, InputStatus, Lacking, Samples, Tally
@@ -43,6 +43,9 @@ from aerial_gnss_ros.core.values import (
 
 MAX_WAITING = 4096
 """Images that wait at most: 30 s at 130 Hz. Older ones are refused to keep memory bounded."""
+
+LONG_S = 10.0
+"""An input that is of no use for so long is told again, s."""
 
 CAMERA_INFO, DETECTIONS, WATER_LEVEL = "camera_info", "detections", "water_level"
 
@@ -137,6 +140,11 @@ class Estimator:
         return self._log.counts
 
     @property
+    def failure(self) -> str:
+        """Why the configuration can give no position here, a sentence; empty where it can."""
+        return self._origin.trouble
+
+    @property
     def min_score(self) -> float:
         """Boxes with a lower score are refused."""
         return self._pipeline.min_score
@@ -169,9 +177,7 @@ class Estimator:
     def add_fix(self, fix: Fix) -> None:
         """Take a position of the drone."""
         self._watch(Input.FIX.value, fix.stamp_ns)
-        kept = self._count(Input.FIX.value, fix.stamp_ns, lambda: self._inputs.add(Input.FIX, fix))
-        if kept:
-            self._origin.accept(fix)
+        self._count(Input.FIX.value, fix.stamp_ns, lambda: self._take_fix(fix))
 
     def add_attitude(self, attitude: Orientation) -> None:
         """Take an orientation of the body."""
@@ -268,6 +274,7 @@ class Estimator:
 
     def flush(self) -> list[FrameResult]:
         """Return results for all images that still wait: nothing more comes (end of a bag)."""
+        self._origin.settle()
         while self._waiting:
             self._finish_first()
         self._names.save(self._identity)
@@ -275,10 +282,29 @@ class Estimator:
 
     def _add(self, source: Input, value: Orientation | Scalar) -> None:
         self._watch(source.value, value.stamp_ns)
-        self._count(source.value, value.stamp_ns, lambda: self._inputs.add(source, value))
+        self._count(source.value, value.stamp_ns, lambda: self._take(source, value))
 
-    def _count(self, name: str, stamp_ns: int, keep: Callable[[], str]) -> bool:
-        """Keep a message's value and count it; return whether it is of use.
+    def _take_fix(self, fix: Fix) -> str:
+        """Keep a fix, and let the map know of it; return why it is no use, else empty."""
+        trouble = self._take(Input.FIX, fix)
+        if trouble:
+            return trouble
+        before = self._origin.local
+        lasted_s = self._inputs.plausibility.place_lasted_s
+        trouble = self._origin.accept(fix, lasted_s, bool(self._estimates))
+        if before is not None and self._origin.local is not before:
+            self._pipeline.reset()
+        return trouble
+
+    def _take(self, source: Input, value: Fix | Orientation | Scalar) -> str:
+        """Keep a sample; return why it is no use, else empty."""
+        trouble = self._inputs.add(source, value)
+        if not trouble:
+            self._begin_elsewhere()
+        return trouble
+
+    def _count(self, name: str, stamp_ns: int, keep: Callable[[], str]) -> None:
+        """Keep a message's value and count it.
 
         Args:
             name: of the input.
@@ -294,11 +320,34 @@ class Estimator:
         self._tallies[name].add(stamp_ns, trouble)
         if trouble:
             self._tell_bad(name, trouble)
-        return not trouble
 
     def _tell_bad(self, name: str, trouble: str) -> None:
-        """Say the first time that a message is no use, and why."""
+        """Say the first time that a message is no use, and why, and again when none has been."""
         self._log.add_once(f"bad {name}", f"A message on {name} is of no use: {trouble}.")
+        if self._tallies[name].bad_s > LONG_S:
+            self._log.add_once(
+                f"long bad {name}",
+                f"No message on {name} has been of use for {LONG_S:.0f} s, the last one because "
+                f"{trouble}.",
+            )
+
+    def _begin_elsewhere(self) -> None:
+        """End all tracks where the drone turns out to be, or to fly, where it was not believed.
+
+        One of the two was wrong, and with it everything that was seen from there.
+        """
+        moved = self._inputs.plausibility.take_moved()
+        if not moved:
+            return
+        robots = bool(self._estimates)
+        self._pipeline.reset()
+        self._guard.reset()
+        self._identity.release()
+        self._names.begin_anew()
+        self._estimates, self._platform = (), ()
+        self._log.counts["began_elsewhere"] += 1
+        ended = ": tracks are cleared, and robots get new names" if robots else ""
+        self._log.add(Trouble(f"{moved}{ended}."))
 
     def _take_ready(self) -> list[FrameResult]:
         results, self._ready = self._ready, []

@@ -14,6 +14,12 @@ class Trouble(str):
     __slots__ = ()
 
 
+class Failure(Trouble):
+    """A sentence of what no position can be given with: nodes log it as an error."""
+
+    __slots__ = ()
+
+
 class Events:
     """Collects sentences until somebody takes them; the oldest go when nobody does.
 
@@ -37,6 +43,10 @@ class Events:
         if topic not in self._told:
             self._told.add(topic)
             self.add(Trouble(sentence))
+
+    def fail(self, sentence: str) -> None:
+        """Say why no position can be given until something is mended."""
+        self.add(Failure(sentence))
 
     def take(self) -> list[str]:
         """Return the sentences and forget them."""

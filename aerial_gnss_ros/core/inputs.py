@@ -15,6 +15,7 @@ from aerial_gnss_ros.core.camera import CameraModel
 from aerial_gnss_ros.core.config import EstimatorConfig
 from aerial_gnss_ros.core.depths import Depths
 from aerial_gnss_ros.core.frames import matrix_from_rpy, quaternion_from_matrix
+from aerial_gnss_ros.core.plausibility import Plausibility
 from aerial_gnss_ros.core.rejection import Input, Reason
 from aerial_gnss_ros.core.telemetry import (
     Missing,
@@ -69,19 +70,22 @@ class InputStatus:
 
 @dataclass
 class Tally:
-    """Counts the messages of one input."""
+    """Counts the messages of one input; `good_ns` is the last stamp of use, or the first one."""
 
     count: int = 0
     bad: int = 0
     unordered: int = 0
     trouble: str = ""
     last_stamp_ns: int | None = None
+    good_ns: int | None = None
 
     def add(self, stamp_ns: int, trouble: str = "") -> None:
         """Count a message; `trouble` says why it is no use."""
         self.count += 1
         self.bad += bool(trouble)
         self.trouble = trouble
+        if not trouble or self.good_ns is None:
+            self.good_ns = stamp_ns
         if self.last_stamp_ns is None or stamp_ns > self.last_stamp_ns:
             self.last_stamp_ns = stamp_ns
         else:
@@ -92,6 +96,13 @@ class Tally:
         self.count += 1
         self.bad += 1
         self.trouble = trouble
+
+    @property
+    def bad_s(self) -> float:
+        """For how long messages have been of no use, s."""
+        if not self.trouble or self.last_stamp_ns is None or self.good_ns is None:
+            return 0.0
+        return (self.last_stamp_ns - self.good_ns) * 1e-9
 
     def status(self, name: str, newest_ns: int | None, patience_ns: int) -> InputStatus:
         """Return the input's status; it is stale when so far behind the newest image."""
@@ -158,11 +169,17 @@ class Inputs:
 
     Samples that are no use (NaN, no fix, a quaternion that is not unit) are kept as such: a scene
     whose neighbours they are is refused, instead of being bridged over them.
+
+    Attributes:
+        depths: of robots.
+        cameras: descriptions by time.
+        plausibility: judges each sample before it is kept.
     """
 
     def __init__(self, config: EstimatorConfig, keep_s: float = 60.0) -> None:
         self._config = config
         self._keep_s = keep_s
+        self.plausibility = Plausibility(config)
         self._series: dict[Input, Series[Fix] | Series[Orientation] | Series[Scalar]] = {}
         self._constants: dict[Input, Fix | Orientation | Scalar] = {}
         self._set_up_fix()
@@ -214,15 +231,24 @@ class Inputs:
 
     def add(self, source: Input, value: Fix | Orientation | Scalar) -> str:
         """Keep a sample where the configuration needs it; return why it is no use, else empty."""
-        trouble, kept = usable(value)
+        trouble, kept = self._judged(source, value)
         series = self._series.get(source)
         if series is not None:
             series.add(kept)  # type: ignore[arg-type]
         return trouble
 
+    def _judged(
+        self, source: Input, value: Fix | Orientation | Scalar
+    ) -> tuple[str, Fix | Orientation | Scalar]:
+        if isinstance(value, Fix):
+            return self.plausibility.fix(value)
+        if source is Input.HEIGHT and isinstance(value, Scalar):
+            return self.plausibility.height(value)
+        return usable(value, self._config.limits)
+
     def add_level(self, level: Scalar) -> str:
         """Keep a level of the water until it is replaced; one that is no number is ignored."""
-        trouble, _ = usable(level)
+        trouble, _ = usable(level, self._config.limits)
         if not trouble:
             self._level.add(level)
         return trouble
@@ -239,6 +265,7 @@ class Inputs:
         """Forget all samples; the level and the camera hold on, as they may not be sent again."""
         for series in self._series.values():
             series.clear()
+        self.plausibility.clear()
         last = self._level.last
         self._first_level = last.value if last is not None else self._first_level
         self._level.clear()

@@ -119,6 +119,8 @@ class Pipeline:
         pose = self._refusal(samples) if isinstance(samples, Lacking) else self._pose(samples)
         posed = time.perf_counter_ns()
         local = self._origin.local
+        if isinstance(pose, CameraPose) and not self._origin.reaches(pose.latitude, pose.longitude):
+            pose = Reason.BAD_FIX
         if isinstance(camera, Reason) or isinstance(pose, Reason) or local is None:
             refusal = camera if isinstance(camera, Reason) else pose
             assert isinstance(refusal, Reason)  # noqa: S101 - a pose needs a fix, that sets local
@@ -142,6 +144,8 @@ class Pipeline:
             estimates, platform = self._published(update, points), update.platform
             if self._config.method == "filter":  # other methods' points have it already
                 estimates = widened(estimates, pose, local, self._config.depth.sigma_m)
+        if estimates:
+            self._origin.settle()
         done = time.perf_counter_ns()
         return FrameResult(
             frame.stamp_ns,

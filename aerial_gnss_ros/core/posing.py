@@ -35,6 +35,7 @@ class Posing:
         self._config = config
         self._mount = mount_matrix(config.gimbal.mount_rpy_deg)
         self._offset = np.array(config.camera.offset_m, dtype=np.float64)
+        self._limits = config.limits
         self._apart = bool(self._offset.any())  # camera and antenna
         calibration = config.calibration
         self._lift = calibration.height_m
@@ -136,7 +137,12 @@ class Posing:
             lat, lon, _ = geodetic_from_enu(east, north, up, latitude, longitude, base)
             latitude, longitude = float(lat), float(lon)
             height, altitude = height + float(up), altitude + float(up)
-        if height <= 0.0:
+        if not self._limits.height_min_m < height <= self._limits.height_max_m:
+            self.trouble = (
+                f"A camera {height:.1f} m above the water cannot see robots, so its images are "
+                "refused (bad_height); limits.height_min_m and height_max_m say where it can be, "
+                "water_level how far the water is above the height's reference."
+            )
             return Reason.BAD_HEIGHT
         return CameraPose(
             stamp_ns=samples.stamp_ns,

@@ -226,7 +226,7 @@ class FrameResult:
         frame_id: the image's frame.
         estimates: confirmed and coasting robots.
         rejections: detections that gave no position.
-        datum: origin of `map`, None before the first accepted fix.
+        datum: origin of `map`, None until it is settled.
         pose: the pose used, None when an input was missing.
         timings_ms: milliseconds per stage.
         platform: errors that the filter estimates; empty where nothing was measured.

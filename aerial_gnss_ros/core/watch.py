@@ -8,7 +8,7 @@ few times a second with the same interpolation and the same composition of the p
 from __future__ import annotations
 
 from collections import Counter, deque
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,7 +22,6 @@ from aerial_gnss_ros.core.magnetic import declination, true_from_magnetic
 from aerial_gnss_ros.core.posing import Posing
 from aerial_gnss_ros.core.rejection import Input, Reason
 from aerial_gnss_ros.core.telemetry import Sample, fix_series, orientation_series, scalar_series
-from aerial_gnss_ros.core.usable import usable
 from aerial_gnss_ros.core.values import CameraPose, DetectionFrame, Fix, Orientation, Scalar
 
 Array = NDArray[np.float64]
@@ -135,13 +134,12 @@ class Watch:
 
     def add_fix(self, fix: Fix) -> None:
         """Take a position of the drone."""
-        self._take(Input.FIX, fix)
-        self._fixes.add(fix)
+        trouble = self._take(Input.FIX, fix)
+        self._fixes.add(replace(fix, valid=False) if trouble else fix)
 
     def add_attitude(self, attitude: Orientation) -> None:
         """Take an orientation of the body."""
-        self._take(Input.ATTITUDE, attitude)
-        if not usable(attitude)[0]:
+        if not self._take(Input.ATTITUDE, attitude):
             self._bodies.add(attitude)
 
     def add_gimbal(self, gimbal: Orientation) -> None:
@@ -150,8 +148,7 @@ class Watch:
 
     def add_height(self, height: Scalar) -> None:
         """Take a height of the drone."""
-        self._take(Input.HEIGHT, height)
-        if not usable(height)[0]:
+        if not self._take(Input.HEIGHT, height):
             self._heights.add(height)
 
     def add_water_level(self, level: Scalar) -> None:
@@ -236,11 +233,14 @@ class Watch:
             return None
         return true_from_magnetic(body, east)
 
-    def _take(self, source: Input, value: Fix | Orientation | Scalar) -> None:
+    def _take(self, source: Input, value: Fix | Orientation | Scalar) -> str:
+        """Keep a sample; return why it is no use, else empty."""
         heard = self.heard.get(source.value)
         if heard is not None and heard.last_stamp_ns - value.stamp_ns > _BACK_NS:
             self._begin_anew(source.value, heard.last_stamp_ns - value.stamp_ns)
-        self._stamped(value.stamp_ns, self._inputs.add(source, value))
+        trouble = self._inputs.add(source, value)
+        self._stamped(value.stamp_ns, trouble)
+        return trouble
 
     def _begin_anew(self, name: str, back_ns: int) -> None:
         self.events.append(f"Time went backward by {back_ns * 1e-9:.1f} s ({name}).")

@@ -22,7 +22,7 @@ from aerial_gnss_ros.adapters.versions import newest_version
 from aerial_gnss_ros.core import association
 from aerial_gnss_ros.core.config import EstimatorConfig, estimator_config
 from aerial_gnss_ros.core.estimator import Estimator
-from aerial_gnss_ros.core.events import Trouble
+from aerial_gnss_ros.core.events import Failure, Trouble
 from aerial_gnss_ros.core.inputs import InputState
 from aerial_gnss_ros.core.summary import RobotSummary, summary
 from aerial_gnss_ros.core.values import FrameResult, State
@@ -174,7 +174,9 @@ class EstimatorNode(SupervisedNode):
 
     def _log_events(self) -> None:
         for sentence in self._estimator.take_events():
-            if isinstance(sentence, Trouble):
+            if isinstance(sentence, Failure):
+                self.get_logger().error(sentence)
+            elif isinstance(sentence, Trouble):
                 self.get_logger().warning(sentence)
             else:
                 self.get_logger().info(sentence)

@@ -63,13 +63,25 @@ def test_a_fix_comes_in_radians_with_its_covariance(message):
         (COVARIANCE, 1, True),
         (COVARIANCE, 0, False),  # type: unknown
         ([0.0] * 9, 2, False),  # simulators: a type but no variance
-        ([math.nan, *COVARIANCE[1:]], 3, False),
-        ([*COVARIANCE[:8], math.nan], 3, True),  # height is not used
+        ([0.0] * 8 + [4.0], 2, False),
+        ([math.nan, *COVARIANCE[1:]], 3, True),  # the core says that it is none
+        ([*COVARIANCE[:8], math.nan], 3, True),
     ],
 )
 def test_a_covariance_counts_where_it_says_something(message, covariance, kind, given):
     fields = {"position_covariance": covariance, "position_covariance_type": kind}
     assert (canonical.fix(message(FIX, fields), NOW).covariance is not None) == given
+
+
+@pytest.mark.parametrize("variance", [math.inf, math.nan, -1.0, 1e9])
+@pytest.mark.parametrize("kind", [1, 2, 3])
+def test_a_stated_covariance_that_is_none_makes_no_fix(message, variance, kind):
+    covariance = np.diag([variance] * 3).ravel().tolist()
+    fields = {"latitude": 45.0, "position_covariance": covariance}
+    stated = canonical.fix(message(FIX, fields | {"position_covariance_type": kind}), NOW)
+    assert usable(stated)[0]
+    unknown = canonical.fix(message(FIX, fields | {"position_covariance_type": 0}), NOW)
+    assert usable(unknown) == ("", unknown)
 
 
 @pytest.mark.parametrize(("status", "valid"), [(-2, True), (-1, False), (0, True), (2, True)])
@@ -124,6 +136,8 @@ def test_heights_of_all_types_agree(message, msgtype, fields):
         (math.inf, (0.2, 40.0), False),  # REP 117: nothing within reach
         (-math.inf, (0.2, 40.0), False),
         (41.0, (0.2, 40.0), False),
+        (0.2, (0.2, 40.0), False),  # at its stop: nothing within reach, or too near
+        (40.0, (0.2, 40.0), False),
         (7.5, (0.0, 0.0), True),  # limits that say nothing
     ],
 )

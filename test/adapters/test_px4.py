@@ -11,6 +11,7 @@ import pytest
 
 from aerial_gnss_ros.adapters import px4
 from aerial_gnss_ros.core.config import estimator_config
+from aerial_gnss_ros.core.usable import usable
 
 FIX = estimator_config(
     {"fix.type": "px4_global_position", "fix.stamp": "px4_us", "fix.altitude_datum": "ellipsoid"}
@@ -35,9 +36,13 @@ def test_flags_of_later_releases_are_heeded():
     assert math.isnan(position(lat_lon_valid=True, alt_valid=False).altitude)
 
 
-@pytest.mark.parametrize("eph", [0.0, math.nan, math.inf])
-def test_no_accuracy_is_no_covariance(eph):
-    assert position(eph=eph).covariance is None
+def test_no_accuracy_is_no_covariance():
+    assert position(eph=0.0).covariance is None
+
+
+@pytest.mark.parametrize("eph", [math.nan, math.inf, -math.inf, -2.0])
+def test_an_accuracy_that_is_no_number_makes_no_fix(eph):
+    assert "its covariance" in usable(position(eph=eph))[0]
 
 
 def test_raw_gnss_without_a_fix_is_none():

@@ -284,3 +284,16 @@ def test_bags_of_other_kinds_give_the_same_positions(
     assert detector.calls == (flight.images if name.endswith(".bag") else 0)
     a, b = ((tmp_path / n / "positions.csv").read_bytes() for n in "ab")
     assert a == b
+
+
+@pytest.mark.parametrize("degrees", [1.0, 3.0])
+def test_an_origin_of_another_site_is_refused(tmp_path, flight, refusal, degrees):
+    origin = tmp_path / "origin.yaml"
+    latitude, longitude = flight.latitude + degrees, flight.longitude
+    origin.write_text(
+        "estimator: {ros__parameters: {map: "
+        f"{{latitude_deg: {latitude}, longitude_deg: {longitude}}}}}}}\n"
+    )
+    sentence = refusal(flight.write(tmp_path / "bag"), tmp_path / "out", "--params", origin)
+    assert f"{degrees * 111.2:.0f} km from the drone" in sentence
+    assert "correct map.latitude_deg and map.longitude_deg" in sentence

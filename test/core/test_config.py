@@ -107,6 +107,11 @@ def test_robots_are_bound_to_their_starts_in_order_of_name():
         ({"height.source": "none"}, r"surface\.altitude must be given"),
         ({"height.source": "none", "surface.altitude": 0.0}, r"fix\.altitude_datum"),
         ({"map.latitude_deg": 13.0}, "given together"),
+        (
+            {"map.latitude_deg": 13.0, "map.longitude_deg": 5.0}
+            | {"fix.source": "constant", "fix.latitude_deg": 15.0, "fix.longitude_deg": 5.0},
+            r"The origin of map \(13, 5\) is 221 km from the camera",
+        ),
         ({"robots.leader.colour": "red"}, r"robots\.leader\.colour is not a parameter"),
         ({"robots": {"Leader": {"class": "a", "start": [1, 2]}}}, "cannot be a topic name"),
         ({"robots": {"a": {"start": [1, 2]}}}, r"robots\.a\.class must be"),

@@ -67,6 +67,7 @@ NONE = {"height.source": "none", "surface.altitude": -41.0}
         # a range finder on a body that is tilted by 60 deg
         ({"height.along": "body"}, {"height": 30.0, "body": ROLLED}, 15.0, NAN),
         ({}, {"height": 30.0, "body": ROLLED}, 30.0, NAN),
+        ({}, {"height": 0.51}, 0.51, NAN),
         # tide: the water stands 1.5 m above the height's reference
         (
             {"fix.altitude_datum": "ellipsoid", "height.reference": "home"},
@@ -94,6 +95,10 @@ def test_height_and_published_altitude(values, samples, height, water):
         ({}, {"height": NAN}, Reason.BAD_HEIGHT),
         ({}, {"height": -1.3}, Reason.BAD_HEIGHT),
         ({}, {"height": 1.0, "level": 1.0}, Reason.BAD_HEIGHT),
+        ({}, {"height": 0.5}, Reason.BAD_HEIGHT),
+        ({}, {"height": 9.5, "level": 9.0}, Reason.BAD_HEIGHT),
+        ({}, {"height": 10_001.0}, Reason.BAD_HEIGHT),
+        ({"limits.height_min_m": 2.0}, {"height": 2.0}, Reason.BAD_HEIGHT),
         (
             NONE | {"fix.altitude_datum": "ellipsoid"},
             {"altitude": NAN, "height": None},
