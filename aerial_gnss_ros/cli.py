@@ -6,6 +6,7 @@ from __future__ import annotations
 import argparse
 import errno
 import importlib
+import io
 import os
 import sys
 from collections.abc import Sequence
@@ -59,6 +60,8 @@ def main(argv: Sequence[str] | None = None) -> int:
         0 when the work is done, 2 when the input was wrong, 130 when interrupted.
     """
     arguments = list(sys.argv[1:] if argv is None else argv)
+    if isinstance(sys.stdout, io.TextIOWrapper):  # file names may be no Unicode
+        sys.stdout.reconfigure(errors="replace")
     try:
         return _dispatch(arguments)
     except SystemExit as stop:

@@ -87,3 +87,19 @@ def test_wrong_input_is_one_sentence(
     assert sentence in err
     assert "Traceback" not in err
     assert err.count("\n") <= 1
+
+
+def test_a_file_name_that_is_no_unicode_is_printed(tmp_path):
+    """Python's own output would end with a traceback."""
+    log = tmp_path / os.fsdecode(b"caf\xe9.csv")
+    header = "OSD.latitude,OSD.longitude,OSD.height [m],OSD.pitch,OSD.yaw,GIMBAL.pitch\n"
+    log.write_text(header + "13,-59,20,0,0,-60\n" * 2)
+    done = subprocess.run(
+        [sys.executable, "-m", "aerial_gnss_ros.cli", "import-dji", log, "-o", tmp_path / "bag"],
+        capture_output=True,
+        text=True,
+        check=False,
+        env=os.environ | {"PYTHONIOENCODING": "utf-8"},
+    )
+    assert (done.returncode, done.stderr.count("Traceback")) == (0, 0), done.stderr
+    assert "caf?.csv: 2 rows" in done.stdout

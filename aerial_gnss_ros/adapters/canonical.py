@@ -16,6 +16,7 @@ import numpy as np
 from aerial_gnss_ros.adapters.stamps import nanoseconds
 from aerial_gnss_ros.core.camera import CameraModel
 from aerial_gnss_ros.core.frames import matrix_from_rpy, quaternion_from_matrix
+from aerial_gnss_ros.core.plain_text import printable
 from aerial_gnss_ros.core.values import Array, DetectionFrame, Fix, Orientation, Scalar
 
 NO_FIX = -1  # sensor_msgs/NavSatStatus.STATUS_NO_FIX
@@ -149,5 +150,7 @@ def detection_frame(msg: Any) -> DetectionFrame:
 
 
 def _best(results: Any) -> tuple[str, float]:
-    hypotheses = [(str(r.hypothesis.class_id), float(r.hypothesis.score)) for r in results]
+    hypotheses = [
+        (printable(str(r.hypothesis.class_id)), float(r.hypothesis.score)) for r in results
+    ]
     return max(hypotheses, key=lambda h: h[1]) if hypotheses else ("", 0.0)

@@ -12,6 +12,7 @@ from xml.sax.saxutils import quoteattr
 from aerial_gnss_ros.adapters.stamps import nanoseconds
 from aerial_gnss_ros.core.errors import InputError
 from aerial_gnss_ros.core.geoid import undulation
+from aerial_gnss_ros.core.plain_text import printable
 
 COT_UNKNOWN = 9_999_999.0
 """What Cursor on Target writes for a height or an error that nobody knows."""
@@ -46,7 +47,15 @@ class Sighting:
 
 
 def sighting(robot_id: str, msg: Any, namespace: str = "") -> Sighting:
-    """Return what a `robots/<id>/fix` (sensor_msgs/NavSatFix) says."""
+    """Return what a `robots/<id>/fix` (sensor_msgs/NavSatFix) says.
+
+    Raises:
+        InputError: its position is none on Earth.
+    """
+    if not (abs(msg.latitude) <= 90.0 and abs(msg.longitude) <= 180.0):
+        raise InputError(
+            f"{robot_id} is said to be at {msg.latitude:g}, {msg.longitude:g}, which is no position"
+        )
     east, north = float(msg.position_covariance[0]), float(msg.position_covariance[4])
     return Sighting(
         robot_id,
@@ -75,7 +84,8 @@ def cursor_on_target(seen: Sighting, kind: str = "a-f-S", stale_s: float = 30.0)
         "lat": f"{math.degrees(seen.latitude):.8f}",
         "lon": f"{math.degrees(seen.longitude):.8f}",
         "hae": f"{seen.altitude if known else COT_UNKNOWN:.2f}",
-        "ce": f"{seen.sigma:.2f}",  # one sigma, as the schema says of error
+        # One sigma, as the schema says of error.
+        "ce": f"{seen.sigma if math.isfinite(seen.sigma) else COT_UNKNOWN:.2f}",
         "le": f"{COT_UNKNOWN:.1f}",
     }
     time = _iso(seen.stamp_ns)
@@ -93,7 +103,7 @@ def cursor_on_target(seen: Sighting, kind: str = "a-f-S", stale_s: float = 30.0)
     return (
         '<?xml version="1.0" encoding="UTF-8" standalone="yes"?>'
         f"<event {_attributes(event)}><point {_attributes(place)}/><detail>"
-        f"<contact callsign={quoteattr(name)}/><remarks>{state}</remarks>"
+        f"<contact callsign={quoteattr(printable(name))}/><remarks>{state}</remarks>"
         "</detail></event>"
     ).encode()
 
@@ -132,7 +142,7 @@ def host_and_port(text: str) -> tuple[str, int]:
 
 
 def _attributes(values: dict[str, str]) -> str:
-    return " ".join(f"{name}={quoteattr(value)}" for name, value in values.items())
+    return " ".join(f"{name}={quoteattr(printable(value))}" for name, value in values.items())
 
 
 def _iso(stamp_ns: int) -> str:

@@ -13,6 +13,7 @@ from xml.sax.saxutils import escape
 
 import numpy as np
 
+from aerial_gnss_ros.core.plain_text import printable
 from aerial_gnss_ros.core.values import RobotEstimate
 
 Tracks = Mapping[str, Sequence[RobotEstimate]]
@@ -35,7 +36,7 @@ def geojson(tracks: Tracks) -> str:
         common = {
             "name": robot_id,
             "robot_id": robot_id,
-            "class_id": last.class_id,
+            "class_id": printable(last.class_id),
             "style": {"color": color, "weight": 3},
         }
         if len(track) > 1:  # a GeoJSON line has at least two positions
@@ -53,7 +54,10 @@ def geojson(tracks: Tracks) -> str:
             "sigma_m": round(_sigma(last), 4),
         }
         features.append({"type": "Feature", "properties": common | details, "geometry": point})
-    return json.dumps({"type": "FeatureCollection", "features": features}, indent=1) + "\n"
+    return (
+        json.dumps({"type": "FeatureCollection", "features": features}, indent=1, allow_nan=False)
+        + "\n"
+    )
 
 
 def gpx(tracks: Tracks) -> str:
@@ -63,12 +67,12 @@ def gpx(tracks: Tracks) -> str:
     """
     marks = "".join(
         f"<wpt {_gpx_place(track[-1])}><time>{iso_time(track[-1].stamp_ns)}</time>"
-        f"<name>{escape(robot_id)}</name>"
-        f"<desc>{escape(_words(track[-1]))}</desc></wpt>\n"
+        f"<name>{_xml(robot_id)}</name>"
+        f"<desc>{_xml(_words(track[-1]))}</desc></wpt>\n"
         for robot_id, track in tracks.items()
     )
     lines = "".join(
-        f"<trk><name>{escape(robot_id)}</name><type>{escape(track[-1].class_id)}</type><trkseg>\n"
+        f"<trk><name>{_xml(robot_id)}</name><type>{_xml(track[-1].class_id)}</type><trkseg>\n"
         + "".join(
             f"<trkpt {_gpx_place(e)}><time>{iso_time(e.stamp_ns)}</time></trkpt>\n" for e in track
         )
@@ -107,13 +111,17 @@ def _robot_kml(index: int, robot_id: str, track: Sequence[RobotEstimate]) -> str
     coords = "".join(f"<gx:coord>{_spaced(e, ' ')}</gx:coord>\n" for e in track)
     sentence = _words(last)
     return (
-        f"<Placemark>\n<name>{escape(robot_id)}</name>\n"
-        f"<description>{escape(sentence)}</description>\n"
-        f"<Style><LineStyle><color>{color}</color><width>3</width></LineStyle>"
-        f"<IconStyle><color>{color}</color></IconStyle></Style>\n"
+        f"<Placemark>\n<name>{_xml(robot_id)}</name>\n"
+        f"<description>{_xml(sentence)}</description>\n"
+        f"<Style><IconStyle><color>{color}</color></IconStyle>"  # the schema's order
+        f"<LineStyle><color>{color}</color><width>3</width></LineStyle></Style>\n"
         "<gx:Track>\n<altitudeMode>clampToGround</altitudeMode>\n"
         f"{whens}{coords}</gx:Track>\n</Placemark>\n"
     )
+
+
+def _xml(text: str) -> str:
+    return escape(printable(text))
 
 
 def _words(last: RobotEstimate) -> str:
@@ -125,6 +133,7 @@ def _words(last: RobotEstimate) -> str:
 
 def _gpx_place(estimate: RobotEstimate) -> str:
     longitude, latitude = _coordinates(estimate)[:2]
+    longitude = -180.0 if longitude >= 180.0 else longitude  # GPX's end before 180
     return f'lat="{latitude:.10f}" lon="{longitude:.10f}"'
 
 
@@ -134,7 +143,8 @@ def _line(coordinates: list[list[float]]) -> dict[str, Any]:
     for before, after in pairwise(coordinates):
         if abs(after[0] - before[0]) > 180.0:
             side = math.copysign(180.0, before[0])
-            share = (side - before[0]) / (after[0] + 2.0 * side - before[0])
+            width = after[0] + 2.0 * side - before[0]
+            share = (side - before[0]) / width if width else 0.0  # both lie on it
             latitude = round(before[1] + share * (after[1] - before[1]), _DECIMALS)
             height = before[2:]
             parts[-1].append([side, latitude, *height])
@@ -156,7 +166,7 @@ def _coordinates(estimate: RobotEstimate) -> list[float]:
         round(math.degrees(estimate.longitude), _DECIMALS),
         round(math.degrees(estimate.latitude), _DECIMALS),
     ]
-    if not math.isnan(estimate.altitude):
+    if math.isfinite(estimate.altitude):
         place.append(round(estimate.altitude, 4))
     return place
 

@@ -19,6 +19,7 @@ from aerial_gnss_ros.bags.maps import geojson, gpx, kml
 from aerial_gnss_ros.bags.tables import POSITION_COLUMNS, Track
 from aerial_gnss_ros.bags.typestore import GEOJSON_TYPE
 from aerial_gnss_ros.bags.writer import LATCHED, RELIABLE, BagWriter
+from aerial_gnss_ros.core.plain_text import spreadsheet_cell
 from aerial_gnss_ros.core.rejection import Rejection
 from aerial_gnss_ros.core.values import CameraPose, FrameResult, PlatformError, RobotEstimate
 
@@ -127,7 +128,7 @@ def position_row(estimate: RobotEstimate) -> list[str]:
     return [
         str(estimate.stamp_ns),
         estimate.robot_id,
-        estimate.class_id,
+        spreadsheet_cell(estimate.class_id),
         f"{math.degrees(estimate.latitude):.10f}",
         f"{math.degrees(estimate.longitude):.10f}",
         f"{estimate.altitude:.4f}",
@@ -143,7 +144,7 @@ def position_row(estimate: RobotEstimate) -> list[str]:
 def platform_row(row: tuple[int, PlatformError]) -> list[str]:
     """Return a row of platform.csv: m, rad or s, to be added to what was measured."""
     stamp_ns, error = row
-    return [str(stamp_ns), error.name, f"{error.value:.9g}", f"{error.sigma:.9g}"]
+    return [str(stamp_ns), spreadsheet_cell(error.name), f"{error.value:.9g}", f"{error.sigma:.9g}"]
 
 
 def rejection_row(rejection: Rejection) -> list[str]:

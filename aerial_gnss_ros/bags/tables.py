@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import csv
 from collections import Counter
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,8 +10,10 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from aerial_gnss_ros.adapters.table_files import table_rows
 from aerial_gnss_ros.core.errors import InputError
 from aerial_gnss_ros.core.values import Array, State
+from aerial_gnss_ros.core.words import cut
 
 POSITION_COLUMNS = (
     "stamp_ns", "robot_id", "class_id", "latitude_deg", "longitude_deg", "altitude_m",
@@ -64,26 +65,18 @@ def read_positions(path: Path) -> dict[str, EstimatedTrack]:
     """
     if not path.is_file():
         raise InputError(f"There is no {path}; give the folder that `aerial-gnss replay` wrote.")
-    with path.open(newline="", encoding="utf-8") as file:
-        reader = csv.DictReader(file)
-        missing = set(POSITION_COLUMNS) - set(reader.fieldnames or ())
-        if missing:
+    rows: dict[str, list[dict[str, str]]] = {}
+    for line, row in table_rows(path, POSITION_COLUMNS, "the positions.csv of a replay"):
+        if row["state"] not in STATES:  # the last column: what is cut off lacks it first
             raise InputError(
-                f"{path} lacks the columns {', '.join(sorted(missing))}; it is not the "
-                "positions.csv of a replay."
+                f"{path}, line {line}: state is {cut(row['state']) or 'missing'}, not "
+                f"{' or '.join(STATES)}: the table was cut off or changed; replay again."
             )
-        rows: dict[str, list[dict[str, str]]] = {}
-        for row in reader:
-            if row["state"] not in STATES:  # the last column: what is cut off lacks it first
-                raise InputError(
-                    f"{path}, line {reader.line_num}: state is {row['state'] or 'missing'}, not "
-                    f"{' or '.join(STATES)}: the table was cut off or changed; replay again."
-                )
-            rows.setdefault(row["robot_id"], []).append(row)
+        rows.setdefault(row["robot_id"], []).append(row)
     try:
         return {name: _track(rows[name]) for name in sorted(rows)}
-    except (TypeError, ValueError) as error:
-        raise InputError(f"{path} has a row that cannot be read: {error}.") from error
+    except (TypeError, ValueError, OverflowError) as error:
+        raise InputError(f"{path} has a row that cannot be read: {cut(str(error))}.") from error
 
 
 def _track(rows: list[dict[str, str]]) -> EstimatedTrack:
@@ -94,18 +87,27 @@ def _track(rows: list[dict[str, str]]) -> EstimatedTrack:
     covariance = np.stack(
         [column("var_east_m2"), cross, cross, column("var_north_m2")], axis=-1
     ).reshape(-1, 2, 2)
+    latitude, longitude = column("latitude_deg"), column("longitude_deg")
+    if not (np.abs(latitude) <= 90.0).all() or not (np.abs(longitude) <= 180.0).all():
+        raise ValueError("a position is none on Earth")
+    if not np.isfinite(covariance).all():
+        raise ValueError("a covariance is not finite")
     return EstimatedTrack(
         np.array([int(row["stamp_ns"]) for row in rows], dtype=np.int64),
-        np.radians(column("latitude_deg")),
-        np.radians(column("longitude_deg")),
+        np.radians(latitude),
+        np.radians(longitude),
         covariance,
         np.array([row["state"] == "confirmed" for row in rows]),
     )
 
 
 def read_rejections(path: Path) -> Counter[str]:
-    """Count the rejections in rejected.csv by reason; an absent file counts none."""
+    """Count the rejections in rejected.csv by reason; an absent file counts none.
+
+    Raises:
+        InputError: the file is not such a table.
+    """
     if not path.is_file():
         return Counter()
-    with path.open(newline="", encoding="utf-8") as file:
-        return Counter(row["reason"] for row in csv.DictReader(file))
+    meant = "the rejected.csv of a replay"
+    return Counter(row["reason"] for _, row in table_rows(path, ("reason",), meant))

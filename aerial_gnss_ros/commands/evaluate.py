@@ -22,6 +22,7 @@ from aerial_gnss_ros.commands.configuration import add_arguments as add_configur
 from aerial_gnss_ros.commands.configuration import configuration
 from aerial_gnss_ros.commands.progress import progress
 from aerial_gnss_ros.core.errors import ConfigError, InputError
+from aerial_gnss_ros.core.plain_text import spreadsheet_cell
 from aerial_gnss_ros.core.words import counted
 from aerial_gnss_ros.detection.select import load_detector
 from aerial_gnss_ros.evaluation.errors import RobotErrors, compare, refuse_strangers, summarise
@@ -207,13 +208,14 @@ def _write_errors(path: Path, errors: Sequence[RobotErrors]) -> None:
     stamps = np.unique(np.concatenate([robot.stamps_ns for robot in errors]))
     rows: list[tuple[int, str, list[str]]] = []
     for robot in errors:
+        names = spreadsheet_cell(robot.truth_id), spreadsheet_cell(robot.robot_id)
         east, north = robot.east_north.T
         columns = robot.distance, robot.haversine, north, east, robot.nees, robot.sigma
         values = np.column_stack([*columns, robot.range_m])
         for frame, stamp, row in zip(
             np.searchsorted(stamps, robot.stamps_ns), robot.stamps_ns, values, strict=True
         ):
-            text = [str(stamp), robot.truth_id, robot.robot_id, *(f"{value:.4f}" for value in row)]
+            text = [str(stamp), *names, *(f"{value:.4f}" for value in row)]
             rows.append((int(frame), robot.truth_id, text))
     with path.open("w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file, lineterminator="\n")

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import argparse
 import ipaddress
-import math
+import re
 import sys
 from collections import Counter
 from typing import Any
@@ -13,8 +13,11 @@ from typing import Any
 from aerial_gnss_ros.adapters.sightings import Sighting, host_and_port, sighting
 from aerial_gnss_ros.commands.udp_outputs import CursorOnTarget, Mavlink, Output
 from aerial_gnss_ros.core.errors import InputError
+from aerial_gnss_ros.core.words import counted, shown
 from aerial_gnss_ros.nodes import require_ros
 
+_LONGEST_S = 10_000_000.0
+_TYPE = re.compile(r"[A-Za-z0-9]+(-[A-Za-z0-9]+)*")
 HELP = "send live positions on: Cursor on Target, MAVLink"
 COT_DEFAULT, MAVLINK_DEFAULT = "127.0.0.1:4242", "127.0.0.1:14550"
 
@@ -58,8 +61,15 @@ def run(args: argparse.Namespace) -> int:
     if args.cot is None and args.mavlink is None:
         raise InputError("nothing to send to; give --cot, --mavlink, or both.")
     for name, value in (("--stale", args.stale), ("--seconds", args.seconds)):
-        if value is not None and not (math.isfinite(value) and value > 0.0):
-            raise InputError(f"{name} must be above 0 s, not {value:g}.")
+        if value is not None and not 0.0 < value <= _LONGEST_S:
+            raise InputError(
+                f"{name} must be above 0 s and at most {_LONGEST_S:.0f}, not {value:g}."
+            )
+    if not _TYPE.fullmatch(args.cot_type):
+        raise InputError(
+            f"--cot-type must be letters and digits with hyphens, such as a-f-S, not "
+            f"{shown(args.cot_type)}."
+        )
     if not 1 <= args.mavlink_system <= 255:
         raise InputError(f"--mavlink-system must be 1 to 255, not {args.mavlink_system}.")
     require_ros()
@@ -70,7 +80,12 @@ def run(args: argparse.Namespace) -> int:
     stream = Stream(cot, mavlink, args.robot)
 
     def take(robot: str, message: Any) -> None:
-        stream.send(sighting(robot, message, args.namespace))
+        try:
+            seen = sighting(robot, message, args.namespace)
+        except InputError as error:
+            stream.refuse(str(error))
+        else:
+            stream.send(seen)
 
     try:
         hear_robots(args.namespace, args.seconds, take)
@@ -79,6 +94,8 @@ def run(args: argparse.Namespace) -> int:
             output.close()
     total = ", ".join(f"{robot} {count}" for robot, count in sorted(stream.sent.items()))
     print(f"sent: {total or 'nothing, no robot was published'}")
+    if stream.refused:
+        print(f"not sent: {counted(stream.refused, 'message')}, the first: {stream.why}")
     return 0
 
 
@@ -92,6 +109,8 @@ class Stream:
 
     Attributes:
         sent: positions sent, by robot.
+        refused: messages that held no position.
+        why: what was wrong with the first of them.
     """
 
     def __init__(self, cot: Output | None, mavlink: Output | None, only: str | None) -> None:
@@ -99,6 +118,14 @@ class Stream:
         self._followed = only
         self._told: set[str] = set()
         self.sent: Counter[str] = Counter()
+        self.refused, self.why = 0, ""
+
+    def refuse(self, why: str) -> None:
+        """Count a message that holds no position, and tell of the first one."""
+        if not self.refused:
+            self.why = why
+            print(f"not sent: {why}", file=sys.stderr, flush=True)
+        self.refused += 1
 
     def send(self, seen: Sighting) -> None:
         """Send one position."""

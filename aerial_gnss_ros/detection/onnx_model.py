@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aerial_gnss_ros.core.errors import ModelError
+from aerial_gnss_ros.core.plain_text import printable
 from aerial_gnss_ros.core.words import counted, cut, shown
 from aerial_gnss_ros.detection.base import Image
 from aerial_gnss_ros.detection.letterbox import Letterbox
@@ -146,7 +147,7 @@ def _own_names(text: str, where: str) -> tuple[str, ...] | None:
     try:
         value = ast.literal_eval(text)
         pairs = sorted(value.items()) if isinstance(value, dict) else list(enumerate(value))
-        names = tuple(str(name) for _, name in pairs)
+        names = tuple(printable(str(name)) for _, name in pairs)
         in_order = [int(index) for index, _ in pairs] == list(range(len(pairs)))
     except _UNREADABLE as error:
         raise ModelError(

@@ -7,7 +7,6 @@ added to the measured value to have the true one, in SI units (rad, m, s).
 
 from __future__ import annotations
 
-import csv
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -19,8 +18,10 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
+from aerial_gnss_ros.adapters.table_files import table_rows
 from aerial_gnss_ros.core.errors import InputError
 from aerial_gnss_ros.core.values import Array
+from aerial_gnss_ros.core.words import cut
 from aerial_gnss_ros.evaluation.picture import COLOURS, FAINT, INK, legend_above, png
 
 COLUMNS = ("stamp_ns", "error", "value", "sigma")
@@ -51,17 +52,14 @@ def read_platform(path: Path) -> dict[str, PlatformError]:
     if not path.is_file():
         return {}
     rows: dict[str, list[tuple[int, float, float]]] = {}
-    with path.open(newline="", encoding="utf-8") as file:
-        reader = csv.DictReader(file)
-        missing = [name for name in COLUMNS if name not in (reader.fieldnames or ())]
-        if missing:
-            raise InputError(f"{path} lacks the columns {', '.join(missing)}.")
+    for line, row in table_rows(path, COLUMNS, "the platform.csv of a replay"):
         try:
-            for row in reader:
-                values = int(row["stamp_ns"]), float(row["value"]), float(row["sigma"])
-                rows.setdefault(row["error"], []).append(values)
-        except (TypeError, ValueError) as error:
-            raise InputError(f"{path} has a row that cannot be read: {error}.") from error
+            values = int(row["stamp_ns"]), float(row["value"]), float(row["sigma"])
+        except ValueError as error:
+            raise InputError(f"{path}, line {line}: {cut(str(error))}.") from error
+        if abs(values[0]) >= 1 << 63 or not all(map(math.isfinite, values[1:])):
+            raise InputError(f"{path}, line {line}: a number is out of range.")
+        rows.setdefault(row["error"], []).append(values)
     return {
         name: PlatformError(
             np.array([row[0] for row in found], dtype=np.int64),

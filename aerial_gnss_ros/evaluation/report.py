@@ -92,7 +92,7 @@ def write_report(path: Path, report: Report, drawn: Sequence[Picture] | None = N
         pictures=[(p.caption, _data_url(p.content)) for p in pictures],
         extra=[(caption, _data_url(content)) for caption, content in report.pictures],
     )
-    path.write_text(text, encoding="utf-8")
+    path.write_text(text, encoding="utf-8", errors="replace")  # file names may be no Unicode
 
 
 def draw(report: Report) -> list[Picture]:

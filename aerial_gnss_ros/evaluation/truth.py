@@ -19,11 +19,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aerial_gnss_ros.adapters.stamps import nanoseconds
+from aerial_gnss_ros.adapters.text_files import read_text
 from aerial_gnss_ros.bags.reader import BagReader
 from aerial_gnss_ros.bags.tables import Track
 from aerial_gnss_ros.core.errors import InputError
 from aerial_gnss_ros.core.json_text import parse_json
+from aerial_gnss_ros.core.words import cut, shown
 
+_MOST_BYTES = 500_000_000
 CSV_COLUMNS = ("stamp_ns", "robot_id", "latitude_deg", "longitude_deg")
 _ROBOT = re.compile(r"(?P<namespace>.*)/truth/robots/(?P<name>[^/]+)/fix")
 _DRONE = re.compile(r".*/truth/fix")
@@ -106,22 +109,26 @@ def read_truth_csv(path: Path, latency_s: float = 0.0) -> Truth:
     """
     if not path.is_file():
         raise InputError(f"{path} does not exist; give a bag, or a CSV of true positions.")
-    try:
-        text = path.read_text(encoding="utf-8-sig")  # Excel begins with a byte order mark
-    except UnicodeDecodeError as error:
-        raise InputError(f"{path} is no text in UTF-8; save it as such.") from error
-    lines = text.splitlines()
+    lines = read_text(path, _MOST_BYTES).splitlines()
     head = lines[0] if lines else ""
     reader = csv.DictReader(lines, delimiter=max(",;\t", key=head.count))
-    missing = [name for name in CSV_COLUMNS if name not in (reader.fieldnames or ())]
+    try:
+        names = list(reader.fieldnames or ())
+    except csv.Error as error:
+        raise InputError(f"{path}, line 1: {cut(str(error))}.") from error
+    missing = [name for name in CSV_COLUMNS if name not in names]
     if missing:
         raise InputError(
             f"{path} lacks the columns {', '.join(missing)}; a table of true positions has "
-            f"{', '.join(CSV_COLUMNS)}, and this one {', '.join(reader.fieldnames or ['nothing'])}."
+            f"{', '.join(CSV_COLUMNS)}, and this one "
+            f"{', '.join(map(cut, names[:20])) or 'nothing'}."
         )
     rows: dict[str, list[tuple[int, float, float]]] = {}
-    for row in reader:
-        rows.setdefault(str(row["robot_id"]), []).append(_csv_row(path, reader.line_num, row))
+    try:
+        for row in reader:
+            rows.setdefault(str(row["robot_id"]), []).append(_csv_row(path, reader.line_num, row))
+    except csv.Error as error:
+        raise InputError(f"{path}, line {reader.line_num}: {cut(str(error))}.") from error
     robots = {name: moved(track(rows[name]), latency_s) for name in sorted(rows)}
     return Truth(robots, None, latency_s)
 
@@ -172,9 +179,10 @@ def _latency(text: str) -> float:
 
 def _csv_row(path: Path, line: int, row: Mapping[str, str]) -> tuple[int, float, float]:
     stamp = row["stamp_ns"] or ""
-    if not re.fullmatch(r"\s*-?\d+\s*", stamp):
+    if not re.fullmatch(r"\s*-?\d{1,19}\s*", stamp) or abs(int(stamp)) >= 1 << 63:
         raise InputError(
-            f"{path}, line {line}: stamp_ns must be a whole number of nanoseconds, not {stamp!r}."
+            f"{path}, line {line}: stamp_ns must be a whole number of nanoseconds, not "
+            f"{shown(stamp)}."
         )
     latitude, longitude = (_degrees(path, line, name, row[name] or "") for name in CSV_COLUMNS[2:])
     place = int(stamp), latitude, longitude
@@ -188,5 +196,5 @@ def _degrees(path: Path, line: int, name: str, text: str) -> float:
         return float(text)
     except ValueError as error:
         raise InputError(
-            f"{path}, line {line}: {name} must be a number of degrees, not {text!r}."
+            f"{path}, line {line}: {name} must be a number of degrees, not {shown(text)}."
         ) from error

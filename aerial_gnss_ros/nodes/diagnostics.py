@@ -9,6 +9,7 @@ from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 
+from aerial_gnss_ros.core.plain_text import printable
 from aerial_gnss_ros.nodes.arrivals import SILENCE_S
 from aerial_gnss_ros.nodes.inputs import ONCE, OPTIONAL, Input
 
@@ -76,7 +77,7 @@ def diagnostic_array(node: str, stamp: Any, lines: Sequence[Status]) -> Any:
         DiagnosticStatus(
             name=f"{prefix}: {line.name}",
             level=line.level,
-            message=line.message,
+            message=printable(line.message),
             hardware_id=prefix,
             values=[KeyValue(key=key, value=_text(value)) for key, value in line.values.items()],
         )
@@ -86,4 +87,4 @@ def diagnostic_array(node: str, stamp: Any, lines: Sequence[Status]) -> Any:
 
 
 def _text(value: Any) -> str:
-    return f"{value:.3f}" if isinstance(value, float) else str(value)
+    return f"{value:.3f}" if isinstance(value, float) else printable(str(value))

@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import csv
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
@@ -13,7 +12,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from aerial_gnss_ros.adapters.table_files import table_rows
 from aerial_gnss_ros.core.errors import InputError
+from aerial_gnss_ros.core.words import cut
 from aerial_gnss_ros.detection.base import Image
 from aerial_gnss_ros.detection.images import read_image
 
@@ -96,7 +97,7 @@ def read_folder(folder: Path, split: str) -> Iterator[LabelledImage]:
             labels = folder / "labels" / split / f"{path.stem}.txt"
             truth = _from_labels(labels, path)
         else:
-            truth = truth_of_rows(meta.get(path.name, []))
+            truth = _of_meta(folder / "meta.csv", meta.get(path.name, []))
         yield LabelledImage(path.name, truth, partial(read_image, path))
 
 
@@ -105,11 +106,17 @@ def _read_meta(path: Path, split: str) -> dict[str, list[dict[str, str]]] | None
     if not path.is_file():
         return None
     rows: dict[str, list[dict[str, str]]] = {}
-    with path.open(newline="", encoding="utf-8") as file:
-        for row in csv.DictReader(file):
-            if row["split"] == split:
-                rows.setdefault(row["image"], []).append(row)
+    for _, row in table_rows(path, ("split", "image"), "the meta.csv of `simulate --dataset`"):
+        if row["split"] == split:
+            rows.setdefault(row["image"], []).append(row)
     return rows or None
+
+
+def _of_meta(path: Path, rows: Sequence[Mapping[str, Any]]) -> Truth:
+    try:
+        return truth_of_rows(rows)
+    except (KeyError, TypeError, ValueError) as error:
+        raise InputError(f"{path} has a row that cannot be read: {cut(str(error))}.") from error
 
 
 def truth_of_rows(rows: Sequence[Mapping[str, Any]]) -> Truth:
@@ -136,11 +143,11 @@ def truth_of_rows(rows: Sequence[Mapping[str, Any]]) -> Truth:
 
 
 def _from_labels(labels: Path, image: Path) -> Truth:
-    lines = labels.read_text(encoding="ascii").splitlines() if labels.is_file() else []
     try:
+        lines = labels.read_text(encoding="ascii").splitlines() if labels.is_file() else []
         table = np.array([[float(word) for word in line.split()] for line in lines if line.strip()])
         table = table.reshape(-1, 5)
-    except ValueError as error:
+    except (OSError, ValueError) as error:  # UnicodeDecodeError is one of them
         raise InputError(f"{labels} must have lines of `class x y width height`.") from error
     pixels = read_image(image)
     size = np.array([pixels.shape[1], pixels.shape[0]], dtype=np.float64)

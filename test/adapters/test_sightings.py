@@ -108,3 +108,23 @@ def test_addresses(text, pair):
 def test_what_is_no_address_is_refused(text):
     with pytest.raises(InputError, match="is not HOST:PORT"):
         host_and_port(text)
+
+
+def test_no_text_makes_the_event_unreadable():
+    hostile = replace(SEEN, robot_id="a\x00\x1b\ud800\uffff", namespace="<&'\"\n>", sigma=math.nan)
+    event = ET.fromstring(cursor_on_target(hostile))  # noqa: S314 - our own
+    assert event.find("detail/contact").get("callsign") == "<&'\"\ufffd>/a\ufffd\ufffd\ufffd\ufffd"
+    assert event.find("point").get("ce") == "9999999.00"
+
+
+@pytest.mark.parametrize(
+    ("latitude", "longitude"), [(math.nan, 0.0), (0.0, math.inf), (91.0, 0.0), (0.0, -180.1)]
+)
+def test_a_published_fix_that_is_no_position_is_refused(latitude, longitude):
+    message = SimpleNamespace(
+        header=SimpleNamespace(stamp=SimpleNamespace(sec=1, nanosec=0)),
+        latitude=latitude, longitude=longitude, altitude=math.nan,
+        position_covariance=[1.0] * 9, status=SimpleNamespace(status=0),
+    )  # fmt: skip
+    with pytest.raises(InputError, match=r"a_1 is said to be at .*, which is no position"):
+        sighting("a_1", message)

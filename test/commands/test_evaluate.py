@@ -152,7 +152,7 @@ def test_truth_from_hovers(tmp_path, capsys):
         (["--truth", "far.csv"], "line 2: 99.0, 0.0 is not a place on Earth"),
         (["--truth", "seconds.csv"], "stamp_ns must be a whole number of nanoseconds, not '1.5'"),
         (["--truth", "words.csv"], "latitude_deg must be a number of degrees, not 'here'"),
-        (["--truth", "latin.csv"], "latin.csv is no text in UTF-8"),
+        (["--truth", "latin.csv"], "latin.csv: is not text in UTF-8 (line"),
         (["--truth", "then.csv"], "no time in common: truth is from 1 to 1 ns"),
         (["--truth", "exchanged.csv"], "are latitude and longitude exchanged?"),
         (["--truth", "positions.csv", "--hover", "bag"], "not allowed with"),

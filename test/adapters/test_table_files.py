@@ -1,0 +1,86 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Tables that were damaged or are something else: a sentence with the file's name."""
+
+from __future__ import annotations
+
+import pytest
+
+from aerial_gnss_ros.adapters.table_files import table_rows
+from aerial_gnss_ros.bags.tables import POSITION_COLUMNS, read_positions, read_rejections
+from aerial_gnss_ros.core.errors import InputError
+from aerial_gnss_ros.evaluation.platform import read_platform
+from aerial_gnss_ros.evaluation.truth import read_truth_csv
+from aerial_gnss_ros.training.labelled import read_folder
+
+HEAD = ",".join(POSITION_COLUMNS)
+ROW = "17,aqua_1,aqua,13.2,-59.6,nan,4,0,4,0,0,confirmed"
+
+
+def test_rows_come_with_their_lines(tmp_path):
+    path = tmp_path / "t.csv"
+    path.write_bytes('\ufeffa,b\r\n1,"x\ny"\r\n2\r\n'.encode())
+    assert list(table_rows(path, ("a", "b"), "a test's")) == [
+        (3, {"a": "1", "b": "x\ny"}),
+        (4, {"a": "2", "b": ""}),
+    ]
+
+
+def read_meta(path):
+    (path / "images" / "val").mkdir(parents=True)
+    (path / "images" / "val" / "a.png").touch()
+    return list(read_folder(path, "val"))
+
+
+READERS = {
+    "positions.csv": lambda folder: read_positions(folder / "positions.csv"),
+    "rejected.csv": lambda folder: read_rejections(folder / "rejected.csv"),
+    "platform.csv": lambda folder: read_platform(folder / "platform.csv"),
+    "truth.csv": lambda folder: read_truth_csv(folder / "truth.csv"),
+    "meta.csv": read_meta,
+}
+
+
+@pytest.mark.parametrize("name", READERS)
+@pytest.mark.parametrize(
+    "content",
+    [
+        b"",
+        b"\xff\xfe\x00",
+        b"a,b\n1,2\n",
+        b"\0" * 100,
+        b"9" * 200_000,
+        b'"' + b"x," * 200_000,
+        HEAD.encode() + b"\n\xff\n",
+    ],
+    ids=["empty", "UTF-16", "other", "NUL", "long", "quote", "latin"],
+)
+def test_what_is_no_table_is_refused(tmp_path, name, content):
+    (tmp_path / name).write_bytes(content)
+    with pytest.raises(InputError) as refused:
+        READERS[name](tmp_path)
+    assert str(tmp_path / name) in str(refused.value)
+    assert "\n" not in str(refused.value)
+    assert len(str(refused.value)) < len(str(tmp_path)) + 400
+
+
+@pytest.mark.parametrize(
+    "change",
+    [("17", "9" * 30), ("17", "9" * 5000), ("17", "1.5"), ("13.2", "inf"), ("13.2", "91"),
+     ("-59.6", "nan"), ("-59.6", "181"), ("4,0,4", "nan,0,4"), ("confirmed", "conf")],
+    ids=lambda change: f"{change[0]} {change[1][:8]}",
+)  # fmt: skip
+def test_a_number_that_is_none_is_refused(tmp_path, change):
+    path = tmp_path / "positions.csv"
+    path.write_text(f"{HEAD}\n{ROW}\n")
+    assert len(read_positions(path)["aqua_1"]) == 1
+    path.write_text(f"{HEAD}\n{ROW.replace(*change)}\n")
+    with pytest.raises(InputError, match=r"positions\.csv"):
+        read_positions(path)
+
+
+@pytest.mark.parametrize("row", ["1,2,nan,1", "99999999999999999999,a,1,1", "1,a,1,1e999"])
+def test_a_platform_error_that_is_none_is_refused(tmp_path, row):
+    path = tmp_path / "platform.csv"
+    path.write_text(f"stamp_ns,error,value,sigma\n5,a,1,1\n{row}\n")
+    with pytest.raises(InputError, match=r"platform\.csv, line 3"):
+        read_platform(path)
