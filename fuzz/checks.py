@@ -8,11 +8,21 @@ import math
 import numpy as np
 
 from aerial_gnss_ros.core.values import FrameResult, RobotEstimate
-from fuzz.engine import NOT_FINITE, WRONG, Broken
+from fuzz.engine import NOT_FINITE, OUTPUT, WRONG, Broken
 from fuzz.flight import Truth
 
 SIGMAS, FAR_M = 4.0, 5.0
 """A position beyond both from every true robot is wrong and confident."""
+
+
+LONGEST = 5000
+"""A sentence for a person has no more characters."""
+
+
+def check_sentence(sentence: str) -> None:
+    """Raise Broken where nobody can read what a user is told."""
+    if len(sentence) > LONGEST:
+        raise Broken(OUTPUT, f"sentence too long: {len(sentence)} characters: {sentence[:80]}")
 
 
 def check(result: FrameResult, truth: Truth | None) -> None:

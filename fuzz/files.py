@@ -34,18 +34,10 @@ from aerial_gnss_ros.detection.onnx_model import agreed_names, class_names, inpu
 from aerial_gnss_ros.detection.second_look_terms import Terms
 from aerial_gnss_ros.nodes.schemas import DETECTOR, ESTIMATOR, SCHEMAS
 from fuzz import mutate, samples
+from fuzz.checks import check_sentence
 from fuzz.engine import NOT_FINITE, OUTPUT, Broken
 
 Tell = Callable[[str], None]
-LONGEST = 5000
-"""A sentence for a person has no more characters."""
-
-
-def refused(error: AerialGnssError) -> None:
-    """Check what a user is told."""
-    words = str(error)
-    if len(words) > LONGEST:
-        raise Broken(OUTPUT, f"sentence too long: {len(words)} characters: {words[:80]}")
 
 
 def allowed(use: Callable[[], object]) -> None:
@@ -53,7 +45,7 @@ def allowed(use: Callable[[], object]) -> None:
     try:
         use()
     except AerialGnssError as error:
-        refused(error)
+        check_sentence(str(error))
 
 
 class Parser:
@@ -135,7 +127,7 @@ def _flight_record(path: Path) -> None:
         raise Broken(NOT_FINITE, f"flight record: {log}")
     if (np.diff(log.stamps_ns) <= 0).any() or (abs(log.latitude) > 0.5 * np.pi).any():
         raise Broken(NOT_FINITE, f"flight record out of range: {log}")
-    refused(AerialGnssError(" ".join((*log.statements, *log.guesses))))
+    check_sentence(" ".join((*log.statements, *log.guesses)))
     _ = log.gaps_s
     for _stamp_ns, _topic, msgtype, fields in messages(log, None, log.clock_ns or 0):
         make(msgtype, fields)

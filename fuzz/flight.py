@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import copy
 import functools
+import math
 from bisect import bisect_left
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -19,6 +20,7 @@ from aerial_gnss_ros.adapters.telemetry_fields import CAMERA_INFO_TYPE, camera_i
 from aerial_gnss_ros.bags.typestore import make
 from aerial_gnss_ros.core.config import EstimatorConfig
 from aerial_gnss_ros.core.estimator import Estimator
+from aerial_gnss_ros.core.frames import rpy_from_matrix
 from aerial_gnss_ros.core.local_map import LocalMap
 from aerial_gnss_ros.core.values import Array, FrameResult, MapDatum
 from aerial_gnss_ros.detection.base import Detections
@@ -57,19 +59,36 @@ class Arrival:
 
 
 @functools.cache
-def experiment() -> Experiment:
-    """Return the flight: an orbit at 20 m round three robots that swim."""
-    plan = FlightPlan(kind="orbit", duration_s=DURATION_S, height_m=20.0)
+def experiment(kind: str = "orbit") -> Experiment:
+    """Return the flight: an orbit (or hover) at 20 m round (or beside) three robots that swim."""
+    plan = FlightPlan(kind=kind, duration_s=DURATION_S, height_m=20.0)
     sensors = replace(sensor_plan("consumer"), attitude_hz=20.0, gimbal_hz=20.0)
     return Experiment(
         GeneratedFlight(plan, SEED), default_camera(1280, 720), sensors, robots=3, seed=SEED
     )
 
 
+def config_of(vehicle: str) -> EstimatorConfig:
+    """Return a vehicle's parameters; a camera on a mast is told where it is."""
+    chosen = VEHICLES[vehicle]
+    if chosen.profile != "fixed_camera":
+        return chosen.config()
+    made = experiment(chosen.flight)
+    pose = made.true_pose(made.frames()[0])
+    rpy = np.degrees(rpy_from_matrix(pose.enu_from_camera))
+    return chosen.config({
+        "fix.latitude_deg": math.degrees(pose.latitude),
+        "fix.longitude_deg": math.degrees(pose.longitude),
+        "fix.altitude_m": pose.altitude,
+        "gimbal.rpy_deg": rpy.tolist(),
+        "height.value_m": pose.height,
+    })  # fmt: skip
+
+
 @functools.cache
-def truth() -> Truth:
+def truth(kind: str = "orbit") -> Truth:
     """Return where the robots are."""
-    made = experiment()
+    made = experiment(kind)
     times = np.arange(-1.0, DURATION_S + 1.0, 0.1)
     return Truth(LocalMap(made.flight.origin), times, made.swarm.positions(times)[..., :2])
 
@@ -104,7 +123,7 @@ class Truth:
 def flown(vehicle: str) -> list[list[Arrival]]:
     """Return what a vehicle sends: for each image what comes after the image before it."""
     typestore()
-    config, made = VEHICLES[vehicle].config(), experiment()
+    config, made = config_of(vehicle), experiment(VEHICLES[vehicle].flight)
     arrivals = [*_telemetry(config, made), *_images(made)]
     arrivals.sort(key=lambda arrival: arrival.log_ns)
     frames = [arrival.log_ns for arrival in arrivals if arrival.name == "detections"]
@@ -124,7 +143,7 @@ def _telemetry(config: EstimatorConfig, made: Experiment) -> list[Arrival]:
         found += _arrivals(config, Moment(fix=fix, height=height), fix.stamp_ns)
     for attitude, gimbal in zip(sensors.attitudes(), sensors.gimbals(), strict=True):
         found += _arrivals(config, Moment(attitude=attitude, gimbal=gimbal), attitude.stamp_ns)
-    for log_ns in range(found[0].log_ns, found[-1].log_ns, 500_000_000):
+    for log_ns in range(fixes[0].stamp_ns, fixes[-1].stamp_ns, 500_000_000):
         found.append(_arrival(log_ns, "water_level", FLOAT_TYPE, {"data": 0.0}))
         for name in config.depth.by_topic():
             found.append(
@@ -164,7 +183,7 @@ class Aircraft:
     """An estimator in flight, fed as the node and replay feed it."""
 
     def __init__(self, vehicle: str) -> None:
-        config = VEHICLES[vehicle].config()
+        config = config_of(vehicle)
         self.estimator = Estimator(config)
         feed = Feed(config, self.estimator)
         self.handlers: dict[str, Callable[[Any, int], None]] = {
@@ -186,8 +205,8 @@ def _warm(vehicle: str) -> Aircraft:
         for arrival in tick:
             results += aircraft.take(arrival.name, arrival.message, arrival.log_ns)
     aircraft.estimator.take_events()
-    if len(results[-1].estimates) != 3:
-        raise RuntimeError(f"{vehicle} tracks {len(results[-1].estimates)} robots, not three")
+    if len(results[-1].estimates) < 3:
+        raise RuntimeError(f"{vehicle} has {len(results[-1].estimates)} robots, not three")
     return aircraft
 
 

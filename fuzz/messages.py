@@ -12,8 +12,11 @@ from typing import Any
 import numpy as np
 from rosbags.interfaces import Nodetype
 
+from aerial_gnss_ros.adapters.results import result_messages
+from aerial_gnss_ros.bags.typestore import serialize
+from aerial_gnss_ros.core.values import FrameResult
 from fuzz import mutate
-from fuzz.checks import check
+from fuzz.checks import check, check_sentence
 from fuzz.flight import TICKS_PER_S, WARM_S, Aircraft, Arrival, flown, in_flight, truth
 from fuzz.types import typestore
 from fuzz.vehicles import VEHICLES
@@ -50,6 +53,7 @@ class InFlight:
         self._damage, self._inputs = damage, inputs
         self._vehicle = _NAMES[0]
         self._aircraft: Aircraft | None = None
+        self._last: FrameResult | None = None
         self._tick = 0
 
     def begin(self, block: int, _rng: random.Random) -> None:
@@ -81,11 +85,26 @@ class InFlight:
                 else:
                     self._take(arrival.name, arrival.message, arrival.log_ns)
             self._tick += 1
+        self._publish()
+
+    def _publish(self) -> None:
+        """Do with the last result, and with what diagnostics show, what nodes do."""
+        assert self._aircraft is not None  # noqa: S101 - begin() came first
+        if self._last is not None:
+            for message in result_messages(self._last):
+                serialize(message.msgtype, message.fields)
+        self._last = None
+        engine = self._aircraft.estimator
+        _ = engine.inputs, engine.robots, engine.health
+        for sentence in engine.take_events():
+            check_sentence(sentence)
 
     def _take(self, name: str, message: Any, log_ns: int) -> None:
         assert self._aircraft is not None  # noqa: S101 - begin() came first
+        vehicle = VEHICLES[self._vehicle]
         for result in self._aircraft.take(name, message, log_ns):
-            check(result, truth())
+            check(result, truth(vehicle.flight) if vehicle.judged else None)
+            self._last = result
 
 
 # --- fields ----------------------------------------------------------------------------------

@@ -27,6 +27,7 @@ from aerial_gnss_ros.core.frames import (
 )
 from aerial_gnss_ros.core.values import Array, Fix, Orientation, Scalar
 from aerial_gnss_ros.nodes.schemas import ESTIMATOR, SCHEMAS
+from aerial_gnss_ros.simulation.flight import HOLETOWN
 
 _HALF = math.sqrt(0.5)
 _FROM_ENU = {"ned": (_HALF, _HALF, 0.0, 0.0), "nwu": (0.0, 0.0, -_HALF, _HALF)}
@@ -52,17 +53,22 @@ class Vehicle:
     Attributes:
         profile: name of a shipped one.
         values: parameters that differ from the profile's.
+        flight: orbit or hover.
+        judged: whether its positions must be right: not where each image stands alone.
     """
 
     profile: str
     values: Mapping[str, object] = field(default_factory=dict)
+    flight: str = "orbit"
+    judged: bool = True
 
-    def config(self) -> EstimatorConfig:
-        """Return the estimator's parameters."""
+    def config(self, more: Mapping[str, object] | None = None) -> EstimatorConfig:
+        """Return the estimator's parameters; `more` of them that the flight tells."""
         values = read([vehicle_file(self.profile)], SCHEMAS)[ESTIMATOR]
-        return estimator_config(values | dict(self.values))
+        return estimator_config(values | dict(self.values) | dict(more or {}))
 
 
+_WATER_M = HOLETOWN.altitude
 _STATED = {"fix.altitude_datum": "ellipsoid"}
 VEHICLES = {
     "generic": Vehicle("generic", _STATED),
@@ -82,7 +88,23 @@ VEHICLES = {
     "generic, attitude of poses": Vehicle(
         "generic", {"attitude.type": "pose", "fix.type": "geo_pose", "fix.altitude_datum": "amsl"}
     ),
-    "mavros_px4": Vehicle("mavros_px4"),
+    "generic, height from the fix": Vehicle(
+        "generic", _STATED | {"height.source": "none", "surface.altitude": _WATER_M}
+    ),
+    "generic, latency in doubt": Vehicle("generic", {"noise.latency_s": 0.2}),
+    "generic, each image alone": Vehicle("generic", {"method": "single"}, judged=False),
+    "generic, as published": Vehicle("generic", {"method": "paper"}, judged=False),
+    "mavros_px4, told where": Vehicle(
+        "mavros_px4",
+        {
+            "map.latitude_deg": math.degrees(HOLETOWN.latitude),
+            "map.longitude_deg": math.degrees(HOLETOWN.longitude),
+            "robots.leader.class": "aqua",
+            "robots.leader.start": [math.degrees(HOLETOWN.latitude) + 1e-5,
+                                    math.degrees(HOLETOWN.longitude)],
+            "detections.classes": ["aqua"],
+        },
+    ),
     "mavros_ardupilot": Vehicle(
         "mavros_ardupilot",
         {"gimbal.type": "mavros_mount", "gimbal.stamp": "arrival", "gimbal.reference": "earth"},
@@ -94,8 +116,9 @@ VEHICLES = {
     "ardupilot_dds": Vehicle("ardupilot_dds"),
     "dji_psdk": Vehicle("dji_psdk"),
     "anafi": Vehicle("anafi"),
+    "fixed_camera": Vehicle("fixed_camera", flight="hover"),
 }  # fmt: skip
-"""By name. The camera on a mast (fixed_camera) has no telemetry to damage."""
+"""By name."""
 
 
 def messages(config: EstimatorConfig, moment: Moment) -> dict[str, tuple[str, dict[str, Any]]]:
@@ -109,13 +132,14 @@ def messages(config: EstimatorConfig, moment: Moment) -> dict[str, tuple[str, di
         elif config.gimbal.reference == "body":
             turn = quaternion_product(_inverse(attitude.quaternion), gimbal.quaternion)
             gimbal = Orientation(gimbal.stamp_ns, turn)
-    if fix is not None:
+    if fix is not None and config.fix.source == "topic":
         found["fix"] = FIX[config.fix.type].msgtype, _FIXES[config.fix.type](fix)
     if attitude is not None:
         kind, at = ATTITUDE[config.attitude.type], config.attitude
         own = _turned(attitude.quaternion, at.world, at.body)
         found["attitude"] = kind.msgtype, _ORIENTATIONS[at.type](attitude.stamp_ns, own, at.unit)
-    if gimbal is not None and config.gimbal.reference != "fixed":
+    on_topic = config.gimbal.source == "topic" and config.gimbal.reference != "fixed"
+    if gimbal is not None and on_topic:
         on = config.gimbal
         world = "enu" if on.reference == "body" else on.world
         own = _turned(gimbal.quaternion, world, on.body)
@@ -123,7 +147,7 @@ def messages(config: EstimatorConfig, moment: Moment) -> dict[str, tuple[str, di
             GIMBAL[on.type].msgtype,
             _ORIENTATIONS[on.type](gimbal.stamp_ns, own, on.unit),
         )
-    if height is not None:
+    if height is not None and config.height.source == "topic":
         found["height"] = HEIGHT[config.height.type].msgtype, _HEIGHTS[config.height.type](height)
         if config.height.home_topic:
             found["home"] = found["height"][0], {"data": 0.0}
