@@ -4,17 +4,20 @@
 from __future__ import annotations
 
 import math
+import re
+from collections.abc import Sequence
 
 import numpy as np
 
 from aerial_gnss_ros.core.values import FrameResult, RobotEstimate
-from fuzz.engine import NOT_FINITE, OUTPUT, WRONG, Broken
+from fuzz.engine import GUARDED, NOT_FINITE, OUTPUT, WRONG, Broken
 from fuzz.flight import Truth
 
 SIGMAS, FAR_M = 4.0, 5.0
 """A position beyond both from every true robot is wrong and confident."""
 
 
+_CAUGHT = re.compile(r"(\w+(?:Error|Exception))\b(?: at ([\w/.]+))?")
 LONGEST = 5000
 """A sentence for a person has no more characters."""
 
@@ -23,6 +26,22 @@ def check_sentence(sentence: str) -> None:
     """Raise Broken where nobody can read what a user is told."""
     if len(sentence) > LONGEST:
         raise Broken(OUTPUT, f"sentence too long: {len(sentence)} characters: {sentence[:80]}")
+
+
+def check_log(sentences: Sequence[str], failed: int) -> None:
+    """Raise Broken where the estimator's last line of defence had work to do.
+
+    Args:
+        sentences: of the log.
+        failed: images that were given up.
+    """
+    for sentence in sentences:
+        check_sentence(sentence)
+        caught = _CAUGHT.search(sentence)
+        if caught:
+            raise Broken(GUARDED, f"{caught[1]} in {caught[2] or 'reading'}: {sentence}")
+    if failed:
+        raise Broken(GUARDED, f"images given up: {failed}, and no sentence names the error")
 
 
 def check(result: FrameResult, truth: Truth | None) -> None:

@@ -32,10 +32,11 @@ MEMORY_BYTES = 256 * 2**20
 ADDRESS_BYTES = 8 * 2**30
 """Beyond this allocations fail, so that a runaway one ends as a finding, not the machine."""
 
-EXCEPTION, HANG, NOT_FINITE, WRONG, MEMORY, OUTPUT = (
-    "exception", "hang", "non-finite", "wrong position", "memory", "bad output",
+EXCEPTION, GUARDED, HANG, NOT_FINITE, WRONG, MEMORY, OUTPUT = (
+    "exception", "guarded", "hang", "non-finite", "wrong position", "memory", "bad output",
 )  # fmt: skip
-KINDS = (EXCEPTION, HANG, NOT_FINITE, WRONG, MEMORY, OUTPUT)
+KINDS = (EXCEPTION, GUARDED, HANG, NOT_FINITE, WRONG, MEMORY, OUTPUT)
+"""Guarded: the estimator caught an exception of its own, which is a fault all the same."""
 
 
 class Broken(Exception):  # noqa: N818 - a finding, not an error of the fuzzer

@@ -68,6 +68,7 @@ def experiment(kind: str = "orbit") -> Experiment:
     )
 
 
+@functools.cache
 def config_of(vehicle: str) -> EstimatorConfig:
     """Return a vehicle's parameters; a camera on a mast is told where it is."""
     chosen = VEHICLES[vehicle]
@@ -182,9 +183,9 @@ def _arrival(log_ns: int, name: str, msgtype: str, fields: dict[str, Any]) -> Ar
 class Aircraft:
     """An estimator in flight, fed as the node and replay feed it."""
 
-    def __init__(self, vehicle: str) -> None:
+    def __init__(self, vehicle: str, estimator: Estimator | None = None) -> None:
         config = config_of(vehicle)
-        self.estimator = Estimator(config)
+        self.estimator = estimator or Estimator(config)
         feed = Feed(config, self.estimator)
         self.handlers: dict[str, Callable[[Any, int], None]] = {
             subscription.name: subscription.handle for subscription in feed.subscriptions
@@ -212,4 +213,5 @@ def _warm(vehicle: str) -> Aircraft:
 
 def in_flight(vehicle: str) -> Aircraft:
     """Return an aircraft of one's own that has tracked three robots for `WARM_S`."""
-    return copy.deepcopy(_warm(vehicle))
+    # The feed's handlers are closures, which a copy would share: only the estimator is copied.
+    return Aircraft(vehicle, copy.deepcopy(_warm(vehicle).estimator))

@@ -16,7 +16,7 @@ from aerial_gnss_ros.adapters.results import result_messages
 from aerial_gnss_ros.bags.typestore import serialize
 from aerial_gnss_ros.core.values import FrameResult
 from fuzz import mutate
-from fuzz.checks import check, check_sentence
+from fuzz.checks import check, check_log
 from fuzz.flight import TICKS_PER_S, WARM_S, Aircraft, Arrival, flown, in_flight, truth
 from fuzz.types import typestore
 from fuzz.vehicles import VEHICLES
@@ -96,8 +96,7 @@ class InFlight:
         self._last = None
         engine = self._aircraft.estimator
         _ = engine.inputs, engine.robots, engine.health
-        for sentence in engine.take_events():
-            check_sentence(sentence)
+        check_log(engine.take_events(), engine.happened["images_failed"])
 
     def _take(self, name: str, message: Any, log_ns: int) -> None:
         assert self._aircraft is not None  # noqa: S101 - begin() came first
