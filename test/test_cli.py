@@ -4,6 +4,8 @@
 from __future__ import annotations
 
 import errno
+import os
+import subprocess
 import sys
 import types
 
