@@ -50,6 +50,7 @@ EXTRAS = {
         "ros-jazzy-rmw-fastrtps-cpp==8.4.3",
     ],
     "openvino": ["openvino>=2024.0"],
+    "tensorrt": ["tensorrt>=10.0", "cuda-python>=12.0"],  # with an NVIDIA GPU; JetPack brings both
     "export": ["onnx>=1.15"],  # aerial-gnss export to 16 and 8 bits; needs no torch
     # aerial-gnss simulate --renderer blender; bpy 5.0 exists for no other Python
     "blender": ['bpy>=5.0,<5.1; python_version == "3.11"'],

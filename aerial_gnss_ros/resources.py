@@ -43,6 +43,22 @@ def model_path(name: str) -> Path:
     return _resource("models", name)
 
 
+def install_hint(extra: str = "") -> str:
+    """Return how to install an extra, such as `pip install ".[mavlink]"` in this folder.
+
+    Always from this package's own folder: its name alone would be looked up on a public index,
+    where anybody can register it.
+
+    Args:
+        extra: its name in setup.py; empty: what the package itself needs.
+    """
+    source_tree = _PACKAGE.parent
+    has_source = (source_tree / "setup.py").is_file()
+    where = str(source_tree) if has_source else "the folder that this package was installed from"
+    what = f'".[{extra}]"' if extra else "."
+    return f"`pip install {what}` in {where}"
+
+
 def _resource(folder: str, name: str) -> Path:
     """Return `folder/name` below the resource root, or say what there is instead."""
     root = resource_root(_PACKAGE)

@@ -3,12 +3,14 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import pytest
 
+from aerial_gnss_ros import resources
 from aerial_gnss_ros.core.errors import InputError
-from aerial_gnss_ros.resources import config_path, model_path, resource_root
+from aerial_gnss_ros.resources import config_path, install_hint, model_path, resource_root
 
 PREFIXES = {
     "virtual environment": "venv/lib/python3.11/site-packages",
@@ -52,3 +54,28 @@ def test_a_missing_file_is_named_with_what_there_is(find: object) -> None:
 
 def test_the_licence_of_the_models_comes_with_them() -> None:
     assert "AFFERO" in model_path("LICENSE").read_text()
+
+
+def test_an_extra_is_installed_from_this_folder_and_never_by_name():
+    """A name alone is looked up on a public index, where anybody can register it."""
+    root = Path(resources.__file__).resolve().parent.parent
+    assert install_hint("mavlink") == f'`pip install ".[mavlink]"` in {root}'
+    assert install_hint() == f"`pip install .` in {root}"
+    setup = (root / "setup.py").read_text()
+    here = re.compile(r"pip install (?:-[-\w]+ )*[\"']?(\.|\./interfaces)(?![\w])")
+    files = [root / "README.md", root / "models/README.md"]
+    files += [
+        file for top in ("aerial_gnss_ros", "config", "docs") for file in (root / top).rglob("*")
+    ]
+    for file in files:
+        if file.suffix not in (".py", ".html", ".yaml", ".md"):
+            continue
+        text = file.read_text(encoding="utf-8")
+        for extra in re.findall(r"install_hint\(.(\w+).\)", text):
+            assert f'"{extra}": ' in setup, (file, extra)
+        for line in text.splitlines():
+            if "pip install" in line and "pip install --user" not in line and "{what}" not in line:
+                # What a robot lacks beside apt, by names that others own, stands in the docs only.
+                known = file.suffix == ".md" and ("rosbags>=" in line or "--no-deps" in line)
+                assert known or here.search(line), (file, line)
+            assert not re.search(r"aerial[_-]gnss[_-]ros\[", line), (file, line)

@@ -31,6 +31,7 @@ from aerial_gnss_ros.evaluation.identity import Identities, identities
 from aerial_gnss_ros.evaluation.platform import read_platform
 from aerial_gnss_ros.evaluation.report import Report, draw, metres, write_report
 from aerial_gnss_ros.evaluation.truth import Truth, read_truth, read_truth_csv
+from aerial_gnss_ros.resources import install_hint
 
 NADIR_DEG = 10.0
 ERROR_COLUMNS = (
@@ -260,7 +261,7 @@ def _as_text(errors: list[RobotErrors], identity: Identities | None, found: _Fou
             f"{metres(s.ce90):>6} {metres(s.p95):>6} {metres(s.rmse):>9} {metres(s.nees):>6}"
         )
     if identity is not None:
-        scores = "IDF1 and switches need motmetrics: pip install 'aerial_gnss_ros[identity]'"
+        scores = f"IDF1 and switches need motmetrics: {install_hint('identity')}"
         if identity.idf1 is not None:
             switches = counted(identity.switches or 0, "switch")
             fragments = counted(identity.fragmentations or 0, "fragment")

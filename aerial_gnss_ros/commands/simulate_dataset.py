@@ -50,7 +50,9 @@ def _add_kind(group: Any) -> None:
         help="split `test`, to score detectors: frames of --size, small and faint robots left in",
     )  # fmt: skip
     group.add_argument(
-        "--renderer", choices=RENDERERS, help="blender needs the extra [blender] (default fast)"
+        "--renderer",
+        choices=RENDERERS,
+        help='blender needs `pip install ".[blender]"` in the source folder (default fast)',
     )
     group.add_argument(
         "--ranges", metavar="NAME",

@@ -10,6 +10,7 @@ from typing import Any, Protocol
 
 from aerial_gnss_ros.adapters.sightings import Sighting, cursor_on_target, tracking_geo_status
 from aerial_gnss_ros.core.errors import InputError
+from aerial_gnss_ros.resources import install_hint
 
 CAMERA_COMPONENT = 100  # MAV_COMP_ID_CAMERA
 
@@ -91,8 +92,7 @@ class Mavlink:
             dialect: Any = importlib.import_module("pymavlink.dialects.v20.common")
         except ImportError as error:
             raise InputError(
-                "MAVLink output needs pymavlink: install the extra [mavlink], as in "
-                "`pip install '.[mavlink]'`."
+                f"MAVLink output needs pymavlink; install it with {install_hint('mavlink')}."
             ) from error
         self._udp = _Udp(host, port)
         self._mavlink = dialect.MAVLink(self._udp, srcSystem=system, srcComponent=CAMERA_COMPONENT)

@@ -11,6 +11,7 @@ from typing import Any
 from numpy.typing import NDArray
 
 from aerial_gnss_ros.core.errors import ModelError
+from aerial_gnss_ros.resources import install_hint
 
 
 class CudaError(RuntimeError):
@@ -85,4 +86,4 @@ def _runtime() -> Any:
     for name in names:
         with contextlib.suppress(ImportError):
             return importlib.import_module(name)
-    raise ModelError("TensorRT needs cuda-python; install it with `pip install cuda-python`.")
+    raise ModelError(f"TensorRT needs cuda-python; install it with {install_hint('tensorrt')}.")

@@ -15,6 +15,7 @@ from aerial_gnss_ros.detection.base import Image
 from aerial_gnss_ros.detection.config import DetectorConfig
 from aerial_gnss_ros.detection.network import Network, NetworkDetector, first_line
 from aerial_gnss_ros.detection.onnx_model import check_file, input_size, tensor
+from aerial_gnss_ros.resources import install_hint
 
 _TYPES: dict[str, type[np.generic]] = {
     "tensor(float)": np.float32,
@@ -102,7 +103,7 @@ def open_session(path: Path, threads: int, *, cuda: bool = False) -> Any:
         import onnxruntime
     except ImportError as error:
         raise ModelError(
-            "ONNX Runtime is not installed; install it with `pip install onnxruntime`."
+            f"ONNX Runtime is not installed; install it with {install_hint()}."
         ) from error
     if cuda and not has_cuda():
         raise ModelError(

@@ -18,6 +18,7 @@ from aerial_gnss_ros.detection.letterbox import Letterbox
 from aerial_gnss_ros.detection.network import Network, NetworkDetector
 from aerial_gnss_ros.detection.onnx_model import InputSize, check_file, input_size
 from aerial_gnss_ros.detection.search import ROI
+from aerial_gnss_ros.resources import install_hint
 
 _WORDS = {"f32": "32 bits", "bf16": "bfloat16"}
 _USUAL = (1280, 720)  # what cameras on drones mostly send, or what is made of it
@@ -110,7 +111,7 @@ def _core() -> Any:
         import openvino
     except ImportError as error:
         raise ModelError(
-            "OpenVINO is not installed; install it with `pip install openvino`, or choose the "
+            f"OpenVINO is not installed; install it with {install_hint('openvino')}, or choose the "
             "backend onnxruntime."
         ) from error
     return openvino.Core()

@@ -19,6 +19,7 @@ from aerial_gnss_ros.detection.cuda import Cuda
 from aerial_gnss_ros.detection.engine_card import check_fits, read_card
 from aerial_gnss_ros.detection.network import Network, NetworkDetector
 from aerial_gnss_ros.detection.onnx_model import check_file, input_size, tensor
+from aerial_gnss_ros.resources import install_hint
 
 
 def load(path: Path, config: DetectorConfig) -> NetworkDetector:
@@ -60,7 +61,7 @@ def tensorrt() -> Any:
     except ImportError as error:
         raise ModelError(
             "TensorRT is not installed; on a Jetson it comes with JetPack (python3-libnvinfer), "
-            "elsewhere `pip install tensorrt`; or give the .onnx file."
+            f"elsewhere with {install_hint('tensorrt')}; or give the .onnx file."
         ) from error
     return trt
 

@@ -16,6 +16,7 @@ from aerial_gnss_ros.detection.base import Detections, Image, within_image
 from aerial_gnss_ros.detection.config import DetectorConfig
 from aerial_gnss_ros.detection.offline import forbid_network
 from aerial_gnss_ros.detection.onnx_model import agreed_names, check_file
+from aerial_gnss_ros.resources import install_hint
 
 
 class UltralyticsDetector:
@@ -111,8 +112,8 @@ def _load(path: Path) -> Any:
         from ultralytics import YOLO
     except ImportError as error:
         raise ModelError(
-            f"{path.name} needs ultralytics; install it with `pip install "
-            "'aerial_gnss_ros[ultralytics]'`, or export the model to .onnx."
+            f"{path.name} needs ultralytics; install it with {install_hint('ultralytics')}, or "
+            "export the model to .onnx."
         ) from error
     try:
         return YOLO(str(path), task="detect" if path.suffix == ".engine" else None)

@@ -6,6 +6,7 @@ from __future__ import annotations
 import importlib.util
 
 from aerial_gnss_ros.core.errors import RosError
+from aerial_gnss_ros.resources import install_hint
 
 
 def require_ros() -> None:
@@ -13,11 +14,12 @@ def require_ros() -> None:
     if importlib.util.find_spec("rclpy") is None:
         raise RosError(
             "ROS 2 is not found: on a robot source /opt/ros/jazzy/setup.bash first, elsewhere "
-            "install the package with its extra [ros] and interfaces/, as `make setup` does."
+            f"{install_hint('ros')}, then `pip install ./interfaces` there, as `make setup` does."
         )
     for package in ("vision_msgs", "geographic_msgs"):
         if importlib.util.find_spec(package) is None:
             raise RosError(
                 f"{package} is not found: on a robot install ros-jazzy-"
-                f"{package.replace('_', '-')}, elsewhere pip install interfaces/."
+                f"{package.replace('_', '-')}, elsewhere `pip install ./interfaces` after "
+                f"{install_hint('ros')}."
             )

@@ -13,6 +13,7 @@ from aerial_gnss_ros.bags.partial import partial, refuse_existing
 from aerial_gnss_ros.core.errors import InputError, ModelError
 from aerial_gnss_ros.detection.network import first_line
 from aerial_gnss_ros.detection.offline import forbid_network
+from aerial_gnss_ros.resources import install_hint
 
 # What ONNX Runtime 1.17 (early 2024, as on Ubuntu 24.04's Python 3.12) reads.
 OPSET = 17
@@ -42,8 +43,7 @@ def export(weights: Path, model: Path, size: tuple[int, int] | None = None) -> P
         from ultralytics import YOLO
     except ImportError as error:
         raise ModelError(
-            f"export needs {error.name}; install it with `pip install "
-            "'aerial_gnss_ros[ultralytics]'`."
+            f"export needs {error.name}; install it with {install_hint('ultralytics')}."
         ) from error
     logging.getLogger("ultralytics").setLevel(logging.ERROR)  # it advises commands of its own
     with tempfile.TemporaryDirectory() as folder:

@@ -19,6 +19,7 @@ from aerial_gnss_ros.detection.images import read_image
 from aerial_gnss_ros.detection.letterbox import Letterbox
 from aerial_gnss_ros.detection.offline import forbid_network
 from aerial_gnss_ros.detection.onnx_model import class_names
+from aerial_gnss_ros.resources import install_hint
 from aerial_gnss_ros.training.labelled import ENDINGS
 
 _BATCH = 16
@@ -120,8 +121,7 @@ def _network(description: str, names: dict[int, str]) -> Any:
 
 def _lacking(error: ImportError) -> ModelError:
     return ModelError(
-        f"training from ONNX needs {error.name}; install it with `pip install "
-        "'aerial_gnss_ros[ultralytics]'`."
+        f"training from ONNX needs {error.name}; install it with {install_hint('ultralytics')}."
     )
 
 

@@ -11,6 +11,7 @@ from pathlib import Path
 
 from aerial_gnss_ros.core.errors import ModelError
 from aerial_gnss_ros.detection.offline import OFFLINE, QUIET, SETTINGS, settings_folder
+from aerial_gnss_ros.resources import install_hint
 
 # Loggers of other makers that ultralytics starts by itself where they are installed.
 _LOGGERS = ("clearml", "comet", "dvc", "mlflow", "raytune", "tensorboard", "wandb")
@@ -25,10 +26,7 @@ def require_ultralytics(what: str) -> None:
     """
     for name in ("torch", "ultralytics"):
         if importlib.util.find_spec(name) is None:
-            raise ModelError(
-                f"{what} needs {name}; install it with `pip install "
-                "'aerial_gnss_ros[ultralytics]'`."
-            )
+            raise ModelError(f"{what} needs {name}; install it with {install_hint('ultralytics')}.")
 
 
 def offline_environment(folder: Path) -> dict[str, str]:

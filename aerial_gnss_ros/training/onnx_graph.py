@@ -9,6 +9,7 @@ from typing import Any
 
 from aerial_gnss_ros.core.errors import ModelError
 from aerial_gnss_ros.detection.onnx_model import check_file
+from aerial_gnss_ros.resources import install_hint
 
 _RESHAPING = ("Transpose", "Reshape")  # between a softmax and the convolution that reads it
 
@@ -25,9 +26,7 @@ def read_float_model(path: Path) -> Any:
     try:
         import onnx
     except ImportError as error:
-        raise ModelError(
-            "export needs onnx; install it with `pip install 'aerial_gnss_ros[export]'`."
-        ) from error
+        raise ModelError(f"export needs onnx; install it with {install_hint('export')}.") from error
     try:
         model = onnx.load(path)
         onnx.checker.check_model(model)

@@ -19,6 +19,7 @@ from aerial_gnss_ros.detection.config import DetectorConfig
 from aerial_gnss_ros.detection.second_look import SecondLook
 from aerial_gnss_ros.detection.second_look_terms import Terms
 from aerial_gnss_ros.detection.select import load_detector
+from aerial_gnss_ros.resources import install_hint
 from aerial_gnss_ros.training.compare import labelled as open_images
 from aerial_gnss_ros.training.labelled import LabelledImage
 from aerial_gnss_ros.training.proposals import Proposals, gather, joined
@@ -63,8 +64,8 @@ def _train(given: argparse.Namespace) -> None:
         from aerial_gnss_ros.training.second_look_network import fit, write
     except ImportError as error:
         raise ModelError(
-            f"training a second look needs {error.name}; install it with `pip install "
-            "'aerial_gnss_ros[ultralytics]'`."
+            f"training a second look needs {error.name}; install it with "
+            f"{install_hint('ultralytics')}."
         ) from error
     refuse_existing(given.output)
     if given.steps < 1:

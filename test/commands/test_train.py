@@ -51,7 +51,7 @@ def test_a_set_with_errors_is_refused(tmp_path, make_set, capsys, monkeypatch):
 def test_a_missing_extra_is_named(tmp_path, make_set, capsys, monkeypatch):
     monkeypatch.setattr(importlib.util, "find_spec", lambda _: None)
     said = refused(capsys, make_set(tmp_path / "set"), "-o", tmp_path / "run")
-    assert "training needs torch; install it with `pip install 'aerial_gnss_ros[ult" in said
+    assert 'training needs torch; install it with `pip install ".[ultralytics]"` in /' in said
     assert not (tmp_path / "run").exists()
 
 

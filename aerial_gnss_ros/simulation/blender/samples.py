@@ -13,6 +13,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from aerial_gnss_ros.core.errors import ConfigError, OutputError
+from aerial_gnss_ros.resources import install_hint
 from aerial_gnss_ros.simulation.blender import worker
 from aerial_gnss_ros.simulation.blender.picture import Order
 from aerial_gnss_ros.simulation.blender.ranges import ranges_named
@@ -34,7 +35,7 @@ def require_blender() -> None:
     raise ConfigError(
         "the renderer blender needs bpy 5.0, which exists for Python 3.11 only; "
         + (
-            "install it with `pip install 'aerial_gnss_ros[blender]'`."
+            f"install it with {install_hint('blender')}."
             if PYTHON == (3, 11)
             else f"this is Python {PYTHON[0]}.{PYTHON[1]}: use an environment of 3.11, or the "
             "renderer fast."

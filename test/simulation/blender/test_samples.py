@@ -60,7 +60,7 @@ def test_a_picture_that_always_crashes_is_named(monkeypatch, tmp_path: Path, con
 
 @pytest.mark.parametrize(
     ("version", "words"),
-    [((3, 11), r"pip install 'aerial_gnss_ros\[blender\]'"), ((3, 12), "this is Python 3.12")],
+    [((3, 11), r'pip install "\.\[blender\]"'), ((3, 12), "this is Python 3.12")],
 )
 def test_without_bpy_the_sentence_says_what_to_do(monkeypatch, version, words: str) -> None:
     """It depends on whether this Python can have it."""
