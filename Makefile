@@ -1,4 +1,4 @@
-# What a person types: demo, test, lint, types, colcon, clean. Sets up a virtual environment of its own on the way.
+# What a person types: demo, test, lint, types, check, colcon, clean. Sets up a virtual environment of its own on the way.
 #
 # Without ROS: installs ROS 2 Jazzy from pip, and compiles the two message packages that pip lacks (interfaces/).
 # With ROS sourced (AMENT_PREFIX_PATH is set): uses that ROS, and installs neither.
@@ -6,6 +6,8 @@
 PYTHON ?= python3
 DEMO_ARGS ?=
 PYTEST_ARGS ?=
+# Processes that run tests side by side.
+JOBS ?= 2
 
 ifdef AMENT_PREFIX_PATH
 VENV ?= .venv-beside-ros
@@ -28,17 +30,22 @@ MESSAGES_INPUTS := $(wildcard interfaces/*.* interfaces/build_messages/*.py aeri
 READY := $(VENV)/.ready-to-run
 READY_DEV := $(VENV)/.ready-to-develop
 
+# test/conftest.py says which tests stay together.
+SIDE_BY_SIDE := -n $(JOBS) --dist loadgroup --no-loadscope-reorder
+
 # Nodes of the demo and the tests talk on this machine only.
 export ROS_AUTOMATIC_DISCOVERY_RANGE := LOCALHOST
 
-.PHONY: help demo test lint types colcon clean
+.PHONY: help demo test quick check lint types colcon clean
 .DELETE_ON_ERROR:
 
 help:
 	@echo "make demo     find three robots in a simulated flight, live (DEMO_ARGS=\"--duration 10\")"
-	@echo "make test     all tests (PYTEST_ARGS=\"-k geodesy\")"
+	@echo "make test     all tests, two at a time (PYTEST_ARGS=\"-k geodesy\", JOBS=4)"
 	@echo "make lint     style and likely mistakes"
 	@echo "make types    mypy --strict"
+	@echo "make quick    these two, and all tests but those of installations and nodes"
+	@echo "make check    all that CI runs, fast parts first"
 	@echo "make colcon   build as on a robot, into build/ and install/"
 	@echo "make clean    remove what the others made"
 
@@ -46,7 +53,13 @@ demo: $(READY)
 	$(BIN)/aerial-gnss demo $(DEMO_ARGS)
 
 test: $(READY_DEV)
-	$(BIN)/python -m pytest $(PYTEST_ARGS)
+	$(BIN)/python -m pytest $(SIDE_BY_SIDE) $(PYTEST_ARGS)
+
+quick: lint types
+	$(BIN)/python -m pytest $(SIDE_BY_SIDE) -q -m "not slow" --ignore=test/nodes $(PYTEST_ARGS)
+
+check:
+	.ci/run
 
 lint: $(READY_DEV)
 	$(BIN)/ruff check .

@@ -26,6 +26,7 @@ REQUIRES = [
 ]
 TEST = [
     "pytest>=7.4",
+    "pytest-xdist>=3.7",  # make test runs on two processes
     "hypothesis>=6.90",
     "pymap3d>=3.0",
     "onnx>=1.15",  # builds small detection models
@@ -102,6 +103,8 @@ setup(
     version="0.1.0",
     description="Finds marine robots in a drone's images and publishes where they are (WGS84)",
     author="aerial_gnss_ros developers",
+    maintainer="aerial_gnss_ros developers (see CONTRIBUTING.md)",
+    maintainer_email="maintainers@example.org",
     license="Apache-2.0 AND AGPL-3.0-only",
     license_files=["LICENSE", "models/LICENSE"],
     python_requires=">=3.10",

@@ -19,8 +19,34 @@ REPOSITORY = Path(__file__).resolve().parent.parent
 # Before any test imports rclpy: nodes under test neither hear nor disturb others.
 os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "LOCALHOST"
 os.environ.setdefault("ROS_DOMAIN_ID", str(os.getpid() % 100 + 1))
+WORKER = os.environ.get("PYTEST_XDIST_WORKER", "")
+"""gw0, gw1, … where pytest-xdist runs tests side by side; they share the variables of the first."""
+if WORKER:
+    DOMAIN = int(os.environ["ROS_DOMAIN_ID"]) + 37 * int(WORKER.removeprefix("gw"))
+    os.environ["ROS_DOMAIN_ID"] = str(DOMAIN % 102)  # above 101 ports may be taken by others
 os.environ["ROS_LOG_DIR"] = os.environ.get("ROS_LOG_DIR") or tempfile.mkdtemp(prefix="ros_log_")
 os.environ.setdefault("MPLBACKEND", "Agg")
+
+
+IN_TURN = ("nodes", "interfaces")
+"""Folders whose tests run several programs in real time: never two of them at once."""
+LONGEST = ("nodes", "interfaces", "training", "test_install.py", "commands", "fuzz")
+"""What begins first, so that no process waits for it at the end."""
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_collection_modifyitems(config, items):
+    """Tell pytest-xdist what stays together: a file, whose fixtures are made once, or a folder."""
+    if not WORKER or not config.pluginmanager.hasplugin("xdist"):
+        return
+
+    def part(item):
+        return item.path.relative_to(REPOSITORY / "test").parts[0]
+
+    for item in items:
+        group = "in turn" if part(item) in IN_TURN else str(item.path.relative_to(REPOSITORY))
+        item.add_marker(pytest.mark.xdist_group(group))
+    items.sort(key=lambda one: LONGEST.index(part(one)) if part(one) in LONGEST else len(LONGEST))
 
 
 @pytest.fixture(scope="session")
