@@ -20,6 +20,7 @@ from aerial_gnss_ros.core.words import counted
 
 _WIDTH = 100
 _CLOCK_S = 3.0
+_STEEP_DEG = 80.0  # beyond, `view_heading` is that of the image's top or bottom
 _REFERENCES = ("type", "altitude_datum", "world", "body", "unit", "north", "reference", "along",
                "home_topic", "mount_rpy_deg", "stamp", "latency_s")  # fmt: skip
 
@@ -151,7 +152,8 @@ def _place_lines(check: Check) -> list[str]:
     if moment.body is not None:
         tilt = math.degrees(math.acos(max(-1.0, min(1.0, float(moment.body[2, 2])))))
         nose = heading_words(_nose(moment))
-        lines.append(f"nose    heading {nose}, body tilted by {tilt:.0f} deg")
+        over = ", upside down" if tilt > 90.0 else ""
+        lines.append(f"nose    heading {nose}, body tilted by {tilt:.0f} deg{over}")
     if moment.pose is None:
         lines.append(f"camera  unknown: {moment.reason}")
     else:
@@ -175,6 +177,9 @@ def _sentence(moment: Moment, point: Aim) -> str:
     below = math.degrees(point.below_horizon)
     tilt = f"{abs(below):.0f} deg {'below' if below > 0.0 else 'above'} the horizon"
     tilt = "along the horizon" if abs(below) < 0.5 else tilt
+    if below < -_STEEP_DEG:
+        top = heading_words(point.heading + math.pi)  # `view_heading` is the bottom's
+        return f"straight up, image top to {top}, {tilt}: looks at no water"
     if math.isnan(point.distance):
         return f"heading {heading_words(point.heading)}, {tilt}: looks at no water"
     if point.distance < 0.05 * point.range_m:

@@ -26,7 +26,7 @@ class Aim:
     """Where the middle of the image points.
 
     Attributes:
-        heading: compass heading of the view, rad; of the image's top where the view is steep.
+        heading: compass heading of the view, rad; see `view_heading` for steep ones.
         below_horizon: rad; negative looks at the sky.
         distance: level, from the drone to the point on the water, m; NaN where there is none.
         range_m: from the camera, m; NaN where there is none.
@@ -74,7 +74,9 @@ def aim(pose: CameraPose, camera: CameraModel | None = None) -> Aim:
 def view_heading(enu_from_camera: Array) -> float:
     """Return the compass heading in rad of where a camera (3, 3) looks.
 
-    Within 10 deg of straight down (or up) it is that of the image's top: the view itself has none.
+    Within 10 deg of straight down it is that of the image's top, and within 10 deg of straight up
+    that of the image's bottom: the view itself has none there, and a camera that is tilted over
+    keeps its heading so.
     """
     axis, top = enu_from_camera[:, 0], enu_from_camera[:, 2]
     if math.hypot(axis[0], axis[1]) < _STEEP:

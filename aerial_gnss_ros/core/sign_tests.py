@@ -2,7 +2,8 @@
 """Simple tests of signs and references on a watched flight: what physics says must hold.
 
 Each compares two inputs that know nothing of each other (where the GNSS moved, where the attitude
-says the nose is), so that a wrong sign shows. What the flight did not show is not judged.
+says the nose is), so that a wrong sign shows. What the flight did not show, or what never
+varied, is not tested: a stuck value agrees with much.
 """
 
 from __future__ import annotations
@@ -30,6 +31,11 @@ from aerial_gnss_ros.core.flight_arrays import (
 from aerial_gnss_ros.core.watch import Moment
 
 _ENOUGH = round(5.0 / STEP_S)
+_SAME = 1e-6
+"""A working sensor's noise is larger, in rad and in m."""
+_LEAST_LEAN = math.radians(0.3)
+"""Of the standard deviation; a change of speed by 0.7 m/s takes more than a degree."""
+_STUCK = "never changed: it may be stuck or a constant"
 
 
 class Verdict(str, Enum):
@@ -38,7 +44,7 @@ class Verdict(str, Enum):
     PASS = "pass"  # noqa: S105 - no password
     FAIL = "FAIL"
     LOOK = "look"
-    NOT_JUDGED = "not judged"
+    NOT_TESTED = "not tested"
 
     def __str__(self) -> str:
         return self.value
@@ -73,9 +79,14 @@ def _level(flight: FlightArrays) -> SignTest:
     tilt = np.degrees(np.arccos(np.clip(flight.up[:, 2], -1.0, 1.0)))
     tilt = tilt[np.isfinite(tilt)]
     if len(tilt) < HALF:
-        return SignTest(name, rule, Verdict.NOT_JUDGED, "no attitude came")
+        return SignTest(name, rule, Verdict.NOT_TESTED, "no attitude came")
     median = float(np.median(tilt))
     seen = f"tilted by {median:.1f} deg (median)"
+    if median < 20.0 and _never_varied(flight.up):
+        return SignTest(
+            name, rule, Verdict.NOT_TESTED,
+            f"{seen}, and roll and pitch never changed: tilt it by hand: do they follow?",
+        )  # fmt: skip
     if median < 20.0:
         return SignTest(name, rule, Verdict.PASS, seen)
     if median > 135.0:
@@ -91,11 +102,16 @@ def _camera_down(flight: FlightArrays) -> SignTest:
     name, rule = "camera meets water", "a gimbal pitched down must look below the horizon"
     below = np.degrees(flight.below[np.isfinite(flight.below)])
     if len(below) < HALF:
-        return SignTest(name, rule, Verdict.NOT_JUDGED, "the camera's pose is not known")
+        return SignTest(name, rule, Verdict.NOT_TESTED, "the camera's pose is not known")
     median = float(np.median(below))
+    seen = f"{abs(median):.1f} deg {'below' if median > 0.0 else 'above'} the horizon (median)"
+    if median > 2.0 and _never_varied(np.radians(below)):
+        return SignTest(
+            name, rule, Verdict.NOT_TESTED,
+            f"{seen}, and it never changed: tilt the camera: does it follow?",
+        )  # fmt: skip
     if median > 2.0:
-        return SignTest(name, rule, Verdict.PASS, f"{median:.1f} deg below the horizon (median)")
-    seen = f"{-median:.1f} deg above the horizon (median)"
+        return SignTest(name, rule, Verdict.PASS, seen)
     if median < -10.0:
         return SignTest(
             name, rule, Verdict.FAIL,
@@ -109,13 +125,13 @@ def _turn(flight: FlightArrays) -> SignTest:
     turned = changes(flight.nose)
     known = np.isfinite(turned)
     if known.sum() < HALF:
-        return SignTest(name, rule, Verdict.NOT_JUDGED, "no attitude came")
+        return SignTest(name, rule, Verdict.NOT_TESTED, "no attitude came")
     way = np.nancumsum(np.where(known, turned, 0.0)) / LAG  # the whole turn so far
     most = float(way[np.argmax(np.abs(way))])
     total = math.degrees(float(np.ptp(way)))
     if total < 30.0:
         return SignTest(
-            name, rule, Verdict.NOT_JUDGED, "the nose hardly turned: turn it clockwise by 90 deg"
+            name, rule, Verdict.NOT_TESTED, "the nose hardly turned: turn it clockwise by 90 deg"
         )
     course = changes(courses(flight))
     both = known & np.isfinite(course)
@@ -137,16 +153,18 @@ def _nose_and_course(flight: FlightArrays) -> SignTest:
     name, rule = "nose and course", "flying forward, the GNSS course is the nose's heading"
     off = courses(flight) - flight.nose
     off = off[np.isfinite(off)]
+    if _never_varied(np.column_stack([np.cos(flight.nose), np.sin(flight.nose)])):
+        return SignTest(name, rule, Verdict.NOT_TESTED, f"the nose's heading {_STUCK}")
     if len(off) < _ENOUGH:
         return SignTest(
-            name, rule, Verdict.NOT_JUDGED,
+            name, rule, Verdict.NOT_TESTED,
             f"it never flew faster than {FAST} m/s for 5 s with attitude: fly forward 20 m",
         )  # fmt: skip
     mean = np.mean(np.exp(1j * off))
     angle, spread = math.degrees(float(np.angle(mean))), float(abs(mean))
     if spread < 0.8:
         return SignTest(
-            name, rule, Verdict.NOT_JUDGED, "it flew in many directions relative to its nose"
+            name, rule, Verdict.NOT_TESTED, "it flew in many directions relative to its nose"
         )
     seen = f"the course lies {abs(angle):.0f} deg {_way(angle)} of the nose"
     if abs(angle) < 25.0:
@@ -172,14 +190,20 @@ def _lean(flight: FlightArrays) -> SignTest:
     use = np.isfinite(lean) & np.isfinite(velocity) & np.isfinite(gain)
     if use.sum() < 2 * _ENOUGH or np.std(velocity[use]) < 0.7:
         return SignTest(
-            name, rule, Verdict.NOT_JUDGED,
+            name, rule, Verdict.NOT_TESTED,
             "too little change of speed: fly forward fast and stop, twice",
+        )  # fmt: skip
+    if np.std(lean[use]) < _LEAST_LEAN:
+        return SignTest(
+            name, rule, Verdict.NOT_TESTED,
+            "the airframe hardly leaned while it changed speed: roll and pitch may be stuck or not "
+            "given",
         )  # fmt: skip
     straight, phase = _explained(lean[use], velocity[use], gain[use])
     mirrored, _ = _explained(lean[use], velocity[use].conj(), gain[use].conj())
     if max(straight, mirrored) < 0.3:
         return SignTest(
-            name, rule, Verdict.NOT_JUDGED, "lean and motion have little in common (wind, no roll?)"
+            name, rule, Verdict.NOT_TESTED, "lean and motion have little in common (wind, no roll?)"
         )
     if mirrored > straight + 0.2:
         return SignTest(
@@ -205,8 +229,13 @@ def _camera_and_nose(flight: FlightArrays) -> SignTest:
     use = np.isfinite(nose) & np.isfinite(view) & (np.abs(nose) > math.radians(5.0))
     if use.sum() < HALF:
         return SignTest(
-            name, rule, Verdict.NOT_JUDGED, "the nose hardly turned while the camera was known"
+            name, rule, Verdict.NOT_TESTED, "the nose hardly turned while the camera was known"
         )
+    if _never_varied(np.column_stack([np.cos(flight.view), np.sin(flight.view)])):
+        return SignTest(
+            name, rule, Verdict.NOT_TESTED,
+            f"the camera's heading {_STUCK} while the nose turned",
+        )  # fmt: skip
     share = float(nose[use] @ view[use] / (nose[use] @ nose[use]))
     seen = f"the camera turned {share:.2f} times as far as the nose"
     if 0.6 < share < 1.4:
@@ -229,12 +258,21 @@ def _height(flight: FlightArrays) -> SignTest:
     name, rule = "height", "when the drone climbs, height rises as much as the fix's altitude"
     use = np.isfinite(flight.altitude) & np.isfinite(flight.height)
     if use.sum() < _ENOUGH:
-        return SignTest(name, rule, Verdict.NOT_JUDGED, "height or the fix's altitude is not given")
+        return SignTest(name, rule, Verdict.NOT_TESTED, "height or the fix's altitude is not given")
+    for what, values, other in (
+        ("height", flight.height[use], flight.altitude[use]),
+        ("the fix's altitude", flight.altitude[use], flight.height[use]),
+    ):
+        if _never_varied(values):
+            return SignTest(
+                name, rule, Verdict.NOT_TESTED,
+                f"{what} {_STUCK}, the other changed by {np.ptp(other):.1f} m",
+            )  # fmt: skip
     rise, up = differences(flight.altitude), differences(flight.height)
     both = np.isfinite(rise) & np.isfinite(up)
     moved = both & (np.abs(rise) > 0.5)
     if moved.sum() < HALF or np.ptp(flight.altitude[use]) < 2.0:
-        return SignTest(name, rule, Verdict.NOT_JUDGED, "it hardly climbed: climb 5 m and descend")
+        return SignTest(name, rule, Verdict.NOT_TESTED, "it hardly climbed: climb 5 m and descend")
     share = float(rise[moved] @ up[moved] / (rise[moved] @ rise[moved]))
     seen = f"height rises {share:.2f} m for each metre of the fix's altitude"
     if 0.7 < share < 1.4:
@@ -257,6 +295,13 @@ def _explained(
     residual = lean - design @ weights
     share = 1.0 - float(np.var(residual) / max(float(np.var(lean)), 1e-12))
     return share, float(np.angle(weights[1] * np.std(velocity) + weights[2] * np.std(gain)))
+
+
+def _never_varied(values: NDArray[np.float64]) -> bool:
+    """Whether values (n,) or vectors (n, k) stayed the same, as a stuck or constant input does."""
+    rows = values.reshape(len(values), math.prod(values.shape[1:]))
+    known = rows[np.isfinite(rows).all(axis=1)]
+    return len(known) > 0 and bool((np.ptp(known, axis=0) < _SAME).all())
 
 
 def _way(angle_deg: float) -> str:

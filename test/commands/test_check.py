@@ -24,7 +24,8 @@ def test_a_hover_is_described_in_words_and_numbers(flight, tmp_path, capsys):
     assert status == 0
     for words in ("13.1900000, -59.6400000, 20.0 m above the water", "nose    heading 90 deg",
                   "straight below, image top to 90 deg", "altitude_datum unknown",
-                  "reference earth", "10.0 Hz", "pass        camera meets water"):  # fmt: skip
+                  "reference earth", "10.0 Hz",
+                  "not tested  camera meets water: 90.0 deg below the"):  # fmt: skip
         assert words in out, out
     status, out = check(capsys, bag, "--json", "--at", "1.5")
     found = json.loads(out)
@@ -34,6 +35,38 @@ def test_a_hover_is_described_in_words_and_numbers(flight, tmp_path, capsys):
     assert found["inputs"]["gimbal"]["uses"]["reference"] == "earth"
     assert found["inputs"]["fix"]["count"] == 16
     assert found["inputs"]["fix"]["stamp_to_arrival_s"] == 0.0
+
+
+@pytest.mark.parametrize(
+    ("pitch_deg", "words"),
+    [
+        (-90.0, "camera  straight up, image top to 270 deg, 90 deg above the horizon: looks at no"),
+        (-30.0, "camera  heading 90 deg, 30 deg above the horizon: looks at no water"),
+        (30.0, "35 m ahead, heading 90 deg, 30 deg below the horizon"),
+    ],
+)
+def test_up_and_down_have_their_names(flight, tmp_path, capsys, pitch_deg, words):
+    half = math.radians(pitch_deg) / 2.0
+
+    def tilted(topic, msgtype, fields):
+        if topic == "gimbal":  # heading east, FLU: positive pitch looks down
+            turn = {"x": 0.0, "y": math.sin(half), "z": 0.0, "w": math.cos(half)}
+            fields = fields | {"quaternion": turn}
+        return topic, msgtype, fields
+
+    _, out = check(capsys, flight.write(tmp_path / "bag", change=tilted))
+    assert words in out, out
+
+
+def test_a_body_upside_down_is_named(flight, tmp_path, capsys):
+    def turned(topic, msgtype, fields):
+        if topic == "attitude":
+            fields = fields | {"orientation": {"x": 1.0, "y": 0.0, "z": 0.0, "w": 0.0}}
+        return topic, msgtype, fields
+
+    status, out = check(capsys, flight.write(tmp_path / "bag", change=turned))
+    assert status == 1
+    assert "body tilted by 180 deg, upside down" in out
 
 
 def test_a_missing_input_or_another_type_is_named(flight, tmp_path, capsys):

@@ -38,7 +38,7 @@ def flight(course_off_nose=0.0):
             place[i].real, place[i].imag, 0.0, LATITUDE, LONGITUDE, 0.0
         )
         fix = Fix(i * STEP_NS, float(latitude), float(longitude), up[i] - 40.0)
-        camera = matrix_from_rpy(0.0, math.radians(30.0), nose)
+        camera = matrix_from_rpy(0.0, math.radians(30.0 + 2.0 * math.sin(0.3 * t[i])), nose)
         pose = CameraPose(i * STEP_NS, fix.latitude, fix.longitude, up[i], math.nan, camera)
         moments.append(Moment(i * STEP_NS, fix, body, up[i], pose))
     return moments
@@ -98,7 +98,11 @@ def pitch_and_roll_reversed(body):
         ({"height": lambda h: -h}, {"height": Verdict.FAIL}),
         (
             {"camera": lambda _m: matrix_from_rpy(0.0, math.radians(-30.0), 0.0)},
-            {"camera meets water": Verdict.FAIL, "camera and nose": Verdict.LOOK},
+            {"camera meets water": Verdict.FAIL, "camera and nose": Verdict.NOT_TESTED},
+        ),
+        (  # holds its heading, but for a working sensor's noise
+            {"camera": lambda m: matrix_from_rpy(0.0, math.radians(30.0), 1e-4 * (m.height % 1.0))},
+            {"camera meets water": Verdict.NOT_TESTED, "camera and nose": Verdict.LOOK},
         ),
         (  # an earth-referenced gimbal composed with the nose a second time
             {
@@ -123,13 +127,65 @@ def test_flying_sideways_fails_nothing():
     assert found["lean"] is Verdict.PASS
 
 
-def test_a_drone_on_the_ground_is_judged_only_where_that_shows_something():
-    still = [replace(flight()[0], stamp_ns=i * STEP_NS) for i in range(50)]
-    found = verdicts(still)
-    assert found.pop("body is level") is Verdict.PASS
-    assert found.pop("camera meets water") is Verdict.PASS
-    assert set(found.values()) == {Verdict.NOT_JUDGED}
-    assert set(verdicts([]).values()) == {Verdict.NOT_JUDGED}
+def test_what_never_varied_is_not_tested():
+    still = [replace(flight()[0], stamp_ns=i * STEP_NS) for i in range(500)]
+    assert set(verdicts(still).values()) == {Verdict.NOT_TESTED}
+    assert set(verdicts([]).values()) == {Verdict.NOT_TESTED}
+    noisy = [
+        replace(moment, body=moment.body @ matrix_from_rpy(1e-4 * (i % 3), 0.0, 0.0))
+        for i, moment in enumerate(still)
+    ]
+    found = verdicts(noisy)
+    assert found.pop("body is level") is Verdict.PASS  # at rest, with a working sensor
+    assert set(found.values()) == {Verdict.NOT_TESTED}
+
+
+STUCK = matrix_from_rpy(0.0, math.radians(30.0), 1.0)
+
+
+@pytest.mark.parametrize(
+    ("change", "names"),
+    [
+        ({"body": lambda _b: np.eye(3)}, ("body is level", "turn", "nose and course", "lean")),
+        ({"body": lambda b: matrix_from_rpy(0.0, 0.0, math.atan2(b[1, 0], b[0, 0]))},
+         ("body is level", "lean")),  # only the heading is measured
+        ({"camera": lambda _m: STUCK}, ("camera meets water", "camera and nose")),
+        ({"height": lambda _h: 30.0}, ("height",)),
+    ],
+    ids=["attitude", "roll and pitch", "gimbal", "height"],
+)  # fmt: skip
+def test_a_stuck_input_in_flight_passes_no_test(change, names):
+    """The lean of an attitude that is stuck was explained wholly by motion, as nothing was left."""
+    found = verdicts(changed(flight(), **change))
+    assert {name: found[name] for name in names} == dict.fromkeys(names, Verdict.NOT_TESTED)
+
+
+def test_an_altitude_that_is_stuck_is_named():
+    stuck = [replace(m, fix=replace(m.fix, altitude=5.0)) for m in flight()]
+    [height] = [test for test in sign_tests(stuck) if test.name == "height"]
+    assert height.verdict is Verdict.NOT_TESTED
+    assert height.seen.startswith("the fix's altitude never changed")
+    assert "the other changed by 12.0 m" in height.seen
+
+
+@pytest.mark.parametrize(
+    ("below_deg", "verdict", "words"),
+    [
+        (45.0, Verdict.PASS, "45.0 deg below the horizon"),
+        (1.5, Verdict.LOOK, "1.5 deg below the horizon"),
+        (-1.5, Verdict.LOOK, "1.5 deg above the horizon"),
+        (-60.0, Verdict.FAIL, "60.0 deg above the horizon"),
+        (-89.0, Verdict.FAIL, "89.0 deg above the horizon"),
+    ],
+)
+def test_up_and_down_have_their_names(below_deg, verdict, words):
+    def camera(moment):
+        wobble = 1e-4 * (moment.height % 1.0)
+        return matrix_from_rpy(0.0, math.radians(below_deg) + wobble, 0.0)
+
+    tests = sign_tests(changed(flight(), camera=camera))
+    [found] = [test for test in tests if test.name == "camera meets water"]
+    assert (found.verdict, words in found.seen) == (verdict, True), found.seen
 
 
 def test_a_slow_turn_on_the_spot_is_seen_and_left_to_the_pilot():
