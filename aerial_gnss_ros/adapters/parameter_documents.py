@@ -8,9 +8,9 @@ import re
 import textwrap
 from collections.abc import Iterator
 from dataclasses import fields, is_dataclass
-from typing import Any, get_type_hints
+from typing import Any
 
-from aerial_gnss_ros.core.parameters import Leaf, leaves
+from aerial_gnss_ros.core.parameters import Leaf, leaves, type_hints
 
 _WIDTH = 100
 _HEADER = """\
@@ -44,7 +44,7 @@ def document(node: str, schema: type[Any], generator: str, examples: str = "") -
 
 def _group(schema: type[Any], prefix: str, indent: int) -> Iterator[str]:
     by_name = {leaf.name: leaf for leaf in leaves(schema, prefix)}
-    hints = get_type_hints(schema)
+    hints = type_hints(schema)
     for item in fields(schema):
         name, kind = prefix + item.name, hints[item.name]
         if is_dataclass(kind) and isinstance(kind, type):

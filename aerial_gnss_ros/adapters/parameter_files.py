@@ -14,11 +14,11 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import fields, is_dataclass
 from pathlib import Path
-from typing import Any, get_type_hints
+from typing import Any
 
 from aerial_gnss_ros.adapters.yaml_files import read_yaml
 from aerial_gnss_ros.core.errors import ConfigError, InputError
-from aerial_gnss_ros.core.parameters import Leaf, build, check, flatten, leaves
+from aerial_gnss_ros.core.parameters import Leaf, build, check, flatten, leaves, type_hints
 from aerial_gnss_ros.core.words import shown
 
 ROS_KEY = "ros__parameters"
@@ -93,7 +93,7 @@ def checked(schema: type[Any], values: Mapping[str, Any]) -> dict[str, Any]:
 
 def free_groups(schema: type[Any]) -> tuple[str, ...]:
     """Return the groups whose keys the user invents, such as `robots`."""
-    hints = get_type_hints(schema)
+    hints = type_hints(schema)
     return tuple(
         item.name
         for item in fields(schema)

@@ -78,9 +78,19 @@ class Leaf:
     key: Key
 
 
+_HINTS: dict[type[Any], dict[str, Any]] = {}
+
+
+def type_hints(cls: type[Any]) -> dict[str, Any]:
+    """Return the types of a group's fields; a file's every key asks for those of all groups."""
+    if cls not in _HINTS:
+        _HINTS[cls] = get_type_hints(cls)
+    return _HINTS[cls]
+
+
 def leaves(cls: type[Any], prefix: str = "") -> Iterator[Leaf]:
     """Yield every parameter of a group in the order of its definition."""
-    hints = get_type_hints(cls)
+    hints = type_hints(cls)
     for item in fields(cls):
         name, kind = prefix + item.name, hints[item.name]
         if is_dataclass(kind) and isinstance(kind, type):
@@ -208,7 +218,7 @@ def _suggest(name: str, known: Mapping[str, Leaf]) -> str:
 
 
 def _assemble(cls: type[T], checked: Mapping[str, Any], prefix: str) -> T:
-    hints = get_type_hints(cls)
+    hints = type_hints(cls)
     made: dict[str, Any] = {}
     for item in fields(cls):  # type: ignore[arg-type]
         name, kind = prefix + item.name, hints[item.name]
