@@ -122,7 +122,8 @@ def _camera(path: Path) -> None:
 
 def _flight_record(path: Path) -> None:
     log = read_dji_log(path)
-    columns = (log.latitude, log.longitude, log.height, log.attitude, log.gimbal, log.seconds)
+    heights = np.array([height.value for height in log.heights()])  # rows may have none
+    columns = (log.latitude, log.longitude, heights, log.attitude, log.gimbal, log.seconds)
     if not all(np.isfinite(column).all() for column in columns):
         raise Broken(NOT_FINITE, f"flight record: {log}")
     if (np.diff(log.stamps_ns) <= 0).any() or (abs(log.latitude) > 0.5 * np.pi).any():

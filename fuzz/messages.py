@@ -65,8 +65,8 @@ class InFlight:
     def case(self, rng: random.Random, tell: Tell) -> None:
         """Damage one input for a tick or some, and let some good ones follow."""
         ticks = flown(self._vehicle)
-        lasts = 1 if rng.random() < 0.85 else rng.randrange(2, 13)
-        after = 0 if rng.random() < 0.5 else rng.randrange(1, 5)
+        lasts = 1 if rng.random() < 0.9 else rng.randrange(2, 13)
+        after = 0 if rng.random() < 0.6 else rng.randrange(1, 4)
         if self._tick >= len(ticks):
             return
         name = rng.choice(self._inputs or sorted({arrival.name for arrival in ticks[self._tick]}))
@@ -85,12 +85,12 @@ class InFlight:
                 else:
                     self._take(arrival.name, arrival.message, arrival.log_ns)
             self._tick += 1
-        self._publish()
+        self._publish(rng.random() < 0.2)
 
-    def _publish(self) -> None:
+    def _publish(self, messages: bool) -> None:
         """Do with the last result, and with what diagnostics show, what nodes do."""
         assert self._aircraft is not None  # noqa: S101 - begin() came first
-        if self._last is not None:
+        if messages and self._last is not None:
             for message in result_messages(self._last):
                 serialize(message.msgtype, message.fields)
         self._last = None
@@ -262,8 +262,8 @@ def _octets(_rng: random.Random, chosen: Arrival) -> tuple[Change, str]:
 def targets() -> list[InFlight]:
     """Return the targets in flight."""
     return [
-        InFlight("messages", 30, _fields(1)),
-        InFlight("combined", 10, _fields(4)),
-        InFlight("bytes", 20, _octets),
-        InFlight("camera_info", 6, _fields(4), ("camera_info",)),
+        InFlight("messages", 24, _fields(1)),
+        InFlight("combined", 8, _fields(4)),
+        InFlight("bytes", 14, _octets),
+        InFlight("camera_info", 5, _fields(4), ("camera_info",)),
     ]
