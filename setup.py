@@ -32,9 +32,10 @@ TEST = [
     "onnx>=1.15",  # builds small detection models
     "pymavlink>=2.4.41",  # reads back what --mavlink sends
     "motmetrics>=1.4",
-    # other programs' readers of our maps; with lxml
+    # other programs' readers of our maps
     "gpxpy>=1.6",
     "fastkml>=1.0",
+    "lxml>=5.0",
     "geojson>=3.0",
     "pycocotools>=2.0.7",  # the reference for average precision
     # test_install.py builds the package as pip and as colcon do

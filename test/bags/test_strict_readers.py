@@ -11,18 +11,19 @@ import shutil
 import subprocess
 from dataclasses import replace
 
-import geojson as geojson_reader
-import gpxpy
 import numpy as np
 import pytest
-from fastkml import KML, Placemark
-from fastkml.utils import find_all
-from lxml import etree
 
 from aerial_gnss_ros.bags.maps import geojson, gpx, kml
 from aerial_gnss_ros.bags.results import ResultFolder
 from aerial_gnss_ros.bags.tables import read_positions
 from aerial_gnss_ros.core.values import CameraPose, FrameResult, RobotEstimate, State
+
+WHY = "pip install '.[test]'"
+geojson_reader = pytest.importorskip("geojson", reason=WHY)
+gpxpy = pytest.importorskip("gpxpy", reason=WHY)
+fastkml = pytest.importorskip("fastkml", reason=WHY)
+etree = pytest.importorskip("lxml.etree", reason=WHY)
 
 ESTIMATE = RobotEstimate(
     stamp_ns=1_735_689_600_123_456_789,
@@ -95,8 +96,8 @@ def test_gpx_ends_before_the_antimeridian():
 
 
 def test_a_kml_library_finds_every_robot():
-    found = KML.from_string(kml(TRACKS).partition("\n")[2])  # it takes no declaration
-    placemarks = list(find_all(found, of_type=Placemark))
+    found = fastkml.KML.from_string(kml(TRACKS).partition("\n")[2])  # it takes no declaration
+    placemarks = list(fastkml.utils.find_all(found, of_type=fastkml.Placemark))
     assert [placemark.name for placemark in placemarks] == list(TRACKS)
     assert placemarks[5].description.startswith("]]><script>&amp;\"', last position 2025-01-01T")
     place = {"k": "http://www.opengis.net/kml/2.2"}

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -19,6 +20,7 @@ LATITUDE, LONGITUDE = math.radians(13.2), math.radians(-59.6)
 DRAG = 0.04  # rad of lean per m/s
 
 
+@cache
 def flight(course_off_nose=0.0):
     """Fly an oval with changing speed and height; the body leans by drag and acceleration."""
     step = STEP_NS * 1e-9
