@@ -8,6 +8,8 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
 from typing import Any
 
+import numpy as np
+
 from aerial_gnss_ros.adapters.feed import Feed
 from aerial_gnss_ros.bags.detect import ImageDetector, detections_message
 from aerial_gnss_ros.bags.plan import Plan, make_plan, resolve
@@ -16,6 +18,7 @@ from aerial_gnss_ros.core.config import EstimatorConfig
 from aerial_gnss_ros.core.depths import depth_input
 from aerial_gnss_ros.core.errors import CameraError, InputError
 from aerial_gnss_ros.core.estimator import Estimator
+from aerial_gnss_ros.core.rejection import Cause
 from aerial_gnss_ros.core.values import FrameResult
 from aerial_gnss_ros.core.words import counted
 from aerial_gnss_ros.detection.base import Detector
@@ -32,7 +35,11 @@ class Summary:
         frames: images with a result, also those in which nothing was found.
         detections_from: where the boxes came from, in words.
         positions: rows for each robot, by robot_id.
+        boxes: detections of the images with a result.
+        used: of these, those that measured robots; the rest is refused.
         rejections: refused detections by reason.
+        causes: those that are `unconfirmed` by why their tracks were not confirmed.
+        interval_s: usual time between images, s; 0 with fewer than two.
         images_refused: images that could not be decoded.
         images_dropped: images out of order or with a stamp that came before, by reason.
         notes: sentences for the user.
@@ -41,7 +48,11 @@ class Summary:
     frames: int = 0
     detections_from: str = ""
     positions: Counter[str] = field(default_factory=Counter)
+    boxes: int = 0
+    used: int = 0
     rejections: Counter[str] = field(default_factory=Counter)
+    causes: Counter[Cause] = field(default_factory=Counter)
+    interval_s: float = 0.0
     images_refused: int = 0
     images_dropped: Counter[str] = field(default_factory=Counter)
     notes: list[str] = field(default_factory=list)
@@ -50,7 +61,11 @@ class Summary:
         """Count one image's result."""
         self.frames += 1
         self.positions.update(estimate.robot_id for estimate in result.estimates)
-        self.rejections.update(str(rejection.reason) for rejection in result.rejections)
+        self.boxes += result.boxes
+        self.used += result.used
+        refused = (*result.rejections, *result.late)
+        self.rejections.update(str(one.reason) for one in refused)
+        self.causes.update(one.cause for one in refused if one.cause is not None)
 
 
 class Replay:
@@ -140,18 +155,35 @@ class Replay:
             InputError: a bag is damaged, the first images or CameraInfo cannot be used, or the
                 configured origin of map is too far from the flight.
         """
+        last: FrameResult | None = None
+        stamps_ns: list[int] = []
+        for result in self._all_results(on_message, on_detections):
+            if last is not None:
+                yield self._counted(last)
+            last = result
+            stamps_ns.append(result.stamp_ns)
+        if last is not None:  # only now it is known what becomes of the last boxes
+            yield self._counted(replace(last, late=(*last.late, *self._estimator.ending)))
+        if len(stamps_ns) > 1:
+            self.summary.interval_s = float(np.median(np.diff(stamps_ns))) * 1e-9
+
+    def _all_results(
+        self,
+        on_message: Callable[[int], None],
+        on_detections: Callable[[int, dict[str, Any]], None],
+    ) -> Iterator[FrameResult]:
         for done, recorded in enumerate(self._bag.messages(self.plan.topics), start=1):
             message = recorded.message()
             if recorded.topic == self.plan.image_topic:
                 self._detect(message, recorded.log_ns, on_detections)
             else:
                 self._take(recorded.topic, message, recorded.log_ns)
-            yield from self._counted(self._estimator.advance(recorded.log_ns))
+            yield from self._estimator.advance(recorded.log_ns)
             self._check()
             on_message(done)
         if self._images is not None:
             self._images.check()
-        yield from self._counted(self._estimator.flush())
+        yield from self._estimator.flush()
         self._check()
         self.summary.images_dropped.update(self._estimator.dropped)
         self.summary.notes += self._estimator.take_events()
@@ -182,10 +214,9 @@ class Replay:
             on_detections(log_ns, fields)
             self.plan.detections.handle(detections_message(fields), log_ns)
 
-    def _counted(self, results: list[FrameResult]) -> Iterator[FrameResult]:
-        for result in results:
-            self.summary.add(result)
-            yield result
+    def _counted(self, result: FrameResult) -> FrameResult:
+        self.summary.add(result)
+        return result
 
     def _camera_problem(self, sentence: str) -> None:
         """Stop at a first CameraInfo that cannot be used; report a later one."""

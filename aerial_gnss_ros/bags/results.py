@@ -72,7 +72,7 @@ class ResultFolder:
     def add(self, result: FrameResult) -> None:
         """Take one image's result."""
         self._estimates += result.estimates
-        self._rejections += result.rejections
+        self._rejections += (*result.rejections, *result.late)
         self._poses += [result.pose] if result.pose is not None else []
         last = self._platform[-1][0] if self._platform else None
         if last is None or abs(result.stamp_ns - last) >= PLATFORM_STEP_NS:

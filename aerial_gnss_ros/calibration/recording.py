@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from aerial_gnss_ros.core.account import Settled
 from aerial_gnss_ros.core.camera import CameraModel
 from aerial_gnss_ros.core.config import EstimatorConfig
 from aerial_gnss_ros.core.estimator import Estimator
@@ -134,6 +135,12 @@ class _Watched:
 
     def coast(self, stamp_ns: int) -> tuple[RobotEstimate, ...]:
         return self._inner.coast(stamp_ns)
+
+    def settled(self) -> Settled:
+        return self._inner.settled()
+
+    def end(self) -> None:
+        self._inner.end()
 
     def check(self) -> None:
         self._inner.check()

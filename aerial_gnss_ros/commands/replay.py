@@ -7,18 +7,17 @@ import argparse
 import json
 import sys
 from pathlib import Path
-from typing import Any
 
 from aerial_gnss_ros.bags.partial import partial, refuse_existing
 from aerial_gnss_ros.bags.reader import open_bag
-from aerial_gnss_ros.bags.replay import Replay, Summary
+from aerial_gnss_ros.bags.replay import Replay
 from aerial_gnss_ros.bags.results import ResultFolder
 from aerial_gnss_ros.bags.tables import read_positions
 from aerial_gnss_ros.commands.configuration import add_arguments as add_configuration
 from aerial_gnss_ros.commands.configuration import configuration
 from aerial_gnss_ros.commands.ending import ended_cleanly
 from aerial_gnss_ros.commands.progress import progress
-from aerial_gnss_ros.core.words import counted
+from aerial_gnss_ros.commands.replay_summary import as_json, as_text, folded
 from aerial_gnss_ros.detection.select import load_detector
 from aerial_gnss_ros.evaluation.errors import compare
 from aerial_gnss_ros.evaluation.platform import read_platform
@@ -68,7 +67,7 @@ def run(args: argparse.Namespace) -> int:
                 for result in replay.results(report, results.add_detections):
                     results.add(result)
             write_replay_report(folder, results, replay, read_truth(bag))
-    for note in replay.summary.notes:
+    for note in folded(replay.summary.notes):
         say(note)
     if args.json:
         print(json.dumps(as_json(args.output, replay.summary), indent=2))
@@ -86,17 +85,19 @@ def write_replay_report(folder: Path, results: ResultFolder, replay: Replay, tru
         folder / "report.html",
         Report(
             title="Replay",
-            notes=summary.notes,
+            notes=folded(summary.notes),
             estimates=estimates,
             truth=truth.robots,
             drone=results.drone,
             rejections=summary.rejections,
+            causes=summary.causes,
             methods=errors,
             platform=read_platform(folder / "platform.csv"),
             facts=[
                 ("robots from", summary.detections_from),
                 ("method", replay.method),
                 ("images", str(summary.frames)),
+                ("boxes", f"{summary.boxes}, of which {summary.used} measured robots"),
             ],
         ),
     )
@@ -105,37 +106,3 @@ def write_replay_report(folder: Path, results: ResultFolder, replay: Replay, tru
 def say(sentence: str) -> None:
     """Tell the user while work goes on; standard output is for the result."""
     print(sentence, file=sys.stderr)
-
-
-def as_json(output: Path, summary: Summary) -> dict[str, Any]:
-    """Return the summary for machines."""
-    return {
-        "output": str(output),
-        "detections_from": summary.detections_from,
-        "frames": summary.frames,
-        "positions": sum(summary.positions.values()),
-        "robots": dict(sorted(summary.positions.items())),
-        "rejections": dict(sorted(summary.rejections.items())),
-        "images_refused": summary.images_refused,
-        "images_dropped": dict(sorted(summary.images_dropped.items())),
-        "notes": summary.notes,
-    }
-
-
-def as_text(output: Path, summary: Summary) -> str:
-    """Return the summary in words."""
-    robots = summary.positions
-    positions = sum(robots.values())
-    counts = (summary.frames, "image"), (len(robots), "robot"), (positions, "position")
-    lines = [f"{output}: {', '.join(counted(*one) for one in counts)}"]
-    lines += [
-        f"  {name:<24} {counted(count, 'position')}" for name, count in sorted(robots.items())
-    ]
-    refused = sum(summary.rejections.values())
-    lines.append(f"refused detections: {refused or 'none'}")
-    lines += [f"  {name:<24} {count}" for name, count in sorted(summary.rejections.items())]
-    if summary.images_refused:
-        lines.append(f"images that could not be used: {summary.images_refused}")
-    for reason, count in sorted(summary.images_dropped.items()):
-        lines.append(f"images left out ({reason}): {count}")
-    return "\n".join(lines)

@@ -16,6 +16,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
+from aerial_gnss_ros.core.account import complaint
 from aerial_gnss_ros.core.camera import CameraModel
 from aerial_gnss_ros.core.clock import Clock
 from aerial_gnss_ros.core.config import EstimatorConfig
@@ -26,7 +27,7 @@ from aerial_gnss_ros.core.identity import Identity
 from aerial_gnss_ros.core.inputs import Inputs, InputStatus, Lacking, Samples, Tally
 from aerial_gnss_ros.core.map_origin import MapOrigin
 from aerial_gnss_ros.core.pipeline import Pipeline
-from aerial_gnss_ros.core.rejection import Input, Reason
+from aerial_gnss_ros.core.rejection import Cause, Input, Reason, Rejection
 from aerial_gnss_ros.core.state_file import NameKeeper
 from aerial_gnss_ros.core.summary import Health, RobotSummary, summary
 from aerial_gnss_ros.core.tracking import Tracking
@@ -73,6 +74,10 @@ class Estimator:
 
     Attributes:
         counts: refused detections by reason.
+        causes: those that are `unconfirmed` by why their tracks were not confirmed.
+        boxes: detections of all images with a result.
+        used: of these, how many measured robots; some are undecided until `flush`.
+        ending: detections that `flush` decided when there was no result left to tell it.
         dropped: images that gave no result: `duplicate` stamp, or `out_of_order` (older than the
             last one processed).
         events: sentences for the log, the oldest first; `take_events` empties it.
@@ -90,6 +95,9 @@ class Estimator:
         session: Path | None = None,
     ) -> None:
         self.counts: Counter[Reason] = Counter()
+        self.causes: Counter[Cause] = Counter()
+        self.boxes = self.used = 0
+        self.ending: tuple[Rejection, ...] = ()
         self.dropped: Counter[str] = Counter()
         self._log = Events()
         self._config = config
@@ -173,6 +181,11 @@ class Estimator:
         """How well what is stated of the sensors fits what comes."""
         monitor = self._pipeline.monitor
         return Health(monitor.fit, monitor.complaints, self._platform)
+
+    @property
+    def complaint(self) -> str:
+        """What most boxes come to nothing for, a sentence; empty where most measure robots."""
+        return complaint(self.used, self.counts, self.causes)
 
     def add_fix(self, fix: Fix) -> None:
         """Take a position of the drone."""
@@ -278,7 +291,16 @@ class Estimator:
         while self._waiting:
             self._finish_first()
         self._names.save(self._identity)
+        settled = self._pipeline.end()
+        self._settle(settled.used, settled.refused)
+        self.ending = settled.refused
         return self._take_ready()
+
+    def _settle(self, used: int, refused: tuple[Rejection, ...]) -> None:
+        """Count boxes of which it is decided what became."""
+        self.used += used
+        self.counts.update(one.reason for one in refused)
+        self.causes.update(one.cause for one in refused if one.cause is not None)
 
     def _add(self, source: Input, value: Orientation | Scalar) -> None:
         self._watch(source.value, value.stamp_ns)
@@ -364,7 +386,8 @@ class Estimator:
         self._last_stamp_ns = frame.stamp_ns
         self._estimates = result.estimates
         self._platform = result.platform or self._platform
-        self.counts.update(rejection.reason for rejection in result.rejections)
+        self.boxes += result.boxes
+        self._settle(result.used, (*result.rejections, *result.late))
         self._ready.append(result)
         self._keep_names(result)
         return True

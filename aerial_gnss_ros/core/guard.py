@@ -109,7 +109,9 @@ class Guard:
             self._restart()
         refused = boxes.rejections(frame, [Reason.INTERNAL] * len(frame))
         datum, estimates = self._origin.datum, self._coasting(frame.stamp_ns)
-        return FrameResult(frame.stamp_ns, frame.frame_id, estimates, refused, datum)
+        return FrameResult(
+            frame.stamp_ns, frame.frame_id, estimates, refused, datum, boxes=len(frame)
+        )
 
     def _coasting(self, stamp_ns: int) -> tuple[RobotEstimate, ...]:
         """Return the robots as predicted for a failed image; that, too, changes nothing."""

@@ -207,15 +207,20 @@ class Matcher:
 
 def _new(tracks: list[Track], able: Candidates, chosen: list[int]) -> list[int]:
     """Return pairs of new tracks and boxes that are left; the more such boxes, the more chance."""
+    if NEW not in able.kind:
+        return []
     taken = {able.to[k] for k in chosen}
     new = able.best([k for k in able.grown if able.to[k] not in taken])
+    taken |= {able.to[k] for k in new}
+    near = [k for k in able.near(able.alike) if able.kind[able.of[k]] is NEW]
+    beside = [k for k in near if able.to[k] not in taken]
     if new:
-        taken |= {able.to[k] for k in new}
-        near = able.near(able.alike)
-        beside = sum(able.kind[able.of[k]] is NEW and able.to[k] not in taken for k in near)
-        share = chance(beside, able.kind.count(NEW))
+        share = chance(len(beside), able.kind.count(NEW))
         for k in new:
             tracks[able.of[k]].chance *= share
+    found = {able.of[k] for k in new}
+    for row in {able.of[k] for k in beside} - found:
+        tracks[row].near_misses += 1
     return new
 
 

@@ -73,6 +73,11 @@ class Naming:
         self._images.append(stamp_ns)
         self._first_ns = min(self._first_ns, stamp_ns)
 
+    @property
+    def images(self) -> int:
+        """How many images came within the time in which a track's hits must come."""
+        return len(self._images)
+
     def ready(self, tracks: list[Track], stamp_ns: int, lasting: bool = False) -> list[int]:
         """Return the rows of tracks that can get a name.
 

@@ -9,6 +9,7 @@ import time
 from dataclasses import replace
 
 from aerial_gnss_ros.core import boxes, localize, paper
+from aerial_gnss_ros.core.account import Settled
 from aerial_gnss_ros.core.calibration import scaled_camera
 from aerial_gnss_ros.core.camera import CameraModel
 from aerial_gnss_ros.core.config import EstimatorConfig
@@ -92,6 +93,11 @@ class Pipeline:
         """
         self._tracking.check()
 
+    def end(self) -> Settled:
+        """Decide on all boxes, since nothing more comes, and return what has been decided."""
+        self._tracking.end()
+        return self._tracking.settled()
+
     def coast(self, stamp_ns: int) -> tuple[RobotEstimate, ...]:
         """Return the predicted robots at an image of which nothing else is known."""
         return self._tracking.coast(stamp_ns)
@@ -140,12 +146,13 @@ class Pipeline:
             update = self._tracking.update(seen, self._tracked(seen, points), local)
             self._latency.take(seen, update.measured, local)
             for row, i in enumerate(use):
-                reasons[i] = points.reasons[row] or (Reason.GATED if update.gated[row] else None)
+                reasons[i] = points.reasons[row] or _unused(update, row)
             estimates, platform = self._published(update, points), update.platform
             if self._config.method == "filter":  # other methods' points have it already
                 estimates = widened(estimates, pose, local, self._config.depth.sigma_m)
         if estimates:
             self._origin.settle()
+        settled = self._tracking.settled()
         done = time.perf_counter_ns()
         return FrameResult(
             frame.stamp_ns,
@@ -160,6 +167,9 @@ class Pipeline:
                 "track": (done - located) * 1e-6,
             },
             platform if self._config.method == "filter" else (),
+            len(frame),
+            settled.used,
+            settled.refused,
         )
 
     def predicted(self, stamp_ns: int) -> FrameResult:
@@ -268,6 +278,13 @@ class Pipeline:
             position=self._origin.local.positions([latitude], [longitude])[0],
             covariance=covariance,
         )
+
+
+def _unused(update: TrackUpdate, row: int) -> Reason | None:
+    """Return why a box with a point measured nothing; None if it did."""
+    if update.too_fast[row]:
+        return Reason.TOO_FAST
+    return Reason.GATED if update.gated[row] else None
 
 
 def _listed(names: tuple[str, ...]) -> str:

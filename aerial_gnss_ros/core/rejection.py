@@ -47,6 +47,8 @@ class Reason(str, Enum):
     GATED = "gated"
     LOW_SCORE = "low_score"
     WRONG_CLASS = "wrong_class"
+    TOO_FAST = "too_fast"
+    UNCONFIRMED = "unconfirmed"
     INTERNAL = "internal"
 
     def __str__(self) -> str:
@@ -90,6 +92,9 @@ _MEANINGS = {
     "gated": "on no robot: a false box, a second one on a robot, or too far from where it can be",
     "low_score": "the detector was less sure than detections.min_score asks",
     "wrong_class": "not of detections.classes",
+    "too_fast": "by it a robot would be faster than tracks.max_speed: the compass, the gimbal or "
+    "camera.latency_s may be wrong",
+    "unconfirmed": "its track ended before it was confirmed as a robot",
     "internal": "the program failed on this image, which changed nothing; the log says where",
 }
 _FAMILIES = {
@@ -97,6 +102,43 @@ _FAMILIES = {
     "stale": "{} did not come within max_wait",
     "gap": "{} has a gap longer than max_gap here",
     "bad": "{} was of no use here: not a number, no fix, or no rotation",
+}
+
+
+class Cause(str, Enum):
+    """Why a track was never confirmed, as far as can be told."""
+
+    TOO_FEW_IMAGES = "too_few_images"
+    IMAGES_TOO_SELDOM = "images_too_seldom"
+    OUT_OF_GATE = "out_of_gate"
+    TOO_FAST = "too_fast"
+    LOST_PLATFORM = "lost_platform"
+    CLUTTER = "clutter"
+    CUT_SHORT = "cut_short"
+
+    def __str__(self) -> str:
+        return self.value
+
+    @property
+    def meaning(self) -> str:
+        """What happened and what may be the reason, in words for whoever reads a summary."""
+        return _CAUSES[self]
+
+
+_CAUSES = {
+    Cause.TOO_FEW_IMAGES: "in fewer than tracks.confirm_hits images within "
+    "tracks.confirm_window_s: a false box, or a robot that is often missed",
+    Cause.IMAGES_TOO_SELDOM: "images came too seldom for tracks.confirm_hits of them within "
+    "tracks.confirm_window_s; raise that",
+    Cause.OUT_OF_GATE: "the next box lay outside the gate: camera.latency_s, the compass, the "
+    "gimbal or the noise.* parameters may be wrong",
+    Cause.TOO_FAST: "moved faster than tracks.max_speed: camera.latency_s, the compass or the "
+    "gimbal may be wrong, or robots are faster",
+    Cause.LOST_PLATFORM: "seen while robots were not where they should be: the compass, the "
+    "gimbal, the fix or camera.latency_s may be wrong",
+    Cause.CLUTTER: "seen in fewer than half of the images, or amid many false boxes; raise "
+    "detections.min_score",
+    Cause.CUT_SHORT: "the recording ended, or tracks were cleared, before it was decided",
 }
 
 
@@ -109,9 +151,11 @@ class Rejection:
         reason: the typed refusal.
         u_px: column of the box centre, px.
         v_px: row of the box centre, px.
+        cause: why its track was not confirmed, of one that is `unconfirmed`.
     """
 
     stamp_ns: int
     reason: Reason
     u_px: float
     v_px: float
+    cause: Cause | None = None

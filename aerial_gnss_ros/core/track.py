@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from aerial_gnss_ros.core.rejection import Cause
 from aerial_gnss_ros.core.values import State
 
 Array = NDArray[np.float64]
@@ -41,6 +42,9 @@ class Track:
         strayed: whether a box was refused it, by which it would be faster than robots are, or it
             was only seen while telemetry was wrong.
         entered: whether its first box was at the edge of the picture: it came into view.
+        pending: stamp (ns), u and v (px) of its boxes for as long as it has no name.
+        near_misses: boxes just outside its gate that were no other's while it had no name.
+        stray_cause: of `strayed`, should it end without a name.
         leaving: whether its last one is: should it vanish now, it has left the view, not dived.
     """
 
@@ -60,6 +64,9 @@ class Track:
     strayed: bool = False
     entered: bool = False
     leaving: bool = False
+    pending: tuple[tuple[int, float, float], ...] = ()
+    near_misses: int = 0
+    stray_cause: Cause = Cause.TOO_FAST
 
     def hit(
         self, stamp_ns: int, window_ns: int, velocity: Array, spread: Array, edge: bool = False
@@ -97,6 +104,7 @@ class Track:
             self.first_seen_ns, self.entered = other.first_seen_ns, other.entered
         self.hits = deque(sorted({*self.hits, *other.hits}))
         self.waits |= other.waits
+        self.pending, other.pending = self.pending + other.pending, ()
 
     def exchange(self, other: Track) -> None:
         """Give each other's name: association had exchanged the two."""

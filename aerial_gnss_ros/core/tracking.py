@@ -9,6 +9,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from aerial_gnss_ros.core.account import Settled
 from aerial_gnss_ros.core.innovation_monitor import InnovationMonitor
 from aerial_gnss_ros.core.local_map import LocalMap
 from aerial_gnss_ros.core.localize import WaterPoints
@@ -23,12 +24,14 @@ class TrackUpdate:
         estimates: confirmed and coasting robots, ordered by robot_id.
         measured: index of the detection that measured each confirmed robot, by robot_id.
         gated: (n,) True where a detection with a point neither updated nor began a track.
+        too_fast: (n,) True where it was refused its track, which it would have made too fast.
         platform: errors of the platform, where the tracker estimates them.
     """
 
     estimates: tuple[RobotEstimate, ...]
     measured: dict[str, int]
     gated: NDArray[np.bool_]
+    too_fast: NDArray[np.bool_]
     platform: tuple[PlatformError, ...] = ()
 
 
@@ -50,6 +53,12 @@ class Tracking(Protocol):
 
     def coast(self, stamp_ns: int) -> tuple[RobotEstimate, ...]:
         """Return the predicted robots at an image that has no pose; nothing is measured."""
+
+    def settled(self) -> Settled:
+        """Return what has been decided of boxes since this was asked last (see `Account`)."""
+
+    def end(self) -> None:
+        """Decide on all boxes: nothing more comes."""
 
     def check(self) -> None:
         """Check that all numbers are finite and within bounds; called after every image.

@@ -22,6 +22,7 @@ from collections import deque
 import numpy as np
 from numpy.typing import NDArray
 
+from aerial_gnss_ros.core.account import Account, Settled
 from aerial_gnss_ros.core.association import gate_threshold
 from aerial_gnss_ros.core.config import EstimatorConfig
 from aerial_gnss_ros.core.doubts import Spot
@@ -36,6 +37,7 @@ from aerial_gnss_ros.core.localize import WaterPoints
 from aerial_gnss_ros.core.matching import Matcher
 from aerial_gnss_ros.core.measurements import Measurements, inside_any, measurements
 from aerial_gnss_ros.core.naming import Naming
+from aerial_gnss_ros.core.rejection import Cause
 from aerial_gnss_ros.core.track import Track
 from aerial_gnss_ros.core.tracking import TrackUpdate
 from aerial_gnss_ros.core.values import DetectionFrame, PosedFrame, RobotEstimate, State
@@ -63,17 +65,21 @@ class Tracker:
         self._matcher = Matcher(self.filter, threshold, config.tracks.confirm_window_s)
         self._encounters = Encounters(self.filter)
         self._naming = Naming(self.filter, identity, self._encounters, config.tracks)
+        self._account = Account(config.tracks.confirm_hits)
+        self.tracks: list[Track] = []
         self._identity = identity
         self._local: LocalMap | None = None
+        self._stamp_ns: int | None = None
         self.reset()
 
     def reset(self) -> None:
         """Forget all tracks."""
-        self.tracks: list[Track] = []
+        self.end()
+        self.tracks = []
         self.filter.reset()
         self._encounters.reset()
         self._naming.reset()
-        self._stamp_ns: int | None = None
+        self._stamp_ns = None
         self._water_altitude = np.nan
         self._height = np.nan
         self._matcher.confused = False
@@ -91,7 +97,8 @@ class Tracker:
         passed = 0.0 if self._stamp_ns is None else (stamp_ns - self._stamp_ns) * 1e-9
         self._advance(stamp_ns)
         if not self.filter.look(frame, local):
-            return TrackUpdate(self._estimates(stamp_ns), {}, points.valid)
+            unused = points.valid
+            return TrackUpdate(self._estimates(stamp_ns), {}, unused, np.zeros_like(unused))
         if self.filter.turned:
             self._matcher.confuse()
         confused = self._matcher.confused
@@ -102,18 +109,38 @@ class Tracker:
         if confused and not self._matcher.confused:
             self._come_back(stamp_ns)
         started = self._start(seen, np.concatenate([columns, refused]), frame.detections)
-        updated = self._confirm(len(seen.index), local, stamp_ns)
         measured = dict(zip(rows.tolist(), seen.index[columns].tolist(), strict=True)) | started
-        gated = np.zeros(len(frame.detections), dtype=bool)
+        self._note(measured, frame.detections)
+        updated = self._confirm(len(seen.index), local, stamp_ns)
+        gated, too_fast = np.zeros((2, len(frame.detections)), dtype=bool)
         gated[seen.index] = True
         gated[list(measured.values())] = False
+        gated[seen.index[refused]] = False
+        too_fast[seen.index[refused]] = True
         names = {self.tracks[row].robot_id: index for row, index in measured.items()}
         names.pop("", None)
         stray = {row for row, one in enumerate(self.tracks) if one.strayed and not one.robot_id}
         self._drop(updated | stray)
         return TrackUpdate(
-            self._estimates(stamp_ns), names, gated, named_errors(*self.filter.platform)
+            self._estimates(stamp_ns), names, gated, too_fast, named_errors(*self.filter.platform)
         )
+
+    def settled(self) -> Settled:
+        """Return what has been decided of boxes since this was asked last (see `Tracking`)."""
+        return self._account.take()
+
+    def end(self) -> None:
+        """Decide on all boxes (see `Tracking`)."""
+        stamp_ns = self._stamp_ns or 0
+        old = [one for one in self.tracks if stamp_ns - one.first_seen_ns > self._window_ns]
+        self._account.end(old, self._naming.images, self._matcher.confused)
+        self._account.end(self.tracks)
+
+    def _note(self, measured: dict[int, int], boxes: DetectionFrame) -> None:
+        """Take in which boxes measured or began which tracks."""
+        centers = boxes.centers.tolist()
+        for row, index in measured.items():
+            self._account.note(self.tracks[row], boxes.stamp_ns, centers[index])
 
     @property
     def monitor(self) -> InnovationMonitor:
@@ -149,6 +176,8 @@ class Tracker:
 
     def _drop(self, rows: set[int]) -> None:
         if rows:
+            ended = [self.tracks[row] for row in rows]
+            self._account.end(ended, self._naming.images, self._matcher.confused)
             kept = [row for row in range(len(self.tracks)) if row not in rows]
             self.tracks = [self.tracks[row] for row in kept]
             self.filter.drop(np.array(sorted(rows), np.intp))
@@ -187,7 +216,7 @@ class Tracker:
         """Give up what was only seen while robots were not where they should be."""
         for track in self.tracks:
             if not track.robot_id and not track.waits and track.last_seen_ns < stamp_ns:
-                track.strayed = True
+                track.strayed, track.stray_cause = True, Cause.LOST_PLATFORM
 
     def _strayed(self) -> int:
         """Return how many robots with names were refused a box since they were seen."""
@@ -258,7 +287,9 @@ class Tracker:
         if not ready:
             return set()
         self._matcher.confused = False
-        return self._naming.name(self.tracks, ready, stamp_ns, self._height, local, back)
+        replaced = self._naming.name(self.tracks, ready, stamp_ns, self._height, local, back)
+        self._account.confirm(self.tracks)
+        return replaced
 
     def _estimates(self, stamp_ns: int) -> tuple[RobotEstimate, ...]:
         named = [row for row, track in enumerate(self.tracks) if track.robot_id]

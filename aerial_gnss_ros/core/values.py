@@ -230,6 +230,9 @@ class FrameResult:
         pose: the pose used, None when an input was missing.
         timings_ms: milliseconds per stage.
         platform: errors that the filter estimates; empty where nothing was measured.
+        boxes: how many the image had.
+        used: how many boxes it showed to have measured robots, of this image and those before it.
+        late: boxes of images before it that it showed to have measured none (`unconfirmed`).
     """
 
     stamp_ns: int
@@ -240,6 +243,9 @@ class FrameResult:
     pose: CameraPose | None = None
     timings_ms: dict[str, float] = field(default_factory=dict)
     platform: tuple[PlatformError, ...] = ()
+    boxes: int = 0
+    used: int = 0
+    late: tuple[Rejection, ...] = ()
 
 
 def empty_detections(stamp_ns: int, frame_id: str = "camera") -> DetectionFrame:

@@ -14,7 +14,7 @@ import numpy as np
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from aerial_gnss_ros.bags.tables import EstimatedTrack, Track
-from aerial_gnss_ros.core.rejection import Reason
+from aerial_gnss_ros.core.rejection import Cause, Reason
 from aerial_gnss_ros.core.words import counted
 from aerial_gnss_ros.evaluation.errors import RobotErrors, Summary, summarise
 from aerial_gnss_ros.evaluation.figures import axes_png, frames_png, methods_png, range_png
@@ -35,6 +35,7 @@ class Report:
         truth: true tracks by truth id; empty when unknown.
         drone: the drone's path, or None.
         rejections: rejected detections by reason.
+        causes: those that are `unconfirmed` by why their tracks were not confirmed.
         methods: errors by method name; the first is the one that was published.
         pictures: caption and JPEG or PNG bytes.
         facts: name and value, such as duration and model.
@@ -53,6 +54,7 @@ class Report:
     facts: Sequence[tuple[str, str]] = field(default_factory=tuple)
     identity: Identities | None = None
     platform: Mapping[str, PlatformError] = field(default_factory=dict)
+    causes: Counter[Cause] = field(default_factory=Counter)
 
 
 @dataclass(frozen=True)

@@ -238,7 +238,9 @@ class EstimatorNode(SupervisedNode):
         counts = {str(reason): n for reason, n in sorted(self._estimator.counts.items()) if n}
         words = counted(robots, "robot") if self._images else "no image yet"
         values: dict[str, Any] = {"method": self._config.method, "images": self._images}
+        values |= {"boxes": self._estimator.boxes, "boxes_used": self._estimator.used}
         values |= {f"rejected_{reason}": n for reason, n in counts.items()}
+        values |= {f"unconfirmed_{why}": n for why, n in sorted(self._estimator.causes.items())}
         values |= {f"images_{why}": n for why, n in sorted(self._estimator.dropped.items())}
         values |= dict(sorted(self._estimator.happened.items()))
         values |= {f"ms_{stage}": mean for stage, mean in self.timings.means_ms().items()}
@@ -247,6 +249,9 @@ class EstimatorNode(SupervisedNode):
         silent_s = self._overdue.seconds(self._passing_ns())
         if silent_s:
             level, words = WARN, f"no image for {silent_s:.0f} s: {words} predicted"
+        complaint = self._estimator.complaint
+        if complaint:
+            level, words = max(level, WARN), f"{words}; {complaint}"
         return Status("positions", level, words, values)
 
 

@@ -11,7 +11,8 @@ from aerial_gnss_ros.core.rejection import Input, Reason
 def test_the_designs_words_are_there():
     words = {
         "above_horizon", "out_of_range", "outside_calibrated_image", "no_camera_info", "no_fix",
-        "no_attitude", "no_gimbal", "no_height", "gated", "low_score", "wrong_class", "internal",
+        "no_attitude", "no_gimbal", "no_height", "gated", "low_score", "wrong_class",
+        "too_fast", "unconfirmed", "internal",
     }  # fmt: skip
     families = [f"{kind}_{source}" for kind in ("stale", "gap", "bad") for source in Input]
     rest = {str(reason) for reason in Reason} - words - set(families)

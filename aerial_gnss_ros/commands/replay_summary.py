@@ -1,0 +1,92 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What a replay did, in words and for machines: every box is used or refused, and why."""
+
+from __future__ import annotations
+
+import re
+import textwrap
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Any
+
+from aerial_gnss_ros.bags.replay import Summary
+from aerial_gnss_ros.core.rejection import Cause, Reason
+from aerial_gnss_ros.core.words import counted
+
+WIDTH = 100
+"""Columns of a line."""
+
+
+def as_json(output: Path, summary: Summary) -> dict[str, Any]:
+    """Return the summary for machines."""
+    return {
+        "output": str(output),
+        "detections_from": summary.detections_from,
+        "frames": summary.frames,
+        "positions": sum(summary.positions.values()),
+        "robots": dict(sorted(summary.positions.items())),
+        "boxes": summary.boxes,
+        "boxes_used": summary.used,
+        "rejections": dict(sorted(summary.rejections.items())),
+        "unconfirmed": {str(cause): n for cause, n in sorted(summary.causes.items())},
+        "images_refused": summary.images_refused,
+        "images_dropped": dict(sorted(summary.images_dropped.items())),
+        "notes": summary.notes,
+    }
+
+
+def as_text(output: Path, summary: Summary) -> str:
+    """Return the summary in words."""
+    robots = summary.positions
+    positions = sum(robots.values())
+    counts = (summary.frames, "image"), (len(robots), "robot"), (positions, "position")
+    lines = [f"{output}: {', '.join(counted(*one) for one in counts)}"]
+    lines += [
+        f"  {name:<24} {counted(count, 'position')}" for name, count in sorted(robots.items())
+    ]
+    lines += boxes(summary)
+    if summary.images_refused:
+        lines.append(f"images that could not be used: {summary.images_refused}")
+    for reason, count in sorted(summary.images_dropped.items()):
+        lines.append(f"images left out ({reason}): {count}")
+    return "\n".join(lines)
+
+
+def boxes(summary: Summary) -> list[str]:
+    """Return lines that say what became of every box, the commonest reason first."""
+    refused = sum(summary.rejections.values())
+    if not refused:
+        return [f"boxes: {summary.boxes}, refused: none"]
+    lines = [f"boxes: {summary.boxes}, of which {summary.used} measured robots; refused: {refused}"]
+    for name, count in summary.rejections.most_common():
+        lines += _explained(f"  {name:<24} {count:>6}", Reason(name).meaning)
+        if name == Reason.UNCONFIRMED:
+            for cause, share in summary.causes.most_common():
+                lines += _explained(f"    {cause!s:<22} {share:>6}", _words(cause, summary))
+    return lines
+
+
+def folded(notes: Iterable[str]) -> list[str]:
+    """Return sentences in their order, those that differ in numbers alone as the first of them."""
+    first: dict[str, str] = {}
+    more: dict[str, int] = {}
+    for note in notes:
+        kind = re.sub(r"\d[\d.,]*", "#", note)
+        more[kind] = more.get(kind, -1) + 1
+        first.setdefault(kind, note)
+    return [
+        f"{note} ({more[kind]} more such)" if more[kind] else note for kind, note in first.items()
+    ]
+
+
+def _words(cause: Cause, summary: Summary) -> str:
+    if cause is not Cause.IMAGES_TOO_SELDOM:
+        return cause.meaning
+    return f"{cause.meaning} (here one each {summary.interval_s:.2g} s)"
+
+
+def _explained(start: str, meaning: str) -> list[str]:
+    """Return lines with a meaning beside a count, and below it as far as it is longer."""
+    return textwrap.wrap(
+        meaning, WIDTH, initial_indent=f"{start}  ", subsequent_indent=" " * (len(start) + 2)
+    )
