@@ -69,7 +69,7 @@ def _changed(kind):
     elif kind == "state":
         rows[7] = (*rows[7][:3], "confirmed" if rows[7][3] == "coasting" else "coasting")
     elif kind == "refusal":
-        refused[0] = (refused[0][0], "too_fast", *refused[0][2:])
+        refused[0] = (refused[0][0], "low_score", *refused[0][2:])
     elif kind == "latitude":
         numbers["latitude"][5] += 20  # 2.2 mm
     elif kind == "longitude":
