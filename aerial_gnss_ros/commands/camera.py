@@ -22,7 +22,6 @@ from aerial_gnss_ros.core.optics import (
     ground_samples,
 )
 
-HELP = "field of view and ground sample distance of a camera"
 _WIDTH = 100
 
 

@@ -32,7 +32,6 @@ from aerial_gnss_ros.detection.config import detector_config
 from aerial_gnss_ros.nodes import require_ros
 from aerial_gnss_ros.nodes.schemas import DETECTOR, ESTIMATOR, SCHEMAS
 
-HELP = "propose the vehicle profile for a bag or the live topics"
 INCOMPLETE = 1
 _WIDTH = 100
 _INSTEAD = {

@@ -22,7 +22,6 @@ from aerial_gnss_ros.core.errors import InputError
 _LATEST_START_S = 2_100_000_000.0
 """With the longest flight ROS stamps, which end in 2038, still reach."""
 _LOWEST_M, _HIGHEST_M = -500.0, 10_000.0  # as water_level.value_m
-HELP = "turn a DJI flight record (CSV, SRT), with its video, into a bag"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

@@ -10,8 +10,6 @@ from aerial_gnss_ros.adapters.vehicles import vehicle_file, vehicle_names, vehic
 from aerial_gnss_ros.core.errors import InputError
 from aerial_gnss_ros.resources import config_path
 
-HELP = "list the vehicle profiles, or print one as a start for your own"
-
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the command's arguments."""

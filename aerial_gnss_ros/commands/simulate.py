@@ -32,8 +32,6 @@ from aerial_gnss_ros.simulation.scenario import scenario, words
 from aerial_gnss_ros.simulation.scene import Scene, demo_scene, random_scene
 from aerial_gnss_ros.simulation.sensors import SensorPlan, sensor_plan
 
-HELP = "make a bag of a simulated flight with rendered images and truth, or pictures to train on"
-
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""

@@ -206,10 +206,6 @@ class CameraModel:
         rays, _, valid = self.rays_with_jacobian(pixels)
         return rays, valid
 
-    def ray_jacobian(self, pixels: ArrayLike) -> Array:
-        """Return the derivative (n, 3, 2) of the unit rays by the pixels."""
-        return self.rays_with_jacobian(pixels)[1]
-
     def rays_with_jacobian(self, pixels: ArrayLike) -> tuple[Array, Array, Mask]:
         """Return unit rays (n, 3), their derivative by the pixels (n, 3, 2), and validity (n,)."""
         given = np.asarray(pixels, dtype=np.float64).reshape(-1, 2)

@@ -51,11 +51,6 @@ class CalibrationConfig:
         high=2.0,
     )
 
-    @property
-    def turns_camera(self) -> bool:
-        """Whether an angle is corrected."""
-        return bool(self.heading_deg or self.gimbal_pitch_deg or self.gimbal_roll_deg)
-
 
 @dataclass(frozen=True)
 class DepthConfig:

@@ -168,14 +168,6 @@ def geodesic_inverse(
     return distance, azimuth1, onward if np.ndim(back) else float(onward)
 
 
-def geodesic_direct(
-    latitude: ArrayLike, longitude: ArrayLike, azimuth: ArrayLike, distance: ArrayLike
-) -> tuple[Any, Any]:
-    """Return latitude and longitude (rad) reached from a place on an azimuth (rad) after m."""
-    lon, lat, _ = _GEOD.fwd(longitude, latitude, azimuth, distance, radians=True)
-    return lat, lon
-
-
 def haversine(
     latitude1: ArrayLike, longitude1: ArrayLike, latitude2: ArrayLike, longitude2: ArrayLike
 ) -> Any:

@@ -36,9 +36,6 @@ def test_geodesics_agree_with_karneys_vectors(shared_data):
         assert distance == pytest.approx(length, abs=1e-7)
         assert math.cos(out - azi1) == pytest.approx(1.0, abs=1e-15)
         assert math.cos(onward - azi2) == pytest.approx(1.0, abs=1e-15)
-        lat, lon = geodesy.geodesic_direct(lat1, lon1, azi1, length)
-        assert lat == pytest.approx(lat2, abs=1e-13)
-        assert math.sin(lon - lon2) == pytest.approx(0.0, abs=1e-12)
 
 
 def test_earth_centred_coordinates_agree_with_published_vectors(shared_data):

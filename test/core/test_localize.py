@@ -10,13 +10,14 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from pyproj import Geod
 from scipy.spatial.transform import Rotation
 
 from aerial_gnss_ros.core.camera import CameraModel
 from aerial_gnss_ros.core.config import EstimatorConfig, estimator_config
 from aerial_gnss_ros.core.covariance import uncertainty
 from aerial_gnss_ros.core.frames import matrix_from_rpy, yaw_from_heading
-from aerial_gnss_ros.core.geodesy import geodesic_direct, geodesic_inverse
+from aerial_gnss_ros.core.geodesy import geodesic_inverse
 from aerial_gnss_ros.core.gimbal import error_axes
 from aerial_gnss_ros.core.localize import locate, located_jacobian, project_to_image
 from aerial_gnss_ros.core.noise import Noise
@@ -35,6 +36,12 @@ CAMERAS = [
 ]
 PINHOLE = CAMERAS[0]
 NOISE = Noise()
+
+
+def geodesic_direct(latitude, longitude, azimuth, distance):
+    """Latitude, longitude (rad) reached from a place on an azimuth (rad) after so many metres."""
+    lon, lat, _ = Geod(ellps="WGS84").fwd(longitude, latitude, azimuth, distance, radians=True)
+    return lat, lon
 
 
 def _pose(height, off_nadir_deg, heading_deg, *, altitude=math.nan, lat=13.19, lon=-59.64, roll=0):
