@@ -3,11 +3,14 @@
 
 from __future__ import annotations
 
+import io
 import math
 from dataclasses import dataclass
 
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
+from PIL import Image
 
 from aerial_gnss_ros import cli
 from aerial_gnss_ros.adapters.stamps import header_fields
@@ -147,6 +150,22 @@ class MadeFlight:
 def flight():
     """Return the hover with two robots."""
     return MadeFlight()
+
+
+@pytest.fixture
+def drawn():
+    """Use this where a report's pictures matter; drawing them is most of a replay's time."""
+
+
+@pytest.fixture(autouse=True)
+def _undrawn(request, monkeypatch):
+    """Put an empty picture in the place of each that nobody looks at."""
+    if "drawn" in request.fixturenames:
+        return
+    buffer = io.BytesIO()
+    Image.new("RGB", (1, 1)).save(buffer, "png")
+    dot = buffer.getvalue()
+    monkeypatch.setattr(Figure, "savefig", lambda _figure, file, **_options: file.write(dot))
 
 
 @pytest.fixture

@@ -6,6 +6,7 @@ from __future__ import annotations
 import csv
 import json
 import math
+import shutil
 from pathlib import Path
 
 import numpy as np
@@ -46,19 +47,27 @@ def _run(*arguments: object) -> int:
     return main([str(argument) for argument in arguments])
 
 
-@pytest.fixture
-def late(tmp_path: Path) -> Path:
+@pytest.fixture(scope="module")
+def replayed(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A perfect drone past moving robots whose images are 0.5 s late."""
+    folder = tmp_path_factory.mktemp("late")
     flight = GeneratedFlight(FlightPlan("transit", 12.0, 15.0, speed_mps=3.0), 3)
     experiment = Experiment(
         flight, default_camera(1280, 720), sensor_plan("none", box_center_px=0.0),
         CameraClock(5.0, 0.5), robots=2, swim=SwimPlan(0.5, 0.6, heave_m=0.0),
         detector=DetectorPlan(0.0), seed=3,
     )  # fmt: skip
-    write_bag(tmp_path / "bag", experiment, None, scenario=scenario(experiment, "none"))
-    (tmp_path / "late.yaml").write_text("estimator: {ros__parameters: {camera: {latency_s: 0.5}}}")
-    assert _run("replay", tmp_path / "bag", "-o", tmp_path / "result", "--method", "single",
-                "--params", tmp_path / "late.yaml") == 0  # fmt: skip
+    write_bag(folder / "bag", experiment, None, scenario=scenario(experiment, "none"))
+    (folder / "late.yaml").write_text("estimator: {ros__parameters: {camera: {latency_s: 0.5}}}")
+    assert _run("replay", folder / "bag", "-o", folder / "result", "--method", "single",
+                "--params", folder / "late.yaml") == 0  # fmt: skip
+    return folder
+
+
+@pytest.fixture
+def late(replayed: Path, tmp_path: Path) -> Path:
+    """That flight and its replay, for a test to change."""
+    shutil.copytree(replayed, tmp_path, dirs_exist_ok=True)
     return tmp_path
 
 
@@ -88,6 +97,7 @@ def test_truth_before_and_after_the_images_does_not_count(late):
         assert 0 <= over <= 200_000_000
 
 
+@pytest.mark.usefixtures("drawn")
 def test_report_figures_and_tables(late):
     assert _run("evaluate", late / "result", "--truth", late / "bag", "-o", late / "out") == 0
     assert {path.name for path in (late / "out").iterdir()} == {

@@ -67,6 +67,7 @@ def test_positions_are_where_the_robots_are(tmp_path, flight, ellipsoid, method,
     np.testing.assert_allclose(by_north[:, 2], -20.0, atol=1e-3)
 
 
+@pytest.mark.usefixtures("drawn")
 def test_every_output_of_the_contract_is_there(tmp_path, flight, capsys, replay):
     out = tmp_path / "out"
     assert replay(flight.write(tmp_path / "bag"), out, "--json") == 0
@@ -140,6 +141,7 @@ def digest(folder):
     }
 
 
+@pytest.mark.usefixtures("drawn")
 def test_the_same_input_gives_the_same_bytes(tmp_path, flight, replay):
     bag = flight.write(tmp_path / "bag")
     for name in ("a", "b"):
@@ -157,6 +159,7 @@ def test_bags_that_belong_together_give_what_one_gives(tmp_path, flight, replay)
     assert one == two
 
 
+@pytest.mark.usefixtures("drawn")
 def test_the_report_has_errors_where_the_bag_has_truth(tmp_path, flight, replay):
     bag = flight.write(tmp_path / "bag")
     (east, north), _ = flight.true_east_north()
@@ -255,6 +258,7 @@ def test_a_depth_that_the_bag_lacks_is_told(tmp_path, flight, capsys, replay):
     assert "depth.topics" not in capsys.readouterr().err
 
 
+@pytest.mark.usefixtures("drawn")
 def test_nothing_found_is_a_result_too(tmp_path, flight, capsys, replay):
     empty = replace(flight, robots=())
     assert replay(empty.write(tmp_path / "bag"), tmp_path / "out") == 0
