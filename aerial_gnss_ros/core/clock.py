@@ -1,34 +1,286 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Notices that time began again, as in a bag that is played in a loop."""
+"""Which stamps to believe, and whether time began anew.
+
+The stamps of each input form a line: they go on from the newest one, as far as they may be late or
+time has passed. A stamp far off the line begins another one, a rival. What it means shows in the
+other inputs, since whoever sets all clocks (a bag that is played in a loop, a system clock that
+steps) moves them alike, and whoever sets one wrong does not:
+
+* the line goes on: the rival was a wrong stamp, or several;
+* most of the needed inputs, or the node's own clock, moved by the same time as the images: time
+  began anew;
+* an input's rival fits the images' time, and its line does not: its clock has come right;
+* a rival has lasted for `LASTING_S` and nothing came on the line: that is the input's time now.
+
+Inputs that no position needs are judged likewise, and decide nothing.
+"""
 
 from __future__ import annotations
 
-BACKWARD_NS = 2_000_000_000
-"""So far behind the newest stamp of the same input is no late message: the clock went backward."""
+from collections.abc import Collection
+from dataclasses import dataclass, field
+from enum import Enum
+
+LATE_NS = 2_000_000_000
+"""A message may be late by so much behind the newest one of its input."""
+
+AHEAD_NS = 2_000_000_000
+"""A stamp may be ahead by so much of what the newest one and the time since then tell."""
+
+SAME_NS = 10_000_000_000
+"""Stamps of inputs with the same clock differ by less: latency, delays and short pauses."""
+
+ALIKE_NS = 3_000_000_000
+"""Inputs that moved by the same time differ by less: both have delays that vary."""
+
+DRIFT_NS = 60_000_000_000
+"""A stamp that is so much later by the node's clock than any before: that clock was set."""
+
+SEVERAL = 3
+"""So many stamps in a row are no accident."""
+
+LASTING_S = 10.0
+"""A rival that lasts for so long, while nothing comes on the line, is the input's time."""
+
+DETECTIONS = "detections"
 
 
-class Clock:
-    """The newest stamp of each input."""
+class Verdict(str, Enum):
+    """What a stamp is."""
 
-    def __init__(self) -> None:
-        self._newest: dict[str, int] = {}
+    GOES_ON = "goes on"
+    RETURNS = "returns"
+    """It goes on after stamps far off, which are wrong."""
+    FAR_OFF = "far off"
+    ELSEWHERE = "elsewhere"
+    """It is far off, and not where the stamps before it were: those are wrong."""
 
-    def newest(self, source: str) -> int | None:
-        """Return the newest stamp of an input, ns."""
-        return self._newest.get(source)
 
-    def went_backward(self, source: str, stamp_ns: int) -> bool:
-        """Take in a stamp; return whether it lies far behind the newest one of its input.
+@dataclass
+class Line:
+    """Stamps that go on from one another.
 
-        Inputs are judged each by itself: their clocks and delays differ.
-        """
-        newest = self._newest.get(source)
-        if newest is not None and stamp_ns < newest - BACKWARD_NS:
+    Attributes:
+        first_ns: the first one, ns.
+        newest_ns: the newest one, ns.
+        offset_ns: by how much stamps are ahead of the node's clock at most, ns; None: not known.
+        told_ns: what the node's clock said at the newest one, ns; None: not known.
+        count: of stamps.
+    """
+
+    first_ns: int
+    newest_ns: int
+    offset_ns: int | None = None
+    told_ns: int | None = None
+    count: int = 0
+
+    def goes_on(self, stamp_ns: int, now_ns: int | None) -> bool:
+        """Return whether a stamp goes on from the newest one."""
+        return stamp_ns >= self.newest_ns - LATE_NS and not self.is_behind(stamp_ns, now_ns)
+
+    def is_behind(self, stamp_ns: int, now_ns: int | None) -> bool:
+        """Return whether a stamp is too far ahead for the time that has passed."""
+        if stamp_ns <= self.newest_ns + AHEAD_NS:
+            return False
+        if now_ns is None or self.offset_ns is None:
             return True
-        if newest is None or stamp_ns > newest:
-            self._newest[source] = stamp_ns
-        return False
+        return stamp_ns > now_ns + self.offset_ns + AHEAD_NS
 
-    def begin(self, source: str, stamp_ns: int) -> None:
-        """Forget all stamps but this one."""
-        self._newest = {source: stamp_ns}
+    def add(self, stamp_ns: int, now_ns: int | None) -> None:
+        """Take in a stamp."""
+        self.count += 1
+        if stamp_ns > self.newest_ns:
+            self.newest_ns, self.told_ns = stamp_ns, now_ns
+        if now_ns is None:
+            return
+        offset_ns, known = stamp_ns - now_ns, self.offset_ns
+        if known is None or offset_ns > known or offset_ns < known - DRIFT_NS:
+            self.offset_ns = offset_ns
+
+    def expected_ns(self, now_ns: int | None) -> int:
+        """Return the stamp that would come now."""
+        if now_ns is None or self.told_ns is None:
+            return self.newest_ns
+        return self.newest_ns + max(0, now_ns - self.told_ns)
+
+    @property
+    def span_s(self) -> float:
+        """Time between its first and its newest stamp, s."""
+        return (self.newest_ns - self.first_ns) * 1e-9
+
+
+@dataclass
+class Stamps:
+    """The lines of one input: the one that is believed, and its rival, where there is one."""
+
+    believed: Line
+    rival: Line | None = None
+
+    @property
+    def current(self) -> Line:
+        """The line that the newest stamp is on."""
+        return self.rival or self.believed
+
+
+@dataclass(frozen=True)
+class Decision:
+    """What far-off stamps turned out to be.
+
+    Attributes:
+        anew: time began anew; else only the clocks of `moved` came right.
+        moved: inputs whose rivals are believed from now on.
+        kept: inputs whose lines are right as they are, although time began anew.
+        by_ns: by how much time moved, ns.
+    """
+
+    anew: bool
+    moved: tuple[str, ...]
+    kept: tuple[str, ...] = ()
+    by_ns: int = 0
+
+
+@dataclass
+class Clock:
+    """Judges the stamps of all inputs.
+
+    Args:
+        needed: telemetry that comes on topics and that a position needs.
+        held: inputs whose values hold until replaced: stamps of long ago are no matter there.
+    """
+
+    needed: Collection[str]
+    held: Collection[str] = ()
+    _inputs: dict[str, Stamps] = field(default_factory=dict)
+    _now_ns: int | None = None
+    _stepped_ns: int = 0
+
+    def newest(self, name: str) -> int | None:
+        """Return the newest believed stamp of an input, ns."""
+        stamps = self._inputs.get(name)
+        return None if stamps is None else stamps.believed.newest_ns
+
+    def tick(self, now_ns: int) -> None:
+        """Take in the node's time, which may step."""
+        if self._now_ns is not None and now_ns < self._now_ns - LATE_NS:
+            self._stepped_ns = now_ns - self._now_ns
+            for stamps in self._inputs.values():
+                for line in (stamps.believed, stamps.rival):
+                    if line is not None:
+                        line.offset_ns = line.told_ns = None
+        self._now_ns = now_ns
+
+    def silent(self) -> tuple[str, ...]:
+        """Return the inputs that were only silent for as long as their stamps are ahead."""
+        return tuple(name for name, stamps in self._inputs.items() if self._was_silent(stamps))
+
+    def _was_silent(self, stamps: Stamps) -> bool:
+        line, rival = stamps.believed, stamps.rival
+        if rival is None or rival.first_ns < line.newest_ns:
+            return False
+        return line.offset_ns is None or not line.is_behind(rival.newest_ns, self._now_ns)
+
+    def take(self, name: str, stamp_ns: int) -> Verdict:
+        """Take in a stamp of an input."""
+        stamps = self._inputs.get(name)
+        if stamps is None:
+            line = Line(stamp_ns, stamp_ns, told_ns=self._now_ns)
+            line.add(stamp_ns, self._now_ns)
+            self._inputs[name] = Stamps(line)
+            return Verdict.GOES_ON
+        line = stamps.believed
+        old = name in self.held and stamp_ns < line.newest_ns
+        if old or line.goes_on(stamp_ns, self._now_ns):
+            line.add(stamp_ns, self._now_ns)
+            returns, stamps.rival = stamps.rival is not None, None
+            return Verdict.RETURNS if returns else Verdict.GOES_ON
+        verdict = Verdict.FAR_OFF
+        if stamps.rival is None or not stamps.rival.goes_on(stamp_ns, self._now_ns):
+            verdict = Verdict.FAR_OFF if stamps.rival is None else Verdict.ELSEWHERE
+            stamps.rival = Line(stamp_ns, stamp_ns, told_ns=self._now_ns)
+        stamps.rival.add(stamp_ns, self._now_ns)
+        return verdict
+
+    def apart_s(self, name: str) -> float:
+        """Return by how much an input's rival is ahead of its line, s."""
+        stamps = self._inputs[name]
+        return self._moved_ns(stamps) * 1e-9
+
+    def decision(self, name: str) -> Decision | None:
+        """Return what far-off stamps are, after one of an input came; None: not known yet."""
+        images = self._inputs.get(DETECTIONS)
+        if name != DETECTIONS:
+            came_right = self._came_right(name, images)
+            if came_right is not None:
+                return came_right
+        if images is None or images.rival is None:
+            return None
+        return self._anew(images)
+
+    def believe(self, decision: Decision) -> None:
+        """Forget the lines of what moved, and all others but those kept where time began anew."""
+        if decision.anew:
+            self._stepped_ns = 0
+        for name in list(self._inputs):
+            if (decision.anew and name not in decision.kept) or name in decision.moved:
+                del self._inputs[name]
+
+    def goes_on(self, name: str) -> None:
+        """Let the next stamp of an input go on from its line: it only was silent."""
+        stamps = self._inputs[name]
+        assert stamps.rival is not None  # noqa: S101 - `silent` names it
+        stamps.believed.newest_ns, stamps.rival = stamps.rival.first_ns, None
+
+    def _moved_ns(self, stamps: Stamps) -> int:
+        if stamps.rival is None:
+            return 0
+        rival = stamps.rival.expected_ns(self._now_ns)
+        return rival - stamps.believed.expected_ns(self._now_ns)
+
+    def _near(self, one: Line, other: Line) -> bool:
+        apart = one.expected_ns(self._now_ns) - other.expected_ns(self._now_ns)
+        return abs(apart) <= SAME_NS
+
+    def _came_right(self, name: str, images: Stamps | None) -> Decision | None:
+        """Return whether an input's clock alone was set."""
+        stamps = self._inputs[name]
+        line, rival = stamps.believed, stamps.rival
+        if rival is None:
+            return None
+        several = rival.count >= SEVERAL or rival.count > line.count
+        fits = images is None or (
+            self._near(rival, images.believed) and not self._near(line, images.believed)
+        )
+        if rival.span_s >= LASTING_S or (several and fits):
+            return Decision(False, (name,))
+        return None
+
+    def _anew(self, images: Stamps) -> Decision | None:
+        """Return whether time began anew, by most of the inputs with the images' clock."""
+        rival = images.rival
+        assert rival is not None  # noqa: S101 - asked for only then
+        by_ns = self._moved_ns(images)
+        stepped = bool(self._stepped_ns) and abs(self._stepped_ns - by_ns) <= ALIKE_NS
+        moved, kept, stays = [DETECTIONS], [], 0
+        for name, stamps in self._inputs.items():
+            if name == DETECTIONS:
+                continue
+            # What has not come since the node's clock stepped along does not speak against it.
+            counts = name in self.needed and not (stepped and stamps.believed.offset_ns is None)
+            if stamps.rival is not None:
+                if abs(self._moved_ns(stamps) - by_ns) <= ALIKE_NS:
+                    moved.append(name)
+            elif self._near(stamps.believed, images.believed):
+                stays += counts
+            elif self._near(stamps.believed, rival):
+                kept.append(name)
+        witnesses = stepped + sum(name in self.needed for name in (*moved, *kept))
+        if witnesses > stays:
+            anew = stepped or rival.count > 1 or images.believed.count < SEVERAL
+        elif stays:
+            anew = rival.span_s >= LASTING_S
+        else:
+            anew = rival.count > SEVERAL
+        if not anew:
+            return None
+        clock = ("clock",) if stepped else ()
+        return Decision(True, (*moved, *clock), tuple(kept), by_ns)

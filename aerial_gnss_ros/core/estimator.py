@@ -17,8 +17,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from aerial_gnss_ros.core.account import complaint
+from aerial_gnss_ros.core.arrivals import Arrivals
 from aerial_gnss_ros.core.camera import CameraModel
-from aerial_gnss_ros.core.clock import Clock
+from aerial_gnss_ros.core.clock import DETECTIONS, Clock, Decision
 from aerial_gnss_ros.core.config import EstimatorConfig
 from aerial_gnss_ros.core.depths import depth_input
 from aerial_gnss_ros.core.events import Events, Trouble
@@ -48,7 +49,7 @@ MAX_WAITING = 4096
 LONG_S = 10.0
 """An input that is of no use for so long is told again, s."""
 
-CAMERA_INFO, DETECTIONS, WATER_LEVEL = "camera_info", "detections", "water_level"
+CAMERA_INFO, WATER_LEVEL = "camera_info", "water_level"
 
 
 @dataclass
@@ -78,8 +79,8 @@ class Estimator:
         boxes: detections of all images with a result.
         used: of these, how many measured robots; some are undecided until `flush`.
         ending: detections that `flush` decided when there was no result left to tell it.
-        dropped: images that gave no result: `duplicate` stamp, or `out_of_order` (older than the
-            last one processed).
+        dropped: images that gave no result: `duplicate` stamp, `out_of_order` (older than the
+            last one processed), or `wrong_stamp` (far off all others).
         events: sentences for the log, the oldest first; `take_events` empties it.
         min_score: boxes below are refused; may be changed while running.
 
@@ -125,7 +126,10 @@ class Estimator:
             self._log,
         )
         self._guard = Guard(self._pipeline, self._identity, self._origin, self._log, (Estimator,))
-        self._clock = Clock()
+        needed = [str(i) for i in Input if self._inputs.state_without_messages(i) is None]
+        held = [name for name in self._tallies if name not in (*map(str, Input), DETECTIONS)]
+        clock = Clock(needed, held)
+        self._arrivals = Arrivals(clock, self._tallies, self.dropped, self._log, self._begin_anew)
         self._waiting: list[_Waiting] = []
         self._ready: list[FrameResult] = []
         self._last_stamp_ns: int | None = None
@@ -189,7 +193,6 @@ class Estimator:
 
     def add_fix(self, fix: Fix) -> None:
         """Take a position of the drone."""
-        self._watch(Input.FIX.value, fix.stamp_ns)
         self._count(Input.FIX.value, fix.stamp_ns, lambda: self._take_fix(fix))
 
     def add_attitude(self, attitude: Orientation) -> None:
@@ -206,21 +209,22 @@ class Estimator:
 
     def add_water_level(self, level: Scalar) -> None:
         """Take a level of the water; it holds until replaced."""
-        self._watch(WATER_LEVEL, level.stamp_ns)
         self._count(WATER_LEVEL, level.stamp_ns, lambda: self._inputs.add_level(level))
 
     def add_depth(self, class_id: str, depth: Scalar) -> None:
         """Take the depth that robots of a class send (empty: of all); it holds for a while."""
         name = depth_input(class_id)
-        self._watch(name, depth.stamp_ns)
         self._count(name, depth.stamp_ns, lambda: self._inputs.depths.add(class_id, depth))
 
     def add_camera(self, stamp_ns: int, camera: CameraModel | None) -> None:
         """Take the camera's description; None when it could not be used."""
-        self._watch(CAMERA_INFO, stamp_ns)
-        trouble = "" if camera is not None else "it describes no camera"
-        self._tallies[CAMERA_INFO].add(stamp_ns, trouble)
-        self._inputs.add_camera(stamp_ns, camera)
+
+        def keep() -> None:
+            trouble = "" if camera is not None else "it describes no camera"
+            self._tallies[CAMERA_INFO].add(stamp_ns, trouble)
+            self._inputs.add_camera(stamp_ns, camera)
+
+        self._arrivals.take(CAMERA_INFO, stamp_ns, keep)
 
     def refuse(self, name: str, trouble: str) -> None:
         """Count a message that could not even be read.
@@ -234,8 +238,11 @@ class Estimator:
 
     def add_detections(self, frame: DetectionFrame) -> None:
         """Take one image's boxes; they are worked on by `advance`."""
+        self._arrivals.take(DETECTIONS, frame.stamp_ns, lambda: self._wait(frame))
+
+    def _wait(self, frame: DetectionFrame) -> None:
+        """Let an image wait for the telemetry of its time."""
         stamp_ns = frame.stamp_ns
-        self._watch(DETECTIONS, stamp_ns)
         self._tallies[DETECTIONS].add(stamp_ns)
         place = bisect_left(self._waiting, stamp_ns, key=_stamp)
         waits = place < len(self._waiting) and self._waiting[place].stamp_ns == stamp_ns
@@ -256,9 +263,10 @@ class Estimator:
         Args:
             now_ns: the node's clock, or the bag's log time; only its differences count.
         """
-        self._watch("clock", now_ns)
+        self._arrivals.tick(now_ns)
         for item in self._waiting:
-            item.since_ns = now_ns if item.since_ns is None else item.since_ns
+            if item.since_ns is None or item.since_ns > now_ns:  # the node's clock was set back
+                item.since_ns = now_ns
         while self._waiting:
             first = self._waiting[0]
             late = first.since_ns is not None and now_ns - first.since_ns >= self._patience_ns
@@ -287,6 +295,7 @@ class Estimator:
 
     def flush(self) -> list[FrameResult]:
         """Return results for all images that still wait: nothing more comes (end of a bag)."""
+        self._arrivals.flush()
         self._origin.settle()
         while self._waiting:
             self._finish_first()
@@ -303,7 +312,6 @@ class Estimator:
         self.causes.update(one.cause for one in refused if one.cause is not None)
 
     def _add(self, source: Input, value: Orientation | Scalar) -> None:
-        self._watch(source.value, value.stamp_ns)
         self._count(source.value, value.stamp_ns, lambda: self._take(source, value))
 
     def _take_fix(self, fix: Fix) -> str:
@@ -326,13 +334,16 @@ class Estimator:
         return trouble
 
     def _count(self, name: str, stamp_ns: int, keep: Callable[[], str]) -> None:
-        """Keep a message's value and count it.
+        """Keep a message's value and count it, once its stamp is believed.
 
         Args:
             name: of the input.
             stamp_ns: of the message.
             keep: keeps the value and says why it is no use, in words, or nothing.
         """
+        self._arrivals.take(name, stamp_ns, lambda: self._keep(name, stamp_ns, keep))
+
+    def _keep(self, name: str, stamp_ns: int, keep: Callable[[], str]) -> None:
         try:
             trouble = keep()
         except MemoryError:
@@ -362,11 +373,7 @@ class Estimator:
         if not moved:
             return
         robots = bool(self._estimates)
-        self._pipeline.reset()
-        self._guard.reset()
-        self._identity.release()
-        self._names.begin_anew()
-        self._estimates, self._platform = (), ()
+        self._forget_robots()
         self._log.counts["began_elsewhere"] += 1
         ended = ": tracks are cleared, and robots get new names" if robots else ""
         self._log.add(Trouble(f"{moved}{ended}."))
@@ -412,26 +419,30 @@ class Estimator:
         except Exception as error:  # noqa: BLE001 - the guard tells it
             return error
 
-    def _watch(self, source: str, stamp_ns: int) -> None:
-        """Begin anew when an input's clock went backward."""
-        newest = self._clock.newest(source)
-        if not self._clock.went_backward(source, stamp_ns):
+    def _begin_anew(self, decision: Decision) -> None:
+        """Forget what was before time began anew, or before the clock of an input was set."""
+        jump_s, names = decision.by_ns * 1e-9, ", ".join(decision.moved)
+        if not decision.anew:
+            self._inputs.forget(decision.moved)
+            self._log.add(f"The clock of {names} was set; its telemetry of before is forgotten.")
             return
         while self._waiting:
             self._finish_first()
-        self._inputs.clear()
+        self._inputs.clear(decision.kept)
+        self._forget_robots()
+        self._last_stamp_ns = self._newest_image_ns = None
+        for tally in self._tallies.values():
+            tally.begin_anew()
+        way = "backward" if jump_s < 0.0 else "forward"
+        self._log.counts[f"time_went_{way}"] += 1
+        self._log.add(
+            f"Time went {way} by {abs(jump_s):.1f} s ({names}): telemetry and tracks are cleared, "
+            "and robots get new names."
+        )
+
+    def _forget_robots(self) -> None:
         self._pipeline.reset()
         self._guard.reset()
         self._identity.release()
-        self._clock.begin(source, stamp_ns)
         self._names.begin_anew()
-        self._last_stamp_ns = self._newest_image_ns = None
-        for tally in self._tallies.values():
-            tally.last_stamp_ns = None
         self._estimates, self._platform = (), ()
-        self._log.counts["time_went_backward"] += 1
-        jump = 0.0 if newest is None else (newest - stamp_ns) * 1e-9
-        self._log.add(
-            f"Time went backward by {jump:.1f} s ({source}): telemetry and tracks are cleared, and "
-            "robots get new names."
-        )

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Collection
 from dataclasses import dataclass, replace
 from enum import Enum
 from functools import lru_cache
@@ -70,7 +71,11 @@ class InputStatus:
 
 @dataclass
 class Tally:
-    """Counts the messages of one input; `good_ns` is the last stamp of use, or the first one."""
+    """Counts the messages of one input.
+
+    `good_ns` is the last stamp of use, or the first one; `refused`: the last message does not even
+    have a stamp of use.
+    """
 
     count: int = 0
     bad: int = 0
@@ -78,12 +83,13 @@ class Tally:
     trouble: str = ""
     last_stamp_ns: int | None = None
     good_ns: int | None = None
+    refused: bool = False
 
     def add(self, stamp_ns: int, trouble: str = "") -> None:
         """Count a message; `trouble` says why it is no use."""
         self.count += 1
         self.bad += bool(trouble)
-        self.trouble = trouble
+        self.trouble, self.refused = trouble, False
         if not trouble or self.good_ns is None:
             self.good_ns = stamp_ns
         if self.last_stamp_ns is None or stamp_ns > self.last_stamp_ns:
@@ -92,10 +98,20 @@ class Tally:
             self.unordered += 1
 
     def refuse(self, trouble: str) -> None:
-        """Count a message that could not be read; `trouble` says why."""
+        """Count a message that could not be read, or has a wrong stamp; `trouble` says why."""
         self.count += 1
         self.bad += 1
-        self.trouble = trouble
+        self.trouble, self.refused = trouble, True
+
+    def take_back(self) -> None:
+        """Take back a message that was refused: it is of use after all."""
+        self.count -= 1
+        self.bad -= 1
+        self.trouble, self.refused = "", False
+
+    def begin_anew(self) -> None:
+        """Forget stamps: time began anew."""
+        self.last_stamp_ns = self.good_ns = None
 
     @property
     def bad_s(self) -> float:
@@ -109,6 +125,8 @@ class Tally:
         state = InputState.OK
         if self.last_stamp_ns is None:
             state = InputState.WAITING
+        elif self.refused:
+            state = InputState.BAD
         elif newest_ns is not None and newest_ns - self.last_stamp_ns > patience_ns:
             state = InputState.STALE
         elif self.trouble:
@@ -261,11 +279,20 @@ class Inputs:
         if latest is None or latest.camera is not camera:
             self.cameras.add(entry)
 
-    def clear(self) -> None:
-        """Forget all samples; the level and the camera hold on, as they may not be sent again."""
-        for series in self._series.values():
-            series.clear()
+    def forget(self, names: Collection[str]) -> None:
+        """Forget the samples of some inputs: their clocks were set."""
+        for source, series in self._series.items():
+            if source.value in names:
+                series.clear()
         self.plausibility.clear()
+
+    def clear(self, kept: Collection[str] = ()) -> None:
+        """Forget all samples; the level and the camera hold on, as they may not be sent again.
+
+        Args:
+            kept: inputs whose samples are right as they are.
+        """
+        self.forget({source.value for source in self._series} - set(kept))
         last = self._level.last
         self._first_level = last.value if last is not None else self._first_level
         self._level.clear()
