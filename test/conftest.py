@@ -28,15 +28,18 @@ os.environ["ROS_LOG_DIR"] = os.environ.get("ROS_LOG_DIR") or tempfile.mkdtemp(pr
 os.environ.setdefault("MPLBACKEND", "Agg")
 
 
-IN_TURN = ("nodes", "interfaces")
-"""Folders whose tests run several programs in real time: never two of them at once."""
+IN_TURN = ("test_live.py", "test_player.py")
+"""Files of test/nodes whose programs have to keep up with the clock: never two of them at once."""
 LONGEST = ("nodes", "interfaces", "training", "test_install.py", "commands", "fuzz")
 """What begins first, so that no process waits for it at the end."""
 
 
 @pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(config, items):
-    """Tell pytest-xdist what stays together: a file, whose fixtures are made once, or a folder."""
+    """Tell pytest-xdist what stays together: a file, whose fixtures are made once.
+
+    Tests of nodes mostly wait, and share nothing: any process may take the next.
+    """
     if not WORKER or not config.pluginmanager.hasplugin("xdist"):
         return
 
@@ -44,8 +47,11 @@ def pytest_collection_modifyitems(config, items):
         return item.path.relative_to(REPOSITORY / "test").parts[0]
 
     for item in items:
-        group = "in turn" if part(item) in IN_TURN else str(item.path.relative_to(REPOSITORY))
-        item.add_marker(pytest.mark.xdist_group(group))
+        if item.path.name in IN_TURN:
+            item.add_marker(pytest.mark.xdist_group("in turn"))
+        elif part(item) != "nodes":
+            group = str(item.path.relative_to(REPOSITORY))
+            item.add_marker(pytest.mark.xdist_group(group))
     items.sort(key=lambda one: LONGEST.index(part(one)) if part(one) in LONGEST else len(LONGEST))
 
 

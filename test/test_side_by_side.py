@@ -38,16 +38,22 @@ class Item:
         self.groups += mark.args
 
 
-def test_files_stay_together_and_nodes_run_in_turn_and_first(monkeypatch):
+def test_files_stay_together_and_nodes_begin(monkeypatch):
     sort = loaded(monkeypatch, "gw0")["pytest_collection_modifyitems"]
     names = ["core/test_a.py", "core/test_a.py", "test_install.py", "nodes/test_b.py",
-             "interfaces/test_c.py", "core/test_d.py"]  # fmt: skip
+             "nodes/test_live.py", "nodes/test_player.py", "interfaces/test_c.py"]  # fmt: skip
     items = [Item(name) for name in names]
     sort(SimpleNamespace(pluginmanager=SimpleNamespace(hasplugin=lambda _: True)), items)
-    groups = [item.groups for item in items]
-    assert groups[:2] == [["in turn"], ["in turn"]]
-    rest = ("test_install.py", "core/test_a.py", "core/test_a.py", "core/test_d.py")
-    assert groups[2:] == [[f"test/{name}"] for name in rest]
+    groups = [(item.path.name, item.groups) for item in items]
+    assert groups == [
+        ("test_b.py", []),
+        ("test_live.py", ["in turn"]),
+        ("test_player.py", ["in turn"]),
+        ("test_c.py", ["test/interfaces/test_c.py"]),
+        ("test_install.py", ["test/test_install.py"]),
+        ("test_a.py", ["test/core/test_a.py"]),
+        ("test_a.py", ["test/core/test_a.py"]),
+    ]
 
 
 def test_without_side_by_side_nothing_changes(monkeypatch):

@@ -27,7 +27,7 @@ def children(program):
     for path in Path("/proc").glob("[0-9]*/stat"):
         try:
             parent = int(path.read_text().rsplit(")", 1)[1].split()[1])
-            words = (path.parent / "cmdline").read_bytes().decode().split("\0")
+            words = (path.parent / "cmdline").read_bytes().decode(errors="replace").split("\0")
         except (OSError, IndexError):
             continue
         if parent == program.process.pid and "--node" in words:
