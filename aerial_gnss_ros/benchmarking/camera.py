@@ -17,6 +17,7 @@ from rclpy.node import Node
 from rclpy.publisher import Publisher
 
 from aerial_gnss_ros.bags.reader import BagReader, open_bag
+from aerial_gnss_ros.benchmarking.disturbing import Disturber
 from aerial_gnss_ros.benchmarking.loop import Loop
 from aerial_gnss_ros.core.errors import AerialGnssError
 from aerial_gnss_ros.nodes import process, qos
@@ -36,6 +37,9 @@ def main(argv: Sequence[str] | None = None) -> int:
     parser.add_argument("--images", required=True, help="topic of the images")
     parser.add_argument("--topics", nargs="+", required=True, help="all topics to play")
     parser.add_argument("--rate", type=float, default=1.0, help="2 plays twice as fast")
+    parser.add_argument(
+        "--disturb", action="store_true", help="take kinds of disturbances from standard input"
+    )
     args = parser.parse_args(process.own_arguments(arguments)[1:])
     use_large_data_profile()
     try:
@@ -50,6 +54,11 @@ def main(argv: Sequence[str] | None = None) -> int:
 def _play(bag: BagReader, loop: Loop, args: argparse.Namespace) -> None:
     node = rclpy.create_node("camera")
     publishers = {name: _publisher(node, bag, name, args.images) for name in args.topics}
+    disturber = None
+    if args.disturb:
+        types = {name: bag.topics[name].msgtype for name in args.topics}
+        disturber = Disturber(node, types, args.images)
+        disturber.listen(sys.stdin)
     time.sleep(_MEET_S)
     began, began_ns = time.monotonic(), int(node.get_clock().now().nanoseconds)
     for moment in loop.moments():
@@ -59,7 +68,11 @@ def _play(bag: BagReader, loop: Loop, args: argparse.Namespace) -> None:
         if not rclpy.ok():
             break
         entry = moment.entry
-        publishers[entry.topic].publish(entry.raw(began_ns + round(moment.stamp_ns / args.rate)))
+        raw: bytes | None = entry.raw(began_ns + round(moment.stamp_ns / args.rate))
+        if disturber is not None and raw is not None:
+            raw = disturber.altered(entry.topic, raw)
+        if raw is not None:
+            publishers[entry.topic].publish(raw)
     node.destroy_node()
 
 

@@ -66,6 +66,36 @@ def peak_memory_mb(pid: int) -> float:
     return int(match.group(1)) * 1024 / 1e6 if match else float("nan")
 
 
+def memory_mb(pid: int) -> float:
+    """Return the memory that a process has in use (resident), MB; NaN where nobody tells."""
+    match = re.search(r"^VmRSS:\s*(\d+) kB", _text(_PROC / str(pid) / "status"), re.MULTILINE)
+    return int(match.group(1)) * 1024 / 1e6 if match else float("nan")
+
+
+def threads(pid: int) -> int:
+    """Return how many threads a process has; 0 where nobody tells."""
+    match = re.search(r"^Threads:\s*(\d+)", _text(_PROC / str(pid) / "status"), re.MULTILINE)
+    return int(match.group(1)) if match else 0
+
+
+def descriptors(pid: int) -> int:
+    """Return how many files and sockets a process has open; 0 where nobody tells."""
+    try:
+        return sum(1 for _ in (_PROC / str(pid) / "fd").iterdir())
+    except OSError:
+        return 0
+
+
+def children(pid: int) -> dict[int, list[str]]:
+    """Return the command line of each process that a process started, by its number."""
+    found = {}
+    for path in _PROC.glob("[0-9]*"):
+        fields = _text(path / "stat").rsplit(")", 1)[-1].split()
+        if len(fields) > 1 and int(fields[1]) == pid:
+            found[int(path.name)] = _text(path / "cmdline").split("\0")
+    return found
+
+
 class Power:
     """The device's mean power while in use, as far as it tells.
 

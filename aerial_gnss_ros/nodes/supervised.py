@@ -41,6 +41,7 @@ from aerial_gnss_ros.nodes.ros_messages import message_class
 from aerial_gnss_ros.nodes.schemas import SCHEMAS
 
 _REPEAT_S = 30.0
+_MOST_SAID = 200
 _NO_COUNT = 2**31 - 1
 
 
@@ -232,7 +233,10 @@ class SupervisedNode(Node):  # type: ignore[misc]  # rclpy has no complete types
         now_ns = self.steady_ns()
         last_ns = self._said.get(sentence)
         if last_ns is None or now_ns - last_ns >= _REPEAT_S * SECOND_NS:
+            self._said.pop(sentence, None)  # the newest is the last one
             self._said[sentence] = now_ns
+            if len(self._said) > _MOST_SAID:  # sentences with numbers in them are ever new
+                del self._said[next(iter(self._said))]
             self.get_logger().warning(sentence)
 
     @abstractmethod

@@ -1,0 +1,218 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Do the nodes stay the same over hours? Both live, with a fault a minute.
+
+python benchmarks/soak.py --minutes 60 -o soak
+
+A simulated flight over three robots is played to and fro, with stamps that go on: images at 30 Hz,
+telemetry at 50 Hz. The nodes run as `aerial-gnss run` starts them. Each minute one fault is put in
+(`benchmarking/disturbing.py`), kinds in turn; with --kill a node is killed as well. Once a minute
+memory, descriptors and threads of each process are read, and what a subscriber heard.
+"""
+
+from __future__ import annotations
+
+import argparse
+import dataclasses
+import itertools
+import json
+import os
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import IO
+
+import rclpy
+from rclpy.executors import SingleThreadedExecutor
+from soak_judge import Minute, Usage, verdict
+from soak_listener import Listener
+from tables import columns
+
+from aerial_gnss_ros.bags.reader import open_bag
+from aerial_gnss_ros.benchmarking.disturbing import SECONDS
+from aerial_gnss_ros.benchmarking.flight import flight, render
+from aerial_gnss_ros.benchmarking.machine import children, descriptors, memory_mb, threads
+from aerial_gnss_ros.core.errors import RosError
+
+IMAGES = "/camera/image_raw"
+SENSORS = (IMAGES, "/camera/camera_info", "/fix", "/attitude", "/gimbal", "/height")
+KILLS = ("detector", "estimator")
+FAULT_S = 20.0  # within the minute
+SETTLE_S = 40.0  # for the first positions
+
+
+def main() -> int:
+    """Run the nodes, and say how they did."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--minutes", type=int, default=60, help="default 60, at least 3")
+    parser.add_argument("--size", type=int, nargs=2, default=(640, 360), help="of the images, px")
+    parser.add_argument("--kill", action="store_true", help="kill a node now and then, too")
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("-o", "--output", type=Path, default=Path("soak"), help="folder")
+    args = parser.parse_args()
+    if args.minutes < 3:
+        parser.error("--minutes must be at least 3")
+    os.environ.setdefault("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
+    args.output.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryDirectory(prefix="soak_") as folder:
+        bag = Path(folder) / "flight"
+        render(flight(3, tuple(args.size), args.seed), bag, args.seed, lambda _n: None)
+        minutes, names = _soak(bag, args)
+    table = _report(minutes, names)
+    (args.output / "soak.md").write_text(table, encoding="utf-8")
+    print(table)
+    return 0 if all(finding.passed for finding in verdict(minutes)) else 1
+
+
+def _soak(bag: Path, args: argparse.Namespace) -> tuple[list[Minute], int]:
+    rclpy.init(args=[])
+    listener, executor = Listener(), SingleThreadedExecutor()
+    executor.add_node(listener)
+    minutes: list[Minute] = []
+    log = args.output / "nodes.log"
+    kinds = itertools.cycle([*SECONDS, *(f"{name} killed" for name in KILLS if args.kill)])
+    with log.open("wb") as file, _camera(bag, file) as camera, _nodes(file) as nodes:
+        _spin(executor, SETTLE_S, (camera, nodes), log)
+        listener.minute()
+        for kind in itertools.islice(kinds, args.minutes):
+            minute = Minute(kind, provoked=minutes[-1].provoked if minutes else 0)
+            _spin(executor, FAULT_S, (camera, nodes), log)
+            _provoke(kind, camera, nodes, minute)
+            _spin(executor, 60.0 - FAULT_S, (camera, nodes), log)
+            _note(minute, listener, nodes, log)
+            minutes.append(minute)
+            _keep(args.output / "soak.jsonl", minute)
+    executor.shutdown()
+    names = len(listener.names)
+    listener.destroy_node()
+    rclpy.try_shutdown()
+    return minutes, names
+
+
+def _spin(
+    executor: SingleThreadedExecutor,
+    seconds: float,
+    processes: tuple[subprocess.Popen[bytes], ...],
+    log: Path,
+) -> None:
+    """Listen for some time.
+
+    Raises:
+        RosError: the camera or the supervisor ended.
+    """
+    until_s = time.monotonic() + seconds
+    while (left_s := until_s - time.monotonic()) > 0.0:
+        executor.spin_once(timeout_sec=min(0.1, left_s))
+        if any(process.poll() is not None for process in processes):
+            raise RosError(f"a process ended; see {log}")
+
+
+def _provoke(
+    kind: str, camera: subprocess.Popen[bytes], nodes: subprocess.Popen[bytes], minute: Minute
+) -> None:
+    if kind in SECONDS:
+        assert camera.stdin is not None  # noqa: S101 - a pipe
+        camera.stdin.write(f"{kind}\n".encode())
+        camera.stdin.flush()
+        return
+    os.kill(_by_name(nodes.pid)[kind.split(maxsplit=1)[0]], signal.SIGKILL)
+    minute.provoked += 1
+
+
+def _note(minute: Minute, listener: Listener, nodes: subprocess.Popen[bytes], log: Path) -> None:
+    heard = listener.minute()
+    minute.delay_ms, minute.control_ms = heard["delay_ms"], heard["control_ms"]
+    minute.positions_hz, minute.wrong = heard["positions"] / 60.0, heard["wrong"]
+    minute.ended = log.read_text(encoding="utf-8", errors="replace").count("it is started again")
+    for name, pid in {"supervisor": nodes.pid, **_by_name(nodes.pid)}.items():
+        minute.usage[name] = Usage(pid, memory_mb(pid), descriptors(pid), threads(pid))
+
+
+def _by_name(pid: int) -> dict[str, int]:
+    """Return the nodes' processes."""
+    return {
+        words[words.index("--node") + 1]: child
+        for child, words in children(pid).items()
+        if "--node" in words
+    }
+
+
+def _keep(path: Path, minute: Minute) -> None:
+    with path.open("a", encoding="utf-8") as stream:
+        stream.write(json.dumps(dataclasses.asdict(minute)) + "\n")
+    used = ", ".join(
+        f"{name} {one.memory_mb:.1f} MB {one.descriptors} descriptors {one.threads} threads"
+        for name, one in minute.usage.items()
+    )
+    print(
+        f"{minute.fault}: {minute.positions_hz:.1f} positions a second, {minute.wrong} wrong, "
+        f"delay {minute.delay_ms[0]:.1f} / {minute.delay_ms[1]:.1f} ms; {used}",
+        flush=True,
+    )
+
+
+@contextmanager
+def _camera(bag: Path, log: IO[bytes]) -> Iterator[subprocess.Popen[bytes]]:
+    with open_bag([bag]) as reader:
+        truth = [name for name in reader.topics if name.startswith("/truth/robots/")]
+    command = [
+        sys.executable, "-m", "aerial_gnss_ros.benchmarking.camera", str(bag), "--disturb",
+        "--images", IMAGES, "--topics", *SENSORS, *truth, "--ros-args",
+    ]  # fmt: skip
+    with _process(command, log) as process:
+        yield process
+
+
+@contextmanager
+def _nodes(log: IO[bytes]) -> Iterator[subprocess.Popen[bytes]]:
+    command = [
+        sys.executable, "-m", "aerial_gnss_ros.cli", "run", "--ros-args",
+        "-p", "search.mode:=roi",
+    ]  # fmt: skip
+    with _process(command, log) as process:
+        yield process
+
+
+@contextmanager
+def _process(command: list[str], log: IO[bytes]) -> Iterator[subprocess.Popen[bytes]]:
+    process = subprocess.Popen(  # noqa: S603
+        command, stdin=subprocess.PIPE, stdout=log, stderr=subprocess.STDOUT
+    )
+    try:
+        yield process
+    finally:
+        process.send_signal(signal.SIGINT)
+        try:
+            process.wait(20.0)
+        except subprocess.TimeoutExpired:
+            process.kill()
+            process.wait()
+
+
+def _report(minutes: list[Minute], names: int) -> str:
+    heads = ["minute", "fault", "positions a second", "wrong", "delay ms: median", "95 of 100"]
+    heads += [f"{name} MB" for name in minutes[0].usage]
+    rows = [
+        [
+            str(i + 1), one.fault, f"{one.positions_hz:.1f}", str(one.wrong),
+            f"{one.delay_ms[0]:.1f}", f"{one.delay_ms[1]:.1f}",
+            *(f"{used.memory_mb:.1f}" for used in one.usage.values()),
+        ]
+        for i, one in enumerate(minutes)
+    ]  # fmt: skip
+    found = [[one.what, one.value, "yes" if one.passed else "NO"] for one in verdict(minutes)]
+    control = [minutes[0].control_ms, minutes[-1].control_ms]
+    return (
+        f"{columns(['after the warm-up', 'value', 'passed'], found)}\n"
+        f"Of the delay the machine and the camera process: "
+        f"{control[0][0]:.1f} to {control[1][0]:.1f} ms. Names given: {names}.\n\n"
+        f"{columns(heads, rows)}"
+    )
+
+
+if __name__ == "__main__":
+    sys.exit(main())

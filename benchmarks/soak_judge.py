@@ -1,0 +1,92 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What the minutes of a soak say: growth after the warm-up, restarts, wrong positions."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from statistics import median
+
+WARM_UP = 0.1
+"""Share of the minutes that do not count: buffers fill, and each kind of fault comes once."""
+
+MOST_MB = 5.0
+DELAY_FACTOR, DELAY_MS = 1.25, 2.0
+"""How much longer the delay may be at the end than after the warm-up."""
+
+
+@dataclass
+class Usage:
+    """What a process holds."""
+
+    pid: int
+    memory_mb: float
+    descriptors: int
+    threads: int
+
+
+@dataclass
+class Minute:
+    """What was seen in a minute.
+
+    Attributes:
+        fault: that was put in.
+        usage: of each process, by its name.
+        delay_ms: from an image's stamp to its positions at a subscriber: median, 95 of 100.
+        control_ms: the same of what the camera publishes itself: what the machine adds.
+        positions_hz: positions measured.
+        wrong: of these, beyond 4 sigma and 5 m from every true robot.
+        ended: sentences of the supervisor about ended processes, so far.
+        provoked: processes killed on purpose, so far.
+    """
+
+    fault: str
+    usage: dict[str, Usage] = field(default_factory=dict)
+    delay_ms: tuple[float, float] = (float("nan"), float("nan"))
+    control_ms: tuple[float, float] = (float("nan"), float("nan"))
+    positions_hz: float = 0.0
+    wrong: int = 0
+    ended: int = 0
+    provoked: int = 0
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One line of the verdict."""
+
+    what: str
+    value: str
+    passed: bool
+
+
+def verdict(minutes: Sequence[Minute]) -> list[Finding]:
+    """Return what a soak of at least three minutes shows."""
+    counted = minutes[max(1, round(WARM_UP * len(minutes))) :]
+    if len(counted) < 2:
+        raise ValueError("a soak of so few minutes says nothing")
+    third = max(1, len(counted) // 3)
+    first, last = counted[:third], counted[-third:]
+    found = []
+    for name in counted[0].usage:
+        for what, unit, most in (
+            ("memory_mb", " MB", MOST_MB), ("descriptors", "", 0.0), ("threads", "", 0.0)
+        ):  # fmt: skip
+            before, after = (_typical(part, name, what) for part in (first, last))
+            words = f"{before:.1f} to {after:.1f}{unit}"
+            label = f"{name}: {what.removesuffix('_mb')}"
+            found.append(Finding(label, words, after - before <= most))
+    before, after = (median(m.delay_ms[0] for m in part) for part in (first, last))
+    allowed = DELAY_FACTOR * before + DELAY_MS
+    found.append(Finding("delay, median", f"{before:.1f} to {after:.1f} ms", after <= allowed))
+    unprovoked = minutes[-1].ended - minutes[-1].provoked
+    found.append(Finding("restarts not provoked", str(unprovoked), unprovoked == 0))
+    wrong = sum(minute.wrong for minute in minutes)
+    positions = 60.0 * sum(minute.positions_hz for minute in minutes)
+    found.append(
+        Finding("wrong positions", f"{wrong} of {positions:.0f}", wrong <= 0.001 * positions)
+    )
+    return found
+
+
+def _typical(minutes: Sequence[Minute], name: str, what: str) -> float:
+    return median(getattr(minute.usage[name], what) for minute in minutes if name in minute.usage)
