@@ -34,6 +34,7 @@ ARGUMENTS = {
     "model": ("", "path of the detection model; empty: as the parameters say"),
     "use_sim_time": ("false", "true: the time comes from /clock, as with a bag"),
     "autostart": ("true", "false: the detector waits for its lifecycle transitions"),
+    "enclave": ("", "of ROS' security, such as /aerial_gnss: each node's own is below it"),
     "bag": ("", "rosbag2 to play with /clock; use_sim_time is then true"),
 }
 
@@ -63,6 +64,8 @@ def start(context: LaunchContext) -> list[Any]:
     files = [name.strip() for name in given["params"].split(",") if name.strip()]
     if files:
         arguments += ["--params", *files]
+    if given["enclave"]:
+        arguments += ["--enclave", given["enclave"]]
     parameters: dict[str, Any] = {}
     if given["model"]:
         parameters["model"] = given["model"]

@@ -49,6 +49,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--session", type=Path, metavar="FILE",
         help="with --node: where the estimator keeps names until it is started again",
     )  # fmt: skip
+    parser.add_argument(
+        "--enclave",
+        metavar="PATH",
+        help="of ROS' security, such as /aerial_gnss: each node's is below it",
+    )
     parser.add_argument("--refusal", type=Path, help=argparse.SUPPRESS)
     parser.add_argument(
         "--ros-args",
@@ -78,7 +83,7 @@ def _here(args: argparse.Namespace, files: list[Path]) -> int:
     given = Given(files, args.namespace, args.session)
     makers: list[Callable[[], Any]] = [only(args.node, given)] if args.node else both(given)
     try:
-        return process.spin(makers, ["aerial-gnss", "--ros-args", *args.ros_args])
+        return process.spin(makers, ["aerial-gnss", "--ros-args", *args.ros_args, *_enclave(args)])
     except AerialGnssError as error:
         if args.refusal is None:
             raise
@@ -98,14 +103,22 @@ def _supervised(args: argparse.Namespace, files: list[Path]) -> int:
             given += ["--params", *map(str, files)]
         if args.namespace is not None:
             given += ["--namespace", args.namespace]
+        if args.enclave:
+            given += ["--enclave", args.enclave]
         program = [sys.executable, "-m", "aerial_gnss_ros.cli", "run"]
-        commands = {
-            name: [*program, "--node", name, *given, "--ros-args", *args.ros_args] for name in NODES
-        }
+        ros = ["--ros-args", *args.ros_args]
+        commands = {name: [*program, "--node", name, *given, *ros] for name in NODES}
         status = supervise(commands, _say)
         if refusal.is_file():
             raise AerialGnssError(refusal.read_text(encoding="utf-8"))
     return status
+
+
+def _enclave(args: argparse.Namespace) -> list[str]:
+    """Return what tells ROS the enclave of this process."""
+    if not args.enclave:
+        return []
+    return ["--enclave", "/".join(filter(None, (args.enclave.rstrip("/"), args.node)))]
 
 
 def _say(sentence: str) -> None:

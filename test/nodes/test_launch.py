@@ -102,10 +102,11 @@ def test_wrong_input_ends_launch_and_a_death_does_not(launch_file):
 def test_every_argument_reaches_its_place(launch_file):
     _, node, player = started(
         launch_file, namespace="drone1", vehicle="/v.yaml", params="/a.yaml, /b.yaml",
-        model="/m.onnx", bag="/flight",
+        model="/m.onnx", bag="/flight", enclave="/aerial_gnss",
     )  # fmt: skip
     expected = ["run", "--node", "estimator", "--vehicle", "/v.yaml"]
-    assert split(node)[0] == [*expected, "--params", "/a.yaml", "/b.yaml"]
+    expected += ["--params", "/a.yaml", "/b.yaml", "--enclave", "/aerial_gnss"]
+    assert split(node)[0] == expected
     assert node.namespace == "drone1"
     assert node.parameters == [{"model": "/m.onnx", "use_sim_time": True}]
     assert player.cmd == ["ros2", "bag", "play", "/flight", "--clock"]

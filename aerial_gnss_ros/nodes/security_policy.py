@@ -1,0 +1,151 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Writes SROS2 policies: what each node publishes, subscribes to and serves, and nothing more.
+
+python3 -m aerial_gnss_ros.nodes.security_policy --vehicle anafi --namespace drone1 > drone1.xml
+python3 -m aerial_gnss_ros.nodes.security_policy --all config/security
+"""
+
+from __future__ import annotations
+
+import argparse
+import contextlib
+import sys
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+from typing import cast
+from xml.sax.saxutils import escape, quoteattr
+
+from aerial_gnss_ros.adapters.feed import Feed, Inputs
+from aerial_gnss_ros.adapters.parameter_files import read
+from aerial_gnss_ros.adapters.results import MAP_DATUM, MARKERS
+from aerial_gnss_ros.adapters.vehicles import vehicle_file, vehicle_names
+from aerial_gnss_ros.core.config import estimator_config
+from aerial_gnss_ros.core.errors import AerialGnssError, ConfigError
+from aerial_gnss_ros.detection.config import detector_config
+from aerial_gnss_ros.nodes.schemas import DETECTOR, ESTIMATOR, SCHEMAS
+
+ENCLAVE = "/aerial_gnss"
+"""Of the shipped policies; each node's own is below it."""
+
+RESULTS = tuple(f"robots/*/{kind}" for kind in ("geo_pose", "fix", "odom"))
+_EVERY_PUBLISHED = ("/rosout", "/parameter_events", "/diagnostics")
+_EVERY_SUBSCRIBED = ("/clock", "/parameter_events")
+_PARAMETERS = (
+    "describe_parameters", "get_parameter_types", "get_parameters", "get_type_description",
+    "list_parameters", "set_parameters", "set_parameters_atomically",
+)  # fmt: skip
+_LIFECYCLE = (
+    "change_state", "get_available_states", "get_available_transitions", "get_state",
+    "get_transition_graph",
+)  # fmt: skip
+
+
+def policy(files: Sequence[Path] = (), namespace: str = "/", enclave: str = ENCLAVE) -> str:
+    """Return the policy of both nodes as XML.
+
+    Args:
+        files: their parameter files: these name the topics.
+        namespace: of the nodes.
+        enclave: path above those of both nodes.
+
+    Raises:
+        ConfigError: a parameter cannot be used.
+    """
+    values = read(files, SCHEMAS, namespace)
+    detector = detector_config(values[DETECTOR])
+    images = (detector.image.full_topic, detector.camera_info.topic)
+    published = (detector.detections.topic, "~/transition_event")
+    # Only the topics are asked for; nothing is ever fed.
+    feed = Feed(estimator_config(values[ESTIMATOR]), cast(Inputs, None))
+    heard = [one.topic for one in feed.subscriptions]
+    heard += [f"{one.topic}_v*" for one in feed.subscriptions if one.versioned]
+    lines = [
+        *_enclave(f"{enclave}/{DETECTOR}", namespace, DETECTOR, published, images, _LIFECYCLE),
+        *_enclave(
+            f"{enclave}/{ESTIMATOR}", namespace, ESTIMATOR, (MAP_DATUM, MARKERS[0], *RESULTS),
+            heard, (),
+        ),
+    ]  # fmt: skip
+    body = "\n".join(f"    {line}" for line in lines)
+    return f'<policy version="0.2.0">\n  <enclaves>\n{body}\n  </enclaves>\n</policy>\n'
+
+
+def texts() -> dict[str, str]:
+    """Return the shipped files' names with their contents.
+
+    A profile that needs a user's values first, such as the place of a mast, has none.
+    """
+    found = {}
+    for name in vehicle_names():
+        with contextlib.suppress(ConfigError):
+            found[f"{name}.policy.xml"] = document(name)
+    return found
+
+
+def document(vehicle: str) -> str:
+    """Return the shipped policy of a vehicle profile."""
+    about = (
+        f"SROS2 policy of detector and estimator with the vehicle profile {vehicle}, in the root "
+        "namespace. In another one: replace ns. Made by `python3 -m "
+        "aerial_gnss_ros.nodes.security_policy`, which also makes that of your own parameters: "
+        "see docs/security.md."
+    ).replace("--", "- -")
+    head = '<?xml version="1.0" encoding="UTF-8"?>'
+    return f"{head}\n<!-- {about} -->\n{policy([vehicle_file(vehicle)])}"
+
+
+def _enclave(
+    path: str,
+    namespace: str,
+    node: str,
+    published: Sequence[str],
+    subscribed: Sequence[str],
+    services: Sequence[str],
+) -> list[str]:
+    absolute = "/" + namespace.strip("/")
+    rules = [
+        *_rule("topics", "publish", (*published, *_EVERY_PUBLISHED)),
+        *_rule("topics", "subscribe", (*subscribed, *_EVERY_SUBSCRIBED)),
+        *_rule("services", "reply", [f"~/{name}" for name in sorted((*_PARAMETERS, *services))]),
+    ]
+    return [
+        f"<enclave path={quoteattr(path)}>",
+        "  <profiles>",
+        f"    <profile ns={quoteattr(absolute)} node={quoteattr(node)}>",
+        *(f"      {rule}" for rule in rules),
+        "    </profile>",
+        "  </profiles>",
+        "</enclave>",
+    ]
+
+
+def _rule(kind: str, verb: str, names: Iterable[str]) -> list[str]:
+    single = kind.removesuffix("s")
+    inner = [f"  <{single}>{escape(name)}</{single}>" for name in dict.fromkeys(names)]
+    return [f'<{kind} {verb}="ALLOW">', *inner, f"</{kind}>"]
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Write the policy of some parameters, or all shipped ones; return the exit status."""
+    parser = argparse.ArgumentParser(prog="security_policy", description=__doc__.splitlines()[0])
+    parser.add_argument("--vehicle", help=f"profile: {', '.join(vehicle_names())}, or a file")
+    parser.add_argument("--params", type=Path, nargs="+", default=[], help="parameter files")
+    parser.add_argument("--namespace", default="/", help="of both nodes, such as drone1")
+    parser.add_argument("--enclave", default=ENCLAVE, help="above those of both (%(default)s)")
+    parser.add_argument("--all", type=Path, metavar="FOLDER", help="write the shipped ones there")
+    args = parser.parse_args(argv)
+    try:
+        if args.all:
+            for name, text in texts().items():
+                (args.all / name).write_text(text, encoding="utf-8")
+            return 0
+        files = [vehicle_file(args.vehicle)] if args.vehicle else []
+        sys.stdout.write(policy([*files, *args.params], args.namespace, args.enclave))
+    except (AerialGnssError, OSError) as error:
+        sys.stderr.write(f"security_policy: {error}\n")
+        return 2
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
