@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 import argparse
-import ipaddress
 import re
 import sys
 from collections import Counter
@@ -157,27 +156,22 @@ class Stream:
 def _cot(args: argparse.Namespace) -> Output | None:
     if args.cot is None:
         return None
-    host, port = _announced(args.cot, "Cursor on Target")
-    return CursorOnTarget(host, port, args.cot_type, args.stale)
+    host, port = host_and_port(args.cot)
+    output = CursorOnTarget(host, port, args.cot_type, args.stale)
+    _announce(output, host, "Cursor on Target")
+    return output
 
 
 def _mavlink(args: argparse.Namespace) -> Output | None:
     if args.mavlink is None:
         return None
-    host, port = _announced(args.mavlink, "MAVLink")
-    return Mavlink(host, port, args.mavlink_system)
+    host, port = host_and_port(args.mavlink)
+    output = Mavlink(host, port, args.mavlink_system)
+    _announce(output, host, "MAVLink")
+    return output
 
 
-def _announced(text: str, what: str) -> tuple[str, int]:
-    """Return host and port, and tell where positions leave this computer."""
-    host, port = host_and_port(text)
-    if not _is_loopback(host):
+def _announce(output: CursorOnTarget | Mavlink, host: str, what: str) -> None:
+    """Say where positions leave this computer, whatever name stands for the address."""
+    if output.leaves:
         print(f"{what}: positions go to {host}, readable for all on the way", file=sys.stderr)
-    return host, port
-
-
-def _is_loopback(host: str) -> bool:
-    try:
-        return ipaddress.ip_address(host).is_loopback
-    except ValueError:
-        return host == "localhost"

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import importlib
+import ipaddress
 import os
 import socket
 from typing import Any, Protocol
@@ -26,7 +27,11 @@ class Output(Protocol):
 
 
 class _Udp:
-    """Datagrams to one address; where nobody listens they are lost, as datagrams are."""
+    """Datagrams to one address; where nobody listens they are lost, as datagrams are.
+
+    To this computer they are sent from its loopback address: a socket without an address of its
+    own would take datagrams from the network, too.
+    """
 
     def __init__(self, host: str, port: int) -> None:
         try:
@@ -36,7 +41,14 @@ class _Udp:
         self._address: Any = found[4]
         self._socket = socket.socket(found[0], found[1])
         self._socket.setblocking(False)
+        if not self.leaves:
+            self._socket.bind((self._address[0], 0))
         self.lost = 0
+
+    @property
+    def leaves(self) -> bool:
+        """Whether datagrams leave this computer."""
+        return not ipaddress.ip_address(self._address[0].partition("%")[0]).is_loopback
 
     def write(self, data: bytes) -> None:
         try:
@@ -73,6 +85,11 @@ class CursorOnTarget:
         """Close the socket."""
         self._udp.close()
 
+    @property
+    def leaves(self) -> bool:
+        """Whether positions leave this computer."""
+        return self._udp.leaves
+
 
 class Mavlink:
     """Sends each position as CAMERA_TRACKING_GEO_STATUS, which names one target and no robot.
@@ -104,3 +121,8 @@ class Mavlink:
     def close(self) -> None:
         """Close the socket."""
         self._udp.close()
+
+    @property
+    def leaves(self) -> bool:
+        """Whether positions leave this computer."""
+        return self._udp.leaves

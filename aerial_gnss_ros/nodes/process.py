@@ -94,7 +94,7 @@ def spin(makers: Sequence[Callable[[], Any]], arguments: Sequence[str]) -> int:
     @noted_only()
     def until_shutdown() -> None:
         executor = SingleThreadedExecutor()
-        nodes.extend(make() for make in makers if not asked_to_leave())
+        nodes.extend(_made(make) for make in makers if not asked_to_leave())
         for node in nodes:
             if not asked_to_leave():
                 node.begin()
@@ -107,6 +107,20 @@ def spin(makers: Sequence[Callable[[], Any]], arguments: Sequence[str]) -> int:
             node.destroy_node()
 
     return work(until_shutdown, arguments, destroy)
+
+
+def _made(make: Callable[[], Any]) -> Any:
+    """Make a node.
+
+    Raises:
+        RosError: ROS refuses to, such as for want of its security libraries.
+    """
+    try:
+        return make()
+    except _RCL_ERROR as error:
+        if asked_to_leave() or not rclpy.ok():
+            raise
+        raise _init_error(str(error), ()) from error
 
 
 def _spin_once(executor: SingleThreadedExecutor, nodes: Sequence[Any]) -> None:
@@ -175,6 +189,7 @@ def _initialise(arguments: Sequence[str]) -> None:
 
 def _init_error(text: str, files: Sequence[str]) -> AerialGnssError:
     reason = re.sub(r", at /\S+:\d+", "", text.split("Error: ", 1)[-1]).strip(" .")
+    reason = re.sub(r"\s*\n\s*", "; ", reason)
     if "same type" in reason:
         reason += "; in one list write all numbers with a decimal point, such as [0.0, 90.0]"
     if files:

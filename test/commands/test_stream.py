@@ -3,10 +3,13 @@
 
 from __future__ import annotations
 
+import ast
+
 import pytest
 
 from aerial_gnss_ros.adapters.sightings import Sighting
-from aerial_gnss_ros.commands.stream import Stream
+from aerial_gnss_ros.commands.stream import Stream, _announce
+from aerial_gnss_ros.commands.udp_outputs import CursorOnTarget
 
 
 class Kept:
@@ -44,3 +47,42 @@ def test_what_goes_nowhere_is_not_counted_as_sent_and_said_once(capsys):
     said = capsys.readouterr().err
     assert "sending b" not in said
     assert said.count("b is not sent there; choose with --robot b") == 1
+
+
+@pytest.mark.parametrize(
+    ("host", "leaves", "said"),
+    [("127.0.0.1", False, ""), ("localhost", False, ""), ("192.0.2.7", True, "go to 192.0.2.7")],
+)
+def test_a_socket_for_this_computer_takes_nothing_from_the_network(host, leaves, said, capsys):
+    output = CursorOnTarget(host, 4242, "a-f-S", 30.0)
+    try:
+        bound = output._udp._socket.getsockname()[0]
+        assert output.leaves is leaves
+        assert bound == ("0.0.0.0" if leaves else "127.0.0.1")  # noqa: S104 - said, and told to
+        _announce(output, host, "CoT")
+        assert said in capsys.readouterr().err
+    finally:
+        output.close()
+
+
+def test_nothing_is_said_of_positions_that_stay_here(capsys):
+    output = CursorOnTarget("127.0.0.1", 4242, "a-f-S", 30.0)
+    _announce(output, "127.0.0.1", "CoT")
+    output.close()
+    assert capsys.readouterr().err == ""
+
+
+def test_no_other_place_of_the_package_opens_a_socket(repository):
+    """What listens, or sends by itself, belongs into docs/security.md."""
+    watched = {"socket", "socketserver", "http.server", "asyncio", "multiprocessing.managers"}
+    found = set()
+    for path in (repository / "aerial_gnss_ros").rglob("*.py"):
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            names = set()
+            if isinstance(node, ast.Import):
+                names = {alias.name for alias in node.names}
+            elif isinstance(node, ast.ImportFrom):
+                names = {node.module, *(f"{node.module}.{alias.name}" for alias in node.names)}
+            if names & watched:
+                found.add(path.name)
+    assert found == {"udp_outputs.py"}

@@ -120,6 +120,36 @@ def test_one_process_is_still_there_for_who_wants_it(start):
     assert program.end() == 0, program.text
 
 
+def test_each_node_has_an_enclave_of_its_own(start, ros):
+    program = start(CLI, "run", "--enclave", "/boat")
+    program.wait_for("method filter", 40.0)
+    node = ros.node()
+
+    def enclaves():
+        return {name: enclave for name, _, enclave in
+                node.get_node_names_and_namespaces_with_enclaves()}  # fmt: skip
+
+    ros.spin_until(lambda: {"detector", "estimator"} <= set(enclaves()), 20.0)
+    assert enclaves()["detector"] == "/boat/detector"
+    assert enclaves()["estimator"] == "/boat/estimator"
+    assert program.end() == 0, program.text
+
+
+def test_security_that_this_ros_lacks_is_told_in_one_sentence(start, tmp_path, monkeypatch):
+    for name in ("detector", "estimator"):
+        (tmp_path / "enclaves" / "boat" / name).mkdir(parents=True)
+    monkeypatch.setenv("ROS_SECURITY_ENABLE", "true")
+    monkeypatch.setenv("ROS_SECURITY_STRATEGY", "Enforce")
+    monkeypatch.setenv("ROS_SECURITY_KEYSTORE", str(tmp_path))
+    program = start(CLI, "run", "--enclave", "/boat")
+    assert program.process.wait(timeout=40.0) == 2
+    program.end()
+    said = [line for line in program.lines if line.startswith("aerial-gnss: ")]
+    assert len(said) == 1
+    assert said[0].startswith("aerial-gnss: ROS cannot start: error creating node: ")
+    assert "Traceback" not in program.text
+
+
 @pytest.mark.parametrize(
     ("arguments", "sentence"),
     [
