@@ -28,7 +28,7 @@ from typing import IO
 
 import rclpy
 from rclpy.executors import SingleThreadedExecutor
-from soak_judge import Minute, Usage, verdict
+from soak_judge import Minute, Usage, minute_of, verdict
 from soak_listener import Listener
 from tables import columns
 
@@ -53,7 +53,12 @@ def main() -> int:
     parser.add_argument("--kill", action="store_true", help="kill a node now and then, too")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("-o", "--output", type=Path, default=Path("soak"), help="folder")
+    parser.add_argument("--report", type=Path, metavar="JSONL", help="only judge a former run")
     args = parser.parse_args()
+    if args.report:
+        lines = args.report.read_text(encoding="utf-8").splitlines()
+        print(_report([minute_of(json.loads(line)) for line in lines]))
+        return 0
     if args.minutes < 3:
         parser.error("--minutes must be at least 3")
     os.environ.setdefault("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
@@ -61,14 +66,14 @@ def main() -> int:
     with tempfile.TemporaryDirectory(prefix="soak_") as folder:
         bag = Path(folder) / "flight"
         render(flight(3, tuple(args.size), args.seed), bag, args.seed, lambda _n: None)
-        minutes, names = _soak(bag, args)
-    table = _report(minutes, names)
+        minutes = _soak(bag, args)
+    table = _report(minutes)
     (args.output / "soak.md").write_text(table, encoding="utf-8")
     print(table)
     return 0 if all(finding.passed for finding in verdict(minutes)) else 1
 
 
-def _soak(bag: Path, args: argparse.Namespace) -> tuple[list[Minute], int]:
+def _soak(bag: Path, args: argparse.Namespace) -> list[Minute]:
     rclpy.init(args=[])
     listener, executor = Listener(), SingleThreadedExecutor()
     executor.add_node(listener)
@@ -87,10 +92,9 @@ def _soak(bag: Path, args: argparse.Namespace) -> tuple[list[Minute], int]:
             minutes.append(minute)
             _keep(args.output / "soak.jsonl", minute)
     executor.shutdown()
-    names = len(listener.names)
     listener.destroy_node()
     rclpy.try_shutdown()
-    return minutes, names
+    return minutes
 
 
 def _spin(
@@ -126,6 +130,7 @@ def _provoke(
 def _note(minute: Minute, listener: Listener, nodes: subprocess.Popen[bytes], log: Path) -> None:
     heard = listener.minute()
     minute.delay_ms, minute.control_ms = heard["delay_ms"], heard["control_ms"]
+    minute.load = os.getloadavg()[0]
     minute.positions_hz, minute.wrong = heard["positions"] / 60.0, heard["wrong"]
     minute.ended = log.read_text(encoding="utf-8", errors="replace").count("it is started again")
     for name, pid in {"supervisor": nodes.pid, **_by_name(nodes.pid)}.items():
@@ -193,13 +198,15 @@ def _process(command: list[str], log: IO[bytes]) -> Iterator[subprocess.Popen[by
             process.wait()
 
 
-def _report(minutes: list[Minute], names: int) -> str:
-    heads = ["minute", "fault", "positions a second", "wrong", "delay ms: median", "95 of 100"]
+def _report(minutes: list[Minute]) -> str:
+    heads = [
+        "minute", "fault", "positions a second", "wrong", "delay ms: median", "95 of 100", "load",
+    ]  # fmt: skip
     heads += [f"{name} MB" for name in minutes[0].usage]
     rows = [
         [
             str(i + 1), one.fault, f"{one.positions_hz:.1f}", str(one.wrong),
-            f"{one.delay_ms[0]:.1f}", f"{one.delay_ms[1]:.1f}",
+            f"{one.delay_ms[0]:.1f}", f"{one.delay_ms[1]:.1f}", f"{one.load:.1f}",
             *(f"{used.memory_mb:.1f}" for used in one.usage.values()),
         ]
         for i, one in enumerate(minutes)
@@ -209,7 +216,7 @@ def _report(minutes: list[Minute], names: int) -> str:
     return (
         f"{columns(['after the warm-up', 'value', 'passed'], found)}\n"
         f"Of the delay the machine and the camera process: "
-        f"{control[0][0]:.1f} to {control[1][0]:.1f} ms. Names given: {names}.\n\n"
+        f"{control[0][0]:.1f} to {control[1][0]:.1f} ms.\n\n"
         f"{columns(heads, rows)}"
     )
 
