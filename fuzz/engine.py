@@ -128,7 +128,15 @@ def run(
     count: int,
     show: Callable[[str], None] | None = None,
 ) -> Tally:
-    """Run cases `first` to `first + count - 1`; `show` takes the words of these."""
+    """Run cases `first` to `first + count - 1`.
+
+    Args:
+        target: that is fuzzed.
+        seed: of all chance.
+        first: number of the first case.
+        count: of cases.
+        show: takes in words what is done, also by the cases of the block before the first.
+    """
     tally = Tally()
     began = time.monotonic()
     start = first - first % target.block
@@ -138,7 +146,7 @@ def run(
             if number == start or number % target.block == 0:
                 target.begin(block, _generator(seed, target.name, f"block {block}"))
             wanted = number >= first
-            finding = _one(target, seed, number, show if wanted else None)
+            finding = _one(target, seed, number, show)
             if finding is not None:
                 target.begin(block, _generator(seed, target.name, f"block {block}"))
             if wanted:
@@ -175,7 +183,7 @@ def _one(
         kind, where, words = HANG, "native code", f"{lasted:.1f} s"
     if show is not None:
         for line in done:
-            show(line)
+            show(f"{number}: {line}")
     if not kind:
         return None
     return Finding(target.name, number, kind, where, " | ".join([*done[:4], words]), trace)

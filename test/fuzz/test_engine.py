@@ -51,7 +51,8 @@ def test_a_planted_exception_is_found_and_repeated_alone():
         alone = engine.run(Planted(_raise), 1, finding.case, 1, shown.append)
         assert alone.findings == [finding]
         assert alone.cases == 1
-        assert shown == [finding.words.split(" | ")[0]]
+        assert shown[-1] == f"{finding.case}: {finding.words.split(' | ')[0]}"
+        assert len(shown) == finding.case % 10 + 1
     assert "ValueError" in tally.findings[0].where
     assert "_raise" in tally.findings[0].trace
     assert len(tally.causes) == 1
