@@ -75,6 +75,15 @@ class LimitsConfig:
         low=3.0,
         high=3600.0,
     )
+    water_step_m: float = key(
+        5.0,
+        "A water level may differ by this much from the one before it, as by waves at a gauge. One "
+        "that differs by more is refused until such levels have come for longer than the others "
+        "had, 3 to 10 s.",
+        unit="m",
+        low=0.1,
+        high=1000.0,
+    )
     height_min_m: float = key(
         0.5,
         "A height above the water of this or less is refused: no camera sees robots from there, "

@@ -209,7 +209,7 @@ class Estimator:
 
     def add_water_level(self, level: Scalar) -> None:
         """Take a level of the water; it holds until replaced."""
-        self._count(WATER_LEVEL, level.stamp_ns, lambda: self._inputs.add_level(level))
+        self._count(WATER_LEVEL, level.stamp_ns, lambda: self._take_level(level))
 
     def add_depth(self, class_id: str, depth: Scalar) -> None:
         """Take the depth that robots of a class send (empty: of all); it holds for a while."""
@@ -324,6 +324,13 @@ class Estimator:
         trouble = self._origin.accept(fix, lasted_s, bool(self._estimates))
         if before is not None and self._origin.local is not before:
             self._pipeline.reset()
+        return trouble
+
+    def _take_level(self, level: Scalar) -> str:
+        """Keep a level of the water; return why it is no use, else empty."""
+        trouble = self._inputs.add_level(level)
+        if not trouble:
+            self._begin_elsewhere()
         return trouble
 
     def _take(self, source: Input, value: Fix | Orientation | Scalar) -> str:

@@ -265,8 +265,8 @@ class Inputs:
         return usable(value, self._config.limits)
 
     def add_level(self, level: Scalar) -> str:
-        """Keep a level of the water until it is replaced; one that is no number is ignored."""
-        trouble, _ = usable(level, self._config.limits)
+        """Keep a level of the water until it is replaced; one that cannot be is ignored."""
+        trouble = self.plausibility.level(level)
         if not trouble:
             self._level.add(level)
         return trouble

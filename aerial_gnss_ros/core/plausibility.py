@@ -18,6 +18,9 @@ from aerial_gnss_ros.core.values import Fix, Scalar
 FROZEN_S = 10.0
 """A receiver may repeat one position for so long while the drone flies on."""
 
+WATER_SETTLE_S = 10.0
+"""Of two levels of the water that contradict each other, the new one counts after this time."""
+
 Place = tuple[float, float]
 
 
@@ -54,6 +57,9 @@ class Plausibility:
         self._heights = self._vertical()
         # Without a height the fix's altitude stands for it.
         self._altitudes = self._vertical() if config.height.source == "none" else None
+        self._levels: Continuity[float] = Continuity(
+            _difference, limits.water_step_m, 0.0, WATER_SETTLE_S
+        )
         self._moved = ""
 
     def _vertical(self) -> Continuity[float]:
@@ -78,6 +84,7 @@ class Plausibility:
         """Forget what came before: time began anew."""
         self._places.clear()
         self._heights.clear()
+        self._levels.clear()
         if self._altitudes is not None:
             self._altitudes.clear()
 
@@ -118,6 +125,21 @@ class Plausibility:
                 f"The height is {height.value:.1f} m, {verdict.apart:.0f} m from what it was before"
             )
         return "", kept
+
+    def level(self, level: Scalar) -> str:
+        """Return why a level of the water is no use; it may stay the same for ever."""
+        trouble, _ = usable(level, self._limits)
+        if trouble:
+            return trouble
+        verdict = self._levels.take(level.stamp_ns, level.value)
+        if verdict.replaced:
+            self._moved = f"The water is {verdict.apart:.0f} m from where it was before"
+        if verdict.believed:
+            return ""
+        return (
+            f"{level.value:g} m is {verdict.apart:.0f} m from the level before it: water does not "
+            "move so (limits.water_step_m allows less); if it is right, go on sending it"
+        )
 
 
 def _words(what: str, verdict: Verdict, keys: str) -> str:
