@@ -9,7 +9,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from aerial_gnss_ros.core.values import FrameResult, RobotEstimate
+from aerial_gnss_ros.core.values import Array, FrameResult, RobotEstimate
 from fuzz.engine import GUARDED, NOT_FINITE, OUTPUT, WRONG, Broken
 from fuzz.flight import Truth
 
@@ -44,12 +44,18 @@ def check_log(sentences: Sequence[str], failed: int) -> None:
         raise Broken(GUARDED, f"images given up: {failed}, and no sentence names the error")
 
 
-def check(result: FrameResult, truth: Truth | None) -> None:
-    """Raise Broken where a result is no result, or a wrong one that is sure of itself."""
+def check(result: FrameResult, truth: Truth | None, phantoms: Array | None = None) -> None:
+    """Raise Broken where a result is no result, or a wrong one that is sure of itself.
+
+    Args:
+        result: of an image.
+        truth: where robots are; None: positions are not judged.
+        phantoms: (n, 2) East, North of what was put into images and may be taken for a robot, m.
+    """
     for estimate in result.estimates:
         _check_numbers(estimate)
         if truth is not None:
-            _check_place(estimate, truth)
+            _check_place(estimate, truth, phantoms)
     for error in result.platform:
         if not (math.isfinite(error.value) and math.isfinite(error.sigma) and error.sigma >= 0.0):
             raise Broken(NOT_FINITE, f"platform error: {error}")
@@ -82,9 +88,10 @@ def _check_degrees(latitude: float, longitude: float, what: str) -> None:
         raise Broken(NOT_FINITE, words)
 
 
-def _check_place(estimate: RobotEstimate, truth: Truth) -> None:
+def _check_place(estimate: RobotEstimate, truth: Truth, phantoms: Array | None) -> None:
     here = truth.local.positions(estimate.latitude, estimate.longitude).reshape(2)
-    off = truth.at(estimate.stamp_ns) - here
+    robots = truth.at(estimate.stamp_ns)
+    off = (robots if phantoms is None else np.concatenate([robots, phantoms])) - here
     distance = np.linalg.norm(off, axis=1)
     if distance.min() <= FAR_M:
         return

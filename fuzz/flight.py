@@ -22,6 +22,7 @@ from aerial_gnss_ros.core.config import EstimatorConfig
 from aerial_gnss_ros.core.estimator import Estimator
 from aerial_gnss_ros.core.frames import rpy_from_matrix
 from aerial_gnss_ros.core.local_map import LocalMap
+from aerial_gnss_ros.core.localize import locate
 from aerial_gnss_ros.core.values import Array, FrameResult, MapDatum
 from aerial_gnss_ros.detection.base import Detections
 from aerial_gnss_ros.simulation.experiment import Experiment, default_camera
@@ -118,6 +119,49 @@ class Truth:
     def datum(self) -> MapDatum:
         """The origin."""
         return self.local.datum
+
+
+class Phantoms:
+    """Where damaged boxes lie: a box that stays for some images is a robot as far as anyone knows.
+
+    Args:
+        vehicle: name of the vehicle that sees them.
+    """
+
+    LASTING = 3
+    """So many boxes at one place make a robot."""
+
+    def __init__(self, vehicle: str) -> None:
+        self._config = config_of(vehicle)
+        self._made = experiment(VEHICLES[vehicle].flight)
+        self._local = truth(VEHICLES[vehicle].flight).local
+        self._frames = self._made.frames()
+        self._seen = np.zeros((0, 2))
+
+    def add(self, tick: int, message: Any, true: Any) -> None:
+        """Keep where the boxes of a damaged image lie that are not in the true one."""
+        centers = _centers(message)
+        known = _centers(true)
+        if not len(centers):
+            return
+        apart = np.linalg.norm(centers[:, None] - known[None], axis=2)
+        new = centers[np.isfinite(centers).all(axis=1) & (apart > 1.0).all(axis=1)]
+        pose = self._made.true_pose(self._frames[tick])
+        points = locate(pose, self._made.camera, new, self._config.noise, self._config)
+        places = self._local.positions(points.latitude, points.longitude)
+        self._seen = np.concatenate([self._seen, places[np.isfinite(places).all(axis=1)]])
+
+    @property
+    def places(self) -> Array:
+        """Where enough of them lie together, (n, 2) East, North, m."""
+        seen = self._seen
+        together = np.linalg.norm(seen[:, None] - seen[None], axis=2) < 5.0
+        return np.asarray(seen[together.sum(axis=1) >= self.LASTING])
+
+
+def _centers(message: Any) -> Array:
+    places = [one.bbox.center.position for one in message.detections]
+    return np.array([(place.x, place.y) for place in places], dtype=np.float64).reshape(-1, 2)
 
 
 @functools.cache

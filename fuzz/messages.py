@@ -17,7 +17,7 @@ from aerial_gnss_ros.bags.typestore import serialize
 from aerial_gnss_ros.core.values import FrameResult
 from fuzz import mutate
 from fuzz.checks import check, check_log
-from fuzz.flight import TICKS_PER_S, WARM_S, Aircraft, Arrival, flown, in_flight, truth
+from fuzz.flight import TICKS_PER_S, WARM_S, Arrival, Phantoms, flown, in_flight, truth
 from fuzz.types import typestore
 from fuzz.vehicles import VEHICLES
 
@@ -28,6 +28,43 @@ Damage = Callable[[random.Random, Arrival], tuple[Change, str]]
 """Makes the change of a case, and tells it in words."""
 
 _NAMES = tuple(VEHICLES)
+
+
+class Flying:
+    """One aircraft with what was done to it.
+
+    Args:
+        vehicle: its name.
+    """
+
+    def __init__(self, vehicle: str) -> None:
+        self.vehicle = vehicle
+        self.ticks = flown(vehicle)
+        self.tick = round(WARM_S * TICKS_PER_S)
+        self._aircraft = in_flight(vehicle)
+        self._truth = truth(VEHICLES[vehicle].flight) if VEHICLES[vehicle].judged else None
+        self._phantoms = Phantoms(vehicle)
+        self._places = self._phantoms.places
+        self._last: FrameResult | None = None
+
+    def take(self, arrival: Arrival, message: Any, log_ns: int) -> None:
+        """Hand over a message in the place of one that was to come, and judge what comes of it."""
+        if arrival.name == "detections" and message is not arrival.message:
+            self._phantoms.add(self.tick, message, arrival.message)
+            self._places = self._phantoms.places
+        for result in self._aircraft.take(arrival.name, message, log_ns):
+            check(result, self._truth, self._places)
+            self._last = result
+
+    def publish(self, messages: bool) -> None:
+        """Do with the last result, and with what diagnostics show, what nodes do."""
+        if messages and self._last is not None:
+            for message in result_messages(self._last):
+                serialize(message.msgtype, message.fields)
+        self._last = None
+        engine = self._aircraft.estimator
+        _ = engine.inputs, engine.robots, engine.health
+        check_log(engine.take_events(), engine.happened["images_failed"])
 
 
 class InFlight:
@@ -51,59 +88,36 @@ class InFlight:
     ) -> None:
         self.name, self.weight = name, weight
         self._damage, self._inputs = damage, inputs
-        self._vehicle = _NAMES[0]
-        self._aircraft: Aircraft | None = None
-        self._last: FrameResult | None = None
-        self._tick = 0
+        self._flying: Flying | None = None
 
     def begin(self, block: int, _rng: random.Random) -> None:
         """Take the next vehicle, in flight."""
-        self._vehicle = _NAMES[block % len(_NAMES)]
-        self._aircraft = in_flight(self._vehicle)
-        self._tick = round(WARM_S * TICKS_PER_S)
+        self._flying = Flying(_NAMES[block % len(_NAMES)])
 
     def case(self, rng: random.Random, tell: Tell) -> None:
-        """Damage one input for a tick or some, and let some good ones follow."""
-        ticks = flown(self._vehicle)
+        """Damage one input for an image or some, and let some good ones follow."""
+        flying = self._flying
+        assert flying is not None  # noqa: S101 - begin() came first
         lasts = 1 if rng.random() < 0.9 else rng.randrange(2, 13)
         after = 0 if rng.random() < 0.6 else rng.randrange(1, 4)
-        if self._tick >= len(ticks):
+        images = flying.ticks[flying.tick : flying.tick + lasts + after]
+        if not images:
             return
-        name = rng.choice(self._inputs or sorted({arrival.name for arrival in ticks[self._tick]}))
-        chosen = rng.choice([arrival for arrival in ticks[self._tick] if arrival.name == name])
+        name = rng.choice(self._inputs or sorted({arrival.name for arrival in images[0]}))
+        chosen = rng.choice([arrival for arrival in images[0] if arrival.name == name])
         seed = rng.random()  # every message of the case is damaged alike
         change, words = self._damage(random.Random(seed), chosen)
-        tell(f"{self._vehicle}, image {self._tick}, {lasts} images: {chosen.name} {words}")
-        for k in range(lasts + after):
-            if self._tick >= len(ticks):
-                return
-            for arrival in ticks[self._tick]:
-                if k < lasts and arrival.name == chosen.name and (lasts > 1 or arrival is chosen):
+        tell(f"{flying.vehicle}, image {flying.tick}, {lasts} images: {name} {words}")
+        for k, image in enumerate(images):
+            for arrival in image:
+                if k < lasts and arrival.name == name and (lasts > 1 or arrival is chosen):
                     changed = change(arrival, random.Random(seed), tell)
                     if changed is not None:
-                        self._take(arrival.name, *changed)
+                        flying.take(arrival, *changed)
                 else:
-                    self._take(arrival.name, arrival.message, arrival.log_ns)
-            self._tick += 1
-        self._publish(rng.random() < 0.2)
-
-    def _publish(self, messages: bool) -> None:
-        """Do with the last result, and with what diagnostics show, what nodes do."""
-        assert self._aircraft is not None  # noqa: S101 - begin() came first
-        if messages and self._last is not None:
-            for message in result_messages(self._last):
-                serialize(message.msgtype, message.fields)
-        self._last = None
-        engine = self._aircraft.estimator
-        _ = engine.inputs, engine.robots, engine.health
-        check_log(engine.take_events(), engine.happened["images_failed"])
-
-    def _take(self, name: str, message: Any, log_ns: int) -> None:
-        assert self._aircraft is not None  # noqa: S101 - begin() came first
-        vehicle = VEHICLES[self._vehicle]
-        for result in self._aircraft.take(name, message, log_ns):
-            check(result, truth(vehicle.flight) if vehicle.judged else None)
-            self._last = result
+                    flying.take(arrival, arrival.message, arrival.log_ns)
+            flying.tick += 1
+        flying.publish(rng.random() < 0.2)
 
 
 # --- fields ----------------------------------------------------------------------------------

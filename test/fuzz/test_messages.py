@@ -170,3 +170,23 @@ def test_numbers_become_what_hurts():
     whole = [mutate.whole(rng, 5, "int8") for _ in range(3000)]
     assert (min(whole), max(whole)) == (-128, 127)
     assert min(mutate.whole(rng, 0, "uint32") for _ in range(1000)) == 0
+
+
+def test_a_box_that_is_put_into_images_is_no_wrong_position():
+    """One that stays for three images is a robot as far as anyone can know; one image is not."""
+    phantoms = flight.Phantoms("generic")
+    for tick in (60, 61, 62):
+        true = flight.flown("generic")[tick][-1]
+        message = flight.typestore().deserialize_cdr(true.raw, true.msgtype)
+        phantoms.add(tick, true.message, true.message)
+        assert not len(phantoms.places)
+        message.detections[0].bbox.center.position.x = 20.0
+        message.detections[0].bbox.center.position.y = 100.0
+        phantoms.add(tick, message, true.message)
+    place = phantoms.places[-1]
+    off = place - flight.truth().at(flight.START_NS + 6_200_000_000)
+    assert np.linalg.norm(off, axis=1).min() > 5.0
+    latitude, longitude = flight.truth().local.places(place[None])
+    put = _estimate(latitude=float(latitude[0]), longitude=float(longitude[0]), sigma=0.5)
+    assert _kind(put) == engine.WRONG
+    check(put, flight.truth(), phantoms.places)
