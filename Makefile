@@ -6,8 +6,8 @@
 PYTHON ?= python3
 DEMO_ARGS ?=
 PYTEST_ARGS ?=
-# Processes that run tests side by side.
-JOBS ?= 2
+# Processes that run tests side by side: one more than cores, for tests of nodes mostly wait.
+JOBS ?= 3
 
 ifdef AMENT_PREFIX_PATH
 VENV ?= .venv-beside-ros
@@ -41,7 +41,7 @@ export ROS_AUTOMATIC_DISCOVERY_RANGE := LOCALHOST
 
 help:
 	@echo "make demo     find three robots in a simulated flight, live (DEMO_ARGS=\"--duration 10\")"
-	@echo "make test     all tests, two at a time (PYTEST_ARGS=\"-k geodesy\", JOBS=4)"
+	@echo "make test     all tests, three at a time (PYTEST_ARGS=\"-k geodesy\", JOBS=5)"
 	@echo "make lint     style and likely mistakes"
 	@echo "make types    mypy --strict"
 	@echo "make quick    these two, and all tests but those of installations and nodes"
