@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import csv
+import io
 import math
 from pathlib import Path
 
@@ -29,13 +30,14 @@ from aerial_gnss_ros.adapters.dji_flight import (
     range_refusal,
     summarise_refusals,
 )
+from aerial_gnss_ros.adapters.text_files import read_text
 from aerial_gnss_ros.core.errors import InputError
 from aerial_gnss_ros.core.frames import wrap_angle, yaw_from_heading
 from aerial_gnss_ros.core.values import Array
 
 _NUMBERS = (*REQUIRED, "roll", "gimbal_roll", "gimbal_yaw")
 _ANGLES = ("roll", "pitch", "yaw", "gimbal_roll", "gimbal_pitch", "gimbal_yaw")
-_MOST_BYTES = 500_000_000
+_MOST_BYTES = 200_000_000
 _MOST_COLUMNS = 5000
 
 
@@ -69,20 +71,14 @@ def read_csv(path: Path, rate_hz: float) -> DjiLog:
 
 
 def _read_rows(path: Path) -> tuple[list[str], list[list[str]], int]:
+    file = io.StringIO(read_text(path, _MOST_BYTES), newline="")
+    first = file.readline()
+    file.seek(0)
+    told = first.startswith("sep=") and len(first.rstrip()) == 5
+    separator = first[4] if told else max(",;\t", key=first.count)
     try:
-        if path.stat().st_size > _MOST_BYTES:
-            raise InputError(
-                f"{path} is larger than {_MOST_BYTES // 1_000_000} MB, which no flight record is."
-            )
-        with path.open(newline="", encoding="utf-8-sig") as file:
-            first = file.readline()
-            file.seek(0)
-            told = first.startswith("sep=") and len(first.rstrip()) == 5
-            separator = first[4] if told else max(",;\t", key=first.count)
-            rows = list(csv.reader(file, delimiter=separator))
-    except OSError as error:
-        raise InputError(f"cannot read {path}: {error.strerror or error}.") from error
-    except (UnicodeDecodeError, csv.Error) as error:
+        rows = list(csv.reader(file, delimiter=separator))
+    except csv.Error as error:
         raise InputError(
             f"{path} is not a CSV text file ({error}); export the flight record as CSV first."
         ) from error

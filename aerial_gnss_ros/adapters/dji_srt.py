@@ -63,7 +63,7 @@ _BODY = (
 _DIGITAL_ZOOM = re.compile(rf"dzoom_ratio\s*:\s*{_N}", re.IGNORECASE)
 _FOCAL_LENGTH = re.compile(rf"focal_len\s*:\s*{_N}", re.IGNORECASE)
 _ZOOM_UNIT = 10_000.0  # Mavic 3 writes 10000 for 1.0
-_MOST_BYTES = 500_000_000
+_MOST_BYTES = 200_000_000
 _MOST_TEXT = 10_000
 """Characters of a subtitle; DJI's have less than a thousand."""
 _EXPECTED = (

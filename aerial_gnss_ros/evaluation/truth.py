@@ -26,7 +26,7 @@ from aerial_gnss_ros.core.errors import InputError
 from aerial_gnss_ros.core.json_text import parse_json
 from aerial_gnss_ros.core.words import cut, shown
 
-_MOST_BYTES = 500_000_000
+_MOST_BYTES = 200_000_000
 CSV_COLUMNS = ("stamp_ns", "robot_id", "latitude_deg", "longitude_deg")
 _ROBOT = re.compile(r"(?P<namespace>.*)/truth/robots/(?P<name>[^/]+)/fix")
 _DRONE = re.compile(r".*/truth/fix")
