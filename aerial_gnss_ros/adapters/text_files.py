@@ -6,6 +6,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from aerial_gnss_ros.core.errors import InputError
+from aerial_gnss_ros.core.words import cut
 
 _MEGABYTE = 1_000_000
 
@@ -25,6 +26,8 @@ def read_text(path: Path, most_bytes: int) -> str:
             content = file.read(most_bytes + 1)
     except OSError as error:
         raise InputError(f"{path}: cannot be read: {error.strerror or error}.") from error
+    except ValueError as error:  # a NUL in its name
+        raise InputError(f"{cut(str(path))}: cannot be read: {error}.") from error
     if len(content) > most_bytes:
         raise InputError(
             f"{path}: is larger than {most_bytes / _MEGABYTE:g} MB, the most that is read of such "

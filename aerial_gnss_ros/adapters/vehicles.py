@@ -5,6 +5,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from aerial_gnss_ros.adapters.text_files import read_text
+from aerial_gnss_ros.adapters.yaml_files import MOST_BYTES
 from aerial_gnss_ros.core.errors import ConfigError, InputError
 from aerial_gnss_ros.resources import config_path
 
@@ -34,6 +36,16 @@ def vehicle_file(vehicle: str) -> Path:
         ) from error
 
 
+def vehicle_text(vehicle: str) -> str:
+    """Return a profile as it stands in its file.
+
+    Raises:
+        ConfigError: there is no such profile.
+        InputError: the file is not text.
+    """
+    return read_text(vehicle_file(vehicle), MOST_BYTES)
+
+
 def vehicle_names() -> list[str]:
     """Return the names of the shipped profiles."""
     return sorted(path.stem for path in config_path(_FOLDER).glob("*.yaml"))
@@ -45,5 +57,5 @@ def vehicle_summary(vehicle: str) -> str:
     Raises:
         ConfigError: there is no such profile.
     """
-    first = vehicle_file(vehicle).read_text(encoding="utf-8").partition("\n")[0]
+    first = vehicle_text(vehicle).partition("\n")[0]
     return first.removeprefix("#").strip() if first.startswith("#") else ""

@@ -6,7 +6,7 @@ from __future__ import annotations
 import argparse
 import json
 
-from aerial_gnss_ros.adapters.vehicles import vehicle_file, vehicle_names, vehicle_summary
+from aerial_gnss_ros.adapters.vehicles import vehicle_names, vehicle_summary, vehicle_text
 from aerial_gnss_ros.core.errors import InputError
 from aerial_gnss_ros.resources import config_path
 
@@ -37,7 +37,7 @@ def run(args: argparse.Namespace) -> int:
     if args.name and args.json:
         raise InputError("--json is for the list; a profile is printed as the YAML that it is.")
     if args.name:
-        print(vehicle_file(args.name).read_text(encoding="utf-8"), end="")
+        print(vehicle_text(args.name), end="")
         return 0
     found = {name: vehicle_summary(name) for name in vehicle_names()}
     if args.json:

@@ -14,6 +14,7 @@ from dataclasses import MISSING, dataclass, field, fields, is_dataclass
 from typing import Any, TypeVar, get_args, get_origin, get_type_hints
 
 from aerial_gnss_ros.core.errors import ConfigError
+from aerial_gnss_ros.core.plain_text import printable
 from aerial_gnss_ros.core.words import cut, shown
 
 T = TypeVar("T")
@@ -157,6 +158,8 @@ def _check_scalar(leaf: Leaf, value: Any, kind: Any) -> Any:
         return str(value).lower()  # YAML reads an unquoted true as a truth value
     if not isinstance(value, str):
         raise ConfigError(f"{name} must be text, not {shown(value)}; put it in quotes.")
+    if printable(value) != value:
+        raise ConfigError(f"{name} must be text without control characters, not {shown(value)}.")
     if leaf.key.choices and value not in leaf.key.choices:
         raise ConfigError(
             f"{name} must be one of {', '.join(leaf.key.choices)}, not {shown(value)}."

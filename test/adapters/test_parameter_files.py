@@ -90,6 +90,7 @@ def test_use_sim_time_is_kept_for_ros(tmp_path):
         # known, but to the other node
         (ROS.format("/**/estimator", "rate: 5.0"), "rate is not a parameter"),
         ("max_wait: soon", "max_wait must be a number (s), not 'soon'."),
+        ('camera: {topic: "a\\0b"}', "camera.topic must be text without control characters, not"),
         ("max_wait: 99", "max_wait must lie within 0 to 30 (s), not 99."),
         ("max_wait: .nan", "max_wait must be a number (s), not NaN."),
         ("max_wait:", "max_wait has no value; give one or remove the line."),

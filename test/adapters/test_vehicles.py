@@ -7,6 +7,7 @@ import math
 
 import pytest
 
+from aerial_gnss_ros import cli
 from aerial_gnss_ros.adapters.feed import Feed
 from aerial_gnss_ros.adapters.kinds import ATTITUDE, FIX, GIMBAL, HEIGHT
 from aerial_gnss_ros.adapters.parameter_files import read
@@ -180,3 +181,10 @@ def test_a_mast_must_be_surveyed_before_anything_starts():
         blank = [math.nan] * 3 if key == "gimbal.rpy_deg" else math.nan
         with pytest.raises(ConfigError, match=key.replace(".", r"\.")):
             estimator_config(values | {key: blank})
+
+
+def test_a_profile_that_is_no_text_is_refused(tmp_path, capsys):
+    path = tmp_path / "mine.yaml"
+    path.write_bytes(b"a: 1\n\xff\xfe")
+    assert cli.main(["profiles", str(path)]) == 2
+    assert f"{path}: is not text in UTF-8 (line 2)" in capsys.readouterr().err
