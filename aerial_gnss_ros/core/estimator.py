@@ -27,6 +27,7 @@ from aerial_gnss_ros.core.guard import Guard
 from aerial_gnss_ros.core.identity import Identity
 from aerial_gnss_ros.core.inputs import Inputs, InputStatus, Lacking, Samples, Tally
 from aerial_gnss_ros.core.map_origin import MapOrigin
+from aerial_gnss_ros.core.origin_file import OriginKeeper
 from aerial_gnss_ros.core.pipeline import Pipeline
 from aerial_gnss_ros.core.rejection import Cause, Input, Reason, Rejection
 from aerial_gnss_ros.core.state_file import NameKeeper
@@ -71,7 +72,8 @@ class Estimator:
     Args:
         config: all parameters.
         tracking: another tracker than the first one (see `Tracking`).
-        session: file that keeps names over a restart where `state_file` is empty.
+        session: file that keeps names over a restart of the node where `state_file` is empty; the
+            origin of `map` is kept beside it.
 
     Attributes:
         counts: refused detections by reason.
@@ -117,7 +119,10 @@ class Estimator:
                 *map(depth_input, config.depth.by_topic()),
             )
         }
-        self._origin = MapOrigin(config, self._inputs.constant_fix, self._log)
+        self._kept_origin = OriginKeeper(session)
+        self._origin = MapOrigin(
+            config, self._inputs.constant_fix, self._log, self._kept_origin.load()
+        )
         self._pipeline = Pipeline(
             config,
             self._inputs,
@@ -409,6 +414,7 @@ class Estimator:
     def _keep_names(self, result: FrameResult) -> None:
         """Save names where it is due; no file ends a flight."""
         try:
+            self._kept_origin.keep(result.datum)
             self._names.keep(result, self._identity)
         except MemoryError:
             raise

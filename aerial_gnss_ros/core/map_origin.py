@@ -28,13 +28,20 @@ class MapOrigin:
         config: the origin, where it is given, and the altitude's datum.
         constant: the position of a camera on a mast.
         log: is told where the origin lies.
+        former: the origin from before a restart of the node.
 
     Attributes:
         local: the frame `map`, None before the first accepted fix.
         trouble: why the configured origin cannot be used, a sentence; empty where it can.
     """
 
-    def __init__(self, config: EstimatorConfig, constant: Fix | None, log: Events) -> None:
+    def __init__(
+        self,
+        config: EstimatorConfig,
+        constant: Fix | None,
+        log: Events,
+        former: MapDatum | None = None,
+    ) -> None:
         self._config = config
         self._log = log
         self._explained = False
@@ -54,6 +61,9 @@ class MapOrigin:
         elif constant is not None:
             self._set(self._at(constant))
             self._settle("the constant position")
+        elif former is not None:
+            self._set(former)
+            self._settle("as before the restart")
         if constant is not None:
             self._explained = True
             log.add(explained(constant, config.fix, config.height))

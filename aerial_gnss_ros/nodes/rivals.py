@@ -5,6 +5,9 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 
+UNKNOWN = "a node of which nothing more is known yet"
+"""Of a publisher whose node is not: the graph learns of both in any order."""
+
 LOOKS = 2
 """So often in a row others must be there, a second apart: the graph changes in steps."""
 

@@ -36,7 +36,7 @@ from aerial_gnss_ros.nodes.diagnostics import (
 from aerial_gnss_ros.nodes.inputs import ALWAYS, Input, mismatch
 from aerial_gnss_ros.nodes.internal_errors import InternalErrors
 from aerial_gnss_ros.nodes.parameters import declare, follow_changes, own_values
-from aerial_gnss_ros.nodes.rivals import Rivals
+from aerial_gnss_ros.nodes.rivals import UNKNOWN, Rivals
 from aerial_gnss_ros.nodes.ros_messages import message_class
 from aerial_gnss_ros.nodes.schemas import SCHEMAS
 
@@ -332,6 +332,8 @@ def _namespace(given: str | None) -> str | None:
 
 
 def _full_name(name: str, namespace: str) -> str:
+    if name == "_NODE_NAME_UNKNOWN_":  # as rmw calls it
+        return UNKNOWN
     return f"{namespace.rstrip('/')}/{name}"
 
 
