@@ -45,11 +45,20 @@ def refuse_existing(final: Path) -> None:
         raise OutputError(f"{final} exists already; choose another name or remove it.")
 
 
+def _asked_for(final: Path) -> Path:
+    """Return the result that the user named: a bag may lie in a folder that is partial itself."""
+    for folder in final.parents:
+        if folder.name.startswith(".") and folder.name.endswith(".partial"):
+            return _asked_for(folder.parent / folder.name[1 : -len(".partial")])
+    return final
+
+
 @contextmanager
 def _disk_errors(final: Path) -> Iterator[None]:
     try:
         yield
     except OSError as error:
+        final = _asked_for(final)
         if error.errno == errno.ENOSPC:
             raise OutputError(
                 f"the disk is full: {final} could not be written and nothing of it was kept; free "

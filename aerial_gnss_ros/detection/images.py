@@ -100,6 +100,18 @@ def read_image(path: Path, max_pixels: int = MAX_PIXELS) -> Image:
         raise InputError(f"the image {path} cannot be read: {error}") from error
 
 
+def write_jpeg(path: Path, image: Image, quality: int) -> None:
+    """Write an image; unlike cv2.imwrite, this says when the disk is full.
+
+    Raises:
+        OSError: it cannot be written.
+    """
+    done, encoded = cv2.imencode(".jpg", image, [cv2.IMWRITE_JPEG_QUALITY, quality])
+    if not done:
+        raise OSError(f"{path} could not be encoded")
+    path.write_bytes(encoded.tobytes())
+
+
 def _decode_file(content: bytes, max_pixels: int) -> Image:
     header = read_header(content)
     if header is None:

@@ -4,15 +4,15 @@
 from __future__ import annotations
 
 import csv
-import shutil
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-import cv2
 import numpy as np
 
+from aerial_gnss_ros.bags.partial import partial
 from aerial_gnss_ros.core.errors import ConfigError, OutputError
+from aerial_gnss_ros.detection.images import write_jpeg
 from aerial_gnss_ros.simulation.labels import RobotLabel
 from aerial_gnss_ros.simulation.samples import DatasetConfig, labelled, sample_source
 from aerial_gnss_ros.simulation.workers import shared
@@ -58,15 +58,8 @@ def generate(
         raise ConfigError(f"counts are {config.counts}: they must not be negative")
     if config.size is not None and not (32 <= min(config.size) <= max(config.size) <= 720):
         raise ConfigError(f"crops of {config.size} px cannot be made: choose 32 to 720 px a side")
-    partial = folder.with_name(f".{folder.name}.partial")
-    shutil.rmtree(partial, ignore_errors=True)
-    try:
-        _write_all(partial, config, processes, progress)
-        partial.rename(folder)
-    except OSError as error:
-        raise OutputError(f"{folder} cannot be written: {error}") from error
-    finally:
-        shutil.rmtree(partial, ignore_errors=True)
+    with partial(folder) as place:
+        _write_all(place, config, processes, progress)
 
 
 def _write_all(
@@ -118,8 +111,7 @@ def _run(job: _Job) -> tuple[list[list[object]], int]:
     for i, sample in enumerate(sample_source(job.config).samples(rng, job.count)):
         name = f"{job.split}_{job.first + i:06d}"
         path = job.folder / "images" / job.split / f"{name}.jpg"
-        if not cv2.imwrite(str(path), sample.image, [cv2.IMWRITE_JPEG_QUALITY, int(qualities[i])]):
-            raise OSError(f"{path} was not written")
+        write_jpeg(path, sample.image, int(qualities[i]))
         height, width = sample.image.shape[:2]
         lines = [_line(label, width, height) for label in sample.labels if labelled(label)]
         text = job.folder / "labels" / job.split / f"{name}.txt"

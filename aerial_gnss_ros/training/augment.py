@@ -16,7 +16,7 @@ import numpy as np
 
 from aerial_gnss_ros import __version__
 from aerial_gnss_ros.core.errors import ConfigError
-from aerial_gnss_ros.detection.images import read_image
+from aerial_gnss_ros.detection.images import read_image, write_jpeg
 from aerial_gnss_ros.simulation.workers import shared
 from aerial_gnss_ros.training.contact_sheet import SHEET, write_contact_sheet
 from aerial_gnss_ros.training.inspection import Example, Inspection
@@ -181,19 +181,12 @@ def _run(job: _Job) -> tuple[int, int]:
             continue
         name = f"{job.stem}_{number:02d}"
         path = job.folder / "images" / AUGMENTED / f"{name}.jpg"
-        _write_jpeg(path, variant.image, job.plan.quality)
+        write_jpeg(path, variant.image, job.plan.quality)
         height, width = variant.image.shape[:2]
         text = as_text(job.classes.tolist(), list(variant.boxes), width, height)
         (job.folder / "labels" / AUGMENTED / f"{name}.txt").write_text(text, encoding="ascii")
         made, held = made + 1, held + len(boxes)
     return made, held
-
-
-def _write_jpeg(path: Path, image: Any, quality: int) -> None:
-    done, encoded = cv2.imencode(".jpg", image, [cv2.IMWRITE_JPEG_QUALITY, quality])
-    if not done:
-        raise OSError(f"{path} could not be encoded")
-    path.write_bytes(encoded.tobytes())  # unlike cv2.imwrite, says when the disk is full
 
 
 def _copy(example: Example, folder: Path, split: str, stem: str) -> None:

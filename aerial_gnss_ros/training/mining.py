@@ -16,13 +16,13 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from aerial_gnss_ros.core.errors import AerialGnssError, ConfigError, OutputError
 from aerial_gnss_ros.detection.base import Detections, Detector, Image
 from aerial_gnss_ros.detection.config import DetectorConfig
+from aerial_gnss_ros.detection.images import write_jpeg
 from aerial_gnss_ros.detection.select import load_detector
 from aerial_gnss_ros.detection.yolo import iou
 from aerial_gnss_ros.training.labelled import LabelledImage, Truth, read_labels
@@ -171,8 +171,7 @@ def _write(
     x, y = int(left_top[0]), int(left_top[1])
     tile = image[y : y + side, x : x + side]
     path = folder / "images" / "train" / f"{name}.jpg"
-    if not cv2.imwrite(str(path), tile, [cv2.IMWRITE_JPEG_QUALITY, _QUALITY]):
-        raise OutputError(f"{path} cannot be written.")
+    write_jpeg(path, tile, _QUALITY)
     lines = []
     shares = _shares(truth.corners, left_top, side)
     for box, share, number in zip(

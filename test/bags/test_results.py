@@ -6,6 +6,8 @@ from __future__ import annotations
 import csv
 import json
 import math
+import subprocess
+import sys
 import xml.etree.ElementTree as ET
 from dataclasses import replace
 
@@ -134,3 +136,25 @@ def test_gpx_has_a_track_and_the_last_place_of_each_robot():
     ]  # fmt: skip
     assert root.find(f"{space}trk/{space}type").text == "a <b>"
     assert root.find(f".//{space}ele") is None
+
+
+def test_a_full_disk_names_what_the_user_asked_for(tmp_path):
+    """A bag lies in a folder that is partial itself; a limit for files stands for the disk."""
+    text = """
+import resource, sys
+from pathlib import Path
+from aerial_gnss_ros.bags.partial import partial
+resource.setrlimit(resource.RLIMIT_FSIZE, (1000, 1000))
+try:
+    with partial(Path(sys.argv[1])) as folder:
+        folder.mkdir()
+        with partial(folder / "bag") as bag:
+            bag.write_bytes(bytes(2000))
+except Exception as error:
+    print(type(error).__name__, error)
+"""
+    done = subprocess.run(
+        [sys.executable, "-c", text, tmp_path / "out"], capture_output=True, text=True, check=True
+    )
+    assert done.stdout == f"OutputError {tmp_path / 'out'} cannot be written: File too large.\n"
+    assert list(tmp_path.iterdir()) == []

@@ -4,6 +4,8 @@
 from __future__ import annotations
 
 import csv
+import subprocess
+import sys
 from pathlib import Path
 
 import cv2
@@ -71,3 +73,29 @@ def test_an_existing_folder_is_left_alone(tmp_path: Path) -> None:
     with pytest.raises(OutputError, match="exists already"):
         generate(tmp_path / "set", DatasetConfig({"train": 1}))
     assert [path.name for path in tmp_path.iterdir()] == ["set"]
+
+
+@pytest.mark.parametrize("processes", [1, 2])
+def test_a_full_disk_is_a_sentence_and_leaves_nothing(tmp_path: Path, processes: int) -> None:
+    """A limit for files stands for the disk's end."""
+    done = subprocess.run(
+        [sys.executable, "-c", IN_ANOTHER_PROCESS, tmp_path / "set", str(processes)],
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 2, done.stderr
+    [sentence] = [line for line in done.stderr.splitlines() if line.startswith("aerial-gnss: ")]
+    assert f"{tmp_path / 'set'} cannot be written: File too large" in sentence
+    assert "Traceback" not in done.stderr
+    assert list(tmp_path.iterdir()) == []
+
+
+IN_ANOTHER_PROCESS = """
+import resource, sys
+from aerial_gnss_ros import cli
+if __name__ == "__main__":
+    resource.setrlimit(resource.RLIMIT_FSIZE, (1000, 1000))
+    sys.exit(cli.main(["simulate", "--dataset", sys.argv[1], "--count", "2",
+                       "--processes", sys.argv[2]]))
+"""
