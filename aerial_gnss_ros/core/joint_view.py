@@ -146,7 +146,9 @@ def by_platform(joint: Joint, places: Array) -> Array:
 def by_angles(joint: Joint, slots: Indices) -> Array:
     """Return (m, 2, 3): how the places of some robots move with the platform's angles, m/rad.
 
-    From where `follow` has gone.
+    From where `follow` has gone; robots that begin with this image are seen from there, too.
     """
+    if len(slots) and int(slots.max()) >= len(joint.by_pose):
+        return by_platform(joint, joint.robots[slots, :2])[:, :, ANGLES]
     moved: Array = (joint.by_pose[slots, :2] @ joint.by_errors)[:, :, ANGLES]
     return moved

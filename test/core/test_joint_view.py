@@ -15,7 +15,7 @@ from aerial_gnss_ros.core.joint_motion import Motion
 from aerial_gnss_ros.core.joint_platform import PlatformModel
 from aerial_gnss_ros.core.joint_state import Joint
 from aerial_gnss_ros.core.joint_update import correct, linearise
-from aerial_gnss_ros.core.joint_view import Sight, by_platform, follow
+from aerial_gnss_ros.core.joint_view import Sight, by_angles, by_platform, follow
 from aerial_gnss_ros.core.noise import Noise
 
 MODEL = PlatformModel(Noise(correlation_time_s=1e12), "earth")
@@ -74,3 +74,16 @@ def test_a_robot_seems_farther_and_faster_by_the_same_share():
     np.testing.assert_allclose(here[:, 2:], difference, atol=1e-3)
     lifted = here[:, :, 2]  # 1 m higher, 30 m up: all a thirtieth longer
     np.testing.assert_allclose(lifted[0], [*offsets[0, :2] / 30.0, *velocities[0] / 30.0])
+
+
+def test_a_robot_that_begins_with_an_image_is_carried_by_its_angles_like_those_before():
+    joint, places = Joint(MODEL.stationary(None)), np.array([[-4.0, 24.0], [3.0, 27.0]])
+    seen = sight((0.0, 0.0, 30.0))
+    follow(joint, seen)
+    white = np.tile(0.01 * np.eye(2), (2, 1, 1))
+    joint.add(np.arange(2), places, by_platform(joint, places), white, 0.75)
+    both = np.arange(2)
+    as_new = by_angles(joint, both)
+    follow(joint, sight((0.0, 0.0, 30.0)))
+    np.testing.assert_allclose(as_new, by_angles(joint, both), rtol=1e-9)
+    assert np.abs(as_new).max() > 1.0
