@@ -24,9 +24,14 @@ from aerial_gnss_ros.core.joint_platform import PlatformModel
 from aerial_gnss_ros.core.map_origin import MapOrigin
 from aerial_gnss_ros.core.pipeline import Pipeline
 from aerial_gnss_ros.core.plausible_state import check_estimates
+from aerial_gnss_ros.core.posing import Posing
 from aerial_gnss_ros.core.rejection import Reason
 from aerial_gnss_ros.core.snapshot import Plans, Snapshot
 from aerial_gnss_ros.core.values import DetectionFrame, FrameResult, RobotEstimate
+from aerial_gnss_ros.core.whereabouts import Whereabouts
+
+_CONSTANT = (Inputs, MapFrame, Motion, PlatformModel, Posing, Whereabouts)
+"""Classes that images do not change; a snapshot need not look at them."""
 
 RESTART_AFTER = 5
 """Failed images in a row after which the filter begins anew."""
@@ -55,7 +60,7 @@ class Guard:
         self._identity = identity
         self._origin = origin
         self._log = log
-        self._plans = Plans((Inputs, MapFrame, Motion, PlatformModel, *constant))
+        self._plans = Plans((*_CONSTANT, *pipeline.constant, *constant))
         self._failed = 0
         self._last: tuple[RobotEstimate, ...] = ()
 

@@ -94,6 +94,11 @@ class LatencySearch:
         self.found = self._posterior() if self._sigma > 0.0 else None
 
     @property
+    def searches(self) -> bool:
+        """Whether the latency is estimated at all."""
+        return self._sigma > 0.0
+
+    @property
     def scene_ns(self) -> int:
         """How long before an image's stamp its scene was, as far as it is known, ns."""
         return self._stated_ns + (0 if self.found is None else round(self.found[0] * 1e9))

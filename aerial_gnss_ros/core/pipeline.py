@@ -80,6 +80,11 @@ class Pipeline:
         """Tells how well boxes fall where they are expected."""
         return self._tracking.monitor
 
+    @property
+    def constant(self) -> tuple[type, ...]:
+        """Classes of its parts that images do not change, as it is configured."""
+        return () if self._latency.searches else (LatencySearch,)
+
     def reset(self) -> None:
         """Forget all tracks."""
         self._tracking.reset()

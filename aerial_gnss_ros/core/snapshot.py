@@ -98,7 +98,8 @@ class Snapshot:
         kept = self._values
         seen: set[int] = set()
         known = plans.attributes
-        for one in found.instances:  # grows while it is gone through
+        arrays, containers, instances = found
+        for one in instances:  # grows while it is gone through
             if id(one) in seen:
                 kept.append(((), ()))
                 continue
@@ -114,17 +115,18 @@ class Snapshot:
             plan = plans[tuple(map(type, values))]
             if plan is None:
                 continue
-            for i in plan.arrays:
-                found.arrays.append(values[i])
-            for i in plan.instances:
-                found.instances.append(values[i])
-            for i in plan.containers:
-                found.containers.append(values[i])
-            for i in plan.nested:
+            here, inside, held, nested = plan
+            for i in here:
+                arrays.append(values[i])
+            for i in inside:
+                instances.append(values[i])
+            for i in held:
+                containers.append(values[i])
+            for i in nested:
                 if values[i]:
                     _look_into(values[i], plans, found)
-        self._arrays = [array.copy() for array in found.arrays]
-        self._contents = [container.copy() for container in found.containers]
+        self._arrays = [array.copy() for array in arrays]
+        self._contents = [container.copy() for container in containers]
 
     def restore(self) -> None:
         """Put everything back."""
