@@ -74,7 +74,11 @@ def test_an_extra_is_installed_from_this_folder_and_never_by_name():
         for extra in re.findall(r"install_hint\(.(\w+).\)", text):
             assert f'"{extra}": ' in setup, (file, extra)
         for line in text.splitlines():
-            if "pip install" in line and "pip install --user" not in line and "{what}" not in line:
+            if (
+                re.search(r"pip install\b", line)
+                and "pip install --user" not in line
+                and "{what}" not in line
+            ):
                 # What a robot lacks beside apt, by names that others own, stands in the docs only.
                 known = file.suffix == ".md" and ("rosbags>=" in line or "--no-deps" in line)
                 assert known or here.search(line), (file, line)
