@@ -16,7 +16,7 @@ from aerial_gnss_ros.core import guard
 from aerial_gnss_ros.core.errors import StateError
 from aerial_gnss_ros.core.events import Events
 from aerial_gnss_ros.core.inputs import Inputs
-from aerial_gnss_ros.core.plausible_state import check_covariance, check_robots
+from aerial_gnss_ros.core.plausible_state import check_covariance, check_estimates, check_robots
 from aerial_gnss_ros.core.rejection import Reason
 from aerial_gnss_ros.core.values import Scalar, State
 
@@ -307,6 +307,44 @@ def test_covariances_that_cannot_be(size):
         bad[row, column] = value
         with pytest.raises(StateError, match=words):
             check_covariance(bad, "robots")
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"latitude": math.nan},
+        {"longitude": -math.inf},
+        {"covariance": np.diag([0.0, 1.0, 1.0, 1.0])},
+        {"covariance": np.diag([1.0, -1.0, 1.0, 1.0])},
+        {"covariance": np.diag([1.0, 1.0, 1.0, -1.0])},
+        {"covariance": np.full((4, 4), math.nan)},
+    ],
+    ids=str,
+)
+def test_estimates_that_cannot_be(sea, change):
+    _, _, result = ready(sea)
+    check_estimates(())
+    check_estimates(result.estimates)
+    first, *rest = result.estimates
+    for estimates in ((dataclasses.replace(first, **change), *rest), (
+        *rest, dataclasses.replace(first, **change),
+    )):  # fmt: skip
+        with pytest.raises(StateError, match="aqua_1 would be published"):
+            check_estimates(estimates)
+
+
+def test_a_state_file_that_fails_in_any_way_is_told_and_ends_nothing(sea, monkeypatch):
+    engine, world, _ = ready(sea)
+
+    def failing(_result, _identity):
+        raise UnicodeEncodeError("utf-8", "\ud800", 0, 1, "surrogates not allowed")
+
+    monkeypatch.setattr(engine._names, "keep", failing)
+    engine.take_events()
+    results = images(sea, engine, world, 3)
+    assert all(len(one.estimates) == 3 for one in results)
+    (told,) = engine.take_events()
+    assert "state_file cannot be written (UnicodeEncodeError" in told
 
 
 def test_robots_that_cannot_be():

@@ -13,7 +13,7 @@ from aerial_gnss_ros.core.events import Events
 from aerial_gnss_ros.core.identity import Identity, Sighting
 from aerial_gnss_ros.core.local_map import LocalMap
 from aerial_gnss_ros.core.saved_names import SavedNames, SavedRobot
-from aerial_gnss_ros.core.values import MapDatum
+from aerial_gnss_ros.core.values import MapDatum, RobotEstimate, State
 
 LOCAL = LocalMap(MapDatum(math.radians(13.194), math.radians(-59.6415), math.nan))
 SECOND = 1_000_000_000
@@ -120,3 +120,32 @@ def test_an_old_name_goes_before_a_start_and_the_file_keeps_what_was_not_seen():
     kept = {robot.name for robot in identity.saved().robots}
     assert kept == {"leader", "aqua_7"}
     assert identity.saved().numbers == {"aqua": 3}
+
+
+def _estimate(name, east, north, seen_s):
+    latitude, longitude = LOCAL.places(np.array([[east, north]]))
+    return RobotEstimate(
+        seen_s * SECOND, name, "aqua", State.CONFIRMED, float(latitude[0]), float(longitude[0]),
+        math.nan, np.array([east, north]), np.zeros(2), np.eye(4), seen_s * SECOND,
+    )  # fmt: skip
+
+
+def test_robots_whose_tracks_are_lost_are_found_again_by_their_places():
+    identity = _identity(bindings=[("leader", "aqua", (0.0, 0.0))])
+    places = [(0.0, 0.0), (50.0, 0.0), (0.0, 60.0)]
+    first = identity.names([_seen(*place, t=1) for place in places], LOCAL)
+    assert first == ["leader", "aqua_1", "aqua_2"]
+    moved = [(30.0, 30.0), (52.0, 0.0), (0.0, 59.0)]
+    identity.expect(
+        _estimate(name, *place, 10) for name, place in zip(first[:2], moved[:2], strict=True)
+    )
+    again = [_seen(*place, t=12) for place in (*reversed(moved), (90.0, 90.0))]
+    assert identity.names(again, LOCAL) == ["aqua_3", "aqua_1", "leader", "aqua_4"]
+
+
+def test_a_bound_robot_that_is_not_where_it_was_may_be_at_its_start():
+    identity = _identity(bindings=[("leader", "aqua", (0.0, 0.0))])
+    assert identity.names([_seen(0, 0, t=1)], LOCAL) == ["leader"]
+    identity.expect([_estimate("leader", 400.0, 0.0, 10)])
+    assert identity.names([_seen(1, 0, t=12)], LOCAL) == ["leader"]
+    assert identity.names([_seen(400, 0, t=13)], LOCAL) == ["aqua_1"]

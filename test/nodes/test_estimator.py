@@ -130,6 +130,10 @@ def test_diagnostics_tell_inputs_robots_and_refusals(ros, hovering):
     assert float(values["robot aqua_1"]["last_seen_s"]) < 10.0
     assert values["positions"]["rejected_low_score"] == "1"
     assert values["positions"]["images"] == "7"
+    counts = {key: int(n) for key, n in values["positions"].items() if n.isdigit()}
+    refused = sum(n for key, n in counts.items() if key.startswith("rejected_"))
+    assert counts["boxes"] == counts["boxes_used"] + refused
+    assert counts["boxes_used"] > 1
     assert any(key.startswith("ms_") for key in values["positions"])
     assert lines["stated noise"].message == "not judged yet"  # six boxes tell too little
     assert float(values["stated noise"]["heading_sigma_deg"]) == pytest.approx(1.5, abs=0.01)
