@@ -116,12 +116,6 @@ class Stamps:
     believed: Line
     rival: Line | None = None
 
-    @property
-    def current(self) -> Line:
-        """The line that the newest stamp is on."""
-        return self.rival or self.believed
-
-
 @dataclass(frozen=True)
 class Decision:
     """What far-off stamps turned out to be.
