@@ -116,6 +116,7 @@ class Stamps:
     believed: Line
     rival: Line | None = None
 
+
 @dataclass(frozen=True)
 class Decision:
     """What far-off stamps turned out to be.

@@ -173,5 +173,5 @@ def _horizontal(fix: Fix) -> Array | None:
         return None
     plane = np.asarray(fix.covariance, dtype=np.float64)[:2, :2]
     (east, shared), (_, north) = plane.tolist()
-    good = finite(plane) and east > 0.0 and north > 0.0 and shared**2 < east * north
+    good = finite(plane) and east > 0.0 and north > 0.0 and shared * shared < east * north
     return plane if good else None

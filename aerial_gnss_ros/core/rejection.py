@@ -101,7 +101,7 @@ _FAMILIES = {
     "no": "{} never came, or only for later times than this image's",
     "stale": "{} did not come within max_wait",
     "gap": "{} has a gap longer than max_gap here",
-    "bad": "{} was of no use here: not a number, no fix, or no rotation",
+    "bad": "{} was of no use here: not a number, no fix, no rotation, or impossible",
 }
 
 
