@@ -130,7 +130,7 @@ class Continuity(Generic[Place]):
         believed = self._courses[0]
         apart = self._distance(believed.place, place)
         passed_s = (stamp_ns - believed.stamp_ns) * 1e-9
-        course = min(self._courses, key=lambda one: self._share(one, stamp_ns, place))
+        course = self._chosen(stamp_ns, place)
         if self._share(course, stamp_ns, place) > 1.0:
             course = self._begun(stamp_ns, place)
         else:
@@ -143,6 +143,20 @@ class Continuity(Generic[Place]):
         self._courses.remove(course)
         self._courses.insert(0, course)
         return Verdict(apart, passed_s, True, replaced=True)
+
+    def _chosen(self, stamp_ns: int, place: Place) -> Course[Place]:
+        """Return the course that a sample goes on, if it can go on any.
+
+        That is the one which has the least to explain. What lies within a step of the believed
+        course, or nearer to it than to the other one, is no evidence for another: the longer a
+        course had no samples, the farther it reaches, and noise would turn the scale.
+        """
+        believed = self._courses[0]
+        if self._distance(believed.place, place) <= self._step:
+            return believed
+        course = min(self._courses, key=lambda one: self._share(one, stamp_ns, place))
+        nearer = self._distance(believed.place, place) <= self._distance(course.place, place)
+        return believed if nearer and self._share(believed, stamp_ns, place) <= 1.0 else course
 
     def _share(self, course: Course[Place], stamp_ns: int, place: Place) -> float:
         """Return how much of what is possible a sample would take; above 1 it cannot be."""

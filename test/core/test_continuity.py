@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+import math
+
 import pytest
 
 from aerial_gnss_ros.core.continuity import Continuity
@@ -115,3 +117,20 @@ def test_after_clear_the_next_sample_is_believed():
     judge.clear()
     assert take(judge, level(60.0, 1.0), begin=0.0) == [True] * 10
     assert judge.lasted_s == pytest.approx(0.9)
+
+
+@pytest.mark.parametrize("jump", [5.3, 5.6, 8.0, 12.0, -8.0])
+@pytest.mark.parametrize("burst", [1, 20])
+def test_noise_does_not_tell_for_a_course_that_is_over(jump, burst):
+    """A range finder over a boat for a second; messages without stamps come in bursts, too."""
+    judge, replaced, refused = continuity(must_vary=True), 0, []
+    for i in range(60 * 50):
+        second = i / 50
+        value = 15.0 + 0.3 * math.sin(second) + 0.05 * math.sin(7.3 * i)
+        value += jump if 20.0 <= second < 21.0 else 0.0
+        stamp_s = (i // burst * burst) / 50 + (i % burst) * 1e-4 if burst > 1 else second
+        verdict = judge.take(round(stamp_s * 1e9), value)
+        replaced += verdict.replaced
+        refused += [] if verdict.believed else [second]
+    assert replaced <= 1
+    assert all(20.0 <= second < 21.0 + SETTLE_S + 0.5 for second in refused)
