@@ -37,7 +37,8 @@ TICKS_PER_S = 10
 WARM_S = 6.0
 """Before a case robots are tracked for so long, s."""
 DURATION_S = 40.0
-SEED = 1
+SEED = 11
+"""Its receiver is 1.4 m off, 1.2 sigma: as every second one is."""
 
 
 @dataclass(frozen=True)
