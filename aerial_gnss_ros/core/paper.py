@@ -18,6 +18,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from aerial_gnss_ros.core.camera import CameraModel
 from aerial_gnss_ros.core.config import EstimatorConfig
+from aerial_gnss_ros.core.frames import wrap_angle
 from aerial_gnss_ros.core.gimbal import error_axes
 from aerial_gnss_ros.core.localize import WaterPoints, bad_pose, masked, refused
 from aerial_gnss_ros.core.localize import locate as locate_exactly
@@ -92,20 +93,33 @@ def locate(
     offsets, below = ground_offsets(pose.height, off_vertical, heading, camera, given)
     north_deg = offsets[:, 1] / METRES_PER_DEGREE
     east_deg = offsets[:, 0] / (METRES_PER_DEGREE * math.cos(pose.latitude))
+    latitude = pose.latitude + np.radians(north_deg)
+    longitude = pose.longitude + np.radians(east_deg)
+    ranges = np.hypot(pose.height, np.hypot(offsets[:, 0], offsets[:, 1]))
+    # Its own range counts, too: on a flat Earth there are places beyond the poles.
+    limit = (config or EstimatorConfig()).surface.max_range
+    near = (ranges <= limit) & (np.abs(latitude) <= 0.5 * math.pi)
     reasons = tuple(
-        reason or (None if seen else Reason.ABOVE_HORIZON)
-        for reason, seen in zip(exact.reasons, below, strict=True)
+        reason or _refusal(bool(seen), bool(close))
+        for reason, seen, close in zip(exact.reasons, below, near, strict=True)
     )
     return masked(
         WaterPoints(
-            pose.latitude + np.radians(north_deg),
-            pose.longitude + np.radians(east_deg),
+            latitude,
+            np.where(np.abs(longitude) > math.pi, wrap_angle(longitude), longitude),
             exact.altitude,
             offsets,
-            np.hypot(pose.height, np.hypot(offsets[:, 0], offsets[:, 1])),
+            ranges,
             exact.covariance_white,
             exact.covariance_slow,
             given,
             reasons,
         )
     )
+
+
+def _refusal(below: bool, near: bool) -> Reason | None:
+    """Return why the equations give no place."""
+    if not below:
+        return Reason.ABOVE_HORIZON
+    return None if near else Reason.OUT_OF_RANGE

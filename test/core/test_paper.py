@@ -128,3 +128,18 @@ def test_the_cameras_angle_and_heading_come_from_its_orientation(off_nadir_deg):
     off_vertical, heading = paper.view_angles(matrix)
     assert math.degrees(off_vertical) == pytest.approx(off_nadir_deg, abs=1e-9)
     assert math.degrees(heading) % 360.0 == pytest.approx(235.3, abs=1e-9)
+
+
+def test_places_beyond_the_poles_are_refused():
+    """The width of a damaged CameraInfo put the image's middle a thousand million pixels away."""
+    wide = replace(CAMERA, width=1_362_949_160)
+    for heading_deg in (0.0, 90.0, 180.0, 270.0):
+        found = paper.locate(_pose(20.0, 45.0, heading_deg), wide, [[960.0, 600.0]], NOISE)
+        assert found.reasons == (Reason.OUT_OF_RANGE,)
+        assert np.isnan(found.latitude[0])
+
+
+def test_longitudes_go_on_beyond_the_antimeridian():
+    pose = replace(_pose(50.0, 45.0, 90.0), longitude=math.radians(179.9999))
+    found = paper.locate(pose, CAMERA, [[960.0, 540.0]], NOISE)
+    assert found.longitude[0] == pytest.approx(-math.pi, abs=1e-4)
