@@ -4,12 +4,17 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
+from aerial_gnss_ros.calibration.excitation import Excitation
+
 Array = NDArray[np.float64]
+
+STAYS_MPS = 0.02
+"""A robot that is slower stays."""
 
 
 @dataclass(frozen=True)
@@ -17,27 +22,26 @@ class Unknown:
     """One constant that is estimated.
 
     Attributes:
-        name: latency, heading, gimbal_pitch, gimbal_roll, height or focal.
+        name: latency, orientation_latency, heading, gimbal_pitch, gimbal_roll, height or focal.
         unit: s, deg, m or %.
         scale: of the unit: SI value times this.
-        prior: one sigma before the data, in the unit: wide.
         enough: at most this sigma, in the unit, counts as determined.
     """
 
     name: str
     unit: str
     scale: float
-    prior: float
     enough: float
 
 
 UNKNOWNS = (
-    Unknown("latency", "s", 1.0, 1.5, 0.05),
-    Unknown("heading", "deg", math.degrees(1.0), 15.0, 0.75),
-    Unknown("gimbal_pitch", "deg", math.degrees(1.0), 3.0, 0.3),
-    Unknown("gimbal_roll", "deg", math.degrees(1.0), 3.0, 0.5),
-    Unknown("height", "m", 1.0, 2.0, 0.25),
-    Unknown("focal", "%", 100.0, 5.0, 1.0),
+    Unknown("latency", "s", 1.0, 0.05),
+    Unknown("orientation_latency", "s", 1.0, 0.05),
+    Unknown("heading", "deg", math.degrees(1.0), 0.75),
+    Unknown("gimbal_pitch", "deg", math.degrees(1.0), 0.3),
+    Unknown("gimbal_roll", "deg", math.degrees(1.0), 0.5),
+    Unknown("height", "m", 1.0, 0.25),
+    Unknown("focal", "%", 100.0, 1.0),
 )
 
 
@@ -49,11 +53,15 @@ class Fit:
         names: of the constants, in the order of `mean`.
         mean: corrections in SI units (rad, m, s; logarithm of the focal scale).
         covariance: of `mean`.
-        residual_px: weighted root mean square of the residuals, px.
+        residual_px: one sigma of the boxes' white noise, px.
         boxes: used.
         outliers: boxes far off, which counted less.
         images: used.
-        robots: ids.
+        robots: their names here: class and number, the most often seen first.
+        flown: how the flight varied.
+        speeds_mps: root mean square of each robot's velocity.
+        doubts: why a constant does not count as determined whatever its sigma, by its name.
+        trouble: why nothing at all is to be used, sentences.
     """
 
     names: tuple[str, ...]
@@ -64,6 +72,10 @@ class Fit:
     outliers: int
     images: int
     robots: tuple[str, ...]
+    flown: Excitation
+    speeds_mps: tuple[float, ...] = ()
+    doubts: dict[str, str] = field(default_factory=dict)
+    trouble: tuple[str, ...] = ()
 
     def value(self, name: str) -> tuple[float, float]:
         """Return correction and one sigma in the unit of `UNKNOWNS`."""
@@ -73,7 +85,19 @@ class Fit:
 
     def determined(self, name: str) -> bool:
         """Whether the data tell it well enough to be used."""
+        if self.trouble or name in self.doubts:
+            return False
+        if name == "orientation_latency" and not self.determined("latency"):
+            return False  # it counts from the latency
         return self.value(name)[1] <= unknown(name).enough
+
+    def moved(self) -> str:
+        """Return the robots and how they moved, in words."""
+        told = [
+            f"{name} {'stayed' if speed < STAYS_MPS else f'swam at {speed:.2f} m/s'}"
+            for name, speed in zip(self.robots, self.speeds_mps, strict=True)
+        ]
+        return ", ".join(told)
 
     def correlation(self, name: str) -> tuple[str, float]:
         """Return the constant that is hardest to tell from this one, and their correlation."""

@@ -1,177 +1,166 @@
 # SPDX-License-Identifier: Apache-2.0
-"""One recording's least squares: Gauss-Newton with Levenberg's damping, a robust weight, priors."""
+"""A recording as a fit sees it: poses, images and boxes; links and unknowns for assumed delays."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from aerial_gnss_ros.calibration.fit import Fit
-from aerial_gnss_ros.calibration.model import (
-    FOCAL,
-    LATENCY,
-    Boxes,
-    Layout,
-    Residuals,
-    residuals,
-)
-from aerial_gnss_ros.calibration.poses import PoseTable
-from aerial_gnss_ros.calibration.priors import Priors
-from aerial_gnss_ros.calibration.recording import Recording, thinned
-from aerial_gnss_ros.calibration.reduced import HUBER, cost, huber, reduced, whole_distances
-from aerial_gnss_ros.core.config import EstimatorConfig
-from aerial_gnss_ros.core.errors import InputError
+from aerial_gnss_ros.calibration.evidence import Evidence, State
+from aerial_gnss_ros.calibration.geometry import Boxes, on_water
+from aerial_gnss_ros.calibration.layout import BOX, EXTRA, FAST, LATENCY, Layout
+from aerial_gnss_ros.calibration.motion import Motion
+from aerial_gnss_ros.calibration.recording import Recording
+from aerial_gnss_ros.calibration.tracks import link
+from aerial_gnss_ros.core.camera import CameraModel
 
 Array = NDArray[np.float64]
 
-MOST_IMAGES = 700
-COARSE_IMAGES = 120
-COARSE_S = np.arange(-3.0, 3.01, 0.5)
-ITERATIONS = 15
-RIPPLE = 5e-4
-"""The cost ripples by about so much with the latency, as noisy samples come and go."""
-FAR = 30.0
-"""A box that the model does not see at all counts as so many sigma off."""
-_MEDIAN_CHI2 = 2.0 * math.log(2.0)
+MARGIN_S = 0.5
+FIRST_SPEED = 0.2
+FIRST_PIXELS = 4.0
 
 
 @dataclass(frozen=True)
-class _State:
-    """Where a descent stands: unknowns, each image's own errors, what boxes say to them."""
+class Linked:
+    """Boxes linked to robots.
 
-    unknowns: Array
-    own: Array
-    rows: Residuals
-    cost: float
+    Attributes:
+        evidence: what they say.
+        state: a first guess.
+        clutter: what boxes of no robot cost: each may be anywhere in its image.
+        share: of all boxes, those with telemetry round their image at these delays.
+    """
+
+    evidence: Evidence
+    state: State
+    clutter: float
+    share: float
 
 
 class Problem:
-    """One recording with its unknowns, priors and weights."""
+    """The images of a recording and what is to be found from them.
+
+    Args:
+        recording: after the replay.
+        motion: its poses.
+        most_images: evenly over the recording.
+        within_ns: first and last stamp of images to use; None: all.
+
+    Attributes:
+        stamps_ns: of the images used.
+        boxes: in them.
+    """
 
     def __init__(
-        self, recording: Recording, config: EstimatorConfig, names: tuple[str, ...], speed: float
-    ) -> None:
-        self._config, self._names = config, names
-        self._all = recording.sightings
-        self._table = PoseTable(recording)
-        self._layout = Layout(self._all, still=speed <= 0.0)
-        self._first_places = _first_places(recording, self._layout)
-        self._priors = Priors(config, self._layout, names, speed)
-        self._pixel = max(config.noise.value("box_center_px"), 0.1) ** 2
-        self.last = np.zeros(0)
-
-    def search(self, report: Callable[[int], None]) -> Array:
-        """Return unknowns at the best latency of the grid."""
-        layout = self._layout
-        boxes = Boxes.of(thinned(self._all, COARSE_IMAGES), layout)
-        best, found = math.inf, self._first_places
-        for done, late in enumerate(COARSE_S - self._config.camera.latency_s, start=1):
-            start = self._first_places.copy()
-            start[LATENCY] = late
-            solved = self._descend(boxes, start, frozenset(), 4, True)
-            report(done)
-            if solved.cost < best:
-                best, found = solved.cost, solved.unknowns
-        return found
-
-    def fit(self, start: Array, tight: frozenset[str]) -> Fit:
-        """Return the fit from a start; constants in `tight` have the noise set's own prior."""
-        boxes = Boxes.of(thinned(self._all, MOST_IMAGES), self._layout)
-        state = self._descend(boxes, start, tight, ITERATIONS, False)
-        self.last = state.unknowns
-        rows = state.rows
-        if not len(rows.values):
-            raise InputError(
-                "no image has telemetry round it at any latency within 3 s; record telemetry from "
-                "3 s before the images to 3 s after them."
-            )
-        # Steps took images as independent; what is claimed must not.
-        variances = self._priors.own(self._priors.alike(boxes.image_count))
-        equations = reduced(rows, state.own, variances, self._pixel)
-        covariance = np.linalg.inv(equations.normal + self._priors.information(tight))
-        distance = whole_distances(rows, state.own, variances, self._pixel)
-        # Residuals larger than the noise says make everything less sure.
-        excess = max(1.0, float(np.sqrt(np.median(distance**2) / _MEDIAN_CHI2)))
-        pick = self._pick(self._layout)
-        residual = float(np.sqrt(np.mean(np.minimum(rows.values**2, 1e4))))
-        return Fit(
-            self._names, pick @ state.unknowns, excess**2 * pick @ covariance @ pick.T, residual,
-            len(rows.values), int(np.sum(distance > HUBER)), len(np.unique(rows.images)),
-            self._layout.robots,
-        )  # fmt: skip
-
-    def _descend(
         self,
-        boxes: Boxes,
-        start: Array,
-        tight: frozenset[str],
-        iterations: int,
-        hold_latency: bool,
-    ) -> _State:
-        """Return where Gauss-Newton steps with Levenberg's damping end."""
-        prior, goal = self._priors.information(tight), self._first_places
-        variances = self._priors.own()
+        recording: Recording,
+        motion: Motion,
+        most_images: int,
+        within_ns: tuple[int, int] | None = None,
+    ) -> None:
+        self._noise, self._motion = recording.config.noise, motion
+        self._max_speed = recording.config.tracks.max_speed
+        stamps = _usable(recording, motion)
+        if within_ns is not None:
+            stamps = [stamp for stamp in stamps if within_ns[0] <= stamp <= within_ns[1]]
+        self.stamps_ns, self.boxes, self._names = _boxes(recording, stamps, most_images)
+        gaps = np.diff(self.stamps_ns) * 1e-9
+        self._fast_s = max(motion.sample_s, float(np.median(gaps)) if len(gaps) else 1.0)
+        sizes = [camera.width * camera.height for camera, _ in self.boxes.cameras]
+        self._clutter = math.log(max(sizes, default=1))
 
-        def state(unknowns: Array, own: Array) -> _State:
-            late = self._config.camera.latency_s
-            rows = residuals(self._table, boxes, self._layout, unknowns, own, late)
-            lost = (len(boxes.robots) - len(rows.values)) * huber(np.array([FAR]))
-            off = goal - unknowns
-            paid = cost(rows, own, variances, self._pixel) + float(off @ prior @ off)
-            return _State(unknowns, own, rows, lost + paid)
+    def evidence(self, latency_s: float, extra_s: float) -> Linked | None:
+        """Return boxes linked at assumed delays; None where no robot is seen often enough."""
+        poses = self._motion.at(self.stamps_ns, latency_s, extra_s)
+        for side in (-MARGIN_S, MARGIN_S):  # what a fit may move to
+            poses.known[:] &= self._motion.at(self.stamps_ns, latency_s + side, extra_s).known
+        places, ranges = on_water(self.boxes, poses)
+        t: Array = np.asarray((self.stamps_ns - self._motion.start_ns) * 1e-9, dtype=np.float64)
+        tracks = link(t, self.boxes.images, places, ranges, self.boxes.kinds, self._max_speed)
+        rows = np.flatnonzero(tracks >= 0)
+        if not len(rows):
+            return None
+        own, used = tracks[rows], self.boxes.only(rows)
+        layout = Layout(t[used.images], own, self._noise, self._fast_s, self._motion.calm_s)
+        centres = np.array(
+            [np.median(places[rows][own == r], axis=0) for r in range(own.max() + 1)]
+        )
+        kinds = [used.kinds[np.argmax(own == r)] for r in range(own.max() + 1)]
+        names = tuple(f"{self._names[kind]} {r + 1}" for r, kind in enumerate(kinds))
+        evidence = Evidence(self._motion, self.stamps_ns, used, own, layout, centres, names)
+        unknowns = self._first(evidence, places[rows], float(np.median(ranges[rows])))
+        unknowns[LATENCY], unknowns[EXTRA] = latency_s, extra_s
+        strengths = np.full(layout.strengths, FIRST_SPEED)
+        strengths[FAST], strengths[BOX] = self._pointing(float(np.median(ranges[rows]))), 0.5
+        state = evidence.start(unknowns, FIRST_PIXELS, strengths)
+        known = int(np.sum(poses.known[self.boxes.images]))
+        share = known / len(self.boxes.images)
+        return Linked(evidence, state, self._clutter * (known - len(rows)), share)
 
-        now, damping = state(start, np.zeros((boxes.image_count, 6))), 1e-6
-        for _ in range(iterations):
-            if not len(now.rows.values):
-                return replace(now, cost=math.inf)
-            equations = reduced(now.rows, now.own, variances, self._pixel)
-            normal = equations.normal + prior
-            if hold_latency:
-                normal[LATENCY, LATENCY] += 1e12
-            gradient = equations.gradient + prior @ (goal - now.unknowns)
-            step = _solved(normal + damping * np.diag(np.diag(normal)), gradient)
-            moved = state(now.unknowns + step, now.own + equations.own_step(step))
-            if moved.cost <= now.cost * (1.0 + RIPPLE):
-                done = now.cost - moved.cost < 1e-4 * now.cost / max(len(boxes.robots), 1)
-                now, damping = moved, 0.1 * damping
-                if done:
-                    break
-            else:
-                damping = max(100.0 * damping, 1e-6)
-                if damping > 1e3:
-                    break
-        return now
+    def _pointing(self, range_m: float) -> float:
+        """Return one sigma of white errors of the camera's pointing by the noise set, rad."""
+        turned = math.radians(self._noise.value("gimbal_white_deg"))
+        return max(math.hypot(turned, self._noise.value("gnss_white_m") / max(range_m, 1.0)), 1e-5)
 
-    def _pick(self, layout: Layout) -> Array:
-        pick = np.zeros((len(self._names), layout.size))
-        for row, name in enumerate(self._names):
-            if name == "latency":
-                pick[row, LATENCY] = 1.0
-            elif name == "focal":
-                pick[row, FOCAL] = 1.0
-            else:
-                pick[row, layout.drift(name)] = 1.0 / layout.knots
-        return pick
+    def _first(self, evidence: Evidence, places: Array, range_m: float) -> Array:
+        """Return unknowns without errors, robots where their boxes lie on the water."""
+        layout = evidence.layout
+        unknowns = np.zeros(layout.size)
+        off = places - evidence.places(unknowns)
+        for first, path in zip(layout.first_path, layout.paths, strict=True):
+            table = np.zeros((len(path.rows), path.count))
+            np.put_along_axis(table, path.columns, path.weights, axis=1)
+            noise = 0.01 * range_m
+            normal = table.T @ table / noise**2 + path.rough / FIRST_SPEED**2
+            normal += 1e-4 * np.outer(path.middle, path.middle)
+            solved = np.linalg.solve(normal, table.T @ off[path.rows] / noise**2)
+            unknowns[first : first + 2 * path.count] = solved.T.ravel()
+        return unknowns
 
 
-def _solved(normal: Array, gradient: Array) -> Array:
-    """Return the step, shortened where it goes too far in latency."""
-    step = np.linalg.solve(normal, gradient)
-    share = min(1.0, 0.3 / max(1e-9, abs(float(step[LATENCY]))))
-    return np.asarray(share * step, dtype=np.float64)
+def _usable(recording: Recording, motion: Motion) -> list[int]:
+    """Return the stamps of images with boxes, a camera, and telemetry at some latency."""
+    stamps = sorted(stamp for stamp, frame in recording.frames.items() if len(frame))
+    stamps = [stamp for stamp in stamps if recording.camera(stamp) is not None]
+    table = np.array(stamps, dtype=np.int64)
+    known = [motion.at(table, late, 0.0).known for late in np.arange(-3.0, 3.01, 0.5)]
+    return [stamp for stamp, good in zip(stamps, np.any(known, axis=0), strict=True) if good]
 
 
-def _first_places(recording: Recording, layout: Layout) -> Array:
-    """Return unknowns without errors, robots where the tracker had them (in the median)."""
-    seen: dict[str, list[Array]] = {}
-    for sighting in recording.sightings:
-        for name, place in zip(sighting.robots, sighting.places, strict=True):
-            seen.setdefault(name, []).append(place)
-    start = np.zeros(layout.size)
-    for number, robot in enumerate(layout.robots):
-        start[layout.place(number)] = np.median(seen[robot], axis=0)
-    return start
+def _boxes(
+    recording: Recording, stamps: list[int], most: int
+) -> tuple[NDArray[np.int64], Boxes, list[str]]:
+    """Return the stamps of the images used, their boxes, and the names of classes."""
+    if len(stamps) > most:
+        picked = np.unique(np.linspace(0, len(stamps) - 1, most, dtype=int))
+        stamps = [stamps[i] for i in picked]
+    frames = [recording.frames[stamp] for stamp in stamps]
+    names = sorted({name for frame in frames for name in frame.class_ids})
+    counts = [len(frame) for frame in frames]
+    images = np.repeat(np.arange(len(frames)), counts)
+    models: dict[int, CameraModel] = {}
+    which = []
+    for stamp in stamps:
+        camera = recording.camera(stamp)
+        assert camera is not None  # noqa: S101 - chosen so
+        models[id(camera)] = camera
+        which.append(id(camera))
+    pixels = np.concatenate([frame.centers for frame in frames]) if frames else np.zeros((0, 2))
+    rays = np.full((len(pixels), 3), np.nan)
+    cameras = []
+    for key, camera in models.items():
+        rows = np.flatnonzero(np.repeat(which, counts) == key)
+        found, good = camera.rays(pixels[rows])
+        rays[rows[good]] = found[good] / np.linalg.norm(found[good], axis=1, keepdims=True)
+        cameras.append((camera, rows))
+    kinds = [names.index(name) for frame in frames for name in frame.class_ids]
+    depths = [recording.depths(frame) for frame in frames]
+    boxes = Boxes(
+        images, pixels, rays, np.concatenate(depths) if depths else np.zeros(0),
+        np.array(kinds, dtype=np.intp), tuple(cameras),
+    )  # fmt: skip
+    return np.array(stamps, dtype=np.int64), boxes, names

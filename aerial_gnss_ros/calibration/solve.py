@@ -1,24 +1,43 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Fits the platform's errors to a recording.
+"""Finds the constants of a recording: delays first, then the platform's errors.
 
-The latency is searched first on a coarse grid, for it is the one unknown whose errors reach beyond
-what a straight line tells. An error that the data leave open gets the noise set's own sigma as its
-prior in a second fit, so that the others are as unsure as its being unknown makes them.
+Both come from the likelihood of the boxes (`evidence.py`), but a robot that swims is trusted with
+delays only. Where it swims is seen against how the camera turns and shakes, which it knows nothing
+of; how large its path is and how it bends is just what a wrong height or tilt changes, and no robot
+swims as a model says. For the platform's errors its path is therefore left free.
 """
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
+from dataclasses import replace
 
-from aerial_gnss_ros.calibration.fit import UNKNOWNS, Fit
-from aerial_gnss_ros.calibration.problem import Problem
+import numpy as np
+from numpy.typing import NDArray
+
+from aerial_gnss_ros.calibration.checks import agreed, trouble
+from aerial_gnss_ros.calibration.evidence import HUBER, State
+from aerial_gnss_ros.calibration.excitation import excitation
+from aerial_gnss_ros.calibration.fit import Fit
+from aerial_gnss_ros.calibration.layout import (
+    BOX,
+    CONSTANTS,
+    EXTRA,
+    FIRST_ROBOT,
+    FOCAL,
+    LATENCY,
+)
 from aerial_gnss_ros.calibration.recording import Recording
+from aerial_gnss_ros.calibration.search import LEAST_IMAGES, Found, Search
 from aerial_gnss_ros.core.config import EstimatorConfig
 from aerial_gnss_ros.core.errors import InputError
 from aerial_gnss_ros.core.words import counted
 
-LEAST_IMAGES = 20
+Array = NDArray[np.float64]
+
+SWIMS_MPS, FREE_MPS = 0.01, 10.0
+FREE_STEPS = 6
+RIVAL_NATS = 6.0
 
 
 def calibrate(
@@ -26,44 +45,141 @@ def calibrate(
     config: EstimatorConfig,
     *,
     focal: bool = False,
-    robot_speed: float = 0.0,
     progress: Callable[[int], None] = lambda _done: None,
 ) -> Fit:
-    """Fit all constants.
+    """Find all constants.
 
     Args:
         recording: after the replay.
         config: that it was made with.
         focal: estimate the focal length too.
-        robot_speed: how fast robots may move, m/s; 0: each stays where it is.
         progress: called with a growing number.
 
     Raises:
         InputError: too few robots were seen.
     """
-    if len(recording.sightings) < LEAST_IMAGES:
+    seen = sum(1 for frame in recording.frames.values() if len(frame))
+    if seen < LEAST_IMAGES:
         raise InputError(
-            f"robots were confirmed in {counted(len(recording.sightings), 'image')}, and a "
-            f"calibration needs {LEAST_IMAGES} at least; record a robot that is seen for longer."
+            f"{counted(seen, 'image')} have boxes that may be robots, and a calibration needs "
+            f"{LEAST_IMAGES} at least; record a robot that is seen for longer."
         )
-    names = tuple(one.name for one in UNKNOWNS if focal or one.name != "focal")
-    problem = Problem(recording, config, names, robot_speed)
-    start = problem.search(progress)
-    first = problem.fit(start, frozenset())
-    open_ones = frozenset(name for name in names if not first.determined(name))
-    if not open_ones or open_ones == set(names):
-        return first
-    second = problem.fit(problem.last, open_ones)
-    # What is open stays as open as the wide prior found it.
-    return _opened(second, first, open_ones)
+    search = Search(recording, focal)
+    modes = search.grid(progress)
+    if not modes:
+        raise InputError(
+            "No robot was seen in several images that follow one another closely; record a robot "
+            "that is seen for longer, with more images a second."
+        )
+    fits = search.best(modes)
+    best = search.refined(fits[0], search.together)
+    extra = search.apart_fit(best)
+    if extra is not None:
+        best, fits = search.refined(extra, search.apart), [extra]
+    return _fit(search, best, fits[1:], extra is not None, config, focal)
 
 
-def _opened(second: Fit, first: Fit, open_ones: frozenset[str]) -> Fit:
-    covariance = second.covariance.copy()
-    for name in open_ones:
-        at = second.names.index(name)
-        ratio = math.sqrt(first.covariance[at, at] / covariance[at, at])
-        covariance[at] *= ratio
-        covariance[:, at] *= ratio
-    return Fit(second.names, second.mean, covariance, second.residual_px, second.boxes,
-               second.outliers, second.images, second.robots)  # fmt: skip
+def _fit(
+    search: Search,
+    best: Found,
+    rivals: list[Found],
+    apart: bool,
+    config: EstimatorConfig,
+    focal: bool,
+) -> Fit:
+    delays = [LATENCY, EXTRA] if apart else [LATENCY]
+    size = best.evidence.layout.size
+    picks = np.eye(size)[delays]
+    covariance = best.evidence.covariance(best.state, picks)
+    doubts = {}
+    for rival in rivals:
+        if rival.score > best.score - RIVAL_NATS:
+            doubts["latency"] = f"{rival.latency_s:+.2f} s fits nearly as well"
+    held = search.apart if apart else search.together
+    factors = agreed(search, best, held, delays)
+    covariance = covariance * np.outer(factors, factors)
+    names, mean, whole = _platform(best, delays, covariance, focal)
+    mean[0] -= config.camera.latency_s
+    state, evidence = best.state, best.evidence
+    classes = evidence.names
+    speeds = state.strengths[FIRST_ROBOT:]
+    return Fit(
+        names, mean, whole, state.pixel, len(state.distances),
+        int(np.sum(state.distances > HUBER * 1.4)), len(np.unique(best.evidence.boxes.images)),
+        classes, excitation(
+            evidence.poses(state.unknowns), evidence.boxes.images, evidence.tracks,
+            evidence.places(state.unknowns),
+        ), tuple(float(one) * 2.0**0.5 for one in speeds), doubts,
+        trouble(best, config),
+    )  # fmt: skip
+
+
+def _platform(
+    best: Found, delays: list[int], covariance: Array, focal: bool
+) -> tuple[tuple[str, ...], Array, Array]:
+    """Return names, values and covariance of all constants, delays first."""
+    evidence = best.evidence
+    strengths = best.state.strengths.copy()
+    swims = strengths[FIRST_ROBOT:] > SWIMS_MPS
+    strengths[FIRST_ROBOT:][swims] = FREE_MPS
+    told = None if best.state.told is None else best.state.told.copy()
+    if told is not None:
+        told[FIRST_ROBOT:-1][swims] = 0.0
+        told[-1] *= not swims.any()
+    held = frozenset([LATENCY, EXTRA]) | (frozenset() if focal else frozenset([FOCAL]))
+    free: State = replace(best.state, strengths=strengths, told=told)
+    free = evidence.descend(free, FREE_STEPS, held, adapt=False)
+    layout = evidence.layout
+    names = ["height", "gimbal_roll", "gimbal_pitch", "heading"]
+    picks = [layout.mean_of(name) for name in CONSTANTS]
+    if focal:
+        names.append("focal")
+        picks.append(np.eye(1, layout.size, FOCAL)[0])
+    table = np.array(picks)
+    own = evidence.covariance(free, table)
+    slopes = evidence.slopes(free, table, delays, held)
+    whole = np.block(
+        [
+            [covariance, covariance @ slopes.T],
+            [slopes @ covariance, own + slopes @ covariance @ slopes.T],
+        ]
+    )
+    found = ["latency", "orientation_latency"][: len(delays)] + names
+    order = [
+        found.index(n)
+        for n in (
+            "latency",
+            "orientation_latency",
+            "heading",
+            "gimbal_pitch",
+            "gimbal_roll",
+            "height",
+            "focal",
+        )
+        if n in found
+    ]
+    mean = np.concatenate([best.state.unknowns[delays], table @ free.unknowns])
+    return tuple(found[i] for i in order), mean[order], whole[np.ix_(order, order)]
+
+
+def bound(recording: Recording, latency_s: float, speed_mps: float) -> float:
+    """Return the Cramér-Rao bound of the latency's sigma, s, for who knows how robots move.
+
+    Args:
+        recording: after the replay.
+        latency_s: the true one.
+        speed_mps: one sigma of a robot's velocity, each axis.
+    """
+    search = Search(recording, focal=False)
+    linked = search.fine.evidence(latency_s, 0.0)
+    if linked is None:
+        return float("inf")
+    evidence, state = linked.evidence, linked.state
+    strengths = state.strengths.copy()
+    strengths[FIRST_ROBOT:], strengths[BOX] = speed_mps, 0.05
+    pixel = recording.config.noise.value("box_center_px")
+    state = replace(state, strengths=strengths, pixel=pixel)
+    state = evidence.descend(state, 3, search.together | {LATENCY}, adapt=False)
+    state = evidence.evaluated(state, search.together)
+    pick = np.eye(1, evidence.layout.size, LATENCY)
+    return float(np.sqrt(evidence.covariance(state, pick)[0, 0]))

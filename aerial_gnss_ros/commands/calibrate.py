@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`aerial-gnss calibrate`: the platform's constant errors from a recording of still robots."""
+"""`aerial-gnss calibrate`: delays and the platform's constant errors from a recording of robots."""
 
 from __future__ import annotations
 
@@ -13,9 +13,11 @@ from typing import Any
 from aerial_gnss_ros.bags.partial import partial, refuse_existing
 from aerial_gnss_ros.bags.reader import open_bag
 from aerial_gnss_ros.bags.replay import Replay
-from aerial_gnss_ros.calibration.advice import Excitation, advice, excitation
+from aerial_gnss_ros.calibration.advice import advice
+from aerial_gnss_ros.calibration.excitation import Excitation
 from aerial_gnss_ros.calibration.fit import Fit, unknown
 from aerial_gnss_ros.calibration.recording import Recording
+from aerial_gnss_ros.calibration.search import GRID
 from aerial_gnss_ros.calibration.solve import calibrate
 from aerial_gnss_ros.commands.configuration import add_arguments as add_configuration
 from aerial_gnss_ros.commands.configuration import configuration
@@ -27,7 +29,7 @@ from aerial_gnss_ros.core.words import counted
 from aerial_gnss_ros.detection.config import DetectorConfig
 from aerial_gnss_ros.detection.select import load_detector
 
-OUTLIERS = 0.08
+NOT_FOUND = 1
 KEYS = {
     "heading": "heading_deg",
     "gimbal_pitch": "gimbal_pitch_deg",
@@ -39,9 +41,11 @@ KEYS = {
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the command's arguments."""
     parser.epilog = (
-        "Robots should stay where they are; the best flight is an orbit round one, once at a near "
-        "and once at a far distance. A correction is what is added to the measured value, "
-        "East-North-Up and counter-clockwise. The GNSS offset cannot be told from such a flight."
+        "Robots may swim, and tell the latency as they do; for angles and height at least one has "
+        "to stay. The best flight is an orbit round one, once at a near and once at a far "
+        "distance. A correction is what is added to the measured value, East-North-Up and "
+        "counter-clockwise. The GNSS offset cannot be told from such a flight. Ends with status 1, "
+        "and writes nothing, where boxes do not fit."
     )
     parser.add_argument("bags", type=Path, nargs="+", metavar="BAG", help="as for replay")
     parser.add_argument(
@@ -50,7 +54,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--focal", action="store_true", help="estimate the focal length, too")
     parser.add_argument(
         "--robot-speed", type=float, default=0.0, metavar="MPS",
-        help="how fast robots may drift or swim (default 0: they stay)",
+        help="no longer needed: whether a robot swims is found out",
     )  # fmt: skip
     parser.add_argument("--json", action="store_true", help="the result for machines")
     add_configuration(parser)
@@ -65,69 +69,62 @@ def run(args: argparse.Namespace) -> int:
     given = configuration(args)
     with ended_cleanly():
         found = _calibrate(args, given.estimator, given.detector)
-        if args.output is not None:
+        refused = bool(found.fit.trouble)
+        if args.output is not None and not refused:
             with partial(args.output) as path:
                 path.parent.mkdir(parents=True, exist_ok=True)
                 path.write_text(as_yaml(found, args.bags), encoding="utf-8")
     if args.json:
         print(json.dumps(_as_dict(found), indent=2))
     else:
-        print("\n".join(_as_text(found, args.robot_speed)))
-        if args.output is not None:
+        print("\n".join(_as_text(found)))
+        if args.output is not None and not refused:
             print(f"wrote {args.output}: give it to the nodes and to replay with --params")
-    return 0
+    return NOT_FOUND if refused else 0
 
 
 @dataclass(frozen=True)
 class Calibration:
-    """What was found, against which parameters.
+    """What was found.
 
     Attributes:
-        fit: corrections to the values used at last.
-        base: the parameters used at last.
-        given: the parameters of the first pass.
+        fit: corrections to the given parameters.
+        given: these parameters.
         flown: how the flight varied.
     """
 
     fit: Fit
-    base: EstimatorConfig
     given: EstimatorConfig
     flown: Excitation
 
     def parameters(self) -> dict[str, float]:
         """Return the parameters that were determined, by dotted name."""
-        corrected = corrected_config(self.base, self.fit)
-        names = {"latency": "camera.latency_s", "focal": "calibration.focal_scale"}
-        names |= {name: f"calibration.{key}" for name, key in KEYS.items()}
+        corrected = corrected_config(self.given, self.fit)
+        keys: dict[str, tuple[str, ...]] = {"latency": ("camera.latency_s",)}
+        keys["focal"] = ("calibration.focal_scale",)
+        keys["orientation_latency"] = ("attitude.latency_s", "gimbal.latency_s")
+        keys |= {name: (f"calibration.{key}",) for name, key in KEYS.items()}
         values = {}
         for name in self.fit.names:
-            if self.fit.determined(name):
-                group, key = names[name].split(".")
-                values[names[name]] = round(float(getattr(getattr(corrected, group), key)), 4)
+            for dotted in keys[name] if self.fit.determined(name) else ():
+                group, key = dotted.split(".")
+                values[dotted] = round(float(getattr(getattr(corrected, group), key)), 4)
         return values
-
-    def correction(self, name: str) -> tuple[float, float]:
-        """Return the correction to the given parameters, and its one sigma, in the unit."""
-        value, sigma = self.fit.value(name)
-        if name == "latency":
-            return value + self.base.camera.latency_s - self.given.camera.latency_s, sigma
-        if name == "focal":
-            ratio = self.base.calibration.focal_scale / self.given.calibration.focal_scale
-            return value + 100.0 * math.log(ratio), sigma
-        key = KEYS[name]
-        before = getattr(self.given.calibration, key)
-        return value + float(getattr(self.base.calibration, key)) - before, sigma
 
 
 def corrected_config(config: EstimatorConfig, fit: Fit) -> EstimatorConfig:
     """Return parameters with what was determined added to them."""
     camera, calibration = config.camera, config.calibration
+    attitude, gimbal = config.attitude, config.gimbal
     for name in fit.names:
         if not fit.determined(name):
             continue
         value, _ = fit.value(name)
         if name == "latency":
-            camera = replace(camera, latency_s=max(-3.0, min(3.0, camera.latency_s + value)))
+            camera = replace(camera, latency_s=_within(camera.latency_s + value))
+        elif name == "orientation_latency":
+            attitude = replace(attitude, latency_s=_within(attitude.latency_s + value))
+            gimbal = replace(gimbal, latency_s=_within(gimbal.latency_s + value))
         elif name == "focal":
             scale = calibration.focal_scale * math.exp(value / 100.0)
             calibration = replace(calibration, focal_scale=scale)
@@ -135,28 +132,16 @@ def corrected_config(config: EstimatorConfig, fit: Fit) -> EstimatorConfig:
             key = KEYS[name]
             sum_ = getattr(calibration, key) + value
             calibration = replace(calibration, **{key: sum_})
-    return replace(config, camera=camera, calibration=calibration)
+    return replace(config, camera=camera, calibration=calibration, attitude=attitude, gimbal=gimbal)
+
+
+def _within(latency_s: float) -> float:
+    return max(-3.0, min(3.0, latency_s))
 
 
 def _calibrate(
     args: argparse.Namespace, config: EstimatorConfig, detector: DetectorConfig
 ) -> Calibration:
-    """Fit twice: with the first result boxes are told apart better than without it."""
-    fit, detected = _pass(args, config, detector)
-    base = config
-    if not detected:
-        # The latency alone: what else the first pass says may rest on boxes that it mixed up.
-        late = corrected_config(config, fit).camera.latency_s
-        base = replace(config, camera=replace(config.camera, latency_s=late))
-        fit, _ = _pass(args, base, detector)
-    assert args.recording is not None  # noqa: S101 - a pass was made
-    return Calibration(fit, base, config, excitation(args.recording))
-
-
-def _pass(
-    args: argparse.Namespace, config: EstimatorConfig, detector: DetectorConfig
-) -> tuple[Fit, bool]:
-    """Return the fit, and whether images were looked at, which takes too long for a second time."""
     recording = Recording(config)
     with open_bag(args.bags) as bag:
         replay = Replay(
@@ -166,13 +151,9 @@ def _pass(
         with progress("reading", replay.message_count, "messages") as report:
             for _ in replay.results(report):
                 pass
-        detected = replay.plan.image_topic is not None
-    with progress("searching the latency", 13, "steps") as report:
-        fit = calibrate(
-            recording, config, focal=args.focal, robot_speed=args.robot_speed, progress=report
-        )
-    args.recording = recording
-    return fit, detected
+    with progress("searching the latency", GRID, "steps") as report:
+        fit = calibrate(recording, config, focal=args.focal, progress=report)
+    return Calibration(fit, config, fit.flown)
 
 
 def as_yaml(found: Calibration, bags: list[Path]) -> str:
@@ -201,40 +182,46 @@ def as_yaml(found: Calibration, bags: list[Path]) -> str:
 def _table(found: Calibration) -> list[str]:
     lines = []
     for name in found.fit.names:
-        value, sigma = found.correction(name)
+        value, sigma = found.fit.value(name)
         other, correlation = found.fit.correlation(name)
-        verdict = "determined" if found.fit.determined(name) else "NOT determined, not written"
+        verdict = "determined"
+        if not found.fit.determined(name):
+            doubt = found.fit.doubts.get(name)
+            verdict = "NOT determined, not written" + (f" ({doubt})" if doubt else "")
         lines.append(
-            f"{name.replace('_', ' '):<13} {value:+8.3f} {unknown(name).unit:<3} +- {sigma:6.3f}  "
+            f"{name.replace('_', ' '):<19} {value:+8.3f} {unknown(name).unit:<3} +- {sigma:6.3f}  "
             f"{verdict}; correlation with {other.replace('_', ' ')} {correlation:+.2f}"
         )
     return lines
 
 
-def _as_text(found: Calibration, robot_speed: float) -> list[str]:
+def _as_text(found: Calibration) -> list[str]:
     fit = found.fit
     lines = [
         (
-            f"{counted(fit.boxes, 'box')} in {counted(fit.images, 'image')}, robots: "
-            f"{', '.join(fit.robots)}; residual {fit.residual_px:.1f} px, "
-            f"{counted(fit.outliers, 'outlier')}"
+            f"{counted(fit.boxes, 'box')} in {counted(fit.images, 'image')}; residual "
+            f"{fit.residual_px:.1f} px, {counted(fit.outliers, 'outlier')}"
         ),
+        f"robots: {fit.moved()}",
         *found.flown.words(),
         "",
+    ]
+    if fit.trouble:
+        return [
+            *lines,
+            "Boxes do not fit any delay and any error of the platform; nothing is written:",
+            *(f"  {sentence}" for sentence in fit.trouble),
+            (
+                "Boxes may be of things that move faster than robots, the focal length or the "
+                "gimbal's reference may be wrong (`aerial-gnss check` tells), or telemetry may be "
+                "of another flight."
+            ),
+        ]
+    lines += [
         "correction (true = measured + correction), one sigma:",
         *(f"  {line}" for line in _table(found)),
         "GNSS offset: cannot be told from the flight; it moves drone and robots alike.",
     ]
-    if not robot_speed:
-        lines.append(
-            "Robots were taken to stay where they are. If they drifted or swam, these values are "
-            "wrong by more than they say: give --robot-speed."
-        )
-    if fit.outliers > OUTLIERS * fit.boxes:
-        lines.append(
-            f"CAUTION: {fit.outliers / fit.boxes:.0%} of the boxes do not fit: robots moved (see "
-            "--robot-speed), or boxes were taken for another robot's."
-        )
     todo = advice(fit)
     if todo:
         lines += ["", "What to fly next:", *(f"  {sentence}" for sentence in todo)]
@@ -246,8 +233,8 @@ def _as_dict(found: Calibration) -> dict[str, Any]:
     return {
         "corrections": {
             name: {
-                "value": found.correction(name)[0],
-                "sigma": found.correction(name)[1],
+                "value": fit.value(name)[0],
+                "sigma": fit.value(name)[1],
                 "unit": unknown(name).unit,
                 "determined": fit.determined(name),
                 "correlated_with": dict([fit.correlation(name)]),
@@ -260,7 +247,10 @@ def _as_dict(found: Calibration) -> dict[str, Any]:
         "outliers": fit.outliers,
         "images": fit.images,
         "robots": list(fit.robots),
+        "speeds_mps": list(fit.speeds_mps),
         "residual_px": fit.residual_px,
         "excitation": asdict(found.flown),
+        "doubts": fit.doubts,
+        "trouble": list(fit.trouble),
         "advice": advice(fit),
     }

@@ -200,6 +200,10 @@ class Inputs:
         self.plausibility = Plausibility(config)
         self._series: dict[Input, Series[Fix] | Series[Orientation] | Series[Scalar]] = {}
         self._constants: dict[Input, Fix | Orientation | Scalar] = {}
+        self._late_ns = {
+            Input.ATTITUDE: round(config.attitude.latency_s * 1e9),
+            Input.GIMBAL: round(config.gimbal.latency_s * 1e9),
+        }
         self._set_up_fix()
         self._set_up_orientations()
         if config.height.source == "constant":
@@ -250,6 +254,9 @@ class Inputs:
     def add(self, source: Input, value: Fix | Orientation | Scalar) -> str:
         """Keep a sample where the configuration needs it; return why it is no use, else empty."""
         trouble, kept = self._judged(source, value)
+        late_ns = self._late_ns.get(source, 0)
+        if late_ns:
+            kept = replace(kept, stamp_ns=kept.stamp_ns - late_ns)
         series = self._series.get(source)
         if series is not None:
             series.add(kept)  # type: ignore[arg-type]

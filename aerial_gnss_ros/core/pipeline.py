@@ -66,7 +66,7 @@ class Pipeline:
         self._latency = LatencySearch(config, inputs)
         self._crowd = boxes.Crowd()
         self._strangers = boxes.Strangers()
-        self._fixed_camera = _camera_of(config)
+        self._fixed_camera = camera_of(config)
         self._scaled: tuple[CameraModel, CameraModel] | None = None
         self._locate = paper.locate if config.method == "paper" else localize.locate
 
@@ -309,7 +309,7 @@ def _only(frame: DetectionFrame, rows: list[int]) -> DetectionFrame:
     )
 
 
-def _camera_of(config: EstimatorConfig) -> CameraModel | None:
+def camera_of(config: EstimatorConfig) -> CameraModel | None:
     """Return the camera that the parameters describe, None where CameraInfo does."""
     camera = config.camera
     if camera.source != "parameters":

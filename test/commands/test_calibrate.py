@@ -17,28 +17,42 @@ def _run(*arguments: object) -> int:
     return main([str(argument) for argument in arguments])
 
 
-@pytest.fixture
-def transit(tmp_path):
-    bag = tmp_path / "bag"
+def _fly(bag, *arguments):
     assert _run(
-        "simulate", "-o", bag, "--flight", "transit", "--duration", "30", "--speed", "3", "--rate",
-        "4", "--height", "20", "--robots", "2", "--robot-speed", "0", "--no-images", "--latency",
-        "1.2", "--seed", "6",
+        "simulate", "-o", bag, "--duration", "30", "--rate", "3", "--robots", "2", "--no-images",
+        *arguments,
     ) == 0  # fmt: skip
-    return bag
 
 
-def test_a_late_bag_becomes_parameters(transit, tmp_path, capsys):
-    written = tmp_path / "calibration.yaml"
+def test_a_late_bag_becomes_parameters(tmp_path, capsys):
+    bag, written = tmp_path / "bag", tmp_path / "calibration.yaml"
+    _fly(
+        bag, "--flight", "transit", "--speed", "3", "--height", "20", "--robot-speed", "0",
+        "--latency", "1.2", "--seed", "6",
+    )  # fmt: skip
     capsys.readouterr()
-    assert _run("calibrate", transit, "-o", written, "--json") == 0
+    assert _run("calibrate", bag, "-o", written, "--json") == 0
     told = json.loads(capsys.readouterr().out)
     assert told["corrections"]["latency"]["value"] == pytest.approx(1.2, abs=0.05)
-    assert len(told["robots"]) == 2  # the second pass tells them apart
+    assert len(told["robots"]) == 2
     config = estimator_config(read([written], SCHEMAS, "/drone1")[ESTIMATOR])
     assert config.camera.latency_s == pytest.approx(1.2, abs=0.05)
     for name, value in told["parameters"].items():
         group, key = name.split(".")
         assert getattr(getattr(config, group), key) == pytest.approx(value)
-    assert _run("calibrate", transit, "-o", written) == 2  # never overwritten
+    assert _run("calibrate", bag, "-o", written) == 2  # never overwritten
     assert "exists already" in capsys.readouterr().err
+
+
+def test_boxes_that_do_not_fit_write_nothing(tmp_path, capsys):
+    """Robots at 2.5 m/s are none: told so, status 1, no file."""
+    bag, written = tmp_path / "bag", tmp_path / "calibration.yaml"
+    _fly(bag, "--flight", "orbit", "--robot-speed", "2.5")
+    capsys.readouterr()
+    assert _run("calibrate", bag, "-o", written) == 1
+    told = capsys.readouterr().out
+    assert "nothing is written" in told
+    assert "faster than they can: aqua" in told
+    assert "swam at" in told
+    assert not written.exists()
+    assert not list(tmp_path.glob("*calibration*"))

@@ -1,0 +1,169 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Finds the most likely delays wherever they are: from a grid of latencies to a fine fit."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aerial_gnss_ros.calibration.evidence import Evidence, State
+from aerial_gnss_ros.calibration.layout import EXTRA, FOCAL, LATENCY
+from aerial_gnss_ros.calibration.motion import Motion
+from aerial_gnss_ros.calibration.problem import Problem
+from aerial_gnss_ros.calibration.recording import Recording
+from aerial_gnss_ros.core.errors import InputError
+
+Array = NDArray[np.float64]
+
+LIMIT_S = 3.0
+GRID_S = 0.25
+GRID = round(2.0 * LIMIT_S / GRID_S) + 1
+COARSE_S, COARSE_IMAGES, MOST_IMAGES = 1.2, (50, 150), 240
+COARSE_STEPS, STEPS, LAST_STEPS = 3, 8, 12
+APART_S = 0.15
+LEAST_IMAGES = 20
+LACKING = (
+    "Too few images have telemetry round them, at any latency within 3 s. Record telemetry from "
+    "3 s before the images to 3 s after them; where samples are seldom, raise max_gap of the input."
+)
+LEAST_SHARE = 0.4
+"""Of the boxes must have telemetry at delays for these to be tried."""
+HALF_STEPS, LEAST_HALF = 10, 8
+RIVALS, RIVAL_NATS = 3, 60.0
+EXTRAS_S = (-0.8, -0.4, 0.4, 0.8)
+EXTRA_NATS = 5.0
+"""Orientations count as delayed otherwise than the fixes if that is so much likelier."""
+
+
+@dataclass(frozen=True)
+class Found:
+    """A fit at one mode of the delays.
+
+    Attributes:
+        evidence: the boxes linked there.
+        state: the fit.
+        score: logarithm of the likelihood of all boxes, those left out being anywhere.
+    """
+
+    evidence: Evidence
+    state: State
+    score: float
+
+    @property
+    def latency_s(self) -> float:
+        """Of the images."""
+        return float(self.state.unknowns[LATENCY])
+
+    @property
+    def extra_s(self) -> float:
+        """Of orientations, more than that of fixes."""
+        return float(self.state.unknowns[EXTRA])
+
+
+class Search:
+    """All modes of a recording.
+
+    Args:
+        recording: after the replay.
+        focal: whether the focal length is to be found.
+
+    Raises:
+        InputError: too few images have telemetry.
+    """
+
+    def __init__(self, recording: Recording, focal: bool) -> None:
+        self.motion = Motion(recording)
+        self.fine = Problem(recording, self.motion, MOST_IMAGES)
+        if len(self.fine.stamps_ns) < LEAST_IMAGES:
+            raise InputError(LACKING)
+        span_s = float(np.ptp(self.fine.stamps_ns)) * 1e-9
+        self.coarse = Problem(
+            recording, self.motion, int(np.clip(span_s / COARSE_S, *COARSE_IMAGES))
+        )
+        self._recording = recording
+        self._base = frozenset() if focal else frozenset([FOCAL])
+
+    @property
+    def together(self) -> frozenset[int]:
+        """What is held while orientations are as late as fixes."""
+        return self._base | {EXTRA}
+
+    @property
+    def apart(self) -> frozenset[int]:
+        """What is held otherwise."""
+        return self._base
+
+    def grid(self, report: Callable[[int], None]) -> list[Found]:
+        """Return the modes that a grid of latencies leads to, the likeliest first."""
+        found = []
+        for done, latency in enumerate(np.arange(-LIMIT_S, LIMIT_S + 1e-9, GRID_S), start=1):
+            one = self.fit(self.coarse, float(latency), 0.0, COARSE_STEPS, self.together)
+            found += [] if one is None else [one]
+            report(done)
+        return _distinct(found)
+
+    def fit(
+        self,
+        problem: Problem,
+        latency_s: float,
+        extra_s: float,
+        steps: int,
+        held: frozenset[int],
+    ) -> Found | None:
+        """Return the fit that begins at some delays; None where no robot is seen."""
+        linked = problem.evidence(latency_s, extra_s)
+        if linked is None or linked.share < LEAST_SHARE:
+            return None
+        state = linked.evidence.descend(linked.state, steps, held)
+        # What lacks telemetry speaks neither for nor against these delays.
+        score = (state.log_likelihood - linked.clutter) / linked.share
+        return Found(linked.evidence, state, score)
+
+    def best(self, modes: list[Found]) -> list[Found]:
+        """Return fine fits of the likeliest modes, the best first."""
+        top = modes[0].score
+        tried = [one for one in modes[:RIVALS] if one.score > top - RIVAL_NATS]
+        fits = [self.fit(self.fine, one.latency_s, 0.0, STEPS, self.together) for one in tried]
+        return _distinct([one for one in fits if one is not None])
+
+    def refined(self, one: Found, held: frozenset[int]) -> Found:
+        """Return a fit with links made anew at its delays."""
+        again = self.fit(self.fine, one.latency_s, one.extra_s, LAST_STEPS, held)
+        return one if again is None else again
+
+    def half(self, best: Found, held: frozenset[int], late: bool) -> Found | None:
+        """Return the fit of the first or the second half of the images; None if it sees too few."""
+        stamps = self.fine.stamps_ns
+        middle = int(stamps[len(stamps) // 2])
+        within = (middle, int(stamps[-1])) if late else (int(stamps[0]), middle - 1)
+        problem = Problem(self._recording, self.motion, MOST_IMAGES // 2, within)
+        if len(problem.stamps_ns) < LEAST_HALF:
+            return None
+        return self.fit(problem, best.latency_s, best.extra_s, HALF_STEPS, held)
+
+    def apart_fit(self, best: Found) -> Found | None:
+        """Return a fit with orientations delayed otherwise than fixes if that is likelier."""
+        plain = self.fit(self.coarse, best.latency_s, 0.0, COARSE_STEPS, self.together)
+        tries = [(best.latency_s, 0.0)]
+        for extra in EXTRAS_S:
+            tries += [(best.latency_s, extra), (best.latency_s + extra, extra)]
+        fits = [self.fit(self.coarse, a, b, COARSE_STEPS, self.apart) for a, b in tries]
+        good = sorted([one for one in fits if one is not None], key=lambda one: -one.score)
+        if plain is None or not good:
+            return None
+        fine = self.fit(self.fine, good[0].latency_s, good[0].extra_s, STEPS, self.apart)
+        return fine if fine is not None and fine.score > best.score + EXTRA_NATS else None
+
+
+def _distinct(found: list[Found]) -> list[Found]:
+    """Return fits that are not near a better one, the likeliest first."""
+    kept: list[Found] = []
+    for one in sorted(found, key=lambda one: -one.score):
+        if abs(one.latency_s) <= LIMIT_S + 0.3 and all(
+            abs(one.latency_s - other.latency_s) > APART_S for other in kept
+        ):
+            kept.append(one)
+    return kept

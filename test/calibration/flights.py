@@ -1,0 +1,44 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Short simulated flights for tests of the calibration."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from aerial_gnss_ros.calibration.recording import Recording
+from aerial_gnss_ros.core.config import EstimatorConfig, estimator_config
+from aerial_gnss_ros.simulation.experiment import CameraClock, Experiment, default_camera
+from aerial_gnss_ros.simulation.flight import FlightPlan, GeneratedFlight
+from aerial_gnss_ros.simulation.robots import SwimPlan
+from aerial_gnss_ros.simulation.sensors import sensor_plan
+
+
+def experiment(
+    kind: str, latency_s: float, seed: int, *, swims: bool = False, images_hz: float = 2.0,
+    noise: str = "consumer", duration_s: float = 30.0, telemetry_hz: float = 10.0,
+) -> Experiment:  # fmt: skip
+    """Return a flight at 20 m over two robots."""
+    flight = GeneratedFlight(FlightPlan(kind, duration_s, 20.0, speed_mps=3.0), seed)
+    plan = replace(sensor_plan(noise), gimbal_hz=telemetry_hz, attitude_hz=telemetry_hz)
+    speeds = (0.2, 0.5) if swims else (0.0, 0.0)
+    return Experiment(
+        flight, default_camera(1280, 720), plan, CameraClock(images_hz, latency_s),
+        robots=2, swim=SwimPlan(*speeds), seed=seed,
+    )  # fmt: skip
+
+
+def record(
+    made: Experiment, config: EstimatorConfig | None = None, boxes_of: Experiment | None = None
+) -> Recording:
+    """Return what a calibration is made from; boxes may be those of another flight."""
+    recording = Recording(config or estimator_config({}))
+    recording.add_camera(made.frames()[0].stamp_ns, made.camera)
+    for fix in made.sensors.fixes():
+        recording.add_fix(fix)
+    for gimbal in made.sensors.gimbals():
+        recording.add_gimbal(gimbal)
+    for height in made.sensors.heights():
+        recording.add_height(height)
+    for _, _, boxes in (boxes_of or made).detections():
+        recording.add_detections(boxes)
+    return recording
