@@ -42,6 +42,7 @@ from aerial_gnss_ros.nodes.timings import Timings, Waits
 DETECTIONS = "detections"
 SENT_ONCE = ("camera_info", "home")  # latched or repeated: it may stay silent after the first
 ADVANCE_S = 0.02  # what waits for its time gives up at most this late
+MOST_LATCHED = 100  # robots whose topics stay; the one lost longest goes first
 PREDICT_S = 0.1  # a prediction that is due comes at most this late
 
 
@@ -65,6 +66,7 @@ class EstimatorNode(SupervisedNode):
         self._estimator = Estimator(self._config, session=given.session)
         self._feed = Feed(self._config, self._estimator, self.warn_seldom)
         self._results: dict[str, Publisher] = {}
+        self._latched: dict[str, list[str]] = {}  # topics by robot, who is lost longest first
         self._picture = Picture(self.announce(*MARKERS, qos.latched()))
         self.timings = Timings()
         self._waits = Waits()
@@ -151,7 +153,18 @@ class EstimatorNode(SupervisedNode):
     def _send(self, result: FrameResult) -> None:
         for outgoing in position_messages(self._departures.completed(result)):
             self._publisher(outgoing).publish(message(outgoing.msgtype, outgoing.fields))
+        self._give_up_oldest()
         self._picture.show(result)
+
+    def _give_up_oldest(self) -> None:
+        """End the topics of robots lost long ago where there are very many: false ones, mostly."""
+        present = {one.robot_id for one in self._departures.present}
+        for name in present:  # whoever is there is the last to go
+            self._latched[name] = self._latched.pop(name)
+        while len(self._latched) > max(MOST_LATCHED, len(present)):
+            oldest = next(name for name in self._latched if name not in present)
+            for topic in self._latched.pop(oldest):
+                self.destroy_publisher(self._results.pop(topic))
 
     def _predict(self) -> None:
         """Publish where robots are expected while no image comes, so that no message grows old."""
@@ -167,6 +180,8 @@ class EstimatorNode(SupervisedNode):
 
     def _publisher(self, outgoing: OutgoingMessage) -> Publisher:
         if outgoing.topic not in self._results:
+            if outgoing.topic != MAP_DATUM:
+                self._latched.setdefault(outgoing.topic.split("/")[1], []).append(outgoing.topic)
             self._results[outgoing.topic] = self.announce(
                 outgoing.topic, outgoing.msgtype, qos.latched()
             )

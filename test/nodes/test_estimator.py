@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from itertools import pairwise
 
+import numpy as np
 import pytest
 
 from aerial_gnss_ros.adapters.stamps import SECOND_NS, nanoseconds
@@ -20,7 +21,8 @@ from aerial_gnss_ros.adapters.results import (  # noqa: E402
     UNKNOWN_LENGTH_M2,
     markers,
 )
-from aerial_gnss_ros.nodes import on_demand  # noqa: E402
+from aerial_gnss_ros.core.values import FrameResult, RobotEstimate, State  # noqa: E402
+from aerial_gnss_ros.nodes import estimator_node, on_demand  # noqa: E402
 from aerial_gnss_ros.nodes.diagnostics import ERROR, OK, STALE, WARN  # noqa: E402
 from aerial_gnss_ros.nodes.estimator_node import EstimatorNode  # noqa: E402
 from aerial_gnss_ros.nodes.ros_messages import message, message_class  # noqa: E402
@@ -287,3 +289,29 @@ from aerial_gnss_ros.nodes import estimator, estimator_node
 estimator_node.nanoseconds = lambda *_: 1 / 0
 sys.exit(estimator.main())
 """
+
+
+def test_topics_of_robots_lost_long_ago_end_where_there_are_very_many(ros, monkeypatch):
+    monkeypatch.setattr(estimator_node, "MOST_LATCHED", 3)
+    node = ros.add(EstimatorNode())
+
+    def sent(*names):
+        estimates = tuple(
+            RobotEstimate(
+                1, name, "aqua", State.CONFIRMED, 0.2, -1.0, 0.0, np.zeros(2), np.zeros(2),
+                np.eye(4), 1,
+            )
+            for name in names
+        )  # fmt: skip
+        node._send(FrameResult(1, "camera", estimates, (), None))
+        return sorted({topic.split("/")[1] for topic in node._results})
+
+    assert sent("b", "a") == ["a", "b"]
+    assert sent("b", "c") == ["a", "b", "c"]
+    assert sent("c") == ["a", "b", "c"]
+    assert sent("c", "d") == ["b", "c", "d"]  # a was lost before b
+    assert sent("c", "d", "e", "f", "g") == ["c", "d", "e", "f", "g"]
+    assert len(node._results) == 15
+    listed = {name for name, _ in node.get_publisher_names_and_types_by_node("estimator", "/")}
+    assert "/robots/g/fix" in listed
+    assert "/robots/a/fix" not in listed
