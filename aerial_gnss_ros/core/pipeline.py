@@ -17,11 +17,14 @@ from aerial_gnss_ros.core.depths import widened
 from aerial_gnss_ros.core.events import Events
 from aerial_gnss_ros.core.innovation_monitor import InnovationMonitor
 from aerial_gnss_ros.core.inputs import Inputs, InputState, InputStatus, Lacking, Samples
+from aerial_gnss_ros.core.joint_geometry import MapFrame
 from aerial_gnss_ros.core.latency_search import LatencySearch
+from aerial_gnss_ros.core.local_map import LocalMap
 from aerial_gnss_ros.core.localize import WaterPoints
 from aerial_gnss_ros.core.map_origin import MapOrigin
 from aerial_gnss_ros.core.posing import Posing
 from aerial_gnss_ros.core.rejection import Input, Reason
+from aerial_gnss_ros.core.standstill import Standstill
 from aerial_gnss_ros.core.tracking import Tracking, TrackUpdate
 from aerial_gnss_ros.core.values import (
     CameraPose,
@@ -66,6 +69,8 @@ class Pipeline:
         self._latency = LatencySearch(config, inputs)
         self._crowd = boxes.Crowd()
         self._strangers = boxes.Strangers()
+        self._standstill = Standstill(config.noise.value("box_center_px"))
+        self._frame_of_map: MapFrame | None = None
         self._fixed_camera = camera_of(config)
         self._scaled: tuple[CameraModel, CameraModel] | None = None
         self._locate = paper.locate if config.method == "paper" else localize.locate
@@ -89,6 +94,7 @@ class Pipeline:
         """Forget all tracks."""
         self._tracking.reset()
         self._latency.reset()
+        self._standstill.reset()
 
     def check(self) -> None:
         """Check that what images have come to can be.
@@ -132,6 +138,9 @@ class Pipeline:
         local = self._origin.local
         if isinstance(pose, CameraPose) and not self._origin.reaches(pose.latitude, pose.longitude):
             pose = Reason.BAD_FIX
+        elif isinstance(pose, CameraPose) and isinstance(camera, CameraModel) and local is not None:
+            use = [i for i, reason in enumerate(reasons) if reason is None]
+            pose = self._unless_still(_only(frame, use), camera, pose, local)
         if isinstance(camera, Reason) or isinstance(pose, Reason) or local is None:
             refusal = camera if isinstance(camera, Reason) else pose
             assert isinstance(refusal, Reason)  # noqa: S101 - a pose needs a fix, that sets local
@@ -176,6 +185,29 @@ class Pipeline:
             settled.used,
             settled.refused,
         )
+
+    def _unless_still(
+        self, frame: DetectionFrame, camera: CameraModel, pose: CameraPose, local: LocalMap
+    ) -> CameraPose | Reason:
+        """Return the pose, or why boxes are refused: picture or telemetry only repeats itself."""
+        if self._frame_of_map is None or self._frame_of_map.local is not local:
+            self._frame_of_map = MapFrame(local)
+        in_map = self._frame_of_map.pose(pose)
+        if self._standstill.telemetry(pose.stamp_ns, in_map):
+            self._log.add_once(
+                "telemetry stands",
+                "All telemetry stopped dead in a motion and repeats itself to the last bit: boxes "
+                "are refused until it changes (stale_fix). Its source may have frozen.",
+            )
+            return Reason.STALE_FIX
+        if self._standstill.picture(frame, camera, in_map):
+            self._log.add_once(
+                "picture stands",
+                "Boxes repeat themselves to the last bit while the camera moves: the picture "
+                "stands still, and they are refused until it changes (bad_detections).",
+            )
+            return Reason.BAD_DETECTIONS
+        return pose
 
     def predicted(self, stamp_ns: int) -> FrameResult:
         """Return the robots as a copy of the tracks has them later, by prediction alone."""

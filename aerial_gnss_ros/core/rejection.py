@@ -88,7 +88,7 @@ _MEANINGS = {
     "outside_calibrated_image": "where the lens model does not hold, or outside the image",
     "no_camera_info": "no CameraInfo had come before this image",
     "bad_camera_info": "the CameraInfo could not be used",
-    "bad_detections": "the box is not a number",
+    "bad_detections": "the box is not a number, or the picture stands still while the camera moves",
     "gated": "on no robot: a false box, a second one on a robot, or too far from where it can be",
     "low_score": "the detector was less sure than detections.min_score asks",
     "wrong_class": "not of detections.classes",
@@ -99,7 +99,7 @@ _MEANINGS = {
 }
 _FAMILIES = {
     "no": "{} never came, or only for later times than this image's",
-    "stale": "{} did not come within max_wait",
+    "stale": "{} did not come within max_wait, or repeats itself in the middle of a motion",
     "gap": "{} has a gap longer than max_gap here",
     "bad": "{} was of no use here: not a number, no fix, no rotation, or impossible",
 }
