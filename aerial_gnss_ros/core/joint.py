@@ -10,15 +10,16 @@ from numpy.typing import NDArray
 
 from aerial_gnss_ros.core.config import EstimatorConfig
 from aerial_gnss_ros.core.events import Events
+from aerial_gnss_ros.core.formation import Formation, formation
 from aerial_gnss_ros.core.innovation_monitor import InnovationMonitor
 from aerial_gnss_ros.core.joint_comparison import Comparison, compared
 from aerial_gnss_ros.core.joint_geometry import MapFrame, MapPose, level_axes, on_water
 from aerial_gnss_ros.core.joint_groups import Groups
 from aerial_gnss_ros.core.joint_motion import motion_of
-from aerial_gnss_ros.core.joint_platform import ANGLES, COUNT, LATENCY, PlatformModel
+from aerial_gnss_ros.core.joint_platform import ANGLES, COUNT, HEIGHT, LATENCY, PlatformModel
 from aerial_gnss_ros.core.joint_state import Indices, Joint
 from aerial_gnss_ros.core.joint_update import correct, linearise
-from aerial_gnss_ros.core.joint_view import Sight, by_angles, by_platform, follow
+from aerial_gnss_ros.core.joint_view import Sight, by_angles, by_errors, by_platform, follow
 from aerial_gnss_ros.core.local_map import LocalMap, water_points
 from aerial_gnss_ros.core.measurements import Measurements
 from aerial_gnss_ros.core.pose_motion import MOVED_S, PoseMotion
@@ -105,6 +106,7 @@ class JointFilter(Groups):
             self._motion.shift(jump)
             for group in self._groups:
                 group.shift(jump[:2])
+            self.unexplained.suspect()
         shown = MapPose(measured.position - self._jumps.offset, measured.rotation)
         applied = (frame.detections.stamp_ns - pose.stamp_ns - self._latency_ns) * 1e-9
         elsewhen = self._sight is not None and abs(applied - self._sight.applied) > MOVED_S
@@ -190,8 +192,59 @@ class JointFilter(Groups):
         return gone
 
     def doubt(self, seconds: float, over: bool = False) -> None:
-        """Take in for how long boxes have been where no robots can be (see `Unexplained`)."""
+        """Take in for how long boxes have been where no robots can be (see `Unexplained`).
+
+        Either the camera has turned, or it had before and is right again: so robots that these
+        images do not show are as uncertain as those that begin by them.
+        """
         self.unexplained.take(0.0 if self._late else seconds, over)
+        self._spread_doubt()
+
+    def formation(
+        self, old: list[int], new: list[int], more: Array, possible: NDArray[np.bool_]
+    ) -> Formation | None:
+        """Return which robots `old` are which robots `new`, as they lie to one another.
+
+        Args:
+            old: n rows.
+            new: m rows.
+            more: (2, 2) covariance of where they may be instead, m².
+            possible: (n, m) whether one can be the other at all.
+        """
+        offsets, spread = self.apart(np.array(old), np.array(new))
+        group_of, slot_of = self._places_of_rows()
+        moved = []
+        for row in old:
+            group = self._groups[group_of[row]]
+            follow(group, self._seen_from)
+            moved.append(by_errors(group, slot_of[row : row + 1]))
+        by_platform = np.concatenate(moved)
+        height = float(self._seen_from.measured.position[2])
+        return formation(
+            offsets, spread + more, by_platform[:, :, ANGLES],
+            height * by_platform[:, :, HEIGHT], possible,
+        )  # fmt: skip
+
+    def displaced(self, turn: Array, spread: Array) -> None:
+        """Take in by which turn of the camera all robots are elsewhere (see `Unexplained`)."""
+        if not self._late:
+            self.unexplained.displaced(turn, spread)
+        self._spread_doubt()
+
+    def returned(self) -> None:
+        """Take in that all robots are back where they were before they seemed to move."""
+        self.log.add("Robots are back where they were before all of them seemed to move.")
+        self.unexplained.returned()
+        self._spread_doubt()
+
+    def _spread_doubt(self) -> None:
+        """Let all robots be as uncertain as a camera makes them that may have turned by itself."""
+        if not self.unexplained.doubts or self._sight is None:
+            return
+        for group in self._groups:
+            follow(group, self._sight)
+            known = np.arange(len(group.by_pose))  # but for robots that begin with this image
+            group.turning.spread(known, by_angles(group, known))
 
     def _tell(self, refused: int) -> None:
         if refused and not self._refusing:

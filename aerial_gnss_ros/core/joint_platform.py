@@ -21,7 +21,7 @@ PLATFORM = ("gnss_east", "gnss_north", "height", "roll", "pitch", "heading", "la
 turn the camera about the axes of `gimbal.error_axes`; a latency is added to `camera.latency_s`."""
 
 COUNT = len(PLATFORM)
-LATENCY = PLATFORM.index("latency")
+HEIGHT, LATENCY = PLATFORM.index("height"), PLATFORM.index("latency")
 ANGLES = slice(PLATFORM.index("roll"), PLATFORM.index("heading") + 1)
 
 

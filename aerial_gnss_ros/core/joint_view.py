@@ -148,7 +148,15 @@ def by_angles(joint: Joint, slots: Indices) -> Array:
 
     From where `follow` has gone; robots that begin with this image are seen from there, too.
     """
+    return by_errors(joint, slots)[:, :, ANGLES]
+
+
+def by_errors(joint: Joint, slots: Indices) -> Array:
+    """Return (m, 2, 7): how the places of some robots move with the platform's errors.
+
+    From where `follow` has gone; robots that begin with this image are seen from there, too.
+    """
     if len(slots) and int(slots.max()) >= len(joint.by_pose):
-        return by_platform(joint, joint.robots[slots, :2])[:, :, ANGLES]
-    moved: Array = (joint.by_pose[slots, :2] @ joint.by_errors)[:, :, ANGLES]
+        return by_platform(joint, joint.robots[slots, :2])
+    moved: Array = joint.by_pose[slots, :2] @ joint.by_errors
     return moved

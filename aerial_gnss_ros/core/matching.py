@@ -111,7 +111,7 @@ class Matcher:
         """Return whether a single box may update a track: as a robot, as a new one, not at all."""
         if track.state is State.TENTATIVE and not track.waits:
             return NEW
-        if track.strayed:
+        if track.strayed or track.once:
             return NEITHER
         fresh = (stamp_ns - track.last_seen_ns) * 1e-9 <= self._patience_s(stamp_ns) + 1e-9
         return ROBOT if fresh else NEITHER

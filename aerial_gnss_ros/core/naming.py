@@ -19,6 +19,7 @@ from aerial_gnss_ros.core.association import gate_threshold, mahalanobis
 from aerial_gnss_ros.core.config_groups import TracksConfig
 from aerial_gnss_ros.core.doubts import Spot, exchange
 from aerial_gnss_ros.core.encounters import Encounters
+from aerial_gnss_ros.core.formation import LEAST, Formation
 from aerial_gnss_ros.core.identity import Identity, Sighting
 from aerial_gnss_ros.core.joint import JointFilter
 from aerial_gnss_ros.core.local_map import LocalMap
@@ -96,21 +97,99 @@ class Naming:
             row for row in found if len(tracks[row].hits) == 1 or new * tracks[row].chance < GHOSTS
         ]
 
-    def are_back(self, tracks: list[Track], ready: list[int], boxes: int) -> bool:
+    def are_back(
+        self, tracks: list[Track], ready: list[int], boxes: int, once: bool = False
+    ) -> bool:
         """Return whether robots that were not where they should be come back together.
 
         Args:
             tracks: all of them.
             ready: rows of those that could get a name.
             boxes: of the image; half of the robots with names that it may show must be back.
+            once: whether to where they were before all of them seemed to move (`Track.once`).
         """
-        away = [row for row, track in enumerate(tracks) if track.state is State.COASTING]
+        away = [
+            row
+            for row, track in enumerate(tracks)
+            if track.state is State.COASTING and bool(track.once) is once
+        ]
         if not away or not ready:
             return False
         offsets, spread = self._apart(away, ready)
         squared, _ = mahalanobis(offsets.reshape(-1, 2), spread.reshape(-1, 2, 2))
         near = (squared <= self._threshold).reshape(len(away), len(ready)).any(axis=1)
         return 2 * int(near.sum()) >= min(sum(bool(track.robot_id) for track in tracks), boxes)
+
+    def regrouped(
+        self, tracks: list[Track], ready: list[int], names: set[str]
+    ) -> tuple[dict[int, int], Formation] | None:
+        """Return which tracks are robots that are all elsewhere, by how they lie to one another.
+
+        Args:
+            tracks: all of them.
+            ready: rows of those that could get a name.
+            names: of the robots that were in view when none was where it should be.
+
+        Returns:
+            By row of a track that of the robot, and the formation; None where it does not tell.
+        """
+        old = [
+            row
+            for row, track in enumerate(tracks)
+            if track.robot_id in names and track.state is State.COASTING and not track.leaving
+        ]
+        if min(len(old), len(ready)) < LEAST:
+            return None
+        classes = [[tracks[a].class_id == tracks[b].class_id for b in ready] for a in old]
+        more = swerved(self._filter.motion.speed_sigma)
+        found = self._filter.formation(old, ready, more, np.array(classes, dtype=bool))
+        if found is None:
+            return None
+        return {ready[j]: old[i] for i, j in found.pairs}, found
+
+    def at_home(self, tracks: list[Track], found: dict[int, int]) -> bool:
+        """Return whether all that were found are where they were before they seemed to move.
+
+        Args:
+            tracks: all of them.
+            found: by row of a track that of the robot.
+        """
+        old = {track.once: row for row, track in enumerate(tracks) if track.once}
+        pairs = [(old.get(tracks[robot].robot_id), row) for row, robot in found.items()]
+        rows = [row for row, _ in pairs if row is not None]
+        if len(rows) < len(pairs):
+            return False
+        offsets, spread = self._apart(rows, [row for _, row in pairs])
+        every = np.arange(len(rows))
+        squared, _ = mahalanobis(offsets[every, every], spread[every, every])
+        return bool((squared <= self._threshold).all())
+
+    def regroup(self, tracks: list[Track], found: dict[int, int], moved: bool) -> set[int]:
+        """Let tracks go on under the names of the robots that they are.
+
+        Those that are elsewhere keep their old tracks, without names, should they come back.
+
+        Args:
+            tracks: all of them.
+            found: by row of a track that of the robot.
+            moved: whether they are elsewhere, so that the old places tell nothing of the new ones.
+
+        Returns:
+            The rows that are no longer needed.
+        """
+        for row, old in found.items():
+            tracks[row].take_over(tracks[old])
+            tracks[row].state = State.CONFIRMED
+            tracks[row].waits = False
+            if moved:
+                tracks[old].once, tracks[old].robot_id = tracks[old].robot_id, ""
+            else:
+                self._merge(old, row)
+        if not moved:
+            return set(found.values())
+        # Of several old places of a robot the first one counts: that was before any doubt.
+        names = [track.once for track in tracks]
+        return {old for old in found.values() if names.count(names[old]) > 1}
 
     def name(
         self,

@@ -45,6 +45,10 @@ class Track:
         pending: stamp (ns), u and v (px) of its boxes for as long as it has no name.
         near_misses: boxes just outside its gate that were no other's while it had no name.
         stray_cause: of `strayed`, should it end without a name.
+        once: its name until all robots were elsewhere at once and another track went on under it;
+            it has it again should they be back.
+        doubtful: whether it was confirmed while robots were not where they should be: its place is
+            that of a camera that may have been wrong.
         leaving: whether its last one is: should it vanish now, it has left the view, not dived.
     """
 
@@ -67,6 +71,8 @@ class Track:
     pending: tuple[tuple[int, float, float], ...] = ()
     near_misses: int = 0
     stray_cause: Cause = Cause.TOO_FAST
+    once: str = ""
+    doubtful: bool = False
 
     def hit(
         self, stamp_ns: int, window_ns: int, velocity: Array, spread: Array, edge: bool = False

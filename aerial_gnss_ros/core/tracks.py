@@ -120,6 +120,7 @@ class Tracker:
         names = {self.tracks[row].robot_id: index for row, index in measured.items()}
         names.pop("", None)
         stray = {row for row, one in enumerate(self.tracks) if one.strayed and not one.robot_id}
+        stray -= {row for row, one in enumerate(self.tracks) if one.once}
         self._drop(updated | stray)
         return TrackUpdate(
             self._estimates(stamp_ns), names, gated, too_fast, named_errors(*self.filter.platform)
@@ -249,7 +250,10 @@ class Tracker:
             track.first_seen_ns < self._lost_ns or (soon and track.robot_id in self._lost_names)
             for track in named
         )
-        self.filter.doubt(0.0, over=2 * old > len(named))
+        over = 2 * old > len(named)
+        self.filter.doubt(0.0, over=over)
+        if over:
+            self._give_up_doubtful()
         self._lost_ns = None
 
     def _start(self, seen: Measurements, columns: Indices, frame: DetectionFrame) -> dict[int, int]:
@@ -281,13 +285,76 @@ class Tracker:
     def _confirm(self, boxes: int, local: LocalMap, stamp_ns: int) -> set[int]:
         """Name the tracks that have hits enough; return the rows that they replace."""
         ready = self._naming.ready(self.tracks, stamp_ns)
+        if self._matcher.confused:
+            regrouped = self._regroup(ready)
+            if regrouped is not None:
+                return regrouped
+        self._return(ready, boxes)
         back = not self._matcher.confused or self._naming.are_back(self.tracks, ready, boxes)
         if not back:
             ready = self._naming.ready(self.tracks, stamp_ns, lasting=True)
         if not ready:
             return set()
+        if self._matcher.confused and back:
+            self._give_up_doubtful()
         self._matcher.confused = False
         replaced = self._naming.name(self.tracks, ready, stamp_ns, self._height, local, back)
+        for row in [] if back else ready:
+            self.tracks[row].doubtful = True
+        self._account.confirm(self.tracks)
+        return replaced
+
+    def _give_up_doubtful(self) -> None:
+        """Give up what was confirmed while robots were elsewhere and is not in view: they are back.
+
+        Its place is that of boxes that were wrong.
+        """
+        for track in self.tracks:
+            if track.doubtful and track.state is State.COASTING:
+                track.robot_id, track.strayed = "", True
+
+    def _return(self, ready: list[int], boxes: int) -> None:
+        """Give robots their old places again where boxes show them there, and nowhere else.
+
+        Args:
+            ready: rows of tracks that have hits enough.
+            boxes: of the image.
+        """
+        if any(track.robot_id and track.state is State.CONFIRMED for track in self.tracks):
+            return
+        if not self._naming.are_back(self.tracks, ready, boxes, once=True):
+            return
+        for track in self.tracks:
+            if track.once:
+                for other in self.tracks:
+                    if other.robot_id == track.once:
+                        other.robot_id, other.strayed = "", True
+                track.robot_id, track.once = track.once, ""
+        self.filter.returned()
+
+    def _regroup(self, ready: list[int]) -> set[int] | None:
+        """Name tracks by how they lie to one another where all robots are elsewhere.
+
+        Args:
+            ready: rows of tracks that have hits enough.
+
+        Returns:
+            The rows that they replace; None where their formation does not tell.
+        """
+        regrouped = self._naming.regrouped(self.tracks, ready, self._lost_names)
+        if regrouped is None:
+            return None
+        found, formation = regrouped
+        self._matcher.confused = False
+        self.filter.doubt(0.0, over=not formation.moved)
+        if not formation.moved:
+            self._give_up_doubtful()
+        if formation.moved and self._naming.at_home(self.tracks, found):
+            self.filter.returned()
+        elif formation.moved:
+            self.filter.displaced(formation.turn, formation.spread)
+        self._lost_ns = None
+        replaced = self._naming.regroup(self.tracks, found, formation.moved)
         self._account.confirm(self.tracks)
         return replaced
 

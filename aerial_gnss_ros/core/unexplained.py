@@ -33,6 +33,9 @@ ALREADY_S = 0.3
 BACK = math.radians(3.0)
 """An orientation that jumped is back so near to where it would be."""
 
+BACK_SIGMAS = 3.0
+"""… so many sigmas."""
+
 WAS_WRONG = -3.0
 """Nats: an orientation that jumps and later jumps back was wrong meanwhile, rather than the camera
 has turned just then."""
@@ -83,6 +86,7 @@ class Unexplained:
         self.episodes: list[Episode] = []
         self._lasts = self._grown = 0.0
         self._jump, self._jumped_s = np.zeros(3), 0.0
+        self._turned, self._turned_spread = np.zeros(3), np.zeros((3, 3))
         self.doubts = False
 
     @property
@@ -130,6 +134,44 @@ class Unexplained:
         self.episodes = [*told, Episode(ago=seconds)]
         self._lasts, self._grown = ALREADY_S + seconds, 0.0
 
+    def displaced(self, turn: Array, spread: Array) -> None:
+        """Take in that all robots are elsewhere, as a turn of the camera would have it.
+
+        Either it has turned now, or it had before and is right again; so robots can be as far off
+        as the turn displaces them. Turns that add up to none undo one another: the camera is again
+        as it was when nothing was in doubt.
+
+        Args:
+            turn: (3,) about the axes of roll, pitch, heading, rad.
+            spread: (3, 3) covariance of that, rad².
+        """
+        self._turned = self._turned + turn
+        self._turned_spread = self._turned_spread + spread
+        tolerance = self._turned_spread + BACK**2 / BACK_SIGMAS**2 * np.eye(3)
+        back = bool(self._turned @ np.linalg.solve(tolerance, self._turned) < BACK_SIGMAS**2)
+        self._lasts = 0.0
+        if back and len(self.episodes) > 1:
+            self.returned()
+        elif self.episodes:
+            self.episodes[-1].spread = np.outer(turn, turn) + spread
+
+    def suspect(self) -> None:
+        """Take in that images count again, while the orientation has jumped and is not back.
+
+        No box could tell meanwhile whether it was the camera.
+        """
+        if self._jump.any():
+            self._begin(0.0)
+            self.episodes[-1].spread = np.outer(self._jump, self._jump)
+            self.doubts = True
+
+    def returned(self) -> None:
+        """Take in that the camera is again as it was when nothing was in doubt."""
+        for one in self.episodes:
+            one.spread = np.zeros((3, 3))
+        self._turned, self._turned_spread = np.zeros(3), np.zeros((3, 3))
+        self._lasts = 0.0
+
     def jumped(self, turn: Array, seconds: float) -> bool:
         """Take in that the orientation has jumped; return whether it is back.
 
@@ -143,7 +185,8 @@ class Unexplained:
         if math.sqrt(self._jump @ self._jump) > BACK:
             return False
         for one in self.episodes:
-            if one.ago <= self._jumped_s + 1e-6:
+            # Robots that went along are elsewhere now: `displaced` tells.
+            if one.ago <= self._jumped_s + 1e-6 and not self._turned.any():
                 one.told(WAS_WRONG)
         self._jump = np.zeros(3)
         return True

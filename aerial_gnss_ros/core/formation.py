@@ -1,0 +1,205 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Robots that are all elsewhere at once: whether they lie to one another as before.
+
+Telemetry that jumps, or comes back after it was wrong, displaces all robots by one turn of the
+camera. Where each is, tells nothing then; how they lie to one another does. An assignment of robots
+to new tracks with offsets d (stacked) of covariance S has the likelihood N(d; 0, S) if nothing
+displaced them, and N(d; 0, S + C C') if the camera seems turned, or higher up or zoomed, C the
+derivative of places by these in units of what is supposed of them. Both are summed for each
+assignment, from even odds on.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from itertools import permutations
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import linear_sum_assignment
+
+Array = NDArray[np.float64]
+Pairs = tuple[tuple[int, int], ...]
+
+LEAST = 2
+"""Robots from which on there is a formation, and more than half of those that were in view must be
+in it: one can be anywhere, and of many robots two lie to one another as others do."""
+
+TURN = math.radians(30.0)
+"""One sigma of each axis of the turn that displaces them."""
+
+GROWN = 0.3
+"""Share of the height, one sigma, by which they are nearer or farther: a height that is wrong, or a
+zoom."""
+
+BENT = 0.15
+"""Share of an offset by which its derivative is wrong, one sigma: turns are not small."""
+
+CLEAR = math.log(20.0)
+"""Nats by which the likeliest assignment must be ahead of any other."""
+
+WIDEST = 3.7
+"""Sigmas of a normal law beyond which a fit is none, by the chi-square law's approximation."""
+
+EVERY = 3
+"""Up to so many robots all assignments are compared; of more, those that two robots suggest."""
+
+SEEDS = 6
+"""Pairs of robots that suggest assignments; the farthest apart come first."""
+
+
+@dataclass(frozen=True)
+class Formation:
+    """Which robots are which tracks, as they lie to one another.
+
+    Attributes:
+        pairs: of a robot and its track, by their places in what was asked for.
+        turn: (3,) of the camera that displaces them, rad; 0 where nothing does.
+        spread: (3, 3) covariance of that, rad².
+        moved: whether a turn is the likelier explanation.
+    """
+
+    pairs: Pairs
+    turn: Array
+    spread: Array
+    moved: bool
+
+
+def formation(
+    offsets: Array,
+    spread: Array,
+    by_angles: Array,
+    by_height: Array,
+    possible: NDArray[np.bool_],
+) -> Formation | None:
+    """Return the one assignment of robots to tracks that their formation allows, None without one.
+
+    Args:
+        offsets: (n, m, 2) from robots to tracks, m.
+        spread: (n, m, 2, 2) covariances of these if nothing displaced the robots, m².
+        by_angles: (n, 2, 3) how the robots' places move with the platform's angles, m/rad.
+        by_height: (n, 2) how they move with the logarithm of the height, m.
+        possible: (n, m) whether a robot can be a track at all.
+    """
+    n, m = possible.shape
+    if min(n, m) < LEAST or 2 * min(n, m) <= n:
+        return None
+    common = np.concatenate([TURN * by_angles, GROWN * by_height[:, :, None]], axis=2)
+    ranked: list[tuple[float, bool, Pairs]] = []
+    for pairs in _assignments(offsets, spread, common, possible):
+        stays = _score(offsets, spread, None, pairs)
+        moves = _score(offsets, spread, common, pairs)
+        fits = [one for one in (stays, moves) if one > -math.inf]
+        if fits:
+            ranked.append((float(np.logaddexp.reduce(fits)), moves > stays, pairs))
+    if not ranked:
+        return None
+    ranked.sort(key=lambda one: -one[0])
+    best = ranked[0]
+    if len(ranked) > 1 and best[0] - ranked[1][0] < CLEAR:
+        return None
+    if not best[1]:
+        return Formation(best[2], np.zeros(3), np.zeros((3, 3)), moved=False)
+    turn, law = _explained(offsets, spread, TURN * by_angles, best[2])
+    return Formation(best[2], TURN * turn, TURN**2 * law, moved=True)
+
+
+def _assignments(
+    offsets: Array, spread: Array, common: Array, possible: NDArray[np.bool_]
+) -> Iterator[Pairs]:
+    """Yield assignments of as many robots as there can be, each once."""
+    n, m = possible.shape
+    if max(n, m) <= EVERY:
+        wide = n <= m
+        for order in permutations(range(max(n, m)), min(n, m)):
+            pairs = tuple((k, j) if wide else (j, k) for k, j in enumerate(order))
+            if all(possible[pair] for pair in pairs):
+                yield tuple(sorted(pairs))
+        return
+    known: set[Pairs] = set()
+    places = -offsets[:, 0]  # of the robots, from the first track on
+    apart = np.linalg.norm(places[:, None] - places[None], axis=2)
+    seeds = np.column_stack(np.triu_indices(n, 1))
+    seeds = seeds[np.argsort(-apart[seeds[:, 0], seeds[:, 1]], kind="stable")][:SEEDS]
+    for first, second in seeds.tolist():
+        for a, b in permutations(range(m), 2):
+            if not (possible[first, a] and possible[second, b]):
+                continue
+            pairs = _completed(offsets, spread, common, possible, ((first, a), (second, b)))
+            if pairs and pairs not in known:
+                known.add(pairs)
+                yield pairs
+
+
+def _completed(
+    offsets: Array, spread: Array, common: Array, possible: NDArray[np.bool_], seed: Pairs
+) -> Pairs:
+    """Return the assignment that goes on from two pairs; empty where these do not fit."""
+    if _score(offsets, spread, common, seed) == -math.inf:
+        return ()
+    change, law = _explained(offsets, spread, common, seed)
+    left = offsets - (common @ change)[:, None]
+    around = _bent(offsets, spread) + (common @ law @ common.swapaxes(1, 2))[:, None]
+    squared = np.einsum("nmi,nmij,nmj->nm", left, np.linalg.inv(around), left)
+    cost = np.where(possible, squared + np.log(np.linalg.det(around)), 1e9)
+    cost[[i for i, _ in seed], [j for _, j in seed]] = -1e9
+    rows, columns = linear_sum_assignment(cost)
+    pairs = tuple(sorted(zip(rows.tolist(), columns.tolist(), strict=True)))
+    return pairs if all(possible[pair] for pair in pairs) else ()
+
+
+def _bent(offsets: Array, spread: Array) -> Array:
+    """Return covariances (n, m, 2, 2) that allow for derivatives that are not quite right."""
+    squared = BENT**2 * np.sum(offsets**2, axis=-1)
+    allowed: Array = spread + squared[..., None, None] * np.eye(2)
+    return allowed
+
+
+def _score(offsets: Array, spread: Array, common: Array | None, pairs: Pairs) -> float:
+    """Return the logarithm of an assignment's density, -inf where it does not fit at all.
+
+    Args:
+        offsets: (n, m, 2).
+        spread: (n, m, 2, 2).
+        common: (n, 2, q) derivative by what displaces all robots, in its own sigmas; None where
+            nothing does.
+        pairs: of robots and tracks.
+    """
+    if common is None:
+        error, covariance = _stacked(offsets, spread, pairs)
+    else:
+        error, covariance = _stacked(offsets, _bent(offsets, spread), pairs)
+        C = _rows(common, pairs)
+        covariance = covariance + C @ C.T
+    squared = float(error @ np.linalg.solve(covariance, error))
+    freedom = len(error)
+    # Wilson and Hilferty: the cube root of a chi-square over its freedom is nearly normal.
+    narrow = 2.0 / (9.0 * freedom)
+    if (squared / freedom) ** (1.0 / 3.0) > 1.0 - narrow + WIDEST * math.sqrt(narrow):
+        return -math.inf
+    return -0.5 * (squared + float(np.linalg.slogdet(covariance)[1]))
+
+
+def _explained(offsets: Array, spread: Array, common: Array, pairs: Pairs) -> tuple[Array, Array]:
+    """Return what displaces all robots by an assignment (q,), and its covariance (q, q)."""
+    error, covariance = _stacked(offsets, _bent(offsets, spread), pairs)
+    C = _rows(common, pairs)
+    gain = np.linalg.solve(covariance + C @ C.T, C).T
+    return gain @ error, np.eye(C.shape[1]) - gain @ C
+
+
+def _stacked(offsets: Array, spread: Array, pairs: Pairs) -> tuple[Array, Array]:
+    """Return offsets (2 k,) and their covariance (2 k, 2 k) of k pairs."""
+    rows, columns = (np.array(side) for side in zip(*pairs, strict=True))
+    k = len(pairs)
+    covariance = np.zeros((k, 2, k, 2))
+    covariance[np.arange(k), :, np.arange(k), :] = spread[rows, columns]
+    return offsets[rows, columns].ravel(), covariance.reshape(2 * k, 2 * k)
+
+
+def _rows(common: Array, pairs: Pairs) -> Array:
+    """Return the derivatives (2 k, q) of k pairs."""
+    found: Array = common[[row for row, _ in pairs]].reshape(2 * len(pairs), -1)
+    return found
