@@ -20,6 +20,7 @@ from pathlib import Path
 
 from aerial_gnss_ros.nodes.executable import WRONG_INPUT
 from aerial_gnss_ros.nodes.leaving import asked_to_leave, leave_on_signals, noted_only
+from aerial_gnss_ros.nodes.shared_memory import remove_abandoned
 
 _LOOK_S = 0.05
 _END_S = 15.0
@@ -118,6 +119,8 @@ def _tend(child: _Child, pauses: Pauses, say: Callable[[str], None]) -> int:
         f"the {child.name} ended {_how(status)} after {lived_s:.0f} s; it is started again in "
         f"{child.pause_s:g} s."
     )
+    if status < 0:
+        remove_abandoned()
     child.process, child.due_s = None, now_s + child.pause_s
     child.pause_s = min(2.0 * child.pause_s, pauses.longest_s)
     return 0
