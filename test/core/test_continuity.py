@@ -87,6 +87,20 @@ def test_a_frozen_value_says_nothing_of_where_the_platform_is_now():
     assert take(continuity(frozen_s=1.0), values)[-1] is False
 
 
+def test_it_says_nothing_for_as_long_as_it_was_frozen():
+    assert take(continuity(frozen_s=10.0), [0.0] * 11 + [26.9])[-1] is True  # 1 s, and 0.1 s
+    assert take(continuity(frozen_s=10.0), [0.0] * 11 + [27.1])[-1] is False
+
+
+def test_a_verdict_tells_how_far_and_how_soon():
+    judge = continuity()
+    take(judge, [20.0, 20.0])
+    verdict = judge.take(round(0.35e9), 62.5)
+    assert (verdict.apart, verdict.passed_s) == pytest.approx((42.5, 0.25))
+    assert not verdict.believed
+    assert not verdict.replaced
+
+
 def test_a_new_course_of_one_exact_value_is_never_believed_where_it_must_vary():
     judge = continuity(must_vary=True)
     take(judge, level(20.0, 5.0))
