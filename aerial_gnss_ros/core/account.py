@@ -36,14 +36,9 @@ class Settled:
 
 
 class Account:
-    """Keeps what has been decided until somebody asks.
+    """Keeps what has been decided until somebody asks."""
 
-    Args:
-        hits: measurements that confirm a track.
-    """
-
-    def __init__(self, hits: int) -> None:
-        self._hits = hits
+    def __init__(self) -> None:
         self._used = 0
         self._refused: list[Rejection] = []
 
@@ -78,33 +73,34 @@ class Account:
                 track.pending = ()
 
     def end(
-        self, tracks: Iterable[Track], images: int | None = None, confused: bool = False
+        self, tracks: Iterable[Track], hits: int = 0, images: int = 0, confused: bool = False
     ) -> None:
         """Refuse what is pending with tracks that end.
 
         Args:
             tracks: that end.
-            images: how many came within the time in which a track's hits must come; None: tracks
-                end for another reason than that they were not confirmed in time.
+            hits: measurements that would have confirmed them; 0: tracks end for another reason
+                than that they were not confirmed in time.
+            images: how many came within the time in which these must come.
             confused: whether images are so unlike what is expected that robots are lost.
         """
         for track in tracks:
             if track.pending:
-                self._refuse(track.pending, self._cause(track, images, confused))
+                self._refuse(track.pending, self._cause(track, hits, images, confused))
                 track.pending = ()
 
     def _refuse(self, boxes: tuple[tuple[int, float, float], ...], cause: Cause) -> None:
         self._refused += [Rejection(t, Reason.UNCONFIRMED, u, v, cause) for t, u, v in boxes]
 
-    def _cause(self, track: Track, images: int | None, confused: bool) -> Cause:
+    def _cause(self, track: Track, hits: int, images: int, confused: bool) -> Cause:
         """Return the likeliest reason why a track was not confirmed."""
         if track.strayed:
             return track.stray_cause
-        if images is None:
+        if not hits:
             return Cause.CUT_SHORT
-        if len(track.hits) >= self._hits:
+        if len(track.hits) >= hits:
             return Cause.LOST_PLATFORM if confused else Cause.CLUTTER
-        if images < self._hits:
+        if images < hits:
             return Cause.IMAGES_TOO_SELDOM
         return Cause.OUT_OF_GATE if track.near_misses else Cause.TOO_FEW_IMAGES
 

@@ -132,7 +132,12 @@ class TracksConfig:
         3, "Measurements that confirm a tentative track; more is slower and surer.", low=1, high=100
     )
     confirm_window_s: float = key(
-        2.0, "Time within which they must come.", unit="s", low=0.05, high=60.0
+        2.0,
+        "Time within which they must come. Where images come too seldom for that, but at least "
+        "every 1.5 s with these defaults, it is longer and one more is needed.",
+        unit="s",
+        low=0.05,
+        high=60.0,
     )
     coast_s: float = key(
         120.0,

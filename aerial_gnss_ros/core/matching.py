@@ -56,6 +56,7 @@ class Matcher:
         fresh_s: time since a robot was seen up to which a single box may update it, s.
 
     Attributes:
+        fresh_s: likewise; longer where images come seldom.
         confused: whether an image was so unlike what was expected that none of it is used, and
             robots have not come back since.
     """
@@ -63,7 +64,7 @@ class Matcher:
     def __init__(self, joint: JointFilter, threshold: float, fresh_s: float) -> None:
         self._filter = joint
         self._threshold = threshold
-        self._fresh_s = fresh_s
+        self.fresh_s = fresh_s
         self._clutter = Clutter()
         self.confused = False
         self._agreed = 0
@@ -122,8 +123,8 @@ class Matcher:
         Beyond `HELD_S` its gate grows fast. Where images are cluttered the box in it may be false.
         """
         if not self._clutter.heavy:
-            return self._fresh_s
-        return min(self._missed_s(stamp_ns), self._fresh_s)
+            return self.fresh_s
+        return min(self._missed_s(stamp_ns), self.fresh_s)
 
     def _missed_s(self, stamp_ns: int) -> float:
         """Return for how long images may miss a robot that is in view."""

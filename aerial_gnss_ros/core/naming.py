@@ -24,6 +24,7 @@ from aerial_gnss_ros.core.identity import Identity, Sighting
 from aerial_gnss_ros.core.joint import JointFilter
 from aerial_gnss_ros.core.local_map import LocalMap
 from aerial_gnss_ros.core.matching import SWERVE_S, swerved
+from aerial_gnss_ros.core.pace import Pace
 from aerial_gnss_ros.core.reacquisition import Reacquisition, Returns, twins
 from aerial_gnss_ros.core.track import Track
 from aerial_gnss_ros.core.values import State
@@ -43,6 +44,9 @@ class Naming:
         identity: gives names.
         encounters: keeps doubts about them.
         rules: what confirms a track.
+
+    Attributes:
+        pace: measurements that confirm a track, and within what time.
     """
 
     def __init__(
@@ -55,8 +59,7 @@ class Naming:
         self._filter = joint
         self._identity = identity
         self._encounters = encounters
-        self._rules = rules
-        self._window_ns = round(rules.confirm_window_s * 1e9)
+        self.pace = Pace(rules)
         self._threshold = gate_threshold(rules.gate_probability)
         self._reacquisition = Reacquisition(joint.motion, self._threshold, rules.coast_s)
         self.reset()
@@ -64,12 +67,14 @@ class Naming:
     def reset(self) -> None:
         """Forget all images."""
         self._reacquisition.reset()
+        self.pace.reset()
         self._images: deque[int] = deque()
         self._first_ns = 2**63 - 1
 
     def note(self, stamp_ns: int) -> None:
         """Take in that there is an image."""
-        while self._images and stamp_ns - self._images[0] > self._window_ns:
+        self.pace.note(stamp_ns)
+        while self._images and stamp_ns - self._images[0] > self.pace.window_ns:
             self._images.popleft()
         self._images.append(stamp_ns)
         self._first_ns = min(self._first_ns, stamp_ns)
@@ -88,7 +93,7 @@ class Naming:
             lasting: whether they must have lasted `tracks.confirm_window_s`.
         """
         lasting = lasting or any(track.strayed for track in tracks)
-        begun_ns = stamp_ns - (self._window_ns if lasting else 0)
+        begun_ns = stamp_ns - (self.pace.window_ns if lasting else 0)
         found = [row for row, track in enumerate(tracks) if self._is_ready(track, begun_ns)]
         if not found:
             return found
@@ -271,7 +276,7 @@ class Naming:
 
     def _is_ready(self, track: Track, begun_ns: int) -> bool:
         """Return whether a track can get a name; it must have begun by then."""
-        if track.state is not State.TENTATIVE or len(track.hits) < self._rules.confirm_hits:
+        if track.state is not State.TENTATIVE or len(track.hits) < self.pace.hits:
             return False
         if track.strayed or track.first_seen_ns > begun_ns:
             return False

@@ -59,13 +59,12 @@ class Tracker:
         self, config: EstimatorConfig, identity: Identity, log: Events | None = None
     ) -> None:
         self.filter = JointFilter(config, log)
-        self._window_ns = round(config.tracks.confirm_window_s * 1e9)
         self._coast_ns = round(config.tracks.coast_s * 1e9)
         threshold = gate_threshold(config.tracks.gate_probability)
         self._matcher = Matcher(self.filter, threshold, config.tracks.confirm_window_s)
         self._encounters = Encounters(self.filter)
         self._naming = Naming(self.filter, identity, self._encounters, config.tracks)
-        self._account = Account(config.tracks.confirm_hits)
+        self._account = Account()
         self.tracks: list[Track] = []
         self._identity = identity
         self._local: LocalMap | None = None
@@ -93,6 +92,7 @@ class Tracker:
         self._water_altitude = frame.pose.altitude - self._height
         stamp_ns = frame.detections.stamp_ns
         self._naming.note(stamp_ns)
+        self._matcher.fresh_s = self._naming.pace.window_ns * 1e-9
         seen = measurements(frame, points, local)
         passed = 0.0 if self._stamp_ns is None else (stamp_ns - self._stamp_ns) * 1e-9
         self._advance(stamp_ns)
@@ -133,8 +133,10 @@ class Tracker:
     def end(self) -> None:
         """Decide on all boxes (see `Tracking`)."""
         stamp_ns = self._stamp_ns or 0
-        old = [one for one in self.tracks if stamp_ns - one.first_seen_ns > self._window_ns]
-        self._account.end(old, self._naming.images, self._matcher.confused)
+        old = [
+            one for one in self.tracks if stamp_ns - one.first_seen_ns > self._naming.pace.window_ns
+        ]
+        self._account.end(old, self._naming.pace.hits, self._naming.images, self._matcher.confused)
         self._account.end(self.tracks)
 
     def _note(self, measured: dict[int, int], boxes: DetectionFrame) -> None:
@@ -167,7 +169,7 @@ class Tracker:
         gone = set()
         for row, track in enumerate(self.tracks):
             confirmed = track.state is not State.TENTATIVE
-            patience = self._coast_ns if confirmed else self._window_ns
+            patience = self._coast_ns if confirmed else self._naming.pace.window_ns
             if confirmed:
                 track.state = State.COASTING
             if (came if confirmed else stamp_ns) - track.last_seen_ns > patience:
@@ -178,7 +180,9 @@ class Tracker:
     def _drop(self, rows: set[int]) -> None:
         if rows:
             ended = [self.tracks[row] for row in rows]
-            self._account.end(ended, self._naming.images, self._matcher.confused)
+            self._account.end(
+                ended, self._naming.pace.hits, self._naming.images, self._matcher.confused
+            )
             kept = [row for row in range(len(self.tracks)) if row not in rows]
             self.tracks = [self.tracks[row] for row in kept]
             self.filter.drop(np.array(sorted(rows), np.intp))
@@ -210,7 +214,7 @@ class Tracker:
         spread = self.filter.covariance[:, 2:, 2:]
         for row, column in zip(rows.tolist(), columns.tolist(), strict=True):
             swims = velocities[row], spread[row]
-            self.tracks[row].hit(stamp_ns, self._window_ns, *swims, edges[column])
+            self.tracks[row].hit(stamp_ns, self._naming.pace.window_ns, *swims, edges[column])
         return rows, columns, refused
 
     def _come_back(self, stamp_ns: int) -> None:

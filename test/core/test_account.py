@@ -106,7 +106,7 @@ def test_a_box_that_is_never_seen_again_is_refused_with_its_own_stamp_and_pixel(
     [
         ({"robots": {"a": lambda _t: (-3.0, 18.0)}, "hidden": lambda _n, t: t > 0.15}, 10,
          Cause.TOO_FEW_IMAGES),
-        ({"robots": {"a": lambda _t: (-3.0, 18.0)}}, 0.8, Cause.IMAGES_TOO_SELDOM),
+        ({"robots": {"a": lambda _t: (-3.0, 18.0)}}, 0.45, Cause.IMAGES_TOO_SELDOM),
         ({"robots": {"a": lambda t: (-8.0 + 2.7 * t, 18.0)}}, 5, Cause.TOO_FAST),
         ({"robots": {"a": lambda t: (-8.0 + 6.0 * t, 18.0)}}, 2, Cause.OUT_OF_GATE),
         ({"robots": {"a": lambda _t: (-3.0, 18.0)},
@@ -152,7 +152,7 @@ def test_most_boxes_that_come_to_nothing_are_told_with_the_likely_cause():
 
 
 def test_what_is_pending_with_a_track_is_bounded():
-    account, track = Account(3), Track("aqua", 0, 0)
+    account, track = Account(), Track("aqua", 0, 0)
     for i in range(MOST_PENDING + 5):
         account.note(track, i, [float(i), 0.0])
     settled = account.take()
@@ -164,11 +164,11 @@ def test_what_is_pending_with_a_track_is_bounded():
 
 
 def test_a_folded_track_hands_over_its_boxes():
-    account, one, other = Account(3), Track("aqua", 0, 0), Track("aqua", 0, 0)
+    account, one, other = Account(), Track("aqua", 0, 0), Track("aqua", 0, 0)
     account.note(one, 1, [0.0, 0.0])
     account.note(other, 1, [1.0, 0.0])
     one.fold(other)
-    account.end([other], 10)
+    account.end([other], 3, 10)
     one.robot_id = "aqua_1"
     account.confirm([one, other])
     settled = account.take()
