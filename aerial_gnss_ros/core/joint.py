@@ -103,10 +103,7 @@ class JointFilter(Groups):
         expected = self._motion.predicted(passed)
         settled, jump = self._jumps.take(measured.position, expected, passed)
         if jump is not None:
-            self._motion.shift(jump)
-            for group in self._groups:
-                group.shift(jump[:2])
-            self.unexplained.suspect()
+            self._follow_jump(jump)
         shown = MapPose(measured.position - self._jumps.offset, measured.rotation)
         applied = (frame.detections.stamp_ns - pose.stamp_ns - self._latency_ns) * 1e-9
         elsewhen = self._sight is not None and abs(applied - self._sight.applied) > MOVED_S
@@ -115,6 +112,13 @@ class JointFilter(Groups):
         unsure = frame.latency[1] if self._late and frame.latency is not None else 0.0
         self._sight = Sight.of(frame.camera, shown, self._motion.rates, applied, foretold, unsure)
         return settled
+
+    def _follow_jump(self, jump: Array) -> None:
+        """Go over to a position that has jumped (3,), m, and is believed now."""
+        self._motion.shift(jump)
+        for group in self._groups:
+            group.shift(jump[:2], trusted=self._jumps.returned)
+        self.unexplained.suspect()
 
     def _jumped(self, pose: MapPose, passed: float) -> bool:
         """Return whether the camera's orientation has jumped, and not back."""

@@ -24,6 +24,8 @@ class PositionJumps:
 
     Attributes:
         offset: (3,) by how much positions are off those before the jump, m; 0 without one.
+        returned: whether the jump that was told of last led back to where positions were before all
+            others: then nothing is in doubt that was not before.
     """
 
     def __init__(self, log: Events) -> None:
@@ -33,6 +35,8 @@ class PositionJumps:
     def reset(self) -> None:
         """Forget everything."""
         self.offset = np.zeros(3)
+        self.returned = False
+        self._believed: Array = np.zeros(3)  # sum of the jumps that are believed
         self._since_s = 0.0
 
     def take(
@@ -52,19 +56,33 @@ class PositionJumps:
             length = math.hypot(step[0], step[1])
             if length > JUMP_M + JUMP_MPS * passed:
                 self._jumped(step, length, passed)
-                return False, None
+                if not self._is_home():
+                    return False, None
+                jump = self.offset
+                self.reset()
+                self.returned = True
+                return True, jump
         if not self.offset.any():
             return True, None
         self._since_s += passed
         if self._since_s < SETTLE_S:
             return False, None
         jump = self.offset
+        believed = self._believed + jump
         self._log.add(
             f"The drone's position stays {math.hypot(jump[0], jump[1]):.0f} m from where "
             "it was before it jumped; robots may be wrong by as much, and say so."
         )
         self.reset()
+        self._believed = believed
         return True, jump
+
+    def _is_home(self) -> bool:
+        """Return whether positions are back where they were before jumps that were believed."""
+        if not self._believed.any() or not self.offset.any():
+            return False
+        east, north, _ = (self._believed + self.offset).tolist()
+        return math.hypot(east, north) < JUMP_M
 
     def _jumped(self, step: Array, length: float, passed: float) -> None:
         self.offset = self.offset + step

@@ -54,3 +54,10 @@ def test_an_orientation_that_jumped_with_the_position_is_in_doubt_as_well():
     """Before: 145 confident wrong positions, up to 47 m."""
     verdict, _ = fly(CASES["fix + attitude: jump"], "orbit", 1)
     assert verdict.wrong == 0
+
+
+def test_a_receiver_that_jumps_back_is_right_at_once():
+    """Before: 3.2 s after the end."""
+    verdict, _ = fly(CASES["fix: jump"], "orbit", 1)
+    assert (verdict.wrong, verdict.kept) == (0, 3)
+    assert verdict.right_s < 0.5
