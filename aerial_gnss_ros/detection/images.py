@@ -192,6 +192,8 @@ def _decode_compressed(message: Any, max_pixels: int) -> Image:
 
 
 def _decode_bytes(content: bytes, kind: str) -> Image:
+    if kind == "PNG":
+        _check_png_chunks(content)
     data = np.frombuffer(content, dtype=np.uint8)
     # The camera's geometry belongs to the pixels as they were taken: EXIF must not turn them.
     try:
@@ -210,3 +212,20 @@ def _check_jpeg_end(data: bytes) -> None:
     """
     if data.rfind(b"\xff\xd9") < data.rfind(b"\xff\xda"):
         raise InputError(f"a JPEG image of {len(data)} bytes was cut off: its end is missing.")
+
+
+def _check_png_chunks(data: bytes) -> None:
+    """Refuse a PNG whose chunks are longer than it is: the decoder allocates what they claim.
+
+    After 8 bytes a PNG is chunks of length (4 bytes), type (4), contents and checksum (4); the last
+    one is IEND (ISO/IEC 15948, 5.3).
+    """
+    place = 8
+    while place + 12 <= len(data):
+        length = int.from_bytes(data[place : place + 4], "big")
+        if length > len(data) - place - 12:
+            break
+        if data[place + 4 : place + 8] == b"IEND":
+            return
+        place += 12 + length
+    raise InputError(f"a PNG image of {len(data)} bytes is damaged or cut off.")

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import array
+import zlib
 from types import SimpleNamespace
 
 import cv2
@@ -193,3 +194,25 @@ def test_jpeg_with_rubbish_behind_its_end_is_read():
         HEIGHT,
         WIDTH,
     )
+
+
+@pytest.mark.parametrize("claimed", [0x6300_0923, 0xFFFF_FFFF, 0x7FFF_FFFF])
+def test_a_png_chunk_that_claims_gigabytes_is_refused_before_it_is_decoded(claimed, monkeypatch):
+    """The decoder allocates what a chunk says that it holds."""
+    coded = bytearray(cv2.imencode(".png", picture())[1].tobytes())
+    place = coded.index(b"IDAT") - 4
+    coded[place : place + 4] = claimed.to_bytes(4, "big")
+    monkeypatch.setattr(cv2, "imdecode", lambda *_: pytest.fail("it was decoded"))
+    with pytest.raises(InputError, match=r"PNG image of .* damaged or cut off"):
+        decode(SimpleNamespace(format="png", data=bytes(coded)))
+
+
+def test_a_png_may_have_other_chunks_and_bytes_after_its_end():
+    coded = cv2.imencode(".png", picture())[1].tobytes()
+    end = coded.index(b"IEND") - 4
+    text = b"tEXta\0b"
+    chunk = len(text[4:]).to_bytes(4, "big") + text + zlib.crc32(text).to_bytes(4, "big")
+    longer = coded[:end] + chunk + coded[end:] + b"more"
+    np.testing.assert_array_equal(decode(SimpleNamespace(format="png", data=longer)), picture())
+    with pytest.raises(InputError, match="cut off"):
+        decode(SimpleNamespace(format="png", data=coded[:-6]))
