@@ -227,7 +227,7 @@ class Evidence:
             columns, part = layout.part(strength)
             rank = len(columns) - (2 if strength >= FIRST_ROBOT else 0)
             told[strength] = max(rank - open_[strength], 0.02 * rank**0.5)
-            size = float(x @ (part @ x))
+            size = max(float(x @ (part @ x)), 0.0)  # rounding may make it less
             ratio = math.sqrt(size / told[strength]) / strengths[strength]
             found = strengths[strength] * float(np.clip(ratio**HASTE, 0.2, 5.0))
             low, high = SPEEDS if strength >= FIRST_ROBOT else (LEAST[strength], math.inf)

@@ -35,8 +35,8 @@ class Unknown:
 
 
 UNKNOWNS = (
-    Unknown("latency", "s", 1.0, 0.05),
-    Unknown("orientation_latency", "s", 1.0, 0.05),
+    Unknown("latency", "s", 1.0, 0.025),
+    Unknown("orientation_latency", "s", 1.0, 0.025),
     Unknown("heading", "deg", math.degrees(1.0), 0.75),
     Unknown("gimbal_pitch", "deg", math.degrees(1.0), 0.3),
     Unknown("gimbal_roll", "deg", math.degrees(1.0), 0.5),

@@ -34,6 +34,8 @@ PATH_KNOT_S, BOX_KNOT_S = 1.0, 1.5
 MOST_SLOW, MOST_PATH, MOST_BOX = 400, 150, 80
 VELOCITY_TIME_S = 8.0
 """Robots keep their velocity for about so long."""
+POINTING_TIME_S = 0.7
+"""What telemetry does not tell of a camera's shaking, or smoothing takes away, stays so long."""
 BOX_TIME_S = 2.0
 """What is wrong with a robot's boxes stays for about so long: the hull turns in the view."""
 ANYWHERE_M = 300.0
@@ -227,7 +229,10 @@ class _Prior:
         self.columns: list[Index] = [np.zeros(0, dtype=np.intp)] * layout.strengths
         self._drifts(layout)
         fast = np.arange(layout.first_fast, layout.first_fast + 3 * layout.fast.count)
-        self._add(fast, fast, np.ones(len(fast)), FAST)
+        chain, log_det = _markov(layout.fast, max(POINTING_TIME_S, layout.fast.step_s))
+        for axis in range(3):
+            self._dense(fast[axis * layout.fast.count :][: layout.fast.count], chain, FAST)
+            self._log_det += log_det
         self._ranks[FAST], self.columns[FAST] = len(fast), fast
         self._boxes(layout)
         self._paths(layout)

@@ -7,7 +7,7 @@ latency: it would be biased, and surer than it is. So only that part of the moti
 exceeds the errors that the noise set states, as a Wiener filter does. Differences of the second
 order over a time h have a variance of 2 q h + 6 w² if they are errors that drift by q a second and
 are white with w; a cubic smoothing spline lets through what is slower than the shortest h over
-which they are clearly larger than that.
+which they are clearly larger than that at the time.
 """
 
 from __future__ import annotations
@@ -19,6 +19,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import BSpline, make_interp_spline, make_smoothing_spline
+from scipy.ndimage import uniform_filter1d
 from scipy.spatial.transform import Rotation
 
 from aerial_gnss_ros.calibration.recording import Recording
@@ -36,7 +37,8 @@ ERRORS = ("gnss_east", "gnss_north", "height", "gimbal_roll", "gimbal_pitch", "h
 """What is added to the measured pose to have the true one: m, m, m, rad, rad, rad."""
 MOST_SAMPLES = 4000
 LEAST_SAMPLES = 6
-CLEARLY = 3.0
+CLEARLY, WINDOW = 4.0, 12
+"""Bends are motion where their mean square over so many lags is so many times that of errors."""
 REFERENCE_S = 1.0
 """Turns slower than this are left out before a camera's roll, pitch and heading are smoothed."""
 
@@ -247,14 +249,18 @@ class _Errors:
     def _smoothed(
         self, name: str, t: Array, values: Array, errors: list[tuple[float, float]]
     ) -> BSpline:
-        calm = calm_times(t, values, errors)
+        found, calm = adapted(t, values, errors)
         before = self.calm.get(name, calm)
         self.calm[name] = [max(pair) for pair in zip(before, calm, strict=True)]
-        return _penalised(t, values, np.array([_penalty(t, one) for one in calm]))
+        return found
 
 
-def calm_times(t: Array, values: Array, errors: list[tuple[float, float]]) -> list[float]:
-    """Return the shortest times over which bends of values (n, k) exceed their errors, s.
+def adapted(
+    t: Array, values: Array, errors: list[tuple[float, float]]
+) -> tuple[BSpline, list[float]]:
+    """Return what of values (n, k) is motion, and over how long bends mostly have to be for that.
+
+    A flight is calm at times: how much is smoothed is judged at each time by the bends round it.
 
     Args:
         t: (n,) times, s.
@@ -263,18 +269,46 @@ def calm_times(t: Array, values: Array, errors: list[tuple[float, float]]) -> li
     """
     spread = float(np.median(np.diff(t)))
     grid = np.arange(t[0], t[-1] + 0.5 * spread, spread)
-    found = []
-    for column, (drift, white) in zip(values.T, errors, strict=True):
-        even = np.interp(grid, t, column)
-        lag = 1
-        while 8 * lag < len(even):
-            bend = even[2 * lag :] - 2.0 * even[lag:-lag] + even[: -2 * lag]
-            noise = 2.0 * drift * lag * spread + 6.0 * white**2
-            if float(np.mean(bend**2)) > CLEARLY * noise:
-                break
-            lag *= 2
-        found.append(lag * spread)
-    return found
+    lags = 2 ** np.arange(max(1, int(math.log2(max(len(grid) // 8, 1))) + 1), dtype=np.int64)
+    columns, calm = [], []
+    for column, error in zip(values.T, errors, strict=True):
+        shares = np.array(
+            [np.interp(t, grid, one) for one in _levels(grid, t, column, error, lags)]
+        )
+        smooth = [
+            make_smoothing_spline(t, column, lam=_penalty(t, float(lag) * spread))(t)
+            if share.max() > 1e-3
+            else column
+            for lag, share in zip(lags, shares, strict=True)
+        ]
+        columns.append(np.sum(shares * np.array(smooth), axis=0))
+        calm.append(float(2.0 ** np.median(np.log2(lags) @ shares)) * spread)
+    return make_interp_spline(t, np.stack(columns, axis=1), k=3), calm
+
+
+def _levels(
+    grid: Array, t: Array, column: Array, error: tuple[float, float], lags: NDArray[np.int64]
+) -> Array:
+    """Return how much each lag's smoothing counts at each time of an even grid, (lags, n).
+
+    It is that of the shortest lag whose bends are clearly larger than errors there.
+    """
+    even, spread = np.interp(grid, t, column), float(grid[1] - grid[0])
+    level = np.full(len(grid), len(lags) - 1)
+    for number in reversed(range(len(lags))):
+        lag = int(lags[number])
+        bend = np.zeros(len(grid))
+        if 2 * lag < len(grid):
+            bend[lag:-lag] = even[2 * lag :] - 2.0 * even[lag:-lag] + even[: -2 * lag]
+            bend[:lag], bend[-lag:] = bend[lag], bend[-lag - 1]
+        noise = 2.0 * error[0] * lag * spread + 6.0 * error[1] ** 2
+        around = uniform_filter1d(bend**2, WINDOW * lag, mode="nearest")
+        level[around > CLEARLY * noise] = number
+    chosen = (level == np.arange(len(lags))[:, None]).astype(np.float64)
+    widths = np.maximum(2 * lags[level], 1)
+    blur = int(np.median(widths))
+    blurred: Array = uniform_filter1d(chosen, blur, axis=1, mode="nearest")
+    return blurred
 
 
 def _penalty(t: Array, shortest_s: float) -> float:

@@ -73,8 +73,16 @@ class Problem:
         sizes = [camera.width * camera.height for camera, _ in self.boxes.cameras]
         self._clutter = math.log(max(sizes, default=1))
 
-    def evidence(self, latency_s: float, extra_s: float) -> Linked | None:
-        """Return boxes linked at assumed delays; None where no robot is seen often enough."""
+    def evidence(
+        self, latency_s: float, extra_s: float, speed_mps: float = FIRST_SPEED
+    ) -> Linked | None:
+        """Return boxes linked at assumed delays; None where no robot is seen often enough.
+
+        Args:
+            latency_s: of the images.
+            extra_s: of orientations besides.
+            speed_mps: of robots, to begin with.
+        """
         poses = self._motion.at(self.stamps_ns, latency_s, extra_s)
         for side in (-MARGIN_S, MARGIN_S):  # what a fit may move to
             poses.known[:] &= self._motion.at(self.stamps_ns, latency_s + side, extra_s).known
@@ -94,7 +102,7 @@ class Problem:
         evidence = Evidence(self._motion, self.stamps_ns, used, own, layout, centres, names)
         unknowns = self._first(evidence, places[rows], float(np.median(ranges[rows])))
         unknowns[LATENCY], unknowns[EXTRA] = latency_s, extra_s
-        strengths = np.full(layout.strengths, FIRST_SPEED)
+        strengths = np.full(layout.strengths, speed_mps)
         strengths[FAST], strengths[BOX] = self._pointing(float(np.median(ranges[rows]))), 0.5
         state = evidence.start(unknowns, FIRST_PIXELS, strengths)
         known = int(np.sum(poses.known[self.boxes.images]))

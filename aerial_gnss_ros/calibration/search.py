@@ -23,6 +23,8 @@ GRID_S = 0.25
 GRID = round(2.0 * LIMIT_S / GRID_S) + 1
 COARSE_S, COARSE_IMAGES, MOST_IMAGES = 1.2, (50, 150), 240
 COARSE_STEPS, STEPS, LAST_STEPS = 3, 8, 12
+SPEEDS_MPS = (0.2, 0.003)
+"""Robots swim or stay to begin with: a fit may not get from one to the other."""
 APART_S = 0.15
 LEAST_IMAGES = 20
 LACKING = (
@@ -112,9 +114,10 @@ class Search:
         extra_s: float,
         steps: int,
         held: frozenset[int],
+        speed_mps: float = SPEEDS_MPS[0],
     ) -> Found | None:
         """Return the fit that begins at some delays; None where no robot is seen."""
-        linked = problem.evidence(latency_s, extra_s)
+        linked = problem.evidence(latency_s, extra_s, speed_mps)
         if linked is None or linked.share < LEAST_SHARE:
             return None
         state = linked.evidence.descend(linked.state, steps, held)
@@ -131,8 +134,9 @@ class Search:
 
     def refined(self, one: Found, held: frozenset[int]) -> Found:
         """Return a fit with links made anew at its delays."""
-        again = self.fit(self.fine, one.latency_s, one.extra_s, LAST_STEPS, held)
-        return one if again is None else again
+        at = one.latency_s, one.extra_s
+        fits = [self.fit(self.fine, *at, LAST_STEPS, held, speed) for speed in SPEEDS_MPS]
+        return max([one, *(fit for fit in fits if fit is not None)], key=lambda fit: fit.score)
 
     def half(self, best: Found, held: frozenset[int], late: bool) -> Found | None:
         """Return the fit of the first or the second half of the images; None if it sees too few."""

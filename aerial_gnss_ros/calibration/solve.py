@@ -37,6 +37,11 @@ Array = NDArray[np.float64]
 
 SWIMS_MPS, FREE_MPS = 0.01, 10.0
 FREE_STEPS = 6
+CAUTION = 1.3
+"""Sigmas are so much larger than the likelihood has them: neither robots nor errors are as the
+model says."""
+OF_SAMPLE = 0.015
+"""How a drone moves between two samples is not known: delays are known to so much of their gap."""
 RIVAL_NATS = 6.0
 
 
@@ -96,8 +101,9 @@ def _fit(
         if rival.score > best.score - RIVAL_NATS:
             doubts["latency"] = f"{rival.latency_s:+.2f} s fits nearly as well"
     held = search.apart if apart else search.together
-    factors = agreed(search, best, held, delays)
+    factors = CAUTION * agreed(search, best, held, delays)
     covariance = covariance * np.outer(factors, factors)
+    covariance = covariance + (OF_SAMPLE * search.motion.sample_s) ** 2 * np.eye(len(delays))
     names, mean, whole = _platform(best, delays, covariance, focal)
     mean[0] -= config.camera.latency_s
     state, evidence = best.state, best.evidence
@@ -136,7 +142,7 @@ def _platform(
         names.append("focal")
         picks.append(np.eye(1, layout.size, FOCAL)[0])
     table = np.array(picks)
-    own = evidence.covariance(free, table)
+    own = CAUTION**2 * evidence.covariance(free, table)
     slopes = evidence.slopes(free, table, delays, held)
     whole = np.block(
         [
