@@ -9,8 +9,7 @@ ORBIT = "orbit a still robot once, at a distance of one to two heights, looking 
 _ADVICE = {
     "latency": "fly past a still robot to and fro at 3 m/s or more: what comes late leads one way "
     "on the way out and the other way on the way back",
-    "orientation_latency": "fly past a still robot to and fro at 3 m/s or more, turning the camera "
-    "from side to side",
+    "fix_latency": "fly past a still robot to and fro at 3 m/s or more, near and far",
     "heading": ORBIT,
     "gimbal_pitch": ORBIT,
     "gimbal_roll": ORBIT,

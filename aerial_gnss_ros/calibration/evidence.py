@@ -44,6 +44,8 @@ Array = NDArray[np.float64]
 HUBER = 2.5
 LOST = 30.0
 """A box that the model does not see at all counts as so many sigma off."""
+STATED = 10.0
+"""The noise set's word on the boxes' noise counts as much as so many residuals."""
 PROBES = 12
 HASTE = 1.5
 """The fixed point is approached by small steps in one direction: longer ones get there sooner."""
@@ -236,7 +238,8 @@ class Evidence:
         left = 2.0 * len(self.tracks) - float(np.sum(told)) - sum(drifts)
         left -= len(CONSTANTS) + 2.0 * len(layout.paths)
         residual = float(np.sum(weights * np.square(state.distances))) * state.pixel**2
-        pixel = math.sqrt(residual / max(left, 0.1 * len(self.tracks)))
+        residual += STATED * layout.pixel**2
+        pixel = math.sqrt(residual / (max(left, 0.0) + STATED))
         pixel = min(max(pixel, PIXELS[0]), PIXELS[1])
         told = np.append(told, drifts[0])
         return replace(state, strengths=strengths, pixel=pixel, told=told)

@@ -22,7 +22,7 @@ class Unknown:
     """One constant that is estimated.
 
     Attributes:
-        name: latency, orientation_latency, heading, gimbal_pitch, gimbal_roll, height or focal.
+        name: latency, fix_latency, heading, gimbal_pitch, gimbal_roll, height or focal.
         unit: s, deg, m or %.
         scale: of the unit: SI value times this.
         enough: at most this sigma, in the unit, counts as determined.
@@ -36,7 +36,7 @@ class Unknown:
 
 UNKNOWNS = (
     Unknown("latency", "s", 1.0, 0.025),
-    Unknown("orientation_latency", "s", 1.0, 0.025),
+    Unknown("fix_latency", "s", 1.0, 0.025),
     Unknown("heading", "deg", math.degrees(1.0), 0.75),
     Unknown("gimbal_pitch", "deg", math.degrees(1.0), 0.3),
     Unknown("gimbal_roll", "deg", math.degrees(1.0), 0.5),
@@ -87,7 +87,7 @@ class Fit:
         """Whether the data tell it well enough to be used."""
         if self.trouble or name in self.doubts:
             return False
-        if name == "orientation_latency" and not self.determined("latency"):
+        if name == "fix_latency" and not self.determined("latency"):
             return False  # it counts from the latency
         return self.value(name)[1] <= unknown(name).enough
 

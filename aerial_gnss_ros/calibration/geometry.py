@@ -62,7 +62,7 @@ class Predicted:
         by_place: (n, 2, 2) derivative of the prediction by the robot's East, North.
         by_error: (n, 2, 6) by the pose's errors.
         by_latency: (n, 2) px/s, all telemetry being taken earlier.
-        by_extra: (n, 2) px/s, orientations alone being taken later.
+        by_extra: (n, 2) px/s, the camera's places alone being taken later.
         by_focal: (n, 2) by the logarithm of the focal length.
         area: (n,) logarithm of how many px² a place of 1 m² covers, less a constant of the pixel.
         area_by_error: (n, 6) its derivative, the pixel fixed.
@@ -98,14 +98,14 @@ def predicted(boxes: Boxes, poses: Poses, errors: Array, places: Array, focal: f
         offsets = _surface(offsets, boxes.depths)
     pixels, by_offset, by_focal, seen = _projected(boxes, offsets, optical, focal)
     by_turn = by_offset @ skew(offsets)  # turning the camera by w moves what it sees by -w x offset
-    by_extra = (by_turn @ poses.turning[at][:, :, None])[:, :, 0]
+    by_turning = (by_turn @ poses.turning[at][:, :, None])[:, :, 0]
     by_motion = (by_offset @ poses.velocity[at][:, :, None])[:, :, 0]
     values = boxes.pixels - pixels
     values[~(seen & (offsets[:, 2] < 0.0) & poses.known[at])] = np.nan
     by_error = np.concatenate([-by_offset, by_turn @ axes], axis=2)
     area, area_by_error = _areas(offsets, axes)
     return Predicted(
-        values, by_offset[:, :, :2], by_error, by_motion - by_extra, by_extra, by_focal, area,
+        values, by_offset[:, :, :2], by_error, by_motion - by_turning, -by_motion, by_focal, area,
         area_by_error,
     )  # fmt: skip
 

@@ -1,12 +1,13 @@
 # SPDX-License-Identifier: Apache-2.0
 """The unknowns of a recording, where each stands, and what is known of them before the boxes.
 
-Constants: latency, extra delay of orientations, logarithm of the focal scale, errors of height,
-roll, pitch and heading. Functions of time, all Gaussian processes on knots: what platform errors
-drift by (Gauss-Markov as the noise set says), white errors of the camera's pointing between two
-samples of telemetry, each robot's path (a cubic spline; its velocity is an Ornstein-Uhlenbeck
-process, so that a robot that stays is one whose speed is 0), and errors of a robot's boxes that
-last for seconds. How strong the last three are is found from the data (`evidence.py`).
+Constants: latency, extra delay of fixes, logarithm of the focal scale, errors of height, roll,
+pitch and heading. Functions of time, all Gaussian processes on knots: what platform errors drift by
+(Gauss-Markov as the noise set says), errors of the camera's pointing between two samples of
+telemetry (Gauss-Markov over 0.7 s), each robot's path (a cubic spline; its velocity is an
+Ornstein-Uhlenbeck process, so that a robot that stays is one whose speed is 0), and errors of a
+robot's boxes that last for seconds. How strong the last three are is found from the data
+(`evidence.py`).
 """
 
 from __future__ import annotations
@@ -187,6 +188,11 @@ class Layout:
         """Return one sigma of a drifting error, m or rad."""
         key = _NOISE_KEYS[name]
         return self._noise.value(key) * (math.radians(1.0) if key.endswith("_deg") else 1.0)
+
+    @property
+    def pixel(self) -> float:
+        """One sigma of a box's centre by the noise set, px."""
+        return max(self._noise.value("box_center_px"), 0.1)
 
     @property
     def correlation_s(self) -> float:

@@ -95,7 +95,7 @@ class Smooth:
 
 
 class Motion:
-    """A recording's poses at any time, the delay of orientations being asked for separately.
+    """A recording's poses at any time, the delay of fixes being asked for separately.
 
     Args:
         recording: after the replay.
@@ -141,12 +141,12 @@ class Motion:
         Args:
             stamps_ns: of the images.
             latency_s: the scene was so much earlier.
-            extra_s: orientations were stamped so much later than they held.
+            extra_s: fixes and heights were stamped so much later than they held.
         """
         t: Array = np.asarray((stamps_ns - self.start_ns) * 1e-9 - latency_s, dtype=np.float64)
-        level, level_rate, known = self._level.at(t)
-        height, height_rate, high = self._height.at(t)
-        quaternion, rate, turned = self._turn.at(t + extra_s)
+        level, level_rate, known = self._level.at(t + extra_s)
+        height, height_rate, high = self._height.at(t + extra_s)
+        quaternion, rate, turned = self._turn.at(t)
         length = np.linalg.norm(quaternion, axis=1)
         known &= high & turned & (length > 0.5)
         quaternion[~known] = 0.0, 0.0, 0.0, 1.0
@@ -154,7 +154,7 @@ class Motion:
         quaternion, rate = quaternion / length[:, None], rate / length[:, None]
         position, velocity = np.hstack([level, height]), np.hstack([level_rate, height_rate])
         if self._lever is not None:
-            lever, lever_rate, _ = self._lever.at(t + extra_s)
+            lever, lever_rate, _ = self._lever.at(t)
             position, velocity = position + lever, velocity + lever_rate
         rotation = matrix_from_quaternion(quaternion)
         return Poses(position, rotation, velocity, _turning(quaternion, rate), known)

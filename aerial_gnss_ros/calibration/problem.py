@@ -80,7 +80,7 @@ class Problem:
 
         Args:
             latency_s: of the images.
-            extra_s: of orientations besides.
+            extra_s: of fixes and heights besides.
             speed_mps: of robots, to begin with.
         """
         poses = self._motion.at(self.stamps_ns, latency_s, extra_s)

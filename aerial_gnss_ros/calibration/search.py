@@ -37,7 +37,7 @@ HALF_STEPS, LEAST_HALF = 10, 8
 RIVALS, RIVAL_NATS = 3, 60.0
 EXTRAS_S = (-0.8, -0.4, 0.4, 0.8)
 EXTRA_NATS = 5.0
-"""Orientations count as delayed otherwise than the fixes if that is so much likelier."""
+"""Fixes count as delayed otherwise than orientations if that is so much likelier."""
 
 
 @dataclass(frozen=True)
@@ -61,7 +61,7 @@ class Found:
 
     @property
     def extra_s(self) -> float:
-        """Of orientations, more than that of fixes."""
+        """Of fixes and heights, more than that of orientations."""
         return float(self.state.unknowns[EXTRA])
 
 
@@ -90,7 +90,7 @@ class Search:
 
     @property
     def together(self) -> frozenset[int]:
-        """What is held while orientations are as late as fixes."""
+        """What is held while fixes are as late as orientations."""
         return self._base | {EXTRA}
 
     @property
@@ -149,7 +149,7 @@ class Search:
         return self.fit(problem, best.latency_s, best.extra_s, HALF_STEPS, held)
 
     def apart_fit(self, best: Found) -> Found | None:
-        """Return a fit with orientations delayed otherwise than fixes if that is likelier."""
+        """Return a fit with fixes delayed otherwise than orientations if that is likelier."""
         plain = self.fit(self.coarse, best.latency_s, 0.0, COARSE_STEPS, self.together)
         tries = [(best.latency_s, 0.0)]
         for extra in EXTRAS_S:

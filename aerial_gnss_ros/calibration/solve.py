@@ -150,12 +150,12 @@ def _platform(
             [slopes @ covariance, own + slopes @ covariance @ slopes.T],
         ]
     )
-    found = ["latency", "orientation_latency"][: len(delays)] + names
+    found = ["latency", "fix_latency"][: len(delays)] + names
     order = [
         found.index(n)
         for n in (
             "latency",
-            "orientation_latency",
+            "fix_latency",
             "heading",
             "gimbal_pitch",
             "gimbal_roll",

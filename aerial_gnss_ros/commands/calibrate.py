@@ -102,7 +102,7 @@ class Calibration:
         corrected = corrected_config(self.given, self.fit)
         keys: dict[str, tuple[str, ...]] = {"latency": ("camera.latency_s",)}
         keys["focal"] = ("calibration.focal_scale",)
-        keys["orientation_latency"] = ("attitude.latency_s", "gimbal.latency_s")
+        keys["fix_latency"] = ("fix.latency_s", "height.latency_s")
         keys |= {name: (f"calibration.{key}",) for name, key in KEYS.items()}
         values = {}
         for name in self.fit.names:
@@ -115,16 +115,16 @@ class Calibration:
 def corrected_config(config: EstimatorConfig, fit: Fit) -> EstimatorConfig:
     """Return parameters with what was determined added to them."""
     camera, calibration = config.camera, config.calibration
-    attitude, gimbal = config.attitude, config.gimbal
+    fix, height = config.fix, config.height
     for name in fit.names:
         if not fit.determined(name):
             continue
         value, _ = fit.value(name)
         if name == "latency":
             camera = replace(camera, latency_s=_within(camera.latency_s + value))
-        elif name == "orientation_latency":
-            attitude = replace(attitude, latency_s=_within(attitude.latency_s + value))
-            gimbal = replace(gimbal, latency_s=_within(gimbal.latency_s + value))
+        elif name == "fix_latency":
+            fix = replace(fix, latency_s=_within(fix.latency_s + value))
+            height = replace(height, latency_s=_within(height.latency_s + value))
         elif name == "focal":
             scale = calibration.focal_scale * math.exp(value / 100.0)
             calibration = replace(calibration, focal_scale=scale)
@@ -132,7 +132,7 @@ def corrected_config(config: EstimatorConfig, fit: Fit) -> EstimatorConfig:
             key = KEYS[name]
             sum_ = getattr(calibration, key) + value
             calibration = replace(calibration, **{key: sum_})
-    return replace(config, camera=camera, calibration=calibration, attitude=attitude, gimbal=gimbal)
+    return replace(config, camera=camera, calibration=calibration, fix=fix, height=height)
 
 
 def _within(latency_s: float) -> float:

@@ -20,8 +20,8 @@ _STAMP = (
 _CLOCKS = ("header", "arrival", "px4_us")
 _MAX_GAP = "Samples farther apart than this are not interpolated; the detection is refused."
 _LATENCY = (
-    "Stamps of this input are so much later than what they tell, besides camera.latency_s; "
-    "negative where they are early. 0.1 s at 20 deg/s and 30 m range is 1 m."
+    "Stamps of this input are so much later than what they tell, by the clock of the orientations; "
+    "negative where they are early. 0.1 s at 5 m/s is 0.5 m."
 )
 _WORLD = "World axes of the message: enu, ned (PX4, MAVLink) or nwu (ANAFI)."
 _BODY = "Body axes of the message: flu, or frd (PX4, MAVLink)."
@@ -53,6 +53,7 @@ class FixConfig:
     )
     stamp: str = key("header", _STAMP, choices=_CLOCKS)
     max_gap: float = key(2.5, _MAX_GAP, unit="s", low=0.001, high=60.0)
+    latency_s: float = key(0.0, _LATENCY, unit="s", low=-3.0, high=3.0)
     altitude_datum: str = key(
         "unknown",
         "What the fix's altitude is measured from: ellipsoid (WGS84), amsl (mean sea level; "
@@ -103,7 +104,6 @@ class AttitudeConfig:
     )
     stamp: str = key("header", _STAMP, choices=_CLOCKS)
     max_gap: float = key(0.5, _MAX_GAP, unit="s", low=0.001, high=60.0)
-    latency_s: float = key(0.0, _LATENCY, unit="s", low=-3.0, high=3.0)
     world: str = key("enu", _WORLD, choices=("enu", "ned", "nwu"))
     body: str = key("flu", _BODY, choices=("flu", "frd"))
     unit: str = key("rad", "Unit of the angles of type vector3.", choices=("rad", "deg"))
@@ -141,7 +141,6 @@ class GimbalConfig:
     )
     stamp: str = key("header", _STAMP, choices=_CLOCKS)
     max_gap: float = key(0.5, _MAX_GAP, unit="s", low=0.001, high=60.0)
-    latency_s: float = key(0.0, _LATENCY, unit="s", low=-3.0, high=3.0)
     reference: str = key(
         "earth",
         "What the angles are relative to. earth: the world; heading: level, yaw from the nose; "
@@ -205,6 +204,7 @@ class HeightConfig:
         choices=_CLOCKS,
     )
     max_gap: float = key(1.5, _MAX_GAP, unit="s", low=0.001, high=60.0)
+    latency_s: float = key(0.0, _LATENCY, unit="s", low=-3.0, high=3.0)
     reference: str = key(
         "water",
         "water: above the water; home: above the take-off point, give water_level relative to "

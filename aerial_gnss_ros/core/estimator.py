@@ -104,7 +104,7 @@ class Estimator:
         self.dropped: Counter[str] = Counter()
         self._log = Events()
         self._config = config
-        late_s = max(0.0, config.attitude.latency_s, config.gimbal.latency_s)
+        late_s = max(0.0, config.fix.latency_s, config.height.latency_s)
         early_ns = round((max(0.0, -config.camera.latency_s) + late_s) * 1e9)
         self._patience_ns = round(config.max_wait * 1e9) + early_ns
         self._names = NameKeeper(config.state_file, self._log, session)

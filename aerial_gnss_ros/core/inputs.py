@@ -201,8 +201,8 @@ class Inputs:
         self._series: dict[Input, Series[Fix] | Series[Orientation] | Series[Scalar]] = {}
         self._constants: dict[Input, Fix | Orientation | Scalar] = {}
         self._late_ns = {
-            Input.ATTITUDE: round(config.attitude.latency_s * 1e9),
-            Input.GIMBAL: round(config.gimbal.latency_s * 1e9),
+            Input.FIX: round(config.fix.latency_s * 1e9),
+            Input.HEIGHT: round(config.height.latency_s * 1e9),
         }
         self._set_up_fix()
         self._set_up_orientations()

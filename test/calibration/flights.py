@@ -28,17 +28,21 @@ def experiment(
 
 
 def record(
-    made: Experiment, config: EstimatorConfig | None = None, boxes_of: Experiment | None = None
+    made: Experiment,
+    config: EstimatorConfig | None = None,
+    boxes_of: Experiment | None = None,
+    fixes_late_s: float = 0.0,
 ) -> Recording:
     """Return what a calibration is made from; boxes may be those of another flight."""
     recording = Recording(config or estimator_config({}))
     recording.add_camera(made.frames()[0].stamp_ns, made.camera)
+    late_ns = round(fixes_late_s * 1e9)
     for fix in made.sensors.fixes():
-        recording.add_fix(fix)
+        recording.add_fix(replace(fix, stamp_ns=fix.stamp_ns + late_ns))
     for gimbal in made.sensors.gimbals():
         recording.add_gimbal(gimbal)
     for height in made.sensors.heights():
-        recording.add_height(height)
+        recording.add_height(replace(height, stamp_ns=height.stamp_ns + late_ns))
     for _, _, boxes in (boxes_of or made).detections():
         recording.add_detections(boxes)
     return recording

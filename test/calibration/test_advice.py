@@ -37,7 +37,7 @@ def test_advice_names_each_flight_once() -> None:
 
 
 def test_doubts_and_trouble_leave_nothing_determined() -> None:
-    names = ("latency", "orientation_latency", "heading")
+    names = ("latency", "fix_latency", "heading")
     assert all(_fit(names, 0.001).determined(name) for name in names)
     doubtful = _fit(names, 0.001, doubts={"latency": "+1.0 s fits nearly as well"})
     assert [doubtful.determined(name) for name in names] == [False, False, True]

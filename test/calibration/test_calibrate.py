@@ -54,6 +54,15 @@ def test_swimming_robots_tell_the_latency_and_nothing_else() -> None:
         assert not fit.determined(name)
 
 
+def test_fixes_that_are_later_than_orientations() -> None:
+    """0.3 s at 3 m/s is 0.9 m: images are in time with the gimbal, fixes are not."""
+    made = experiment("transit", 0.0, 4, images_hz=4.0)
+    fit = calibrate(record(made, fixes_late_s=0.3), CONFIG)
+    for name, true in (("latency", 0.0), ("fix_latency", 0.3)):
+        value, sigma = fit.value(name)
+        assert value == pytest.approx(true, abs=min(0.06, 3.5 * sigma)), name
+
+
 def test_telemetry_of_another_flight_determines_nothing() -> None:
     made = experiment("orbit", 0.0, 1)
     fit = calibrate(record(experiment("orbit", 0.0, 9), boxes_of=made), CONFIG)

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from aerial_gnss_ros.calibration.evidence import HOLD
-from aerial_gnss_ros.calibration.layout import BEFORE, BOX, EXTRA, FAST, FIRST_ROBOT, LATENCY
+from aerial_gnss_ros.calibration.layout import BEFORE, BOX, EXTRA, FAST, FIRST_ROBOT, FOCAL, LATENCY
 from aerial_gnss_ros.calibration.motion import Motion
 from aerial_gnss_ros.calibration.problem import Problem
 
@@ -91,9 +91,11 @@ def test_constants_follow_the_delays(linked) -> None:
     assert slope == pytest.approx((ends[1] - ends[0]) / 0.04, rel=0.3)
 
 
-def test_strengths_are_found(linked) -> None:
-    evidence, state = linked
-    state = evidence.descend(state, 20, frozenset({LATENCY, EXTRA}))
+def test_strengths_are_found() -> None:
+    recording = record(experiment("orbit", 0.0, 5))
+    found = Problem(recording, Motion(recording), 60).evidence(0.0, 0.0)
+    assert found is not None
+    state = found.evidence.descend(found.state, 15, frozenset({LATENCY, EXTRA, FOCAL}))
     assert np.all(state.strengths[FIRST_ROBOT:] < 0.01)  # robots that stay
     assert state.pixel == pytest.approx(2.0, rel=0.35)
 

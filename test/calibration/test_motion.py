@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from aerial_gnss_ros.calibration.motion import Motion, calm_times, error_axes_of
+from aerial_gnss_ros.calibration.motion import Motion, adapted, error_axes_of
 from aerial_gnss_ros.core.config import estimator_config
 from aerial_gnss_ros.core.frames import matrix_from_rpy
 from aerial_gnss_ros.core.gimbal import error_axes
@@ -29,10 +29,14 @@ def test_what_is_motion_and_what_is_error() -> None:
     noisy = swing + 0.3 * rng.normal(size=len(t))
     drifting = np.cumsum(0.3 * np.sqrt(0.1) * rng.normal(size=len(t)))
     table = np.stack([swing, noisy, drifting], axis=1)
-    clear, longer, never = calm_times(t, table, [(0.0, 0.01), (0.0, 0.3), (0.09, 0.0)])
+    spline, (clear, longer, never) = adapted(t, table, [(0.0, 0.01), (0.0, 0.3), (0.09, 0.0)])
     assert clear == pytest.approx(0.2)
     assert 0.4 <= longer < 1.7
     assert never > 3.0  # nothing but the drift that is stated
+    off = spline(t)[50:-50] - swing[50:-50, None]
+    assert np.std(off[:, 0]) < 0.01
+    assert np.std(off[:, 1]) < 0.25  # 0.3 of noise, and a part of the swing
+    assert np.std(np.diff(off[:, 1])) < 0.05  # what a fit would take for motion; 0.42 before
 
 
 def test_poses_are_near_the_true_ones_and_rates_too() -> None:
@@ -52,7 +56,7 @@ def test_poses_are_near_the_true_ones_and_rates_too() -> None:
 
 
 def test_delays() -> None:
-    """A latency takes all of the pose earlier, an extra delay its orientation alone later."""
+    """A latency takes all of the pose earlier, an extra delay its place alone later."""
     made = experiment("transit", 0.0, 5)
     motion = Motion(record(made))
     stamps = (START_NS + np.array([10.0, 15.0]) * 1e9).astype(np.int64)
@@ -61,8 +65,8 @@ def test_delays() -> None:
     np.testing.assert_allclose(early.position, both.position)
     np.testing.assert_allclose(early.rotation, both.rotation)
     apart = motion.at(stamps, 0.5, 0.5)
-    np.testing.assert_allclose(apart.position, early.position)
-    np.testing.assert_allclose(apart.rotation, now.rotation)
+    np.testing.assert_allclose(apart.position, now.position)
+    np.testing.assert_allclose(apart.rotation, early.rotation)
     assert not motion.at(stamps + 10**11, 0.0, 0.0).known.any()
 
 
