@@ -63,7 +63,7 @@ def test_the_summary_as_json(tmp_path, capsys):
         (["--height", "-5"], "height must lie within"),
         (["--latency", "9"], "latency must lie within -3 to 3 s"),
         (["--start", "9"], "only with --telemetry"),
-        (["--telemetry", "absent.csv"], "cannot read absent.csv"),
+        (["--telemetry", "absent.csv"], "absent.csv: cannot be read"),
         (["--missed", "0.1"], "need --no-images"),
     ],
 )
