@@ -20,12 +20,12 @@ HEADS = [
 
 def troubles(one: Record) -> list[str]:
     """Return in which respects a flight is off target."""
-    unused = one["case"].startswith("attitude:") or one["case"].startswith("attitude: ")
+    unused, ends = one["case"].startswith("attitude:"), one.get("ends", True)
     found = {
         "died": bool(one["died"]),
         "wrong": one["wrong"] > MOST_WRONG * one["rows"],
-        "names": one["kept"] < one["names"],
-        "late": one["right_s"] is None or one["right_s"] > RIGHT_S,
+        "names": ends and one["kept"] < one["names"],
+        "late": ends and (one["right_s"] is None or one["right_s"] > RIGHT_S),
         "changed": unused and not one["same"],
     }
     return [name for name, is_so in found.items() if is_so]
@@ -62,6 +62,7 @@ def _row(case: str, flights: list[Record]) -> list[str]:
         return sum(one[name] for one in flights)
 
     rights = [one["right_s"] for one in flights]
+    ends = all(one.get("ends", True) for one in flights)
     sigmas = [one["sigma"] for one in flights if one["sigma"] is not None]
     largest = [one["most_sigmas"] for one in flights]
     return [
@@ -73,10 +74,27 @@ def _row(case: str, flights: list[Record]) -> list[str]:
         f"{100.0 * total('wrong') / max(1, total('rows')):.2g} %",
         "–" if None in largest else f"{max(largest):.1f}",
         f"{max(one['most_m'] for one in flights):.3g}" if total("wrong") else "–",
-        f"{total('kept')}/{total('names')}",
-        "never" if None in rights else f"{max(rights):.1f}",
+        f"{total('kept')}/{total('names')}" if ends else "–",
+        ("never" if None in rights else f"{max(rights):.1f}") if ends else "–",
         f"{max(sigmas):.2f}" if sigmas else "–",
     ]
+
+
+def counts(flights: list[Record]) -> str:
+    """Return in a sentence how many flights are on target."""
+    off = [troubles(one) for one in flights]
+    kept, names = (
+        sum(one[name] for one in flights if one.get("ends", True)) for name in ("kept", "names")
+    )
+    wrong, rows = (sum(one[name] for one in flights) for name in ("wrong", "rows"))
+    late = sum("late" in one for one in off)
+    return (
+        f"{len(flights)} flights: {sum('died' in one for one in off)} died; "
+        f"{sum('wrong' in one for one in off)} with confident wrong positions beyond 0.1 %, "
+        f"{wrong} of all {rows} positions; {kept} of {names} names kept; "
+        f"{late} right again later than after {RIGHT_S:g} s; "
+        f"{sum('changed' in one for one in off)} changed by an input that is not used.\n"
+    )
 
 
 def _share(part: int, whole: int) -> str:

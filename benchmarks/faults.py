@@ -31,7 +31,7 @@ import one_thread  # noqa: F401 - before numpy
 # isort: split
 import fault_table
 from fault_cases import cases, fly
-from fault_flights import FLIGHTS
+from fault_flights import DURATION_S, FLIGHTS
 from tables import show
 
 Record = dict[str, object]
@@ -45,7 +45,11 @@ def record(job: Job) -> Record:
     case = next(one for one in cases() if one.words == words)
     began = time.perf_counter()
     verdict, run = fly(case, kind, seed)
-    figures = verdict.record() | {"died": run.died, "events": list(run.engine.take_events())[:8]}
+    figures = verdict.record() | {
+        "ends": case.end_s < DURATION_S,
+        "died": run.died,
+        "events": list(run.engine.take_events())[:8],
+    }
     spent = round(time.perf_counter() - began, 2)
     return {"case": words, "flight": kind, "seed": seed, **figures, "seconds": spent}
 
@@ -96,7 +100,8 @@ def main() -> int:
             if time.monotonic() > until:
                 break
     flights = [done[job] for job in jobs if job in done]
-    show(fault_table.markdown(flights, given.failing), given.markdown)
+    table = f"{fault_table.counts(flights)}\n{fault_table.markdown(flights, given.failing)}"
+    show(table, given.markdown)
     return 0
 
 

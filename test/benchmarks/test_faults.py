@@ -151,7 +151,7 @@ def test_flights_go_on_where_the_file_ends(tmp_path, monkeypatch, capsys):
     capsys.readouterr()
     faults.main()
     assert begun[2:] == [("fix: absent", "orbit", 2), ("fix: NaN", "orbit", 2)]
-    shown = capsys.readouterr().out.splitlines()
+    shown = capsys.readouterr().out.splitlines()[2:]
     assert [row.split(" | ")[0] for row in shown[2:] if row] == ["| fix: NaN"]
     assert fault_table.troubles({"case": "attitude: zero", **verdict, "died": ""}) == []
     changed_one = {"case": "attitude: zero", **verdict, "died": "", "same": False}
