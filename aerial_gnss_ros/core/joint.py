@@ -248,7 +248,7 @@ class JointFilter(Groups):
         for group in self._groups:
             follow(group, self._sight)
             known = np.arange(len(group.by_pose))  # but for robots that begin with this image
-            group.turning.spread(known, by_angles(group, known))
+            group.turning.spread(known, by_angles(group, known), seen=False)
 
     def _tell(self, refused: int) -> None:
         if refused and not self._refusing:

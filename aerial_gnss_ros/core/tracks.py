@@ -302,9 +302,11 @@ class Tracker:
         if self._matcher.confused and back:
             self._give_up_doubtful()
         self._matcher.confused = False
+        known = {track.robot_id for track in self.tracks}
         replaced = self._naming.name(self.tracks, ready, stamp_ns, self._height, local, back)
-        for row in [] if back else ready:
-            self.tracks[row].doubtful = True
+        if not back or self.filter.unexplained.doubt.any():
+            for row in ready:
+                self.tracks[row].doubtful = self.tracks[row].robot_id not in known
         self._account.confirm(self.tracks)
         return replaced
 
@@ -316,6 +318,7 @@ class Tracker:
         for track in self.tracks:
             if track.doubtful and track.state is State.COASTING:
                 track.robot_id, track.strayed = "", True
+            track.doubtful = False
 
     def _return(self, ready: list[int], boxes: int) -> None:
         """Give robots their old places again where boxes show them there, and nowhere else.
@@ -335,6 +338,7 @@ class Tracker:
                         other.robot_id, other.strayed = "", True
                 track.robot_id, track.once = track.once, ""
         self.filter.returned()
+        self._give_up_doubtful()
 
     def _regroup(self, ready: list[int]) -> set[int] | None:
         """Name tracks by how they lie to one another where all robots are elsewhere.
@@ -355,6 +359,7 @@ class Tracker:
             self._give_up_doubtful()
         if formation.moved and self._naming.at_home(self.tracks, found):
             self.filter.returned()
+            self._give_up_doubtful()
         elif formation.moved:
             self.filter.displaced(formation.turn, formation.spread)
         self._lost_ns = None

@@ -205,12 +205,23 @@ class Turning:
             self._weigh(slots, by_angles, unknown, fastest)
         self.spread(slots, by_angles)
 
-    def spread(self, slots: Indices, by_angles: Array) -> None:
-        """Let robots be as uncertain as the doubt makes them (see `judge`)."""
+    def spread(self, slots: Indices, by_angles: Array, seen: bool = True) -> None:
+        """Let robots be as uncertain as the doubt makes them (see `judge`).
+
+        Args:
+            slots: (n,) the robots.
+            by_angles: (n, 2, 3) m/rad.
+            seen: whether the image shows them; one that it does not show is no surer for it.
+        """
         across = by_angles.swapaxes(1, 2)
         rates = np.outer(self.rate, self.rate) + self._spread
-        self.of_places[slots] = by_angles @ self.doubt @ across
-        self.of_velocities[slots] = by_angles @ rates @ across
+        places, velocities = by_angles @ self.doubt @ across, by_angles @ rates @ across
+        if not seen:
+            before = np.trace(self.of_places[slots], axis1=1, axis2=2)
+            grown = np.trace(places, axis1=1, axis2=2) > before
+            slots, places, velocities = slots[grown], places[grown], velocities[grown]
+        self.of_places[slots] = places
+        self.of_velocities[slots] = velocities
 
     def _weigh(self, slots: Indices, by_angles: Array, unknown: Array, fastest: float) -> None:
         sums = self._sums[:2, slots].T

@@ -48,6 +48,8 @@ def test_what_was_confirmed_while_robots_were_elsewhere_is_given_up():
     verdict, _ = fly(CASES["attitude in use: stuck low"], "orbit", 1)
     assert verdict.wrong <= 2
     assert verdict.kept == 3
+    verdict, _ = fly(CASES["gimbal: stuck low"], "transit", 1)
+    assert (verdict.wrong, verdict.kept) == (0, 3)
 
 
 def test_an_orientation_that_jumped_with_the_position_is_in_doubt_as_well():
