@@ -20,26 +20,19 @@ import signal
 import subprocess
 import sys
 import tempfile
-import time
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
-from typing import IO
 
 import rclpy
+from live_flight import by_name, camera_process, node_processes, spin
 from rclpy.executors import SingleThreadedExecutor
 from soak_judge import Minute, Usage, minute_of, verdict
 from soak_listener import Listener
 from tables import columns
 
-from aerial_gnss_ros.bags.reader import open_bag
 from aerial_gnss_ros.benchmarking.disturbing import SECONDS
 from aerial_gnss_ros.benchmarking.flight import flight, render
-from aerial_gnss_ros.benchmarking.machine import children, descriptors, memory_mb, threads
-from aerial_gnss_ros.core.errors import RosError
+from aerial_gnss_ros.benchmarking.machine import descriptors, memory_mb, threads
 
-IMAGES = "/camera/image_raw"
-SENSORS = (IMAGES, "/camera/camera_info", "/fix", "/attitude", "/gimbal", "/height")
 KILLS = ("detector", "estimator")
 FAULT_S = 20.0  # within the minute
 SETTLE_S = 40.0  # for the first positions
@@ -80,14 +73,14 @@ def _soak(bag: Path, args: argparse.Namespace) -> list[Minute]:
     minutes: list[Minute] = []
     log = args.output / "nodes.log"
     kinds = itertools.cycle([*SECONDS, *(f"{name} killed" for name in KILLS if args.kill)])
-    with log.open("wb") as file, _camera(bag, file) as camera, _nodes(file) as nodes:
-        _spin(executor, SETTLE_S, (camera, nodes), log)
+    with log.open("wb") as file, camera_process(bag, file) as camera, node_processes(file) as nodes:
+        spin(executor, SETTLE_S, (camera, nodes), log)
         listener.minute()
         for kind in itertools.islice(kinds, args.minutes):
             minute = Minute(kind, provoked=minutes[-1].provoked if minutes else 0)
-            _spin(executor, FAULT_S, (camera, nodes), log)
+            spin(executor, FAULT_S, (camera, nodes), log)
             _provoke(kind, camera, nodes, minute)
-            _spin(executor, 60.0 - FAULT_S, (camera, nodes), log)
+            spin(executor, 60.0 - FAULT_S, (camera, nodes), log)
             _note(minute, listener, nodes, log)
             minutes.append(minute)
             _keep(args.output / "soak.jsonl", minute)
@@ -95,24 +88,6 @@ def _soak(bag: Path, args: argparse.Namespace) -> list[Minute]:
     listener.destroy_node()
     rclpy.try_shutdown()
     return minutes
-
-
-def _spin(
-    executor: SingleThreadedExecutor,
-    seconds: float,
-    processes: tuple[subprocess.Popen[bytes], ...],
-    log: Path,
-) -> None:
-    """Listen for some time.
-
-    Raises:
-        RosError: the camera or the supervisor ended.
-    """
-    until_s = time.monotonic() + seconds
-    while (left_s := until_s - time.monotonic()) > 0.0:
-        executor.spin_once(timeout_sec=min(0.1, left_s))
-        if any(process.poll() is not None for process in processes):
-            raise RosError(f"a process ended; see {log}")
 
 
 def _provoke(
@@ -123,7 +98,7 @@ def _provoke(
         camera.stdin.write(f"{kind}\n".encode())
         camera.stdin.flush()
         return
-    os.kill(_by_name(nodes.pid)[kind.split(maxsplit=1)[0]], signal.SIGKILL)
+    os.kill(by_name(nodes.pid)[kind.split(maxsplit=1)[0]], signal.SIGKILL)
     minute.provoked += 1
 
 
@@ -133,17 +108,8 @@ def _note(minute: Minute, listener: Listener, nodes: subprocess.Popen[bytes], lo
     minute.load = os.getloadavg()[0]
     minute.positions_hz, minute.wrong = heard["positions"] / 60.0, heard["wrong"]
     minute.ended = log.read_text(encoding="utf-8", errors="replace").count("it is started again")
-    for name, pid in {"supervisor": nodes.pid, **_by_name(nodes.pid)}.items():
+    for name, pid in {"supervisor": nodes.pid, **by_name(nodes.pid)}.items():
         minute.usage[name] = Usage(pid, memory_mb(pid), descriptors(pid), threads(pid))
-
-
-def _by_name(pid: int) -> dict[str, int]:
-    """Return the nodes' processes."""
-    return {
-        words[words.index("--node") + 1]: child
-        for child, words in children(pid).items()
-        if "--node" in words
-    }
 
 
 def _keep(path: Path, minute: Minute) -> None:
@@ -158,44 +124,6 @@ def _keep(path: Path, minute: Minute) -> None:
         f"delay {minute.delay_ms[0]:.1f} / {minute.delay_ms[1]:.1f} ms; {used}",
         flush=True,
     )
-
-
-@contextmanager
-def _camera(bag: Path, log: IO[bytes]) -> Iterator[subprocess.Popen[bytes]]:
-    with open_bag([bag]) as reader:
-        truth = [name for name in reader.topics if name.startswith("/truth/robots/")]
-    command = [
-        sys.executable, "-m", "aerial_gnss_ros.benchmarking.camera", str(bag), "--disturb",
-        "--images", IMAGES, "--topics", *SENSORS, *truth, "--ros-args",
-    ]  # fmt: skip
-    with _process(command, log) as process:
-        yield process
-
-
-@contextmanager
-def _nodes(log: IO[bytes]) -> Iterator[subprocess.Popen[bytes]]:
-    command = [
-        sys.executable, "-m", "aerial_gnss_ros.cli", "run", "--ros-args",
-        "-p", "search.mode:=roi",
-    ]  # fmt: skip
-    with _process(command, log) as process:
-        yield process
-
-
-@contextmanager
-def _process(command: list[str], log: IO[bytes]) -> Iterator[subprocess.Popen[bytes]]:
-    process = subprocess.Popen(  # noqa: S603
-        command, stdin=subprocess.PIPE, stdout=log, stderr=subprocess.STDOUT
-    )
-    try:
-        yield process
-    finally:
-        process.send_signal(signal.SIGINT)
-        try:
-            process.wait(20.0)
-        except subprocess.TimeoutExpired:
-            process.kill()
-            process.wait()
 
 
 def _report(minutes: list[Minute]) -> str:

@@ -16,15 +16,17 @@ import rclpy
 from rclpy.node import Node
 from rclpy.publisher import Publisher
 
+from aerial_gnss_ros.adapters.stamps import stamp_fields
 from aerial_gnss_ros.bags.reader import BagReader, open_bag
 from aerial_gnss_ros.benchmarking.disturbing import Disturber
 from aerial_gnss_ros.benchmarking.loop import Loop
 from aerial_gnss_ros.core.errors import AerialGnssError
 from aerial_gnss_ros.nodes import process, qos
-from aerial_gnss_ros.nodes.ros_messages import message_class
+from aerial_gnss_ros.nodes.ros_messages import message, message_class
 from aerial_gnss_ros.nodes.transport import use_large_data_profile
 
 _IMAGE_DEPTH, _TELEMETRY_DEPTH = 5, 50
+_CLOCK = "rosgraph_msgs/msg/Clock"
 _MEET_S = 1.0
 """Time for publishers and subscribers to find each other before the first message."""
 
@@ -40,6 +42,9 @@ def main(argv: Sequence[str] | None = None) -> int:
     parser.add_argument(
         "--disturb", action="store_true", help="take kinds of disturbances from standard input"
     )
+    parser.add_argument(
+        "--clock", action="store_true", help="publish /clock, for nodes with use_sim_time"
+    )
     args = parser.parse_args(process.own_arguments(arguments)[1:])
     use_large_data_profile()
     try:
@@ -54,6 +59,8 @@ def main(argv: Sequence[str] | None = None) -> int:
 def _play(bag: BagReader, loop: Loop, args: argparse.Namespace) -> None:
     node = rclpy.create_node("camera")
     publishers = {name: _publisher(node, bag, name, args.images) for name in args.topics}
+    kind = message_class(_CLOCK)
+    clock = node.create_publisher(kind, "/clock", qos.sensor(1)) if args.clock else None
     disturber = None
     if args.disturb:
         types = {name: bag.topics[name].msgtype for name in args.topics}
@@ -68,7 +75,12 @@ def _play(bag: BagReader, loop: Loop, args: argparse.Namespace) -> None:
         if not rclpy.ok():
             break
         entry = moment.entry
-        raw: bytes | None = entry.raw(began_ns + round(moment.stamp_ns / args.rate))
+        stamp_ns = began_ns + round(moment.stamp_ns / args.rate)
+        if disturber is not None:
+            stamp_ns += disturber.stepped_ns
+        if clock is not None:
+            clock.publish(message(_CLOCK, {"clock": stamp_fields(stamp_ns)}))
+        raw: bytes | None = entry.raw(stamp_ns)
         if disturber is not None and raw is not None:
             raw = disturber.altered(entry.topic, raw)
         if raw is not None:

@@ -19,7 +19,8 @@ from aerial_gnss_ros.nodes.ros_messages import message, message_class
 
 DETECTIONS_TYPE = "vision_msgs/msg/Detection2DArray"
 TELEMETRY = ("fix", "attitude", "gimbal", "height")
-DAY_NS = 86_400 * 1_000_000_000
+SECOND_NS = 1_000_000_000
+DAY_NS = 86_400 * SECOND_NS
 SECONDS = {
     "fix is NaN": 1.0,
     "fix is 0, 0": 1.0,
@@ -29,6 +30,9 @@ SECONDS = {
     "boxes are noise": 1.0,
 }
 """Kinds of disturbances, and how long each lasts, s."""
+
+STEPS = {"clock steps an hour ahead": 3600 * SECOND_NS, "clock steps back": -3600 * SECOND_NS}
+"""Steps of the clock that stamps everything; they stay, ns."""
 
 _BOXES = 12
 
@@ -40,11 +44,15 @@ class Disturber:
         node: publishes false detections.
         types: message types of the topics that are played, by absolute name.
         images: the topic of the images.
+
+    Attributes:
+        stepped_ns: by how much the clock that stamps everything has stepped, ns.
     """
 
     def __init__(self, node: Node, types: dict[str, str], images: str) -> None:
         self._node, self._types, self._images = node, types, images
         self._kind, self._until_s = "", 0.0
+        self.stepped_ns = 0
         self._chance = random.Random(1)  # noqa: S311 - noise, no secret
         self._false: Any = None
 
@@ -58,7 +66,10 @@ class Disturber:
         threading.Thread(target=read, daemon=True).start()
 
     def begin(self, kind: str) -> None:
-        """Begin a disturbance; it ends by itself."""
+        """Begin a disturbance; it ends by itself, but for a step of the clock."""
+        if kind in STEPS:
+            self.stepped_ns += STEPS[kind]
+            return
         self._until_s = time.monotonic() + SECONDS[kind]
         self._kind = kind
 
