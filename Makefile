@@ -62,6 +62,7 @@ check:
 	.ci/run
 
 lint: $(READY_DEV)
+	$(BIN)/python tools/headers.py
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 

@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """How far off is each method? Released code, paper, exact single image, ours, and the bound.
 

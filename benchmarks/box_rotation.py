@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """How well a box is carried through a turn: corners against ellipse, on the simulated hexapod.
 

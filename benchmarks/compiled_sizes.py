@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """What compiling a model for one size of images costs and gains on OpenVINO: docs/detection.md.
 

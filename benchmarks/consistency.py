@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Are positions as good as physics allows, and is their covariance honest? A table over families.
 

@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """The cases of `faults.py`: every kind of fault on every input, in pairs, and by name."""
 

@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Flies the families and keeps each flight's figures: one line of JSON a flight.
 

@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Telemetry that is wrong for a moment: are robots lost, and for how long are they in doubt?
 

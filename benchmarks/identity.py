@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Does every robot keep its name? Crossings, dives, missed and false boxes; IDF1, HOTA, switches.
 

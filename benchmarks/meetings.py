@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Two robots meet within a hull's length: how often is it mistaken which is which, and is it said?
 

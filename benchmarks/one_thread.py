@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Imported before numpy: linear algebra in one thread, as on a core that others share."""
 

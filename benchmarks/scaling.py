@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """What an image costs the estimator's core, from 1 to 1,000 robots; publishing is not in it.
 

@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """What following the robots (search.mode roi) finds and takes, beside looking at whole images.
 

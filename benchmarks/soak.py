@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Do the nodes stay the same over hours? Both live, with a fault a minute.
 

@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """What the minutes of a soak say: growth after the warm-up, restarts, wrong positions."""
 

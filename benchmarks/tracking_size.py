@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """How large tracking is: files, lines, and numbers that were chosen, by room.
 

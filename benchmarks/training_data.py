@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """What training data is worth: renderers, curriculum and augmentation, the same budget each.
 

@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Feeds the program damaged input, case by case and repeatably; see README.md."""
 

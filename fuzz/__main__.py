@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """python -m fuzz --cases 20000 --seed 1 [--only messages] [--case 17]."""
 

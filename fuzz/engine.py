@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Runs cases of a target, watches over each, and keeps what it did that it must not do.
 

@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """A simulated flight as messages, tick by tick, and the truth that positions are judged by."""
 

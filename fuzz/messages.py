@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Targets in flight: damaged fields, bytes, order and times of everything that the topics bring."""
 

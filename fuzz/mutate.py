@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Changes numbers, texts and bytes: to what is known to hurt, and at random."""
 

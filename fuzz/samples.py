@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Good files of every kind, which cases then damage, and words that have hurt parsers before."""
 

@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Message types: those that the program ships with, and the autopilots' that it reads by name."""
 

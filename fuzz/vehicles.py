@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """What each kind of vehicle sends: the reverse of `adapters`, one kind of message at a time.
 

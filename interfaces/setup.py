@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Builds the Python modules vision_msgs and geographic_msgs against the ROS 2 wheels."""
 

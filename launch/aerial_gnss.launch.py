@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Starts detector and estimator for one vehicle, each a process that is started again if it dies.
 

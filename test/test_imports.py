@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Nothing imports what lies above it, and the default path needs neither ROS nor torch to load."""
 

@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Real installations with pip, editable and with colcon: what is where, and does it start?"""
 

@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Tests that run side by side do not hear one another's nodes, and files stay together."""
 

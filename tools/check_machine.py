@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Says in one sentence what this machine lacks for `make`; ends with status 2 then.
 

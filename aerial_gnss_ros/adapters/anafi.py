@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Parrot ANAFI (anafi_ros). Orientations are canonical messages in NWU axes, angles in degrees."""
 

@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """ArduPilot's own DDS client: the fused pose of `/ap/geopose/filtered` and `/ap/pose/filtered`.
 

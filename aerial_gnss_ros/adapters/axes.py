@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Orientations in a message's own axes to FLU in ENU, or in the vehicle's FLU."""
 

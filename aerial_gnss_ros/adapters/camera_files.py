@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """CameraInfo YAML files: as camera_calibration writes them, or as `ros2 topic echo` prints them."""
 

@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """The last message of a robot that is lost: its topic keeps that one for whoever subscribes later.
 

@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """A flight as a DJI recorded it, in SI and this package's frames, whatever file it came from."""
 

@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """DJI logs to core values: flight-record CSV, AirData CSV and SRT subtitles, told by the name."""
 

@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """SRT subtitles with telemetry, as DJI drones write beside their videos, to a flight.
 

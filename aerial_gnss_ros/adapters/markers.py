@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Robots as markers for RViz and Foxglove: an ellipse that holds each with 95 %, and its name."""
 

@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Which vehicle profile fits the topics that there are, by name and type, in which namespace."""
 

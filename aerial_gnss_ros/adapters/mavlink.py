@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """MAVLink's gimbal: what GIMBAL_DEVICE_ATTITUDE_STATUS is relative to, as its flags say.
 

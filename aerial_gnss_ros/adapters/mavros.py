@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """MAVROS (PX4 and ArduPilot). Its position, attitude and heights are canonical messages already.
 

@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Writes a node's parameters as documented YAML: every key with unit, meaning and default."""
 

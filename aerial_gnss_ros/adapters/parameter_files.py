@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Reads parameter files: ROS parameter YAML as `--params-file` takes it, or a plain mapping.
 

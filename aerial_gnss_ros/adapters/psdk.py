@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """DJI through psdk_ros2. Only its gimbal is not a canonical message."""
 

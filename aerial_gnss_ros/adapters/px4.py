@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """PX4 over uXRCE-DDS (px4_msgs). Releases differ: fields that came or went are looked for.
 

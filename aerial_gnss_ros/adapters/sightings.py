@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """A published position as other programs want it: Cursor on Target XML, MAVLink fields."""
 

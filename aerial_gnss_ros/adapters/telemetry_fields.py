@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Core telemetry values as nested dicts in ROS field names: the reverse of `canonical`."""
 

@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Text files of users: bounded in size, UTF-8, and a sentence where they are not."""
 

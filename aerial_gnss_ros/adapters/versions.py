@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Topics whose names end with the version of their message, as PX4's do from version 1 on."""
 

@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Reads YAML, with bounds: whatever a file holds, the answer is its content or one sentence.
 

@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """A DJI flight record, with its video or without, as a bag on the canonical topics."""
 

@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Reads rosbag2 (mcap, sqlite3) and ROS 1 bags, one or several that belong together."""
 

@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """The folder that a replay leaves: tables, maps and the result topics as a bag."""
 

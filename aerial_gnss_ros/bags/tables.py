@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Positions over time, as `replay` writes them and as truth has them."""
 

@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Message types of ROS 2 Jazzy with vision_msgs and geographic_msgs, and messages from dicts."""
 

@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Frames of a video, one at a time: hours of it need no more memory than a frame."""
 

@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Hands recorded telemetry to a watch; says what the bag lacks or has in another type."""
 

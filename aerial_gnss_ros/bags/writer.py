@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Writes rosbag2 folders (mcap): whole or not at all, the same input giving the same bytes."""
 

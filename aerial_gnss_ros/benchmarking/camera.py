@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Plays a short recording into ROS without end, stamped now: a camera and its drone.
 

@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Damages telemetry and detections for a moment, as a drone's power supply or radio would."""
 

@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Measures both nodes from outside: a camera process before them, a subscriber behind them."""
 

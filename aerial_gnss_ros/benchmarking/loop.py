@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """A short recording as an endless one: played forward, then backward, with stamps that go on.
 

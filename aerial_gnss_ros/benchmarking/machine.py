@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """What the machine is, and what a process takes of it (Linux; elsewhere figures are missing)."""
 

@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """The pipeline in one process, as fast as it goes: image message in, position messages out."""
 

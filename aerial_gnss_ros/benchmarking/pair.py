@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Both nodes in one process as `aerial-gnss run` has them; tells at its end what each stage took.
 

@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Processes that a benchmark runs beside itself, and waiting for what they do."""
 

@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """All runs of a benchmark: both ways through the pipeline for one flight and one way to search."""
 

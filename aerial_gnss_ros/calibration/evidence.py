@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """The likelihood of a recording's boxes with everything that changes in time integrated out.
 

@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """The unknowns of a recording, where each stands, and what is known of them before the boxes.
 

@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """The camera's motion as telemetry tells it: smooth in time, each input at its own samples.
 

@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Collects what a calibration needs from a replay: all telemetry and all boxes."""
 

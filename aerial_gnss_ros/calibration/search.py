@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Finds the most likely delays wherever they are: from a grid of latencies to a fine fit."""
 

@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Which boxes belong to one robot, at assumed delays: no tracker has to have confirmed it.
 

@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """`aerial-gnss augment`: several variants of each training image, boxes carried along."""
 

@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """A camera on the command line: CameraInfo YAML, photo, known drone, or focal length and sensor."""
 

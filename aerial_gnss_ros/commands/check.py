@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """`aerial-gnss check`: says in words where drone and camera are, so that signs can be verified."""
 

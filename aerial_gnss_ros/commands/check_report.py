@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """What `aerial-gnss check` says: drone, camera, every input and the sign tests, in words."""
 

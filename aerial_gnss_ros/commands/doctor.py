@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """`aerial-gnss doctor`: proposes the vehicle profile for a bag or a live graph, ready to paste."""
 

@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """`aerial-gnss import-dji`: a DJI flight record, with its video, to a bag on canonical topics."""
 

@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Robots and their errors while a flight goes on: a table on a terminal, plain lines elsewhere."""
 

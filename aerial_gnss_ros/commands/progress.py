@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Progress of long work on standard error: a bar on a terminal, plain lines elsewhere."""
 

@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """`aerial-gnss train`: the paper's curriculum on a labelled data set, resumable after a kill."""
 

@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """The arguments of `aerial-gnss train`, and what of them has no meaning, alone or together."""
 

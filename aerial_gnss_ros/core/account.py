@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """What became of boxes that tracks got before they were confirmed: only later is it known.
 

@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Messages on their way in: those whose stamps are far off wait until it is known what they are."""
 

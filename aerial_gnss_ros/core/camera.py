@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Camera models: pixel to ray and back, with Jacobians, as sensor_msgs/CameraInfo describes them.
 

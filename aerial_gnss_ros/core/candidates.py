@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Pairs of a track and a box that may belong together: the lists that `matching` chooses from."""
 

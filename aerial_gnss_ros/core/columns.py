@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Columns of a table for numpy's functions, so that equal input gives equal bytes."""
 

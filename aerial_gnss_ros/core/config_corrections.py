@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Parameters that correct what is measured: calibration of the platform, depth of the robots."""
 

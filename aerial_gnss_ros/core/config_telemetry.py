@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Parameters of what a vehicle tells of itself: position, attitude, gimbal, height, water level.
 

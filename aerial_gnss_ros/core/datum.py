@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Altitude datums: the one place where an altitude becomes one above the WGS84 ellipsoid."""
 

@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Names that may be another robot's since an encounter: how likely whose, and what is published.
 

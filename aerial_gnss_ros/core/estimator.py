@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """The estimator: from detections and telemetry to robots. Live nodes and replay drive this.
 

@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Formulas that take numbers or arrays: an operation on an array costs as much as on ten numbers.
 

@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """WGS84: geodetic, Earth-centred (ECEF) and local East-North-Up coordinates; geodesics.
 

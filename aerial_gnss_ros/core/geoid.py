@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Height of mean sea level above the WGS84 ellipsoid: the EGM96 geoid on its 15' grid."""
 

@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Which name a newly confirmed robot gets: its old one, the one of its start, or a new number."""
 

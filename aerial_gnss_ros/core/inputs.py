@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """The estimator's telemetry: one buffer an input, constants in their place, and what each says."""
 

@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """The joint filter: what a tracker asks of it, robot by robot, whatever groups they are kept in."""
 

@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """How detections lie to robots: offsets and covariances of the pairs that are near enough."""
 

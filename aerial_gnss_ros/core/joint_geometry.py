@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """The camera over the frame `map`: where it should see a robot, and what moves that place.
 

@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """How robots move: straight on while they are in sight, unknown where to when they are not."""
 

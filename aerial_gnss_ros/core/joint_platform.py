@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """The platform's slowly varying errors: their names, their order in the state, their strength."""
 

@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """The camera of one image for the filter, and from where derivatives by platform errors are taken.
 

@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """JSON of files and messages: whatever a text holds, the answer is its content or a ValueError."""
 

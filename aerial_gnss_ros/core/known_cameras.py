@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Cameras of common drones, from what their makers publish: equivalent focal length, photo size.
 

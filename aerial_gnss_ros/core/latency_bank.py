@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """A bank of small filters, one for each latency that is tried, and how badly boxes fit each.
 

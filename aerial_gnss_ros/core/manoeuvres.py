@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """How hard each robot manoeuvres, found from how its velocity is corrected.
 

@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Where the origin of the frame `map` lies: a parameter, or where fixes agree."""
 

@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Keeps the origin of `map` over the restart of a node: `odom` goes on in the same frame."""
 

@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Two robots that are close: their ways, by several hypotheses of which box is whose.
 

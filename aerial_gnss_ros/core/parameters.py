@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Parameters as frozen dataclasses: one source of defaults, units, ranges and messages.
 

@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """One image from boxes to robots: choose boxes, camera, pose, points on the water, tracks."""
 

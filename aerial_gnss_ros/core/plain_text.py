@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Text that other programs read: no character that XML forbids, no formula in a spreadsheet.
 

@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Whether what the filter has come to can be: finite, symmetric, positive, within bounds."""
 

@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """From telemetry at one time to the camera's pose over the water, or a typed refusal."""
 

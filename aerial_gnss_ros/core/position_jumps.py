@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """A GNSS position that jumps: it is not believed until it is back, or has stayed elsewhere."""
 

@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """From points before a lens to its image plane, with the derivative: what filters linearise."""
 

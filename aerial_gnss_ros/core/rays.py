@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """From the image plane to rays before the lens, with the derivative; `projection` goes back."""
 

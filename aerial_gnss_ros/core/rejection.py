@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Why a detection gave no position: the only words used in diagnostics and rejected.csv."""
 

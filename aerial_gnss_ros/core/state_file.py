@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Keeps robots' names in a file over a restart, such as a change of batteries."""
 

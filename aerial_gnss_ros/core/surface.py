@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """The water's surface as the camera sees it: the WGS84 ellipsoid raised to the water's level.
 

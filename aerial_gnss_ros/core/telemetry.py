@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Time-sorted telemetry: samples at a scene's time by interpolation, never by extrapolation."""
 

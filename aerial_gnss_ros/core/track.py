@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """The life of one track, and what it remembers for the time when its robot is out of sight."""
 

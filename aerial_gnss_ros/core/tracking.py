@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """The seam between one image's points and robots over time: any tracker that fits it will do."""
 

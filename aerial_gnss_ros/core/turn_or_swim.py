@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Whether robots changed their velocities each by itself, or one turn of the camera explains all.
 

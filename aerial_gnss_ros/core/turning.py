@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Whether the camera turns by itself: a gimbal that runs away, or telemetry that does.
 

@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Watches the estimator's inputs without looking for robots: what `aerial-gnss check` judges.
 

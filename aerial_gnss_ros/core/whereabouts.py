@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Where a robot out of sight may be, and how it swims there: what a new track is compared with.
 

@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """The few calls of the CUDA runtime that an engine needs, through NVIDIA's own cuda-python."""
 

@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Images to blue-green-red arrays: rclpy's and rosbags' messages by attribute, and files.
 

@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Fits an image of any size into the network's rectangle, and brings boxes back."""
 

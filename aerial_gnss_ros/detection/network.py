@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """A YOLO network in any runtime as a Detector: fit the image in, run, read the output."""
 

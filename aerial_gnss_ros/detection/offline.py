@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Keeps ultralytics from the network, and from the user's home: a robot has none, or a full one."""
 

@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Follows the robots: looks closely where they must be, and at one part of the rest at a time.
 

@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Looks again, larger and with more of what lies around, at boxes that a network is not sure of.
 

@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Which boxes a second look is for, how large it sees them, and what it is told of them."""
 

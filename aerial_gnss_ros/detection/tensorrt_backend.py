@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """TensorRT engines, as `aerial-gnss export` builds them on the device; TensorRT 8.6 and later.
 

@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Looks at overlapping tiles of an image in full resolution: for 4K images with small robots."""
 

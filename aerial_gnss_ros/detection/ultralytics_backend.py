@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """PyTorch (.pt) and TensorRT (.engine) models through ultralytics; imported only when asked for."""
 

@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Cuts boxes and what lies around out of an image, in equal size, for a second look."""
 

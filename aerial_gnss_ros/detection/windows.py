@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Rectangles of an image that a network looks at one by one, and how to choose them."""
 

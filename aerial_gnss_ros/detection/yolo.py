@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Reads the output of a YOLO network: boxes, scores, and non-maximum suppression."""
 

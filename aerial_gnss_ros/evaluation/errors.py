@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Errors of published positions against truth, on the WGS84 ellipsoid."""
 

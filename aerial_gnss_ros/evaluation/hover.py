@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Truth as the paper takes it: a robot's place from the moments when the drone hovers over it.
 

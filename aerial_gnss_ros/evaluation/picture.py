@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """What all pictures of a result have in common: colours, the legend above, PNG."""
 

@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """The platform's estimated errors over time, with their bands, where the filter wrote them.
 

@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Truth from a bag (`truth/robots/<id>/fix`, the drone's path) or from a CSV.
 

@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """ROS 2 nodes: a callback converts, calls the core and publishes; no mathematics here."""
 

@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """When messages come on one topic: count, rate, age and silence. Knows no ROS."""
 

@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Writes config/detector.yaml and config/estimator.yaml from the program's own defaults."""
 

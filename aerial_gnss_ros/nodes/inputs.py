@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """A topic that a node listens to, and what to say when nothing comes. Knows no ROS."""
 

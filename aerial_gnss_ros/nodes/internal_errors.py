@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Errors of the program itself that reach a node's executor: counted, told once, survived."""
 

@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Ends a process with status 0 on SIGINT and SIGTERM, also while it is still importing."""
 

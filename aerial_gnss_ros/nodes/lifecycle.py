@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """A node with ROS' lifecycle that starts by itself: what it holds can be given back in flight."""
 

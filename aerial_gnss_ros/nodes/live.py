@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Plays a bag into detector and estimator, each a process of its own, and hears what they publish.
 

@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """What the C library does with memory that is freed: keeps that of images, or gives it back."""
 

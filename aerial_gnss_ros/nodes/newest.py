@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """A place for one item between two threads: the newest wins, those it replaces are counted."""
 

@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """ROS parameters from dataclasses: descriptors, ranges, and a refusal of what ROS would ignore."""
 

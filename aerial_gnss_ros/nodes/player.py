@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Plays a bag into ROS in real time: images best effort, detections reliable, /clock with it.
 

@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Runs nodes in a process until a signal: status 0, or 2 with one sentence for wrong input."""
 

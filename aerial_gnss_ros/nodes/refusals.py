@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Images that were refused: how many for which reason, and what was wrong with the last one."""
 

@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Writes SROS2 policies: what each node publishes, subscribes to and serves, and nothing more.
 

@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """What both nodes share: parameters, watched inputs, QoS reports, diagnostics once a second."""
 

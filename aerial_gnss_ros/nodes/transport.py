@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Chooses the Fast DDS transport profile for processes of this package that publish images."""
 

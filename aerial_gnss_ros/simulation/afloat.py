@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Where other things float during a flight: seen, clear of the robots' paths and of each other."""
 

@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Writes a simulated flight as a rosbag2: sensors, images or detections, and the truth."""
 

@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Seeded chance: independent streams by name, smooth wandering, Gauss-Markov drift."""
 

@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """From linear light to the 8-bit picture: exposure, colour, tone curve, lens softness, noise."""
 

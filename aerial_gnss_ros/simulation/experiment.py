@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """A simulated flight as a whole: true motion, robots, sensors and the camera's clock.
 

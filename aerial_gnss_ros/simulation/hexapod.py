@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """The robot that is rendered: an Aqua2-like hexapod, 0.65 x 0.45 x 0.13 m with its flippers."""
 

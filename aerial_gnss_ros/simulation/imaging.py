@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Renders and encodes the images of a flight in a few processes, in order, in bounded memory."""
 

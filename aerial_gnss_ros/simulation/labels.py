@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Truth about each robot in a rendered image: its box, size, contrast and visible share."""
 

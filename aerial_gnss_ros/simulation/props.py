@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Things at sea that are not robots, so that a detector learns to leave them alone."""
 

@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Draws a placed mesh into a small supersampled layer, split at the water surface."""
 

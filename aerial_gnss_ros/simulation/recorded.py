@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """A recorded DJI flight as the true motion of a simulation: path, attitude, gimbal as logged."""
 

@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Where a submerged point appears: the Snell crossing of a flat water surface at z = 0."""
 

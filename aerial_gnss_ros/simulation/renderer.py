@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Camera images of robots at sea, rendered through the true camera geometry, with their labels."""
 

@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """How the simulated robots truly swim: constant speed, smooth turns, near the surface."""
 

@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Labelled pictures of random scenes: what a renderer gives, and the fast renderer giving it."""
 

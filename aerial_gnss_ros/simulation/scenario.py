@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """What was simulated, every figure stated: as values for the bag and in words for the user."""
 

@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """How a rendered place looks: sun, sky, waves, water, camera; fixed or drawn at random."""
 

@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Moving water: tileable slope fields of an ocean spectrum, sampled at points of the surface."""
 

@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """What the drone's sensors report of its true motion: rates, latencies, white noise, slow drift.
 

@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Light of sea and sky that reaches the camera along given rays (linear radiance planes)."""
 

@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """The sky of a scene as a picture that view and reflection directions are looked up in."""
 

@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Draws random views of the water: lens, height, tilt, and where a robot is to be."""
 

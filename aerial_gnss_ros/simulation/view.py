@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Camera geometry for rendering: rays of a pixel window, pixels of points, through water too."""
 

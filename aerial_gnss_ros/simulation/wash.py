@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """What a robot does to the water around it: shadow, wake, and foam at its waterline."""
 

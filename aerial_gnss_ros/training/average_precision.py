@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Average precision over IoU 0.5 to 0.95, as COCO defines it, from boxes and truth in memory.
 

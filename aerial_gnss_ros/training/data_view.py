@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Shows ultralytics a part of a data set without letting it write into the user's folders.
 

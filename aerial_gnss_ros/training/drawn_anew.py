@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """How sure scores are: the same for test scenes drawn anew (B. Efron's bootstrap, 1979).
 

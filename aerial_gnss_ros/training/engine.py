@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Builds a TensorRT engine of an ONNX model on the device that will fly, with its sidecar.
 

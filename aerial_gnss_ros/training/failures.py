@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """A picture of what a detector missed (above) and took for a robot (below), evenly from all of it.
 

@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Augmentations that move pixels: each is a matrix and the size of the canvas afterwards.
 

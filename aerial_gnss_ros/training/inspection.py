@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Looks through a data set before it is used: every file, every line, and what is in two sets."""
 

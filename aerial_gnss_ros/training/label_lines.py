@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Lines of a label file in YOLO's layout: `class x y width height`, relative to the image."""
 

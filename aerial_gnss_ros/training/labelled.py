@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Reads labelled images in YOLO's layout, with the simulation's meta.csv where there is one."""
 

@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Reads labelled images from a simulated flight: a bag with images and their true labels."""
 

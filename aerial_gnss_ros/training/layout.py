@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Where the files of a data set in YOLO's layout lie: data.yaml, images/, labels/."""
 

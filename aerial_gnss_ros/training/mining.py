@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Cuts small training tiles round what a network gets wrong, and round some of the rest.
 

@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """The model card of a training: what it learnt from, how, and how well, in Markdown."""
 

@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Keeps ultralytics to itself: no downloads, no reports to its makers, no files in the home."""
 

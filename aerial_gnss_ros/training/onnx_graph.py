@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """What an export to fewer bits needs to know of an ONNX graph: which nodes must stay exact."""
 

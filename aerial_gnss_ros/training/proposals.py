@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """The boxes that a detector proposes, with the truth: what a second look learns from."""
 

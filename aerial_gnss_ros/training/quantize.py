@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Exports an ONNX model to 8 bits (int8) by calibration on images, without training.
 

@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """What lies in the folder of a training, and what is remembered of it from start to resumption."""
 

@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Scores any detector on labelled frames: precision, recall and centre error, by size.
 

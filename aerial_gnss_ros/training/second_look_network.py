@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """The network of the second look, and how it learns: 350,000 weights, with torch."""
 

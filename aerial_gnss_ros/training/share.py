@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """How much a second look counts beside the detector: chosen on images that neither learnt from."""
 

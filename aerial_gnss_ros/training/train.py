@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """How ultralytics (AGPL-3.0, the extra [ultralytics]) is told to learn: options and callbacks."""
 

@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Finds the message texts, which the main package holds: it registers them for bags, too."""
 

@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Physical scenes: a drone, its camera and a robot on the water, by scipy and pymap3d alone.
 

@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """One physical scene in every vehicle's messages gives one answer: profile, adapter, feed, core."""
 

@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Parameter files: read as ROS reads them, but nothing is ignored; writing and reading agree."""
 

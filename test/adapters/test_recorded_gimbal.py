@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Recorded metadata of a real gimballed sensor through profile keys, feed, telemetry and posing.
 

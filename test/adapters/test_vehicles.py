@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Each profile against the tables of what vehicles publish: topics, types, QoS, axes, datums."""
 

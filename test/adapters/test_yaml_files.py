@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Whatever a YAML file holds: its content, or one short sentence with the file and the line."""
 

@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """What replay writes is read by other programs' strict parsers, whatever classes are called."""
 

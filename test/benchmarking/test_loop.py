@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """A recording played to and fro: stamps go on, nothing jumps, nothing comes twice at once."""
 

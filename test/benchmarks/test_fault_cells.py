@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Some cells of the fault matrix, whole flights: none died, none is wrong, names are kept."""
 

@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Flights of the benchmarks are kept and taken up again; tables use seeds that every cell has."""
 

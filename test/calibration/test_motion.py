@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Smooth poses: motion is kept, errors of telemetry are not taken for motion."""
 

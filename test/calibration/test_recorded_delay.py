@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Orientations of a real gimballed sensor, stamped later than images and fixes.
 

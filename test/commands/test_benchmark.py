@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """`aerial-gnss benchmark`: refusals in a sentence; a small run with real nodes and processes."""
 

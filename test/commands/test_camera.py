@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """`aerial-gnss camera`: three ways to give a camera, the file it writes, and refusals."""
 

@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """A camera from the EXIF of a photo: the 35 mm focal length is by the diagonal."""
 

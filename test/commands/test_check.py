@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """`aerial-gnss check` on bags: the hover whose answer is known, and what goes wrong."""
 

@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """`aerial-gnss replay`: outputs of the contract, the same bytes, and one sentence for bad input."""
 

@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """`aerial-gnss replay` and bad input: one sentence, status 2, nothing lost and nothing left."""
 

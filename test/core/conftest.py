@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """A small world for tests of the estimator: a drone, robots, and telemetry that may be wrong."""
 

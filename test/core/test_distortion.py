@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Lens models far beyond ordinary lenses: what is monotonic comes back, what is not is refused."""
 

@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Whose name it may be after one encounter or several, with numbers that can be checked by hand."""
 

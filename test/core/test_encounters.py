@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Two robots that pass closer than their boxes are exact: who is who is decided afterwards."""
 

@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """What the engine publishes and tells: methods, names over a restart, the map, diagnostics."""
 

@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """EGM96 against NGA's published points, and where the grid ends: poles and 180 deg."""
 

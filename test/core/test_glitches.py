@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Flights whose telemetry is wrong for a moment: robots keep names and sigmas, or say so."""
 

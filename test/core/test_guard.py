@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Whatever an image does to the core: nothing is raised, and nothing but a count remains of it."""
 

@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Fixes and heights whose stamps are late: they count at the time that they tell of."""
 

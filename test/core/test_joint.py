@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """The joint filter in flight: groups, jumps, a spinning compass, wrong noise, honest covariance."""
 

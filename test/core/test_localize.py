@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Pixels to positions: round trips, derivatives, covariance by Monte Carlo, refusals."""
 

@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Declination against the test values that NOAA publishes with the World Magnetic Model."""
 

@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Robots that turn harder than stated are noticed; those that obey and moving cameras are not."""
 

@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Which box of an image belongs to which track, where two tracks may be of one robot."""
 

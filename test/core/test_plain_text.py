@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Text for other programs: what XML forbids is replaced, what a spreadsheet computes quoted."""
 

@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Positions between images and after the last one: predicted on a copy, the filter undisturbed."""
 

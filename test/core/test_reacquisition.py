@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """What comes up inside a coasting robot's gate: that robot, another one, or a new one."""
 

@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Robots below the surface: Snell's law against hand figures and the simulator's own crossing."""
 

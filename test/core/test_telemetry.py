@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Telemetry at a scene's time: interpolated between neighbours, or missing by type."""
 

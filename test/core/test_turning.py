@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """A camera that turns by itself is told from robots that swim, or the doubt is published."""
 

@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """What a camera may have turned while no robots explained its boxes, and what they tell later."""
 

@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """A detector whose answer is known: every blob of bright pixels in what it is shown is a robot."""
 

@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """A stand-in for TensorRT and the CUDA runtime, by NVIDIA's documentation of their interfaces.
 

@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """An image's size is known before a pixel is decoded, and too large a one costs no memory."""
 

@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Engines are built, described, checked and run; with a stand-in for TensorRT: no GPU is needed."""
 

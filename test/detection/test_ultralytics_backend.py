@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """The ultralytics back end: its contract with a stand-in, and with the real one where it is."""
 

@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """A receiver that is wrong by 2 m east makes every robot wrong by 2 m east, and nothing else."""
 

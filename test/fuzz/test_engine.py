@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """The fuzzer finds what is planted, counts it by its kind, and repeats a case by its number."""
 

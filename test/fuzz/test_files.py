@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Cases of files: good ones are read, planted faults of parsers and writers are found."""
 

@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Cases in flight: every vehicle flies, planted faults are found, and results are judged."""
 

@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """The golden record: what replays of the bags beside it gave, and how a replay now differs.
 

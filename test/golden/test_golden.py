@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Replays give what they gave: names, states and refusals equal, positions to a millimetre.
 

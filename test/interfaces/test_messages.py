@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """vision_msgs and geographic_msgs: built here, from apt and in bags they are the same types."""
 

@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """What the tests of nodes share: ROS of a test's own, nodes in other processes, a short flight."""
 

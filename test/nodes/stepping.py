@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """A bag played no faster than its messages are answered: tests that do not depend on the clock."""
 

@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """The detector's lifecycle: it starts by itself, and gives the network back when it is told to."""
 

@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """`aerial-gnss run`: each node a process that is started again; real nodes on real DDS."""
 

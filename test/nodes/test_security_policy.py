@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """The policies for ROS' security name all that the nodes open, and the files are up to date."""
 

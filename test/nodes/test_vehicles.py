@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Profiles on live topics: what the node says when a vehicle does not send what is expected."""
 

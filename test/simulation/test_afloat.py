@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Things afloat in a flight: clear of the robots' whole paths and of one another."""
 

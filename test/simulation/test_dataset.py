@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Training sets: layout, labels that agree with meta.csv, same bytes from one process or two."""
 

@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """A simulated flight is consistent: its truth, put through the core, gives its truth."""
 

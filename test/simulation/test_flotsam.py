@@ -1,3 +1,5 @@
+# Copyright 2026 aerial_gnss_ros developers
+# SPDX-License-Identifier: Apache-2.0
 """Things of no kind: never twice the same, and no change to what was drawn without them."""
 
 import numpy as np

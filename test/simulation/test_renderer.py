@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Rendered images show robots where an independent projection puts them, and the horizon too."""
 

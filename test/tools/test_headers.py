@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Source files begin with whose they are and under which licence."""
 
@@ -38,3 +39,13 @@ def test_every_source_is_looked_at_and_nothing_that_was_built(tmp_path):
         path.touch()
     found = [path.relative_to(tmp_path).as_posix() for path in headers.sources(tmp_path)]
     assert found == ["setup.py", "aerial_gnss_ros/core/a.py"]
+
+
+def test_all_sources_have_it():
+    lacking = [path for path in headers.sources(headers.ROOT) if not _complete(path)]
+    assert not lacking, "python tools/headers.py --write"
+
+
+def _complete(path):
+    text = path.read_text(encoding="utf-8")
+    return text == headers.headed(text)

@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Boxes follow their pixels: an object is drawn, moved as an image, and measured again."""
 

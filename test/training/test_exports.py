@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """The shipped model in 16 and 8 bits finds what it finds in 32; what cannot be exported is told."""
 

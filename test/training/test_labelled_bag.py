@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """A flight is scored as pictures of a data set are: robots that do not count are no mistakes."""
 

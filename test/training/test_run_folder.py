@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """What a training remembers, what it shows ultralytics, and what it leaves for people."""
 

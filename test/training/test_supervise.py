@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """How a training ends is told in a sentence; tested without torch, with processes in its place."""
 

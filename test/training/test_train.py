@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """A training of one epoch, exported and loaded; and what ultralytics is told for a given time."""
 

@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Shape and flipper poses of the robots: Aqua-like hexapods that differ in their proportions.
 

@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Pictures of one robot alone, glowing under clear water: what labels are checked against."""
 

@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """The sea as a grid that follows the view, moved by Blender's FFT ocean modifiers."""
 

@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """What is drawn at random, from which ranges: `train`, and `unseen`, which shares no range of it.
 

@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Labelled pictures from Blender, which runs in a process of its own that may crash."""
 

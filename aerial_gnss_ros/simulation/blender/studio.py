@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Sets a shot up in Blender and renders it with Cycles to linear light."""
 

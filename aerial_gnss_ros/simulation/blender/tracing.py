@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Where each robot appears: sight lines refracted at the waves as they are rendered, to its mesh.
 

@@ -1,3 +1,4 @@
+# Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Labels traced through waves against masks that Cycles renders; needs the extra [blender]."""
 
