@@ -52,6 +52,29 @@ def read_yaml(path: Path, *, first: bool = False) -> Any:
         raise InputError(f"{path}: is not YAML: {_problem(error, text)}.") from error
 
 
+def check_depth(path: Path, most_bytes: int) -> None:
+    """Refuse a YAML file that another reader would take long over: one that nests too deep.
+
+    Args:
+        path: the file.
+        most_bytes: of the file.
+
+    Raises:
+        InputError: the file cannot be read, is not YAML, or nests deeper than `MOST_DEPTH`.
+    """
+    text = read_text(path, most_bytes)
+    depth = 0
+    try:
+        for event in yaml.parse(text, Loader=getattr(yaml, "CSafeLoader", yaml.SafeLoader)):
+            depth += isinstance(event, yaml.CollectionStartEvent)
+            depth -= isinstance(event, yaml.CollectionEndEvent)
+            if depth > MOST_DEPTH:
+                line = event.start_mark.line + 1
+                raise InputError(f"{path}: line {line} nests deeper than {MOST_DEPTH} levels.")
+    except yaml.YAMLError as error:
+        raise InputError(f"{path}: is not YAML: {_problem(error, text)}.") from error
+
+
 def _load(text: str, first: bool) -> Any:
     loader: Any = _Loader(text)
     try:

@@ -16,6 +16,7 @@ from rosbags.interfaces import Connection, ConnectionExtRosbag2, Qos
 from rosbags.rosbag1 import Reader as Reader1
 from rosbags.rosbag2 import Reader as Reader2
 
+from aerial_gnss_ros.adapters.yaml_files import check_depth
 from aerial_gnss_ros.bags.definitions import Definitions
 from aerial_gnss_ros.core.errors import InputError
 
@@ -69,6 +70,9 @@ class Recorded:
         return self._bag.decode(self._connection, self.raw, self.log_ns)
 
 
+_MOST_METADATA = 50_000_000  # bytes; a bag split into thousands of files has megabytes
+
+
 class _Bag:
     """One bag of either generation."""
 
@@ -76,6 +80,8 @@ class _Bag:
         self.path = path
         self.definitions = Definitions()
         with _bag_errors(path):
+            if (metadata := path / "metadata.yaml").is_file():
+                check_depth(metadata, _MOST_METADATA)  # rosbags takes long over such a file
             if path.suffix == ".bag":
                 self.reader: Reader1 | Reader2 = Reader1(path)
             else:

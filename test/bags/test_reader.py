@@ -157,6 +157,12 @@ def test_damaged_content_is_one_sentence(tmp_path):
         read_all(tmp_path / "a")
 
 
+def test_metadata_that_nests_deep_is_refused_before_it_is_parsed(tmp_path):
+    (tmp_path / "metadata.yaml").write_text("a: 1\nb: " + "[" * 5000, encoding="utf-8")
+    with pytest.raises(InputError, match=r"metadata\.yaml: line 2 nests deeper than 32 levels"):
+        open_bag(tmp_path).__enter__()
+
+
 def test_an_unknown_type_is_named_when_it_is_read(tmp_path):
     # As Humble records: sqlite3 without definitions.
     with Writer(tmp_path / "a", version=8, storage_plugin=StoragePlugin.SQLITE3) as writer:
