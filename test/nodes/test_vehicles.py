@@ -13,6 +13,7 @@ rclpy = pytest.importorskip("rclpy", reason="ROS 2 is not installed")
 
 from diagnostic_msgs.msg import DiagnosticArray  # noqa: E402
 from rcl_interfaces.msg import Log  # noqa: E402
+from rclpy.qos import QoSDurabilityPolicy, QoSProfile  # noqa: E402
 
 from aerial_gnss_ros.adapters import kinds  # noqa: E402
 from aerial_gnss_ros.adapters.vehicles import vehicle_file  # noqa: E402
@@ -64,7 +65,8 @@ def test_diagnostics_say_what_a_vehicle_sends_wrong_or_not_at_all(ros, elsewhere
     arrays, logged = [], []
     panel = ros.node("panel")
     panel.create_subscription(DiagnosticArray, "/diagnostics", arrays.append, 10)
-    panel.create_subscription(Log, "/rosout", logged.append, 10)
+    log = QoSProfile(depth=1000, durability=QoSDurabilityPolicy.TRANSIENT_LOCAL)  # said once
+    panel.create_subscription(Log, "/rosout", logged.append, log)
     ros.add(EstimatorNode(Given([vehicle_file("anafi")])))
     gimbal = "geometry_msgs/msg/QuaternionStamped"
     wrong = publisher(ros, "anafi/gimbal/attitude", gimbal)
