@@ -169,7 +169,6 @@ def _centers(message: Any) -> Array:
 @functools.cache
 def flown(vehicle: str) -> list[list[Arrival]]:
     """Return what a vehicle sends: for each image what comes after the image before it."""
-    typestore()
     config, made = config_of(vehicle), experiment(VEHICLES[vehicle].flight)
     arrivals = [*_telemetry(config, made), *_images(made)]
     arrivals.sort(key=lambda arrival: arrival.log_ns)
@@ -221,7 +220,7 @@ def _images(made: Experiment) -> list[Arrival]:
 
 
 def _arrival(log_ns: int, name: str, msgtype: str, fields: dict[str, Any]) -> Arrival:
-    message = make(msgtype, fields)
+    message = make(msgtype, fields, typestore())
     raw = bytes(typestore().serialize_cdr(message, msgtype))
     return Arrival(log_ns, name, msgtype, raw, message)
 

@@ -5,12 +5,10 @@
 from __future__ import annotations
 
 import functools
-from typing import Any
 
-from rosbags.typesys import get_types_from_msg
 from rosbags.typesys.store import Typestore
 
-from aerial_gnss_ros.bags.typestore import typestore as shipped
+from aerial_gnss_ros.bags.typestore import extended
 
 _TEXTS = {
     "mavros_msgs/msg/GimbalDeviceAttitudeStatus": """
@@ -61,11 +59,5 @@ float32[4] q
 
 @functools.cache
 def typestore() -> Typestore:
-    """Return the program's own store with the autopilots' types in it."""
-    store = shipped()
-    types: dict[str, Any] = {}
-    for name, text in _TEXTS.items():
-        if name not in store.fielddefs:
-            types.update(get_types_from_msg(text, name))
-    store.register(types)
-    return store
+    """Return the program's types and the autopilots' in a store of their own."""
+    return extended(_TEXTS)

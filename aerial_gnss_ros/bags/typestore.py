@@ -39,17 +39,33 @@ def typestore() -> Typestore:
     return store
 
 
-def make(msgtype: str, fields: Mapping[str, Any]) -> Any:
+def extended(texts: Mapping[str, str]) -> Typestore:
+    """Return a store of its own with the types of `typestore` and further ones.
+
+    Args:
+        texts: definitions as in .msg files, by message type.
+    """
+    store = get_typestore(Stores.ROS2_JAZZY)
+    known = typestore().fielddefs
+    types = {name: known[name] for name in known if name not in store.fielddefs}
+    for name, text in texts.items():
+        types.update(get_types_from_msg(text, name))
+    store.register(types)
+    return store
+
+
+def make(msgtype: str, fields: Mapping[str, Any], store: Typestore | None = None) -> Any:
     """Return a message of `rosbags` from nested dicts in ROS field names.
 
     Args:
         msgtype: such as `sensor_msgs/msg/NavSatFix`.
         fields: what is absent gets its default (zero, empty, identity).
+        store: of the message types; None: `typestore`.
 
     Raises:
         InputError: the type is unknown, or it has no field of a given name.
     """
-    store = typestore()
+    store = store or typestore()
     if msgtype not in store.fielddefs:
         raise InputError(
             f"message type {msgtype} is unknown; known: vision_msgs, geographic_msgs "
@@ -61,7 +77,7 @@ def make(msgtype: str, fields: Mapping[str, Any]) -> Any:
         raise InputError(f"{msgtype} has no field {', '.join(sorted(unknown))}.")
     defaults = _DEFAULTS.get(msgtype, {})
     values = {
-        name: _value(definition, fields.get(name, defaults.get(name)))
+        name: _value(definition, fields.get(name, defaults.get(name)), store)
         for name, definition in definitions.items()
     }
     return store.types[msgtype](**values)
@@ -72,16 +88,16 @@ def serialize(msgtype: str, fields: Mapping[str, Any]) -> bytes:
     return bytes(typestore().serialize_cdr(make(msgtype, fields), msgtype))
 
 
-def _value(definition: Any, value: Any) -> Any:
+def _value(definition: Any, value: Any, store: Typestore) -> Any:
     kind, inner = definition
     if kind == Nodetype.BASE:
         return _scalar(inner[0], value)
     if kind == Nodetype.NAME:
-        return make(inner, value or {})
+        return make(inner, value or {}, store)
     (element_kind, element), length = inner
     length = length if kind == Nodetype.ARRAY else 0
     if element_kind == Nodetype.NAME:
-        return [make(element, item) for item in (value or [{}] * length)]
+        return [make(element, item, store) for item in (value or [{}] * length)]
     if element[0] in ("string", "wstring"):
         return list(value or [""] * length)
     dtype = _NUMPY.get(element[0], element[0])

@@ -67,7 +67,7 @@ def surveyed(scene):
 def by_rosbags(msgtype, fields):
     store = types.extended()
     return store.deserialize_cdr(
-        bytes(store.serialize_cdr(shipped.make(msgtype, fields), msgtype)), msgtype
+        bytes(store.serialize_cdr(shipped.make(msgtype, fields, store), msgtype)), msgtype
     )
 
 
@@ -76,11 +76,6 @@ def by_rclpy(msgtype, fields):
         "aerial_gnss_ros.nodes.ros_messages", reason="ROS 2 is not installed"
     )
     return messages.message(msgtype, fields)
-
-
-@pytest.fixture(autouse=True)
-def all_types(monkeypatch):
-    monkeypatch.setattr(shipped, "typestore", types.extended)
 
 
 @functools.cache

@@ -9,9 +9,7 @@ from __future__ import annotations
 
 import functools
 
-from rosbags.typesys import Stores, get_types_from_msg, get_typestore
-
-from aerial_gnss_ros.bags.typestore import typestore as shipped_typestore
+from aerial_gnss_ros.bags import typestore as bags_typestore
 
 TEXTS = {
     "mavros_msgs/msg/GimbalDeviceAttitudeStatus": """
@@ -93,10 +91,4 @@ bool received_from_mavlink
 @functools.cache
 def extended():
     """Return the shipped types and those above in one store."""
-    store = get_typestore(Stores.ROS2_JAZZY)
-    known = shipped_typestore().fielddefs
-    types = {name: known[name] for name in known if name not in store.fielddefs}
-    for name, text in TEXTS.items():
-        types.update(get_types_from_msg(text, name))
-    store.register(types)
-    return store
+    return bags_typestore.extended(TEXTS)

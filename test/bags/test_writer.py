@@ -92,10 +92,10 @@ def test_a_folder_that_cannot_be_written_is_named(tmp_path):
 
 def test_unknown_types_and_fields_are_refused(tmp_path):
     with (
-        pytest.raises(InputError, match="message type acme_msgs/msg/Echo is unknown"),
+        pytest.raises(InputError, match="message type px4_msgs/msg/SensorGps is unknown"),
         BagWriter(tmp_path / "flight") as bag,
     ):
-        bag.write("echo", "acme_msgs/msg/Echo", 1, {})
+        bag.write("gps", "px4_msgs/msg/SensorGps", 1, {})
     with (
         pytest.raises(InputError, match="std_msgs/msg/Float64 has no field value"),
         BagWriter(tmp_path / "flight") as bag,
