@@ -69,8 +69,8 @@ def check_depth(path: Path, most_bytes: int) -> None:
             depth += isinstance(event, yaml.CollectionStartEvent)
             depth -= isinstance(event, yaml.CollectionEndEvent)
             if depth > MOST_DEPTH:
-                line = event.start_mark.line + 1
-                raise InputError(f"{path}: line {line} nests deeper than {MOST_DEPTH} levels.")
+                where = f"line {event.start_mark.line + 1} " if event.start_mark else ""
+                raise InputError(f"{path}: {where}nests deeper than {MOST_DEPTH} levels.")
     except yaml.YAMLError as error:
         raise InputError(f"{path}: is not YAML: {_problem(error, text)}.") from error
 
