@@ -43,9 +43,10 @@ def recorded(cross, tmp_path):
             for s in cross.Feed(config, None).subscriptions
         }
         bag = tmp_path / "bag"
+        store = cross.types.extended()  # itself calls what is replaced below
         with pytest.MonkeyPatch.context() as patch:  # only while writing: reading is on its own
-            patch.setattr(shipped, "typestore", cross.types.extended)
-            patch.setattr(writer, "typestore", cross.types.extended)
+            patch.setattr(shipped, "typestore", lambda: store)
+            patch.setattr(writer, "typestore", lambda: store)
             with writer.BagWriter(bag, namespace="drone1") as out:
                 for i in range(6):
                     now = START + i * STEP
