@@ -47,7 +47,7 @@ def overlap(a: Array, b: Array) -> float:
 
 
 def main() -> None:
-    """Print a table for a user to read, and for docs/training.md."""
+    """Print a table for a user to read, and for docs/howto/training.md."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--views", type=int, default=2000)
     parser.add_argument("--seed", type=int, default=0)

@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""What compiling a model for one size of images costs and gains on OpenVINO: docs/detection.md.
+"""What a model compiled for one image size costs and gains on OpenVINO: docs/results/detection.md.
 
     python benchmarks/compiled_sizes.py
 

@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""What could make detection faster, measured, and why it is done or not: docs/detection.md.
+"""What could make detection faster, measured, and why it is done or not: docs/results/detection.md.
 
     python benchmarks/left_out.py
 

@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""What the two parts of the remedy against false information are worth: docs/estimation.md.
+"""What each remedy against spurious information is worth: docs/results/consistency.md.
 
 python benchmarks/plain_filter.py --seeds 6
 

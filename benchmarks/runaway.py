@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""A gimbal that turns by itself: what is published, and what is said. See docs/estimation.md.
+"""A gimbal that turns by itself: positions and warnings. See docs/results/telemetry_faults.md.
 
 python benchmarks/runaway.py --markdown runaway.md
 

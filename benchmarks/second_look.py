@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""What the second look costs: docs/detection.md.
+"""What the second look costs: docs/results/detection.md.
 
     python benchmarks/second_look.py
 

@@ -5,7 +5,7 @@
 Every arm begins with the same weights, sees as many pictures as every other, in the same number of
 steps, through `aerial-gnss train`; each is scored on test pictures of both renderers that share no
 scene with training. An arm that is done is kept, so a run that was stopped goes on. The commands
-that make the pictures: docs/training_experiments.md.
+that make the pictures: docs/results/training.md.
 
 Standard errors have two parts: test scenes drawn anew, the same for every arm
 (`training.drawn_anew`), and what training varies from seed to seed, pooled over the arms. The

@@ -32,7 +32,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the command's arguments."""
     parser.epilog = (
         "Status 0: the camera's pose is known, no input is missing and no test failed; 1: else. "
-        "docs/field_check.md guides a pilot through two minutes at the field."
+        "docs/howto/field_check.md guides a pilot through two minutes at the field."
     )
     parser.add_argument(
         "bags", type=Path, nargs="*", metavar="BAG",

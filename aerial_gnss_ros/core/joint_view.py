@@ -4,7 +4,7 @@
 
 Taken at the newest estimate, these derivatives jitter with the noise of that very image; the
 products of the two have a mean, and hundreds of images read as knowledge of height and tilt that
-nobody has (docs/estimation.md has the figures). Two things stop it:
+nobody has (docs/results/consistency.md has the figures). Two things stop it:
 
 The derivative by a robot's place belongs to the robot's own state: an error of height by 1 % makes
 a robot 1 % farther and its speed 1 % larger, wherever it swims. So when a robot's estimate moves,

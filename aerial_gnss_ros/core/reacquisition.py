@@ -56,7 +56,7 @@ LOOK_S = 1.0
 LIKELY = 0.8
 """Probability from which a new track gets a robot's name, against all other robots and those that
 nobody has seen. Below, it gets a new one: a name on the wrong robot is a confident wrong position,
-which is much worse. docs/accuracy.md has what other values give."""
+which is much worse. docs/results/identity.md has what other values give."""
 
 UNSURE = 0.05
 """Probability from which it is remembered that a track may be another robot than it is named."""

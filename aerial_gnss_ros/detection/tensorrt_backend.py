@@ -3,7 +3,7 @@
 """TensorRT engines, as `aerial-gnss export` builds them on the device; TensorRT 8.6 and later.
 
 Written against NVIDIA's documentation of the Python interface; tested with a stand-in, and not on a
-GPU by its developers: docs/detection.md.
+GPU by its developers: docs/howto/detection.md.
 """
 
 from __future__ import annotations

@@ -39,7 +39,8 @@ MOST_FAILURES = 30
 graphics processor's driver keeps is not mended in this one."""
 
 _LOST_HINT = (
-    "it does not send, or its images are lost between the processes: see docs/image_transport.md"
+    "it does not send, or its images are lost between the processes: "
+    "see docs/howto/image_transport.md"
 )
 
 

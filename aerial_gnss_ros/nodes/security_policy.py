@@ -89,7 +89,7 @@ def document(vehicle: str) -> str:
         f"SROS2 policy of detector and estimator with the vehicle profile {vehicle}, in the root "
         "namespace. In another one: replace ns. Made by `python3 -m "
         "aerial_gnss_ros.nodes.security_policy`, which also makes that of your own parameters: "
-        "see docs/security.md."
+        "see docs/howto/security.md."
     ).replace("--", "- -")
     head = '<?xml version="1.0" encoding="UTF-8"?>'
     return f"{head}\n<!-- {about} -->\n{policy([vehicle_file(vehicle)])}"

@@ -3,7 +3,7 @@
 """Builds a TensorRT engine of an ONNX model on the device that will fly, with its sidecar.
 
 Written against NVIDIA's documentation of the Python interface (8.6 to 10); tested with a stand-in,
-and not on a GPU by its developers: docs/detection.md.
+and not on a GPU by its developers: docs/howto/detection.md.
 """
 
 from __future__ import annotations

@@ -73,7 +73,7 @@ def export_int8(
     """Write `source` with convolutions in 8 bits, weights for each channel by itself.
 
     The last convolutions, which give the logits of sides and scores, and all behind them stay in
-    32 bits: see docs/detection.md for what that costs and saves.
+    32 bits: see docs/results/detection.md for what that costs and saves.
 
     Args:
         source: .onnx in fp32.

@@ -74,7 +74,7 @@ def test_nothing_is_said_of_positions_that_stay_here(capsys):
 
 
 def test_no_other_place_of_the_package_opens_a_socket(repository):
-    """What listens, or sends by itself, belongs into docs/security.md."""
+    """What listens, or sends by itself, belongs into docs/howto/security.md."""
     watched = {"socket", "socketserver", "http.server", "asyncio", "multiprocessing.managers"}
     found = set()
     for path in (repository / "aerial_gnss_ros").rglob("*.py"):

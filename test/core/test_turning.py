@@ -64,7 +64,7 @@ def test_of_one_robot_alone_only_its_speed_tells(speed, turns):
     ("count", "least", "most"), [(1, 1.1, 1.45), (2, 0.45, 0.9), (3, 0.15, 0.3)]
 )
 def test_the_least_turn_that_is_told(count, least, most, axis, height):
-    """How fast it makes robots seem, m/s: what docs/estimation.md says of what cannot be told."""
+    """The least velocity change that is noticed, m/s, as docs/explanation/failures.md states it."""
     share = np.random.default_rng(1).uniform([-0.4, 0.4], [0.4, 1.0], (count, 2))
     places = height * np.column_stack([share, -np.ones(count)])
     by_angles = pose_jacobian(places)[:, :, 3:]
