@@ -116,6 +116,9 @@ def open_session(path: Path, threads: int, *, cuda: bool = False) -> Any:
     options.inter_op_num_threads = 1
     # Waiting threads would burn a third more processor time, which the other nodes need.
     options.add_session_config_entry("session.intra_op.allow_spinning", "0")
+    # From the second image of a size on, all that it needs would be one block, beside those that
+    # the first one took, which are kept too: 11 to 17 MB more, and no faster.
+    options.enable_mem_pattern = cuda
     options.log_severity_level = 3  # what is wrong reaches the reader as ModelError
     providers = [_CUDA, _CPU] if cuda else [_CPU]
     try:
