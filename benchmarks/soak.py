@@ -7,7 +7,8 @@ python benchmarks/soak.py --minutes 60 -o soak
 A simulated flight over three robots is played to and fro, with stamps that go on: images at 30 Hz,
 telemetry at 50 Hz. The nodes run as `aerial-gnss run` starts them. Each minute one fault is put in
 (`benchmarking/disturbing.py`), kinds in turn; with --kill a node is killed as well. Once a minute
-memory, descriptors and threads of each process are read, and what a subscriber heard.
+memory, descriptors and threads of each process are read, and what a subscriber heard. Memory that
+is shared with other processes stands apart (`soak_judge.py` says why).
 """
 
 from __future__ import annotations
@@ -32,7 +33,13 @@ from tables import columns
 
 from aerial_gnss_ros.benchmarking.disturbing import SECONDS
 from aerial_gnss_ros.benchmarking.flight import flight, render
-from aerial_gnss_ros.benchmarking.machine import descriptors, memory_mb, threads
+from aerial_gnss_ros.benchmarking.machine import (
+    descriptors,
+    own_memory_mb,
+    segments_mb,
+    shared_memory_mb,
+    threads,
+)
 
 KILLS = ("detector", "estimator")
 FAULT_S = 20.0  # within the minute
@@ -110,14 +117,22 @@ def _note(minute: Minute, listener: Listener, nodes: subprocess.Popen[bytes], lo
     minute.positions_hz, minute.wrong = heard["positions"] / 60.0, heard["wrong"]
     minute.ended = log.read_text(encoding="utf-8", errors="replace").count("it is started again")
     for name, pid in {"supervisor": nodes.pid, **by_name(nodes.pid)}.items():
-        minute.usage[name] = Usage(pid, memory_mb(pid), descriptors(pid), threads(pid))
+        minute.usage[name] = Usage(
+            pid,
+            own_memory_mb(pid),
+            descriptors(pid),
+            threads(pid),
+            shared_memory_mb(pid),
+            segments_mb(pid),
+        )
 
 
 def _keep(path: Path, minute: Minute) -> None:
     with path.open("a", encoding="utf-8") as stream:
         stream.write(json.dumps(dataclasses.asdict(minute)) + "\n")
     used = ", ".join(
-        f"{name} {one.memory_mb:.1f} MB {one.descriptors} descriptors {one.threads} threads"
+        f"{name} {one.memory_mb:.1f} MB + {one.shared_mb:.1f} MB shared of {one.segments_mb:.1f} "
+        f"{one.descriptors} descriptors {one.threads} threads"
         for name, one in minute.usage.items()
     )
     print(
@@ -131,12 +146,12 @@ def _report(minutes: list[Minute]) -> str:
     heads = [
         "minute", "fault", "positions a second", "wrong", "delay ms: median", "95 of 100", "load",
     ]  # fmt: skip
-    heads += [f"{name} MB" for name in minutes[0].usage]
+    heads += [f"{name} MB + shared" for name in minutes[0].usage]
     rows = [
         [
             str(i + 1), one.fault, f"{one.positions_hz:.1f}", str(one.wrong),
             f"{one.delay_ms[0]:.1f}", f"{one.delay_ms[1]:.1f}", f"{one.load:.1f}",
-            *(f"{used.memory_mb:.1f}" for used in one.usage.values()),
+            *(f"{used.memory_mb:.1f} + {used.shared_mb:.1f}" for used in one.usage.values()),
         ]
         for i, one in enumerate(minutes)
     ]  # fmt: skip

@@ -1,6 +1,14 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""What the minutes of a soak say: growth after the warm-up, restarts, wrong positions."""
+"""What the minutes of a soak say: growth after the warm-up, restarts, wrong positions.
+
+Fast DDS hands images over in a segment of shared memory that the camera's process makes, 33.6 MB
+with the profile for images, and that every reader maps. Its pages count as a reader's memory from
+when it first reads an image in them, and images come to lie in new ones while the reader lags
+behind: so that count rises with the machine's load, up to the segment's size, for memory that is
+there once. It is no growth of the node. What would be is more segments, such as those of processes
+that are gone: their size is judged in its place.
+"""
 
 from __future__ import annotations
 
@@ -13,6 +21,14 @@ WARM_UP = 0.1
 """Share of the minutes that do not count: buffers fill, and each kind of fault comes once."""
 
 MOST_MB = 5.0
+_JUDGED = (
+    ("memory_mb", "memory", " MB", MOST_MB),
+    ("segments_mb", "shared memory that it maps", " MB", MOST_MB),
+    ("descriptors", "descriptors", "", 0.0),
+    ("threads", "threads", "", 0.0),
+)
+"""Of each process: attribute of `Usage`, words, unit, the most that it may grow by."""
+
 DELAY_FACTOR, DELAY_MS = 1.25, 2.0
 """How much longer the delay may be at the end than after the warm-up. The lower quartiles of the
 minutes' medians are compared: what else runs on the machine only lengthens it, while a delay that
@@ -21,12 +37,23 @@ grows does so in the best minutes, too."""
 
 @dataclass
 class Usage:
-    """What a process holds."""
+    """What a process holds.
+
+    Attributes:
+        pid: its number.
+        memory_mb: resident, but for what is shared.
+        descriptors: files and sockets.
+        threads: their number.
+        shared_mb: shared memory that it has touched.
+        segments_mb: shared memory that it maps, the most that it can touch.
+    """
 
     pid: int
     memory_mb: float
     descriptors: int
     threads: int
+    shared_mb: float = 0.0
+    segments_mb: float = 0.0
 
 
 @dataclass
@@ -74,13 +101,10 @@ def verdict(minutes: Sequence[Minute]) -> list[Finding]:
     first, last = counted[:third], counted[-third:]
     found = []
     for name in counted[0].usage:
-        for what, unit, most in (
-            ("memory_mb", " MB", MOST_MB), ("descriptors", "", 0.0), ("threads", "", 0.0)
-        ):  # fmt: skip
-            before, after = (_typical(part, name, what) for part in (first, last))
+        for field_name, what, unit, most in _JUDGED:
+            before, after = (_typical(part, name, field_name) for part in (first, last))
             words = f"{before:.1f} to {after:.1f}{unit}"
-            label = f"{name}: {what.removesuffix('_mb')}"
-            found.append(Finding(label, words, after - before <= most))
+            found.append(Finding(f"{name}: {what}", words, after - before <= most))
     before, after = (_best(part) for part in (first, last))
     allowed = DELAY_FACTOR * before + DELAY_MS
     words = f"{before:.1f} to {after:.1f} ms"

@@ -63,14 +63,33 @@ def processor_s(pid: int) -> float:
 
 def peak_memory_mb(pid: int) -> float:
     """Return the most memory that a process has had at once, MB; NaN where nobody tells."""
-    match = re.search(r"^VmHWM:\s*(\d+) kB", _text(_PROC / str(pid) / "status"), re.MULTILINE)
+    return _status_mb(pid, "VmHWM")
+
+
+def own_memory_mb(pid: int) -> float:
+    """Return a process's resident memory, MB, but for shared memory; NaN where nobody tells."""
+    return _status_mb(pid, "RssAnon") + _status_mb(pid, "RssFile")
+
+
+def shared_memory_mb(pid: int) -> float:
+    """Return the shared memory that a process has touched, MB; NaN where nobody tells.
+
+    Every process that maps it counts it, and it is there once.
+    """
+    return _status_mb(pid, "RssShmem")
+
+
+def _status_mb(pid: int, name: str) -> float:
+    match = re.search(rf"^{name}:\s*(\d+) kB", _text(_PROC / str(pid) / "status"), re.MULTILINE)
     return int(match.group(1)) * 1024 / 1e6 if match else float("nan")
 
 
-def memory_mb(pid: int) -> float:
-    """Return the memory that a process has in use (resident), MB; NaN where nobody tells."""
-    match = re.search(r"^VmRSS:\s*(\d+) kB", _text(_PROC / str(pid) / "status"), re.MULTILINE)
-    return int(match.group(1)) * 1024 / 1e6 if match else float("nan")
+def segments_mb(pid: int) -> float:
+    """Return the size of the shared-memory files that a process maps, MB: it can touch no more."""
+    ranges = re.findall(
+        r"^([0-9a-f]+)-([0-9a-f]+) .* /dev/shm/", _text(_PROC / str(pid) / "maps"), re.MULTILINE
+    )
+    return sum(int(end, 16) - int(start, 16) for start, end in ranges) / 1e6
 
 
 def threads(pid: int) -> int:

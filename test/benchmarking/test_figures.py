@@ -6,7 +6,9 @@ from __future__ import annotations
 
 import math
 import os
+from multiprocessing import shared_memory
 
+import numpy as np
 import pytest
 
 pytest.importorskip("rclpy", reason="ROS 2 is not installed")
@@ -22,8 +24,11 @@ from aerial_gnss_ros.benchmarking.live import Live
 from aerial_gnss_ros.benchmarking.machine import (
     Power,
     describe,
+    own_memory_mb,
     peak_memory_mb,
     processor_s,
+    segments_mb,
+    shared_memory_mb,
 )
 from aerial_gnss_ros.benchmarking.one_process import Run
 
@@ -93,6 +98,26 @@ def test_a_process_tells_what_it_takes():
     assert peak_memory_mb(os.getpid()) > 10.0
     assert math.isnan(processor_s(2**22 + 1))
     assert describe()["cores"] >= 1
+
+
+def test_shared_memory_is_told_apart_from_a_process_s_own():
+    def tells():
+        pid = os.getpid()
+        return np.array([own_memory_mb(pid), shared_memory_mb(pid), segments_mb(pid)])
+
+    before = tells()
+    segment = shared_memory.SharedMemory(create=True, size=40_000_000)
+    try:
+        assert tells() - before == pytest.approx([0.0, 0.0, 40.0], abs=2.0)
+        segment.buf[:20_000_000] = bytes(20_000_000)
+        assert tells() - before == pytest.approx([0.0, 20.0, 40.0], abs=2.0)
+    finally:
+        segment.close()
+        segment.unlink()
+    held = np.ones(20_000_000, np.uint8)
+    assert tells() - before == pytest.approx([20.0, 0.0, 0.0], abs=2.0)
+    assert held.all()
+    assert math.isnan(own_memory_mb(2**22 + 1))
 
 
 def test_power_of_a_jetson_and_of_a_processor(tmp_path, monkeypatch):

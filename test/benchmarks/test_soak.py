@@ -17,12 +17,19 @@ sys.path.insert(0, str(Path(__file__).parents[2] / "benchmarks"))
 from soak_judge import Minute, Usage, minute_of, verdict
 
 
-def minutes(count=30, growth_mb=0.0, threads=0.0, delay=0.0, noise=(0.0,), **last):
+def minutes(count=30, growth_mb=0.0, segments_mb=0.0, threads=0.0, delay=0.0, noise=(0.0,), **last):
     """Return minutes in which something grows from the first to the last by so much."""
     made = []
     for i in range(count):
         share = i / (count - 1)
-        used = Usage(1, 150.0 + growth_mb * share, 20, 14 + round(threads * share))
+        used = Usage(
+            1,
+            memory_mb=150.0 + growth_mb * share,
+            descriptors=20,
+            threads=14 + round(threads * share),
+            shared_mb=30.0 * share,  # of what is mapped
+            segments_mb=34.0 + segments_mb * share,
+        )
         middle = 30.0 + delay * share + noise[i % len(noise)]
         made.append(Minute("none", {"estimator": used}, (middle, 2.0 * middle), (1.0, 2.0), 90.0))
     made[-1] = dataclasses.replace(made[-1], **last)
@@ -43,6 +50,7 @@ def test_nothing_is_found_where_nothing_grows():
     ("grown", "found"),
     [
         ({"growth_mb": 10.0}, "estimator: memory"),
+        ({"segments_mb": 10.0}, "estimator: shared memory that it maps"),
         ({"threads": 3.0}, "estimator: threads"),
         ({"delay": 30.0}, "delay, the best quarter of the minutes"),
         ({"delay": 30.0, "noise": (0.0, 40.0, 5.0)}, "delay, the best quarter of the minutes"),
