@@ -35,6 +35,7 @@ from aerial_gnss_ros.calibration.solve import bound, calibrate
 from aerial_gnss_ros.core.config import EstimatorConfig, estimator_config
 from aerial_gnss_ros.core.errors import InputError
 from aerial_gnss_ros.simulation.experiment import CameraClock, Experiment, default_camera
+from aerial_gnss_ros.simulation.feeding import feed
 from aerial_gnss_ros.simulation.flight import Flight, FlightPlan, GeneratedFlight
 from aerial_gnss_ros.simulation.recorded import RecordedFlight, water_seconds
 from aerial_gnss_ros.simulation.robots import Swarm, SwimPlan
@@ -96,14 +97,8 @@ def experiment(number: int) -> tuple[Experiment, dict[str, Any]]:
 def record(made: Experiment, config: EstimatorConfig) -> Recording:
     """Return what a calibration is made from."""
     recording = Recording(config)
-    sensors = made.sensors
     recording.add_camera(made.frames()[0].stamp_ns, made.camera)
-    for fix in sensors.fixes():
-        recording.add_fix(fix)
-    for gimbal in sensors.gimbals():
-        recording.add_gimbal(gimbal)
-    for height in sensors.heights():
-        recording.add_height(height)
+    feed(recording, made.sensors)
     for _, _, boxes in made.detections():
         recording.add_detections(boxes)
     return recording

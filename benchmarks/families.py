@@ -8,6 +8,7 @@ import itertools
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from functools import partial
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -21,6 +22,7 @@ from aerial_gnss_ros.evaluation.bound import TrueFrame, bound
 from aerial_gnss_ros.simulation.boxes import Boxes
 from aerial_gnss_ros.simulation.chance import generator
 from aerial_gnss_ros.simulation.experiment import CameraClock, Experiment, Frame, default_camera
+from aerial_gnss_ros.simulation.feeding import deliver, telemetry
 from aerial_gnss_ros.simulation.flight import HOLETOWN, FlightPlan, GeneratedFlight
 from aerial_gnss_ros.simulation.robots import SwimPlan
 from aerial_gnss_ros.simulation.sensors import START_NS, sensor_plan
@@ -185,21 +187,17 @@ def results(
     """
     engine = Estimator(stated, tracking)
     engine.add_camera(START_NS - 10_000_000_000, made.camera)
-    sensors = made.sensors
-    telemetry: list[tuple[int, object, object]] = []
-    for add, values in (
-        (engine.add_fix, sensors.fixes()),
-        (engine.add_gimbal, sensors.gimbals()),
-        (engine.add_height, sensors.heights()),
-    ):
-        telemetry += [(value.stamp_ns, add, value) for value in values]
+    arriving: list[tuple[int, Callable[[], None]]] = [
+        (sample.stamp_ns, partial(deliver, engine, source, sample))
+        for source, sample in telemetry(made.sensors)
+    ]
     for _, _, frame in images or made.detections():
         # Late telemetry belongs to earlier images: an image waits for what brackets its scene.
-        telemetry.append((frame.stamp_ns, engine.add_detections, frame))
-    telemetry.sort(key=lambda item: item[0])
+        arriving.append((frame.stamp_ns, partial(engine.add_detections, frame)))
+    arriving.sort(key=lambda item: item[0])
     found: list[FrameResult] = []
-    for stamp_ns, add, value in telemetry:
-        add(value)  # type: ignore[operator]
+    for stamp_ns, add in arriving:
+        add()
         new = engine.advance(stamp_ns)
         if new and watch is not None:
             watch(engine, new)

@@ -38,6 +38,7 @@ from aerial_gnss_ros.simulation.experiment import (
     Experiment,
     default_camera,
 )
+from aerial_gnss_ros.simulation.feeding import feed
 from aerial_gnss_ros.simulation.flight import FlightPlan, GeneratedFlight
 from aerial_gnss_ros.simulation.robots import SwimPlan
 from aerial_gnss_ros.simulation.sensors import START_NS
@@ -61,13 +62,7 @@ def flight(robots: int, images: int) -> tuple[Estimator, Images]:
     )  # fmt: skip
     engine = Estimator(estimator_config({}))
     engine.add_camera(START_NS - 10_000_000_000, made.camera)
-    sensors = made.sensors
-    for fix in sensors.fixes():
-        engine.add_fix(fix)
-    for gimbal in sensors.gimbals():
-        engine.add_gimbal(gimbal)
-    for height in sensors.heights():
-        engine.add_height(height)
+    feed(engine, made.sensors)
     return engine, [(frame.stamp_ns, boxes) for frame, _, boxes in made.detections()]
 
 

@@ -8,7 +8,9 @@ from dataclasses import replace
 
 from aerial_gnss_ros.calibration.recording import Recording
 from aerial_gnss_ros.core.config import EstimatorConfig, estimator_config
+from aerial_gnss_ros.core.rejection import Input
 from aerial_gnss_ros.simulation.experiment import CameraClock, Experiment, default_camera
+from aerial_gnss_ros.simulation.feeding import deliver, telemetry
 from aerial_gnss_ros.simulation.flight import FlightPlan, GeneratedFlight
 from aerial_gnss_ros.simulation.robots import SwimPlan
 from aerial_gnss_ros.simulation.sensors import sensor_plan
@@ -38,12 +40,9 @@ def record(
     recording = Recording(config or estimator_config({}))
     recording.add_camera(made.frames()[0].stamp_ns, made.camera)
     late_ns = round(fixes_late_s * 1e9)
-    for fix in made.sensors.fixes():
-        recording.add_fix(replace(fix, stamp_ns=fix.stamp_ns + late_ns))
-    for gimbal in made.sensors.gimbals():
-        recording.add_gimbal(gimbal)
-    for height in made.sensors.heights():
-        recording.add_height(replace(height, stamp_ns=height.stamp_ns + late_ns))
+    for source, sample in telemetry(made.sensors):
+        late = 0 if source is Input.GIMBAL else late_ns
+        deliver(recording, source, replace(sample, stamp_ns=sample.stamp_ns + late))
     for _, _, boxes in (boxes_of or made).detections():
         recording.add_detections(boxes)
     return recording

@@ -13,6 +13,7 @@ from aerial_gnss_ros.core.config import estimator_config
 from aerial_gnss_ros.core.estimator import Estimator
 from aerial_gnss_ros.core.values import State
 from aerial_gnss_ros.simulation.experiment import CameraClock, Experiment, default_camera
+from aerial_gnss_ros.simulation.feeding import feed
 from aerial_gnss_ros.simulation.flight import FlightPlan, GeneratedFlight
 from aerial_gnss_ros.simulation.robots import SwimPlan
 from aerial_gnss_ros.simulation.sensors import START_NS, sensor_plan
@@ -104,13 +105,7 @@ def test_simulated_flights_are_honest(family, late_s, seed):
         )
     )
     engine.add_camera(START_NS - 10**10, made.camera)
-    for add, values in (
-        (engine.add_fix, made.sensors.fixes()),
-        (engine.add_gimbal, made.sensors.gimbals()),
-        (engine.add_height, made.sensors.heights()),
-    ):
-        for value in values:
-            add(value)
+    feed(engine, made.sensors)
     for _, _, frame in made.detections():
         engine.add_detections(frame)
     value, sigma = _told(engine.flush())

@@ -15,12 +15,14 @@ from aerial_gnss_ros.core.estimator import Estimator
 from aerial_gnss_ros.core.geodesy import enu_from_geodetic
 from aerial_gnss_ros.core.localize import locate
 from aerial_gnss_ros.core.noise import Noise
+from aerial_gnss_ros.core.rejection import Input
 from aerial_gnss_ros.core.values import DetectionFrame
 from aerial_gnss_ros.simulation.experiment import (
     CameraClock,
     Experiment,
     default_camera,
 )
+from aerial_gnss_ros.simulation.feeding import feed
 from aerial_gnss_ros.simulation.flight import KINDS, FlightPlan, GeneratedFlight
 from aerial_gnss_ros.simulation.placement import place_robots
 from aerial_gnss_ros.simulation.robots import SwimPlan
@@ -69,14 +71,7 @@ def test_noise_free_telemetry_through_the_estimator_gives_the_truth(kind, latenc
     estimator = Estimator(
         estimator_config({"method": "single", "camera": offset, "tracks": {"confirm_hits": 1}})
     )
-    for fix in made.sensors.fixes():
-        estimator.add_fix(fix)
-    for attitude in made.sensors.attitudes():
-        estimator.add_attitude(attitude)
-    for gimbal in made.sensors.gimbals():
-        estimator.add_gimbal(gimbal)
-    for height in made.sensors.heights():
-        estimator.add_height(height)
+    feed(estimator, made.sensors, tuple(Input))
     estimator.add_camera(START_NS, made.camera)
     scenes = {}
     for frame, boxes, _ in made.detections():

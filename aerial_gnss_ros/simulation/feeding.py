@@ -1,0 +1,67 @@
+# Copyright 2026 aerial_gnss_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Hands a simulated flight's telemetry to an estimator, without a bag or a node in between."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from typing import Protocol
+
+from aerial_gnss_ros.core.rejection import Input
+from aerial_gnss_ros.core.values import Fix, Orientation, Scalar
+from aerial_gnss_ros.simulation.sensors import Sensors
+
+Sample = Fix | Orientation | Scalar
+
+EARTH_REFERENCED = (Input.FIX, Input.GIMBAL, Input.HEIGHT)
+"""What the pose of an earth-referenced gimbal without a lever arm needs."""
+
+
+class Receiver(Protocol):
+    """What takes telemetry: an estimator, or a calibration's recording."""
+
+    def add_fix(self, fix: Fix) -> None:
+        """Take a position of the drone."""
+
+    def add_attitude(self, attitude: Orientation) -> None:
+        """Take an orientation of the body."""
+
+    def add_gimbal(self, gimbal: Orientation) -> None:
+        """Take an orientation of the camera."""
+
+    def add_height(self, height: Scalar) -> None:
+        """Take a height of the drone."""
+
+
+def telemetry(
+    sensors: Sensors, inputs: tuple[Input, ...] = EARTH_REFERENCED
+) -> Iterator[tuple[Input, Sample]]:
+    """Yield the samples of some inputs, one input after the other, each in the order of time."""
+    sources: dict[Input, Callable[[], Iterator[Sample]]] = {
+        Input.FIX: sensors.fixes,
+        Input.ATTITUDE: sensors.attitudes,
+        Input.GIMBAL: sensors.gimbals,
+        Input.HEIGHT: sensors.heights,
+    }
+    for source in inputs:
+        for sample in sources[source]():
+            yield source, sample
+
+
+def deliver(receiver: Receiver, source: Input, sample: Sample) -> None:
+    """Give one sample to the method that takes it."""
+    getattr(receiver, f"add_{source.value}")(sample)
+
+
+def feed(
+    receiver: Receiver, sensors: Sensors, inputs: tuple[Input, ...] = EARTH_REFERENCED
+) -> None:
+    """Give the telemetry of a whole flight to an estimator.
+
+    Args:
+        receiver: the estimator.
+        sensors: of the flight.
+        inputs: which of them; the order does not matter to the estimator.
+    """
+    for source, sample in telemetry(sensors, inputs):
+        deliver(receiver, source, sample)
