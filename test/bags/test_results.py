@@ -11,6 +11,7 @@ import subprocess
 import sys
 import xml.etree.ElementTree as ET
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -19,21 +20,11 @@ from aerial_gnss_ros.bags.maps import geojson, gpx, iso_time, kml
 from aerial_gnss_ros.bags.results import ResultFolder, position_row, rejection_row
 from aerial_gnss_ros.bags.tables import read_positions, read_rejections
 from aerial_gnss_ros.core.rejection import Reason, Rejection
-from aerial_gnss_ros.core.values import CameraPose, FrameResult, RobotEstimate, State
+from aerial_gnss_ros.core.values import CameraPose, FrameResult
 
-ESTIMATE = RobotEstimate(
-    stamp_ns=1_735_689_600_123_456_789,
-    robot_id="aqua_1",
-    class_id="aqua",
-    state=State.COASTING,
-    latitude=math.radians(13.19393870329445),
-    longitude=math.radians(-59.6415065636197),
-    altitude=math.nan,
-    position=np.array([1.0, 2.0]),
-    velocity=np.array([0.25, -1.0]),
-    covariance=np.diag([4.0, 1.0 / 3.0, 1.0, 1.0]) + np.diag([1e-7, 0, 0], 1),
-    last_seen_ns=0,
-)
+sys.path.insert(0, str(Path(__file__).parent))
+
+from estimates import ESTIMATE
 
 
 def test_a_row_of_positions():

@@ -10,7 +10,9 @@ import json
 import math
 import shutil
 import subprocess
+import sys
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -18,7 +20,11 @@ import pytest
 from aerial_gnss_ros.bags.maps import geojson, gpx, kml
 from aerial_gnss_ros.bags.results import ResultFolder
 from aerial_gnss_ros.bags.tables import read_positions
-from aerial_gnss_ros.core.values import CameraPose, FrameResult, RobotEstimate, State
+from aerial_gnss_ros.core.values import CameraPose, FrameResult
+
+sys.path.insert(0, str(Path(__file__).parent))
+
+from estimates import ESTIMATE
 
 WHY = "pip install '.[test]'"
 geojson_reader = pytest.importorskip("geojson", reason=WHY)
@@ -26,19 +32,6 @@ gpxpy = pytest.importorskip("gpxpy", reason=WHY)
 fastkml = pytest.importorskip("fastkml", reason=WHY)
 etree = pytest.importorskip("lxml.etree", reason=WHY)
 
-ESTIMATE = RobotEstimate(
-    stamp_ns=1_735_689_600_123_456_789,
-    robot_id="aqua_1",
-    class_id="aqua",
-    state=State.CONFIRMED,
-    latitude=math.radians(13.19393870329445),
-    longitude=math.radians(-59.6415065636197),
-    altitude=math.nan,
-    position=np.array([1.0, 2.0]),
-    velocity=np.array([0.25, -1.0]),
-    covariance=np.diag([4.0, 1.0 / 3.0, 1.0, 1.0]),
-    last_seen_ns=0,
-)
 CONTROLS = "".join(map(chr, range(32)))
 CLASSES = [
     "aqua",
