@@ -1,4 +1,4 @@
-# What a person types: demo, test, lint, types, check, colcon, clean. Sets up a virtual environment of its own on the way.
+# What a person types: demo, test, lint, types, docs, check, colcon, clean. Sets up a virtual environment of its own on the way.
 #
 # Without ROS: installs ROS 2 Jazzy from pip, and compiles the two message packages that pip lacks (interfaces/).
 # With ROS sourced (AMENT_PREFIX_PATH is set): uses that ROS, and installs neither.
@@ -14,11 +14,13 @@ VENV ?= .venv-beside-ros
 # The messages of apt's ROS are compiled for numpy 1.26 and do not load with numpy 2.
 PACKAGE := . 'numpy<2'
 PACKAGE_DEV := '.[test,lint]' 'numpy<2'
+PACKAGE_DOCS := '.[docs]' 'numpy<2'
 MESSAGES :=
 else
 VENV ?= .venv
 PACKAGE := '.[ros]'
 PACKAGE_DEV := '.[ros,test,lint]'
+PACKAGE_DOCS := '.[ros,docs]'
 MESSAGES := $(VENV)/.messages
 endif
 
@@ -29,6 +31,7 @@ CREATED := $(VENV)/.created
 MESSAGES_INPUTS := $(wildcard interfaces/*.* interfaces/build_messages/*.py aerial_gnss_ros/bags/msg/*/msg/*.msg)
 READY := $(VENV)/.ready-to-run
 READY_DEV := $(VENV)/.ready-to-develop
+READY_DOCS := $(VENV)/.ready-to-document
 
 # test/conftest.py says which tests stay together.
 SIDE_BY_SIDE := -n $(JOBS) --dist loadgroup --no-loadscope-reorder
@@ -36,7 +39,7 @@ SIDE_BY_SIDE := -n $(JOBS) --dist loadgroup --no-loadscope-reorder
 # Nodes of the demo and the tests talk on this machine only.
 export ROS_AUTOMATIC_DISCOVERY_RANGE := LOCALHOST
 
-.PHONY: help demo test quick check lint types colcon clean
+.PHONY: help demo test quick check lint types docs colcon clean
 .DELETE_ON_ERROR:
 
 help:
@@ -44,6 +47,7 @@ help:
 	@echo "make test     all tests, three at a time (PYTEST_ARGS=\"-k geodesy\", JOBS=5)"
 	@echo "make lint     style and likely mistakes"
 	@echo "make types    mypy --strict"
+	@echo "make docs     the documentation as a site, build/docs/html/index.html; a warning is an error"
 	@echo "make quick    these two, and all tests but those of installations and nodes"
 	@echo "make check    all that CI runs, fast parts first"
 	@echo "make colcon   build as on a robot, into build/ and install/"
@@ -68,6 +72,10 @@ lint: $(READY_DEV)
 
 types: $(READY_DEV)
 	$(BIN)/mypy
+
+docs: $(READY_DOCS)
+	$(BIN)/python -m sphinx -W --keep-going -q -b html -d build/docs/doctrees docs build/docs/html
+	@echo "build/docs/html/index.html"
 
 colcon: $(READY_DEV)
 	$(BIN)/colcon build --base-paths .
@@ -95,4 +103,8 @@ $(READY): setup.py setup.cfg pyproject.toml $(MESSAGES) | $(CREATED)
 
 $(READY_DEV): $(READY)
 	$(PIP) --editable $(PACKAGE_DEV)
+	@touch $@
+
+$(READY_DOCS): $(READY)
+	$(PIP) --editable $(PACKAGE_DOCS)
 	@touch $@

@@ -44,6 +44,7 @@ TEST = [
     "setuptools>=68",
     "wheel>=0.42",
 ]
+DOCS = ["sphinx>=7.2", "docutils>=0.21", "myst-parser>=3.0", "furo>=2024.1"]
 LINT = ["ruff>=0.6", "mypy>=1.11", "types-PyYAML", "types-setuptools"]
 EXTRAS = {
     # ROS 2 Jazzy where no ROS is installed; exactly the versions that interfaces/ is built against.
@@ -62,6 +63,7 @@ EXTRAS = {
     "identity": ["motmetrics>=1.4"],  # IDF1 and identity switches in `aerial-gnss evaluate`
     "test": TEST,
     "lint": LINT,
+    "docs": DOCS,
 }
 
 

@@ -17,7 +17,7 @@ ROOT = Path(__file__).resolve().parent.parent
 COPYRIGHT = "# Copyright 2026 aerial_gnss_ros developers\n"
 LICENCE = "# SPDX-License-Identifier: Apache-2.0\n"
 FOLDERS = (
-    "aerial_gnss_ros", "benchmarks", "fuzz", "interfaces", "launch", "test", "tools",
+    "aerial_gnss_ros", "benchmarks", "docs", "fuzz", "interfaces", "launch", "test", "tools",
 )  # fmt: skip
 MADE = {"build", "install", "log", "__pycache__"}
 

@@ -1,0 +1,312 @@
+# Copyright 2026 aerial_gnss_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Writes the reference pages that follow from the code: parameters, commands, topics, files.
+
+    python tools/reference_pages.py FOLDER
+
+`make docs` does this before it builds the site, so that these pages cannot be out of date. A topic
+or column without a description here is an error.
+"""
+
+from __future__ import annotations
+
+import argparse
+import importlib
+import os
+import sys
+from collections.abc import Iterable, Iterator
+from dataclasses import fields, is_dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from aerial_gnss_ros.adapters.feed import Feed, Inputs
+from aerial_gnss_ros.adapters.kinds import ATTITUDE, FIX, GIMBAL, HEIGHT
+from aerial_gnss_ros.adapters.parameter_documents import scalar
+from aerial_gnss_ros.adapters.results import result_messages
+from aerial_gnss_ros.bags.results import PLATFORM_COLUMNS, REJECTED_COLUMNS
+from aerial_gnss_ros.bags.tables import POSITION_COLUMNS
+from aerial_gnss_ros.cli import COMMANDS
+from aerial_gnss_ros.core.config import DepthConfig, EstimatorConfig, HeightConfig
+from aerial_gnss_ros.core.parameters import Leaf, leaves, type_hints
+from aerial_gnss_ros.core.rejection import Cause, Reason
+from aerial_gnss_ros.core.values import FrameResult, MapDatum, RobotEstimate, State
+from aerial_gnss_ros.nodes.schemas import SCHEMAS
+
+INPUTS = {
+    "detections": "The boxes of one image, in pixels of the source image.",
+    "camera_info": "Intrinsics: `plumb_bob`, `rational_polynomial`, `equidistant`. The newest one "
+    "that is not later than the image applies.",
+    "fix": "The drone's GNSS position; a status of −1 is refused.",
+    "attitude": "Body FLU in ENU. Needed unless `gimbal.reference` is `earth`, and where "
+    "`camera.offset_m` is not zero or `height.along` is `body`.",
+    "gimbal": "Camera FLU in ENU; straight down is a pitch of +90°.",
+    "height": "The drone above the water (`height.reference: water`) or above its take-off point "
+    "(`home`), m.",
+    "home": "Altitude of the take-off point, subtracted from `height`. Only where "
+    "`height.home_topic` names a topic.",
+    "water_level": "How far the water stands above the reference of `height` (tide), m. Optional; "
+    "held until replaced.",
+    "depth": "Depth of the robots below the surface, m. Only where `depth.topics` names topics.",
+}
+KINDS = {"fix": FIX, "attitude": ATTITUDE, "gimbal": GIMBAL, "height": HEIGHT}
+OUTPUTS = {
+    "robots/<id>/geo_pose": "Position on the water; orientation from the course once it is known. "
+    "Covariance in m² and rad², in the order **North, East, Up** that this message demands.",
+    "robots/<id>/fix": "The same position. Covariance **East, North, Up**; status `FIX` when "
+    "measured in this image, `NO_FIX` while predicted.",
+    "robots/<id>/odom": "The same position in the frame `map` (ENU), with the velocity in "
+    "`child_frame_id` `<id>/course`.",
+    "robots/markers": "Error ellipses and names for RViz and Foxglove; made while somebody "
+    "subscribes.",
+    "map_datum": "Origin of the frame `map`.",
+}
+POSITION_MEANINGS = {
+    "stamp_ns": "stamp of the image, ns",
+    "robot_id": "`<class>_<n>`, or the name that `robots:` binds",
+    "class_id": "class name of the detector; `'` precedes a name that begins with `=`, `+`, `-` "
+    "or `@`",
+    "latitude_deg": "WGS 84, deg",
+    "longitude_deg": "WGS 84, deg",
+    "altitude_m": "of the water above the ellipsoid, m; `nan` without `fix.altitude_datum`",
+    "var_east_m2": "variance East, m²",
+    "cov_east_north_m2": "covariance of East and North, m²",
+    "var_north_m2": "variance North, m²",
+    "velocity_east_mps": "m/s",
+    "velocity_north_mps": "m/s",
+    "state": "`confirmed`: measured in this image; `coasting`: predicted",
+}
+REJECTED_MEANINGS = {
+    "stamp_ns": "stamp of the image, ns",
+    "reason": "one of the reasons below",
+    "u_px": "column of the box centre, px",
+    "v_px": "row of the box centre, px",
+}
+PLATFORM_MEANINGS = {
+    "stamp_ns": "stamp of the image, ns; a row each half second",
+    "error": "`gnss_east`, `gnss_north`, `height`, `roll`, `pitch`, `heading`, `latency`",
+    "value": "estimated correction (true = measured + correction); m, rad, s",
+    "sigma": "its standard deviation",
+}
+RESULT_FILES = {
+    "positions.geojson": "a line and the last position of each robot (RFC 7946)",
+    "positions.kml": "Google Earth",
+    "positions.gpx": "chart plotters (GPX 1.1)",
+    "report.html": "a page for a person: map, errors, refusals",
+    "bag/": "the result topics as rosbag2 (mcap)",
+}
+
+
+def table(heads: Iterable[str], rows: Iterable[Iterable[str]]) -> str:
+    """Return a Markdown table."""
+    heads = list(heads)
+    lines = [heads, ["---"] * len(heads), *map(list, rows)]
+    return "\n".join(f"| {' | '.join(cells)} |" for cells in lines) + "\n"
+
+
+def parameters() -> str:
+    """Return the page of all parameters of both nodes."""
+    parts = [
+        "# Parameters",
+        (
+            "Made from the dataclasses that the program itself reads. The same keys serve the nodes "
+            "(`--params FILE`), the launch file and `aerial-gnss replay`; `config/detector.yaml` and "
+            "`config/estimator.yaml` are complete files to copy from. `.nan` means *not given*."
+        ),
+    ]
+    for node, schema in SCHEMAS.items():
+        parts += [f"## {node.capitalize()}", *_groups(node, schema, "")]
+    return "\n\n".join(parts) + "\n"
+
+
+def _groups(node: str, schema: type[Any], prefix: str) -> Iterator[str]:
+    hints = type_hints(schema)
+    own = [leaf for leaf in leaves(schema, prefix) if "." not in leaf.name[len(prefix) :]]
+    if prefix:
+        first = (schema.__doc__ or "").split("\n\n", maxsplit=1)[0]
+        yield f"### {node}: {prefix.rstrip('.')}\n\n{' '.join(first.split())}"
+    if own:
+        yield table(("parameter", "default", "allowed", "meaning"), map(_parameter, own))
+    for item in fields(schema):
+        kind = hints[item.name]
+        if is_dataclass(kind) and isinstance(kind, type):
+            yield from _groups(node, kind, f"{prefix}{item.name}.")
+
+
+def _parameter(leaf: Leaf) -> list[str]:
+    key = leaf.key
+    if key.choices:
+        allowed = ", ".join(f"`{choice}`" for choice in key.choices)
+    elif key.low is not None or key.high is not None:
+        low = "−∞" if key.low is None else f"{key.low:g}"
+        allowed = f"{low} to {'∞' if key.high is None else f'{key.high:g}'} {key.unit}".rstrip()
+    else:
+        allowed = key.unit
+    meaning = escaped(key.doc) + (" *Can be changed in flight.*" if key.dynamic else "")
+    return [f"`{leaf.name}`", f"`{scalar(leaf.default)}`", allowed, meaning]
+
+
+def escaped(text: str) -> str:
+    """Return text that Markdown shows as it is."""
+    return "".join(f"\\{letter}" if letter in "*_<|`[" else letter for letter in text)
+
+
+def commands() -> str:
+    """Return the page of all commands with their options."""
+    os.environ["COLUMNS"] = "100"
+    parts = [
+        "# Commands",
+        (
+            "What `aerial-gnss COMMAND --help` prints. Each command ends with status 0 when its work "
+            "is done, 2 and one sentence when its input was wrong, and 130 when it was interrupted. "
+            "Where a machine may read the result, `--json` prints JSON."
+        ),
+    ]
+    for name, (module, summary) in COMMANDS.items():
+        command = importlib.import_module(f"aerial_gnss_ros.commands.{module}")
+        parser = argparse.ArgumentParser(prog=f"aerial-gnss {name}")
+        command.add_arguments(parser)
+        text = f"{summary[0].upper()}{summary[1:]}."
+        parts.append(f"## {name}\n\n{text}\n\n```text\n{parser.format_help().rstrip()}\n```")
+    return "\n\n".join(parts) + "\n"
+
+
+def topics() -> str:
+    """Return the page of all topics of both nodes."""
+    detector = SCHEMAS["detector"]()
+    compressed = replace(detector.image, transport="compressed")
+    found = [
+        ["in", detector.image.full_topic, "sensor_msgs/msg/Image", ("bgr8, rgb8, mono8, bgra8, "
+         "rgba8, nv12, yuv422, yuv422_yuy2")],
+        ["in", compressed.full_topic, "sensor_msgs/msg/CompressedImage",
+         "JPEG or PNG, instead, with `image.transport: compressed`"],
+        ["in", detector.camera_info.topic, "sensor_msgs/msg/CameraInfo",
+         "Images of another size than it states are refused."],
+        ["out", detector.detections.topic, "vision_msgs/msg/Detection2DArray",
+         ("One array for each image that was processed, also an empty one; header of the image; "
+         "class *name* in `class_id`.")],
+    ]  # fmt: skip
+    heads = ("", "topic", "type", "meaning")
+    shown = [[way, f"`{topic}`", _type(kind), text] for way, topic, kind, text in found]
+    parts = ["## Detector", table(heads, shown), "## Estimator", table(heads, _estimator_topics())]
+    kinds = [
+        [f"`{name}.type`", f"`{kind}`", _type(found.msgtype)]
+        for name, choices in KINDS.items()
+        for kind, found in choices.items()
+    ]
+    return "\n\n".join(
+        [
+            "# Topics",
+            (
+                "All names are relative, so that a namespace moves them (`--namespace drone1`), and "
+                "can be remapped or replaced by a parameter. Frames follow REP 103 and REP 105."
+            ),
+            *parts,
+            (
+                "Both nodes publish `/diagnostics` (`diagnostic_msgs/DiagnosticArray`): rate and age "
+                "of each input, refusals by reason, milliseconds of each stage."
+            ),
+            "## Quality of service",
+            table(
+                ("topics", "reliability", "durability", "depth"),
+                [
+                    ["sensor inputs", "best effort", "volatile", "1 for images, 50 for telemetry"],
+                    ["`detections`, both ends", "reliable", "volatile", "10"],
+                    ["results", "reliable", "transient local", "1 for each robot"],
+                ],
+            ),
+            (
+                "A subscriber that asks for reliable *and* transient local receives the last position "
+                "at once, even of a robot that surfaced for a second an hour ago: "
+                "**look at the stamp and the status**."
+            ),
+            "## Types that an input may have",
+            table(("parameter", "value", "type"), kinds),
+        ]
+    )
+
+
+def _type(msgtype: str) -> str:
+    package, _, name = msgtype.split("/")
+    return f"`{package}/{name}`"
+
+
+def _estimator_topics() -> Iterator[list[str]]:
+    config = replace(
+        EstimatorConfig(),
+        height=replace(HeightConfig(), home_topic="home"),
+        depth=replace(DepthConfig(), topics=("depth",)),
+    )
+    listening: Any = Inputs  # only described, never fed
+    for wanted in Feed(config, listening).subscriptions:
+        meaning = INPUTS[wanted.name]
+        yield ["in", f"`{wanted.topic}`", _type(wanted.msgtype), meaning]
+    for message in result_messages(_example()):
+        topic = message.topic.replace("aqua_1", "<id>")
+        yield ["out", f"`{topic}`", _type(message.msgtype), OUTPUTS[topic]]
+
+
+def _example() -> FrameResult:
+    robot = RobotEstimate(
+        0, "aqua_1", "aqua", State.CONFIRMED, 0.0, 0.0, 0.0,
+        np.zeros(2), np.zeros(2), np.eye(4), 0,
+    )  # fmt: skip
+    return FrameResult(0, "camera", (robot,), (), MapDatum(0.0, 0.0, 0.0))
+
+
+def files() -> str:
+    """Return the page of the files that a replay writes, with the reasons of refusals."""
+    columns = ("column", "meaning")
+    return "\n\n".join(
+        [
+            "# Files of a replay",
+            (
+                "`aerial-gnss replay BAG -o DIR` writes these into `DIR`; the same input gives the "
+                "same bytes."
+            ),
+            "## positions.csv",
+            table(columns, _columns(POSITION_COLUMNS, POSITION_MEANINGS)),
+            "## rejected.csv",
+            "Every box measures a robot or has one row here.",
+            table(columns, _columns(REJECTED_COLUMNS, REJECTED_MEANINGS)),
+            "## platform.csv",
+            table(columns, _columns(PLATFORM_COLUMNS, PLATFORM_MEANINGS)),
+            "## Others",
+            table(("file", "for"), ([f"`{name}`", text] for name, text in RESULT_FILES.items())),
+            "## Reasons of refusal",
+            "The same words stand in `rejected.csv`, the report and `/diagnostics`.",
+            table(("reason", "meaning"), ([f"`{r}`", escaped(r.meaning)] for r in Reason)),
+            (
+                "Boxes refused as `unconfirmed` also have a likely cause, which summary, report and "
+                "`/diagnostics` state:"
+            ),
+            table(("cause", "meaning"), ([f"`{c}`", escaped(c.meaning)] for c in Cause)),
+        ]
+    )
+
+
+def _columns(names: Iterable[str], meanings: dict[str, str]) -> Iterator[list[str]]:
+    for name in names:
+        yield [f"`{name}`", meanings[name]]
+
+
+PAGES = {
+    "parameters.md": parameters,
+    "commands.md": commands,
+    "topics.md": topics,
+    "files.md": files,
+}
+
+
+def write(folder: Path) -> None:
+    """Write all pages into a folder; a page that has not changed keeps its time."""
+    for name, make in PAGES.items():
+        text = make().rstrip() + "\n"
+        path = folder / name
+        if not path.is_file() or path.read_text(encoding="utf-8") != text:
+            path.write_text(text, encoding="utf-8")
+
+
+if __name__ == "__main__":
+    write(Path(sys.argv[1]))
