@@ -110,9 +110,10 @@ def parameters() -> str:
     parts = [
         "# Parameters",
         (
-            "Made from the dataclasses that the program itself reads. The same keys serve the nodes "
-            "(`--params FILE`), the launch file and `aerial-gnss replay`; `config/detector.yaml` and "
-            "`config/estimator.yaml` are complete files to copy from. `.nan` means *not given*."
+            "Made from the dataclasses that the program itself reads. The same keys serve the "
+            "nodes (`--params FILE`), the launch file and `aerial-gnss replay`; "
+            "`config/detector.yaml` and `config/estimator.yaml` are complete files to copy from. "
+            "`.nan` means *not given*."
         ),
     ]
     for node, schema in SCHEMAS.items():
@@ -158,9 +159,9 @@ def commands() -> str:
     parts = [
         "# Commands",
         (
-            "What `aerial-gnss COMMAND --help` prints. Each command ends with status 0 when its work "
-            "is done, 2 and one sentence when its input was wrong, and 130 when it was interrupted. "
-            "Where a machine may read the result, `--json` prints JSON."
+            "What `aerial-gnss COMMAND --help` prints. Each command ends with status 0 when its "
+            "work is done, 2 and one sentence when its input was wrong, and 130 when it was "
+            "interrupted. Where a machine may read the result, `--json` prints JSON."
         ),
     ]
     for name, (module, summary) in COMMANDS.items():
@@ -199,13 +200,14 @@ def topics() -> str:
         [
             "# Topics",
             (
-                "All names are relative, so that a namespace moves them (`--namespace drone1`), and "
-                "can be remapped or replaced by a parameter. Frames follow REP 103 and REP 105."
+                "All names are relative, so that a namespace moves them (`--namespace drone1`), "
+                "and can be remapped or replaced by a parameter. Frames follow REP 103 and REP "
+                "105."
             ),
             *parts,
             (
-                "Both nodes publish `/diagnostics` (`diagnostic_msgs/DiagnosticArray`): rate and age "
-                "of each input, refusals by reason, milliseconds of each stage."
+                "Both nodes publish `/diagnostics` (`diagnostic_msgs/DiagnosticArray`): rate and "
+                "age of each input, refusals by reason, milliseconds of each stage."
             ),
             "## Quality of service",
             table(
@@ -217,9 +219,9 @@ def topics() -> str:
                 ],
             ),
             (
-                "A subscriber that asks for reliable *and* transient local receives the last position "
-                "at once, even of a robot that surfaced for a second an hour ago: "
-                "**look at the stamp and the status**."
+                "A subscriber that asks for reliable *and* transient local receives the last "
+                "position at once, even of a robot that surfaced for a second an hour ago: **look "
+                "at the stamp and the status**."
             ),
             "## Types that an input may have",
             table(("parameter", "value", "type"), kinds),
@@ -278,8 +280,8 @@ def files() -> str:
             "The same words stand in `rejected.csv`, the report and `/diagnostics`.",
             table(("reason", "meaning"), ([f"`{r}`", escaped(r.meaning)] for r in Reason)),
             (
-                "Boxes refused as `unconfirmed` also have a likely cause, which summary, report and "
-                "`/diagnostics` state:"
+                "Boxes refused as `unconfirmed` also have a likely cause, which summary, report "
+                "and `/diagnostics` state:"
             ),
             table(("cause", "meaning"), ([f"`{c}`", escaped(c.meaning)] for c in Cause)),
         ]
