@@ -35,8 +35,8 @@ from aerial_gnss_ros.nodes.worker import WorkEndedError, Worker
 
 DETECTIONS_TYPE = "vision_msgs/msg/Detection2DArray"
 MOST_FAILURES = 30
-"""After so many images in a row that fail for no known reason only a new process can help: what a
-graphics processor's driver keeps is not mended in this one."""
+"""After so many failures with no image that succeeds only a new process can help: what a graphics
+processor's driver keeps, or memory in pieces, is not mended in this one."""
 
 _LOST_HINT = (
     "it does not send, or its images are lost between the processes: "
@@ -172,11 +172,13 @@ class DetectorNode(Managed, SupervisedNode):
         """Work on an image; what goes wrong with one does not end the others."""
         try:
             self._process(msg)
-            self._failures = 0
         except Exception as error:
             self._failures += 1
             if self._failures >= MOST_FAILURES or not self.context.ok():
                 raise
+            if isinstance(error, ModelError):  # such as for want of memory: the next image may do
+                self._refuse("failed", str(error))
+                return
             self._refused.add("internal", f"{type(error).__name__}: {error}", self.steady_ns())
             self.survive(error)
 
@@ -190,14 +192,11 @@ class DetectorNode(Managed, SupervisedNode):
         if image is None:
             return
         decoded = time.perf_counter()
-        try:
-            found = self._detector.detect(image)
-        except ModelError as error:  # such as for want of memory: the next image may do
-            self._refuse("failed", str(error))
-            return
+        found = self._detector.detect(image)
         detected = time.perf_counter()
         fields = detection_array(found, copied_header(msg.header))
         self._publisher.publish(message(DETECTIONS_TYPE, fields))
+        self._failures = 0
         ended = time.perf_counter()
         total = {"decode": (decoded - started) * 1e3, "total": (ended - started) * 1e3}
         publish = {"publish": (ended - detected) * 1e3}

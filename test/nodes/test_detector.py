@@ -249,6 +249,20 @@ def test_a_failure_of_the_network_is_survived_and_an_endless_one_ends_the_node(s
         s.ros.spin_until(lambda: s.images.publish(picture(next(stamps))), 20.0)
 
 
+def test_a_network_that_fails_for_every_image_ends_the_node(seen):
+    s = seen()
+    s.detector().error = ModelError("memory ran out while m.onnx worked on an image")
+    for stamp in range(1, MOST_FAILURES):
+        s.images.publish(picture(stamp))
+        s.ros.spin_until(lambda n=stamp: s.node._refused.counts["failed"] == n)
+    s.images.publish(picture(90, encoding="bayer_rggb8"))  # never reaches the network
+    s.ros.spin_until(lambda: s.node._refused.counts["bad_image"] == 1)
+    s.images.publish(picture(100))
+    with pytest.raises(WorkEndedError) as ended:
+        s.ros.spin_until(lambda: False, 20.0)
+    assert "memory ran out" in str(ended.value.__cause__)
+
+
 def test_a_following_detector_works_in_the_node(seen):
     inner = []
 
