@@ -6,16 +6,26 @@ from __future__ import annotations
 
 from collections import Counter, deque
 from collections.abc import Callable, Mapping
+from typing import Protocol
 
 from aerial_gnss_ros.core.clock import DETECTIONS, Clock, Decision, Verdict
 from aerial_gnss_ros.core.events import Events
-from aerial_gnss_ros.core.inputs import Tally
 from aerial_gnss_ros.core.words import counted
 
 MAX_HELD = 4096
 """Messages that wait at most; the oldest are refused."""
 
 WRONG_STAMP = "wrong_stamp"
+
+
+class Counted(Protocol):
+    """Counts the messages of one input."""
+
+    def refuse(self, trouble: str) -> None:
+        """Count a message that is no use; `trouble` says why."""
+
+    def take_back(self) -> None:
+        """Take back a message that was refused: it is of use after all."""
 
 
 class Arrivals:
@@ -32,7 +42,7 @@ class Arrivals:
     def __init__(
         self,
         clock: Clock,
-        tallies: Mapping[str, Tally],
+        tallies: Mapping[str, Counted],
         dropped: Counter[str],
         log: Events,
         begin_anew: Callable[[Decision], None],

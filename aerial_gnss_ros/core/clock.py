@@ -134,6 +134,13 @@ class Decision:
     kept: tuple[str, ...] = ()
     by_ns: int = 0
 
+    def __str__(self) -> str:
+        names = ", ".join(self.moved)
+        if not self.anew:
+            return f"The clock of {names} was set"
+        way = "backward" if self.by_ns < 0 else "forward"
+        return f"Time went {way} by {abs(self.by_ns) * 1e-9:.1f} s ({names})"
+
 
 @dataclass
 class Clock:

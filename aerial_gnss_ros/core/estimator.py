@@ -26,7 +26,15 @@ from aerial_gnss_ros.core.depths import depth_input
 from aerial_gnss_ros.core.events import Events, Trouble
 from aerial_gnss_ros.core.guard import Guard
 from aerial_gnss_ros.core.identity import Identity
-from aerial_gnss_ros.core.inputs import Inputs, InputStatus, Lacking, Samples, Tally
+from aerial_gnss_ros.core.inputs import (
+    CAMERA_INFO,
+    WATER_LEVEL,
+    Inputs,
+    InputStatus,
+    Lacking,
+    Samples,
+    Tally,
+)
 from aerial_gnss_ros.core.map_origin import MapOrigin
 from aerial_gnss_ros.core.origin_file import OriginKeeper
 from aerial_gnss_ros.core.pipeline import Pipeline
@@ -50,8 +58,6 @@ MAX_WAITING = 4096
 
 LONG_S = 10.0
 """An input that is of no use for so long is told again, s."""
-
-CAMERA_INFO, WATER_LEVEL = "camera_info", "water_level"
 
 
 @dataclass
@@ -436,10 +442,9 @@ class Estimator:
 
     def _begin_anew(self, decision: Decision) -> None:
         """Forget what was before time began anew, or before the clock of an input was set."""
-        jump_s, names = decision.by_ns * 1e-9, ", ".join(decision.moved)
         if not decision.anew:
             self._inputs.forget(decision.moved)
-            self._log.add(f"The clock of {names} was set; its telemetry of before is forgotten.")
+            self._log.add(f"{decision}; its telemetry of before is forgotten.")
             return
         while self._waiting:
             self._finish_first()
@@ -448,12 +453,8 @@ class Estimator:
         self._last_stamp_ns = self._newest_image_ns = None
         for tally in self._tallies.values():
             tally.begin_anew()
-        way = "backward" if jump_s < 0.0 else "forward"
-        self._log.counts[f"time_went_{way}"] += 1
-        self._log.add(
-            f"Time went {way} by {abs(jump_s):.1f} s ({names}): telemetry and tracks are cleared, "
-            "and robots get new names."
-        )
+        self._log.counts[f"time_went_{'backward' if decision.by_ns < 0 else 'forward'}"] += 1
+        self._log.add(f"{decision}: telemetry and tracks are cleared, and robots get new names.")
 
     def _forget_robots(self) -> None:
         self._pipeline.reset()

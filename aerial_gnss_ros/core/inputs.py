@@ -31,6 +31,8 @@ from aerial_gnss_ros.core.telemetry import (
 from aerial_gnss_ros.core.usable import usable
 from aerial_gnss_ros.core.values import Fix, Orientation, Scalar
 
+CAMERA_INFO, WATER_LEVEL = "camera_info", "water_level"
+
 
 class InputState(str, Enum):
     """How an input does, in one word."""

@@ -2,23 +2,30 @@
 # SPDX-License-Identifier: Apache-2.0
 """Watches the estimator's inputs without looking for robots: what `aerial-gnss check` judges.
 
-It takes the same values as the estimator, through the same feed, and samples the drone's state a
-few times a second with the same interpolation and the same composition of the pose.
+It takes the same values as the estimator, through the same feed, believes the same stamps, and
+samples the drone's state a few times a second with the same interpolation and the same composition
+of the pose.
 """
 
 from __future__ import annotations
 
 from collections import Counter, deque
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
+from aerial_gnss_ros.core.arrivals import Arrivals
 from aerial_gnss_ros.core.camera import CameraModel
+from aerial_gnss_ros.core.clock import Clock, Decision
 from aerial_gnss_ros.core.config import EstimatorConfig
+from aerial_gnss_ros.core.depths import depth_input
 from aerial_gnss_ros.core.errors import InputError
+from aerial_gnss_ros.core.events import Events
 from aerial_gnss_ros.core.frames import matrix_from_quaternion
-from aerial_gnss_ros.core.inputs import Inputs, Lacking
+from aerial_gnss_ros.core.inputs import CAMERA_INFO, WATER_LEVEL, Inputs, Lacking
 from aerial_gnss_ros.core.magnetic import declination, true_from_magnetic
 from aerial_gnss_ros.core.posing import Posing
 from aerial_gnss_ros.core.rejection import Input, Reason
@@ -26,6 +33,7 @@ from aerial_gnss_ros.core.telemetry import Sample, fix_series, orientation_serie
 from aerial_gnss_ros.core.values import CameraPose, DetectionFrame, Fix, Orientation, Scalar
 
 Array = NDArray[np.float64]
+V = TypeVar("V", Orientation, Scalar)
 
 STEP_NS = 200_000_000
 KEPT = 18_000
@@ -67,7 +75,7 @@ class Heard:
         first_arrival_ns: of the first message, ns.
         last_arrival_ns: of the newest, ns.
         last_stamp_ns: its stamp, ns.
-        delays_ns: arrival less stamp of the newest messages, ns.
+        delays_ns: arrival less stamp of the newest messages whose stamps are believed, ns.
     """
 
     count: int = 0
@@ -77,6 +85,16 @@ class Heard:
     last_arrival_ns: int = 0
     last_stamp_ns: int = 0
     delays_ns: deque[int] = field(default_factory=lambda: deque(maxlen=500))
+
+    def refuse(self, trouble: str) -> None:
+        """Count a message that is no use; `trouble` says why."""
+        self.bad += 1
+        self.trouble = trouble
+
+    def take_back(self) -> None:
+        """Take back a message that was refused: it is of use after all."""
+        self.bad -= 1
+        self.trouble = self.trouble if self.bad else ""
 
     @property
     def rate(self) -> float:
@@ -102,7 +120,6 @@ class Watch:
         reasons: how often there was no pose, and why.
         camera: the newest description.
         troubles: sentences that say more about a reason.
-        events: sentences about jumps of a clock.
     """
 
     def __init__(self, config: EstimatorConfig) -> None:
@@ -111,7 +128,6 @@ class Watch:
         self.reasons: Counter[Reason] = Counter()
         self.camera: CameraModel | None = None
         self.troubles: set[str] = set()
-        self.events: list[str] = []
         self._config = config
         self._inputs = Inputs(config)
         self._posing = Posing(config)
@@ -122,9 +138,19 @@ class Watch:
         self._wait_ns = round(config.max_wait * 1e9)
         # What the pose waits for; a camera on a mast has none, and boxes or CameraInfo tell time.
         self._needed = [i.value for i in Input if self._inputs.state_without_messages(i) is None]
+        held = (CAMERA_INFO, WATER_LEVEL, *map(depth_input, config.depth.by_topic()))
+        self._log = Events()
+        self._arrivals = Arrivals(
+            Clock(self._needed, held), self.heard, Counter(), self._log, self._begin_anew
+        )
         self._next_ns: int | None = None
         self._arrival_ns = 0
         self._name = ""
+
+    @property
+    def events(self) -> list[str]:
+        """Sentences about stamps and clocks."""
+        return self._log.sentences
 
     def arriving(self, name: str, arrival_ns: int) -> None:
         """Note that a message of an input is about to be handed to the feed."""
@@ -135,45 +161,50 @@ class Watch:
 
     def add_fix(self, fix: Fix) -> None:
         """Take a position of the drone."""
-        trouble = self._take(Input.FIX, fix)
-        self._fixes.add(replace(fix, valid=False) if trouble else fix)
+
+        def keep() -> str:
+            trouble = self._inputs.add(Input.FIX, fix)
+            self._fixes.add(replace(fix, valid=False) if trouble else fix)
+            return trouble
+
+        self._arrive(fix.stamp_ns, keep)
 
     def add_attitude(self, attitude: Orientation) -> None:
         """Take an orientation of the body."""
-        if not self._take(Input.ATTITUDE, attitude):
-            self._bodies.add(attitude)
+        self._take(Input.ATTITUDE, attitude, self._bodies.add)
 
     def add_gimbal(self, gimbal: Orientation) -> None:
         """Take an orientation of the camera."""
-        self._take(Input.GIMBAL, gimbal)
+        self._take(Input.GIMBAL, gimbal, lambda _gimbal: None)
 
     def add_height(self, height: Scalar) -> None:
         """Take a height of the drone."""
-        if not self._take(Input.HEIGHT, height):
-            self._heights.add(height)
+        self._take(Input.HEIGHT, height, self._heights.add)
 
     def add_water_level(self, level: Scalar) -> None:
         """Take a level of the water."""
-        self._stamped(level.stamp_ns, self._inputs.add_level(level))
+        self._arrive(level.stamp_ns, lambda: self._inputs.add_level(level))
 
     def add_depth(self, _class_id: str, depth: Scalar) -> None:
         """Note that a robot's depth came: it says nothing of the drone."""
-        self._stamped(depth.stamp_ns)
+        self._arrive(depth.stamp_ns, lambda: "")
 
     def add_camera(self, stamp_ns: int, camera: CameraModel | None) -> None:
         """Take the camera's description; None when it could not be used."""
-        self._stamped(stamp_ns, "" if camera is not None else "it describes no usable camera")
-        self.camera = camera or self.camera
+
+        def keep() -> str:
+            self.camera = camera or self.camera
+            return "" if camera is not None else "it describes no usable camera"
+
+        self._arrive(stamp_ns, keep)
 
     def add_detections(self, frame: DetectionFrame) -> None:
         """Note that boxes came."""
-        self._stamped(frame.stamp_ns)
+        self._arrive(frame.stamp_ns, lambda: "")
 
     def refuse(self, _name: str, trouble: str) -> None:
         """Take note of a message that could not be read, and why."""
-        heard = self.heard[self._name]
-        heard.bad += 1
-        heard.trouble = trouble
+        self.heard[self._name].refuse(trouble)
 
     def advance(self, final: bool = False) -> None:
         """Sample the drone as far as its inputs allow.
@@ -181,10 +212,15 @@ class Watch:
         Args:
             final: nothing more comes.
         """
+        self._arrivals.tick(self._arrival_ns)
+        if final:
+            self._arrivals.flush()
         if self._next_ns is None:
             return
         names = [name for name in self._needed if name in self.heard] or list(self.heard)
         newest = max(self.heard[name].last_stamp_ns for name in names)
+        if self._next_ns - newest > _BACK_NS:  # every clock was set back, one by one
+            self._sample_anew(newest)
         if newest - self._next_ns > _JUMP_NS:
             self._next_ns = newest - self._wait_ns
         while self._next_ns <= newest:
@@ -234,31 +270,58 @@ class Watch:
             return None
         return true_from_magnetic(body, east)
 
-    def _take(self, source: Input, value: Fix | Orientation | Scalar) -> str:
-        """Keep a sample; return why it is no use, else empty."""
-        heard = self.heard.get(source.value)
-        if heard is not None and heard.last_stamp_ns - value.stamp_ns > _BACK_NS:
-            self._begin_anew(source.value, heard.last_stamp_ns - value.stamp_ns)
-        trouble = self._inputs.add(source, value)
-        self._stamped(value.stamp_ns, trouble)
-        return trouble
+    def _take(self, source: Input, value: V, add: Callable[[V], None]) -> None:
+        """Take in a sample, which is added where it is of use."""
 
-    def _begin_anew(self, name: str, back_ns: int) -> None:
-        self.events.append(f"Time went backward by {back_ns * 1e-9:.1f} s ({name}).")
-        self._inputs.clear()
-        self._fixes.clear()
-        self._bodies.clear()
-        self._heights.clear()
+        def keep() -> str:
+            trouble = self._inputs.add(source, value)
+            if not trouble:
+                add(value)
+            return trouble
+
+        self._arrive(value.stamp_ns, keep)
+
+    def _arrive(self, stamp_ns: int, keep: Callable[[], str]) -> None:
+        """Take in a message, now or when its stamp is believed.
+
+        Args:
+            stamp_ns: its stamp, ns.
+            keep: keeps its value; returns why it is no use, else empty.
+        """
+        name, arrival_ns = self._name, self._arrival_ns
+
+        def let_in() -> None:
+            trouble, heard = keep(), self.heard[name]
+            if trouble:
+                heard.refuse(trouble)
+            heard.last_stamp_ns = max(stamp_ns, heard.last_stamp_ns)
+            heard.delays_ns.append(arrival_ns - stamp_ns)
+            if self._next_ns is None and (name in self._needed or not self._needed):
+                self._sample_anew(stamp_ns)
+
+        self._arrivals.take(name, stamp_ns, let_in)
+
+    def _begin_anew(self, decision: Decision) -> None:
+        """Forget what was before time began anew, or before the clock of an input was set."""
+        self._log.add(f"{decision}.")
+        if decision.anew:
+            moved = set(self.heard) - set(decision.kept)
+            self._inputs.clear(decision.kept)
+            self.moments.clear()
+            self._next_ns = None
+        else:
+            moved = set(decision.moved)
+            self._inputs.forget(moved)
+        if Input.FIX.value in moved:
+            self._fixes.clear()
+        if Input.ATTITUDE.value in moved:
+            self._bodies.clear()
+        if Input.HEIGHT.value in moved:
+            self._heights.clear()
+        for name in moved & set(self.heard):
+            self.heard[name].last_stamp_ns = 0
+
+    def _sample_anew(self, stamp_ns: int) -> None:
+        """Forget the moments, and go on at a time, rounded up."""
         self.moments.clear()
-        self._next_ns = None
-        for heard in self.heard.values():
-            heard.last_stamp_ns = 0
-
-    def _stamped(self, stamp_ns: int, trouble: str = "") -> None:
-        heard = self.heard[self._name]
-        heard.bad += bool(trouble)
-        heard.trouble = trouble or heard.trouble
-        heard.last_stamp_ns = max(stamp_ns, heard.last_stamp_ns)
-        heard.delays_ns.append(self._arrival_ns - stamp_ns)
-        if self._next_ns is None and (self._name in self._needed or not self._needed):
-            self._next_ns = -(-stamp_ns // STEP_NS) * STEP_NS
+        self._next_ns = -(-stamp_ns // STEP_NS) * STEP_NS
