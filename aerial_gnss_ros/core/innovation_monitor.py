@@ -77,7 +77,7 @@ class InnovationMonitor:
     def __init__(self) -> None:
         self._window: deque[tuple[float, int]] = deque()
         self._squared, self._count = 0.0, 0
-        self._alarm = False
+        self._alarm, self._level = False, 1.0
         self._told: set[str] = set()
         self._incredible: dict[str, str] = {}
         self._matches: deque[tuple[int, int]] = deque(maxlen=WINDOW_IMAGES)
@@ -87,7 +87,7 @@ class InnovationMonitor:
         """Forget everything."""
         self._window.clear()
         self._squared, self._count = 0.0, 0
-        self._alarm = False
+        self._alarm, self._level = False, 1.0
         self._told.clear()
         self._incredible.clear()
         self._matches.clear()
@@ -96,7 +96,7 @@ class InnovationMonitor:
     @property
     def complaints(self) -> tuple[str, ...]:
         """What does not fit at present, in sentences; empty where all is as stated."""
-        misfit = (_misfit(self.fit.ratio),) if self._alarm else ()
+        misfit = (_misfit(self.fit.ratio, self._level),) if self._alarm else ()
         turned = (self._turned,) if self._turned else ()
         return (*misfit, *self._incredible.values(), *self._outside(), *turned)
 
@@ -122,13 +122,16 @@ class InnovationMonitor:
         sigmas = (ratio - 1.0) / math.sqrt(2.0 / count)
         return Fit(ratio, sigmas, self._alarm)
 
-    def take(self, squared: float, count: int) -> str | None:
+    def take(self, squared: float, count: int, level: float = 1.0) -> str | None:
         """Take in an image; return a sentence when an alarm begins or ends.
 
         Args:
-            squared: normalised squared residual of the image.
+            squared: squared residual of the image, normalised by the noise that the filter takes.
             count: its degrees of freedom.
+            level: factor by which that noise is larger than stated, see `noise_level`.
         """
+        self._level = level
+        squared *= level
         self._window.append((squared, count))
         self._squared, self._count = self._squared + squared, self._count + count
         if len(self._window) > WINDOW_IMAGES:
@@ -137,7 +140,7 @@ class InnovationMonitor:
         fit = self.fit
         if not self._alarm and fit.sigmas > ALARM_SIGMAS:
             self._alarm = True
-            return Trouble(_misfit(fit.ratio))
+            return Trouble(_misfit(fit.ratio, level))
         if self._alarm and fit.sigmas < CALM_SIGMAS and not math.isnan(fit.ratio):
             self._alarm = False
             return "Boxes lie where they are expected again, within the stated noise."
@@ -180,10 +183,13 @@ class InnovationMonitor:
         return news
 
 
-def _misfit(ratio: float) -> str:
+def _misfit(ratio: float, level: float) -> str:
+    consequence = "positions are less certain than published"
+    if level > 1.0:
+        consequence = f"they are taken to be {math.sqrt(level):.1f} times as noisy as stated"
     return (
         f"Boxes lie {math.sqrt(ratio):.1f} times as far from where they are expected as the "
-        "stated noise allows: positions are less certain than published. Check the noise.* "
+        f"stated noise allows: {consequence}. Check the noise.* "
         "parameters, camera.latency_s and the compass."
     )
 

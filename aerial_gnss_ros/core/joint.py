@@ -23,6 +23,7 @@ from aerial_gnss_ros.core.joint_update import correct, linearise
 from aerial_gnss_ros.core.joint_view import Sight, by_angles, by_errors, by_platform, follow
 from aerial_gnss_ros.core.local_map import LocalMap, water_points
 from aerial_gnss_ros.core.measurements import Measurements
+from aerial_gnss_ros.core.noise_level import NoiseLevel
 from aerial_gnss_ros.core.pose_motion import MOVED_S, PoseMotion
 from aerial_gnss_ros.core.position_jumps import PositionJumps
 from aerial_gnss_ros.core.values import PosedFrame
@@ -46,6 +47,7 @@ class JointFilter(Groups):
 
     Attributes:
         monitor: how well boxes fit what is stated.
+        noise: how many times as large as stated their white noise is.
         turned: whether the camera's orientation has jumped with the last image, and not back.
     """
 
@@ -55,6 +57,7 @@ class JointFilter(Groups):
         self.model = PlatformModel(config.noise, config.gimbal.reference)
         self.motion = motion_of(config)
         self._latency_ns = round(config.camera.latency_s * 1e9)
+        self.noise = NoiseLevel()
         self._map: MapFrame | None = None
         self._jumps = PositionJumps(self.log)
         self.reset()
@@ -73,6 +76,7 @@ class JointFilter(Groups):
         self._sight: Sight | None = None
         self.turned = False
         self.monitor.reset()
+        self.noise.reset()
 
     @property
     def stationary(self) -> Array:
@@ -179,7 +183,13 @@ class JointFilter(Groups):
                     feigned = FEIGNED_MPS if self._late else 0.0  # else robots seem too fast
                     group.forget(slots, self._stationary, self.motion.speed_sigma + feigned)
                 outcome = correct(
-                    group, slots, pixels, self._sight, self.model, self.motion.fastest
+                    group,
+                    slots,
+                    pixels,
+                    self._sight,
+                    self.model,
+                    self.motion.fastest,
+                    self.noise.level,
                 )
                 squared, count = squared + outcome.squared, count + outcome.count
                 if group.turning.due and not self._late:
@@ -263,7 +273,7 @@ class JointFilter(Groups):
     def _watch(self, squared: float, count: int) -> None:
         angle = max(group.turning.sigma for group in self._groups)
         for sentence in (
-            self.monitor.take(squared, count),
+            self.monitor.take(squared, count, self.noise.level),
             self.monitor.take_turn(angle),
             self.monitor.check_platform(self._groups[0].mean[:COUNT], self._stationary),
         ):
@@ -282,7 +292,7 @@ class JointFilter(Groups):
     def box_noise(self, places: Array) -> Array:
         """Return the covariances (m, 2, 2) of places on the water from boxes' own noise, m²."""
         by_pixel = np.linalg.inv(linearise(self._seen_from, np.zeros(COUNT), places).by_place)
-        noise: Array = self.model.pixel * by_pixel @ by_pixel.swapaxes(1, 2)
+        noise: Array = self.noise.level * self.model.pixel * by_pixel @ by_pixel.swapaxes(1, 2)
         return noise
 
     def _body(self, seen: Measurements) -> Array:

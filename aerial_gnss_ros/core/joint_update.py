@@ -104,6 +104,7 @@ def correct(
     sight: Sight,
     model: PlatformModel,
     fastest: float = np.inf,
+    level: float = 1.0,
 ) -> Outcome:
     """Take in the pixels of some robots.
 
@@ -117,6 +118,7 @@ def correct(
         sight: the camera.
         model: white noise of pose and boxes.
         fastest: speed of a robot, m/s.
+        level: factor by which that noise is larger than stated, see `noise_level`.
     """
     follow(joint, sight)
     before = joint.mean
@@ -129,13 +131,14 @@ def correct(
     if not m:
         return Outcome(0.0, 0)
     by_state = _times_covariance(joint, slots, linear)
-    spread = _innovation(joint, slots, linear, by_state, model.white + sight.bend)
-    spread.flat[:: 2 * m + 1] += model.pixel
+    pixel = level * model.pixel
+    spread = _innovation(joint, slots, linear, by_state, level * model.white + sight.bend)
+    spread.flat[:: 2 * m + 1] += pixel
     residual = pixels - linear.pixels
     root, white = _whitened(spread, residual)
     squared = float(white @ white)
     # No box is farther off by itself than all of them are together.
-    if squared > HUBER**2 and _soften(spread, residual, model.pixel):
+    if squared > HUBER**2 and _soften(spread, residual, pixel):
         root, white = _whitened(spread, residual)
     gain = _solved(root, by_state)
     reduction = gain.T @ gain
@@ -146,7 +149,7 @@ def correct(
     possible = _possible(joint, slots, reduction, fastest)
     if possible is not None:
         joint.mean = before
-        rest = correct(joint, slots[possible], pixels[possible], sight, model, fastest)
+        rest = correct(joint, slots[possible], pixels[possible], sight, model, fastest, level)
         refused = np.concatenate([slots[~possible], rest.refused])
         return Outcome(rest.squared, rest.count, refused)
     joint.covariance -= reduction

@@ -23,6 +23,7 @@ from aerial_gnss_ros.core.joint import JointFilter
 from aerial_gnss_ros.core.joint_comparison import Comparison
 from aerial_gnss_ros.core.joint_motion import HELD_S
 from aerial_gnss_ros.core.measurements import Measurements
+from aerial_gnss_ros.core.noise_level import Innovation
 from aerial_gnss_ros.core.track import Track
 from aerial_gnss_ros.core.values import State
 
@@ -88,6 +89,7 @@ class Matcher:
 
         # Robots choose first: a stray box of a robot must not grow up on that robot's own boxes.
         away_ns = stamp_ns - round(self._missed_s(stamp_ns) * 1e9)
+        self._note_noise(tracks, pairs, able, stamp_ns)
         inside = able.inside
         given = kept(tracks, able.of, able.to, able.best(inside), inside, away_ns)
         chosen = undisputed(tracks, able.of, able.to, given, able.log, kind, stamp_ns)
@@ -108,6 +110,26 @@ class Matcher:
         if not self.confused:
             self._clutter.take(stamp_ns, known, known - claimed, len(seen.index) - len(chosen))
         return pairs.rows[chosen], pairs.columns[chosen]
+
+    def _note_noise(
+        self, tracks: list[Track], pairs: Comparison, able: Candidates, stamp_ns: int
+    ) -> None:
+        """Take in how far the boxes of robots in view are from where they are expected."""
+        seen: list[tuple[Innovation, ...]] = []
+        share = 1.0 / self._filter.noise.level
+        rows: set[int] = set()
+        columns: set[int] = set()
+        for k in sorted(able.near(able.robots), key=able.squared.__getitem__):
+            row, column = able.of[k], able.to[k]
+            if row in rows or column in columns:
+                continue
+            rows.add(row)
+            columns.add(column)
+            (east, north), ((a, b), (_, d)) = pairs.offsets[k].tolist(), pairs.spread[k].tolist()
+            one = Innovation(stamp_ns, east, north, (share * a, share * b, share * d))
+            tracks[row].innovations = (*tracks[row].innovations[-2:], one)
+            seen.append(tracks[row].innovations)
+        self._filter.noise.take(seen)
 
     def _kind(self, track: Track, stamp_ns: int) -> str:
         """Return whether a single box may update a track: as a robot, as a new one, not at all."""

@@ -42,8 +42,17 @@ class Measurements:
     edge: NDArray[np.bool_]
 
 
-def measurements(frame: PosedFrame, points: WaterPoints, local: LocalMap) -> Measurements:
-    """Return the detections that have a point, in `map`."""
+def measurements(
+    frame: PosedFrame, points: WaterPoints, local: LocalMap, level: float = 1.0
+) -> Measurements:
+    """Return the detections that have a point, in `map`.
+
+    Args:
+        frame: the image.
+        points: where its boxes lie on the water.
+        local: the frame `map`.
+        level: factor by which white noise is larger than stated, see `noise_level`.
+    """
     index = np.array([i for i, why in enumerate(points.reasons) if why is None], dtype=np.intp)
     whole = len(index) == len(points)
     kept = slice(None) if whole else index
@@ -52,7 +61,7 @@ def measurements(frame: PosedFrame, points: WaterPoints, local: LocalMap) -> Mea
         index,
         pixels,
         local.positions(points.latitude[kept], points.longitude[kept]),
-        points.covariance_white[kept],
+        level * points.covariance_white[kept],
         np.array([class_ids[i] for i in index.tolist()], dtype=str),
         at_edge(pixels, frame.camera.width, frame.camera.height),
     )

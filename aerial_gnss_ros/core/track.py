@@ -10,6 +10,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from aerial_gnss_ros.core.noise_level import Innovation
 from aerial_gnss_ros.core.rejection import Cause
 from aerial_gnss_ros.core.values import State
 
@@ -46,6 +47,7 @@ class Track:
         pending: stamp (ns), u and v (px) of its boxes for as long as it has no name.
         near_misses: boxes just outside its gate that were no other's while it had no name.
         stray_cause: of `strayed`, should it end without a name.
+        innovations: of the last three images that showed it where it may be.
         once: its name until all robots were elsewhere at once and another track went on under it;
             it has it again should they be back.
         doubtful: whether it was confirmed while robots were not where they should be: its place is
@@ -72,6 +74,7 @@ class Track:
     pending: tuple[tuple[int, float, float], ...] = ()
     near_misses: int = 0
     stray_cause: Cause = Cause.TOO_FAST
+    innovations: tuple[Innovation, ...] = ()
     once: str = ""
     doubtful: bool = False
 

@@ -94,7 +94,7 @@ class Tracker:
         stamp_ns = frame.detections.stamp_ns
         self._naming.note(stamp_ns)
         self._matcher.fresh_s = self._naming.pace.window_ns * 1e-9
-        seen = measurements(frame, points, local)
+        seen = measurements(frame, points, local, self.filter.noise.level)
         passed = 0.0 if self._stamp_ns is None else (stamp_ns - self._stamp_ns) * 1e-9
         self._advance(stamp_ns)
         if not self.filter.look(frame, local):

@@ -38,6 +38,16 @@ def test_complains_while_boxes_lie_too_far_off():
     assert monitor.complaints == ()
 
 
+def test_says_where_the_filter_allows_for_noise_larger_than_stated():
+    monitor = InnovationMonitor()
+    said = [monitor.take(2.0, 2, 4.0) for _ in range(100)]
+    (begin,) = filter(None, said)
+    assert "Boxes lie 2.0 times" in begin
+    assert "less certain than published" not in begin
+    assert "2.0 times as noisy as stated" in begin
+    assert monitor.fit.ratio == pytest.approx(4.0)  # by the stated noise
+
+
 def test_names_an_error_beyond_what_is_stated_until_it_is_credible_again():
     monitor = InnovationMonitor()
     errors = np.zeros(COUNT)

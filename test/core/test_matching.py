@@ -15,6 +15,7 @@ from aerial_gnss_ros.core.events import Events
 from aerial_gnss_ros.core.joint_comparison import Comparison
 from aerial_gnss_ros.core.matching import STRAINED, Matcher
 from aerial_gnss_ros.core.measurements import Measurements
+from aerial_gnss_ros.core.noise_level import NoiseLevel
 from aerial_gnss_ros.core.track import STRAIN_IMAGES, Track
 from aerial_gnss_ros.core.values import State
 
@@ -32,6 +33,7 @@ def _joint(pairs, speed=0.0):
         compare=lambda *_: pairs,
         motion=SimpleNamespace(speed_sigma=speed),
         monitor=SimpleNamespace(take_matches=lambda *_: None),
+        noise=NoiseLevel(),
         loosen=lambda *_: None,
         found=lambda *_: None,
         log=Events(),
