@@ -27,6 +27,7 @@ import one_thread  # noqa: F401 - before numpy
 # isort: split
 import numpy as np
 from numpy.typing import NDArray
+from tables import keep
 
 from aerial_gnss_ros.adapters.dji_log import read_dji_log
 from aerial_gnss_ros.calibration.fit import Fit
@@ -222,8 +223,7 @@ def main() -> None:
         rows += [_told(flown(number), given.rows) for number in wanted]
     lines = table(rows)
     print("\n".join(lines))
-    if given.markdown:
-        given.markdown.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    keep("\n".join(lines) + "\n", given.markdown)
     if given.picture:
         draw(rows, given.picture)
 

@@ -20,6 +20,7 @@ import one_thread  # noqa: F401 - before numpy
 # isort: split
 import numpy as np
 from families import Cell, Setting, config, experiment, results, robots_of, truth
+from tables import keep
 
 from aerial_gnss_ros.core.values import State
 
@@ -100,8 +101,7 @@ def main() -> None:
             flights = [Flight(family, latency_s, seed) for seed in range(given.seeds)]
             lines.append(row(family, latency_s, flights))
             print(lines[-1], flush=True)
-    if given.markdown:
-        given.markdown.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    keep("\n".join(lines) + "\n", given.markdown)
 
 
 if __name__ == "__main__":

@@ -16,6 +16,7 @@ import argparse
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
+from pathlib import Path
 from typing import Any
 from unittest.mock import patch
 
@@ -25,7 +26,7 @@ import one_thread  # noqa: F401 - before numpy
 import numpy as np
 from families import Setting
 from flown import Record, chosen, fly, rms
-from tables import columns
+from tables import columns, show
 
 from aerial_gnss_ros.core.joint_state import Joint
 from aerial_gnss_ros.core.joint_view import Sight
@@ -75,6 +76,7 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=str(__doc__).splitlines()[0])
     parser.add_argument("--seeds", type=int, default=6, help="flights a cell (default 6)")
     parser.add_argument("--only", default=HARD, help=f"as for consistency.py (default {HARD})")
+    parser.add_argument("--markdown", type=Path, help="where to write the table")
     given = parser.parse_args()
     rows = []
     for cell in chosen(given.only):
@@ -86,7 +88,7 @@ def main() -> int:
         print(rows[-1], file=sys.stderr, flush=True)
     heads = [f"{name}: {what}" for name in VARIANTS for what in
              ("NEES", "published / bound", "RMS / bound")]  # fmt: skip
-    print(columns(["flight", *heads], rows))
+    show(columns(["flight", *heads], rows), given.markdown)
     return 0
 
 

@@ -20,6 +20,7 @@ from pathlib import Path
 
 import cv2
 import numpy as np
+from tables import keep
 
 from aerial_gnss_ros.core.errors import AerialGnssError
 from aerial_gnss_ros.detection.config import detector_config
@@ -54,8 +55,7 @@ def main() -> int:
     except AerialGnssError as error:
         sys.stderr.write(f"search_modes: {error}\n")
         return 2
-    if args.markdown:
-        args.markdown.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    keep("\n".join(lines) + "\n", args.markdown)
     return 0
 
 

@@ -10,21 +10,32 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from docutils.nodes import SkipNode, math, math_block
+from docutils.utils.math import MathError
 from docutils.utils.math.latex2mathml import tex2mathml
+from sphinx.util import logging
 
 if TYPE_CHECKING:
     from sphinx.application import Sphinx
     from sphinx.writers.html5 import HTML5Translator
 
+LOGGER = logging.getLogger(__name__)
+
+
+def _mathml(node: math | math_block) -> str:
+    try:
+        return tex2mathml(node.astext(), as_block=isinstance(node, math_block))
+    except MathError as error:
+        LOGGER.warning("equation: %s", error, location=node)
+        return ""
+
 
 def _inline(translator: HTML5Translator, node: math) -> None:
-    translator.body.append(tex2mathml(node.astext()))
+    translator.body.append(_mathml(node))
     raise SkipNode
 
 
 def _display(translator: HTML5Translator, node: math_block) -> None:
-    equation = tex2mathml(node.astext(), as_block=True)
-    translator.body.append(f'<div class="equation">{equation}</div>')
+    translator.body.append(f'<div class="equation">{_mathml(node)}</div>')
     raise SkipNode
 
 
