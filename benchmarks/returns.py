@@ -16,13 +16,14 @@ from __future__ import annotations
 import argparse
 from collections import deque
 from itertools import pairwise
+from pathlib import Path
 
 import one_thread  # noqa: F401 - before numpy
 
 # isort: split
 import numpy as np
 from families import ACCELERATION, RandomSwimmers
-from tables import columns
+from tables import columns, show
 
 from aerial_gnss_ros.core.association import gate_threshold
 from aerial_gnss_ros.core.joint_motion import Motion
@@ -116,15 +117,20 @@ def table(found: list[tuple[float, bool]]) -> str:
 
 
 def main() -> None:
-    """Draw pairs and print the tables."""
+    """Draw pairs and show the tables."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--pairs", type=int, default=1000, help="of each kind")
     parser.add_argument("--first", type=int, default=0, help="seed of the first one")
+    parser.add_argument("--markdown", type=Path, help="where to write the tables")
     given = parser.parse_args()
+    texts = []
     for kind in ("white", "steady"):
         drawn = [probability(kind, seed) for seed in range(given.first, given.first + given.pairs)]
         found = [one for one in drawn if one is not None]
-        print(f"{kind}: {len(found)} of {given.pairs} pairs have come up as two\n\n{table(found)}")
+        texts.append(
+            f"{kind}: {len(found)} of {given.pairs} pairs returned as two\n\n{table(found)}"
+        )
+    show("\n".join(texts), given.markdown)
 
 
 if __name__ == "__main__":
