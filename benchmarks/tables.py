@@ -17,6 +17,7 @@ from __future__ import annotations
 import re
 import shlex
 import sys
+import textwrap
 from datetime import datetime, timezone
 from pathlib import Path
 
@@ -68,7 +69,8 @@ def placed(page: str, place: str, table: str, command: list[str]) -> str:
     if not found:
         raise ValueError(f"the page has {begin.strip()} but no {end}")
     today = datetime.now(timezone.utc).date()
-    options = shlex.join(command[1:])
-    line = f"python benchmarks/{Path(command[0]).name} {options}".rstrip()
-    measured = f"Measured {today}, version {__version__}:\n\n    {line}\n\n{table}"
+    words = ["python", f"benchmarks/{Path(command[0]).name}", *map(shlex.quote, command[1:])]
+    lines = textwrap.wrap(" ".join(words), 110, break_long_words=False, break_on_hyphens=False)
+    shown = " \\\n        ".join(lines)
+    measured = f"Measured {today}, version {__version__}:\n\n    {shown}\n\n{table}"
     return f"{before}{begin}{measured}{end}{after}"
