@@ -14,10 +14,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from aerial_gnss_ros.core.config import EstimatorConfig, estimator_config
+from aerial_gnss_ros.core.detection_frame import DetectionFrame
+from aerial_gnss_ros.core.estimates import FrameResult, MapDatum
 from aerial_gnss_ros.core.estimator import Estimator
 from aerial_gnss_ros.core.local_map import LocalMap
 from aerial_gnss_ros.core.tracking import Tracking
-from aerial_gnss_ros.core.values import DetectionFrame, FrameResult, MapDatum
 from aerial_gnss_ros.evaluation.bound import TrueFrame, bound
 from aerial_gnss_ros.simulation.boxes import Boxes
 from aerial_gnss_ros.simulation.chance import generator

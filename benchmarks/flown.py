@@ -38,9 +38,10 @@ from scipy.optimize import linear_sum_assignment
 from tables import show
 
 from aerial_gnss_ros.core import localize, paper
+from aerial_gnss_ros.core.detection_frame import DetectionFrame
+from aerial_gnss_ros.core.estimates import FrameResult, State
 from aerial_gnss_ros.core.frames import matrix_from_quaternion
 from aerial_gnss_ros.core.local_map import LocalMap
-from aerial_gnss_ros.core.values import DetectionFrame, FrameResult, State
 from aerial_gnss_ros.simulation.boxes import Boxes
 from aerial_gnss_ros.simulation.experiment import Experiment
 

@@ -25,11 +25,11 @@ import numpy as np
 from families import ACCELERATION, RandomSwimmers
 from tables import columns, show
 
-from aerial_gnss_ros.core.association import gate_threshold
+from aerial_gnss_ros.core.estimates import State
+from aerial_gnss_ros.core.gaussian import gate_threshold
 from aerial_gnss_ros.core.joint_motion import Motion
 from aerial_gnss_ros.core.reacquisition import LOOK_S, Reacquisition
 from aerial_gnss_ros.core.track import Track
-from aerial_gnss_ros.core.values import State
 from aerial_gnss_ros.core.whereabouts import Swims
 from aerial_gnss_ros.simulation.chance import generator
 from aerial_gnss_ros.simulation.robots import Swarm, SwimPlan

@@ -31,8 +31,9 @@ import numpy as np
 from tables import show
 
 from aerial_gnss_ros.core.config import estimator_config
+from aerial_gnss_ros.core.detection_frame import DetectionFrame
+from aerial_gnss_ros.core.estimates import FrameResult
 from aerial_gnss_ros.core.estimator import Estimator
-from aerial_gnss_ros.core.values import DetectionFrame, FrameResult
 from aerial_gnss_ros.simulation.experiment import (
     CameraClock,
     Experiment,

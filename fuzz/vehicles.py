@@ -26,7 +26,7 @@ from aerial_gnss_ros.core.frames import (
     quaternion_product,
     rpy_from_matrix,
 )
-from aerial_gnss_ros.core.values import Array, Fix, Orientation, Scalar
+from aerial_gnss_ros.core.samples import Array, Fix, Orientation, Scalar
 from aerial_gnss_ros.nodes.schemas import ESTIMATOR, SCHEMAS
 from aerial_gnss_ros.simulation.flight import HOLETOWN
 

@@ -29,9 +29,9 @@ from aerial_gnss_ros.bags.results import PLATFORM_COLUMNS, REJECTED_COLUMNS
 from aerial_gnss_ros.bags.tables import POSITION_COLUMNS
 from aerial_gnss_ros.cli import COMMANDS
 from aerial_gnss_ros.core.config import DepthConfig, EstimatorConfig, HeightConfig
+from aerial_gnss_ros.core.estimates import FrameResult, MapDatum, RobotEstimate, State
 from aerial_gnss_ros.core.parameters import Leaf, leaves, type_hints
 from aerial_gnss_ros.core.rejection import Cause, Reason
-from aerial_gnss_ros.core.values import FrameResult, MapDatum, RobotEstimate, State
 from aerial_gnss_ros.nodes.schemas import SCHEMAS
 
 INPUTS = {

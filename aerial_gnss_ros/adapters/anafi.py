@@ -9,7 +9,7 @@ from typing import Any
 
 from aerial_gnss_ros.adapters import canonical
 from aerial_gnss_ros.core.config_telemetry import FixConfig
-from aerial_gnss_ros.core.values import Fix
+from aerial_gnss_ros.core.samples import Fix
 
 
 def fix(msg: Any, stamp_ns: int, _config: FixConfig) -> Fix:

@@ -28,7 +28,7 @@ from aerial_gnss_ros.adapters.dji_flight import (
 )
 from aerial_gnss_ros.core.errors import InputError
 from aerial_gnss_ros.core.frames import yaw_from_heading
-from aerial_gnss_ros.core.values import Array
+from aerial_gnss_ros.core.samples import Array
 from aerial_gnss_ros.core.words import counted
 
 _N = r"([-+]?\d+(?:\.\d+)?)"

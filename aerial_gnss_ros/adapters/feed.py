@@ -14,8 +14,9 @@ from aerial_gnss_ros.adapters.kinds import ATTITUDE, FIX, GIMBAL, HEIGHT, Kind, 
 from aerial_gnss_ros.core.camera import CameraModel
 from aerial_gnss_ros.core.config import EstimatorConfig
 from aerial_gnss_ros.core.depths import depth_input
+from aerial_gnss_ros.core.detection_frame import DetectionFrame
 from aerial_gnss_ros.core.errors import AerialGnssError, CameraError
-from aerial_gnss_ros.core.values import DetectionFrame, Fix, Orientation, Scalar
+from aerial_gnss_ros.core.samples import Fix, Orientation, Scalar
 
 TELEMETRY_DEPTH = 50  # half a second at 100 Hz while the estimator is busy
 DETECTIONS_DEPTH = 10

@@ -16,7 +16,7 @@ from aerial_gnss_ros.core.config_telemetry import (
     GimbalConfig,
     HeightConfig,
 )
-from aerial_gnss_ros.core.values import Fix, Orientation, Scalar
+from aerial_gnss_ros.core.samples import Fix, Orientation, Scalar
 
 Group = TypeVar("Group")
 Value = TypeVar("Value")

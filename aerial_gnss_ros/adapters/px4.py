@@ -19,7 +19,7 @@ from aerial_gnss_ros.core.config_telemetry import (
     GimbalConfig,
     HeightConfig,
 )
-from aerial_gnss_ros.core.values import Array, Fix, Orientation, Scalar
+from aerial_gnss_ros.core.samples import Array, Fix, Orientation, Scalar
 
 FIX_2D = 2  # px4_msgs/SensorGps.fix_type: below it there is no position
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from aerial_gnss_ros.adapters.stamps import header_fields
 from aerial_gnss_ros.core.camera import CameraModel
-from aerial_gnss_ros.core.values import Fix, Orientation, Scalar
+from aerial_gnss_ros.core.samples import Fix, Orientation, Scalar
 
 FIX_TYPE = "sensor_msgs/msg/NavSatFix"
 IMU_TYPE = "sensor_msgs/msg/Imu"

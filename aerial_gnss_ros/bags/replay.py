@@ -18,9 +18,9 @@ from aerial_gnss_ros.bags.reader import BagReader
 from aerial_gnss_ros.core.config import EstimatorConfig
 from aerial_gnss_ros.core.depths import depth_input
 from aerial_gnss_ros.core.errors import CameraError, InputError
+from aerial_gnss_ros.core.estimates import FrameResult
 from aerial_gnss_ros.core.estimator import Estimator
 from aerial_gnss_ros.core.rejection import Cause
-from aerial_gnss_ros.core.values import FrameResult
 from aerial_gnss_ros.core.words import counted
 from aerial_gnss_ros.detection.base import Detector
 from aerial_gnss_ros.detection.config import DetectorConfig

@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 
 from aerial_gnss_ros.adapters.table_files import table_rows
 from aerial_gnss_ros.core.errors import InputError
-from aerial_gnss_ros.core.values import Array, State
+from aerial_gnss_ros.core.estimates import State
+from aerial_gnss_ros.core.samples import Array
 from aerial_gnss_ros.core.words import cut
 
 POSITION_COLUMNS = (

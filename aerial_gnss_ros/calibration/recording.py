@@ -12,6 +12,8 @@ from aerial_gnss_ros.core import boxes
 from aerial_gnss_ros.core.calibration import scaled_camera
 from aerial_gnss_ros.core.camera import CameraModel
 from aerial_gnss_ros.core.config import EstimatorConfig
+from aerial_gnss_ros.core.detection_frame import DetectionFrame
+from aerial_gnss_ros.core.estimates import FrameResult, MapDatum
 from aerial_gnss_ros.core.estimator import Estimator
 from aerial_gnss_ros.core.inputs import Inputs, Lacking
 from aerial_gnss_ros.core.joint_geometry import MapFrame, MapPose
@@ -19,15 +21,7 @@ from aerial_gnss_ros.core.local_map import LocalMap
 from aerial_gnss_ros.core.pipeline import camera_of
 from aerial_gnss_ros.core.posing import Posing
 from aerial_gnss_ros.core.rejection import Input, Reason
-from aerial_gnss_ros.core.values import (
-    Array,
-    DetectionFrame,
-    Fix,
-    FrameResult,
-    MapDatum,
-    Orientation,
-    Scalar,
-)
+from aerial_gnss_ros.core.samples import Array, Fix, Orientation, Scalar
 
 WHOLE_FLIGHT_S = 1e6
 

@@ -14,9 +14,9 @@ import numpy as np
 from aerial_gnss_ros.adapters.camera_files import read_camera_file
 from aerial_gnss_ros.adapters.photo_files import SUFFIXES, read_photo
 from aerial_gnss_ros.core.camera import CameraModel
+from aerial_gnss_ros.core.equivalent_focal_length import from_equivalent
 from aerial_gnss_ros.core.errors import InputError
 from aerial_gnss_ros.core.known_cameras import KnownCamera, known_camera
-from aerial_gnss_ros.core.optics import from_equivalent
 
 _MM = 1e-3
 _STABILISATION = (

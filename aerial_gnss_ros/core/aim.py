@@ -11,9 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aerial_gnss_ros.core.camera import CameraModel
+from aerial_gnss_ros.core.camera_pose import CameraPose
 from aerial_gnss_ros.core.frames import FLU_FROM_OPTICAL, heading_from_yaw, wrap_angle
 from aerial_gnss_ros.core.surface import View
-from aerial_gnss_ros.core.values import CameraPose
 
 Array = NDArray[np.float64]
 

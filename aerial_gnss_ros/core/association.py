@@ -25,44 +25,8 @@ _FORBIDDEN = 1e9
 NEAR = 3.0
 """Just outside a gate: up to so many times its radius."""
 
-
-def gate_threshold(probability: float) -> float:
-    """Return the squared Mahalanobis distance that holds a share of a planar normal law.
-
-    The chi-square law with two degrees of freedom has a closed form.
-    """
-    return -2.0 * math.log1p(-probability)
-
-
-def mahalanobis(offsets: Array, covariances: Array) -> tuple[Array, Array]:
-    """Return squared Mahalanobis lengths and log determinants of planar offsets.
-
-    Args:
-        offsets: (..., 2) m.
-        covariances: (..., 2, 2) m².
-    """
-    a, b, d, determinant = _parts(covariances)
-    x, y = offsets[..., 0], offsets[..., 1]
-    squared = (d * x * x - 2.0 * b * x * y + a * y * y) / determinant
-    return squared, np.log(determinant)
-
-
-def inverse(covariances: Array) -> Array:
-    """Return the inverses (..., 2, 2) of planar covariances, symmetric to the last bit.
-
-    LAPACK's are not; a filter that subtracts what they make of its covariance loses its symmetry
-    within seconds.
-    """
-    a, b, d, determinant = _parts(covariances)
-    found: Array = np.stack([d, -b, -b, a], axis=-1).reshape(covariances.shape)
-    found /= determinant[..., None, None]
-    return found
-
-
-def _parts(covariances: Array) -> tuple[Array, Array, Array, Array]:
-    """Return variance, covariance, variance and determinant of planar covariances."""
-    a, b, d = covariances[..., 0, 0], covariances[..., 0, 1], covariances[..., 1, 1]
-    return a, b, d, np.maximum(a * d - b * b, 1e-24)
+CLEAR = 20.0
+"""Ratio of the likelihoods of two robots from which a new track is one of them, not the other."""
 
 
 def assign(squared: Array, log_determinant: Array, allowed: Mask, threshold: float) -> Pairs:

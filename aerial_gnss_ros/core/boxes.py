@@ -6,8 +6,8 @@ from __future__ import annotations
 
 import math
 
+from aerial_gnss_ros.core.detection_frame import DetectionFrame
 from aerial_gnss_ros.core.rejection import Reason, Rejection
-from aerial_gnss_ros.core.values import DetectionFrame
 
 CROWD, CROWD_FACTOR = 30, 3.0
 """More boxes than these, the factor times the usual number, do not come with robots."""

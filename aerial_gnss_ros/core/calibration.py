@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from aerial_gnss_ros.core.camera import CameraModel
 from aerial_gnss_ros.core.gimbal import error_axes
-from aerial_gnss_ros.core.joint_geometry import rotation_matrix
+from aerial_gnss_ros.core.rotation_vectors import rotation_matrix
 
 Array = NDArray[np.float64]
 

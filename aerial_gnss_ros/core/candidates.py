@@ -6,7 +6,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from aerial_gnss_ros.core.association import NEAR, likeliest, mahalanobis
+from aerial_gnss_ros.core.association import NEAR, likeliest
+from aerial_gnss_ros.core.gaussian import mahalanobis
 from aerial_gnss_ros.core.joint_comparison import Comparison
 
 ROBOT, NEW, NEITHER = "robot", "new", ""

@@ -6,8 +6,8 @@ from __future__ import annotations
 
 import math
 
+from aerial_gnss_ros.core.association import CLEAR
 from aerial_gnss_ros.core.joint_motion import HELD_S
-from aerial_gnss_ros.core.reacquisition import CLEAR
 from aerial_gnss_ros.core.track import Track
 
 

@@ -17,12 +17,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aerial_gnss_ros.core.camera import CameraModel
+from aerial_gnss_ros.core.camera_pose import CameraPose
 from aerial_gnss_ros.core.few import finite, products
 from aerial_gnss_ros.core.frames import skew
 from aerial_gnss_ros.core.gimbal import Reference, error_axes
 from aerial_gnss_ros.core.noise import Noise
 from aerial_gnss_ros.core.surface import View
-from aerial_gnss_ros.core.values import CameraPose
 
 Array = NDArray[np.float64]
 

@@ -8,7 +8,7 @@ import math
 
 from aerial_gnss_ros.core.config_telemetry import FixConfig, HeightConfig
 from aerial_gnss_ros.core.geoid import undulation
-from aerial_gnss_ros.core.values import Fix
+from aerial_gnss_ros.core.samples import Fix
 
 
 def ellipsoidal_altitude(fix: Fix, config: FixConfig) -> float:

@@ -11,11 +11,13 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from aerial_gnss_ros.core.camera_pose import CameraPose
 from aerial_gnss_ros.core.config_corrections import DepthConfig
+from aerial_gnss_ros.core.estimates import RobotEstimate
 from aerial_gnss_ros.core.local_map import LocalMap
 from aerial_gnss_ros.core.refraction import slopes
+from aerial_gnss_ros.core.samples import Scalar
 from aerial_gnss_ros.core.telemetry import Series, held_series
-from aerial_gnss_ros.core.values import CameraPose, RobotEstimate, Scalar
 
 Array = NDArray[np.float64]
 

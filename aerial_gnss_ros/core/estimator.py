@@ -23,6 +23,8 @@ from aerial_gnss_ros.core.camera import CameraModel
 from aerial_gnss_ros.core.clock import DETECTIONS, Clock, Decision
 from aerial_gnss_ros.core.config import EstimatorConfig
 from aerial_gnss_ros.core.depths import depth_input
+from aerial_gnss_ros.core.detection_frame import DetectionFrame
+from aerial_gnss_ros.core.estimates import FrameResult, PlatformError, RobotEstimate
 from aerial_gnss_ros.core.events import Events, Trouble
 from aerial_gnss_ros.core.guard import Guard
 from aerial_gnss_ros.core.identity import Identity
@@ -39,19 +41,11 @@ from aerial_gnss_ros.core.map_origin import MapOrigin
 from aerial_gnss_ros.core.origin_file import OriginKeeper
 from aerial_gnss_ros.core.pipeline import Pipeline
 from aerial_gnss_ros.core.rejection import Cause, Input, Reason, Rejection
+from aerial_gnss_ros.core.samples import Fix, Orientation, Scalar
 from aerial_gnss_ros.core.state_file import NameKeeper
 from aerial_gnss_ros.core.summary import Health, RobotSummary, summary
 from aerial_gnss_ros.core.tracking import Tracking
 from aerial_gnss_ros.core.tracks import Tracker
-from aerial_gnss_ros.core.values import (
-    DetectionFrame,
-    Fix,
-    FrameResult,
-    Orientation,
-    PlatformError,
-    RobotEstimate,
-    Scalar,
-)
 
 MAX_WAITING = 4096
 """Images that wait at most: 30 s at 130 Hz. Older ones are refused to keep memory bounded."""

@@ -16,6 +16,8 @@ import traceback
 from pathlib import Path
 
 from aerial_gnss_ros.core import boxes
+from aerial_gnss_ros.core.detection_frame import DetectionFrame
+from aerial_gnss_ros.core.estimates import FrameResult, RobotEstimate
 from aerial_gnss_ros.core.events import Events
 from aerial_gnss_ros.core.identity import Identity
 from aerial_gnss_ros.core.inputs import Inputs, Lacking, Samples
@@ -28,7 +30,6 @@ from aerial_gnss_ros.core.plausible_state import check_estimates
 from aerial_gnss_ros.core.posing import Posing
 from aerial_gnss_ros.core.rejection import Reason
 from aerial_gnss_ros.core.snapshot import Plans, Snapshot
-from aerial_gnss_ros.core.values import DetectionFrame, FrameResult, RobotEstimate
 from aerial_gnss_ros.core.whereabouts import Whereabouts
 
 _CONSTANT = (Inputs, MapFrame, Motion, PlatformModel, Posing, Whereabouts)

@@ -11,14 +11,14 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from aerial_gnss_ros.core.association import assign, gate_threshold, mahalanobis
+from aerial_gnss_ros.core.association import assign
 from aerial_gnss_ros.core.config import EstimatorConfig, RobotBinding
+from aerial_gnss_ros.core.estimates import RobotEstimate
 from aerial_gnss_ros.core.events import Events
+from aerial_gnss_ros.core.gaussian import gate_threshold, mahalanobis
 from aerial_gnss_ros.core.local_map import LocalMap
 from aerial_gnss_ros.core.names import Names, class_token
 from aerial_gnss_ros.core.saved_names import SavedNames, SavedRobot
-from aerial_gnss_ros.core.summary import sigma
-from aerial_gnss_ros.core.values import RobotEstimate
 
 Array = NDArray[np.float64]
 
@@ -231,5 +231,5 @@ def _saved_robot(estimate: RobotEstimate) -> SavedRobot:
         estimate.latitude,
         estimate.longitude,
         estimate.last_seen_ns,
-        sigma(estimate),
+        estimate.sigma,
     )

@@ -19,6 +19,7 @@ from aerial_gnss_ros.core.depths import Depths
 from aerial_gnss_ros.core.frames import matrix_from_rpy, quaternion_from_matrix
 from aerial_gnss_ros.core.plausibility import Plausibility
 from aerial_gnss_ros.core.rejection import Input, Reason
+from aerial_gnss_ros.core.samples import Fix, Orientation, Scalar
 from aerial_gnss_ros.core.telemetry import (
     Missing,
     Sample,
@@ -29,7 +30,6 @@ from aerial_gnss_ros.core.telemetry import (
     scalar_series,
 )
 from aerial_gnss_ros.core.usable import usable
-from aerial_gnss_ros.core.values import Fix, Orientation, Scalar
 
 CAMERA_INFO, WATER_LEVEL = "camera_info", "water_level"
 

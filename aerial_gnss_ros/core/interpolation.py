@@ -7,7 +7,7 @@ from __future__ import annotations
 import numpy as np
 
 from aerial_gnss_ros.core.frames import slerp, wrap_angle
-from aerial_gnss_ros.core.values import Array, Fix, Orientation, Scalar
+from aerial_gnss_ros.core.samples import Array, Fix, Orientation, Scalar
 
 
 def _linear(before: float, after: float, fraction: float) -> float:

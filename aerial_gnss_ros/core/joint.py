@@ -25,8 +25,8 @@ from aerial_gnss_ros.core.local_map import LocalMap, water_points
 from aerial_gnss_ros.core.measurements import Measurements
 from aerial_gnss_ros.core.noise_level import NoiseLevel
 from aerial_gnss_ros.core.pose_motion import MOVED_S, PoseMotion
+from aerial_gnss_ros.core.posed_frame import PosedFrame
 from aerial_gnss_ros.core.position_jumps import PositionJumps
-from aerial_gnss_ros.core.values import PosedFrame
 from aerial_gnss_ros.core.words import counted
 
 Array = NDArray[np.float64]

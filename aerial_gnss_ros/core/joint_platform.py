@@ -10,10 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aerial_gnss_ros.core.covariance import white_rotation
+from aerial_gnss_ros.core.estimates import PlatformError
 from aerial_gnss_ros.core.few import finite
 from aerial_gnss_ros.core.gimbal import Reference
 from aerial_gnss_ros.core.noise import Noise
-from aerial_gnss_ros.core.values import PlatformError
 
 Array = NDArray[np.float64]
 

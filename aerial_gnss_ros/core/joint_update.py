@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 from scipy.linalg.blas import dtrsm
 from scipy.linalg.lapack import dpotrf
 
-from aerial_gnss_ros.core.association import mahalanobis
 from aerial_gnss_ros.core.few import products
+from aerial_gnss_ros.core.gaussian import mahalanobis
 from aerial_gnss_ros.core.joint_geometry import pose_jacobian
 from aerial_gnss_ros.core.joint_platform import COUNT, LATENCY, PlatformModel
 from aerial_gnss_ros.core.joint_state import Indices, Joint

@@ -14,8 +14,8 @@ import difflib
 from dataclasses import dataclass
 
 from aerial_gnss_ros.core.camera import CameraModel
+from aerial_gnss_ros.core.equivalent_focal_length import from_equivalent
 from aerial_gnss_ros.core.errors import CameraError
-from aerial_gnss_ros.core.optics import from_equivalent
 
 _FULL_4_3, _MINI_4_3, _ONE_INCH = (4000, 3000), (4032, 3024), (5472, 3648)
 

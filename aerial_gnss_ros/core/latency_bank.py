@@ -16,9 +16,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from aerial_gnss_ros.core.association import inverse, mahalanobis
 from aerial_gnss_ros.core.camera import CameraModel
 from aerial_gnss_ros.core.frames import FLU_FROM_OPTICAL
+from aerial_gnss_ros.core.gaussian import inverse, mahalanobis
 from aerial_gnss_ros.core.joint_geometry import level_axes, pose_jacobian
 from aerial_gnss_ros.core.joint_motion import Motion
 from aerial_gnss_ros.core.joint_platform import LATENCY, PlatformModel

@@ -25,9 +25,9 @@ from aerial_gnss_ros.core.joint_platform import PlatformModel
 from aerial_gnss_ros.core.latency_bank import Fit, LatencyBank, Sighting
 from aerial_gnss_ros.core.local_map import LocalMap
 from aerial_gnss_ros.core.pose_lattice import SLOPE_NOISE, STEP_NS, STEP_S, PoseLattice
+from aerial_gnss_ros.core.posed_frame import PosedFrame
 from aerial_gnss_ros.core.posing import Posing
 from aerial_gnss_ros.core.rejection import Reason
-from aerial_gnss_ros.core.values import PosedFrame
 
 Array = NDArray[np.float64]
 

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from aerial_gnss_ros.core.estimates import MapDatum
 from aerial_gnss_ros.core.few import tabled
 from aerial_gnss_ros.core.geodesy import (
     SEMI_MAJOR_M,
@@ -19,7 +20,6 @@ from aerial_gnss_ros.core.geodesy import (
     enu_axes,
     geodetic_from_ecef,
 )
-from aerial_gnss_ros.core.values import MapDatum
 
 Array = NDArray[np.float64]
 

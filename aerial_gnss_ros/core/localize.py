@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from aerial_gnss_ros.core.camera import CameraModel
+from aerial_gnss_ros.core.camera_pose import CameraPose
 from aerial_gnss_ros.core.config import EstimatorConfig
 from aerial_gnss_ros.core.covariance import (
     RayPoints,
@@ -25,7 +26,6 @@ from aerial_gnss_ros.core.noise import Noise
 from aerial_gnss_ros.core.refraction import slopes, submerged_offsets
 from aerial_gnss_ros.core.rejection import Reason
 from aerial_gnss_ros.core.surface import View
-from aerial_gnss_ros.core.values import CameraPose
 
 Array = NDArray[np.float64]
 

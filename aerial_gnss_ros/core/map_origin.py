@@ -8,10 +8,11 @@ import math
 
 from aerial_gnss_ros.core.config import EstimatorConfig
 from aerial_gnss_ros.core.datum import ellipsoidal_altitude, explained
+from aerial_gnss_ros.core.estimates import MapDatum
 from aerial_gnss_ros.core.events import Events
 from aerial_gnss_ros.core.local_map import LocalMap
 from aerial_gnss_ros.core.plausibility import distance
-from aerial_gnss_ros.core.values import Fix, MapDatum
+from aerial_gnss_ros.core.samples import Fix
 
 AGREED_S = 3.0
 """Fixes that have agreed for so long settle the origin."""

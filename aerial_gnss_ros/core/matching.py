@@ -15,17 +15,18 @@ from statistics import median
 import numpy as np
 from numpy.typing import NDArray
 
-from aerial_gnss_ros.core.association import NEAR, Pairs, lone, mahalanobis
+from aerial_gnss_ros.core.association import NEAR, Pairs, lone
 from aerial_gnss_ros.core.candidates import NEITHER, NEW, ROBOT, Candidates
 from aerial_gnss_ros.core.clutter import Clutter, chance
 from aerial_gnss_ros.core.contested import kept, undisputed
+from aerial_gnss_ros.core.estimates import State
+from aerial_gnss_ros.core.gaussian import mahalanobis
 from aerial_gnss_ros.core.joint import JointFilter
 from aerial_gnss_ros.core.joint_comparison import Comparison
 from aerial_gnss_ros.core.joint_motion import HELD_S
 from aerial_gnss_ros.core.measurements import Measurements
 from aerial_gnss_ros.core.noise_level import Innovation
 from aerial_gnss_ros.core.track import Track
-from aerial_gnss_ros.core.values import State
 
 Array = NDArray[np.float64]
 

@@ -9,9 +9,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from aerial_gnss_ros.core.detection_frame import DetectionFrame
 from aerial_gnss_ros.core.local_map import LocalMap
 from aerial_gnss_ros.core.localize import WaterPoints
-from aerial_gnss_ros.core.values import DetectionFrame, PosedFrame
+from aerial_gnss_ros.core.posed_frame import PosedFrame
 
 Array = NDArray[np.float64]
 

@@ -16,11 +16,12 @@ from collections import deque
 import numpy as np
 from numpy.typing import NDArray
 
-from aerial_gnss_ros.core.association import gate_threshold, mahalanobis
 from aerial_gnss_ros.core.config_groups import TracksConfig
 from aerial_gnss_ros.core.doubts import Spot, exchange
 from aerial_gnss_ros.core.encounters import Encounters
+from aerial_gnss_ros.core.estimates import State
 from aerial_gnss_ros.core.formation import LEAST, Formation
+from aerial_gnss_ros.core.gaussian import gate_threshold, mahalanobis
 from aerial_gnss_ros.core.identity import Identity, Sighting
 from aerial_gnss_ros.core.joint import JointFilter
 from aerial_gnss_ros.core.local_map import LocalMap
@@ -28,7 +29,6 @@ from aerial_gnss_ros.core.matching import SWERVE_S, swerved
 from aerial_gnss_ros.core.pace import Pace
 from aerial_gnss_ros.core.reacquisition import Reacquisition, Returns, twins
 from aerial_gnss_ros.core.track import Track
-from aerial_gnss_ros.core.values import State
 from aerial_gnss_ros.core.whereabouts import Swims
 
 Array = NDArray[np.float64]

@@ -9,7 +9,7 @@ import math
 from contextlib import suppress
 from pathlib import Path
 
-from aerial_gnss_ros.core.values import MapDatum
+from aerial_gnss_ros.core.estimates import MapDatum
 
 _MOST_BYTES = 10_000
 

@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from aerial_gnss_ros.core.camera import CameraModel
+from aerial_gnss_ros.core.camera_pose import CameraPose
 from aerial_gnss_ros.core.config import EstimatorConfig
 from aerial_gnss_ros.core.frames import wrap_angle
 from aerial_gnss_ros.core.gimbal import error_axes
@@ -25,7 +26,6 @@ from aerial_gnss_ros.core.localize import WaterPoints, bad_pose, masked, refused
 from aerial_gnss_ros.core.localize import locate as locate_exactly
 from aerial_gnss_ros.core.noise import Noise
 from aerial_gnss_ros.core.rejection import Reason
-from aerial_gnss_ros.core.values import CameraPose
 
 Array = NDArray[np.float64]
 

@@ -13,8 +13,11 @@ from aerial_gnss_ros.core import boxes, localize, paper
 from aerial_gnss_ros.core.account import Settled
 from aerial_gnss_ros.core.calibration import scaled_camera
 from aerial_gnss_ros.core.camera import CameraModel
+from aerial_gnss_ros.core.camera_pose import CameraPose
 from aerial_gnss_ros.core.config import EstimatorConfig
 from aerial_gnss_ros.core.depths import widened
+from aerial_gnss_ros.core.detection_frame import DetectionFrame
+from aerial_gnss_ros.core.estimates import FrameResult, PlatformError, RobotEstimate
 from aerial_gnss_ros.core.events import Events
 from aerial_gnss_ros.core.innovation_monitor import InnovationMonitor
 from aerial_gnss_ros.core.inputs import Inputs, InputState, InputStatus, Lacking, Samples
@@ -23,18 +26,11 @@ from aerial_gnss_ros.core.latency_search import LatencySearch
 from aerial_gnss_ros.core.local_map import LocalMap
 from aerial_gnss_ros.core.localize import WaterPoints
 from aerial_gnss_ros.core.map_origin import MapOrigin
+from aerial_gnss_ros.core.posed_frame import PosedFrame
 from aerial_gnss_ros.core.posing import Posing
 from aerial_gnss_ros.core.rejection import Input, Reason
 from aerial_gnss_ros.core.standstill import Standstill
 from aerial_gnss_ros.core.tracking import Tracking, TrackUpdate
-from aerial_gnss_ros.core.values import (
-    CameraPose,
-    DetectionFrame,
-    FrameResult,
-    PlatformError,
-    PosedFrame,
-    RobotEstimate,
-)
 
 _TELEMETRY = frozenset(source.value for source in Input)
 _NO_ALTITUDE = {

@@ -13,8 +13,8 @@ from dataclasses import replace
 from aerial_gnss_ros.core.config import EstimatorConfig
 from aerial_gnss_ros.core.continuity import Continuity, Verdict
 from aerial_gnss_ros.core.geodesy import SEMI_MAJOR_M
+from aerial_gnss_ros.core.samples import Fix, Scalar
 from aerial_gnss_ros.core.usable import usable
-from aerial_gnss_ros.core.values import Fix, Scalar
 
 FROZEN_S = 10.0
 """A receiver may repeat one position for so long while the drone flies on."""

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aerial_gnss_ros.core.errors import StateError
-from aerial_gnss_ros.core.values import RobotEstimate
+from aerial_gnss_ros.core.estimates import RobotEstimate
 
 Array = NDArray[np.float64]
 

@@ -9,7 +9,8 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from aerial_gnss_ros.core.joint_geometry import MapPose, rotation_matrix, rotation_vector
+from aerial_gnss_ros.core.joint_geometry import MapPose
+from aerial_gnss_ros.core.rotation_vectors import rotation_matrix, rotation_vector
 
 Array = NDArray[np.float64]
 

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aerial_gnss_ros.core.calibration import corrected_camera
+from aerial_gnss_ros.core.camera_pose import CameraPose
 from aerial_gnss_ros.core.config import EstimatorConfig
 from aerial_gnss_ros.core.datum import ellipsoidal_altitude
 from aerial_gnss_ros.core.errors import InputError
@@ -20,7 +21,7 @@ from aerial_gnss_ros.core.gimbal import enu_from_camera, mount_matrix
 from aerial_gnss_ros.core.inputs import Samples
 from aerial_gnss_ros.core.magnetic import declination, true_from_magnetic
 from aerial_gnss_ros.core.rejection import Reason
-from aerial_gnss_ros.core.values import CameraPose, Fix
+from aerial_gnss_ros.core.samples import Fix
 
 Array = NDArray[np.float64]
 

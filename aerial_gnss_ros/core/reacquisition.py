@@ -27,7 +27,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aerial_gnss_ros.core.absences import Absences
-from aerial_gnss_ros.core.association import cheapest, mahalanobis
+from aerial_gnss_ros.core.association import CLEAR, cheapest
+from aerial_gnss_ros.core.gaussian import mahalanobis
 from aerial_gnss_ros.core.joint_motion import Motion
 from aerial_gnss_ros.core.return_order import likeliest_order
 from aerial_gnss_ros.core.track import Track
@@ -39,8 +40,6 @@ Indices = NDArray[np.intp]
 VIEW = 2.0
 """Side of the water in view, as a multiple of the height."""
 
-CLEAR = 20.0
-"""Ratio of the likelihoods of two robots from which a new track is one of them, not the other."""
 
 DOUBT_M = 0.5
 """… both allowing for a place that is wrong by so much more than the filter says, one sigma."""

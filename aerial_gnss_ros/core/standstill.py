@@ -17,10 +17,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aerial_gnss_ros.core.camera import CameraModel
+from aerial_gnss_ros.core.detection_frame import DetectionFrame
 from aerial_gnss_ros.core.frames import FLU_FROM_OPTICAL
 from aerial_gnss_ros.core.joint_geometry import MapPose, on_water
 from aerial_gnss_ros.core.local_map import water_points
-from aerial_gnss_ros.core.values import DetectionFrame
 
 Array = NDArray[np.float64]
 

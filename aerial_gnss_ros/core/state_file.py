@@ -9,10 +9,10 @@ import os
 from pathlib import Path
 
 from aerial_gnss_ros.core.errors import ConfigError, OutputError
+from aerial_gnss_ros.core.estimates import FrameResult
 from aerial_gnss_ros.core.events import Events
 from aerial_gnss_ros.core.identity import Identity
 from aerial_gnss_ros.core.saved_names import SavedNames, from_text, to_text
-from aerial_gnss_ros.core.values import FrameResult
 
 SAVE_EVERY_NS, SESSION_EVERY_NS = 10_000_000_000, 1_000_000_000
 MOST_BYTES = 10_000_000

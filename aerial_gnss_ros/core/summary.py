@@ -4,13 +4,10 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 
-import numpy as np
-
+from aerial_gnss_ros.core.estimates import PlatformError, RobotEstimate, State
 from aerial_gnss_ros.core.innovation_monitor import Fit
-from aerial_gnss_ros.core.values import PlatformError, RobotEstimate, State
 
 
 @dataclass(frozen=True)
@@ -47,11 +44,6 @@ class Health:
     platform: tuple[PlatformError, ...]
 
 
-def sigma(estimate: RobotEstimate) -> float:
-    """Return one sigma of a robot's position along the larger axis, m."""
-    return math.sqrt(float(np.linalg.eigvalsh(estimate.covariance[:2, :2])[-1]))
-
-
 def summary(estimate: RobotEstimate) -> RobotSummary:
     """Return a robot for diagnostics."""
     return RobotSummary(
@@ -59,5 +51,5 @@ def summary(estimate: RobotEstimate) -> RobotSummary:
         estimate.class_id,
         estimate.state,
         estimate.last_seen_ns,
-        sigma(estimate),
+        estimate.sigma,
     )

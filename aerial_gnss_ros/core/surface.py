@@ -16,6 +16,7 @@ import math
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from aerial_gnss_ros.core.camera_pose import CameraPose
 from aerial_gnss_ros.core.few import products
 from aerial_gnss_ros.core.frames import FLU_FROM_OPTICAL
 from aerial_gnss_ros.core.geodesy import (
@@ -27,7 +28,6 @@ from aerial_gnss_ros.core.geodesy import (
     enu_axes,
     geodetic_from_ecef,
 )
-from aerial_gnss_ros.core.values import CameraPose
 
 Array = NDArray[np.float64]
 

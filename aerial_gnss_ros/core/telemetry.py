@@ -12,7 +12,7 @@ from typing import Generic, Protocol, TypeVar
 
 from aerial_gnss_ros.core.interpolation import between_fixes, between_orientations, between_scalars
 from aerial_gnss_ros.core.rejection import Input, Reason
-from aerial_gnss_ros.core.values import Fix, Orientation, Scalar
+from aerial_gnss_ros.core.samples import Fix, Orientation, Scalar
 
 _COMPACT_AT = 1024
 

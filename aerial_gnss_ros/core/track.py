@@ -10,9 +10,9 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from aerial_gnss_ros.core.estimates import State
 from aerial_gnss_ros.core.noise_level import Innovation
 from aerial_gnss_ros.core.rejection import Cause
-from aerial_gnss_ros.core.values import State
 
 Array = NDArray[np.float64]
 

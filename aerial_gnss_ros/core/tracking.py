@@ -11,10 +11,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aerial_gnss_ros.core.account import Settled
+from aerial_gnss_ros.core.estimates import PlatformError, RobotEstimate
 from aerial_gnss_ros.core.innovation_monitor import InnovationMonitor
 from aerial_gnss_ros.core.local_map import LocalMap
 from aerial_gnss_ros.core.localize import WaterPoints
-from aerial_gnss_ros.core.values import PlatformError, PosedFrame, RobotEstimate
+from aerial_gnss_ros.core.posed_frame import PosedFrame
 
 
 @dataclass(frozen=True)

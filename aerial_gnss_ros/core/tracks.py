@@ -24,11 +24,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aerial_gnss_ros.core.account import Account, Settled
-from aerial_gnss_ros.core.association import gate_threshold
 from aerial_gnss_ros.core.config import EstimatorConfig
+from aerial_gnss_ros.core.detection_frame import DetectionFrame
 from aerial_gnss_ros.core.doubts import Spot
 from aerial_gnss_ros.core.encounters import Encounters
+from aerial_gnss_ros.core.estimates import RobotEstimate, State
 from aerial_gnss_ros.core.events import Events
+from aerial_gnss_ros.core.gaussian import gate_threshold
 from aerial_gnss_ros.core.identity import Identity
 from aerial_gnss_ros.core.innovation_monitor import InnovationMonitor
 from aerial_gnss_ros.core.joint import JointFilter
@@ -38,10 +40,10 @@ from aerial_gnss_ros.core.localize import WaterPoints
 from aerial_gnss_ros.core.matching import Matcher
 from aerial_gnss_ros.core.measurements import Measurements, inside_any, measurements
 from aerial_gnss_ros.core.naming import Naming
+from aerial_gnss_ros.core.posed_frame import PosedFrame
 from aerial_gnss_ros.core.rejection import Cause
 from aerial_gnss_ros.core.track import Track
 from aerial_gnss_ros.core.tracking import TrackUpdate
-from aerial_gnss_ros.core.values import DetectionFrame, PosedFrame, RobotEstimate, State
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.intp]

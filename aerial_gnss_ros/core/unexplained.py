@@ -20,12 +20,13 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from aerial_gnss_ros.core.doubts import LEAST
-
 Array = NDArray[np.float64]
 
 RATE = math.radians(20.0)
 """One sigma of the rate at which a camera turns whose boxes no robots explain, each axis, rad/s."""
+
+NEGLIGIBLE = 1e-3
+"""Probability below which what the camera may have turned does not show in covariances."""
 
 ALREADY_S = 0.3
 """For so long it has turned when that is noticed, s."""
@@ -63,7 +64,7 @@ class Episode:
     def doubt(self) -> Array:
         """(3, 3) covariance of the angles, rad²."""
         share = 1.0 if self.odds is None else 0.5 + 0.5 * math.tanh(0.5 * self.odds)
-        return share * self.spread if share > LEAST else 0.0 * self.spread
+        return share * self.spread if share > NEGLIGIBLE else 0.0 * self.spread
 
     def told(self, nats: float) -> None:
         """Take in by how much likelier it is that D counts."""

@@ -11,7 +11,7 @@ import numpy as np
 
 from aerial_gnss_ros.core.config_limits import LimitsConfig
 from aerial_gnss_ros.core.geodesy import SEMI_MAJOR_M
-from aerial_gnss_ros.core.values import Array, Fix, Orientation, Scalar
+from aerial_gnss_ros.core.samples import Array, Fix, Orientation, Scalar
 
 UNIT_TOLERANCE = 0.01
 """A quaternion whose length differs from 1 by more is no rotation: zeros, or something else."""

@@ -19,9 +19,11 @@ from numpy.typing import NDArray
 
 from aerial_gnss_ros.core.arrivals import Arrivals
 from aerial_gnss_ros.core.camera import CameraModel
+from aerial_gnss_ros.core.camera_pose import CameraPose
 from aerial_gnss_ros.core.clock import Clock, Decision
 from aerial_gnss_ros.core.config import EstimatorConfig
 from aerial_gnss_ros.core.depths import depth_input
+from aerial_gnss_ros.core.detection_frame import DetectionFrame
 from aerial_gnss_ros.core.errors import InputError
 from aerial_gnss_ros.core.events import Events
 from aerial_gnss_ros.core.frames import matrix_from_quaternion
@@ -29,8 +31,8 @@ from aerial_gnss_ros.core.inputs import CAMERA_INFO, WATER_LEVEL, Inputs, Lackin
 from aerial_gnss_ros.core.magnetic import declination, true_from_magnetic
 from aerial_gnss_ros.core.posing import Posing
 from aerial_gnss_ros.core.rejection import Input, Reason
+from aerial_gnss_ros.core.samples import Fix, Orientation, Scalar
 from aerial_gnss_ros.core.telemetry import Sample, fix_series, orientation_series, scalar_series
-from aerial_gnss_ros.core.values import CameraPose, DetectionFrame, Fix, Orientation, Scalar
 
 Array = NDArray[np.float64]
 V = TypeVar("V", Orientation, Scalar)

@@ -18,7 +18,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from aerial_gnss_ros.core.association import mahalanobis
+from aerial_gnss_ros.core.gaussian import mahalanobis
 from aerial_gnss_ros.core.joint_motion import Motion
 from aerial_gnss_ros.core.track import Track
 

@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 from aerial_gnss_ros.adapters.table_files import table_rows
 from aerial_gnss_ros.core.errors import InputError
-from aerial_gnss_ros.core.values import Array
+from aerial_gnss_ros.core.samples import Array
 from aerial_gnss_ros.core.words import cut
 from aerial_gnss_ros.evaluation.picture import COLOURS, FAINT, INK, legend_above, png
 

@@ -22,11 +22,11 @@ from aerial_gnss_ros.adapters.stamps import nanoseconds
 from aerial_gnss_ros.adapters.versions import newest_version
 from aerial_gnss_ros.core import association
 from aerial_gnss_ros.core.config import EstimatorConfig, estimator_config
+from aerial_gnss_ros.core.estimates import FrameResult, State
 from aerial_gnss_ros.core.estimator import Estimator
 from aerial_gnss_ros.core.events import Failure, Trouble
 from aerial_gnss_ros.core.inputs import InputState
 from aerial_gnss_ros.core.summary import RobotSummary, summary
-from aerial_gnss_ros.core.values import FrameResult, State
 from aerial_gnss_ros.core.words import counted
 from aerial_gnss_ros.detection.background import begun
 from aerial_gnss_ros.nodes import qos

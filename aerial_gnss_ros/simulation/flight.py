@@ -19,8 +19,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from aerial_gnss_ros.core.columns import columns
 from aerial_gnss_ros.core.errors import ConfigError
+from aerial_gnss_ros.core.estimates import MapDatum
 from aerial_gnss_ros.core.frames import matrix_from_rpy
-from aerial_gnss_ros.core.values import MapDatum
 from aerial_gnss_ros.simulation.chance import Wander, generator
 
 Array = NDArray[np.float64]

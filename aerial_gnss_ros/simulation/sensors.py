@@ -15,11 +15,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from aerial_gnss_ros.core.estimates import MapDatum
 from aerial_gnss_ros.core.frames import matrix_from_rpy, quaternion_from_matrix
 from aerial_gnss_ros.core.geodesy import geodetic_from_enu
 from aerial_gnss_ros.core.gimbal import error_axes
 from aerial_gnss_ros.core.noise import SETS, Noise
-from aerial_gnss_ros.core.values import Fix, MapDatum, Orientation, Scalar
+from aerial_gnss_ros.core.samples import Fix, Orientation, Scalar
 from aerial_gnss_ros.simulation.chance import Drift, generator
 from aerial_gnss_ros.simulation.flight import Flight
 

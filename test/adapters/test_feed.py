@@ -15,7 +15,7 @@ from aerial_gnss_ros.adapters.feed import Feed
 from aerial_gnss_ros.bags.typestore import make
 from aerial_gnss_ros.core.config import estimator_config
 from aerial_gnss_ros.core.estimator import Estimator
-from aerial_gnss_ros.core.values import Scalar
+from aerial_gnss_ros.core.samples import Scalar
 
 
 class Recorder:

@@ -12,10 +12,11 @@ import numpy as np
 
 from aerial_gnss_ros.core import localize
 from aerial_gnss_ros.core.camera import CameraModel
+from aerial_gnss_ros.core.camera_pose import CameraPose
+from aerial_gnss_ros.core.estimates import MapDatum
 from aerial_gnss_ros.core.frames import matrix_from_rpy
 from aerial_gnss_ros.core.local_map import LocalMap
 from aerial_gnss_ros.core.noise import Noise
-from aerial_gnss_ros.core.values import CameraPose, MapDatum
 
 _PATH = Path(__file__).resolve().parents[2] / "benchmarks" / "released_code.py"
 _SPEC = importlib.util.spec_from_file_location("released_code", _PATH)

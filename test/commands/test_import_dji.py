@@ -16,10 +16,10 @@ from aerial_gnss_ros.adapters import canonical
 from aerial_gnss_ros.adapters.feed import Feed
 from aerial_gnss_ros.bags.reader import open_bag
 from aerial_gnss_ros.core.config import estimator_config
+from aerial_gnss_ros.core.detection_frame import empty_detections
 from aerial_gnss_ros.core.estimator import Estimator
 from aerial_gnss_ros.core.geodesy import geodesic_inverse
 from aerial_gnss_ros.core.localize import locate
-from aerial_gnss_ros.core.values import empty_detections
 
 HEADER = "OSD.latitude,OSD.longitude,OSD.height [ft],OSD.pitch,OSD.yaw [360],GIMBAL.pitch\n"
 START = 1_735_689_600

@@ -12,20 +12,16 @@ import numpy as np
 import pytest
 
 from aerial_gnss_ros.core.camera import CameraModel
+from aerial_gnss_ros.core.camera_pose import CameraPose
 from aerial_gnss_ros.core.config import estimator_config
+from aerial_gnss_ros.core.detection_frame import DetectionFrame
+from aerial_gnss_ros.core.estimates import MapDatum
 from aerial_gnss_ros.core.estimator import Estimator
 from aerial_gnss_ros.core.frames import matrix_from_rpy, quaternion_from_matrix
 from aerial_gnss_ros.core.geodesy import geodetic_from_enu
 from aerial_gnss_ros.core.local_map import LocalMap
 from aerial_gnss_ros.core.localize import project_to_image
-from aerial_gnss_ros.core.values import (
-    CameraPose,
-    DetectionFrame,
-    Fix,
-    MapDatum,
-    Orientation,
-    Scalar,
-)
+from aerial_gnss_ros.core.samples import Fix, Orientation, Scalar
 
 SECOND = 1_000_000_000
 START_NS = 1_700_000_000 * SECOND

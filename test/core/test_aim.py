@@ -11,9 +11,9 @@ import pytest
 
 from aerial_gnss_ros.core.aim import aim, side, view_heading
 from aerial_gnss_ros.core.camera import CameraModel
+from aerial_gnss_ros.core.camera_pose import CameraPose
 from aerial_gnss_ros.core.frames import matrix_from_rpy, yaw_from_heading
 from aerial_gnss_ros.core.geodesy import geodesic_inverse
-from aerial_gnss_ros.core.values import CameraPose
 
 
 def pose(heading_deg, below_deg, height=10.0):

@@ -12,13 +12,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.stats import chi2, multivariate_normal
 
-from aerial_gnss_ros.core.association import (
-    assign,
-    gate_threshold,
-    inverse,
-    lone,
-    mahalanobis,
-)
+from aerial_gnss_ros.core.association import assign, lone
+from aerial_gnss_ros.core.gaussian import gate_threshold, inverse, mahalanobis
 
 
 @pytest.mark.parametrize("probability", [0.5, 0.95, 0.997, 0.999999])

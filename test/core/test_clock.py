@@ -13,7 +13,7 @@ import pytest
 
 from aerial_gnss_ros.core.inputs import InputState
 from aerial_gnss_ros.core.rejection import Reason
-from aerial_gnss_ros.core.values import Orientation, Scalar
+from aerial_gnss_ros.core.samples import Orientation, Scalar
 
 DAY = 86_400.0
 NEEDED = ("fix", "gimbal", "height", "detections")

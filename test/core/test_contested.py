@@ -9,8 +9,8 @@ from collections import deque
 import pytest
 
 from aerial_gnss_ros.core.contested import kept, undisputed
+from aerial_gnss_ros.core.estimates import State
 from aerial_gnss_ros.core.track import Track
-from aerial_gnss_ros.core.values import State
 
 
 @pytest.mark.parametrize(

@@ -13,7 +13,7 @@ import pytest
 from aerial_gnss_ros.core.config_corrections import DepthConfig
 from aerial_gnss_ros.core.depths import Depths
 from aerial_gnss_ros.core.errors import ConfigError
-from aerial_gnss_ros.core.values import Scalar
+from aerial_gnss_ros.core.samples import Scalar
 
 SECOND = 1_000_000_000
 

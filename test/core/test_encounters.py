@@ -12,9 +12,9 @@ from hypothesis import strategies as st
 from aerial_gnss_ros.core import encounters
 from aerial_gnss_ros.core.doubts import Spot
 from aerial_gnss_ros.core.encounters import Encounters
+from aerial_gnss_ros.core.estimates import State
 from aerial_gnss_ros.core.joint_motion import Motion
 from aerial_gnss_ros.core.track import Track
-from aerial_gnss_ros.core.values import State
 
 SECOND = 1_000_000_000
 SIGMA = 0.1

@@ -11,9 +11,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from aerial_gnss_ros.core.estimates import State
 from aerial_gnss_ros.core.inputs import InputState
 from aerial_gnss_ros.core.rejection import Reason
-from aerial_gnss_ros.core.values import Fix, Orientation, Scalar, State
+from aerial_gnss_ros.core.samples import Fix, Orientation, Scalar
 
 NAN4 = np.full(4, math.nan)
 BODY = {"gimbal.reference": "heading"}

@@ -12,8 +12,9 @@ import numpy as np
 import pytest
 
 from aerial_gnss_ros.core.errors import ConfigError
+from aerial_gnss_ros.core.estimates import State
 from aerial_gnss_ros.core.inputs import InputState
-from aerial_gnss_ros.core.values import Orientation, Scalar, State
+from aerial_gnss_ros.core.samples import Orientation, Scalar
 
 NAN4 = np.full(4, math.nan)
 

@@ -11,9 +11,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from aerial_gnss_ros.core.estimates import State
 from aerial_gnss_ros.core.estimator import MAX_WAITING
 from aerial_gnss_ros.core.rejection import Reason
-from aerial_gnss_ros.core.values import Scalar, State
+from aerial_gnss_ros.core.samples import Scalar
 
 
 def test_an_image_waits_for_late_telemetry_and_no_longer_than_max_wait(sea):

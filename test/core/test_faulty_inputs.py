@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from aerial_gnss_ros.core.inputs import InputState
-from aerial_gnss_ros.core.values import Scalar
+from aerial_gnss_ros.core.samples import Scalar
 
 NO_ORIGIN = {"map.latitude_deg": math.nan, "map.longitude_deg": math.nan}
 ROBOTS = {"a": (3.0, 22.0), "b": (-12.0, 25.0), "c": (14.0, 34.0)}

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from aerial_gnss_ros.core import joint_groups
-from aerial_gnss_ros.core.values import State
+from aerial_gnss_ros.core.estimates import State
 
 ROBOTS = {
     "a": lambda _t: (2.0, 21.0),

@@ -15,11 +15,12 @@ import pytest
 
 from aerial_gnss_ros.core import guard
 from aerial_gnss_ros.core.errors import StateError
+from aerial_gnss_ros.core.estimates import State
 from aerial_gnss_ros.core.events import Events
 from aerial_gnss_ros.core.inputs import Inputs
 from aerial_gnss_ros.core.plausible_state import check_covariance, check_estimates, check_robots
 from aerial_gnss_ros.core.rejection import Reason
-from aerial_gnss_ros.core.values import Scalar, State
+from aerial_gnss_ros.core.samples import Scalar
 
 STATEFUL = ("_pipeline", "_identity")
 ROBOTS = {

@@ -10,11 +10,11 @@ import numpy as np
 import pytest
 
 from aerial_gnss_ros.core.config import estimator_config
+from aerial_gnss_ros.core.estimates import MapDatum, RobotEstimate, State
 from aerial_gnss_ros.core.events import Events
 from aerial_gnss_ros.core.identity import Identity, Sighting
 from aerial_gnss_ros.core.local_map import LocalMap
 from aerial_gnss_ros.core.saved_names import SavedNames, SavedRobot
-from aerial_gnss_ros.core.values import MapDatum, RobotEstimate, State
 
 LOCAL = LocalMap(MapDatum(math.radians(13.194), math.radians(-59.6415), math.nan))
 SECOND = 1_000_000_000

@@ -10,7 +10,7 @@ import pytest
 from aerial_gnss_ros.core.config import estimator_config
 from aerial_gnss_ros.core.inputs import Inputs, Samples
 from aerial_gnss_ros.core.rejection import Input
-from aerial_gnss_ros.core.values import Fix, Orientation, Scalar
+from aerial_gnss_ros.core.samples import Fix, Orientation, Scalar
 
 
 @pytest.mark.parametrize("latency_s", [0.0, 0.25, -0.25])

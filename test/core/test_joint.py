@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from aerial_gnss_ros.core import joint_groups
-from aerial_gnss_ros.core.values import State
+from aerial_gnss_ros.core.estimates import State
 
 RING = {
     f"r{i}": (lambda _t, i=i: (6.0 * math.cos(i), 20.0 + 4.0 * math.sin(1.7 * i))) for i in range(6)

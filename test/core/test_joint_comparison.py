@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from aerial_gnss_ros.core.association import mahalanobis
+from aerial_gnss_ros.core.gaussian import mahalanobis
 from aerial_gnss_ros.core.joint_comparison import Comparison, compared
 from aerial_gnss_ros.core.joint_platform import COUNT
 from aerial_gnss_ros.core.joint_state import Joint

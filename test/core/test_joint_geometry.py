@@ -10,20 +10,16 @@ import numpy as np
 import pytest
 
 from aerial_gnss_ros.core.camera import CameraModel
+from aerial_gnss_ros.core.camera_pose import CameraPose
+from aerial_gnss_ros.core.estimates import MapDatum
 from aerial_gnss_ros.core.frames import matrix_from_rpy
 from aerial_gnss_ros.core.geodesy import geodetic_from_enu
-from aerial_gnss_ros.core.joint_geometry import (
-    MapFrame,
-    on_water,
-    pose_jacobian,
-    rotation_matrix,
-    rotation_vector,
-)
+from aerial_gnss_ros.core.joint_geometry import MapFrame, on_water, pose_jacobian
 from aerial_gnss_ros.core.joint_update import linearise
 from aerial_gnss_ros.core.joint_view import Sight
 from aerial_gnss_ros.core.local_map import LocalMap, water_points
 from aerial_gnss_ros.core.localize import located_jacobian, project_to_image
-from aerial_gnss_ros.core.values import CameraPose, MapDatum
+from aerial_gnss_ros.core.rotation_vectors import rotation_matrix, rotation_vector
 
 LOCAL = LocalMap(MapDatum(math.radians(48.0), math.radians(11.0), 0.0))
 MATRIX = np.array([[900.0, 0, 655.0], [0, 910.0, 350.0], [0, 0, 1.0]])

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 from aerial_gnss_ros.core.config import estimator_config
+from aerial_gnss_ros.core.estimates import State
 from aerial_gnss_ros.core.estimator import Estimator
-from aerial_gnss_ros.core.values import State
 from aerial_gnss_ros.simulation.experiment import CameraClock, Experiment, default_camera
 from aerial_gnss_ros.simulation.feeding import feed
 from aerial_gnss_ros.simulation.flight import FlightPlan, GeneratedFlight

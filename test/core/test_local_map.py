@@ -11,9 +11,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from aerial_gnss_ros.core.estimates import MapDatum
 from aerial_gnss_ros.core.geodesy import geodesic_inverse
 from aerial_gnss_ros.core.local_map import LocalMap
-from aerial_gnss_ros.core.values import MapDatum
 
 
 @given(

@@ -15,6 +15,7 @@ from pyproj import Geod
 from scipy.spatial.transform import Rotation
 
 from aerial_gnss_ros.core.camera import CameraModel
+from aerial_gnss_ros.core.camera_pose import CameraPose
 from aerial_gnss_ros.core.config import EstimatorConfig, estimator_config
 from aerial_gnss_ros.core.covariance import uncertainty
 from aerial_gnss_ros.core.frames import matrix_from_rpy, yaw_from_heading
@@ -23,7 +24,6 @@ from aerial_gnss_ros.core.gimbal import error_axes
 from aerial_gnss_ros.core.localize import locate, located_jacobian, project_to_image
 from aerial_gnss_ros.core.noise import Noise
 from aerial_gnss_ros.core.rejection import Reason
-from aerial_gnss_ros.core.values import CameraPose
 
 K = [[1082.7, 0.0, 960.0], [0.0, 1082.7, 540.0], [0.0, 0.0, 1.0]]
 CAMERAS = [

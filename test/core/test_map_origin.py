@@ -11,7 +11,7 @@ import pytest
 from aerial_gnss_ros.core.config import estimator_config
 from aerial_gnss_ros.core.events import Events, Failure
 from aerial_gnss_ros.core.map_origin import MapOrigin
-from aerial_gnss_ros.core.values import Fix
+from aerial_gnss_ros.core.samples import Fix
 
 LATITUDE, LONGITUDE = 13.194, -59.6415
 

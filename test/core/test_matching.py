@@ -11,13 +11,13 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
+from aerial_gnss_ros.core.estimates import State
 from aerial_gnss_ros.core.events import Events
 from aerial_gnss_ros.core.joint_comparison import Comparison
 from aerial_gnss_ros.core.matching import STRAINED, Matcher
 from aerial_gnss_ros.core.measurements import Measurements
 from aerial_gnss_ros.core.noise_level import NoiseLevel
 from aerial_gnss_ros.core.track import STRAIN_IMAGES, Track
-from aerial_gnss_ros.core.values import State
 
 
 def boxes(count):

@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 
 from aerial_gnss_ros.core.config import estimator_config
+from aerial_gnss_ros.core.estimates import State
 from aerial_gnss_ros.core.identity import Identity
 from aerial_gnss_ros.core.track import Track
 from aerial_gnss_ros.core.tracks import Tracker
-from aerial_gnss_ros.core.values import State
 from aerial_gnss_ros.core.whereabouts import Swims
 
 

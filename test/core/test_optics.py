@@ -10,9 +10,10 @@ import numpy as np
 import pytest
 
 from aerial_gnss_ros.core.camera import CameraModel
+from aerial_gnss_ros.core.equivalent_focal_length import from_equivalent
 from aerial_gnss_ros.core.errors import CameraError
 from aerial_gnss_ros.core.known_cameras import KNOWN, known_camera
-from aerial_gnss_ros.core.optics import field_of_view, from_equivalent, ground_samples
+from aerial_gnss_ros.core.optics import field_of_view, ground_samples
 
 
 def pinhole(width=1000, height=1000, f=500.0):

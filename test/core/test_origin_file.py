@@ -9,9 +9,9 @@ import math
 import pytest
 
 from aerial_gnss_ros.core.config import estimator_config
+from aerial_gnss_ros.core.estimates import MapDatum
 from aerial_gnss_ros.core.estimator import Estimator
 from aerial_gnss_ros.core.origin_file import OriginKeeper
-from aerial_gnss_ros.core.values import MapDatum
 
 
 def flown(sea, session, begin, **values):

@@ -12,12 +12,12 @@ import pytest
 
 from aerial_gnss_ros.core import paper
 from aerial_gnss_ros.core.camera import CameraModel
+from aerial_gnss_ros.core.camera_pose import CameraPose
 from aerial_gnss_ros.core.frames import matrix_from_rpy, yaw_from_heading
 from aerial_gnss_ros.core.geodesy import geodesic_inverse
 from aerial_gnss_ros.core.localize import locate
 from aerial_gnss_ros.core.noise import Noise
 from aerial_gnss_ros.core.rejection import Reason
-from aerial_gnss_ros.core.values import CameraPose
 
 CAMERA = CameraModel.from_focal_length(1082.7, 1920.0, None, 1920, 1080)
 NOISE = Noise()

@@ -10,7 +10,7 @@ import pytest
 
 from aerial_gnss_ros.core.config import estimator_config
 from aerial_gnss_ros.core.plausibility import Plausibility
-from aerial_gnss_ros.core.values import Scalar
+from aerial_gnss_ros.core.samples import Scalar
 
 
 def _judged(*levels):

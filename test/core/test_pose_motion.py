@@ -7,8 +7,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from aerial_gnss_ros.core.joint_geometry import MapPose, rotation_matrix
+from aerial_gnss_ros.core.joint_geometry import MapPose
 from aerial_gnss_ros.core.pose_motion import PoseMotion
+from aerial_gnss_ros.core.rotation_vectors import rotation_matrix
 
 STEP_S = 0.1
 UP = np.array([0.0, 0.0, 1.0])

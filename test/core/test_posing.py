@@ -9,6 +9,7 @@ import math
 import numpy as np
 import pytest
 
+from aerial_gnss_ros.core.camera_pose import CameraPose
 from aerial_gnss_ros.core.config import estimator_config
 from aerial_gnss_ros.core.frames import matrix_from_rpy, quaternion_from_matrix
 from aerial_gnss_ros.core.geodesy import enu_from_geodetic
@@ -17,7 +18,7 @@ from aerial_gnss_ros.core.inputs import Samples
 from aerial_gnss_ros.core.magnetic import declination
 from aerial_gnss_ros.core.posing import Posing
 from aerial_gnss_ros.core.rejection import Reason
-from aerial_gnss_ros.core.values import CameraPose, Fix, Orientation
+from aerial_gnss_ros.core.samples import Fix, Orientation
 
 LAT, LON = math.radians(13.194), math.radians(-59.6415)
 STAMP = 1_700_000_000_000_000_000

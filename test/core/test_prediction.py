@@ -7,7 +7,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from aerial_gnss_ros.core.values import State
+from aerial_gnss_ros.core.estimates import State
 
 
 def swimming(sea):

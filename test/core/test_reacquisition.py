@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 
 from aerial_gnss_ros.core import reacquisition
+from aerial_gnss_ros.core.estimates import State
 from aerial_gnss_ros.core.joint_motion import Motion
 from aerial_gnss_ros.core.reacquisition import Reacquisition, twins
 from aerial_gnss_ros.core.track import Track
-from aerial_gnss_ros.core.values import State
 from aerial_gnss_ros.core.whereabouts import Swims
 
 SECOND = 1_000_000_000

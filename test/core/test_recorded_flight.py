@@ -11,11 +11,11 @@ import numpy as np
 import pytest
 
 from aerial_gnss_ros.core.camera import CameraModel
+from aerial_gnss_ros.core.camera_pose import CameraPose
 from aerial_gnss_ros.core.frames import matrix_from_rpy, yaw_from_heading
 from aerial_gnss_ros.core.geodesy import geodesic_inverse
 from aerial_gnss_ros.core.localize import locate
 from aerial_gnss_ros.core.noise import Noise
-from aerial_gnss_ros.core.values import CameraPose
 
 ROBOT = math.radians(13.1939387032944), math.radians(-59.6415065636197)
 

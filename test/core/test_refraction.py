@@ -10,13 +10,13 @@ import numpy as np
 import pytest
 
 from aerial_gnss_ros.core.camera import CameraModel
+from aerial_gnss_ros.core.camera_pose import CameraPose
 from aerial_gnss_ros.core.config import estimator_config
 from aerial_gnss_ros.core.errors import ConfigError
 from aerial_gnss_ros.core.frames import FLU_FROM_OPTICAL, matrix_from_rpy
 from aerial_gnss_ros.core.localize import locate, located_jacobian, submerged
 from aerial_gnss_ros.core.noise import Noise
 from aerial_gnss_ros.core.refraction import submerged_offsets
-from aerial_gnss_ros.core.values import CameraPose
 from aerial_gnss_ros.simulation.refraction import apparent_points
 
 CAMERA = CameraModel(

@@ -11,10 +11,11 @@ from functools import cache
 import numpy as np
 import pytest
 
+from aerial_gnss_ros.core.camera_pose import CameraPose
 from aerial_gnss_ros.core.frames import ENU_FROM_NWU, matrix_from_rpy
 from aerial_gnss_ros.core.geodesy import geodetic_from_enu
+from aerial_gnss_ros.core.samples import Fix
 from aerial_gnss_ros.core.sign_tests import Verdict, sign_tests
-from aerial_gnss_ros.core.values import CameraPose, Fix
 from aerial_gnss_ros.core.watch import STEP_NS, Moment
 
 LATITUDE, LONGITUDE = math.radians(13.2), math.radians(-59.6)

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from aerial_gnss_ros.core.camera import CameraModel
+from aerial_gnss_ros.core.detection_frame import DetectionFrame
 from aerial_gnss_ros.core.frames import matrix_from_rpy
 from aerial_gnss_ros.core.joint_geometry import MapPose
 from aerial_gnss_ros.core.standstill import Standstill
-from aerial_gnss_ros.core.values import DetectionFrame
 
 CAMERA = CameraModel.from_camera_info(
     1280, 720, "plumb_bob", [], [900.0, 0, 640.0, 0, 900.0, 360.0, 0, 0, 1.0]

@@ -13,9 +13,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from aerial_gnss_ros.core.camera_pose import CameraPose
 from aerial_gnss_ros.core.frames import matrix_from_rpy, yaw_from_heading
 from aerial_gnss_ros.core.surface import View
-from aerial_gnss_ros.core.values import CameraPose
 
 
 def _view(lat_deg, lon_deg, height, altitude=None):

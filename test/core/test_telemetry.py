@@ -12,6 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from aerial_gnss_ros.core.rejection import Input, Reason
+from aerial_gnss_ros.core.samples import Fix, Orientation, Scalar
 from aerial_gnss_ros.core.telemetry import (
     Missing,
     Sample,
@@ -20,7 +21,6 @@ from aerial_gnss_ros.core.telemetry import (
     orientation_series,
     scalar_series,
 )
-from aerial_gnss_ros.core.values import Fix, Orientation, Scalar
 
 SECOND = 10**9
 

@@ -10,9 +10,9 @@ import math
 import numpy as np
 import pytest
 
+from aerial_gnss_ros.core.estimates import State
 from aerial_gnss_ros.core.localize import locate, project_to_image
 from aerial_gnss_ros.core.noise import Noise
-from aerial_gnss_ros.core.values import State
 
 CROSSING = {
     "a": lambda t: (0.3 * t - 5.0, 17.0),

@@ -10,12 +10,12 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from aerial_gnss_ros.core.estimates import State
 from aerial_gnss_ros.core.joint_geometry import pose_jacobian
 from aerial_gnss_ros.core.joint_motion import Motion
 from aerial_gnss_ros.core.joint_state import Joint
 from aerial_gnss_ros.core.turn_or_swim import SWERVE, explained
 from aerial_gnss_ros.core.turning import BEGINS, Turning
-from aerial_gnss_ros.core.values import State
 
 STATED = 0.06**2
 """Variance of a change of velocity in some seconds, by 0.05 m/s^1.5 over 3 s / 2."""

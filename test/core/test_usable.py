@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 from aerial_gnss_ros.core.config_limits import LimitsConfig
+from aerial_gnss_ros.core.samples import Fix, Orientation, Scalar
 from aerial_gnss_ros.core.usable import usable
-from aerial_gnss_ros.core.values import Fix, Orientation, Scalar
 
 NAN = math.nan
 

@@ -6,7 +6,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from aerial_gnss_ros.core.values import DetectionFrame, State, empty_detections
+from aerial_gnss_ros.core.detection_frame import DetectionFrame, empty_detections
+from aerial_gnss_ros.core.estimates import State
 
 
 def test_kept_detections_keep_their_rows_together():

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from aerial_gnss_ros.core.config import EstimatorConfig
-from aerial_gnss_ros.core.values import Orientation
+from aerial_gnss_ros.core.samples import Orientation
 from aerial_gnss_ros.core.watch import Watch
 
 DAY = 86_400.0

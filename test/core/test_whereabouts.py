@@ -9,9 +9,9 @@ from collections import deque
 import numpy as np
 import pytest
 
+from aerial_gnss_ros.core.estimates import State
 from aerial_gnss_ros.core.joint_motion import Motion
 from aerial_gnss_ros.core.track import Track
-from aerial_gnss_ros.core.values import State
 from aerial_gnss_ros.core.whereabouts import Swims, Whereabouts
 
 MOTION = Motion(0.05, 0.75)

@@ -10,13 +10,13 @@ import numpy as np
 import pytest
 
 from aerial_gnss_ros.core.config import estimator_config
+from aerial_gnss_ros.core.detection_frame import DetectionFrame
 from aerial_gnss_ros.core.errors import ConfigError, InputError
 from aerial_gnss_ros.core.estimator import Estimator
 from aerial_gnss_ros.core.geodesy import enu_from_geodetic
 from aerial_gnss_ros.core.localize import locate
 from aerial_gnss_ros.core.noise import Noise
 from aerial_gnss_ros.core.rejection import Input
-from aerial_gnss_ros.core.values import DetectionFrame
 from aerial_gnss_ros.simulation.experiment import (
     CameraClock,
     Experiment,

@@ -1,0 +1,53 @@
+# Copyright 2026 aerial_gnss_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""The boxes of one image, as adapters hand them to the estimator."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class DetectionFrame:
+    """All boxes found in one image.
+
+    Attributes:
+        stamp_ns: the image's stamp, ns.
+        frame_id: the image's frame, copied.
+        centers: (n, 2) box centres u, v in pixels of the source image.
+        sizes: (n, 2) box widths and heights, px.
+        scores: (n,) 0 to 1.
+        class_ids: n class names.
+    """
+
+    stamp_ns: int
+    frame_id: str
+    centers: Array
+    sizes: Array
+    scores: Array
+    class_ids: tuple[str, ...]
+
+    def __len__(self) -> int:
+        return len(self.class_ids)
+
+    def keep(self, mask: NDArray[np.bool_]) -> DetectionFrame:
+        """Return the detections where `mask` (n,) is true."""
+        names = tuple(name for name, kept in zip(self.class_ids, mask, strict=True) if kept)
+        return DetectionFrame(
+            self.stamp_ns,
+            self.frame_id,
+            self.centers[mask],
+            self.sizes[mask],
+            self.scores[mask],
+            names,
+        )
+
+
+def empty_detections(stamp_ns: int, frame_id: str = "camera") -> DetectionFrame:
+    """Return the frame of an image in which nothing was found."""
+    return DetectionFrame(stamp_ns, frame_id, np.zeros((0, 2)), np.zeros((0, 2)), np.zeros(0), ())

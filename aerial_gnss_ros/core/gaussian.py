@@ -1,0 +1,51 @@
+# Copyright 2026 aerial_gnss_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Planar normal laws in closed form: Mahalanobis distances, inverses, gates."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+
+def gate_threshold(probability: float) -> float:
+    """Return the squared Mahalanobis distance that holds a share of a planar normal law.
+
+    The chi-square law with two degrees of freedom has a closed form.
+    """
+    return -2.0 * math.log1p(-probability)
+
+
+def mahalanobis(offsets: Array, covariances: Array) -> tuple[Array, Array]:
+    """Return squared Mahalanobis lengths and log determinants of planar offsets.
+
+    Args:
+        offsets: (..., 2) m.
+        covariances: (..., 2, 2) m².
+    """
+    a, b, d, determinant = _parts(covariances)
+    x, y = offsets[..., 0], offsets[..., 1]
+    squared = (d * x * x - 2.0 * b * x * y + a * y * y) / determinant
+    return squared, np.log(determinant)
+
+
+def inverse(covariances: Array) -> Array:
+    """Return the inverses (..., 2, 2) of planar covariances, symmetric to the last bit.
+
+    LAPACK's are not; a filter that subtracts what they make of its covariance loses its symmetry
+    within seconds.
+    """
+    a, b, d, determinant = _parts(covariances)
+    found: Array = np.stack([d, -b, -b, a], axis=-1).reshape(covariances.shape)
+    found /= determinant[..., None, None]
+    return found
+
+
+def _parts(covariances: Array) -> tuple[Array, Array, Array, Array]:
+    """Return variance, covariance, variance and determinant of planar covariances."""
+    a, b, d = covariances[..., 0, 0], covariances[..., 0, 1], covariances[..., 1, 1]
+    return a, b, d, np.maximum(a * d - b * b, 1e-24)
