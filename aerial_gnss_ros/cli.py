@@ -14,7 +14,7 @@ from collections.abc import Sequence
 from typing import NoReturn, Protocol, cast
 
 from aerial_gnss_ros import __version__
-from aerial_gnss_ros.core.errors import AerialGnssError
+from aerial_gnss_ros.core.values.errors import AerialGnssError
 
 # Subcommand -> module and help. The module is imported only when asked for: `aerial-gnss --help`
 # and a wrong word must not wait for OpenCV or need ROS.

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from aerial_gnss_ros.core.errors import InputError
+from aerial_gnss_ros.core.values.errors import InputError
 
 NAME = "aerial_gnss_ros"
 _PACKAGE = Path(__file__).resolve().parent

@@ -19,7 +19,7 @@ from pathlib import Path
 
 import numpy as np
 
-from aerial_gnss_ros.core.errors import AerialGnssError
+from aerial_gnss_ros.core.values.errors import AerialGnssError
 from aerial_gnss_ros.detection.base import Detector
 from aerial_gnss_ros.detection.config import DetectorConfig
 from aerial_gnss_ros.detection.select import load_detector

@@ -33,8 +33,8 @@ from aerial_gnss_ros.adapters.dji_log import read_dji_log
 from aerial_gnss_ros.calibration.fit import Fit
 from aerial_gnss_ros.calibration.recording import Recording
 from aerial_gnss_ros.calibration.solve import bound, calibrate
-from aerial_gnss_ros.core.config import EstimatorConfig, estimator_config
-from aerial_gnss_ros.core.errors import InputError
+from aerial_gnss_ros.core.config.estimator import EstimatorConfig, estimator_config
+from aerial_gnss_ros.core.values.errors import InputError
 from aerial_gnss_ros.simulation.experiment import CameraClock, Experiment, default_camera
 from aerial_gnss_ros.simulation.feeding import feed
 from aerial_gnss_ros.simulation.flight import Flight, FlightPlan, GeneratedFlight

@@ -13,12 +13,12 @@ from functools import partial
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from aerial_gnss_ros.core.config import EstimatorConfig, estimator_config
-from aerial_gnss_ros.core.detection_frame import DetectionFrame
-from aerial_gnss_ros.core.estimates import FrameResult, MapDatum
-from aerial_gnss_ros.core.estimator import Estimator
-from aerial_gnss_ros.core.local_map import LocalMap
-from aerial_gnss_ros.core.tracking import Tracking
+from aerial_gnss_ros.core.config.estimator import EstimatorConfig, estimator_config
+from aerial_gnss_ros.core.estimation.estimator import Estimator
+from aerial_gnss_ros.core.geometry.local_map import LocalMap
+from aerial_gnss_ros.core.tracker.protocol import Tracking
+from aerial_gnss_ros.core.values.detection_frame import DetectionFrame
+from aerial_gnss_ros.core.values.estimates import FrameResult, MapDatum
 from aerial_gnss_ros.evaluation.bound import TrueFrame, bound
 from aerial_gnss_ros.simulation.boxes import Boxes
 from aerial_gnss_ros.simulation.chance import generator
@@ -83,7 +83,7 @@ class Setting:
         robots: how many.
         duration_s: s.
         latency_s: true one of the images.
-        sigmas: true sensor errors that replace the set's, by the names of `core.noise`.
+        sigmas: true sensor errors that replace the set's, by the names of `core.config.noise`.
         stated: parameters of the estimator beside those of the cell.
     """
 

@@ -13,7 +13,7 @@ from fault_flights import DURATION_S, ROBOTS, Flown, Item, Run, Value, flown
 from fault_judge import Row, Verdict, judged, rows_of
 from fault_kinds import DAY_NS, INPUTS, KINDS, MEANINGLESS, Change, each, moved, one_of, stamped
 
-from aerial_gnss_ros.core.samples import Fix, Scalar
+from aerial_gnss_ros.core.values.samples import Fix, Scalar
 from aerial_gnss_ros.simulation.chance import generator
 from aerial_gnss_ros.simulation.sensors import START_NS
 

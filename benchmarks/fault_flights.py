@@ -18,14 +18,14 @@ from aerial_gnss_ros.adapters.feed import Feed
 from aerial_gnss_ros.adapters.results import detection_array
 from aerial_gnss_ros.adapters.stamps import header_fields
 from aerial_gnss_ros.bags.detect import ImageDetector
-from aerial_gnss_ros.core.camera import CameraModel
-from aerial_gnss_ros.core.config import estimator_config
-from aerial_gnss_ros.core.detection_frame import DetectionFrame
-from aerial_gnss_ros.core.estimates import FrameResult
-from aerial_gnss_ros.core.estimator import Estimator
-from aerial_gnss_ros.core.frames import matrix_from_quaternion, quaternion_from_matrix
-from aerial_gnss_ros.core.local_map import LocalMap
-from aerial_gnss_ros.core.samples import Fix, Orientation, Scalar
+from aerial_gnss_ros.core.camera.model import CameraModel
+from aerial_gnss_ros.core.config.estimator import estimator_config
+from aerial_gnss_ros.core.estimation.estimator import Estimator
+from aerial_gnss_ros.core.geometry.frames import matrix_from_quaternion, quaternion_from_matrix
+from aerial_gnss_ros.core.geometry.local_map import LocalMap
+from aerial_gnss_ros.core.values.detection_frame import DetectionFrame
+from aerial_gnss_ros.core.values.estimates import FrameResult
+from aerial_gnss_ros.core.values.samples import Fix, Orientation, Scalar
 from aerial_gnss_ros.detection.base import Detections, Image
 from aerial_gnss_ros.simulation.experiment import Experiment, default_camera
 from aerial_gnss_ros.simulation.flight import FlightPlan, GeneratedFlight

@@ -12,7 +12,7 @@ import numpy as np
 from fault_flights import DURATION_S, Flown
 from scipy.optimize import linear_sum_assignment
 
-from aerial_gnss_ros.core.estimates import FrameResult, State
+from aerial_gnss_ros.core.values.estimates import FrameResult, State
 
 CONFIDENT = 13.8
 """Squared distance that one in a thousand of a right planar covariance exceeds."""

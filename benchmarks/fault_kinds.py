@@ -12,10 +12,10 @@ import numpy as np
 from fault_flights import BLACK, NOISY, Item, Lens, Picture, Value, lens_of
 from numpy.typing import NDArray
 
-from aerial_gnss_ros.core.detection_frame import DetectionFrame
-from aerial_gnss_ros.core.frames import matrix_from_quaternion, quaternion_from_matrix
-from aerial_gnss_ros.core.rotation_vectors import rotation_matrix
-from aerial_gnss_ros.core.samples import Fix, Orientation, Scalar
+from aerial_gnss_ros.core.geometry.frames import matrix_from_quaternion, quaternion_from_matrix
+from aerial_gnss_ros.core.geometry.rotation_vectors import rotation_matrix
+from aerial_gnss_ros.core.values.detection_frame import DetectionFrame
+from aerial_gnss_ros.core.values.samples import Fix, Orientation, Scalar
 from aerial_gnss_ros.simulation.experiment import default_camera
 
 Array = NDArray[np.float64]

@@ -37,11 +37,11 @@ from families import (
 from scipy.optimize import linear_sum_assignment
 from tables import show
 
-from aerial_gnss_ros.core import localize, paper
-from aerial_gnss_ros.core.detection_frame import DetectionFrame
-from aerial_gnss_ros.core.estimates import FrameResult, State
-from aerial_gnss_ros.core.frames import matrix_from_quaternion
-from aerial_gnss_ros.core.local_map import LocalMap
+from aerial_gnss_ros.core.geometry.frames import matrix_from_quaternion
+from aerial_gnss_ros.core.geometry.local_map import LocalMap
+from aerial_gnss_ros.core.georeferencing import localization, paper
+from aerial_gnss_ros.core.values.detection_frame import DetectionFrame
+from aerial_gnss_ros.core.values.estimates import FrameResult, State
 from aerial_gnss_ros.simulation.boxes import Boxes
 from aerial_gnss_ros.simulation.experiment import Experiment
 
@@ -121,7 +121,7 @@ class Methods:
         if pose is None or not len(frame):
             return {}
         body = self._attitudes[int(np.argmin(np.abs(self._stamps - pose.stamp_ns)))]
-        exact = localize.locate(pose, made.camera, frame.centers, stated.noise, stated)
+        exact = localization.locate(pose, made.camera, frame.centers, stated.noise, stated)
         printed = paper.locate(pose, made.camera, frame.centers, stated.noise, stated)
         released = released_code.locate(
             pose, made.camera, frame.centers, frame.sizes, matrix_from_quaternion(body.quaternion)

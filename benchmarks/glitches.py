@@ -28,7 +28,7 @@ from numpy.typing import NDArray
 from tables import columns, show
 from turned import CONFIDENT, STATED, Turned, arguments, cell_of, errors, tell
 
-from aerial_gnss_ros.core.estimates import FrameResult, State
+from aerial_gnss_ros.core.values.estimates import FrameResult, State
 from aerial_gnss_ros.simulation.experiment import Experiment
 
 Array = NDArray[np.float64]

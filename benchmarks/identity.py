@@ -31,14 +31,14 @@ import numpy as np
 from families import results
 from tables import show
 
-from aerial_gnss_ros.core.config import EstimatorConfig, estimator_config
-from aerial_gnss_ros.core.estimates import FrameResult, State
-from aerial_gnss_ros.core.identity import Identity
-from aerial_gnss_ros.core.local_map import LocalMap
-from aerial_gnss_ros.core.localize import WaterPoints
-from aerial_gnss_ros.core.posed_frame import PosedFrame
-from aerial_gnss_ros.core.tracking import TrackUpdate
-from aerial_gnss_ros.core.tracks import Tracker
+from aerial_gnss_ros.core.camera.posed_frame import PosedFrame
+from aerial_gnss_ros.core.config.estimator import EstimatorConfig, estimator_config
+from aerial_gnss_ros.core.geometry.local_map import LocalMap
+from aerial_gnss_ros.core.georeferencing.localization import WaterPoints
+from aerial_gnss_ros.core.identity.labels import Identity
+from aerial_gnss_ros.core.tracker.protocol import TrackUpdate
+from aerial_gnss_ros.core.tracker.tracker import Tracker
+from aerial_gnss_ros.core.values.estimates import FrameResult, State
 from aerial_gnss_ros.evaluation.identity import EXPLAINED, Identities, scores
 from aerial_gnss_ros.evaluation.identity import Scene as Sight
 from aerial_gnss_ros.simulation.boxes import DetectorPlan

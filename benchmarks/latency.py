@@ -22,7 +22,7 @@ import numpy as np
 from families import Cell, Setting, config, experiment, results, robots_of, truth
 from tables import keep
 
-from aerial_gnss_ros.core.estimates import State
+from aerial_gnss_ros.core.values.estimates import State
 
 LATENCIES_S = (0.1, 0.5, 1.0, 2.5, -1.0)
 KNOWN_S = 0.1

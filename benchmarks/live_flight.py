@@ -17,7 +17,7 @@ from rclpy.executors import SingleThreadedExecutor
 
 from aerial_gnss_ros.bags.reader import open_bag
 from aerial_gnss_ros.benchmarking.machine import children
-from aerial_gnss_ros.core.errors import RosError
+from aerial_gnss_ros.core.values.errors import RosError
 
 IMAGES = "/camera/image_raw"
 SENSORS = (IMAGES, "/camera/camera_info", "/fix", "/attitude", "/gimbal", "/height")

@@ -22,7 +22,7 @@ import one_thread  # noqa: F401 - before numpy
 import numpy as np
 from numpy.typing import NDArray
 
-from aerial_gnss_ros.core.pair import Pair
+from aerial_gnss_ros.core.identity.pair_hypotheses import Pair
 from aerial_gnss_ros.simulation.chance import generator
 from aerial_gnss_ros.simulation.robots import Swarm, SwimPlan
 

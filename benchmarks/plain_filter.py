@@ -28,8 +28,8 @@ from families import Setting
 from flown import Record, chosen, fly, rms
 from tables import columns, show
 
-from aerial_gnss_ros.core.joint_state import Joint
-from aerial_gnss_ros.core.joint_view import Sight
+from aerial_gnss_ros.core.filter.linearization import Sight
+from aerial_gnss_ros.core.filter.state import Joint
 
 HARD = "hover,rtk,moving"
 """Cells in which little can be known of height and tilt, and nothing else hides what is claimed."""

@@ -33,7 +33,7 @@ from soak_listener import Listener
 from tables import columns, show
 
 from aerial_gnss_ros.benchmarking.flight import flight, render
-from aerial_gnss_ros.core.errors import RosError
+from aerial_gnss_ros.core.values.errors import RosError
 
 SETTLE_S = 90.0
 """The longest wait for all robots to be measured before a fault, s."""

@@ -17,9 +17,9 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from aerial_gnss_ros.core.camera import CameraModel
-from aerial_gnss_ros.core.camera_pose import CameraPose
-from aerial_gnss_ros.core.frames import rpy_from_matrix
+from aerial_gnss_ros.core.camera.model import CameraModel
+from aerial_gnss_ros.core.geometry.frames import rpy_from_matrix
+from aerial_gnss_ros.core.values.camera_pose import CameraPose
 
 Array = NDArray[np.float64]
 

@@ -7,8 +7,9 @@ python benchmarks/returns.py --pairs 4000 --first 0
 Two simulated robots, side by side when they go out of sight, come back after 4 to 60 s. They swim
 as the filter supposes (white acceleration), or steadily with smooth turns (`simulation.robots`).
 What a filter would know of them when they went and when they are back is drawn about the truth; no
-flight is flown. A pair of names is kept or not by its probability (`core.reacquisition.LIKELY`). If
-probabilities are honest, as many are right in each row as expected: their probabilities' sum.
+flight is flown. A pair of names is kept or not by its probability (`LIKELY` in
+`core.identity.reidentification`). If probabilities are honest, as many are right in each row as
+expected: their probabilities' sum.
 """
 
 from __future__ import annotations
@@ -25,12 +26,12 @@ import numpy as np
 from families import ACCELERATION, RandomSwimmers
 from tables import columns, show
 
-from aerial_gnss_ros.core.estimates import State
-from aerial_gnss_ros.core.gaussian import gate_threshold
-from aerial_gnss_ros.core.joint_motion import Motion
-from aerial_gnss_ros.core.reacquisition import LOOK_S, Reacquisition
-from aerial_gnss_ros.core.track import Track
-from aerial_gnss_ros.core.whereabouts import Swims
+from aerial_gnss_ros.core.association.track import Track
+from aerial_gnss_ros.core.identity.reidentification import LOOK_S, Reacquisition
+from aerial_gnss_ros.core.identity.return_position import Swims
+from aerial_gnss_ros.core.models.motion_model import Motion
+from aerial_gnss_ros.core.numerics.gaussian import gate_threshold
+from aerial_gnss_ros.core.values.estimates import State
 from aerial_gnss_ros.simulation.chance import generator
 from aerial_gnss_ros.simulation.robots import Swarm, SwimPlan
 

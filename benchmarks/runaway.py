@@ -29,8 +29,8 @@ from numpy.typing import NDArray
 from tables import columns, show
 from turned import CONFIDENT, STATED, Turned, arguments, cell_of, errors, tell
 
-from aerial_gnss_ros.core.estimates import FrameResult
-from aerial_gnss_ros.core.estimator import Estimator
+from aerial_gnss_ros.core.estimation.estimator import Estimator
+from aerial_gnss_ros.core.values.estimates import FrameResult
 from aerial_gnss_ros.simulation.experiment import Experiment
 from aerial_gnss_ros.simulation.sensors import START_NS
 

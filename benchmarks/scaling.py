@@ -30,10 +30,10 @@ import one_thread  # noqa: F401 - before numpy
 import numpy as np
 from tables import show
 
-from aerial_gnss_ros.core.config import estimator_config
-from aerial_gnss_ros.core.detection_frame import DetectionFrame
-from aerial_gnss_ros.core.estimates import FrameResult
-from aerial_gnss_ros.core.estimator import Estimator
+from aerial_gnss_ros.core.config.estimator import estimator_config
+from aerial_gnss_ros.core.estimation.estimator import Estimator
+from aerial_gnss_ros.core.values.detection_frame import DetectionFrame
+from aerial_gnss_ros.core.values.estimates import FrameResult
 from aerial_gnss_ros.simulation.experiment import (
     CameraClock,
     Experiment,

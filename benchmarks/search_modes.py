@@ -22,7 +22,7 @@ import cv2
 import numpy as np
 from tables import keep
 
-from aerial_gnss_ros.core.errors import AerialGnssError
+from aerial_gnss_ros.core.values.errors import AerialGnssError
 from aerial_gnss_ros.detection.config import detector_config
 from aerial_gnss_ros.detection.select import load_detector
 from aerial_gnss_ros.training.labelled_bag import read_bag

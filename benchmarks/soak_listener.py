@@ -17,7 +17,7 @@ from rclpy.parameter import Parameter
 from sensor_msgs.msg import NavSatFix
 
 from aerial_gnss_ros.adapters.stamps import nanoseconds
-from aerial_gnss_ros.core.geodesy import geodesic_inverse
+from aerial_gnss_ros.core.geometry.geodesy import geodesic_inverse
 from aerial_gnss_ros.nodes import qos
 
 WRONG_M, WRONG_SIGMAS = 5.0, 4.0

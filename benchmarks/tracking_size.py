@@ -24,14 +24,15 @@ from pathlib import Path
 
 HERE = Path(__file__).resolve().parent.parent
 ROOMS = {
-    "filter": "joint joint_state joint_update joint_geometry joint_view joint_groups "
-    "joint_comparison joint_motion joint_platform pose_motion latency_search latency_bank "
-    "pose_lattice",
-    "faults": "innovation_monitor turning turn_or_swim unexplained position_jumps manoeuvres",
+    "models": "joint_geometry joint_motion joint_platform pose_motion",
+    "faults": "innovation_monitor turning turn_or_swim unexplained position_jumps manoeuvres "
+    "standstill formation noise_level",
+    "filter": "joint joint_state joint_update joint_view joint_groups joint_comparison "
+    "latency_search latency_bank pose_lattice plausible_state",
     "association": "association candidates matching contested clutter track",
     "identity": "reacquisition whereabouts absences return_order pair doubts identity names "
     "saved_names encounters",
-    "tracker": "tracks tracking naming",
+    "tracker": "tracks tracking naming pace account",
 }
 _NAME = re.compile(r"_?[A-Z][A-Z0-9_]*")
 _LIBRARIES = {"math", "np", "numpy"}

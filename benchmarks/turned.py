@@ -17,9 +17,9 @@ import numpy as np
 from families import Cell
 from numpy.typing import ArrayLike, NDArray
 
-from aerial_gnss_ros.core.estimates import FrameResult, MapDatum, State
-from aerial_gnss_ros.core.gimbal import error_axes
-from aerial_gnss_ros.core.rotation_vectors import rotation_matrix
+from aerial_gnss_ros.core.geometry.gimbal import error_axes
+from aerial_gnss_ros.core.geometry.rotation_vectors import rotation_matrix
+from aerial_gnss_ros.core.values.estimates import FrameResult, MapDatum, State
 from aerial_gnss_ros.evaluation.bound import TrueFrame
 from aerial_gnss_ros.simulation.experiment import LEAD_S, Experiment
 from aerial_gnss_ros.simulation.flight import Flight, Motion

@@ -10,8 +10,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from aerial_gnss_ros.core.estimates import FrameResult, RobotEstimate
-from aerial_gnss_ros.core.samples import Array
+from aerial_gnss_ros.core.values.estimates import FrameResult, RobotEstimate
+from aerial_gnss_ros.core.values.samples import Array
 from fuzz.engine import GUARDED, NOT_FINITE, OUTPUT, WRONG, Broken
 from fuzz.flight import Truth
 

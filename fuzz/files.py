@@ -24,11 +24,11 @@ from aerial_gnss_ros.adapters.photo_files import read_photo
 from aerial_gnss_ros.bags.import_dji import messages
 from aerial_gnss_ros.bags.tables import read_positions, read_rejections
 from aerial_gnss_ros.bags.typestore import make
-from aerial_gnss_ros.core.config import estimator_config
-from aerial_gnss_ros.core.errors import AerialGnssError
-from aerial_gnss_ros.core.estimator import Estimator
-from aerial_gnss_ros.core.saved_names import from_text, to_text
-from aerial_gnss_ros.core.state_file import load
+from aerial_gnss_ros.core.config.estimator import estimator_config
+from aerial_gnss_ros.core.estimation.estimator import Estimator
+from aerial_gnss_ros.core.estimation.state_file import load
+from aerial_gnss_ros.core.identity.saved_labels import from_text, to_text
+from aerial_gnss_ros.core.values.errors import AerialGnssError
 from aerial_gnss_ros.detection.config import detector_config
 from aerial_gnss_ros.detection.images import decode
 from aerial_gnss_ros.detection.onnx_model import agreed_names, class_names, input_size

@@ -19,13 +19,13 @@ from aerial_gnss_ros.adapters.results import detection_array
 from aerial_gnss_ros.adapters.stamps import header_fields
 from aerial_gnss_ros.adapters.telemetry_fields import CAMERA_INFO_TYPE, camera_info_fields
 from aerial_gnss_ros.bags.typestore import make
-from aerial_gnss_ros.core.config import EstimatorConfig
-from aerial_gnss_ros.core.estimates import FrameResult, MapDatum
-from aerial_gnss_ros.core.estimator import Estimator
-from aerial_gnss_ros.core.frames import rpy_from_matrix
-from aerial_gnss_ros.core.local_map import LocalMap
-from aerial_gnss_ros.core.localize import locate
-from aerial_gnss_ros.core.samples import Array
+from aerial_gnss_ros.core.config.estimator import EstimatorConfig
+from aerial_gnss_ros.core.estimation.estimator import Estimator
+from aerial_gnss_ros.core.geometry.frames import rpy_from_matrix
+from aerial_gnss_ros.core.geometry.local_map import LocalMap
+from aerial_gnss_ros.core.georeferencing.localization import locate
+from aerial_gnss_ros.core.values.estimates import FrameResult, MapDatum
+from aerial_gnss_ros.core.values.samples import Array
 from aerial_gnss_ros.detection.base import Detections
 from aerial_gnss_ros.simulation.experiment import Experiment, default_camera
 from aerial_gnss_ros.simulation.flight import FlightPlan, GeneratedFlight

@@ -15,7 +15,7 @@ from rosbags.interfaces import Nodetype
 
 from aerial_gnss_ros.adapters.results import result_messages
 from aerial_gnss_ros.bags.typestore import serialize
-from aerial_gnss_ros.core.estimates import FrameResult
+from aerial_gnss_ros.core.values.estimates import FrameResult
 from fuzz import mutate
 from fuzz.checks import check, check_log
 from fuzz.flight import TICKS_PER_S, WARM_S, Arrival, Phantoms, flown, in_flight, truth

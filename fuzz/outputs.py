@@ -20,9 +20,9 @@ from aerial_gnss_ros.bags.maps import geojson, gpx, kml
 from aerial_gnss_ros.bags.results import position_row
 from aerial_gnss_ros.bags.tables import POSITION_COLUMNS
 from aerial_gnss_ros.bags.typestore import serialize
-from aerial_gnss_ros.core.config import estimator_config
-from aerial_gnss_ros.core.estimates import FrameResult, MapDatum, RobotEstimate, State
-from aerial_gnss_ros.core.names import Names, class_token
+from aerial_gnss_ros.core.config.estimator import estimator_config
+from aerial_gnss_ros.core.identity.label_format import Names, class_token
+from aerial_gnss_ros.core.values.estimates import FrameResult, MapDatum, RobotEstimate, State
 from fuzz import mutate
 from fuzz.engine import OUTPUT, Broken
 from fuzz.files import allowed

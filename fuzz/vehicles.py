@@ -20,13 +20,13 @@ from aerial_gnss_ros.adapters.parameter_files import read
 from aerial_gnss_ros.adapters.psdk import NORTH_TO_EAST
 from aerial_gnss_ros.adapters.stamps import header_fields
 from aerial_gnss_ros.adapters.vehicles import vehicle_file
-from aerial_gnss_ros.core.config import EstimatorConfig, estimator_config
-from aerial_gnss_ros.core.frames import (
+from aerial_gnss_ros.core.config.estimator import EstimatorConfig, estimator_config
+from aerial_gnss_ros.core.geometry.frames import (
     matrix_from_quaternion,
     quaternion_product,
     rpy_from_matrix,
 )
-from aerial_gnss_ros.core.samples import Array, Fix, Orientation, Scalar
+from aerial_gnss_ros.core.values.samples import Array, Fix, Orientation, Scalar
 from aerial_gnss_ros.nodes.schemas import ESTIMATOR, SCHEMAS
 from aerial_gnss_ros.simulation.flight import HOLETOWN
 

@@ -13,7 +13,7 @@ import types
 import pytest
 
 from aerial_gnss_ros import __version__, cli
-from aerial_gnss_ros.core.errors import InputError
+from aerial_gnss_ros.core.values.errors import InputError
 
 
 def _command(monkeypatch: pytest.MonkeyPatch, action) -> None:

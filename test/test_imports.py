@@ -20,8 +20,9 @@ BLENDER = {"bpy", "mathutils"}
 
 # From the ground up; parts on one floor may use each other.
 FLOORS = [
+    {"text"},
     {"core"},
-    {"resources"},
+    {"resources", "preflight"},
     {"adapters"},
     {"detection", "bags", "simulation", "evaluation", "training", "calibration"},
     {"nodes"},
@@ -31,13 +32,36 @@ FLOORS = [
 ]
 FLOOR = {part: level for level, parts in enumerate(FLOORS) for part in parts}
 
+# The rooms of core from the ground up: each may import those before it.
+ROOMS = [
+    "values",
+    "numerics",
+    "geometry",
+    "camera",
+    "config",
+    "telemetry",
+    "georeferencing",
+    "models",
+    "faults",
+    "filter",
+    "association",
+    "identity",
+    "tracker",
+    "estimation",
+]
+USE_TEXT = {"config", "telemetry", "filter", "identity"}
+"""Rooms that write sentences or read text: they may import `text` as well."""
+
 # Libraries beyond Python's own that a part may import; None: any.
 MAY_IMPORT = {
+    "text": set(),
+    "preflight": {"numpy"},
     "core": {"numpy", "scipy", "pyproj", "pygeomag"},
     "resources": set(),
     "adapters": {"numpy", "scipy", "yaml", "PIL"},
 }
 
+CORE = PACKAGE / "core"
 MODULES = sorted(path for path in PACKAGE.rglob("*.py"))
 IDS = [str(path.relative_to(PACKAGE)) for path in MODULES]
 
@@ -67,6 +91,39 @@ def test_nothing_imports_what_lies_above_it(path: Path) -> None:
         words = name.split(".")
         if words[0] == NAME and part != "__init__" and words[1] in FLOOR:
             assert FLOOR[words[1]] <= FLOOR[part], f"{path}:{line}: {part} imports {name}"
+
+
+@pytest.mark.parametrize("room", ROOMS)
+def test_a_room_of_core_imports_only_those_below(room: str) -> None:
+    below = {f"core.{one}" for one in ROOMS[: ROOMS.index(room) + 1]}
+    below |= {"text"} if room in USE_TEXT else set()
+    for path in sorted((CORE / room).rglob("*.py")):
+        for name, line in imports(path):
+            if name.startswith(f"{NAME}."):
+                inside = name.removeprefix(f"{NAME}.")
+                assert any(inside.startswith(f"{one}.") for one in below), (
+                    f"{path}:{line}: {room} imports {name}"
+                )
+
+
+@pytest.mark.parametrize("room", ROOMS)
+def test_a_room_says_in_two_sentences_what_it_knows_and_may_import(room: str) -> None:
+    opening = CORE / room / "__init__.py"
+    tree = ast.parse(opening.read_text())
+    assert len(tree.body) == 1, f"{opening} holds more than its docstring"
+    what, _, permission = (ast.get_docstring(tree) or "").partition("\n\n")
+    assert what.endswith(".")
+    text = ["text"] if room in USE_TEXT else []
+    below = ROOMS[: ROOMS.index(room)]
+    some = [*text, *below] if len(below) < 4 else [*text, f"the rooms of core up to {below[-1]}"]
+    listed = " and ".join(filter(None, (", ".join(some[:-1]), *some[-1:])))
+    expected = f"May import {listed}." if some else "Imports nothing of this package."
+    assert permission == expected
+
+
+def test_core_consists_of_its_rooms() -> None:
+    assert {path.name for path in CORE.glob("*.py")} == {"__init__.py"}
+    assert {path.parent.name for path in CORE.glob("*/*.py")} == set(ROOMS)
 
 
 @pytest.mark.parametrize("path", MODULES, ids=IDS)

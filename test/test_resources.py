@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from aerial_gnss_ros import resources
-from aerial_gnss_ros.core.errors import InputError
+from aerial_gnss_ros.core.values.errors import InputError
 from aerial_gnss_ros.resources import config_path, install_hint, model_path, resource_root
 
 PREFIXES = {

@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Makes aerial_gnss_ros/core/data/egm96_15min.npz of egm96_15.gtx (Debian package proj-data)."""
+"""Makes core/geometry/data/egm96_15min.npz of egm96_15.gtx (Debian package proj-data)."""
 
 from __future__ import annotations
 

@@ -28,10 +28,10 @@ from aerial_gnss_ros.adapters.results import result_messages
 from aerial_gnss_ros.bags.results import PLATFORM_COLUMNS, REJECTED_COLUMNS
 from aerial_gnss_ros.bags.tables import POSITION_COLUMNS
 from aerial_gnss_ros.cli import COMMANDS
-from aerial_gnss_ros.core.config import DepthConfig, EstimatorConfig, HeightConfig
-from aerial_gnss_ros.core.estimates import FrameResult, MapDatum, RobotEstimate, State
-from aerial_gnss_ros.core.parameters import Leaf, leaves, type_hints
-from aerial_gnss_ros.core.rejection import Cause, Reason
+from aerial_gnss_ros.core.config.estimator import DepthConfig, EstimatorConfig, HeightConfig
+from aerial_gnss_ros.core.config.schema import Leaf, leaves, type_hints
+from aerial_gnss_ros.core.values.estimates import FrameResult, MapDatum, RobotEstimate, State
+from aerial_gnss_ros.core.values.rejection import Cause, Reason
 from aerial_gnss_ros.nodes.schemas import SCHEMAS
 
 INPUTS = {

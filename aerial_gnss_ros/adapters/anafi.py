@@ -8,8 +8,8 @@ from dataclasses import replace
 from typing import Any
 
 from aerial_gnss_ros.adapters import canonical
-from aerial_gnss_ros.core.config_telemetry import FixConfig
-from aerial_gnss_ros.core.samples import Fix
+from aerial_gnss_ros.core.config.telemetry import FixConfig
+from aerial_gnss_ros.core.values.samples import Fix
 
 
 def fix(msg: Any, stamp_ns: int, _config: FixConfig) -> Fix:

@@ -14,8 +14,8 @@ from typing import Any
 import numpy as np
 
 from aerial_gnss_ros.adapters import axes
-from aerial_gnss_ros.core.config_telemetry import AttitudeConfig, FixConfig, HeightConfig
-from aerial_gnss_ros.core.samples import Fix, Orientation, Scalar
+from aerial_gnss_ros.core.config.telemetry import AttitudeConfig, FixConfig, HeightConfig
+from aerial_gnss_ros.core.values.samples import Fix, Orientation, Scalar
 
 
 def geo_position(msg: Any, stamp_ns: int, _config: FixConfig) -> Fix:

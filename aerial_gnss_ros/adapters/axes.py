@@ -4,9 +4,9 @@
 
 from __future__ import annotations
 
-from aerial_gnss_ros.core.config_telemetry import AttitudeConfig, GimbalConfig
-from aerial_gnss_ros.core.frames import to_enu_flu, to_level_flu
-from aerial_gnss_ros.core.samples import Array, Orientation
+from aerial_gnss_ros.core.config.telemetry import AttitudeConfig, GimbalConfig
+from aerial_gnss_ros.core.geometry.frames import to_enu_flu, to_level_flu
+from aerial_gnss_ros.core.values.samples import Array, Orientation
 
 MAVLINK_FLAGS = "mavlink_flags"
 

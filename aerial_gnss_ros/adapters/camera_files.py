@@ -12,9 +12,9 @@ from typing import Any
 import numpy as np
 
 from aerial_gnss_ros.adapters.yaml_files import read_yaml
-from aerial_gnss_ros.core.camera import CameraModel
-from aerial_gnss_ros.core.errors import CameraError, InputError
-from aerial_gnss_ros.core.words import shown
+from aerial_gnss_ros.core.camera.model import CameraModel
+from aerial_gnss_ros.core.values.errors import CameraError, InputError
+from aerial_gnss_ros.text.sentences import shown
 
 _EXPECTED = (
     "image_width, image_height, camera_matrix, distortion_model and distortion_coefficients (as "

@@ -15,11 +15,11 @@ from typing import Any
 import numpy as np
 
 from aerial_gnss_ros.adapters.stamps import nanoseconds
-from aerial_gnss_ros.core.camera import CameraModel
-from aerial_gnss_ros.core.detection_frame import DetectionFrame
-from aerial_gnss_ros.core.frames import matrix_from_rpy, quaternion_from_matrix
-from aerial_gnss_ros.core.plain_text import printable
-from aerial_gnss_ros.core.samples import Array, Fix, Orientation, Scalar
+from aerial_gnss_ros.core.camera.model import CameraModel
+from aerial_gnss_ros.core.geometry.frames import matrix_from_rpy, quaternion_from_matrix
+from aerial_gnss_ros.core.values.detection_frame import DetectionFrame
+from aerial_gnss_ros.core.values.samples import Array, Fix, Orientation, Scalar
+from aerial_gnss_ros.text.plain_text import printable
 
 NO_FIX = -1  # sensor_msgs/NavSatStatus.STATUS_NO_FIX
 NO_ORIENTATION = -1.0  # first element of sensor_msgs/Imu.orientation_covariance (REP 145)

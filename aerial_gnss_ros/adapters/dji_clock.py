@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aerial_gnss_ros.adapters.dji_columns import Columns
-from aerial_gnss_ros.core.samples import Array
+from aerial_gnss_ros.core.values.samples import Array
 
 _SECOND_NS = 1_000_000_000
 _EARLIEST_S, _LATEST_S = 946_684_800, 2_100_000_000

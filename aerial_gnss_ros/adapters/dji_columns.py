@@ -14,8 +14,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from aerial_gnss_ros.adapters.dji_flight import METRES_PER_FOOT
-from aerial_gnss_ros.core.errors import InputError
-from aerial_gnss_ros.core.words import cut
+from aerial_gnss_ros.core.values.errors import InputError
+from aerial_gnss_ros.text.sentences import cut
 
 REQUIRED = ("latitude", "longitude", "height", "pitch", "yaw", "gimbal_pitch")
 _LENGTH = r"( ?[\[(](?P<unit>ft|feet|m|meters?|metres?)[\])])?"

@@ -32,9 +32,9 @@ from aerial_gnss_ros.adapters.dji_flight import (
     summarise_refusals,
 )
 from aerial_gnss_ros.adapters.text_files import read_text
-from aerial_gnss_ros.core.errors import InputError
-from aerial_gnss_ros.core.frames import wrap_angle, yaw_from_heading
-from aerial_gnss_ros.core.samples import Array
+from aerial_gnss_ros.core.geometry.frames import wrap_angle, yaw_from_heading
+from aerial_gnss_ros.core.values.errors import InputError
+from aerial_gnss_ros.core.values.samples import Array
 
 _NUMBERS = (*REQUIRED, "roll", "gimbal_roll", "gimbal_yaw")
 _ANGLES = ("roll", "pitch", "yaw", "gimbal_roll", "gimbal_pitch", "gimbal_yaw")

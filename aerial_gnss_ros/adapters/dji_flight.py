@@ -12,9 +12,9 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from aerial_gnss_ros.core.frames import matrix_from_rpy, quaternion_from_matrix
-from aerial_gnss_ros.core.samples import Array, Fix, Orientation, Scalar
-from aerial_gnss_ros.core.words import counted
+from aerial_gnss_ros.core.geometry.frames import matrix_from_rpy, quaternion_from_matrix
+from aerial_gnss_ros.core.values.samples import Array, Fix, Orientation, Scalar
+from aerial_gnss_ros.text.sentences import counted
 
 METRES_PER_FOOT = 0.3048
 HEIGHT_GUESS = (

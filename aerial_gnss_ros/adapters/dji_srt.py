@@ -26,10 +26,10 @@ from aerial_gnss_ros.adapters.dji_flight import (
     range_refusal,
     summarise_refusals,
 )
-from aerial_gnss_ros.core.errors import InputError
-from aerial_gnss_ros.core.frames import yaw_from_heading
-from aerial_gnss_ros.core.samples import Array
-from aerial_gnss_ros.core.words import counted
+from aerial_gnss_ros.core.geometry.frames import yaw_from_heading
+from aerial_gnss_ros.core.values.errors import InputError
+from aerial_gnss_ros.core.values.samples import Array
+from aerial_gnss_ros.text.sentences import counted
 
 _N = r"([-+]?\d+(?:\.\d+)?)"
 _TIMES = re.compile(r"(\d+):(\d\d):(\d\d)[,.](\d{3})\s*--\s?>")

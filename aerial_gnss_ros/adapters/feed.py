@@ -11,19 +11,19 @@ from typing import Any, Protocol
 
 from aerial_gnss_ros.adapters import canonical
 from aerial_gnss_ros.adapters.kinds import ATTITUDE, FIX, GIMBAL, HEIGHT, Kind, stamp_ns
-from aerial_gnss_ros.core.camera import CameraModel
-from aerial_gnss_ros.core.config import EstimatorConfig
-from aerial_gnss_ros.core.depths import depth_input
-from aerial_gnss_ros.core.detection_frame import DetectionFrame
-from aerial_gnss_ros.core.errors import AerialGnssError, CameraError
-from aerial_gnss_ros.core.samples import Fix, Orientation, Scalar
+from aerial_gnss_ros.core.camera.model import CameraModel
+from aerial_gnss_ros.core.config.estimator import EstimatorConfig
+from aerial_gnss_ros.core.telemetry.depths import depth_input
+from aerial_gnss_ros.core.values.detection_frame import DetectionFrame
+from aerial_gnss_ros.core.values.errors import AerialGnssError, CameraError
+from aerial_gnss_ros.core.values.samples import Fix, Orientation, Scalar
 
 TELEMETRY_DEPTH = 50  # half a second at 100 Hz while the estimator is busy
 DETECTIONS_DEPTH = 10
 
 
 class Inputs(Protocol):
-    """What the feed needs of `core.estimator.Estimator`."""
+    """What the feed needs of `core.estimation.estimator.Estimator`."""
 
     def add_fix(self, fix: Fix) -> None:
         """Take a position of the drone."""

@@ -10,13 +10,13 @@ from typing import Any, Generic, TypeVar
 
 from aerial_gnss_ros.adapters import anafi, ardupilot, axes, canonical, mavros, psdk, px4
 from aerial_gnss_ros.adapters.stamps import nanoseconds
-from aerial_gnss_ros.core.config_telemetry import (
+from aerial_gnss_ros.core.config.telemetry import (
     AttitudeConfig,
     FixConfig,
     GimbalConfig,
     HeightConfig,
 )
-from aerial_gnss_ros.core.samples import Fix, Orientation, Scalar
+from aerial_gnss_ros.core.values.samples import Fix, Orientation, Scalar
 
 Group = TypeVar("Group")
 Value = TypeVar("Value")

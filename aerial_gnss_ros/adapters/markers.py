@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 
 from aerial_gnss_ros.adapters.stamps import header_fields
-from aerial_gnss_ros.core.estimates import FrameResult, RobotEstimate, State
-from aerial_gnss_ros.core.samples import Array
+from aerial_gnss_ros.core.values.estimates import FrameResult, RobotEstimate, State
+from aerial_gnss_ros.core.values.samples import Array
 
 CYLINDER, TEXT, ADD, DELETE_ALL = 3, 9, 0, 3  # visualization_msgs/Marker
 ELLIPSE_95 = math.sqrt(5.991)  # chi-square, two degrees of freedom

@@ -11,8 +11,8 @@ from __future__ import annotations
 import numpy as np
 
 from aerial_gnss_ros.adapters import axes
-from aerial_gnss_ros.core.config_telemetry import GimbalConfig
-from aerial_gnss_ros.core.samples import Array, Orientation
+from aerial_gnss_ros.core.config.telemetry import GimbalConfig
+from aerial_gnss_ros.core.values.samples import Array, Orientation
 
 # GIMBAL_DEVICE_FLAGS
 YAW_LOCK = 16

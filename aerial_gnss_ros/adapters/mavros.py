@@ -13,8 +13,8 @@ from typing import Any
 import numpy as np
 
 from aerial_gnss_ros.adapters import axes, mavlink
-from aerial_gnss_ros.core.config_telemetry import GimbalConfig
-from aerial_gnss_ros.core.samples import Array, Orientation
+from aerial_gnss_ros.core.config.telemetry import GimbalConfig
+from aerial_gnss_ros.core.values.samples import Array, Orientation
 
 
 def gimbal(msg: Any, stamp_ns: int, config: GimbalConfig) -> Orientation:

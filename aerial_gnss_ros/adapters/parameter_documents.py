@@ -11,7 +11,7 @@ from collections.abc import Iterator
 from dataclasses import fields, is_dataclass
 from typing import Any
 
-from aerial_gnss_ros.core.parameters import Leaf, leaves, type_hints
+from aerial_gnss_ros.core.config.schema import Leaf, leaves, type_hints
 
 _WIDTH = 100
 _HEADER = """\

@@ -18,9 +18,9 @@ from pathlib import Path
 from typing import Any
 
 from aerial_gnss_ros.adapters.yaml_files import read_yaml
-from aerial_gnss_ros.core.errors import ConfigError, InputError
-from aerial_gnss_ros.core.parameters import Leaf, build, check, flatten, leaves, type_hints
-from aerial_gnss_ros.core.words import shown
+from aerial_gnss_ros.core.config.schema import Leaf, build, check, flatten, leaves, type_hints
+from aerial_gnss_ros.core.values.errors import ConfigError, InputError
+from aerial_gnss_ros.text.sentences import shown
 
 ROS_KEY = "ros__parameters"
 # Declared by every rclpy node itself.

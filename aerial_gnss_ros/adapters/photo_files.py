@@ -8,7 +8,7 @@ import warnings
 from dataclasses import dataclass
 from pathlib import Path
 
-from aerial_gnss_ros.core.errors import InputError
+from aerial_gnss_ros.core.values.errors import InputError
 
 SUFFIXES = (".jpg", ".jpeg")
 _FORMATS = ("JPEG", "MPO")  # MPO: some drones put a second, smaller JPEG behind the first

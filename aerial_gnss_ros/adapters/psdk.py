@@ -8,9 +8,9 @@ import math
 from typing import Any
 
 from aerial_gnss_ros.adapters import axes
-from aerial_gnss_ros.core.config_telemetry import GimbalConfig
-from aerial_gnss_ros.core.frames import matrix_from_rpy, quaternion_from_matrix
-from aerial_gnss_ros.core.samples import Orientation
+from aerial_gnss_ros.core.config.telemetry import GimbalConfig
+from aerial_gnss_ros.core.geometry.frames import matrix_from_rpy, quaternion_from_matrix
+from aerial_gnss_ros.core.values.samples import Orientation
 
 NORTH_TO_EAST = 1.571  # psdk_ros2 takes it for pi/2, so that its yaw is 0.012 deg too large
 

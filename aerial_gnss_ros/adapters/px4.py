@@ -13,13 +13,13 @@ from typing import Any
 import numpy as np
 
 from aerial_gnss_ros.adapters import axes, mavlink
-from aerial_gnss_ros.core.config_telemetry import (
+from aerial_gnss_ros.core.config.telemetry import (
     AttitudeConfig,
     FixConfig,
     GimbalConfig,
     HeightConfig,
 )
-from aerial_gnss_ros.core.samples import Array, Fix, Orientation, Scalar
+from aerial_gnss_ros.core.values.samples import Array, Fix, Orientation, Scalar
 
 FIX_2D = 2  # px4_msgs/SensorGps.fix_type: below it there is no position
 

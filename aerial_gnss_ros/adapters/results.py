@@ -16,9 +16,9 @@ import numpy as np
 
 from aerial_gnss_ros.adapters.markers import marker_array
 from aerial_gnss_ros.adapters.stamps import header_fields
-from aerial_gnss_ros.core.estimates import FrameResult, MapDatum, RobotEstimate, State
-from aerial_gnss_ros.core.few import finite
-from aerial_gnss_ros.core.samples import Array
+from aerial_gnss_ros.core.numerics.small_arrays import finite
+from aerial_gnss_ros.core.values.estimates import FrameResult, MapDatum, RobotEstimate, State
+from aerial_gnss_ros.core.values.samples import Array
 
 MAP_FRAME = "map"
 

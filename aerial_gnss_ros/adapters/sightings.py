@@ -11,9 +11,9 @@ from typing import Any
 from xml.sax.saxutils import quoteattr
 
 from aerial_gnss_ros.adapters.stamps import nanoseconds
-from aerial_gnss_ros.core.errors import InputError
-from aerial_gnss_ros.core.geoid import undulation
-from aerial_gnss_ros.core.plain_text import printable
+from aerial_gnss_ros.core.geometry.geoid import undulation
+from aerial_gnss_ros.core.values.errors import InputError
+from aerial_gnss_ros.text.plain_text import printable
 
 COT_UNKNOWN = 9_999_999.0
 """What Cursor on Target writes for a height or an error that nobody knows."""

@@ -8,8 +8,8 @@ import csv
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
-from aerial_gnss_ros.core.errors import InputError
-from aerial_gnss_ros.core.words import cut
+from aerial_gnss_ros.core.values.errors import InputError
+from aerial_gnss_ros.text.sentences import cut
 
 
 def table_rows(

@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 
 from aerial_gnss_ros.adapters.stamps import header_fields
-from aerial_gnss_ros.core.camera import CameraModel
-from aerial_gnss_ros.core.samples import Fix, Orientation, Scalar
+from aerial_gnss_ros.core.camera.model import CameraModel
+from aerial_gnss_ros.core.values.samples import Fix, Orientation, Scalar
 
 FIX_TYPE = "sensor_msgs/msg/NavSatFix"
 IMU_TYPE = "sensor_msgs/msg/Imu"

@@ -6,8 +6,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from aerial_gnss_ros.core.errors import InputError
-from aerial_gnss_ros.core.words import cut
+from aerial_gnss_ros.core.values.errors import InputError
+from aerial_gnss_ros.text.sentences import cut
 
 _MEGABYTE = 1_000_000
 

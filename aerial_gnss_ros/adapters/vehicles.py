@@ -8,7 +8,7 @@ from pathlib import Path
 
 from aerial_gnss_ros.adapters.text_files import read_text
 from aerial_gnss_ros.adapters.yaml_files import MOST_BYTES
-from aerial_gnss_ros.core.errors import ConfigError, InputError
+from aerial_gnss_ros.core.values.errors import ConfigError, InputError
 from aerial_gnss_ros.resources import config_path
 
 _FOLDER = "vehicles"

@@ -17,8 +17,8 @@ from typing import Any
 import yaml
 
 from aerial_gnss_ros.adapters.text_files import read_text
-from aerial_gnss_ros.core.errors import InputError
-from aerial_gnss_ros.core.words import shown
+from aerial_gnss_ros.core.values.errors import InputError
+from aerial_gnss_ros.text.sentences import shown
 
 MOST_BYTES = 1_000_000
 MOST_DEPTH = 32

@@ -7,7 +7,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from aerial_gnss_ros.adapters.dji_flight import DjiLog
-from aerial_gnss_ros.core.errors import InputError
+from aerial_gnss_ros.core.values.errors import InputError
 
 _SLACK_S = 2.0
 _SHARE = 0.02

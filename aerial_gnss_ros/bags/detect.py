@@ -11,7 +11,7 @@ from aerial_gnss_ros.adapters.camera_size import CameraSize
 from aerial_gnss_ros.adapters.results import detection_array
 from aerial_gnss_ros.adapters.stamps import copied_header
 from aerial_gnss_ros.bags.typestore import make
-from aerial_gnss_ros.core.errors import InputError
+from aerial_gnss_ros.core.values.errors import InputError
 from aerial_gnss_ros.detection.base import Detector, Image
 from aerial_gnss_ros.detection.image_header import MAX_PIXELS
 from aerial_gnss_ros.detection.images import decode

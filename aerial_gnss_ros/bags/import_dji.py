@@ -26,8 +26,8 @@ from aerial_gnss_ros.adapters.telemetry_fields import (
 )
 from aerial_gnss_ros.bags.video import Video
 from aerial_gnss_ros.bags.writer import LATCHED, SENSOR, BagWriter
-from aerial_gnss_ros.core.camera import CameraModel
-from aerial_gnss_ros.core.samples import Scalar
+from aerial_gnss_ros.core.camera.model import CameraModel
+from aerial_gnss_ros.core.values.samples import Scalar
 
 START_NS = 1_735_689_600_000_000_000
 """The log's first row, where nobody names a time: most logs tell no date. 2025-01-01, 0 h UTC."""

@@ -14,8 +14,8 @@ from xml.sax.saxutils import escape
 
 import numpy as np
 
-from aerial_gnss_ros.core.estimates import RobotEstimate
-from aerial_gnss_ros.core.plain_text import printable
+from aerial_gnss_ros.core.values.estimates import RobotEstimate
+from aerial_gnss_ros.text.plain_text import printable
 
 Tracks = Mapping[str, Sequence[RobotEstimate]]
 

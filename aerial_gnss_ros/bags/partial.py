@@ -10,7 +10,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from aerial_gnss_ros.core.errors import OutputError
+from aerial_gnss_ros.core.values.errors import OutputError
 
 
 @contextmanager

@@ -11,7 +11,7 @@ from typing import Any
 from aerial_gnss_ros.adapters.feed import Subscription
 from aerial_gnss_ros.adapters.versions import newest_version
 from aerial_gnss_ros.bags.reader import BagReader, Topic
-from aerial_gnss_ros.core.errors import InputError
+from aerial_gnss_ros.core.values.errors import InputError
 
 DETECTIONS = "detections"
 IMAGE, COMPRESSED = "sensor_msgs/msg/Image", "sensor_msgs/msg/CompressedImage"

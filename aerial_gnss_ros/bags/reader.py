@@ -18,7 +18,7 @@ from rosbags.rosbag2 import Reader as Reader2
 
 from aerial_gnss_ros.adapters.yaml_files import check_depth
 from aerial_gnss_ros.bags.definitions import Definitions
-from aerial_gnss_ros.core.errors import InputError
+from aerial_gnss_ros.core.values.errors import InputError
 
 if TYPE_CHECKING:
     from typing_extensions import Self

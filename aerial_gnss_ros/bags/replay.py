@@ -15,15 +15,15 @@ from aerial_gnss_ros.adapters.feed import Feed
 from aerial_gnss_ros.bags.detect import ImageDetector, detections_message
 from aerial_gnss_ros.bags.plan import Plan, make_plan, resolve
 from aerial_gnss_ros.bags.reader import BagReader
-from aerial_gnss_ros.core.config import EstimatorConfig
-from aerial_gnss_ros.core.depths import depth_input
-from aerial_gnss_ros.core.errors import CameraError, InputError
-from aerial_gnss_ros.core.estimates import FrameResult
-from aerial_gnss_ros.core.estimator import Estimator
-from aerial_gnss_ros.core.rejection import Cause
-from aerial_gnss_ros.core.words import counted
+from aerial_gnss_ros.core.config.estimator import EstimatorConfig
+from aerial_gnss_ros.core.estimation.estimator import Estimator
+from aerial_gnss_ros.core.telemetry.depths import depth_input
+from aerial_gnss_ros.core.values.errors import CameraError, InputError
+from aerial_gnss_ros.core.values.estimates import FrameResult
+from aerial_gnss_ros.core.values.rejection import Cause
 from aerial_gnss_ros.detection.base import Detector
 from aerial_gnss_ros.detection.config import DetectorConfig
+from aerial_gnss_ros.text.sentences import counted
 
 CAMERA_INFO = "camera_info"
 

@@ -20,10 +20,10 @@ from aerial_gnss_ros.bags.maps import geojson, gpx, kml
 from aerial_gnss_ros.bags.tables import POSITION_COLUMNS, Track
 from aerial_gnss_ros.bags.typestore import GEOJSON_TYPE
 from aerial_gnss_ros.bags.writer import LATCHED, RELIABLE, BagWriter
-from aerial_gnss_ros.core.camera_pose import CameraPose
-from aerial_gnss_ros.core.estimates import FrameResult, PlatformError, RobotEstimate
-from aerial_gnss_ros.core.plain_text import spreadsheet_cell
-from aerial_gnss_ros.core.rejection import Rejection
+from aerial_gnss_ros.core.values.camera_pose import CameraPose
+from aerial_gnss_ros.core.values.estimates import FrameResult, PlatformError, RobotEstimate
+from aerial_gnss_ros.core.values.rejection import Rejection
+from aerial_gnss_ros.text.plain_text import spreadsheet_cell
 
 if TYPE_CHECKING:
     from typing_extensions import Self

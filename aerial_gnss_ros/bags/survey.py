@@ -7,7 +7,7 @@ from __future__ import annotations
 from aerial_gnss_ros.adapters.matching import SeenTopic
 from aerial_gnss_ros.bags.reader import BagReader, Topic
 from aerial_gnss_ros.bags.typestore import typestore
-from aerial_gnss_ros.core.errors import InputError
+from aerial_gnss_ros.core.values.errors import InputError
 
 
 def survey(bag: BagReader) -> list[SeenTopic]:

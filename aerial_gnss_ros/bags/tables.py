@@ -12,10 +12,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aerial_gnss_ros.adapters.table_files import table_rows
-from aerial_gnss_ros.core.errors import InputError
-from aerial_gnss_ros.core.estimates import State
-from aerial_gnss_ros.core.samples import Array
-from aerial_gnss_ros.core.words import cut
+from aerial_gnss_ros.core.values.errors import InputError
+from aerial_gnss_ros.core.values.estimates import State
+from aerial_gnss_ros.core.values.samples import Array
+from aerial_gnss_ros.text.sentences import cut
 
 POSITION_COLUMNS = (
     "stamp_ns", "robot_id", "class_id", "latitude_deg", "longitude_deg", "altitude_m",

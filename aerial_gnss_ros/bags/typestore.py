@@ -14,7 +14,7 @@ from rosbags.interfaces import Nodetype
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 from rosbags.typesys.store import Typestore
 
-from aerial_gnss_ros.core.errors import InputError
+from aerial_gnss_ros.core.values.errors import InputError
 
 TEXTS = Path(__file__).resolve().parent / "msg"
 """The .msg texts that rosbags lacks; interfaces/ compiles the same files for the pip build."""

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import cv2
 
-from aerial_gnss_ros.core.errors import InputError
+from aerial_gnss_ros.core.values.errors import InputError
 from aerial_gnss_ros.detection.image_header import MAX_PIXELS, read_header, refuse_large
 
 _PICTURE_START = 65536

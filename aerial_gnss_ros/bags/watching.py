@@ -9,8 +9,8 @@ from collections.abc import Callable, Sequence
 from aerial_gnss_ros.adapters.feed import Subscription
 from aerial_gnss_ros.bags.plan import recorded_name, resolve
 from aerial_gnss_ros.bags.reader import BagReader
-from aerial_gnss_ros.core.errors import InputError
-from aerial_gnss_ros.core.watch import Watch
+from aerial_gnss_ros.core.values.errors import InputError
+from aerial_gnss_ros.preflight.monitor import Watch
 
 
 def watch_bag(

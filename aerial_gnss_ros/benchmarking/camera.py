@@ -21,7 +21,7 @@ from aerial_gnss_ros.adapters.stamps import stamp_fields
 from aerial_gnss_ros.bags.reader import BagReader, open_bag
 from aerial_gnss_ros.benchmarking.disturbing import Disturber
 from aerial_gnss_ros.benchmarking.loop import Loop
-from aerial_gnss_ros.core.errors import AerialGnssError
+from aerial_gnss_ros.core.values.errors import AerialGnssError
 from aerial_gnss_ros.nodes import process, qos
 from aerial_gnss_ros.nodes.ros_messages import message, message_class
 from aerial_gnss_ros.nodes.transport import use_large_data_profile

@@ -12,7 +12,7 @@ import numpy as np
 
 from aerial_gnss_ros.benchmarking.live import Live
 from aerial_gnss_ros.benchmarking.one_process import Run
-from aerial_gnss_ros.core.words import counted
+from aerial_gnss_ros.text.sentences import counted
 
 STAGES = ("decode", "pre", "infer", "post", "publish boxes", "estimate", "publish")
 Figures = dict[str, Any]

@@ -26,7 +26,7 @@ from vision_msgs.msg import Detection2DArray
 from aerial_gnss_ros.adapters.stamps import nanoseconds
 from aerial_gnss_ros.benchmarking.machine import peak_memory_mb, processor_s
 from aerial_gnss_ros.benchmarking.processes import Watch, process
-from aerial_gnss_ros.core.errors import RosError
+from aerial_gnss_ros.core.values.errors import RosError
 from aerial_gnss_ros.nodes import qos
 from aerial_gnss_ros.nodes.transport import VARIABLE, use_large_data_profile
 

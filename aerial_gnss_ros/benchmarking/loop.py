@@ -15,7 +15,7 @@ from typing import Any
 
 from aerial_gnss_ros.adapters.stamps import SECOND_NS, nanoseconds
 from aerial_gnss_ros.bags.reader import BagReader, Recorded
-from aerial_gnss_ros.core.errors import InputError
+from aerial_gnss_ros.core.values.errors import InputError
 
 _LITTLE_ENDIAN = 1
 _HEADER = slice(4, 12)  # seconds and nanoseconds of a header that begins a CDR message

@@ -16,9 +16,9 @@ from aerial_gnss_ros.bags.detect import detections_message
 from aerial_gnss_ros.bags.plan import Plan, make_plan
 from aerial_gnss_ros.bags.reader import BagReader
 from aerial_gnss_ros.benchmarking.loop import Loop
-from aerial_gnss_ros.core.config import EstimatorConfig
-from aerial_gnss_ros.core.estimates import FrameResult
-from aerial_gnss_ros.core.estimator import Estimator
+from aerial_gnss_ros.core.config.estimator import EstimatorConfig
+from aerial_gnss_ros.core.estimation.estimator import Estimator
+from aerial_gnss_ros.core.values.estimates import FrameResult
 from aerial_gnss_ros.detection.base import Detector
 from aerial_gnss_ros.detection.images import decode
 from aerial_gnss_ros.simulation.sensors import START_NS

@@ -18,7 +18,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from aerial_gnss_ros.core.errors import AerialGnssError
+from aerial_gnss_ros.core.values.errors import AerialGnssError
 from aerial_gnss_ros.nodes import process
 from aerial_gnss_ros.nodes.both import both
 from aerial_gnss_ros.nodes.supervised import Given

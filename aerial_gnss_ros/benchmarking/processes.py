@@ -16,7 +16,7 @@ from typing import Any
 
 from rclpy.executors import SingleThreadedExecutor
 
-from aerial_gnss_ros.core.errors import RosError
+from aerial_gnss_ros.core.values.errors import RosError
 
 _READY_S = 60.0
 _STOP_S = 60.0

@@ -25,8 +25,8 @@ from aerial_gnss_ros.benchmarking.live import Offer, measure, ros, serialise
 from aerial_gnss_ros.benchmarking.loop import Loop
 from aerial_gnss_ros.benchmarking.machine import Power
 from aerial_gnss_ros.benchmarking.one_process import OneProcess, plan_and_estimator
-from aerial_gnss_ros.core.config import estimator_config
-from aerial_gnss_ros.core.errors import AerialGnssError, ConfigError
+from aerial_gnss_ros.core.config.estimator import estimator_config
+from aerial_gnss_ros.core.values.errors import AerialGnssError, ConfigError
 from aerial_gnss_ros.detection.base import Detector
 from aerial_gnss_ros.detection.config import DetectorConfig, detector_config
 from aerial_gnss_ros.detection.images import decode

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from aerial_gnss_ros.calibration.evidence import HUBER
 from aerial_gnss_ros.calibration.layout import FIRST_ROBOT
 from aerial_gnss_ros.calibration.search import Found, Search
-from aerial_gnss_ros.core.config import EstimatorConfig
+from aerial_gnss_ros.core.config.estimator import EstimatorConfig
 
 Array = NDArray[np.float64]
 

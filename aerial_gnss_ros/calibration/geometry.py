@@ -11,10 +11,10 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from aerial_gnss_ros.calibration.motion import Poses, error_axes_of
-from aerial_gnss_ros.core.camera import CameraModel
-from aerial_gnss_ros.core.frames import FLU_FROM_OPTICAL, skew
-from aerial_gnss_ros.core.local_map import water_points
-from aerial_gnss_ros.core.refraction import submerged_offsets
+from aerial_gnss_ros.core.camera.model import CameraModel
+from aerial_gnss_ros.core.geometry.frames import FLU_FROM_OPTICAL, skew
+from aerial_gnss_ros.core.geometry.local_map import water_points
+from aerial_gnss_ros.core.geometry.refraction import submerged_offsets
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]

@@ -22,7 +22,7 @@ from scipy.interpolate import BSpline
 from scipy.sparse import csc_matrix
 
 from aerial_gnss_ros.calibration.motion import ERRORS
-from aerial_gnss_ros.core.noise import Noise
+from aerial_gnss_ros.core.config.noise import Noise
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]

@@ -24,12 +24,12 @@ from scipy.ndimage import uniform_filter1d
 from scipy.spatial.transform import Rotation
 
 from aerial_gnss_ros.calibration.recording import Recording
-from aerial_gnss_ros.core.covariance import white_rotation
-from aerial_gnss_ros.core.frames import matrix_from_quaternion, quaternion_from_matrix
-from aerial_gnss_ros.core.gimbal import Reference
-from aerial_gnss_ros.core.joint_geometry import MapPose
-from aerial_gnss_ros.core.noise import Noise
-from aerial_gnss_ros.core.rejection import Input
+from aerial_gnss_ros.core.config.noise import Noise
+from aerial_gnss_ros.core.geometry.frames import matrix_from_quaternion, quaternion_from_matrix
+from aerial_gnss_ros.core.geometry.gimbal import Reference
+from aerial_gnss_ros.core.georeferencing.covariance import white_rotation
+from aerial_gnss_ros.core.models.measurement_model import MapPose
+from aerial_gnss_ros.core.values.rejection import Input
 
 Array = NDArray[np.float64]
 Stamps = NDArray[np.int64]

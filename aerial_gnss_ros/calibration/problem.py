@@ -16,7 +16,7 @@ from aerial_gnss_ros.calibration.layout import BOX, EXTRA, FAST, LATENCY, Layout
 from aerial_gnss_ros.calibration.motion import Motion
 from aerial_gnss_ros.calibration.recording import Recording
 from aerial_gnss_ros.calibration.tracks import link
-from aerial_gnss_ros.core.camera import CameraModel
+from aerial_gnss_ros.core.camera.model import CameraModel
 
 Array = NDArray[np.float64]
 

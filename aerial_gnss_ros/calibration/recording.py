@@ -8,20 +8,20 @@ from dataclasses import replace
 
 import numpy as np
 
-from aerial_gnss_ros.core import boxes
-from aerial_gnss_ros.core.calibration import scaled_camera
-from aerial_gnss_ros.core.camera import CameraModel
-from aerial_gnss_ros.core.config import EstimatorConfig
-from aerial_gnss_ros.core.detection_frame import DetectionFrame
-from aerial_gnss_ros.core.estimates import FrameResult, MapDatum
-from aerial_gnss_ros.core.estimator import Estimator
-from aerial_gnss_ros.core.inputs import Inputs, Lacking
-from aerial_gnss_ros.core.joint_geometry import MapFrame, MapPose
-from aerial_gnss_ros.core.local_map import LocalMap
-from aerial_gnss_ros.core.pipeline import camera_of
-from aerial_gnss_ros.core.posing import Posing
-from aerial_gnss_ros.core.rejection import Input, Reason
-from aerial_gnss_ros.core.samples import Array, Fix, Orientation, Scalar
+from aerial_gnss_ros.core.camera.model import CameraModel
+from aerial_gnss_ros.core.config.estimator import EstimatorConfig
+from aerial_gnss_ros.core.estimation.estimator import Estimator
+from aerial_gnss_ros.core.estimation.pipeline import camera_of
+from aerial_gnss_ros.core.geometry.local_map import LocalMap
+from aerial_gnss_ros.core.georeferencing import detection_filter
+from aerial_gnss_ros.core.models.measurement_model import MapFrame, MapPose
+from aerial_gnss_ros.core.telemetry.buffers import Inputs, Lacking
+from aerial_gnss_ros.core.telemetry.corrections import scaled_camera
+from aerial_gnss_ros.core.telemetry.pose import Posing
+from aerial_gnss_ros.core.values.detection_frame import DetectionFrame
+from aerial_gnss_ros.core.values.estimates import FrameResult, MapDatum
+from aerial_gnss_ros.core.values.rejection import Input, Reason
+from aerial_gnss_ros.core.values.samples import Array, Fix, Orientation, Scalar
 
 WHOLE_FLIGHT_S = 1e6
 
@@ -91,7 +91,7 @@ class Recording(Estimator):
     def add_detections(self, frame: DetectionFrame) -> None:
         """Take one image's boxes."""
         wanted = self.config.detections
-        reasons = boxes.refusals(frame, wanted.min_score, wanted.classes)
+        reasons = detection_filter.refusals(frame, wanted.min_score, wanted.classes)
         self.frames[frame.stamp_ns] = frame.keep(np.array([one is None for one in reasons], bool))
 
     def advance(self, _now_ns: int) -> list[FrameResult]:

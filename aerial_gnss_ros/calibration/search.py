@@ -15,7 +15,7 @@ from aerial_gnss_ros.calibration.layout import EXTRA, FOCAL, LATENCY
 from aerial_gnss_ros.calibration.motion import Motion
 from aerial_gnss_ros.calibration.problem import Problem
 from aerial_gnss_ros.calibration.recording import Recording
-from aerial_gnss_ros.core.errors import InputError
+from aerial_gnss_ros.core.values.errors import InputError
 
 Array = NDArray[np.float64]
 

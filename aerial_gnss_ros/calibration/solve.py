@@ -30,9 +30,9 @@ from aerial_gnss_ros.calibration.layout import (
 )
 from aerial_gnss_ros.calibration.recording import Recording
 from aerial_gnss_ros.calibration.search import LEAST_IMAGES, Found, Search
-from aerial_gnss_ros.core.config import EstimatorConfig
-from aerial_gnss_ros.core.errors import InputError
-from aerial_gnss_ros.core.words import counted
+from aerial_gnss_ros.core.config.estimator import EstimatorConfig
+from aerial_gnss_ros.core.values.errors import InputError
+from aerial_gnss_ros.text.sentences import counted
 
 Array = NDArray[np.float64]
 

@@ -8,7 +8,7 @@ import argparse
 import math
 from collections.abc import Callable
 
-from aerial_gnss_ros.core.noise import SETS
+from aerial_gnss_ros.core.config.noise import SETS
 
 
 def numbers(*counts: int) -> Callable[[str], tuple[float, ...]]:
@@ -41,7 +41,7 @@ def size(text: str) -> tuple[int, int]:
 
 
 def sigma(text: str) -> tuple[str, float]:
-    """Parse a standard deviation of `core.noise`, such as gnss_offset_m=0.02."""
+    """Parse a standard deviation of `core.config.noise`, such as gnss_offset_m=0.02."""
     name, _, value = text.partition("=")
     try:
         number = float(value)

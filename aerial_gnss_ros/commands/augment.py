@@ -15,8 +15,8 @@ from aerial_gnss_ros.commands.argument_types import size
 from aerial_gnss_ros.commands.dataset_arguments import add_dataset_arguments, inspected
 from aerial_gnss_ros.commands.ending import ended_cleanly
 from aerial_gnss_ros.commands.progress import progress
-from aerial_gnss_ros.core.errors import ConfigError
-from aerial_gnss_ros.core.words import counted
+from aerial_gnss_ros.core.values.errors import ConfigError
+from aerial_gnss_ros.text.sentences import counted
 from aerial_gnss_ros.training.augment import AUGMENTED, Plan, augment, chosen
 from aerial_gnss_ros.training.contact_sheet import SHEET
 from aerial_gnss_ros.training.phases import SHOWS

@@ -24,7 +24,7 @@ from aerial_gnss_ros.benchmarking.machine import describe
 from aerial_gnss_ros.commands.argument_types import size
 from aerial_gnss_ros.commands.ending import ended_cleanly
 from aerial_gnss_ros.commands.progress import progress
-from aerial_gnss_ros.core.errors import ConfigError
+from aerial_gnss_ros.core.values.errors import ConfigError
 from aerial_gnss_ros.detection.select import find_model, load_detector
 from aerial_gnss_ros.nodes import require_ros
 

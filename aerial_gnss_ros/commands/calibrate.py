@@ -24,11 +24,11 @@ from aerial_gnss_ros.commands.configuration import add_arguments as add_configur
 from aerial_gnss_ros.commands.configuration import configuration
 from aerial_gnss_ros.commands.ending import ended_cleanly
 from aerial_gnss_ros.commands.progress import progress
-from aerial_gnss_ros.core.config import EstimatorConfig
-from aerial_gnss_ros.core.errors import ConfigError
-from aerial_gnss_ros.core.words import counted
+from aerial_gnss_ros.core.config.estimator import EstimatorConfig
+from aerial_gnss_ros.core.values.errors import ConfigError
 from aerial_gnss_ros.detection.config import DetectorConfig
 from aerial_gnss_ros.detection.select import load_detector
+from aerial_gnss_ros.text.sentences import counted
 
 NOT_FOUND = 1
 KEYS = {

@@ -14,10 +14,14 @@ from typing import Any
 from aerial_gnss_ros.adapters.camera_files import camera_file_text
 from aerial_gnss_ros.bags.partial import partial
 from aerial_gnss_ros.commands.camera_arguments import ChosenCamera, add_numbers, chosen_camera
-from aerial_gnss_ros.core.equivalent_focal_length import FULL_FRAME_DIAGONAL_MM
-from aerial_gnss_ros.core.errors import InputError
-from aerial_gnss_ros.core.known_cameras import KNOWN
-from aerial_gnss_ros.core.optics import GroundSample, field_of_view, ground_samples
+from aerial_gnss_ros.core.camera.catalogue import KNOWN
+from aerial_gnss_ros.core.camera.equivalent_focal_length import FULL_FRAME_DIAGONAL_MM
+from aerial_gnss_ros.core.georeferencing.footprint import (
+    GroundSample,
+    field_of_view,
+    ground_samples,
+)
+from aerial_gnss_ros.core.values.errors import InputError
 
 _WIDTH = 100
 

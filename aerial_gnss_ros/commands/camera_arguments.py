@@ -13,10 +13,10 @@ import numpy as np
 
 from aerial_gnss_ros.adapters.camera_files import read_camera_file
 from aerial_gnss_ros.adapters.photo_files import SUFFIXES, read_photo
-from aerial_gnss_ros.core.camera import CameraModel
-from aerial_gnss_ros.core.equivalent_focal_length import from_equivalent
-from aerial_gnss_ros.core.errors import InputError
-from aerial_gnss_ros.core.known_cameras import KnownCamera, known_camera
+from aerial_gnss_ros.core.camera.catalogue import KnownCamera, known_camera
+from aerial_gnss_ros.core.camera.equivalent_focal_length import from_equivalent
+from aerial_gnss_ros.core.camera.model import CameraModel
+from aerial_gnss_ros.core.values.errors import InputError
 
 _MM = 1e-3
 _STABILISATION = (

@@ -18,11 +18,11 @@ from aerial_gnss_ros.commands.check_report import Check, as_json, as_text, one_l
 from aerial_gnss_ros.commands.configuration import add_arguments as add_configuration
 from aerial_gnss_ros.commands.configuration import configuration
 from aerial_gnss_ros.commands.progress import progress
-from aerial_gnss_ros.core.config import EstimatorConfig
-from aerial_gnss_ros.core.errors import InputError
-from aerial_gnss_ros.core.sign_tests import sign_tests
-from aerial_gnss_ros.core.watch import Watch
+from aerial_gnss_ros.core.config.estimator import EstimatorConfig
+from aerial_gnss_ros.core.values.errors import InputError
 from aerial_gnss_ros.nodes import require_ros
+from aerial_gnss_ros.preflight.monitor import Watch
+from aerial_gnss_ros.preflight.sign_tests import sign_tests
 
 HELP = "say in words where the camera points, and test signs and references"
 NOT_GOOD = 1

@@ -11,13 +11,13 @@ from dataclasses import dataclass
 from typing import Any
 
 from aerial_gnss_ros.adapters.feed import Subscription
-from aerial_gnss_ros.core.aim import Aim, aim, side
-from aerial_gnss_ros.core.config import EstimatorConfig
-from aerial_gnss_ros.core.datum import explained
-from aerial_gnss_ros.core.frames import heading_from_yaw, yaw_of
-from aerial_gnss_ros.core.sign_tests import SignTest, Verdict
-from aerial_gnss_ros.core.watch import Moment, Watch
-from aerial_gnss_ros.core.words import counted
+from aerial_gnss_ros.core.config.estimator import EstimatorConfig
+from aerial_gnss_ros.core.geometry.frames import heading_from_yaw, yaw_of
+from aerial_gnss_ros.core.telemetry.vertical_datum import explained
+from aerial_gnss_ros.preflight.monitor import Moment, Watch
+from aerial_gnss_ros.preflight.pointing import Aim, aim, side
+from aerial_gnss_ros.preflight.sign_tests import SignTest, Verdict
+from aerial_gnss_ros.text.sentences import counted
 
 _WIDTH = 100
 _CLOCK_S = 3.0

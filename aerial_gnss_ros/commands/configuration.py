@@ -11,7 +11,7 @@ from typing import Any
 
 from aerial_gnss_ros.adapters.parameter_files import read
 from aerial_gnss_ros.adapters.vehicles import vehicle_file, vehicle_names
-from aerial_gnss_ros.core.config import EstimatorConfig, estimator_config
+from aerial_gnss_ros.core.config.estimator import EstimatorConfig, estimator_config
 from aerial_gnss_ros.detection.config import DetectorConfig, detector_config
 from aerial_gnss_ros.nodes.schemas import DETECTOR, ESTIMATOR, SCHEMAS
 

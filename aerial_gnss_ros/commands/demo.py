@@ -26,9 +26,9 @@ from aerial_gnss_ros.bags.tables import EstimatedTrack, read_positions
 from aerial_gnss_ros.bags.writer import BagWriter
 from aerial_gnss_ros.commands.live_table import live_table
 from aerial_gnss_ros.commands.progress import progress
-from aerial_gnss_ros.core.config import EstimatorConfig
-from aerial_gnss_ros.core.detection_frame import DetectionFrame, empty_detections
-from aerial_gnss_ros.core.errors import ConfigError, RosError
+from aerial_gnss_ros.core.config.estimator import EstimatorConfig
+from aerial_gnss_ros.core.values.detection_frame import DetectionFrame, empty_detections
+from aerial_gnss_ros.core.values.errors import ConfigError, RosError
 from aerial_gnss_ros.detection.config import DetectorConfig, detector_config
 from aerial_gnss_ros.detection.images import decode
 from aerial_gnss_ros.detection.select import load_detector

@@ -25,13 +25,13 @@ from aerial_gnss_ros.adapters.parameter_files import read
 from aerial_gnss_ros.adapters.vehicles import vehicle_file, vehicle_names
 from aerial_gnss_ros.bags.reader import open_bag
 from aerial_gnss_ros.bags.survey import survey
-from aerial_gnss_ros.core.config import estimator_config
-from aerial_gnss_ros.core.errors import InputError
-from aerial_gnss_ros.core.watch import Watch
-from aerial_gnss_ros.core.words import counted
+from aerial_gnss_ros.core.config.estimator import estimator_config
+from aerial_gnss_ros.core.values.errors import InputError
 from aerial_gnss_ros.detection.config import detector_config
 from aerial_gnss_ros.nodes import require_ros
 from aerial_gnss_ros.nodes.schemas import DETECTOR, ESTIMATOR, SCHEMAS
+from aerial_gnss_ros.preflight.monitor import Watch
+from aerial_gnss_ros.text.sentences import counted
 
 INCOMPLETE = 1
 _WIDTH = 100

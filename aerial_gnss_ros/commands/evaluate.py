@@ -22,9 +22,7 @@ from aerial_gnss_ros.bags.tables import EstimatedTrack, read_positions, read_rej
 from aerial_gnss_ros.commands.configuration import add_arguments as add_configuration
 from aerial_gnss_ros.commands.configuration import configuration
 from aerial_gnss_ros.commands.progress import progress
-from aerial_gnss_ros.core.errors import ConfigError, InputError
-from aerial_gnss_ros.core.plain_text import spreadsheet_cell
-from aerial_gnss_ros.core.words import counted
+from aerial_gnss_ros.core.values.errors import ConfigError, InputError
 from aerial_gnss_ros.detection.select import load_detector
 from aerial_gnss_ros.evaluation.errors import RobotErrors, compare, refuse_strangers, summarise
 from aerial_gnss_ros.evaluation.hover import Hover, away_from, find_hovers, hover_truth
@@ -33,6 +31,8 @@ from aerial_gnss_ros.evaluation.platform import read_platform
 from aerial_gnss_ros.evaluation.report import Report, draw, metres, write_report
 from aerial_gnss_ros.evaluation.truth import Truth, read_truth, read_truth_csv
 from aerial_gnss_ros.resources import install_hint
+from aerial_gnss_ros.text.plain_text import spreadsheet_cell
+from aerial_gnss_ros.text.sentences import counted
 
 NADIR_DEG = 10.0
 ERROR_COLUMNS = (

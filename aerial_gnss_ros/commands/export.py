@@ -15,10 +15,10 @@ from aerial_gnss_ros.bags.partial import refuse_existing
 from aerial_gnss_ros.commands.argument_types import size
 from aerial_gnss_ros.commands.ending import ended_cleanly
 from aerial_gnss_ros.commands.progress import progress
-from aerial_gnss_ros.core.errors import ConfigError, InputError
-from aerial_gnss_ros.core.words import counted
+from aerial_gnss_ros.core.values.errors import ConfigError, InputError
 from aerial_gnss_ros.detection.config import BACKENDS, DetectorConfig
 from aerial_gnss_ros.detection.select import find_model, load_detector
+from aerial_gnss_ros.text.sentences import counted
 from aerial_gnss_ros.training.calibration_images import USUAL_COUNT, choose_images
 from aerial_gnss_ros.training.compare import compare, for_scoring, labelled, table
 from aerial_gnss_ros.training.engine import EnginePlan, build_engine

@@ -18,7 +18,7 @@ from aerial_gnss_ros.commands.camera_arguments import add_numbers, chosen_camera
 from aerial_gnss_ros.commands.ending import ended_cleanly
 from aerial_gnss_ros.commands.import_report import Imported, as_json, as_text
 from aerial_gnss_ros.commands.progress import progress
-from aerial_gnss_ros.core.errors import InputError
+from aerial_gnss_ros.core.values.errors import InputError
 
 _LATEST_START_S = 2_100_000_000.0
 """With the longest flight ROS stamps, which end in 2038, still reach."""

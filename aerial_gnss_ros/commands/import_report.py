@@ -17,8 +17,8 @@ from aerial_gnss_ros.bags.alignment import Alignment
 from aerial_gnss_ros.bags.maps import iso_time
 from aerial_gnss_ros.bags.video import Video
 from aerial_gnss_ros.commands.camera_arguments import ChosenCamera
-from aerial_gnss_ros.core.config_telemetry import AttitudeConfig, GimbalConfig
-from aerial_gnss_ros.core.words import counted
+from aerial_gnss_ros.core.config.telemetry import AttitudeConfig, GimbalConfig
+from aerial_gnss_ros.text.sentences import counted
 
 _LINES_SHOWN = 8
 _WIDTH = 100

@@ -8,7 +8,7 @@ import argparse
 import json
 
 from aerial_gnss_ros.adapters.vehicles import vehicle_names, vehicle_summary, vehicle_text
-from aerial_gnss_ros.core.errors import InputError
+from aerial_gnss_ros.core.values.errors import InputError
 from aerial_gnss_ros.resources import config_path
 
 

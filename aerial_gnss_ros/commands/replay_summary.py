@@ -11,8 +11,8 @@ from pathlib import Path
 from typing import Any
 
 from aerial_gnss_ros.bags.replay import Summary
-from aerial_gnss_ros.core.rejection import Cause, Reason
-from aerial_gnss_ros.core.words import counted
+from aerial_gnss_ros.core.values.rejection import Cause, Reason
+from aerial_gnss_ros.text.sentences import counted
 
 WIDTH = 100
 """Columns of a line."""

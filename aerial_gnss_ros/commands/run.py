@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from aerial_gnss_ros.adapters.vehicles import vehicle_file, vehicle_names
-from aerial_gnss_ros.core.errors import AerialGnssError
+from aerial_gnss_ros.core.values.errors import AerialGnssError
 from aerial_gnss_ros.nodes import require_ros
 from aerial_gnss_ros.nodes.leaving import leave_on_signals
 

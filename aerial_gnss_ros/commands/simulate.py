@@ -20,9 +20,8 @@ from aerial_gnss_ros.bags.partial import refuse_existing
 from aerial_gnss_ros.commands import simulate_arguments, simulate_dataset
 from aerial_gnss_ros.commands.ending import ended_cleanly
 from aerial_gnss_ros.commands.progress import progress
-from aerial_gnss_ros.core.errors import ConfigError, InputError
-from aerial_gnss_ros.core.geodesy import enu_from_geodetic
-from aerial_gnss_ros.core.words import counted
+from aerial_gnss_ros.core.geometry.geodesy import enu_from_geodetic
+from aerial_gnss_ros.core.values.errors import ConfigError, InputError
 from aerial_gnss_ros.simulation.bag import write_bag
 from aerial_gnss_ros.simulation.boxes import DetectorPlan
 from aerial_gnss_ros.simulation.experiment import CameraClock, Experiment, default_camera
@@ -32,6 +31,7 @@ from aerial_gnss_ros.simulation.robots import SwimPlan
 from aerial_gnss_ros.simulation.scenario import scenario, words
 from aerial_gnss_ros.simulation.scene import Scene, demo_scene, random_scene
 from aerial_gnss_ros.simulation.sensors import SensorPlan, sensor_plan
+from aerial_gnss_ros.text.sentences import counted
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from aerial_gnss_ros.commands.argument_types import numbers, sigma, size
-from aerial_gnss_ros.core.noise import SETS
+from aerial_gnss_ros.core.config.noise import SETS
 from aerial_gnss_ros.simulation.flight import KINDS
 
 DURATION_S = 60.0

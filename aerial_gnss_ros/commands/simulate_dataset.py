@@ -14,7 +14,7 @@ from typing import Any
 from aerial_gnss_ros.commands.argument_types import numbers
 from aerial_gnss_ros.commands.ending import ended_cleanly
 from aerial_gnss_ros.commands.progress import progress
-from aerial_gnss_ros.core.errors import ConfigError
+from aerial_gnss_ros.core.values.errors import ConfigError
 from aerial_gnss_ros.simulation.dataset import generate
 from aerial_gnss_ros.simulation.samples import RENDERERS, DatasetConfig
 from aerial_gnss_ros.simulation.staging import Variety

@@ -12,9 +12,9 @@ from typing import Any
 
 from aerial_gnss_ros.adapters.sightings import Sighting, host_and_port, sighting
 from aerial_gnss_ros.commands.udp_outputs import CursorOnTarget, Mavlink, Output
-from aerial_gnss_ros.core.errors import InputError
-from aerial_gnss_ros.core.words import counted, shown
+from aerial_gnss_ros.core.values.errors import InputError
 from aerial_gnss_ros.nodes import require_ros
+from aerial_gnss_ros.text.sentences import counted, shown
 
 _LONGEST_S = 10_000_000.0
 _TYPE = re.compile(r"[A-Za-z0-9]+(-[A-Za-z0-9]+)*")

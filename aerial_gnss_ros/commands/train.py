@@ -19,8 +19,8 @@ from aerial_gnss_ros.commands.dataset_arguments import inspected
 from aerial_gnss_ros.commands.ending import ended_cleanly
 from aerial_gnss_ros.commands.progress import progress
 from aerial_gnss_ros.commands.train_arguments import add_arguments, phases_of, plan_of, plan_resumed
-from aerial_gnss_ros.core.errors import ConfigError, InputError
-from aerial_gnss_ros.core.words import counted
+from aerial_gnss_ros.core.values.errors import ConfigError, InputError
+from aerial_gnss_ros.text.sentences import counted
 from aerial_gnss_ros.training.layout import open_dataset
 from aerial_gnss_ros.training.model_card import figure
 from aerial_gnss_ros.training.offline import require_ultralytics

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from aerial_gnss_ros.commands.dataset_arguments import add_dataset_arguments
-from aerial_gnss_ros.core.errors import ConfigError, InputError
+from aerial_gnss_ros.core.values.errors import ConfigError, InputError
 from aerial_gnss_ros.detection.select import find_model
 from aerial_gnss_ros.training.phases import Phase, plan_phases, timed_phase
 from aerial_gnss_ros.training.run_folder import ONLINE, Plan

@@ -11,7 +11,7 @@ import socket
 from typing import Any, Protocol
 
 from aerial_gnss_ros.adapters.sightings import Sighting, cursor_on_target, tracking_geo_status
-from aerial_gnss_ros.core.errors import InputError
+from aerial_gnss_ros.core.values.errors import InputError
 from aerial_gnss_ros.resources import install_hint
 
 CAMERA_COMPONENT = 100  # MAV_COMP_ID_CAMERA

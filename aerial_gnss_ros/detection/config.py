@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from aerial_gnss_ros.core.parameters import build, group, key
+from aerial_gnss_ros.core.config.schema import build, group, key
 from aerial_gnss_ros.detection.image_header import HIGHEST_MAX_PIXELS, MAX_PIXELS
 from aerial_gnss_ros.detection.search import SearchConfig
 

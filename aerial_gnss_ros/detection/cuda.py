@@ -11,7 +11,7 @@ from typing import Any
 
 from numpy.typing import NDArray
 
-from aerial_gnss_ros.core.errors import ModelError
+from aerial_gnss_ros.core.values.errors import ModelError
 from aerial_gnss_ros.resources import install_hint
 
 

@@ -13,8 +13,8 @@ import json
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
-from aerial_gnss_ros.core.errors import ModelError
-from aerial_gnss_ros.core.json_text import parse_json
+from aerial_gnss_ros.core.values.errors import ModelError
+from aerial_gnss_ros.text.json_text import parse_json
 
 _REBUILD = "build it on this device with aerial-gnss export"
 

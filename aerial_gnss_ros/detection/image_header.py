@@ -13,7 +13,7 @@ import struct
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-from aerial_gnss_ros.core.errors import InputError
+from aerial_gnss_ros.core.values.errors import InputError
 
 MAX_PIXELS = 175_000_000
 """More than any drone's camera has (151 megapixels in 2026); decoded, that is 525 MB."""

@@ -15,7 +15,7 @@ from typing import Any
 import cv2
 import numpy as np
 
-from aerial_gnss_ros.core.errors import InputError
+from aerial_gnss_ros.core.values.errors import InputError
 from aerial_gnss_ros.detection.base import Image
 from aerial_gnss_ros.detection.image_header import MAX_PIXELS, read_header, refuse_large
 

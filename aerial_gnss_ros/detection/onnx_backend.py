@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from aerial_gnss_ros.core.errors import ConfigError, ModelError
+from aerial_gnss_ros.core.values.errors import ConfigError, ModelError
 from aerial_gnss_ros.detection.base import Image
 from aerial_gnss_ros.detection.config import DetectorConfig
 from aerial_gnss_ros.detection.network import Network, NetworkDetector, first_line

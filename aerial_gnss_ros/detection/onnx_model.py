@@ -14,11 +14,11 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from aerial_gnss_ros.core.errors import ModelError
-from aerial_gnss_ros.core.plain_text import printable
-from aerial_gnss_ros.core.words import counted, cut, shown
+from aerial_gnss_ros.core.values.errors import ModelError
 from aerial_gnss_ros.detection.base import Image
 from aerial_gnss_ros.detection.letterbox import Letterbox
+from aerial_gnss_ros.text.plain_text import printable
+from aerial_gnss_ros.text.sentences import counted, cut, shown
 
 _MOST_NAMES = 1_000_000  # characters
 _UNREADABLE = (ValueError, TypeError, SyntaxError, RecursionError, MemoryError, OverflowError)

@@ -7,8 +7,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from aerial_gnss_ros.core.errors import ModelError
-from aerial_gnss_ros.core.parameters import key
+from aerial_gnss_ros.core.config.schema import key
+from aerial_gnss_ros.core.values.errors import ModelError
 
 if TYPE_CHECKING:
     from aerial_gnss_ros.detection.base import Detector

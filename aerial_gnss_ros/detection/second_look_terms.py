@@ -11,8 +11,8 @@ from dataclasses import asdict, dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from aerial_gnss_ros.core.errors import ModelError
-from aerial_gnss_ros.core.json_text import parse_json
+from aerial_gnss_ros.core.values.errors import ModelError
+from aerial_gnss_ros.text.json_text import parse_json
 
 METADATA = "second_look"
 INPUTS, OUTPUT = ("views", "traits"), "scores"

@@ -9,7 +9,7 @@ import re
 from dataclasses import replace
 from pathlib import Path
 
-from aerial_gnss_ros.core.errors import ConfigError, InputError, ModelError
+from aerial_gnss_ros.core.values.errors import ConfigError, InputError, ModelError
 from aerial_gnss_ros.detection.base import Detector
 from aerial_gnss_ros.detection.config import DetectorConfig
 from aerial_gnss_ros.detection.engine_card import engine_of

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from aerial_gnss_ros.core.errors import ModelError
+from aerial_gnss_ros.core.values.errors import ModelError
 from aerial_gnss_ros.detection.config import DetectorConfig
 from aerial_gnss_ros.detection.cuda import Cuda
 from aerial_gnss_ros.detection.engine_card import check_fits, read_card

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from aerial_gnss_ros.core.errors import ConfigError, ModelError
+from aerial_gnss_ros.core.values.errors import ConfigError, ModelError
 from aerial_gnss_ros.detection.base import Detections, Image, within_image
 from aerial_gnss_ros.detection.config import DetectorConfig
 from aerial_gnss_ros.detection.offline import forbid_network

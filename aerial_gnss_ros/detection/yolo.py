@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from aerial_gnss_ros.core.errors import ModelError
-from aerial_gnss_ros.core.words import counted
+from aerial_gnss_ros.core.values.errors import ModelError
+from aerial_gnss_ros.text.sentences import counted
 
 _CANDIDATES = (
     2000  # more boxes than this before suppression are noise, and suppression is quadratic

@@ -17,17 +17,17 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from aerial_gnss_ros.core.camera import CameraModel
-from aerial_gnss_ros.core.camera_pose import CameraPose
-from aerial_gnss_ros.core.config import EstimatorConfig
-from aerial_gnss_ros.core.joint_geometry import MapFrame, MapPose
-from aerial_gnss_ros.core.joint_motion import Motion
-from aerial_gnss_ros.core.joint_platform import PlatformModel
-from aerial_gnss_ros.core.joint_state import Indices, Joint
-from aerial_gnss_ros.core.joint_update import Linear, correct, linearise
-from aerial_gnss_ros.core.joint_view import Sight
-from aerial_gnss_ros.core.local_map import LocalMap
-from aerial_gnss_ros.core.rotation_vectors import rotation_vector
+from aerial_gnss_ros.core.camera.model import CameraModel
+from aerial_gnss_ros.core.config.estimator import EstimatorConfig
+from aerial_gnss_ros.core.filter.linearization import Sight
+from aerial_gnss_ros.core.filter.state import Indices, Joint
+from aerial_gnss_ros.core.filter.update import Linear, correct, linearise
+from aerial_gnss_ros.core.geometry.local_map import LocalMap
+from aerial_gnss_ros.core.geometry.rotation_vectors import rotation_vector
+from aerial_gnss_ros.core.models.measurement_model import MapFrame, MapPose
+from aerial_gnss_ros.core.models.motion_model import Motion
+from aerial_gnss_ros.core.models.platform_model import PlatformModel
+from aerial_gnss_ros.core.values.camera_pose import CameraPose
 
 Array = NDArray[np.float64]
 

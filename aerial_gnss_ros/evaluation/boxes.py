@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 if TYPE_CHECKING:
-    from aerial_gnss_ros.core.detection_frame import DetectionFrame
+    from aerial_gnss_ros.core.values.detection_frame import DetectionFrame
 
 _COLOUR = (0, 200, 255)  # BGR: amber, seen on every sea
 _JPEG_QUALITY = 88

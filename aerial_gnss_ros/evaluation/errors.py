@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
 from aerial_gnss_ros.bags.tables import EstimatedTrack, Track
-from aerial_gnss_ros.core.errors import InputError
-from aerial_gnss_ros.core.geodesy import geodesic_inverse, haversine
-from aerial_gnss_ros.core.samples import Array
+from aerial_gnss_ros.core.geometry.geodesy import geodesic_inverse, haversine
+from aerial_gnss_ros.core.values.errors import InputError
+from aerial_gnss_ros.core.values.samples import Array
 
 Stamps = NDArray[np.int64]
 _MISSED_M = 20.0

@@ -16,7 +16,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
-from aerial_gnss_ros.core.samples import Array
+from aerial_gnss_ros.core.values.samples import Array
 from aerial_gnss_ros.evaluation.errors import RobotErrors
 from aerial_gnss_ros.evaluation.picture import FAINT, GREY, INK, legend_above, png
 

@@ -19,9 +19,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aerial_gnss_ros.bags.tables import EstimatedTrack, Track
-from aerial_gnss_ros.core.errors import InputError
-from aerial_gnss_ros.core.estimates import FrameResult, MapDatum, State
-from aerial_gnss_ros.core.local_map import LocalMap
+from aerial_gnss_ros.core.geometry.local_map import LocalMap
+from aerial_gnss_ros.core.values.errors import InputError
+from aerial_gnss_ros.core.values.estimates import FrameResult, MapDatum, State
 
 GAP_NS = 2_000_000_000
 """Moments farther apart belong to two hovers."""

@@ -19,8 +19,8 @@ from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
 from aerial_gnss_ros.bags.tables import EstimatedTrack, Track
-from aerial_gnss_ros.core.geodesy import enu_from_geodetic
-from aerial_gnss_ros.core.samples import Array
+from aerial_gnss_ros.core.geometry.geodesy import enu_from_geodetic
+from aerial_gnss_ros.core.values.samples import Array
 from aerial_gnss_ros.evaluation.errors import RobotErrors, at_stamps
 
 ALPHAS = np.arange(0.05, 0.99, 0.05)

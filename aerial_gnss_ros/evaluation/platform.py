@@ -20,10 +20,10 @@ from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
 from aerial_gnss_ros.adapters.table_files import table_rows
-from aerial_gnss_ros.core.errors import InputError
-from aerial_gnss_ros.core.samples import Array
-from aerial_gnss_ros.core.words import cut
+from aerial_gnss_ros.core.values.errors import InputError
+from aerial_gnss_ros.core.values.samples import Array
 from aerial_gnss_ros.evaluation.picture import COLOURS, FAINT, INK, legend_above, png
+from aerial_gnss_ros.text.sentences import cut
 
 COLUMNS = ("stamp_ns", "error", "value", "sigma")
 _DEGREES = ("heading", "pitch", "roll")

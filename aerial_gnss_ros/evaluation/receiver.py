@@ -16,8 +16,8 @@ import numpy as np
 from aerial_gnss_ros.adapters.stamps import nanoseconds
 from aerial_gnss_ros.bags.reader import BagReader
 from aerial_gnss_ros.bags.tables import Track
-from aerial_gnss_ros.core.geodesy import geodesic_inverse
-from aerial_gnss_ros.core.samples import Array
+from aerial_gnss_ros.core.geometry.geodesy import geodesic_inverse
+from aerial_gnss_ros.core.values.samples import Array
 from aerial_gnss_ros.evaluation.errors import RobotErrors
 from aerial_gnss_ros.evaluation.truth import track
 

@@ -15,14 +15,14 @@ import numpy as np
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from aerial_gnss_ros.bags.tables import EstimatedTrack, Track
-from aerial_gnss_ros.core.rejection import Cause, Reason
-from aerial_gnss_ros.core.words import counted
+from aerial_gnss_ros.core.values.rejection import Cause, Reason
 from aerial_gnss_ros.evaluation.errors import RobotErrors, Summary, summarise
 from aerial_gnss_ros.evaluation.figures import axes_png, frames_png, methods_png, range_png
 from aerial_gnss_ros.evaluation.identity import Identities
 from aerial_gnss_ros.evaluation.picture import GREY, colours
 from aerial_gnss_ros.evaluation.platform import PlatformError, platform_png
 from aerial_gnss_ros.evaluation.track_map import map_png
+from aerial_gnss_ros.text.sentences import counted
 
 
 @dataclass(frozen=True)

@@ -14,8 +14,8 @@ from matplotlib.patches import Ellipse, Patch
 from matplotlib.patheffects import withStroke
 
 from aerial_gnss_ros.bags.tables import EstimatedTrack, Track
-from aerial_gnss_ros.core.geodesy import enu_from_geodetic
-from aerial_gnss_ros.core.samples import Array
+from aerial_gnss_ros.core.geometry.geodesy import enu_from_geodetic
+from aerial_gnss_ros.core.values.samples import Array
 from aerial_gnss_ros.evaluation.picture import FAINT, GREY, colours, legend_above, png
 
 _CHI2_95_2D = 5.991

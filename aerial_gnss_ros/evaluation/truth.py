@@ -23,9 +23,9 @@ from aerial_gnss_ros.adapters.stamps import nanoseconds
 from aerial_gnss_ros.adapters.text_files import read_text
 from aerial_gnss_ros.bags.reader import BagReader
 from aerial_gnss_ros.bags.tables import Track
-from aerial_gnss_ros.core.errors import InputError
-from aerial_gnss_ros.core.json_text import parse_json
-from aerial_gnss_ros.core.words import cut, shown
+from aerial_gnss_ros.core.values.errors import InputError
+from aerial_gnss_ros.text.json_text import parse_json
+from aerial_gnss_ros.text.sentences import cut, shown
 
 _MOST_BYTES = 200_000_000
 CSV_COLUMNS = ("stamp_ns", "robot_id", "latitude_deg", "longitude_deg")

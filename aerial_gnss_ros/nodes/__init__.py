@@ -6,7 +6,7 @@ from __future__ import annotations
 
 import importlib.util
 
-from aerial_gnss_ros.core.errors import RosError
+from aerial_gnss_ros.core.values.errors import RosError
 from aerial_gnss_ros.resources import install_hint
 
 

@@ -14,8 +14,7 @@ from typing import Any
 from aerial_gnss_ros.adapters.camera_size import CameraSize
 from aerial_gnss_ros.adapters.results import detection_array
 from aerial_gnss_ros.adapters.stamps import copied_header, nanoseconds
-from aerial_gnss_ros.core.errors import AerialGnssError, InputError, ModelError
-from aerial_gnss_ros.core.words import counted
+from aerial_gnss_ros.core.values.errors import AerialGnssError, InputError, ModelError
 from aerial_gnss_ros.detection.background import begun
 from aerial_gnss_ros.detection.base import Detector, Image
 from aerial_gnss_ros.detection.config import DetectorConfig, detector_config
@@ -32,6 +31,7 @@ from aerial_gnss_ros.nodes.schemas import DETECTOR
 from aerial_gnss_ros.nodes.supervised import Given, SupervisedNode
 from aerial_gnss_ros.nodes.timings import Timings
 from aerial_gnss_ros.nodes.worker import WorkEndedError, Worker
+from aerial_gnss_ros.text.sentences import counted
 
 DETECTIONS_TYPE = "vision_msgs/msg/Detection2DArray"
 MOST_FAILURES = 30

@@ -10,9 +10,9 @@ from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 
-from aerial_gnss_ros.core.plain_text import printable
 from aerial_gnss_ros.nodes.arrivals import SILENCE_S
 from aerial_gnss_ros.nodes.inputs import ONCE, OPTIONAL, Input
+from aerial_gnss_ros.text.plain_text import printable
 
 OK: bytes = DiagnosticStatus.OK
 WARN: bytes = DiagnosticStatus.WARN

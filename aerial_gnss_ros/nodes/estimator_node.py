@@ -20,14 +20,13 @@ from aerial_gnss_ros.adapters.results import (
 )
 from aerial_gnss_ros.adapters.stamps import nanoseconds
 from aerial_gnss_ros.adapters.versions import newest_version
-from aerial_gnss_ros.core import association
-from aerial_gnss_ros.core.config import EstimatorConfig, estimator_config
-from aerial_gnss_ros.core.estimates import FrameResult, State
-from aerial_gnss_ros.core.estimator import Estimator
-from aerial_gnss_ros.core.events import Failure, Trouble
-from aerial_gnss_ros.core.inputs import InputState
-from aerial_gnss_ros.core.summary import RobotSummary, summary
-from aerial_gnss_ros.core.words import counted
+from aerial_gnss_ros.core.association import assignment
+from aerial_gnss_ros.core.config.estimator import EstimatorConfig, estimator_config
+from aerial_gnss_ros.core.estimation.estimator import Estimator
+from aerial_gnss_ros.core.estimation.health import RobotSummary, summary
+from aerial_gnss_ros.core.telemetry.buffers import InputState
+from aerial_gnss_ros.core.values.estimates import FrameResult, State
+from aerial_gnss_ros.core.values.events import Failure, Trouble
 from aerial_gnss_ros.detection.background import begun
 from aerial_gnss_ros.nodes import qos
 from aerial_gnss_ros.nodes.arrivals import SECOND_NS
@@ -39,6 +38,7 @@ from aerial_gnss_ros.nodes.ros_messages import message
 from aerial_gnss_ros.nodes.schemas import ESTIMATOR
 from aerial_gnss_ros.nodes.supervised import Given, SupervisedNode
 from aerial_gnss_ros.nodes.timings import Timings, Waits
+from aerial_gnss_ros.text.sentences import counted
 
 DETECTIONS = "detections"
 SENT_ONCE = ("camera_info", "home")  # latched or repeated: it may stay silent after the first
@@ -145,7 +145,7 @@ class EstimatorNode(SupervisedNode):
     def _publish(self, result: FrameResult) -> None:
         self._images += 1
         if self._images == 1:  # now there is time for what a later image may need at once
-            begun(association.solver, "importing")
+            begun(assignment.solver, "importing")
         started = time.perf_counter()
         self._overdue.processed(result.stamp_ns, self._passing_ns())
         self._send(result)

@@ -8,7 +8,7 @@ import sys
 from collections.abc import Callable
 from typing import Any
 
-from aerial_gnss_ros.core.errors import RosError
+from aerial_gnss_ros.core.values.errors import RosError
 from aerial_gnss_ros.nodes import require_ros
 from aerial_gnss_ros.nodes.leaving import leave_on_signals
 

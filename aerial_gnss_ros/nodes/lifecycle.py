@@ -11,7 +11,7 @@ from typing import Any
 import rclpy
 from rclpy.lifecycle import LifecycleNodeMixin, TransitionCallbackReturn
 
-from aerial_gnss_ros.core.errors import AerialGnssError
+from aerial_gnss_ros.core.values.errors import AerialGnssError
 
 ACTIVE = "active"
 _RCL_ERROR: type[Exception] = rclpy._rclpy_pybind11.RCLError  # noqa: SLF001 (no public name)

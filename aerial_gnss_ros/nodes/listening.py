@@ -17,7 +17,7 @@ from rclpy.node import Node
 from aerial_gnss_ros.adapters.feed import Subscription
 from aerial_gnss_ros.adapters.matching import SeenTopic
 from aerial_gnss_ros.adapters.versions import newest_version
-from aerial_gnss_ros.core.errors import ConfigError, RosError
+from aerial_gnss_ros.core.values.errors import ConfigError, RosError
 from aerial_gnss_ros.nodes import qos
 from aerial_gnss_ros.nodes.process import work
 from aerial_gnss_ros.nodes.ros_messages import message_class

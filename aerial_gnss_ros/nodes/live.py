@@ -27,7 +27,7 @@ from vision_msgs.msg import Detection2DArray
 
 from aerial_gnss_ros.adapters.stamps import nanoseconds
 from aerial_gnss_ros.bags.reader import BagReader
-from aerial_gnss_ros.core.errors import RosError
+from aerial_gnss_ros.core.values.errors import RosError
 from aerial_gnss_ros.nodes import qos
 from aerial_gnss_ros.nodes.player import Player
 

@@ -7,7 +7,7 @@ from __future__ import annotations
 from rclpy.publisher import Publisher
 
 from aerial_gnss_ros.adapters.results import OutgoingMessage, markers
-from aerial_gnss_ros.core.estimates import FrameResult
+from aerial_gnss_ros.core.values.estimates import FrameResult
 from aerial_gnss_ros.nodes.ros_messages import message
 
 LOOK_S = 0.1

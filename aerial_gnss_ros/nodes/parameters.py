@@ -19,8 +19,8 @@ from rclpy.parameter import Parameter
 
 from aerial_gnss_ros.adapters.parameter_documents import meaning
 from aerial_gnss_ros.adapters.parameter_files import checked, free_groups, is_ros_own
-from aerial_gnss_ros.core.errors import ConfigError
-from aerial_gnss_ros.core.parameters import Leaf, leaves
+from aerial_gnss_ros.core.config.schema import Leaf, leaves
+from aerial_gnss_ros.core.values.errors import ConfigError
 from aerial_gnss_ros.nodes.schemas import SCHEMAS
 
 _ARRAYS = {

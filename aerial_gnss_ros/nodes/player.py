@@ -24,7 +24,7 @@ from rosgraph_msgs.msg import Clock
 
 from aerial_gnss_ros.adapters.stamps import stamp_fields
 from aerial_gnss_ros.bags.reader import BagReader, Topic, open_bag
-from aerial_gnss_ros.core.errors import AerialGnssError, InputError, RosError
+from aerial_gnss_ros.core.values.errors import AerialGnssError, InputError, RosError
 from aerial_gnss_ros.nodes import process, qos
 from aerial_gnss_ros.nodes.ros_messages import message, message_class
 from aerial_gnss_ros.nodes.transport import use_large_data_profile

@@ -18,7 +18,7 @@ from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.node import Node
 
 from aerial_gnss_ros.adapters.parameter_files import read
-from aerial_gnss_ros.core.errors import AerialGnssError, ConfigError, RosError
+from aerial_gnss_ros.core.values.errors import AerialGnssError, ConfigError, RosError
 from aerial_gnss_ros.nodes.leaving import (
     SIGNALS,
     Leave,

@@ -9,7 +9,7 @@ import functools
 import importlib
 from typing import Any
 
-from aerial_gnss_ros.core.errors import RosError
+from aerial_gnss_ros.core.values.errors import RosError
 
 
 @functools.cache

@@ -6,7 +6,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from aerial_gnss_ros.core.config import EstimatorConfig
+from aerial_gnss_ros.core.config.estimator import EstimatorConfig
 from aerial_gnss_ros.detection.config import DetectorConfig
 
 DETECTOR = "detector"

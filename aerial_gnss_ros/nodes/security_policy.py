@@ -20,8 +20,8 @@ from aerial_gnss_ros.adapters.feed import Feed, Inputs
 from aerial_gnss_ros.adapters.parameter_files import read
 from aerial_gnss_ros.adapters.results import MAP_DATUM, MARKERS
 from aerial_gnss_ros.adapters.vehicles import vehicle_file, vehicle_names
-from aerial_gnss_ros.core.config import estimator_config
-from aerial_gnss_ros.core.errors import AerialGnssError, ConfigError
+from aerial_gnss_ros.core.config.estimator import estimator_config
+from aerial_gnss_ros.core.values.errors import AerialGnssError, ConfigError
 from aerial_gnss_ros.detection.config import detector_config
 from aerial_gnss_ros.nodes.schemas import DETECTOR, ESTIMATOR, SCHEMAS
 

@@ -22,8 +22,7 @@ from rclpy.validate_namespace import validate_namespace
 from rclpy.validate_topic_name import validate_topic_name
 
 from aerial_gnss_ros.adapters.parameter_files import read, ros_parameters
-from aerial_gnss_ros.core.errors import ConfigError
-from aerial_gnss_ros.core.words import counted
+from aerial_gnss_ros.core.values.errors import ConfigError
 from aerial_gnss_ros.nodes import qos
 from aerial_gnss_ros.nodes.arrivals import SECOND_NS, Arrivals
 from aerial_gnss_ros.nodes.diagnostics import (
@@ -40,6 +39,7 @@ from aerial_gnss_ros.nodes.parameters import declare, follow_changes, own_values
 from aerial_gnss_ros.nodes.rivals import UNKNOWN, Rivals
 from aerial_gnss_ros.nodes.ros_messages import message_class
 from aerial_gnss_ros.nodes.schemas import SCHEMAS
+from aerial_gnss_ros.text.sentences import counted
 
 _REPEAT_S = 30.0
 _MOST_SAID = 200

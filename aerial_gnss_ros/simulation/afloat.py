@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from aerial_gnss_ros.core.camera import CameraModel
+from aerial_gnss_ros.core.camera.model import CameraModel
 from aerial_gnss_ros.simulation.flight import Flight
 from aerial_gnss_ros.simulation.mesh import Mesh
 from aerial_gnss_ros.simulation.placement import seen_places

@@ -19,7 +19,7 @@ from aerial_gnss_ros.adapters.results import detection_array
 from aerial_gnss_ros.adapters.stamps import header_fields
 from aerial_gnss_ros.bags.typestore import serialize
 from aerial_gnss_ros.bags.writer import RELIABLE, SENSOR, BagWriter
-from aerial_gnss_ros.core.detection_frame import DetectionFrame
+from aerial_gnss_ros.core.values.detection_frame import DetectionFrame
 from aerial_gnss_ros.detection.base import Detections
 from aerial_gnss_ros.simulation.boxes import Boxes
 from aerial_gnss_ros.simulation.experiment import CAMERA_FRAME, Experiment, Frame

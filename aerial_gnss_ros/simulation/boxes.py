@@ -9,8 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from aerial_gnss_ros.core.camera import CameraModel
-from aerial_gnss_ros.core.detection_frame import DetectionFrame
+from aerial_gnss_ros.core.camera.model import CameraModel
+from aerial_gnss_ros.core.values.detection_frame import DetectionFrame
 from aerial_gnss_ros.simulation.hexapod import HEIGHT, LENGTH, WIDTH
 from aerial_gnss_ros.simulation.view import ViewPose, project_points
 

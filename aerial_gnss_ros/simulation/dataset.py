@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from aerial_gnss_ros.bags.partial import partial
-from aerial_gnss_ros.core.errors import ConfigError, OutputError
+from aerial_gnss_ros.core.values.errors import ConfigError, OutputError
 from aerial_gnss_ros.detection.images import write_jpeg
 from aerial_gnss_ros.simulation.labels import RobotLabel
 from aerial_gnss_ros.simulation.samples import DatasetConfig, labelled, sample_source

@@ -16,11 +16,11 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from aerial_gnss_ros.core.camera import CameraModel
-from aerial_gnss_ros.core.camera_pose import CameraPose
-from aerial_gnss_ros.core.detection_frame import DetectionFrame
-from aerial_gnss_ros.core.errors import ConfigError
-from aerial_gnss_ros.core.samples import Fix
+from aerial_gnss_ros.core.camera.model import CameraModel
+from aerial_gnss_ros.core.values.camera_pose import CameraPose
+from aerial_gnss_ros.core.values.detection_frame import DetectionFrame
+from aerial_gnss_ros.core.values.errors import ConfigError
+from aerial_gnss_ros.core.values.samples import Fix
 from aerial_gnss_ros.simulation.afloat import place_things
 from aerial_gnss_ros.simulation.boxes import Boxes, DetectorPlan, detected, projected_boxes
 from aerial_gnss_ros.simulation.chance import generator

@@ -7,8 +7,8 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from typing import Protocol
 
-from aerial_gnss_ros.core.rejection import Input
-from aerial_gnss_ros.core.samples import Fix, Orientation, Scalar
+from aerial_gnss_ros.core.values.rejection import Input
+from aerial_gnss_ros.core.values.samples import Fix, Orientation, Scalar
 from aerial_gnss_ros.simulation.sensors import Sensors
 
 Sample = Fix | Orientation | Scalar

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from aerial_gnss_ros.core.camera import CameraModel
+from aerial_gnss_ros.core.camera.model import CameraModel
 from aerial_gnss_ros.simulation.flotsam import KINDS, random_colour
 from aerial_gnss_ros.simulation.hexapod import LIVERIES, Paint, RobotState
 from aerial_gnss_ros.simulation.mesh import Mesh

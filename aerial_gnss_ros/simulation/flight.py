@@ -17,10 +17,10 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from aerial_gnss_ros.core.columns import columns
-from aerial_gnss_ros.core.errors import ConfigError
-from aerial_gnss_ros.core.estimates import MapDatum
-from aerial_gnss_ros.core.frames import matrix_from_rpy
+from aerial_gnss_ros.core.geometry.frames import matrix_from_rpy
+from aerial_gnss_ros.core.numerics.columns import columns
+from aerial_gnss_ros.core.values.errors import ConfigError
+from aerial_gnss_ros.core.values.estimates import MapDatum
 from aerial_gnss_ros.simulation.chance import Wander, generator
 
 Array = NDArray[np.float64]

@@ -13,8 +13,8 @@ from multiprocessing import get_context
 
 import cv2
 
-from aerial_gnss_ros.core.camera import CameraModel
-from aerial_gnss_ros.core.errors import OutputError
+from aerial_gnss_ros.core.camera.model import CameraModel
+from aerial_gnss_ros.core.values.errors import OutputError
 from aerial_gnss_ros.simulation.hexapod import RobotState
 from aerial_gnss_ros.simulation.labels import RobotLabel
 from aerial_gnss_ros.simulation.mesh import Mesh

@@ -9,9 +9,9 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from aerial_gnss_ros.core.camera import CameraModel
-from aerial_gnss_ros.core.errors import InputError
-from aerial_gnss_ros.core.frames import FLU_FROM_OPTICAL
+from aerial_gnss_ros.core.camera.model import CameraModel
+from aerial_gnss_ros.core.geometry.frames import FLU_FROM_OPTICAL
+from aerial_gnss_ros.core.values.errors import InputError
 from aerial_gnss_ros.simulation.flight import NADIR_TILT, Flight, Motion
 from aerial_gnss_ros.simulation.hexapod import LENGTH
 

@@ -10,7 +10,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from aerial_gnss_ros.core.camera import CameraModel
+from aerial_gnss_ros.core.camera.model import CameraModel
 from aerial_gnss_ros.simulation.mesh import Mesh
 from aerial_gnss_ros.simulation.planes import F32, U8, Array, shrink
 from aerial_gnss_ros.simulation.scene import Scene

@@ -10,10 +10,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from aerial_gnss_ros.adapters.dji_log import DjiLog
-from aerial_gnss_ros.core.errors import InputError
-from aerial_gnss_ros.core.estimates import MapDatum
-from aerial_gnss_ros.core.frames import matrix_from_quaternion, slerp
-from aerial_gnss_ros.core.geodesy import enu_from_geodetic
+from aerial_gnss_ros.core.geometry.frames import matrix_from_quaternion, slerp
+from aerial_gnss_ros.core.geometry.geodesy import enu_from_geodetic
+from aerial_gnss_ros.core.values.errors import InputError
+from aerial_gnss_ros.core.values.estimates import MapDatum
 from aerial_gnss_ros.simulation.flight import HOLETOWN, Motion
 
 Array = NDArray[np.float64]

@@ -7,7 +7,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from aerial_gnss_ros.core.refraction import WATER_INDEX
+from aerial_gnss_ros.core.geometry.refraction import WATER_INDEX
 
 
 def apparent_points(

@@ -9,7 +9,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from aerial_gnss_ros.core.camera import CameraModel
+from aerial_gnss_ros.core.camera.model import CameraModel
 from aerial_gnss_ros.simulation.composite import (
     Body,
     contrasts,

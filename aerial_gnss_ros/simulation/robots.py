@@ -10,9 +10,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from aerial_gnss_ros.core.columns import columns
-from aerial_gnss_ros.core.errors import ConfigError
-from aerial_gnss_ros.core.frames import wrap_angle
+from aerial_gnss_ros.core.geometry.frames import wrap_angle
+from aerial_gnss_ros.core.numerics.columns import columns
+from aerial_gnss_ros.core.values.errors import ConfigError
 from aerial_gnss_ros.simulation.chance import Wander, generator
 from aerial_gnss_ros.simulation.hexapod import LIVERIES, RobotState
 

@@ -10,7 +10,7 @@ from typing import Protocol
 
 import numpy as np
 
-from aerial_gnss_ros.core.errors import ConfigError
+from aerial_gnss_ros.core.values.errors import ConfigError
 from aerial_gnss_ros.simulation.filling import Stage, random_stage
 from aerial_gnss_ros.simulation.labels import RobotLabel
 from aerial_gnss_ros.simulation.planes import U8

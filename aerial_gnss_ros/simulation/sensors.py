@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """What the drone's sensors report of its true motion: rates, latencies, white noise, slow drift.
 
-Every error is stated in `core.noise`; a measured value is the true one plus its error. Heading is
-one error: body and earth-referenced camera take their yaw from the same compass.
+Every error is stated in `core.config.noise`; a measured value is the true one plus its error.
+Heading is one error: body and earth-referenced camera take their yaw from the same compass.
 """
 
 from __future__ import annotations
@@ -15,12 +15,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from aerial_gnss_ros.core.estimates import MapDatum
-from aerial_gnss_ros.core.frames import matrix_from_rpy, quaternion_from_matrix
-from aerial_gnss_ros.core.geodesy import geodetic_from_enu
-from aerial_gnss_ros.core.gimbal import error_axes
-from aerial_gnss_ros.core.noise import SETS, Noise
-from aerial_gnss_ros.core.samples import Fix, Orientation, Scalar
+from aerial_gnss_ros.core.config.noise import SETS, Noise
+from aerial_gnss_ros.core.geometry.frames import matrix_from_rpy, quaternion_from_matrix
+from aerial_gnss_ros.core.geometry.geodesy import geodetic_from_enu
+from aerial_gnss_ros.core.geometry.gimbal import error_axes
+from aerial_gnss_ros.core.values.estimates import MapDatum
+from aerial_gnss_ros.core.values.samples import Fix, Orientation, Scalar
 from aerial_gnss_ros.simulation.chance import Drift, generator
 from aerial_gnss_ros.simulation.flight import Flight
 
@@ -38,7 +38,7 @@ class SensorPlan:
 
     Attributes:
         noise: name of the set, `none`, or `consumer`/`rtk` with single values replaced.
-        sigmas: one-sigma errors by the names of `core.noise.Noise`.
+        sigmas: one-sigma errors by the names of `core.config.noise.Noise`.
         fix_hz, attitude_hz, gimbal_hz, height_hz: samples a second.
         fix_latency_s, attitude_latency_s, gimbal_latency_s: from a sample's stamp to its arrival;
             harmless, for the stamp is right.
@@ -71,7 +71,7 @@ def sensor_plan(noise: str = "consumer", **replaced: float) -> SensorPlan:
 
     Args:
         noise: `consumer`, `rtk` or `none`.
-        replaced: single standard deviations, by the names of `core.noise.Noise`.
+        replaced: single standard deviations, by the names of `core.config.noise.Noise`.
     """
     sigmas = noise_sigmas(None if noise == "none" else Noise(set=noise))
     return SensorPlan(noise, sigmas | replaced)
@@ -187,7 +187,7 @@ class Sensors:
         return np.asarray(matrix_from_rpy(0.0, 0.0, error) @ matrices)
 
     def _misread(self, t: Array, matrices: Array) -> Array:
-        """Turn cameras about the axes of `core.gimbal.error_axes` by their slow errors."""
+        """Turn cameras about the axes of `core.geometry.gimbal.error_axes` by their slow errors."""
         names = ("gimbal_roll", "gimbal_pitch", "heading")
         errors = np.radians(np.column_stack([self.error(name, t) for name in names]))
         axes = np.array([error_axes(matrix) for matrix in matrices]).reshape(-1, 3, 3)

@@ -10,9 +10,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from aerial_gnss_ros.core.camera import CameraModel
-from aerial_gnss_ros.core.errors import ConfigError
-from aerial_gnss_ros.core.frames import matrix_from_rpy
+from aerial_gnss_ros.core.camera.model import CameraModel
+from aerial_gnss_ros.core.geometry.frames import matrix_from_rpy
+from aerial_gnss_ros.core.values.errors import ConfigError
 from aerial_gnss_ros.simulation.hexapod import LENGTH
 from aerial_gnss_ros.simulation.view import ViewPose, Window
 

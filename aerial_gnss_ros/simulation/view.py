@@ -9,9 +9,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from aerial_gnss_ros.core.camera import CameraModel
-from aerial_gnss_ros.core.errors import ConfigError
-from aerial_gnss_ros.core.frames import FLU_FROM_OPTICAL
+from aerial_gnss_ros.core.camera.model import CameraModel
+from aerial_gnss_ros.core.geometry.frames import FLU_FROM_OPTICAL
+from aerial_gnss_ros.core.values.errors import ConfigError
 from aerial_gnss_ros.simulation.planes import F32, Array
 from aerial_gnss_ros.simulation.refraction import apparent_points
 

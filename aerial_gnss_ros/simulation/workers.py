@@ -16,7 +16,7 @@ from typing import TypeVar
 
 import cv2
 
-from aerial_gnss_ros.core.errors import OutputError
+from aerial_gnss_ros.core.values.errors import OutputError
 
 Job = TypeVar("Job")
 Done = TypeVar("Done")

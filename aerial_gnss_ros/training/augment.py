@@ -16,7 +16,7 @@ import cv2
 import numpy as np
 
 from aerial_gnss_ros import __version__
-from aerial_gnss_ros.core.errors import ConfigError
+from aerial_gnss_ros.core.values.errors import ConfigError
 from aerial_gnss_ros.detection.images import read_image, write_jpeg
 from aerial_gnss_ros.simulation.workers import shared
 from aerial_gnss_ros.training.contact_sheet import SHEET, write_contact_sheet

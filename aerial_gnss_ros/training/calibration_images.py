@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from aerial_gnss_ros.core.errors import InputError
+from aerial_gnss_ros.core.values.errors import InputError
 from aerial_gnss_ros.detection.images import read_image
 from aerial_gnss_ros.detection.onnx_model import InputSize, tensor
 from aerial_gnss_ros.training.contact_sheet import SHEET

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from aerial_gnss_ros.bags.partial import partial, refuse_existing
-from aerial_gnss_ros.core.errors import ModelError
+from aerial_gnss_ros.core.values.errors import ModelError
 from aerial_gnss_ros.detection.cuda import Cuda
 from aerial_gnss_ros.detection.engine_card import EngineCard, card_path, sha256
 from aerial_gnss_ros.detection.onnx_model import input_size

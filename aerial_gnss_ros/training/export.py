@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from aerial_gnss_ros.bags.partial import partial, refuse_existing
-from aerial_gnss_ros.core.errors import InputError, ModelError
+from aerial_gnss_ros.core.values.errors import InputError, ModelError
 from aerial_gnss_ros.detection.network import first_line
 from aerial_gnss_ros.detection.offline import forbid_network
 from aerial_gnss_ros.resources import install_hint

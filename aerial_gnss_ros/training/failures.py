@@ -17,7 +17,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from aerial_gnss_ros.core.errors import AerialGnssError, OutputError
+from aerial_gnss_ros.core.values.errors import AerialGnssError, OutputError
 from aerial_gnss_ros.detection.base import Detector, Image
 from aerial_gnss_ros.detection.config import DetectorConfig
 from aerial_gnss_ros.detection.select import load_detector

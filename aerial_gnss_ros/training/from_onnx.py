@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from aerial_gnss_ros.core.errors import InputError, ModelError
+from aerial_gnss_ros.core.values.errors import InputError, ModelError
 from aerial_gnss_ros.detection.images import read_image
 from aerial_gnss_ros.detection.letterbox import Letterbox
 from aerial_gnss_ros.detection.offline import forbid_network

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from aerial_gnss_ros.bags.partial import partial
-from aerial_gnss_ros.core.errors import ModelError
+from aerial_gnss_ros.core.values.errors import ModelError
 from aerial_gnss_ros.training.onnx_graph import keep_metadata, last_nodes, read_float_model
 
 _FLOAT, _HALF = 1, 10  # onnx.TensorProto's numbers

@@ -15,9 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image as PillowImage
 
-from aerial_gnss_ros.core.errors import InputError
-from aerial_gnss_ros.core.words import counted
+from aerial_gnss_ros.core.values.errors import InputError
 from aerial_gnss_ros.detection.image_header import MAX_PIXELS, read_header, refuse_large
+from aerial_gnss_ros.text.sentences import counted
 from aerial_gnss_ros.training.label_lines import parse
 from aerial_gnss_ros.training.labelled import ENDINGS
 from aerial_gnss_ros.training.layout import NOT_LABELS, Dataset, image_files, label_file

@@ -10,8 +10,8 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from aerial_gnss_ros.core.errors import InputError
-from aerial_gnss_ros.core.words import counted
+from aerial_gnss_ros.core.values.errors import InputError
+from aerial_gnss_ros.text.sentences import counted
 
 OVERHANG = 1e-3
 """How far an edge may reach beyond the image, relative to it: label tools round."""

@@ -14,10 +14,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aerial_gnss_ros.adapters.table_files import table_rows
-from aerial_gnss_ros.core.errors import InputError
-from aerial_gnss_ros.core.words import cut
+from aerial_gnss_ros.core.values.errors import InputError
 from aerial_gnss_ros.detection.base import Image
 from aerial_gnss_ros.detection.images import read_image
+from aerial_gnss_ros.text.sentences import cut
 
 ENDINGS = (".jpg", ".jpeg", ".png")
 

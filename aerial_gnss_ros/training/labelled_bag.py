@@ -13,10 +13,10 @@ import numpy as np
 from aerial_gnss_ros.adapters.canonical import detection_frame
 from aerial_gnss_ros.adapters.stamps import nanoseconds
 from aerial_gnss_ros.bags.reader import open_bag
-from aerial_gnss_ros.core.detection_frame import DetectionFrame
-from aerial_gnss_ros.core.errors import InputError
-from aerial_gnss_ros.core.json_text import parse_json
+from aerial_gnss_ros.core.values.detection_frame import DetectionFrame
+from aerial_gnss_ros.core.values.errors import InputError
 from aerial_gnss_ros.detection.images import decode
+from aerial_gnss_ros.text.json_text import parse_json
 from aerial_gnss_ros.training.labelled import LabelledImage, Truth, truth_of_rows
 
 _IMAGES = ("sensor_msgs/msg/Image", "sensor_msgs/msg/CompressedImage")

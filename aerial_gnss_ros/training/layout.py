@@ -12,8 +12,8 @@ from typing import Any
 import yaml
 
 from aerial_gnss_ros.adapters.yaml_files import read_yaml
-from aerial_gnss_ros.core.errors import InputError
-from aerial_gnss_ros.core.words import shown
+from aerial_gnss_ros.core.values.errors import InputError
+from aerial_gnss_ros.text.sentences import shown
 from aerial_gnss_ros.training.labelled import ENDINGS
 
 SPLITS = ("train", "val", "test")

@@ -20,7 +20,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from aerial_gnss_ros.core.errors import AerialGnssError, ConfigError, OutputError
+from aerial_gnss_ros.core.values.errors import AerialGnssError, ConfigError, OutputError
 from aerial_gnss_ros.detection.base import Detections, Detector, Image
 from aerial_gnss_ros.detection.config import DetectorConfig
 from aerial_gnss_ros.detection.images import write_jpeg

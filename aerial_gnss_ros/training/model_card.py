@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from aerial_gnss_ros.core.words import counted
+from aerial_gnss_ros.text.sentences import counted
 from aerial_gnss_ros.training.inspection import Inspection
 from aerial_gnss_ros.training.run_folder import Plan
 

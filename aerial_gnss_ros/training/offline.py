@@ -10,7 +10,7 @@ import shutil
 import sys
 from pathlib import Path
 
-from aerial_gnss_ros.core.errors import ModelError
+from aerial_gnss_ros.core.values.errors import ModelError
 from aerial_gnss_ros.detection.offline import OFFLINE, QUIET, SETTINGS, settings_folder
 from aerial_gnss_ros.resources import install_hint
 

@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import Any
 
 from aerial_gnss_ros.bags.partial import partial
-from aerial_gnss_ros.core.errors import AerialGnssError, ModelError
+from aerial_gnss_ros.core.values.errors import AerialGnssError, ModelError
 from aerial_gnss_ros.detection.network import first_line
 from aerial_gnss_ros.detection.onnx_model import input_size
 from aerial_gnss_ros.training.calibration_images import CalibrationImages

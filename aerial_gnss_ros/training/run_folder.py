@@ -13,8 +13,8 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-from aerial_gnss_ros.core.errors import InputError
-from aerial_gnss_ros.core.json_text import parse_json
+from aerial_gnss_ros.core.values.errors import InputError
+from aerial_gnss_ros.text.json_text import parse_json
 from aerial_gnss_ros.training.inspection import Inspection, inspect
 from aerial_gnss_ros.training.layout import open_dataset
 from aerial_gnss_ros.training.phases import Phase

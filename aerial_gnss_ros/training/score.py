@@ -20,12 +20,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from aerial_gnss_ros.core.errors import AerialGnssError
-from aerial_gnss_ros.core.words import counted
+from aerial_gnss_ros.core.values.errors import AerialGnssError
 from aerial_gnss_ros.detection.base import Detections, Detector
 from aerial_gnss_ros.detection.config import DetectorConfig
 from aerial_gnss_ros.detection.select import load_detector
 from aerial_gnss_ros.detection.yolo import iou
+from aerial_gnss_ros.text.sentences import counted
 from aerial_gnss_ros.training.labelled import LabelledImage, Truth, read_folder
 from aerial_gnss_ros.training.labelled_bag import is_bag, read_bag
 

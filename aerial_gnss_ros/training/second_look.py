@@ -13,14 +13,14 @@ from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 
 from aerial_gnss_ros.bags.partial import partial, refuse_existing
-from aerial_gnss_ros.core.errors import AerialGnssError, ConfigError, ModelError
-from aerial_gnss_ros.core.words import counted
+from aerial_gnss_ros.core.values.errors import AerialGnssError, ConfigError, ModelError
 from aerial_gnss_ros.detection.base import Detector
 from aerial_gnss_ros.detection.config import DetectorConfig
 from aerial_gnss_ros.detection.second_look import SecondLook
 from aerial_gnss_ros.detection.second_look_terms import Terms
 from aerial_gnss_ros.detection.select import load_detector
 from aerial_gnss_ros.resources import install_hint
+from aerial_gnss_ros.text.sentences import counted
 from aerial_gnss_ros.training.compare import labelled as open_images
 from aerial_gnss_ros.training.labelled import LabelledImage
 from aerial_gnss_ros.training.proposals import Proposals, gather, joined

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from aerial_gnss_ros.core.errors import ModelError
+from aerial_gnss_ros.core.values.errors import ModelError
 from aerial_gnss_ros.detection.base import Detections
 from aerial_gnss_ros.detection.config import DetectorConfig
 from aerial_gnss_ros.detection.second_look_terms import log_odds

@@ -16,7 +16,7 @@ import sys
 from collections.abc import Callable
 from typing import Any
 
-from aerial_gnss_ros.core.errors import AerialGnssError
+from aerial_gnss_ros.core.values.errors import AerialGnssError
 from aerial_gnss_ros.training.offline import offline_environment
 from aerial_gnss_ros.training.run_folder import RunFolder
 

@@ -11,7 +11,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from aerial_gnss_ros.core.errors import ConfigError
+from aerial_gnss_ros.core.values.errors import ConfigError
 from aerial_gnss_ros.training import geometry_operations as geometry
 from aerial_gnss_ros.training import pixel_operations as pixels
 from aerial_gnss_ros.training.carrying import carry, cut, moved, rectangle

@@ -22,8 +22,8 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from aerial_gnss_ros.core.errors import AerialGnssError, ConfigError, ModelError
-from aerial_gnss_ros.core.words import counted
+from aerial_gnss_ros.core.values.errors import AerialGnssError, ConfigError, ModelError
+from aerial_gnss_ros.text.sentences import counted
 from aerial_gnss_ros.training import train
 from aerial_gnss_ros.training.curves import read_epochs
 from aerial_gnss_ros.training.data_view import write_view

@@ -8,8 +8,8 @@ import numpy as np
 
 from aerial_gnss_ros.adapters import anafi
 from aerial_gnss_ros.bags.typestore import make
-from aerial_gnss_ros.core.config import estimator_config
-from aerial_gnss_ros.core.usable import usable
+from aerial_gnss_ros.core.config.estimator import estimator_config
+from aerial_gnss_ros.core.telemetry.validity import usable
 
 CONFIG = estimator_config({"fix.type": "anafi_fix"}).fix
 FIX = "sensor_msgs/msg/NavSatFix"

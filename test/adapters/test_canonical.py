@@ -14,8 +14,8 @@ from rosbags.typesys import Stores, get_typestore
 from aerial_gnss_ros.adapters import canonical
 from aerial_gnss_ros.adapters.stamps import copied_header, nanoseconds, stamp_fields
 from aerial_gnss_ros.bags.typestore import serialize, typestore
-from aerial_gnss_ros.core.errors import CameraError
-from aerial_gnss_ros.core.usable import usable
+from aerial_gnss_ros.core.telemetry.validity import usable
+from aerial_gnss_ros.core.values.errors import CameraError
 
 NOW = 12
 

@@ -19,11 +19,11 @@ from aerial_gnss_ros.adapters.feed import Feed
 from aerial_gnss_ros.adapters.parameter_files import read
 from aerial_gnss_ros.adapters.vehicles import vehicle_file, vehicle_names
 from aerial_gnss_ros.bags import typestore as shipped
-from aerial_gnss_ros.core.config import EstimatorConfig, estimator_config
-from aerial_gnss_ros.core.estimates import State
-from aerial_gnss_ros.core.estimator import Estimator
-from aerial_gnss_ros.core.geoid import undulation
-from aerial_gnss_ros.core.magnetic import declination
+from aerial_gnss_ros.core.config.estimator import EstimatorConfig, estimator_config
+from aerial_gnss_ros.core.estimation.estimator import Estimator
+from aerial_gnss_ros.core.geometry.geoid import undulation
+from aerial_gnss_ros.core.geometry.magnetic import declination
+from aerial_gnss_ros.core.values.estimates import State
 
 
 def load(name):

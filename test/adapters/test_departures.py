@@ -11,7 +11,7 @@ import numpy as np
 
 from aerial_gnss_ros.adapters.departures import Departures
 from aerial_gnss_ros.adapters.results import NO_FIX, UNKNOWN_LENGTH_M2, position_messages
-from aerial_gnss_ros.core.estimates import FrameResult, MapDatum, RobotEstimate, State
+from aerial_gnss_ros.core.values.estimates import FrameResult, MapDatum, RobotEstimate, State
 
 ONE = RobotEstimate(
     5, "aqua_1", "aqua", State.CONFIRMED, 0.2, -1.0, -40.0, np.array([30.0, 20.0]),

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from aerial_gnss_ros.adapters.dji_log import read_dji_log, summarise_refusals
-from aerial_gnss_ros.core.errors import InputError
-from aerial_gnss_ros.core.frames import matrix_from_quaternion
+from aerial_gnss_ros.core.geometry.frames import matrix_from_quaternion
+from aerial_gnss_ros.core.values.errors import InputError
 
 HEADER = "OSD.latitude,OSD.longitude,OSD.height [ft],OSD.pitch,OSD.yaw [360],GIMBAL.pitch\n"
 

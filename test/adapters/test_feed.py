@@ -13,9 +13,9 @@ import pytest
 from aerial_gnss_ros.adapters import canonical
 from aerial_gnss_ros.adapters.feed import Feed
 from aerial_gnss_ros.bags.typestore import make
-from aerial_gnss_ros.core.config import estimator_config
-from aerial_gnss_ros.core.estimator import Estimator
-from aerial_gnss_ros.core.samples import Scalar
+from aerial_gnss_ros.core.config.estimator import estimator_config
+from aerial_gnss_ros.core.estimation.estimator import Estimator
+from aerial_gnss_ros.core.values.samples import Scalar
 
 
 class Recorder:

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from aerial_gnss_ros.adapters import mavlink
-from aerial_gnss_ros.core.config import estimator_config
+from aerial_gnss_ros.core.config.estimator import estimator_config
 
 LEVEL = np.array([0.0, 0.0, 0.0, 1.0])
 FLAGGED = {

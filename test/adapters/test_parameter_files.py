@@ -10,9 +10,9 @@ import pytest
 
 from aerial_gnss_ros.adapters.parameter_documents import document, scalar
 from aerial_gnss_ros.adapters.parameter_files import read, ros_parameters
-from aerial_gnss_ros.core.config import EstimatorConfig, estimator_config
-from aerial_gnss_ros.core.errors import ConfigError
-from aerial_gnss_ros.core.parameters import build, key, leaves
+from aerial_gnss_ros.core.config.estimator import EstimatorConfig, estimator_config
+from aerial_gnss_ros.core.config.schema import build, key, leaves
+from aerial_gnss_ros.core.values.errors import ConfigError
 
 
 @dataclass(frozen=True)

@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 from aerial_gnss_ros.adapters import px4
-from aerial_gnss_ros.core.config import estimator_config
-from aerial_gnss_ros.core.usable import usable
+from aerial_gnss_ros.core.config.estimator import estimator_config
+from aerial_gnss_ros.core.telemetry.validity import usable
 
 FIX = estimator_config(
     {"fix.type": "px4_global_position", "fix.stamp": "px4_us", "fix.altitude_datum": "ellipsoid"}

@@ -19,10 +19,10 @@ import pytest
 
 from aerial_gnss_ros.adapters.feed import Feed
 from aerial_gnss_ros.bags.typestore import make
-from aerial_gnss_ros.core.config import estimator_config
-from aerial_gnss_ros.core.inputs import Inputs, Samples
-from aerial_gnss_ros.core.posing import Posing
-from aerial_gnss_ros.core.rejection import Input
+from aerial_gnss_ros.core.config.estimator import estimator_config
+from aerial_gnss_ros.core.telemetry.buffers import Inputs, Samples
+from aerial_gnss_ros.core.telemetry.pose import Posing
+from aerial_gnss_ros.core.values.rejection import Input
 
 KEYS = {  # MISB ST 0601 in the words of a profile
     "fix.altitude_datum": "amsl",

@@ -20,7 +20,7 @@ from aerial_gnss_ros.adapters.results import (
     result_messages,
 )
 from aerial_gnss_ros.bags.typestore import serialize, typestore
-from aerial_gnss_ros.core.estimates import FrameResult, MapDatum, RobotEstimate, State
+from aerial_gnss_ros.core.values.estimates import FrameResult, MapDatum, RobotEstimate, State
 from aerial_gnss_ros.detection.base import Detections
 
 STAMP = 3_000_000_004

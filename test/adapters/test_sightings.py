@@ -18,7 +18,7 @@ from aerial_gnss_ros.adapters.sightings import (
     sighting,
     tracking_geo_status,
 )
-from aerial_gnss_ros.core.errors import InputError
+from aerial_gnss_ros.core.values.errors import InputError
 
 SEEN = Sighting(
     "aqua_1", 1_735_689_600_123_456_789, math.radians(13.19393871), math.radians(-59.64150657),

@@ -8,7 +8,7 @@ import pytest
 
 from aerial_gnss_ros.adapters.table_files import table_rows
 from aerial_gnss_ros.bags.tables import POSITION_COLUMNS, read_positions, read_rejections
-from aerial_gnss_ros.core.errors import InputError
+from aerial_gnss_ros.core.values.errors import InputError
 from aerial_gnss_ros.evaluation.platform import read_platform
 from aerial_gnss_ros.evaluation.truth import read_truth_csv
 from aerial_gnss_ros.training.labelled import read_folder

@@ -12,8 +12,8 @@ import pytest
 from aerial_gnss_ros.adapters import canonical
 from aerial_gnss_ros.adapters import telemetry_fields as fields
 from aerial_gnss_ros.bags.typestore import serialize, typestore
-from aerial_gnss_ros.core.camera import CameraModel
-from aerial_gnss_ros.core.samples import Fix, Orientation, Scalar
+from aerial_gnss_ros.core.camera.model import CameraModel
+from aerial_gnss_ros.core.values.samples import Fix, Orientation, Scalar
 
 STAMP = 1_700_000_000_123_456_789
 

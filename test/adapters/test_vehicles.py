@@ -13,9 +13,9 @@ from aerial_gnss_ros.adapters.feed import Feed
 from aerial_gnss_ros.adapters.kinds import ATTITUDE, FIX, GIMBAL, HEIGHT
 from aerial_gnss_ros.adapters.parameter_files import read
 from aerial_gnss_ros.adapters.vehicles import vehicle_file, vehicle_names, vehicle_summary
-from aerial_gnss_ros.core.config import EstimatorConfig, estimator_config
-from aerial_gnss_ros.core.errors import ConfigError
-from aerial_gnss_ros.core.parameters import leaves
+from aerial_gnss_ros.core.config.estimator import EstimatorConfig, estimator_config
+from aerial_gnss_ros.core.config.schema import leaves
+from aerial_gnss_ros.core.values.errors import ConfigError
 from aerial_gnss_ros.detection.config import DetectorConfig, detector_config
 
 SCHEMAS = {"detector": DetectorConfig, "estimator": EstimatorConfig}

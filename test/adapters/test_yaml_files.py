@@ -12,8 +12,8 @@ from aerial_gnss_ros import cli
 from aerial_gnss_ros.adapters.camera_files import read_camera_file
 from aerial_gnss_ros.adapters.parameter_files import read
 from aerial_gnss_ros.adapters.yaml_files import MOST_BYTES, MOST_DEPTH, MOST_NODES, read_yaml
-from aerial_gnss_ros.core.config import EstimatorConfig
-from aerial_gnss_ros.core.errors import AerialGnssError, InputError
+from aerial_gnss_ros.core.config.estimator import EstimatorConfig
+from aerial_gnss_ros.core.values.errors import AerialGnssError, InputError
 from aerial_gnss_ros.training.layout import open_dataset
 
 

@@ -8,7 +8,7 @@ import math
 
 import numpy as np
 
-from aerial_gnss_ros.core.estimates import RobotEstimate, State
+from aerial_gnss_ros.core.values.estimates import RobotEstimate, State
 
 ESTIMATE = RobotEstimate(
     stamp_ns=1_735_689_600_123_456_789,

@@ -15,7 +15,7 @@ from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 from aerial_gnss_ros.bags.reader import open_bag
 from aerial_gnss_ros.bags.writer import SENSOR, BagWriter
-from aerial_gnss_ros.core.errors import InputError
+from aerial_gnss_ros.core.values.errors import InputError
 
 FLOAT = "std_msgs/msg/Float64"
 

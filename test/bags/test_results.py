@@ -19,9 +19,9 @@ import pytest
 from aerial_gnss_ros.bags.maps import geojson, gpx, iso_time, kml
 from aerial_gnss_ros.bags.results import ResultFolder, position_row, rejection_row
 from aerial_gnss_ros.bags.tables import read_positions, read_rejections
-from aerial_gnss_ros.core.camera_pose import CameraPose
-from aerial_gnss_ros.core.estimates import FrameResult
-from aerial_gnss_ros.core.rejection import Reason, Rejection
+from aerial_gnss_ros.core.values.camera_pose import CameraPose
+from aerial_gnss_ros.core.values.estimates import FrameResult
+from aerial_gnss_ros.core.values.rejection import Reason, Rejection
 
 sys.path.insert(0, str(Path(__file__).parent))
 

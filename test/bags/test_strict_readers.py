@@ -20,8 +20,8 @@ import pytest
 from aerial_gnss_ros.bags.maps import geojson, gpx, kml
 from aerial_gnss_ros.bags.results import ResultFolder
 from aerial_gnss_ros.bags.tables import read_positions
-from aerial_gnss_ros.core.camera_pose import CameraPose
-from aerial_gnss_ros.core.estimates import FrameResult
+from aerial_gnss_ros.core.values.camera_pose import CameraPose
+from aerial_gnss_ros.core.values.estimates import FrameResult
 
 sys.path.insert(0, str(Path(__file__).parent))
 

@@ -11,7 +11,7 @@ from rosbags.highlevel import AnyReader
 from rosbags.interfaces import QosDurability, QosReliability
 
 from aerial_gnss_ros.bags.writer import LATCHED, BagWriter
-from aerial_gnss_ros.core.errors import InputError, OutputError
+from aerial_gnss_ros.core.values.errors import InputError, OutputError
 
 HEIGHT = "std_msgs/msg/Float64"
 

@@ -12,7 +12,7 @@ from aerial_gnss_ros.adapters.stamps import header_fields, nanoseconds
 from aerial_gnss_ros.bags.reader import open_bag
 from aerial_gnss_ros.bags.writer import BagWriter
 from aerial_gnss_ros.benchmarking.loop import Loop
-from aerial_gnss_ros.core.errors import InputError
+from aerial_gnss_ros.core.values.errors import InputError
 
 START, MS = 1_700_000_000_000_000_000, 1_000_000
 IMAGE = {"height": 1, "width": 1, "encoding": "bgr8", "step": 3}

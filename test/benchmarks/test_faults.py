@@ -22,7 +22,7 @@ import faults
 from fault_flights import Item
 from fault_judge import Row, judged
 
-from aerial_gnss_ros.core.samples import Fix, Scalar
+from aerial_gnss_ros.core.values.samples import Fix, Scalar
 
 
 def flight() -> list[Row]:

@@ -12,7 +12,7 @@ sys.path.insert(0, str(Path(__file__).parents[2] / "benchmarks"))
 import one_image
 from one_image import Way, calls
 
-from aerial_gnss_ros.core.frames import matrix_from_rpy
+from aerial_gnss_ros.core.geometry.frames import matrix_from_rpy
 
 
 def test_changes_and_returns():
@@ -24,7 +24,7 @@ def test_changes_and_returns():
 
 def test_only_calls_inside_the_package_count():
     found = calls(lambda: matrix_from_rpy(0.1, 0.2, 0.3))
-    assert found[0] == ("core/frames.py", "matrix_from_rpy")
+    assert found[0] == ("core/geometry/frames.py", "matrix_from_rpy")
     assert {file.split("/")[0] for file, _ in found} == {"core"}
     assert sys.getprofile() is None
 
@@ -32,4 +32,4 @@ def test_only_calls_inside_the_package_count():
 def test_an_image_takes_the_same_way_each_time():
     first, second = (one_image.way(3, 12) for _ in range(2))
     assert first == second
-    assert ("core/tracks.py", "update") in first
+    assert ("core/tracker/tracker.py", "update") in first

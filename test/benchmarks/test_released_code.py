@@ -10,13 +10,13 @@ from pathlib import Path
 
 import numpy as np
 
-from aerial_gnss_ros.core import localize
-from aerial_gnss_ros.core.camera import CameraModel
-from aerial_gnss_ros.core.camera_pose import CameraPose
-from aerial_gnss_ros.core.estimates import MapDatum
-from aerial_gnss_ros.core.frames import matrix_from_rpy
-from aerial_gnss_ros.core.local_map import LocalMap
-from aerial_gnss_ros.core.noise import Noise
+from aerial_gnss_ros.core.camera.model import CameraModel
+from aerial_gnss_ros.core.config.noise import Noise
+from aerial_gnss_ros.core.geometry.frames import matrix_from_rpy
+from aerial_gnss_ros.core.geometry.local_map import LocalMap
+from aerial_gnss_ros.core.georeferencing import localization
+from aerial_gnss_ros.core.values.camera_pose import CameraPose
+from aerial_gnss_ros.core.values.estimates import MapDatum
 
 _PATH = Path(__file__).resolve().parents[2] / "benchmarks" / "released_code.py"
 _SPEC = importlib.util.spec_from_file_location("released_code", _PATH)
@@ -37,7 +37,7 @@ def test_its_errors_at_a_known_geometry() -> None:
     )
     center, size = np.array([[1400.0, 300.0]]), np.array([[80.0, 60.0]])
     around = LocalMap(MapDatum(0.23, -1.04, 0.0))
-    exact = localize.locate(pose, camera, center, Noise())
+    exact = localization.locate(pose, camera, center, Noise())
     true = around.positions(exact.latitude, exact.longitude)[0]
     assert abs(np.linalg.norm(true) - 21.8) < 0.1
     level = matrix_from_rpy(0.0, 0.0, yaw)

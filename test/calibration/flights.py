@@ -7,8 +7,8 @@ from __future__ import annotations
 from dataclasses import replace
 
 from aerial_gnss_ros.calibration.recording import Recording
-from aerial_gnss_ros.core.config import EstimatorConfig, estimator_config
-from aerial_gnss_ros.core.rejection import Input
+from aerial_gnss_ros.core.config.estimator import EstimatorConfig, estimator_config
+from aerial_gnss_ros.core.values.rejection import Input
 from aerial_gnss_ros.simulation.experiment import CameraClock, Experiment, default_camera
 from aerial_gnss_ros.simulation.feeding import deliver, telemetry
 from aerial_gnss_ros.simulation.flight import FlightPlan, GeneratedFlight

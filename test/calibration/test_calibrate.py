@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 from aerial_gnss_ros.calibration.solve import calibrate
-from aerial_gnss_ros.core.config import estimator_config
-from aerial_gnss_ros.core.errors import InputError
+from aerial_gnss_ros.core.config.estimator import estimator_config
+from aerial_gnss_ros.core.values.errors import InputError
 
 sys.path.insert(0, str(Path(__file__).parent))
 

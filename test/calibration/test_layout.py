@@ -16,7 +16,7 @@ from aerial_gnss_ros.calibration.layout import (
     _markov,
 )
 from aerial_gnss_ros.calibration.motion import ERRORS
-from aerial_gnss_ros.core.noise import Noise
+from aerial_gnss_ros.core.config.noise import Noise
 
 
 def test_hats_interpolate() -> None:

@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 
 from aerial_gnss_ros.calibration.motion import Motion, adapted, error_axes_of
-from aerial_gnss_ros.core.config import estimator_config
-from aerial_gnss_ros.core.frames import matrix_from_rpy
-from aerial_gnss_ros.core.gimbal import error_axes
+from aerial_gnss_ros.core.config.estimator import estimator_config
+from aerial_gnss_ros.core.geometry.frames import matrix_from_rpy
+from aerial_gnss_ros.core.geometry.gimbal import error_axes
 from aerial_gnss_ros.simulation.sensors import START_NS
 
 sys.path.insert(0, str(Path(__file__).parent))

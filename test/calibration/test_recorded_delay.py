@@ -18,12 +18,12 @@ from scipy.spatial.transform import Rotation, Slerp
 
 from aerial_gnss_ros.calibration.recording import Recording
 from aerial_gnss_ros.calibration.solve import calibrate
-from aerial_gnss_ros.core.camera import CameraModel
-from aerial_gnss_ros.core.config import estimator_config
-from aerial_gnss_ros.core.detection_frame import DetectionFrame
-from aerial_gnss_ros.core.frames import FLU_FROM_OPTICAL
-from aerial_gnss_ros.core.geodesy import enu_from_geodetic, geodetic_from_enu
-from aerial_gnss_ros.core.samples import Fix, Orientation, Scalar
+from aerial_gnss_ros.core.camera.model import CameraModel
+from aerial_gnss_ros.core.config.estimator import estimator_config
+from aerial_gnss_ros.core.geometry.frames import FLU_FROM_OPTICAL
+from aerial_gnss_ros.core.geometry.geodesy import enu_from_geodetic, geodetic_from_enu
+from aerial_gnss_ros.core.values.detection_frame import DetectionFrame
+from aerial_gnss_ros.core.values.samples import Fix, Orientation, Scalar
 
 RECORDING = Path(__file__).parents[3] / "shared" / "data" / "klv_cheyenne.csv"
 START_NS, HEIGHT_M = 10**18, 100.0

@@ -10,7 +10,7 @@ import pytest
 
 from aerial_gnss_ros.adapters.parameter_files import read
 from aerial_gnss_ros.cli import main
-from aerial_gnss_ros.core.config import estimator_config
+from aerial_gnss_ros.core.config.estimator import estimator_config
 from aerial_gnss_ros.nodes.schemas import ESTIMATOR, SCHEMAS
 
 

@@ -11,7 +11,7 @@ import pytest
 
 from aerial_gnss_ros import cli
 from aerial_gnss_ros.adapters.camera_files import camera_file_text, read_camera_file
-from aerial_gnss_ros.core.camera import CameraModel
+from aerial_gnss_ros.core.camera.model import CameraModel
 
 CALIBRATION = """\
 image_width: 640

@@ -16,7 +16,7 @@ import pytest
 from aerial_gnss_ros.adapters.stamps import nanoseconds
 from aerial_gnss_ros.bags.reader import open_bag
 from aerial_gnss_ros.cli import main
-from aerial_gnss_ros.core.frames import matrix_from_rpy
+from aerial_gnss_ros.core.geometry.frames import matrix_from_rpy
 from aerial_gnss_ros.evaluation.truth import read_truth
 from aerial_gnss_ros.simulation.bag import write_bag
 from aerial_gnss_ros.simulation.boxes import DetectorPlan

@@ -15,11 +15,11 @@ from aerial_gnss_ros import cli
 from aerial_gnss_ros.adapters import canonical
 from aerial_gnss_ros.adapters.feed import Feed
 from aerial_gnss_ros.bags.reader import open_bag
-from aerial_gnss_ros.core.config import estimator_config
-from aerial_gnss_ros.core.detection_frame import empty_detections
-from aerial_gnss_ros.core.estimator import Estimator
-from aerial_gnss_ros.core.geodesy import geodesic_inverse
-from aerial_gnss_ros.core.localize import locate
+from aerial_gnss_ros.core.config.estimator import estimator_config
+from aerial_gnss_ros.core.estimation.estimator import Estimator
+from aerial_gnss_ros.core.geometry.geodesy import geodesic_inverse
+from aerial_gnss_ros.core.georeferencing.localization import locate
+from aerial_gnss_ros.core.values.detection_frame import empty_detections
 
 HEADER = "OSD.latitude,OSD.longitude,OSD.height [ft],OSD.pitch,OSD.yaw [360],GIMBAL.pitch\n"
 START = 1_735_689_600

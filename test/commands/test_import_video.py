@@ -15,7 +15,7 @@ import pytest
 from aerial_gnss_ros import cli
 from aerial_gnss_ros.bags.reader import open_bag
 from aerial_gnss_ros.bags.tables import read_positions
-from aerial_gnss_ros.core.geodesy import enu_from_geodetic
+from aerial_gnss_ros.core.geometry.geodesy import enu_from_geodetic
 from aerial_gnss_ros.detection.image_header import MAX_PIXELS
 from aerial_gnss_ros.detection.images import decode
 

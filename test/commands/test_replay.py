@@ -21,7 +21,7 @@ from rosbags.interfaces import QosDurability
 
 from aerial_gnss_ros.adapters.stamps import header_fields
 from aerial_gnss_ros.bags.writer import BagWriter
-from aerial_gnss_ros.core.words import counted
+from aerial_gnss_ros.text.sentences import counted
 
 COLUMNS = (
     "stamp_ns,robot_id,class_id,latitude_deg,longitude_deg,altitude_m,var_east_m2,"

@@ -11,7 +11,7 @@ from pathlib import Path
 
 from aerial_gnss_ros.bags.replay import Summary
 from aerial_gnss_ros.commands.replay_summary import as_text, folded
-from aerial_gnss_ros.core.rejection import Cause
+from aerial_gnss_ros.core.values.rejection import Cause
 
 
 def stray_boxes(flight, counts):

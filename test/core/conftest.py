@@ -11,17 +11,17 @@ from dataclasses import dataclass, field
 import numpy as np
 import pytest
 
-from aerial_gnss_ros.core.camera import CameraModel
-from aerial_gnss_ros.core.camera_pose import CameraPose
-from aerial_gnss_ros.core.config import estimator_config
-from aerial_gnss_ros.core.detection_frame import DetectionFrame
-from aerial_gnss_ros.core.estimates import MapDatum
-from aerial_gnss_ros.core.estimator import Estimator
-from aerial_gnss_ros.core.frames import matrix_from_rpy, quaternion_from_matrix
-from aerial_gnss_ros.core.geodesy import geodetic_from_enu
-from aerial_gnss_ros.core.local_map import LocalMap
-from aerial_gnss_ros.core.localize import project_to_image
-from aerial_gnss_ros.core.samples import Fix, Orientation, Scalar
+from aerial_gnss_ros.core.camera.model import CameraModel
+from aerial_gnss_ros.core.config.estimator import estimator_config
+from aerial_gnss_ros.core.estimation.estimator import Estimator
+from aerial_gnss_ros.core.geometry.frames import matrix_from_rpy, quaternion_from_matrix
+from aerial_gnss_ros.core.geometry.geodesy import geodetic_from_enu
+from aerial_gnss_ros.core.geometry.local_map import LocalMap
+from aerial_gnss_ros.core.georeferencing.localization import project_to_image
+from aerial_gnss_ros.core.values.camera_pose import CameraPose
+from aerial_gnss_ros.core.values.detection_frame import DetectionFrame
+from aerial_gnss_ros.core.values.estimates import MapDatum
+from aerial_gnss_ros.core.values.samples import Fix, Orientation, Scalar
 
 SECOND = 1_000_000_000
 START_NS = 1_700_000_000 * SECOND

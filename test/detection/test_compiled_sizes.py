@@ -8,7 +8,7 @@ import threading
 
 import pytest
 
-from aerial_gnss_ros.core.errors import ModelError
+from aerial_gnss_ros.core.values.errors import ModelError
 from aerial_gnss_ros.detection.compiled_sizes import CompiledSizes
 
 WHOLE, WINDOW, PART, OTHER, RARE = (

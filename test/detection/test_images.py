@@ -12,7 +12,7 @@ import cv2
 import numpy as np
 import pytest
 
-from aerial_gnss_ros.core.errors import InputError
+from aerial_gnss_ros.core.values.errors import InputError
 from aerial_gnss_ros.detection.images import decode
 
 WIDTH, HEIGHT = 48, 32

@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from aerial_gnss_ros.core.errors import ModelError
+from aerial_gnss_ros.core.values.errors import ModelError
 from aerial_gnss_ros.detection.base import detect_all
 from aerial_gnss_ros.detection.config import DetectorConfig
 from aerial_gnss_ros.detection.select import load_detector

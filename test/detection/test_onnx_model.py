@@ -6,7 +6,7 @@ from __future__ import annotations
 
 import pytest
 
-from aerial_gnss_ros.core.errors import ModelError
+from aerial_gnss_ros.core.values.errors import ModelError
 from aerial_gnss_ros.detection.onnx_model import class_names
 from aerial_gnss_ros.detection.second_look_terms import METADATA, Terms
 

@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from aerial_gnss_ros.core.errors import ConfigError, ModelError
+from aerial_gnss_ros.core.values.errors import ConfigError, ModelError
 from aerial_gnss_ros.detection.config import DetectorConfig, detector_config
 from aerial_gnss_ros.detection.select import load_detector, possible_backends
 

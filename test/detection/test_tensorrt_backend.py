@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 from aerial_gnss_ros import cli
-from aerial_gnss_ros.core.errors import ModelError
+from aerial_gnss_ros.core.values.errors import ModelError
 from aerial_gnss_ros.detection.config import DetectorConfig
 from aerial_gnss_ros.detection.engine_card import card_path, read_card
 from aerial_gnss_ros.detection.select import load_detector

@@ -12,7 +12,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from aerial_gnss_ros.core.errors import ModelError
+from aerial_gnss_ros.core.values.errors import ModelError
 from aerial_gnss_ros.detection.config import detector_config
 from aerial_gnss_ros.detection.search import searching
 from aerial_gnss_ros.detection.tiling import TilingDetector

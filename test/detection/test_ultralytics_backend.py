@@ -13,7 +13,7 @@ from types import ModuleType, SimpleNamespace
 import numpy as np
 import pytest
 
-from aerial_gnss_ros.core.errors import ModelError
+from aerial_gnss_ros.core.values.errors import ModelError
 from aerial_gnss_ros.detection.config import DetectorConfig
 from aerial_gnss_ros.detection.select import load_detector
 

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from aerial_gnss_ros.bags.tables import EstimatedTrack, Track
-from aerial_gnss_ros.core.geodesy import geodetic_from_enu
+from aerial_gnss_ros.core.geometry.geodesy import geodetic_from_enu
 from aerial_gnss_ros.evaluation.errors import compare, summarise
 
 LATITUDE, LONGITUDE = math.radians(13.19), math.radians(-59.64)

@@ -7,7 +7,7 @@ from __future__ import annotations
 import pytest
 
 from aerial_gnss_ros.adapters import dji_srt
-from aerial_gnss_ros.core.errors import InputError
+from aerial_gnss_ros.core.values.errors import InputError
 from fuzz import engine, files, outputs, samples
 
 READERS = {one.name: one for one in files.targets() if isinstance(one, files.Parser)}

@@ -13,8 +13,8 @@ import pytest
 
 from aerial_gnss_ros.adapters import canonical
 from aerial_gnss_ros.adapters.kinds import ATTITUDE, FIX, GIMBAL, HEIGHT
-from aerial_gnss_ros.core.estimates import FrameResult, RobotEstimate, State
-from aerial_gnss_ros.core.pipeline import Pipeline
+from aerial_gnss_ros.core.estimation.pipeline import Pipeline
+from aerial_gnss_ros.core.values.estimates import FrameResult, RobotEstimate, State
 from fuzz import engine, flight, messages, mutate
 from fuzz.checks import FAR_M, check
 from fuzz.vehicles import VEHICLES

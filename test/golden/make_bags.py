@@ -31,13 +31,13 @@ from aerial_gnss_ros.adapters.dji_log import read_dji_log
 from aerial_gnss_ros.adapters.results import detection_array
 from aerial_gnss_ros.adapters.stamps import header_fields
 from aerial_gnss_ros.bags.writer import RELIABLE, SENSOR, BagWriter
-from aerial_gnss_ros.core.detection_frame import DetectionFrame
-from aerial_gnss_ros.core.frames import (
+from aerial_gnss_ros.core.geometry.frames import (
     matrix_from_quaternion,
     matrix_from_rpy,
     quaternion_from_matrix,
 )
-from aerial_gnss_ros.core.samples import Fix, Orientation, Scalar
+from aerial_gnss_ros.core.values.detection_frame import DetectionFrame
+from aerial_gnss_ros.core.values.samples import Fix, Orientation, Scalar
 from aerial_gnss_ros.detection.base import Detections
 from aerial_gnss_ros.simulation.boxes import DetectorPlan
 from aerial_gnss_ros.simulation.experiment import CameraClock, Experiment, default_camera

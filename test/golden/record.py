@@ -26,7 +26,7 @@ import numpy as np
 from aerial_gnss_ros.bags.reader import open_bag
 from aerial_gnss_ros.bags.replay import Replay
 from aerial_gnss_ros.bags.results import position_row, rejection_row
-from aerial_gnss_ros.core.config import estimator_config
+from aerial_gnss_ros.core.config.estimator import estimator_config
 from aerial_gnss_ros.detection.config import DetectorConfig
 
 HERE = Path(__file__).resolve().parent

@@ -168,8 +168,8 @@ def drone(t):
 
 def boxes(t):
     """Return the pixels (n, 2) of the robots at a time, by the project's own camera."""
-    from aerial_gnss_ros.core.camera import CameraModel
-    from aerial_gnss_ros.core.frames import FLU_FROM_OPTICAL, matrix_from_rpy
+    from aerial_gnss_ros.core.camera.model import CameraModel
+    from aerial_gnss_ros.core.geometry.frames import FLU_FROM_OPTICAL, matrix_from_rpy
 
     camera = CameraModel(*SIZE, "plumb_bob", np.array(matrix_k()).reshape(3, 3))
     east, north, height, *angles = drone(t)
@@ -206,8 +206,8 @@ def picture(t):
 
 def telemetry(t_step):
     """Yield (time, topic, msgtype, fields) of all telemetry of one step of 50 ms."""
-    from aerial_gnss_ros.core.frames import matrix_from_rpy, quaternion_from_matrix
-    from aerial_gnss_ros.core.geodesy import geodetic_from_enu
+    from aerial_gnss_ros.core.geometry.frames import matrix_from_rpy, quaternion_from_matrix
+    from aerial_gnss_ros.core.geometry.geodesy import geodetic_from_enu
 
     t = 0.05 * t_step
     east, north, height, *angles = drone(t)

@@ -8,7 +8,7 @@ import pytest
 
 from aerial_gnss_ros.adapters.parameter_files import read
 from aerial_gnss_ros.adapters.vehicles import vehicle_file, vehicle_names
-from aerial_gnss_ros.core.errors import ConfigError
+from aerial_gnss_ros.core.values.errors import ConfigError
 from aerial_gnss_ros.nodes.config_files import texts
 from aerial_gnss_ros.nodes.schemas import SCHEMAS
 

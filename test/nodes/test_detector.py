@@ -13,7 +13,7 @@ import cv2
 import numpy as np
 import pytest
 
-from aerial_gnss_ros.core.errors import ModelError
+from aerial_gnss_ros.core.values.errors import ModelError
 from aerial_gnss_ros.detection.base import Detections
 from aerial_gnss_ros.detection.search import searching
 from aerial_gnss_ros.detection.select import load_detector

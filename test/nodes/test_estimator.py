@@ -22,7 +22,7 @@ from aerial_gnss_ros.adapters.results import (  # noqa: E402
     UNKNOWN_LENGTH_M2,
     markers,
 )
-from aerial_gnss_ros.core.estimates import FrameResult, RobotEstimate, State  # noqa: E402
+from aerial_gnss_ros.core.values.estimates import FrameResult, RobotEstimate, State  # noqa: E402
 from aerial_gnss_ros.nodes import estimator_node, on_demand  # noqa: E402
 from aerial_gnss_ros.nodes.diagnostics import ERROR, OK, STALE, WARN  # noqa: E402
 from aerial_gnss_ros.nodes.estimator_node import EstimatorNode  # noqa: E402

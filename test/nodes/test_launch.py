@@ -16,7 +16,7 @@ from types import ModuleType, SimpleNamespace
 import pytest
 
 from aerial_gnss_ros.adapters.vehicles import vehicle_file, vehicle_names
-from aerial_gnss_ros.core.parameters import leaves
+from aerial_gnss_ros.core.config.schema import leaves
 from aerial_gnss_ros.nodes.schemas import SCHEMAS
 
 

@@ -10,7 +10,7 @@ import weakref
 import numpy as np
 import pytest
 
-from aerial_gnss_ros.core.errors import ModelError
+from aerial_gnss_ros.core.values.errors import ModelError
 from aerial_gnss_ros.detection.base import Detections
 
 rclpy = pytest.importorskip("rclpy", reason="ROS 2 is not installed")

@@ -13,9 +13,9 @@ import pytest
 from aerial_gnss_ros.adapters.feed import Feed
 from aerial_gnss_ros.adapters.stamps import nanoseconds
 from aerial_gnss_ros.bags.reader import open_bag
-from aerial_gnss_ros.core.config import estimator_config
-from aerial_gnss_ros.core.estimator import Estimator
-from aerial_gnss_ros.core.geodesy import geodesic_inverse
+from aerial_gnss_ros.core.config.estimator import estimator_config
+from aerial_gnss_ros.core.estimation.estimator import Estimator
+from aerial_gnss_ros.core.geometry.geodesy import geodesic_inverse
 
 ESTIMATOR = "aerial_gnss_ros.nodes.estimator"
 START_NS, STEP_NS = 1_700_000_000_000_000_000, 200_000_000  # of the flight's images

@@ -8,9 +8,9 @@ import math
 
 import pytest
 
-from aerial_gnss_ros.core.config import EstimatorConfig
-from aerial_gnss_ros.core.errors import ConfigError
-from aerial_gnss_ros.core.parameters import leaves
+from aerial_gnss_ros.core.config.estimator import EstimatorConfig
+from aerial_gnss_ros.core.config.schema import leaves
+from aerial_gnss_ros.core.values.errors import ConfigError
 
 rclpy = pytest.importorskip("rclpy", reason="ROS 2 is not installed")
 

@@ -7,7 +7,7 @@ from __future__ import annotations
 import pytest
 
 from aerial_gnss_ros.bags.typestore import make, typestore
-from aerial_gnss_ros.core.errors import RosError
+from aerial_gnss_ros.core.values.errors import RosError
 
 pytest.importorskip("rclpy", reason="ROS 2 is not installed")
 

@@ -17,7 +17,7 @@ from rclpy.qos import QoSDurabilityPolicy, QoSProfile  # noqa: E402
 
 from aerial_gnss_ros.adapters import kinds  # noqa: E402
 from aerial_gnss_ros.adapters.vehicles import vehicle_file  # noqa: E402
-from aerial_gnss_ros.core.errors import RosError  # noqa: E402
+from aerial_gnss_ros.core.values.errors import RosError  # noqa: E402
 from aerial_gnss_ros.nodes import qos  # noqa: E402
 from aerial_gnss_ros.nodes.diagnostics import ERROR, STALE  # noqa: E402
 from aerial_gnss_ros.nodes.estimator_node import EstimatorNode  # noqa: E402

@@ -16,7 +16,7 @@ from aerial_gnss_ros.adapters import canonical
 from aerial_gnss_ros.adapters.stamps import nanoseconds
 from aerial_gnss_ros.bags.typestore import typestore
 from aerial_gnss_ros.bags.writer import BagWriter
-from aerial_gnss_ros.core.errors import OutputError
+from aerial_gnss_ros.core.values.errors import OutputError
 from aerial_gnss_ros.simulation.bag import write_bag
 from aerial_gnss_ros.simulation.boxes import DetectorPlan
 from aerial_gnss_ros.simulation.experiment import CameraClock, Experiment, default_camera

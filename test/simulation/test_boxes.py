@@ -10,8 +10,8 @@ import cv2
 import numpy as np
 import pytest
 
-from aerial_gnss_ros.core.camera import CameraModel
-from aerial_gnss_ros.core.frames import FLU_FROM_OPTICAL, matrix_from_rpy
+from aerial_gnss_ros.core.camera.model import CameraModel
+from aerial_gnss_ros.core.geometry.frames import FLU_FROM_OPTICAL, matrix_from_rpy
 from aerial_gnss_ros.simulation.boxes import Boxes, DetectorPlan, detected, projected_boxes
 from aerial_gnss_ros.simulation.experiment import default_camera
 from aerial_gnss_ros.simulation.view import ViewPose

@@ -12,7 +12,7 @@ from pathlib import Path
 import cv2
 import pytest
 
-from aerial_gnss_ros.core.errors import ConfigError, OutputError
+from aerial_gnss_ros.core.values.errors import ConfigError, OutputError
 from aerial_gnss_ros.simulation.dataset import DatasetConfig, generate
 
 

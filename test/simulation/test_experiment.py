@@ -9,14 +9,14 @@ import math
 import numpy as np
 import pytest
 
-from aerial_gnss_ros.core.config import estimator_config
-from aerial_gnss_ros.core.detection_frame import DetectionFrame
-from aerial_gnss_ros.core.errors import ConfigError, InputError
-from aerial_gnss_ros.core.estimator import Estimator
-from aerial_gnss_ros.core.geodesy import enu_from_geodetic
-from aerial_gnss_ros.core.localize import locate
-from aerial_gnss_ros.core.noise import Noise
-from aerial_gnss_ros.core.rejection import Input
+from aerial_gnss_ros.core.config.estimator import estimator_config
+from aerial_gnss_ros.core.config.noise import Noise
+from aerial_gnss_ros.core.estimation.estimator import Estimator
+from aerial_gnss_ros.core.geometry.geodesy import enu_from_geodetic
+from aerial_gnss_ros.core.georeferencing.localization import locate
+from aerial_gnss_ros.core.values.detection_frame import DetectionFrame
+from aerial_gnss_ros.core.values.errors import ConfigError, InputError
+from aerial_gnss_ros.core.values.rejection import Input
 from aerial_gnss_ros.simulation.experiment import (
     CameraClock,
     Experiment,

@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from aerial_gnss_ros.core.rejection import Input
+from aerial_gnss_ros.core.values.rejection import Input
 from aerial_gnss_ros.simulation.feeding import EARTH_REFERENCED, feed, telemetry
 from aerial_gnss_ros.simulation.flight import FlightPlan, GeneratedFlight
 from aerial_gnss_ros.simulation.sensors import Sensors, sensor_plan

@@ -9,8 +9,8 @@ import math
 import numpy as np
 import pytest
 
-from aerial_gnss_ros.core.errors import ConfigError
-from aerial_gnss_ros.core.frames import rpy_from_matrix
+from aerial_gnss_ros.core.geometry.frames import rpy_from_matrix
+from aerial_gnss_ros.core.values.errors import ConfigError
 from aerial_gnss_ros.simulation.flight import DRAG_PER_S, GRAVITY, FlightPlan, GeneratedFlight
 
 T = np.arange(0.0, 60.0, 0.1)

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 from aerial_gnss_ros.adapters.dji_log import read_dji_log
-from aerial_gnss_ros.core.errors import InputError
-from aerial_gnss_ros.core.frames import matrix_from_quaternion
+from aerial_gnss_ros.core.geometry.frames import matrix_from_quaternion
+from aerial_gnss_ros.core.values.errors import InputError
 from aerial_gnss_ros.simulation.recorded import RecordedFlight, water_seconds
 from aerial_gnss_ros.simulation.sensors import geodetic
 

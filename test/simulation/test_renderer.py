@@ -10,8 +10,8 @@ import cv2
 import numpy as np
 import pytest
 
-from aerial_gnss_ros.core.camera import CameraModel
-from aerial_gnss_ros.core.frames import FLU_FROM_OPTICAL, matrix_from_rpy
+from aerial_gnss_ros.core.camera.model import CameraModel
+from aerial_gnss_ros.core.geometry.frames import FLU_FROM_OPTICAL, matrix_from_rpy
 from aerial_gnss_ros.simulation.hexapod import RobotState, placed_robot
 from aerial_gnss_ros.simulation.renderer import Renderer
 from aerial_gnss_ros.simulation.scene import Scene, random_scene

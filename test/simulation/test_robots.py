@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from aerial_gnss_ros.core.errors import ConfigError
+from aerial_gnss_ros.core.values.errors import ConfigError
 from aerial_gnss_ros.simulation.robots import Swarm, SwimPlan
 
 T = np.arange(0.0, 120.0, 0.1)

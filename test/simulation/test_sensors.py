@@ -9,8 +9,8 @@ import math
 import numpy as np
 import pytest
 
-from aerial_gnss_ros.core.frames import matrix_from_quaternion, rpy_from_matrix
-from aerial_gnss_ros.core.gimbal import error_axes
+from aerial_gnss_ros.core.geometry.frames import matrix_from_quaternion, rpy_from_matrix
+from aerial_gnss_ros.core.geometry.gimbal import error_axes
 from aerial_gnss_ros.simulation.flight import FlightPlan, GeneratedFlight
 from aerial_gnss_ros.simulation.sensors import START_NS, Sensors, sensor_plan, ticks
 

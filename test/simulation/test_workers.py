@@ -15,7 +15,7 @@ from pathlib import Path
 
 import pytest
 
-from aerial_gnss_ros.core.errors import OutputError
+from aerial_gnss_ros.core.values.errors import OutputError
 from aerial_gnss_ros.simulation.workers import shared
 
 

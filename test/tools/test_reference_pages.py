@@ -10,8 +10,8 @@ from pathlib import Path
 import pytest
 
 from aerial_gnss_ros.cli import COMMANDS
-from aerial_gnss_ros.core.parameters import leaves
-from aerial_gnss_ros.core.rejection import Cause, Reason
+from aerial_gnss_ros.core.config.schema import leaves
+from aerial_gnss_ros.core.values.rejection import Cause, Reason
 from aerial_gnss_ros.nodes.schemas import SCHEMAS
 
 SCRIPT = Path(__file__).resolve().parents[2] / "tools" / "reference_pages.py"

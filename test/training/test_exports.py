@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from aerial_gnss_ros.core.errors import InputError, ModelError, OutputError
+from aerial_gnss_ros.core.values.errors import InputError, ModelError, OutputError
 from aerial_gnss_ros.resources import model_path
 
 onnx = pytest.importorskip("onnx", reason="pip install '.[export]'")

@@ -12,7 +12,7 @@ import pytest
 from onnx import numpy_helper
 
 from aerial_gnss_ros import cli
-from aerial_gnss_ros.core.errors import InputError
+from aerial_gnss_ros.core.values.errors import InputError
 from aerial_gnss_ros.detection.select import find_model
 from aerial_gnss_ros.simulation.dataset import DatasetConfig, generate
 from aerial_gnss_ros.training.from_onnx import checkpoint_from_onnx

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from PIL import Image as PillowImage
 
-from aerial_gnss_ros.core.errors import InputError
+from aerial_gnss_ros.core.values.errors import InputError
 from aerial_gnss_ros.training.inspection import DatasetError, inspect
 from aerial_gnss_ros.training.layout import label_file, open_dataset
 

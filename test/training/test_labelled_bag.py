@@ -13,7 +13,7 @@ from aerial_gnss_ros.adapters.results import detection_array
 from aerial_gnss_ros.adapters.stamps import header_fields
 from aerial_gnss_ros.bags.typestore import serialize
 from aerial_gnss_ros.bags.writer import BagWriter
-from aerial_gnss_ros.core.errors import InputError
+from aerial_gnss_ros.core.values.errors import InputError
 from aerial_gnss_ros.detection.base import Detections
 from aerial_gnss_ros.simulation.labels import RobotLabel
 from aerial_gnss_ros.training.labelled_bag import read_bag

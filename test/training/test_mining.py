@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 import pytest
 
-from aerial_gnss_ros.core.errors import ConfigError, OutputError
+from aerial_gnss_ros.core.values.errors import ConfigError, OutputError
 from aerial_gnss_ros.detection.base import Detections
 from aerial_gnss_ros.training.labelled import LabelledImage, Truth, read_labels
 from aerial_gnss_ros.training.mining import Mining, hard_places, mine

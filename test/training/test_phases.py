@@ -6,7 +6,7 @@ from __future__ import annotations
 
 import pytest
 
-from aerial_gnss_ros.core.errors import ConfigError
+from aerial_gnss_ros.core.values.errors import ConfigError
 from aerial_gnss_ros.training.inspection import inspect
 from aerial_gnss_ros.training.layout import open_dataset
 from aerial_gnss_ros.training.phases import Phase, members, plan_phases, timed_phase

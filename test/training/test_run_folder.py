@@ -12,7 +12,7 @@ import cv2
 import numpy as np
 import pytest
 
-from aerial_gnss_ros.core.errors import InputError
+from aerial_gnss_ros.core.values.errors import InputError
 from aerial_gnss_ros.training.curves import as_csv, draw_curves, read_epochs
 from aerial_gnss_ros.training.data_view import write_view
 from aerial_gnss_ros.training.held_out import held_out_images, held_out_split

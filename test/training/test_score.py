@@ -10,7 +10,7 @@ import cv2
 import numpy as np
 import pytest
 
-from aerial_gnss_ros.core.errors import InputError
+from aerial_gnss_ros.core.values.errors import InputError
 from aerial_gnss_ros.detection.base import Detections, within_image
 from aerial_gnss_ros.simulation.dataset import DatasetConfig, generate
 from aerial_gnss_ros.training import failures

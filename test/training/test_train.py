@@ -9,7 +9,7 @@ from types import SimpleNamespace
 import pytest
 
 from aerial_gnss_ros import cli
-from aerial_gnss_ros.core.errors import InputError, OutputError
+from aerial_gnss_ros.core.values.errors import InputError, OutputError
 from aerial_gnss_ros.training import train
 from aerial_gnss_ros.training.export import export
 

@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 import pytest
 
-from aerial_gnss_ros.core.errors import ConfigError
+from aerial_gnss_ros.core.values.errors import ConfigError
 from aerial_gnss_ros.training import pixel_operations as pixels
 from aerial_gnss_ros.training.colour import chromaticity, gains, table
 from aerial_gnss_ros.training.variants import PROBABILITIES, Recipe, make_variant

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from aerial_gnss_ros.core.refraction import WATER_INDEX
+from aerial_gnss_ros.core.geometry.refraction import WATER_INDEX
 from aerial_gnss_ros.simulation.blender.shot import Shot
 
 COLOURS = "colour"

@@ -13,7 +13,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from aerial_gnss_ros.core.errors import ConfigError, OutputError
+from aerial_gnss_ros.core.values.errors import ConfigError, OutputError
 from aerial_gnss_ros.resources import install_hint
 from aerial_gnss_ros.simulation.blender import worker
 from aerial_gnss_ros.simulation.blender.picture import Order

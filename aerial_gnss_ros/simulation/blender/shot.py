@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from aerial_gnss_ros.core.camera import CameraModel
+from aerial_gnss_ros.core.camera.model import CameraModel
 from aerial_gnss_ros.simulation.blender.hexapod import Robot, random_build, random_flippers
 from aerial_gnss_ros.simulation.blender.props import HARBOUR
 from aerial_gnss_ros.simulation.blender.ranges import Ranges, Span

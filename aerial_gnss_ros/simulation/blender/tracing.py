@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from aerial_gnss_ros.core.refraction import WATER_INDEX
+from aerial_gnss_ros.core.geometry.refraction import WATER_INDEX
 from aerial_gnss_ros.simulation.blender.rig import world_triangles
 from aerial_gnss_ros.simulation.blender.studio import Set
 from aerial_gnss_ros.simulation.view import Window, project_points

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from aerial_gnss_ros.core.errors import ConfigError, OutputError
+from aerial_gnss_ros.core.values.errors import ConfigError, OutputError
 from aerial_gnss_ros.simulation.blender import samples
 from aerial_gnss_ros.simulation.samples import DatasetConfig, Sample, sample_source
 

@@ -1,0 +1,92 @@
+# Copyright 2026 aerial_gnss_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Whose box it is that an assignment gave to one robot and that may be of another."""
+
+from __future__ import annotations
+
+import math
+
+from aerial_gnss_ros.core.association.assignment import CLEAR
+from aerial_gnss_ros.core.association.track import Track
+from aerial_gnss_ros.core.models.motion_model import HELD_S
+
+
+def undisputed(
+    tracks: list[Track],
+    rows: list[int],
+    columns: list[int],
+    chosen: list[int],
+    log: list[float],
+    kind: list[str],
+    stamp_ns: int,
+) -> list[int]:
+    """Return the pairs of an assignment but for boxes that may be of robots out of sight.
+
+    A robot out of sight for long is not updated by a single box. Where one comes up that may as
+    well be that robot as another one, whose place is no longer sure either, neither gets the box:
+    it begins a track, and whose that is, is decided with all that is known (`reidentification`).
+
+    Args:
+        tracks: all of them.
+        rows: of the pairs.
+        columns: theirs.
+        chosen: pairs that the assignment made.
+        log: log likelihood of each pair.
+        kind: of each track; "" is not updated by a single box.
+        stamp_ns: of the image, ns.
+    """
+    unsure = [k for k in chosen if stamp_ns - tracks[rows[k]].last_seen_ns > HELD_S * 1e9]
+    for k in unsure:
+        least = log[k] - math.log(CLEAR)
+        if any(
+            log[i] > least and columns[i] == columns[k] and not kind[row]
+            and tracks[row].robot_id and tracks[row].class_id == tracks[rows[k]].class_id
+            for i, row in enumerate(rows)
+        ):  # fmt: skip
+            chosen = [one for one in chosen if one != k]
+    return chosen
+
+
+def kept(
+    tracks: list[Track],
+    rows: list[int],
+    columns: list[int],
+    chosen: list[int],
+    inside: list[int],
+    away_ns: int,
+) -> list[int]:
+    """Return the pairs of an assignment, each box left to the robot that has been wearing it.
+
+    Two robots of which one image after the other shows only one may be one robot with two tracks.
+    Whichever is nearer by chance must not take the box: the name would alternate. It stays with the
+    one seen last; the other coasts, until an image shows both or it comes up for itself. If images
+    have shown both, the better fit takes it, as an image misses a robot now and then; but no robot
+    comes back from longer absence in the very image that misses the other one.
+
+    Args:
+        tracks: all of them.
+        rows: of the pairs.
+        columns: theirs.
+        chosen: pairs that the assignment made.
+        inside: pairs inside robots' gates.
+        away_ns: robots seen last before this were not just missed, ns.
+    """
+    if len(inside) == len(chosen):
+        return chosen
+    rivals: dict[int, list[int]] = {}
+    for k in inside:
+        rivals.setdefault(columns[k], []).append(k)
+    found, wearing = list(chosen), {rows[k] for k in chosen}
+    for place, k in enumerate(chosen):
+        track = tracks[rows[k]]
+        wearers = [
+            other
+            for other in rivals[columns[k]]
+            if rows[other] not in wearing
+            and tracks[rows[other]].last_seen_ns > track.last_seen_ns
+            and (track.last_seen_ns < away_ns or not tracks[rows[other]].seen_beside(track))
+        ]
+        if wearers:
+            found[place] = max(wearers, key=lambda other: tracks[rows[other]].last_seen_ns)
+            wearing.symmetric_difference_update((rows[k], rows[found[place]]))
+    return found

@@ -1,0 +1,140 @@
+# Copyright 2026 aerial_gnss_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""The life of one track, and what it remembers for the time when its robot is out of sight."""
+
+from __future__ import annotations
+
+from collections import deque
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aerial_gnss_ros.core.faults.noise_level import Innovation
+from aerial_gnss_ros.core.values.estimates import State
+from aerial_gnss_ros.core.values.rejection import Cause
+
+Array = NDArray[np.float64]
+
+HABIT_S = 5.0
+"""Velocities so far apart count as independent of one another."""
+
+STRAIN_IMAGES = 8
+"""Images over which a robot's normalised squared innovations are averaged."""
+
+
+@dataclass
+class Track:
+    """The life of one track; its numbers are those of the same row of `Tracker.filter`.
+
+    Attributes:
+        class_id: class name as the detector gave it.
+        first_seen_ns: stamp of the first image that showed it, ns.
+        last_seen_ns: of the last one, ns.
+        state: tentative, confirmed, coasting or lost.
+        robot_id: its name, "" before it is confirmed.
+        hits: stamps of the images that showed it, within `tracks.confirm_window_s`.
+        strain: fading mean of its squared innovations by their expectation; 1 is right.
+        velocity: (2,) East, North when last seen, m/s.
+        velocity_spread: (2, 2) covariance of that, m²/s².
+        swum: sum of its squared velocities, mean of both axes, each `HABIT_S`, m²/s².
+        swum_count: how many independent ones.
+        waits: whether it waits for its name, since it could be one of several robots.
+        chance: probability that its boxes after the first are false ones, there by chance.
+        strayed: whether a box was refused it, by which it would be faster than robots are, or it
+            was only seen while telemetry was wrong.
+        entered: whether its first box was at the edge of the picture: it came into view.
+        pending: stamp (ns), u and v (px) of its boxes for as long as it has no name.
+        near_misses: boxes just outside its gate that were no other's while it had no name.
+        stray_cause: of `strayed`, should it end without a name.
+        innovations: of the last three images that showed it where it may be.
+        once: its name until all robots were elsewhere at once and another track went on under it;
+            it has it again should they be back.
+        doubtful: whether it was confirmed while robots were not where they should be: its place is
+            that of a camera that may have been wrong.
+        leaving: whether its last one is: should it vanish now, it has left the view, not dived.
+    """
+
+    class_id: str
+    first_seen_ns: int
+    last_seen_ns: int
+    state: State = State.TENTATIVE
+    robot_id: str = ""
+    hits: deque[int] = field(default_factory=deque)
+    strain: float = 1.0
+    velocity: Array = field(default_factory=lambda: np.zeros(2))
+    velocity_spread: Array = field(default_factory=lambda: np.zeros((2, 2)))
+    swum: float = 0.0
+    swum_count: float = 0.0
+    waits: bool = False
+    chance: float = 1.0
+    strayed: bool = False
+    entered: bool = False
+    leaving: bool = False
+    pending: tuple[tuple[int, float, float], ...] = ()
+    near_misses: int = 0
+    stray_cause: Cause = Cause.TOO_FAST
+    innovations: tuple[Innovation, ...] = ()
+    once: str = ""
+    doubtful: bool = False
+
+    def hit(
+        self, stamp_ns: int, window_ns: int, velocity: Array, spread: Array, edge: bool = False
+    ) -> None:
+        """Take in that an image shows it.
+
+        Args:
+            stamp_ns: of the image, ns.
+            window_ns: how long hits are kept, ns.
+            velocity: (2,) as estimated with it, m/s.
+            spread: (2, 2) its covariance, m²/s².
+            edge: whether the box is at the edge of the picture.
+        """
+        self.leaving = edge
+        if self.state is not State.TENTATIVE:
+            self.state = State.CONFIRMED
+            since = min((stamp_ns - self.last_seen_ns) * 1e-9 / HABIT_S, 1.0)
+            east, north = velocity.tolist()
+            self.swum += since * 0.5 * (east * east + north * north)
+            self.swum_count += since
+        self.velocity, self.velocity_spread = velocity, spread
+        self.last_seen_ns = stamp_ns
+        while self.hits and stamp_ns - self.hits[0] > window_ns:
+            self.hits.popleft()
+        self.hits.append(stamp_ns)
+
+    def take_over(self, other: Track) -> None:
+        """Go on under the name of a robot that this one turned out to be."""
+        self.robot_id = other.robot_id
+        self.swum, self.swum_count = other.swum, other.swum_count
+
+    def fold(self, other: Track) -> None:
+        """Take in a track without a name that turned out to be of the same robot."""
+        if other.first_seen_ns < self.first_seen_ns:
+            self.first_seen_ns, self.entered = other.first_seen_ns, other.entered
+        self.hits = deque(sorted({*self.hits, *other.hits}))
+        self.waits |= other.waits
+        self.pending, other.pending = self.pending + other.pending, ()
+
+    def exchange(self, other: Track) -> None:
+        """Give each other's name: association had exchanged the two."""
+        self.robot_id, other.robot_id = other.robot_id, self.robot_id
+        self.swum, other.swum = other.swum, self.swum
+        self.swum_count, other.swum_count = other.swum_count, self.swum_count
+
+    def stress(self, squared: float) -> float:
+        """Take in a squared Mahalanobis innovation; return the fading mean."""
+        self.strain += (0.5 * squared - self.strain) / STRAIN_IMAGES
+        return self.strain
+
+    def habit(self, speed: float) -> float:
+        """Return one sigma of the velocity that it is used to, each axis, m/s.
+
+        Args:
+            speed: what is supposed of a robot of which nothing is known, m/s.
+        """
+        return float(np.sqrt((speed**2 + self.swum) / (1.0 + self.swum_count)))
+
+    def seen_beside(self, other: Track) -> bool:
+        """Return whether one image showed both: then they are two robots."""
+        return not set(self.hits).isdisjoint(other.hits)

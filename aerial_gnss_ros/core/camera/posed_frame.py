@@ -1,0 +1,26 @@
+# Copyright 2026 aerial_gnss_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""One image's boxes together with the camera and its pose."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from aerial_gnss_ros.core.camera.model import CameraModel
+from aerial_gnss_ros.core.values.camera_pose import CameraPose
+from aerial_gnss_ros.core.values.detection_frame import DetectionFrame
+
+
+@dataclass(frozen=True)
+class PosedFrame:
+    """One image's boxes with the camera and its pose: everything that estimation needs.
+
+    Attributes:
+        latency: what is known of the correction of `camera.latency_s` that the pose allows for,
+            mean and sigma, s; None where it is not estimated.
+    """
+
+    detections: DetectionFrame
+    camera: CameraModel
+    pose: CameraPose
+    latency: tuple[float, float] | None = None

@@ -1,0 +1,284 @@
+# Copyright 2026 aerial_gnss_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""All parameters of the estimator together, and what they must fulfil together."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+from aerial_gnss_ros.core.config.corrections import CalibrationConfig, DepthConfig
+from aerial_gnss_ros.core.config.limits import LimitsConfig
+from aerial_gnss_ros.core.config.noise import Noise
+from aerial_gnss_ros.core.config.processing import (
+    CameraConfig,
+    DetectionsConfig,
+    MapConfig,
+    SurfaceConfig,
+    TracksConfig,
+)
+from aerial_gnss_ros.core.config.schema import build, flatten, group, key
+from aerial_gnss_ros.core.config.telemetry import (
+    HEADERLESS,
+    PX4,
+    AttitudeConfig,
+    FixConfig,
+    GimbalConfig,
+    HeightConfig,
+    WaterLevelConfig,
+)
+from aerial_gnss_ros.core.geometry.geodesy import geodesic_inverse
+from aerial_gnss_ros.core.values.errors import ConfigError
+from aerial_gnss_ros.text.sentences import cut, shown
+
+__all__ = [
+    "AttitudeConfig",
+    "CalibrationConfig",
+    "CameraConfig",
+    "DepthConfig",
+    "DetectionsConfig",
+    "EstimatorConfig",
+    "FixConfig",
+    "GimbalConfig",
+    "HeightConfig",
+    "LimitsConfig",
+    "MapConfig",
+    "RobotBinding",
+    "SurfaceConfig",
+    "TracksConfig",
+    "WaterLevelConfig",
+    "estimator_config",
+]
+
+
+@dataclass(frozen=True)
+class RobotBinding:
+    """A name bound to the robot that is first confirmed near a start.
+
+    Attributes:
+        name: the robot's id in topics.
+        class_id: class name that the detector gives it.
+        latitude: of the start, rad.
+        longitude: of the start, rad.
+    """
+
+    name: str
+    class_id: str
+    latitude: float
+    longitude: float
+
+
+@dataclass(frozen=True)
+class EstimatorConfig:
+    """All parameters of the estimator."""
+
+    method: str = key(
+        "filter",
+        "filter: tracked over time; single: exact ray, each image alone; paper: the published "
+        "equations, as a baseline.",
+        choices=("filter", "single", "paper"),
+    )
+    max_wait: float = key(
+        3.0,
+        "A detection waits this long for the telemetry that brackets it, then it is refused "
+        "with the late input's name.",
+        unit="s",
+        low=0.0,
+        high=30.0,
+    )
+    state_file: str = key(
+        "",
+        "File that keeps robot names over a restart, such as a change of batteries; empty: none. "
+        "`aerial-gnss run` and the launch file keep them over the restart of a node in any case.",
+    )
+    start_radius_m: float = key(
+        10.0,
+        "How near its start a robot must be confirmed to take the bound name.",
+        unit="m",
+        low=0.1,
+        high=1000.0,
+    )
+    camera: CameraConfig = group(CameraConfig)
+    fix: FixConfig = group(FixConfig)
+    attitude: AttitudeConfig = group(AttitudeConfig)
+    gimbal: GimbalConfig = group(GimbalConfig)
+    height: HeightConfig = group(HeightConfig)
+    water_level: WaterLevelConfig = group(WaterLevelConfig)
+    limits: LimitsConfig = group(LimitsConfig)
+    surface: SurfaceConfig = group(SurfaceConfig)
+    depth: DepthConfig = group(DepthConfig)
+    calibration: CalibrationConfig = group(CalibrationConfig)
+    detections: DetectionsConfig = group(DetectionsConfig)
+    tracks: TracksConfig = group(TracksConfig)
+    map: MapConfig = group(MapConfig)
+    noise: Noise = group(Noise)
+    robots: tuple[RobotBinding, ...] = field(default=())
+
+    @property
+    def needs_attitude(self) -> bool:
+        """Whether the gimbal's reference, a lever arm or a range finder needs the body."""
+        ranged = self.height.source == "topic" and self.height.along == "body"
+        return self.gimbal.reference != "earth" or ranged or any(self.camera.offset_m)
+
+
+def estimator_config(values: Mapping[str, Any]) -> EstimatorConfig:
+    """Return the estimator's parameters from nested or dotted values.
+
+    Args:
+        values: as in config/estimator.yaml; `robots` maps names to `class` and `start`
+            ([latitude, longitude] in degrees).
+
+    Raises:
+        ConfigError: unknown key, wrong type, out of range, or keys that contradict one another.
+    """
+    flat = flatten(values)
+    robots = {name: value for name, value in flat.items() if name.startswith("robots.")}
+    rest = {name: value for name, value in flat.items() if name not in robots and name != "robots"}
+    config = replace(build(EstimatorConfig, rest), robots=_bindings(robots))
+    _check_together(config)
+    return config
+
+
+def _check_clocks(config: EstimatorConfig) -> None:
+    """Refuse a clock that an input's messages do not carry."""
+    for name in ("fix", "attitude", "gimbal", "height"):
+        group_ = getattr(config, name)
+        kind, stamp = group_.type, group_.stamp
+        px4 = kind.startswith(PX4)
+        fits = ("arrival", "px4_us") if px4 else ("arrival",)
+        if group_.source != "topic" or stamp in fits:
+            continue
+        if kind in HEADERLESS:
+            raise ConfigError(
+                f"{name}.stamp is {stamp}, but {kind} messages carry no stamp; use arrival."
+            )
+        if px4 or stamp == "px4_us":
+            instead = "px4_us or arrival" if px4 else "header or arrival"
+            raise ConfigError(
+                f"{name}.stamp is {stamp}, which {kind} messages do not carry; use {instead}."
+            )
+
+
+def _check_axes(config: EstimatorConfig) -> None:
+    """Refuse axes and references that contradict the type of message."""
+    fix, gimbal = config.fix, config.gimbal
+    for name, group_ in (("attitude", config.attitude), ("gimbal", gimbal)):
+        kind = group_.type
+        autopilot = kind.startswith((PX4, "mavros_"))
+        wanted = ("ned", "frd") if autopilot else ("enu", "flu")
+        if (autopilot or kind == "psdk_gimbal") and (group_.world, group_.body) != wanted:
+            raise ConfigError(
+                f"{name}.type is {kind}, whose axes are {wanted[0]} and {wanted[1]}; set "
+                f"{name}.world: {wanted[0]} and {name}.body: {wanted[1]}."
+            )
+    flagged = gimbal.type in ("mavros_gimbal", "px4_gimbal") and gimbal.source == "topic"
+    if gimbal.reference == "mavlink_flags" and not flagged:
+        raise ConfigError(
+            f"gimbal.reference is mavlink_flags, but {gimbal.type} messages carry no flags; set "
+            "it to earth, heading, body or fixed."
+        )
+    if fix.type.startswith(PX4) and fix.altitude_datum not in ("ellipsoid", "amsl"):
+        raise ConfigError(
+            f"fix.type is {fix.type}, which has an altitude above the ellipsoid and one above "
+            "mean sea level; set fix.altitude_datum to ellipsoid or amsl."
+        )
+
+
+def _bindings(flat: Mapping[str, Any]) -> tuple[RobotBinding, ...]:
+    names: dict[str, dict[str, Any]] = {}
+    for dotted, value in flat.items():
+        parts = dotted.split(".")
+        if len(parts) != 3 or parts[2] not in ("class", "start"):
+            raise ConfigError(
+                f"{cut(dotted)} is not a parameter; robots.<name> has class and start."
+            )
+        names.setdefault(parts[1], {})[parts[2]] = value
+    return tuple(_binding(name, values) for name, values in sorted(names.items()))
+
+
+def _binding(name: str, values: Mapping[str, Any]) -> RobotBinding:
+    if not re.fullmatch(r"[a-z][a-z0-9]*(_[a-z0-9]+)*", name):
+        raise ConfigError(
+            f"robots.{cut(name)} cannot be a topic name; use lower-case letters and digits "
+            "with single _ between, and begin with a letter."
+        )
+    class_id, start = values.get("class"), values.get("start")
+    if not isinstance(class_id, str) or not class_id:
+        raise ConfigError(
+            f"robots.{cut(name)}.class must be the name of a class, not {shown(class_id)}."
+        )
+    numbers = list(start) if isinstance(start, list | tuple) else []
+    if len(numbers) != 2 or not all(
+        isinstance(n, int | float) and not isinstance(n, bool) for n in numbers
+    ):
+        raise ConfigError(
+            f"robots.{cut(name)}.start must be [latitude, longitude] in degrees, not "
+            f"{shown(start)}."
+        )
+    latitude, longitude = float(numbers[0]), float(numbers[1])
+    if not (abs(latitude) <= 90.0 and abs(longitude) <= 180.0):
+        raise ConfigError(f"robots.{cut(name)}.start {shown(numbers)} is not a place on Earth.")
+    return RobotBinding(name, class_id, math.radians(latitude), math.radians(longitude))
+
+
+def _check_together(config: EstimatorConfig) -> None:
+    config.depth.by_class()
+    config.depth.by_topic()
+    classes = config.detections.classes
+    for robot in config.robots:
+        if classes and robot.class_id not in classes:
+            raise ConfigError(
+                f"robots.{cut(robot.name)}.class is {shown(robot.class_id)}, which "
+                f"detections.classes ({', '.join(map(cut, classes))}) refuses; give one of "
+                "these, or add it there."
+            )
+    camera, fix = config.camera, config.fix
+    if camera.source == "parameters" and (
+        math.isnan(camera.focal_length_mm)
+        or math.isnan(camera.sensor_width_mm)
+        or not camera.image_width_px
+        or not camera.image_height_px
+    ):
+        raise ConfigError(
+            "camera.source is parameters, so camera.focal_length_mm, camera.sensor_width_mm, "
+            "camera.image_width_px and camera.image_height_px must all be given."
+        )
+    if fix.source == "constant" and (math.isnan(fix.latitude_deg) or math.isnan(fix.longitude_deg)):
+        raise ConfigError(
+            "fix.source is constant, so fix.latitude_deg and fix.longitude_deg must be given."
+        )
+    if config.gimbal.source == "constant" and any(map(math.isnan, config.gimbal.rpy_deg)):
+        raise ConfigError("gimbal.source is constant, so gimbal.rpy_deg must be given.")
+    if config.height.source == "constant" and math.isnan(config.height.value_m):
+        raise ConfigError("height.source is constant, so height.value_m must be given.")
+    if config.height.source == "none":
+        if math.isnan(config.surface.altitude):
+            raise ConfigError("height.source is none, so surface.altitude must be given.")
+        if fix.altitude_datum == "unknown":
+            raise ConfigError(
+                "height.source is none, so fix.altitude_datum must say what surface.altitude and "
+                "the fix's altitude are measured from."
+            )
+    _check_clocks(config)
+    _check_axes(config)
+    _check_map(config)
+
+
+def _check_map(config: EstimatorConfig) -> None:
+    """Refuse half an origin of map, and one too far from a camera on a mast."""
+    map_, fix = config.map, config.fix
+    if math.isnan(map_.latitude_deg) != math.isnan(map_.longitude_deg):
+        raise ConfigError("map.latitude_deg and map.longitude_deg must be given together.")
+    if fix.source != "constant" or math.isnan(map_.latitude_deg):
+        return
+    places = (map_.latitude_deg, map_.longitude_deg, fix.latitude_deg, fix.longitude_deg)
+    away, _, _ = geodesic_inverse(*map(math.radians, places))
+    if away > config.limits.origin_distance_m:
+        raise ConfigError(
+            f"The origin of map ({map_.latitude_deg:.7g}, {map_.longitude_deg:.7g}) is "
+            f"{away * 1e-3:,.0f} km from the camera (fix.latitude_deg, fix.longitude_deg): correct "
+            "map.latitude_deg and map.longitude_deg, or leave them out."
+        )

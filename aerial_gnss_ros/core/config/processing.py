@@ -1,0 +1,177 @@
+# Copyright 2026 aerial_gnss_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Parameters of camera, surface, boxes, tracks and map: unit, meaning, consequence."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from aerial_gnss_ros.core.config.schema import key
+
+NAN = math.nan
+
+
+@dataclass(frozen=True)
+class CameraConfig:
+    """The camera and its clock."""
+
+    source: str = key(
+        "topic",
+        "topic: intrinsics from camera_info; parameters: from focal length and sensor size below.",
+        choices=("topic", "parameters"),
+    )
+    topic: str = key("camera/camera_info", "CameraInfo topic, relative to the namespace.")
+    stamp: str = key(
+        "header",
+        "Of CameraInfo. header: its own stamp; arrival: when it came, where its clock is not the "
+        "images'.",
+        choices=("header", "arrival"),
+    )
+    rectified: bool = key(
+        False, "True when the images are rectified: uses P and no distortion instead of K and D."
+    )
+    latency_s: float = key(
+        0.0,
+        "An image stamped t shows the scene at t - latency_s; late telemetry is negative. Wrong "
+        "by 0.1 s at 5 m/s is wrong by 0.5 m.",
+        unit="s",
+        low=-3.0,
+        high=3.0,
+    )
+    offset_m: tuple[float, ...] = key(
+        (0.0, 0.0, 0.0),
+        "Camera relative to the GNSS antenna, body forward, left, up. Not zero: attitude is "
+        "required.",
+        unit="m",
+        low=-20.0,
+        high=20.0,
+        length=3,
+    )
+    focal_length_mm: float = key(
+        NAN,
+        "Focal length at the zoom used; only with source: parameters.",
+        unit="mm",
+        low=0.1,
+        high=1000.0,
+        optional=True,
+    )
+    sensor_width_mm: float = key(
+        NAN,
+        "Width of the sensor that the image covers; only with source: parameters.",
+        unit="mm",
+        low=0.1,
+        high=100.0,
+        optional=True,
+    )
+    sensor_height_mm: float = key(
+        NAN,
+        "Height of the sensor that the image covers; NaN: square pixels.",
+        unit="mm",
+        low=0.1,
+        high=100.0,
+        optional=True,
+    )
+    image_width_px: int = key(
+        0, "Image width; only with source: parameters.", unit="px", low=0, high=20000
+    )
+    image_height_px: int = key(
+        0, "Image height; only with source: parameters.", unit="px", low=0, high=20000
+    )
+
+
+@dataclass(frozen=True)
+class SurfaceConfig:
+    """The water's surface."""
+
+    altitude: float = key(
+        NAN,
+        "Altitude of the water in fix.altitude_datum; used where height.source is none.",
+        unit="m",
+        low=-500.0,
+        high=10000.0,
+        optional=True,
+    )
+    max_range: float = key(
+        1000.0,
+        "Points farther from the camera are refused as out_of_range: near the horizon a small "
+        "angle is a large distance.",
+        unit="m",
+        low=1.0,
+        high=20000.0,
+    )
+    max_sigma_m: float = key(
+        50.0,
+        "Points whose own one sigma is larger are refused as out_of_range.",
+        unit="m",
+        low=0.1,
+        high=10000.0,
+    )
+
+
+@dataclass(frozen=True)
+class DetectionsConfig:
+    """Which boxes are used."""
+
+    topic: str = key("detections", "Detection2DArray topic, relative to the namespace.")
+    min_score: float = key(
+        0.25, "Boxes below are refused as low_score.", low=0.0, high=1.0, dynamic=True
+    )
+    classes: tuple[str, ...] = key(
+        (), "Class names that are robots; others are refused as wrong_class. Empty: all."
+    )
+
+
+@dataclass(frozen=True)
+class TracksConfig:
+    """From single positions to robots with names."""
+
+    gate_probability: float = key(
+        0.997, "Share of a robot's own measurements that its gate lets in.", low=0.5, high=0.999999
+    )
+    confirm_hits: int = key(
+        3, "Measurements that confirm a tentative track; more is slower and surer.", low=1, high=100
+    )
+    confirm_window_s: float = key(
+        2.0,
+        "Time within which they must come. Where images come too seldom for that, but at least "
+        "every 1.5 s with these defaults, it is longer and one more is needed.",
+        unit="s",
+        low=0.05,
+        high=60.0,
+    )
+    coast_s: float = key(
+        120.0,
+        "A confirmed robot that is not seen coasts this long with growing covariance before it "
+        "is lost.",
+        unit="s",
+        low=0.0,
+        high=3600.0,
+    )
+    max_speed: float = key(
+        1.5,
+        "Fastest speed over ground of a robot; one sigma of the first velocity is half of it.",
+        unit="m/s",
+        low=0.01,
+        high=50.0,
+    )
+
+
+@dataclass(frozen=True)
+class MapConfig:
+    """Origin of the local ENU frame `map`; NaN: where the first fixes agree."""
+
+    latitude_deg: float = key(
+        NAN, "Latitude of the origin.", unit="deg", low=-90.0, high=90.0, optional=True
+    )
+    longitude_deg: float = key(
+        NAN, "Longitude of the origin.", unit="deg", low=-180.0, high=180.0, optional=True
+    )
+    altitude_m: float = key(
+        NAN,
+        "Ellipsoidal altitude of the origin.",
+        unit="m",
+        low=-500.0,
+        high=10000.0,
+        optional=True,
+    )

@@ -1,0 +1,458 @@
+# Copyright 2026 aerial_gnss_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""The estimator: from detections and telemetry to robots. Live nodes and replay drive this.
+
+Inputs are added in any order as they come; `advance` is told what time it is and returns what has
+become known, in the order of the images' stamps. An image waits until telemetry brackets its scene,
+at most `max_wait` from the first `advance` that knew of it (longer by a negative latency, whose
+telemetry comes that much later). Every image gives exactly one result, refused boxes named in it,
+but for images older than the last one processed, which are dropped and counted in `dropped`.
+"""
+
+from __future__ import annotations
+
+from bisect import bisect_left
+from collections import Counter
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+from aerial_gnss_ros.core.camera.model import CameraModel
+from aerial_gnss_ros.core.config.estimator import EstimatorConfig
+from aerial_gnss_ros.core.estimation.guard import Guard
+from aerial_gnss_ros.core.estimation.health import Health, RobotSummary, summary
+from aerial_gnss_ros.core.estimation.origin_file import OriginKeeper
+from aerial_gnss_ros.core.estimation.pipeline import Pipeline
+from aerial_gnss_ros.core.estimation.state_file import NameKeeper
+from aerial_gnss_ros.core.identity.labels import Identity
+from aerial_gnss_ros.core.telemetry.arrivals import Arrivals
+from aerial_gnss_ros.core.telemetry.buffers import (
+    CAMERA_INFO,
+    WATER_LEVEL,
+    Inputs,
+    InputStatus,
+    Lacking,
+    Samples,
+    Tally,
+)
+from aerial_gnss_ros.core.telemetry.clock import DETECTIONS, Clock, Decision
+from aerial_gnss_ros.core.telemetry.depths import depth_input
+from aerial_gnss_ros.core.telemetry.map_origin import MapOrigin
+from aerial_gnss_ros.core.tracker.box_account import complaint
+from aerial_gnss_ros.core.tracker.protocol import Tracking
+from aerial_gnss_ros.core.tracker.tracker import Tracker
+from aerial_gnss_ros.core.values.detection_frame import DetectionFrame
+from aerial_gnss_ros.core.values.estimates import FrameResult, PlatformError, RobotEstimate
+from aerial_gnss_ros.core.values.events import Events, Trouble
+from aerial_gnss_ros.core.values.rejection import Cause, Input, Reason, Rejection
+from aerial_gnss_ros.core.values.samples import Fix, Orientation, Scalar
+
+MAX_WAITING = 4096
+"""Images that wait at most: 30 s at 130 Hz. Older ones are refused to keep memory bounded."""
+
+LONG_S = 10.0
+"""An input that is of no use for so long is told again, s."""
+
+
+@dataclass
+class _Waiting:
+    """An image that waits; `since_ns` is when it was first seen to wait."""
+
+    stamp_ns: int
+    frame: DetectionFrame
+    since_ns: int | None = None
+
+
+def _stamp(item: _Waiting) -> int:
+    return item.stamp_ns
+
+
+class Estimator:
+    """Finds robots over time.
+
+    Args:
+        config: all parameters.
+        tracking: another tracker than the first one (see `Tracking`).
+        session: file that keeps names over a restart of the node where `state_file` is empty; the
+            origin of `map` is kept beside it.
+
+    Attributes:
+        counts: refused detections by reason.
+        causes: those that are `unconfirmed` by why their tracks were not confirmed.
+        boxes: detections of all images with a result.
+        used: of these, how many measured robots; some are undecided until `flush`.
+        ending: detections that `flush` decided when there was no result left to tell it.
+        dropped: images that gave no result: `duplicate` stamp, `out_of_order` (older than the
+            last one processed), or `wrong_stamp` (far off all others).
+        events: sentences for the log, the oldest first; `take_events` empties it.
+        min_score: boxes below are refused; may be changed while running.
+
+    Raises:
+        ConfigError: the state file is damaged or its folder is missing.
+        CameraError: the camera given as parameters cannot be used.
+    """
+
+    def __init__(
+        self,
+        config: EstimatorConfig,
+        tracking: Tracking | None = None,
+        session: Path | None = None,
+    ) -> None:
+        self.counts: Counter[Reason] = Counter()
+        self.causes: Counter[Cause] = Counter()
+        self.boxes = self.used = 0
+        self.ending: tuple[Rejection, ...] = ()
+        self.dropped: Counter[str] = Counter()
+        self._log = Events()
+        self._config = config
+        late_s = max(0.0, config.fix.latency_s, config.height.latency_s)
+        early_ns = round((max(0.0, -config.camera.latency_s) + late_s) * 1e9)
+        self._patience_ns = round(config.max_wait * 1e9) + early_ns
+        self._names = NameKeeper(config.state_file, self._log, session)
+        self._identity = Identity(config, self._names.load(), self._log)
+        self._inputs = Inputs(config)
+        self._tallies: dict[str, Tally] = {
+            name: Tally()
+            for name in (
+                *(str(i) for i in Input),
+                WATER_LEVEL,
+                CAMERA_INFO,
+                DETECTIONS,
+                *map(depth_input, config.depth.by_topic()),
+            )
+        }
+        self._kept_origin = OriginKeeper(session)
+        self._origin = MapOrigin(
+            config, self._inputs.constant_fix, self._log, self._kept_origin.load()
+        )
+        self._pipeline = Pipeline(
+            config,
+            self._inputs,
+            tracking or Tracker(config, self._identity, self._log),
+            self._origin,
+            self._log,
+        )
+        self._guard = Guard(self._pipeline, self._identity, self._origin, self._log, (Estimator,))
+        needed = [str(i) for i in Input if self._inputs.state_without_messages(i) is None]
+        held = [name for name in self._tallies if name not in (*map(str, Input), DETECTIONS)]
+        clock = Clock(needed, held)
+        self._arrivals = Arrivals(clock, self._tallies, self.dropped, self._log, self._begin_anew)
+        self._waiting: list[_Waiting] = []
+        self._ready: list[FrameResult] = []
+        self._last_stamp_ns: int | None = None
+        self._newest_image_ns: int | None = None
+        self._estimates: tuple[RobotEstimate, ...] = ()
+        self._platform: tuple[PlatformError, ...] = ()
+
+    @property
+    def events(self) -> list[str]:
+        """Sentences for the log that nobody took yet."""
+        return self._log.sentences
+
+    def take_events(self) -> list[str]:
+        """Return the sentences for the log and forget them."""
+        return self._log.take()
+
+    @property
+    def happened(self) -> Counter[str]:
+        """How often time went backward, the drone's position jumped, and the like."""
+        return self._log.counts
+
+    @property
+    def failure(self) -> str:
+        """Why the configuration can give no position here, a sentence; empty where it can."""
+        return self._origin.trouble
+
+    @property
+    def min_score(self) -> float:
+        """Boxes with a lower score are refused."""
+        return self._pipeline.min_score
+
+    @min_score.setter
+    def min_score(self, value: float) -> None:
+        self._pipeline.min_score = value
+
+    @property
+    def inputs(self) -> dict[str, InputStatus]:
+        """What came on each input, by its name."""
+        newest = self._newest_image_ns
+        found = {}
+        for name, tally in self._tallies.items():
+            status = tally.status(name, newest, self._patience_ns)
+            found[name] = self._pipeline.without_messages(status)
+        return found
+
+    @property
+    def robots(self) -> tuple[RobotSummary, ...]:
+        """The robots as of the last image, ordered by name."""
+        return tuple(summary(estimate) for estimate in self._estimates)
+
+    @property
+    def health(self) -> Health:
+        """How well what is stated of the sensors fits what comes."""
+        monitor = self._pipeline.monitor
+        return Health(monitor.fit, monitor.complaints, self._platform)
+
+    @property
+    def complaint(self) -> str:
+        """What most boxes come to nothing for, a sentence; empty where most measure robots."""
+        return complaint(self.used, self.counts, self.causes)
+
+    def add_fix(self, fix: Fix) -> None:
+        """Take a position of the drone."""
+        self._count(Input.FIX.value, fix.stamp_ns, lambda: self._take_fix(fix))
+
+    def add_attitude(self, attitude: Orientation) -> None:
+        """Take an orientation of the body."""
+        self._add(Input.ATTITUDE, attitude)
+
+    def add_gimbal(self, gimbal: Orientation) -> None:
+        """Take an orientation of the camera."""
+        self._add(Input.GIMBAL, gimbal)
+
+    def add_height(self, height: Scalar) -> None:
+        """Take a height of the drone."""
+        self._add(Input.HEIGHT, height)
+
+    def add_water_level(self, level: Scalar) -> None:
+        """Take a level of the water; it holds until replaced."""
+        self._count(WATER_LEVEL, level.stamp_ns, lambda: self._take_level(level))
+
+    def add_depth(self, class_id: str, depth: Scalar) -> None:
+        """Take the depth that robots of a class send (empty: of all); it holds for a while."""
+        name = depth_input(class_id)
+        self._count(name, depth.stamp_ns, lambda: self._inputs.depths.add(class_id, depth))
+
+    def add_camera(self, stamp_ns: int, camera: CameraModel | None) -> None:
+        """Take the camera's description; None when it could not be used."""
+
+        def keep() -> None:
+            trouble = "" if camera is not None else "it describes no camera"
+            self._tallies[CAMERA_INFO].add(stamp_ns, trouble)
+            self._inputs.add_camera(stamp_ns, camera)
+
+        self._arrivals.take(CAMERA_INFO, stamp_ns, keep)
+
+    def refuse(self, name: str, trouble: str) -> None:
+        """Count a message that could not even be read.
+
+        Args:
+            name: of the input.
+            trouble: why, in words.
+        """
+        self._tallies.setdefault(name, Tally()).refuse(trouble)
+        self._tell_bad(name, trouble)
+
+    def add_detections(self, frame: DetectionFrame) -> None:
+        """Take one image's boxes; they are worked on by `advance`."""
+        self._arrivals.take(DETECTIONS, frame.stamp_ns, lambda: self._wait(frame))
+
+    def _wait(self, frame: DetectionFrame) -> None:
+        """Let an image wait for the telemetry of its time."""
+        stamp_ns = frame.stamp_ns
+        self._tallies[DETECTIONS].add(stamp_ns)
+        place = bisect_left(self._waiting, stamp_ns, key=_stamp)
+        waits = place < len(self._waiting) and self._waiting[place].stamp_ns == stamp_ns
+        if waits or stamp_ns == self._last_stamp_ns:
+            self.dropped["duplicate"] += 1
+        elif self._last_stamp_ns is not None and stamp_ns < self._last_stamp_ns:
+            self.dropped["out_of_order"] += 1
+        else:
+            self._waiting.insert(place, _Waiting(stamp_ns, frame))
+            if self._newest_image_ns is None or stamp_ns > self._newest_image_ns:
+                self._newest_image_ns = stamp_ns
+            if len(self._waiting) > MAX_WAITING:
+                self._finish_first()
+
+    def advance(self, now_ns: int) -> list[FrameResult]:
+        """Return the results that are due, in the order of their images' stamps.
+
+        Args:
+            now_ns: the node's clock, or the bag's log time; only its differences count.
+        """
+        self._arrivals.tick(now_ns)
+        for item in self._waiting:
+            if item.since_ns is None or item.since_ns > now_ns:  # the node's clock was set back
+                item.since_ns = now_ns
+        while self._waiting:
+            first = self._waiting[0]
+            late = first.since_ns is not None and now_ns - first.since_ns >= self._patience_ns
+            if not self._finish_first(late):
+                break
+        return self._take_ready()
+
+    def predicted(self, stamp_ns: int) -> FrameResult | None:
+        """Return where the robots are expected when no image comes; nothing changes by it.
+
+        An image that still waits has its own result soon. So that stamps stay in order, the
+        prediction is for a time before it.
+
+        Args:
+            stamp_ns: time of the prediction, by the images' clock, ns.
+
+        Returns:
+            The robots coasting, without those lost by then; None where no image was processed,
+            or none after which there is time.
+        """
+        if self._waiting:
+            stamp_ns = min(stamp_ns, self._waiting[0].stamp_ns - 1)
+        if self._last_stamp_ns is None or stamp_ns <= self._last_stamp_ns:
+            return None
+        return self._pipeline.predicted(stamp_ns)
+
+    def flush(self) -> list[FrameResult]:
+        """Return results for all images that still wait: nothing more comes (end of a bag)."""
+        self._arrivals.flush()
+        self._origin.settle()
+        while self._waiting:
+            self._finish_first()
+        self._names.save(self._identity)
+        settled = self._pipeline.end()
+        self._settle(settled.used, settled.refused)
+        self.ending = settled.refused
+        return self._take_ready()
+
+    def _settle(self, used: int, refused: tuple[Rejection, ...]) -> None:
+        """Count boxes of which it is decided what became."""
+        self.used += used
+        self.counts.update(one.reason for one in refused)
+        self.causes.update(one.cause for one in refused if one.cause is not None)
+
+    def _add(self, source: Input, value: Orientation | Scalar) -> None:
+        self._count(source.value, value.stamp_ns, lambda: self._take(source, value))
+
+    def _take_fix(self, fix: Fix) -> str:
+        """Keep a fix, and let the map know of it; return why it is no use, else empty."""
+        trouble = self._take(Input.FIX, fix)
+        if trouble:
+            return trouble
+        before = self._origin.local
+        lasted_s = self._inputs.plausibility.place_lasted_s
+        trouble = self._origin.accept(fix, lasted_s, bool(self._estimates))
+        if before is not None and self._origin.local is not before:
+            self._pipeline.reset()
+        return trouble
+
+    def _take_level(self, level: Scalar) -> str:
+        """Keep a level of the water; return why it is no use, else empty."""
+        trouble = self._inputs.add_level(level)
+        if not trouble:
+            self._begin_elsewhere()
+        return trouble
+
+    def _take(self, source: Input, value: Fix | Orientation | Scalar) -> str:
+        """Keep a sample; return why it is no use, else empty."""
+        trouble = self._inputs.add(source, value)
+        if not trouble:
+            self._begin_elsewhere()
+        return trouble
+
+    def _count(self, name: str, stamp_ns: int, keep: Callable[[], str]) -> None:
+        """Keep a message's value and count it, once its stamp is believed.
+
+        Args:
+            name: of the input.
+            stamp_ns: of the message.
+            keep: keeps the value and says why it is no use, in words, or nothing.
+        """
+        self._arrivals.take(name, stamp_ns, lambda: self._keep(name, stamp_ns, keep))
+
+    def _keep(self, name: str, stamp_ns: int, keep: Callable[[], str]) -> None:
+        try:
+            trouble = keep()
+        except MemoryError:
+            raise
+        except Exception as error:  # noqa: BLE001 - no message ends a flight
+            trouble = f"it cannot be kept ({type(error).__name__}: {error})"
+        self._tallies[name].add(stamp_ns, trouble)
+        if trouble:
+            self._tell_bad(name, trouble)
+
+    def _tell_bad(self, name: str, trouble: str) -> None:
+        """Say the first time that a message is no use, and why, and again when none has been."""
+        self._log.add_once(f"bad {name}", f"A message on {name} is of no use: {trouble}.")
+        if self._tallies[name].bad_s > LONG_S:
+            self._log.add_once(
+                f"long bad {name}",
+                f"No message on {name} has been of use for {LONG_S:.0f} s, the last one because "
+                f"{trouble}.",
+            )
+
+    def _begin_elsewhere(self) -> None:
+        """End all tracks where the drone turns out to be, or to fly, where it was not believed.
+
+        One of the two was wrong, and with it everything that was seen from there.
+        """
+        moved = self._inputs.plausibility.take_moved()
+        if not moved:
+            return
+        robots = bool(self._estimates)
+        self._forget_robots()
+        self._log.counts["began_elsewhere"] += 1
+        ended = ": tracks are cleared, and robots get new names" if robots else ""
+        self._log.add(Trouble(f"{moved}{ended}."))
+
+    def _take_ready(self) -> list[FrameResult]:
+        results, self._ready = self._ready, []
+        return results
+
+    def _finish_first(self, final: bool = True) -> bool:
+        """Work on the oldest image; return False when it has to wait on."""
+        frame = self._waiting[0].frame
+        samples = self._samples(frame.stamp_ns)
+        if isinstance(samples, Lacking) and samples.may_come and not final:
+            return False
+        del self._waiting[0]
+        result = self._guard.result(frame, samples)
+        self._last_stamp_ns = frame.stamp_ns
+        self._estimates = result.estimates
+        self._platform = result.platform or self._platform
+        self.boxes += result.boxes
+        self._settle(result.used, (*result.rejections, *result.late))
+        self._ready.append(result)
+        self._keep_names(result)
+        return True
+
+    def _keep_names(self, result: FrameResult) -> None:
+        """Save names where it is due; no file ends a flight."""
+        try:
+            self._kept_origin.keep(result.datum)
+            self._names.keep(result, self._identity)
+        except MemoryError:
+            raise
+        except Exception as error:  # noqa: BLE001 - positions matter more than the file
+            self._log.add_once(
+                "state_file", f"state_file cannot be written ({type(error).__name__}: {error})."
+            )
+
+    def _samples(self, stamp_ns: int) -> Samples | Lacking | Exception:
+        """Return the telemetry of an image, or why there is none."""
+        try:
+            return self._inputs.at(stamp_ns - self._pipeline.latency_ns)
+        except MemoryError:
+            raise
+        except Exception as error:  # noqa: BLE001 - the guard tells it
+            return error
+
+    def _begin_anew(self, decision: Decision) -> None:
+        """Forget what was before time began anew, or before the clock of an input was set."""
+        if not decision.anew:
+            self._inputs.forget(decision.moved)
+            self._log.add(f"{decision}; its telemetry of before is forgotten.")
+            return
+        while self._waiting:
+            self._finish_first()
+        self._inputs.clear(decision.kept)
+        self._forget_robots()
+        self._last_stamp_ns = self._newest_image_ns = None
+        for tally in self._tallies.values():
+            tally.begin_anew()
+        self._log.counts[f"time_went_{'backward' if decision.by_ns < 0 else 'forward'}"] += 1
+        self._log.add(f"{decision}: telemetry and tracks are cleared, and robots get new names.")
+
+    def _forget_robots(self) -> None:
+        self._pipeline.reset()
+        self._guard.reset()
+        self._identity.release()
+        self._names.begin_anew()
+        self._estimates, self._platform = (), ()

@@ -1,0 +1,152 @@
+# Copyright 2026 aerial_gnss_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""The last line of defence: an image whose estimation fails changes nothing.
+
+Whatever goes wrong with an image, its boxes are refused as `internal` and everything that images
+change is put back to what it was before. Several such images in a row mean that the state itself is
+at fault: the filter begins anew, and robots take up their names where they are found again.
+
+Causes that are known are refused where they arise, with a reason of their own; what reaches this
+module is a fault of the program, and the log says what a developer needs to find it.
+"""
+
+from __future__ import annotations
+
+import traceback
+from pathlib import Path
+
+from aerial_gnss_ros.core.estimation.pipeline import Pipeline
+from aerial_gnss_ros.core.estimation.snapshot import Plans, Snapshot
+from aerial_gnss_ros.core.filter.plausible_state import check_estimates
+from aerial_gnss_ros.core.georeferencing import detection_filter
+from aerial_gnss_ros.core.identity.labels import Identity
+from aerial_gnss_ros.core.identity.return_position import Whereabouts
+from aerial_gnss_ros.core.models.measurement_model import MapFrame
+from aerial_gnss_ros.core.models.motion_model import Motion
+from aerial_gnss_ros.core.models.platform_model import PlatformModel
+from aerial_gnss_ros.core.telemetry.buffers import Inputs, Lacking, Samples
+from aerial_gnss_ros.core.telemetry.map_origin import MapOrigin
+from aerial_gnss_ros.core.telemetry.pose import Posing
+from aerial_gnss_ros.core.values.detection_frame import DetectionFrame
+from aerial_gnss_ros.core.values.estimates import FrameResult, RobotEstimate
+from aerial_gnss_ros.core.values.events import Events
+from aerial_gnss_ros.core.values.rejection import Reason
+
+_CONSTANT = (Inputs, MapFrame, Motion, PlatformModel, Posing, Whereabouts)
+"""Classes that images do not change; a snapshot need not look at them."""
+
+RESTART_AFTER = 5
+"""Failed images in a row after which the filter begins anew."""
+
+
+class Guard:
+    """Works on images so that a failure leaves no trace but a count and a sentence.
+
+    Args:
+        pipeline: turns an image into a result.
+        identity: of the robots.
+        origin: of `map`.
+        log: where failures are told.
+        constant: further classes that images do not change.
+    """
+
+    def __init__(
+        self,
+        pipeline: Pipeline,
+        identity: Identity,
+        origin: MapOrigin,
+        log: Events,
+        constant: tuple[type, ...] = (),
+    ) -> None:
+        self._pipeline = pipeline
+        self._identity = identity
+        self._origin = origin
+        self._log = log
+        self._plans = Plans((*_CONSTANT, *pipeline.constant, *constant))
+        self._failed = 0
+        self._last: tuple[RobotEstimate, ...] = ()
+
+    def result(self, frame: DetectionFrame, samples: Samples | Lacking | Exception) -> FrameResult:
+        """Return what an image gives; if that fails, refuse its boxes and change nothing.
+
+        Args:
+            frame: the image's boxes.
+            samples: telemetry of its time, or why there is none.
+        """
+        before = self._snapshot()
+        try:
+            result = self._worked_on(frame, samples)
+        except MemoryError:
+            raise
+        except Exception as error:  # noqa: BLE001 - whatever it is, the flight goes on
+            before.restore()
+            return self._refused(frame, error)
+        self._failed, self._last = 0, result.estimates
+        return result
+
+    def reset(self) -> None:
+        """Forget what failed: time begins anew."""
+        self._failed, self._last = 0, ()
+
+    def _worked_on(
+        self, frame: DetectionFrame, samples: Samples | Lacking | Exception
+    ) -> FrameResult:
+        if isinstance(samples, Exception):
+            raise samples
+        result = self._pipeline.result(frame, samples)
+        self._pipeline.check()
+        check_estimates(result.estimates)
+        return result
+
+    def _snapshot(self) -> Snapshot:
+        return Snapshot((self._pipeline, self._identity, self._log), self._plans)
+
+    def _refused(self, frame: DetectionFrame, error: Exception) -> FrameResult:
+        self._failed += 1
+        self._log.counts["images_failed"] += 1
+        place = _innermost(error)
+        self._log.add_once(
+            f"failed {type(error).__name__} {place}",
+            f"The image of {frame.stamp_ns} ns could not be worked on and changed nothing "
+            f"({type(error).__name__} at {place}: {error}; {len(frame)} boxes, "
+            f"{len(self._last)} robots): its boxes are refused as internal. This is a fault of the "
+            "program; please report it with this sentence.",
+        )
+        if self._failed >= RESTART_AFTER:
+            self._restart()
+        refused = detection_filter.rejections(frame, [Reason.INTERNAL] * len(frame))
+        datum, estimates = self._origin.datum, self._coasting(frame.stamp_ns)
+        return FrameResult(
+            frame.stamp_ns, frame.frame_id, estimates, refused, datum, boxes=len(frame)
+        )
+
+    def _coasting(self, stamp_ns: int) -> tuple[RobotEstimate, ...]:
+        """Return the robots as predicted for a failed image; that, too, changes nothing."""
+        before = self._snapshot()
+        try:
+            estimates = self._pipeline.coast(stamp_ns)
+            check_estimates(estimates)
+        except MemoryError:
+            raise
+        except Exception:  # noqa: BLE001 - the image's own failure has been told
+            estimates = ()
+        before.restore()
+        return estimates
+
+    def _restart(self) -> None:
+        self._pipeline.reset()
+        self._identity.expect(self._last)
+        self._failed, self._last = 0, ()
+        self._log.counts["filter_restarts"] += 1
+        self._log.add(
+            f"{RESTART_AFTER} images in a row could not be worked on: the filter begins anew, and "
+            "robots take up their names where they are found again."
+        )
+
+
+def _innermost(error: Exception) -> str:
+    """Return file and line of the code where an error arose."""
+    frames = traceback.extract_tb(error.__traceback__)
+    if not frames:
+        return "an unknown place"
+    return f"{Path(frames[-1].filename).name}:{frames[-1].lineno}"

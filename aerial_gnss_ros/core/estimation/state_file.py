@@ -1,0 +1,133 @@
+# Copyright 2026 aerial_gnss_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Keeps robots' names in a file over a restart, such as a change of batteries."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+from pathlib import Path
+
+from aerial_gnss_ros.core.identity.labels import Identity
+from aerial_gnss_ros.core.identity.saved_labels import SavedNames, from_text, to_text
+from aerial_gnss_ros.core.values.errors import ConfigError, OutputError
+from aerial_gnss_ros.core.values.estimates import FrameResult
+from aerial_gnss_ros.core.values.events import Events
+
+SAVE_EVERY_NS, SESSION_EVERY_NS = 10_000_000_000, 1_000_000_000
+MOST_BYTES = 10_000_000
+"""Fifty thousand robots' names."""
+
+
+class NameKeeper:
+    """Saves names when a robot is new, and now and then; a failure is told once.
+
+    Args:
+        path: of the file; empty: nothing is kept.
+        log: where a failure is told.
+        session: file for a restart within this session, used where `path` is empty: it is written
+            more often, need not outlive a loss of power, and one that is damaged is left out.
+    """
+
+    def __init__(self, path: str, log: Events, session: Path | None = None) -> None:
+        self._path = Path(path) if path else session
+        self._session = not path
+        self._every_ns = SESSION_EVERY_NS if self._session else SAVE_EVERY_NS
+        self._log = log
+        self._saved_ids: set[str] = set()
+        self._saved_ns: int | None = None
+
+    def load(self) -> SavedNames:
+        """Return the names kept so far.
+
+        Raises:
+            ConfigError: the file is damaged or its folder is missing.
+        """
+        if self._path is None:
+            return SavedNames()
+        try:
+            return load(self._path)
+        except ConfigError as error:
+            if not self._session:
+                raise
+            self._log.add_once("session", f"Names from before the restart are lost: {error}")
+            return SavedNames()
+
+    def keep(self, result: FrameResult, identity: Identity) -> None:
+        """Save when the robots of a result make it due."""
+        if self._path is None:
+            return
+        stamp_ns = result.stamp_ns
+        ids = {estimate.robot_id for estimate in result.estimates}
+        due = self._saved_ns is None or stamp_ns - self._saved_ns >= self._every_ns
+        if ids - self._saved_ids or (ids and due):
+            self._saved_ids |= ids
+            self._saved_ns = stamp_ns
+            self.save(identity)
+
+    def save(self, identity: Identity) -> None:
+        """Save now."""
+        if self._path is None:
+            return
+        try:
+            save(self._path, identity.saved(), durable=not self._session)
+        except OutputError as error:
+            self._log.add_once("state_file", str(error))
+
+    def begin_anew(self) -> None:
+        """Forget when it was saved last: the clock went backward."""
+        self._saved_ns = None
+
+
+def load(path: Path) -> SavedNames:
+    """Return the names in a file; none where there is no file yet.
+
+    Raises:
+        ConfigError: the file is damaged or cannot be read, or its folder does not exist.
+    """
+    if not path.parent.is_dir():
+        raise ConfigError(
+            f"state_file is {path}, but the folder {path.parent} does not exist; make it first."
+        )
+    try:
+        with path.open("rb") as stream:
+            content = stream.read(MOST_BYTES + 1)
+        text = content.decode("utf-8")
+    except FileNotFoundError:
+        return SavedNames()
+    except (OSError, UnicodeDecodeError) as error:
+        raise ConfigError(f"state_file {path} cannot be read ({error}); see what it is.") from error
+    if len(content) > MOST_BYTES:
+        raise ConfigError(
+            f"state_file {path} is larger than {MOST_BYTES // 1_000_000} MB, so this program did "
+            "not write it; name another file."
+        )
+    return from_text(text, str(path))
+
+
+def save(path: Path, saved: SavedNames, *, durable: bool = True) -> None:
+    """Write the names so that the old file or the new one is whole, whatever happens.
+
+    Args:
+        path: of the file.
+        saved: the names.
+        durable: wait for the disk, so that they outlive a loss of power.
+
+    Raises:
+        OutputError: the file cannot be written; the old one is untouched.
+    """
+    partial = path.with_name(f".{path.name}.partial")
+    try:
+        with partial.open("w", encoding="utf-8") as stream:
+            stream.write(to_text(saved))
+            stream.flush()
+            if durable:
+                os.fsync(stream.fileno())  # batteries are pulled without a shutdown
+        partial.replace(path)
+    except OSError as error:
+        with contextlib.suppress(OSError):
+            partial.unlink()
+        raise OutputError(
+            f"state_file {path} cannot be written ({error.strerror}); names will not outlive "
+            "the program."
+        ) from error

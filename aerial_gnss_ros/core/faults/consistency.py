@@ -1,0 +1,213 @@
+# Copyright 2026 aerial_gnss_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Watches whether boxes fall where the filter expects them, as closely as it expects them.
+
+Three signs of noise that is stated wrongly: normalised squared residuals that are too large on
+average (chi-square law, Bar-Shalom, Li, Kirubarajan 2001, 5.4), an estimated platform error that is
+many times its stated sigma, and boxes that lie just outside their robots' gates.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aerial_gnss_ros.core.models.platform_model import PLATFORM
+from aerial_gnss_ros.core.values.events import Trouble
+
+Array = NDArray[np.float64]
+
+WINDOW_IMAGES = 100
+LEAST_COUNT = 60
+"""Residuals below which nothing is said."""
+
+ALARM_SIGMAS = 4.5
+"""How far the mean may leave 1, in its own sigma. Residuals of one robot are not quite independent
+from image to image, and the gate cuts the tail."""
+
+CALM_SIGMAS = 2.5
+"""Below which an alarm ends."""
+
+PLATFORM_SIGMAS = 3.5
+"""An estimated platform error so many times its stated sigma is not credible."""
+
+CREDIBLE_SIGMAS = 3.0
+"""Below which it is again."""
+
+OUTSIDE_SHARE = 0.03
+"""Share of the boxes that lie just outside their robot's gate from which that is a complaint. It is
+ten times less by the gate's own probability where the noise is as stated."""
+
+TURNED = math.radians(1.0)
+"""A turn of the camera by itself that may be larger is a complaint."""
+
+_WORDS = {
+    "gnss_east": ("drone's east position", "noise.gnss_offset_m", 1.0, "m"),
+    "gnss_north": ("drone's north position", "noise.gnss_offset_m", 1.0, "m"),
+    "height": ("height above the water", "noise.height_m", 1.0, "m"),
+    "roll": ("camera's roll", "noise.gimbal_roll_deg", 180.0 / math.pi, "deg"),
+    "pitch": ("camera's pitch", "noise.gimbal_pitch_deg", 180.0 / math.pi, "deg"),
+    "heading": ("heading", "noise.heading_deg", 180.0 / math.pi, "deg"),
+    "latency": ("latency", "noise.latency_s", 1.0, "s"),
+}
+
+
+@dataclass(frozen=True)
+class Fit:
+    """How residuals compare with their stated covariance.
+
+    Attributes:
+        ratio: mean normalised squared residual of a degree of freedom; 1 is right. NaN at first.
+        sigmas: how far that is from 1, in its own sigma.
+        alarm: whether the stated noise looks too small.
+    """
+
+    ratio: float
+    sigmas: float
+    alarm: bool
+
+
+class InnovationMonitor:
+    """Takes in each image's fit, and says in words when it becomes bad."""
+
+    def __init__(self) -> None:
+        self._window: deque[tuple[float, int]] = deque()
+        self._squared, self._count = 0.0, 0
+        self._alarm, self._level = False, 1.0
+        self._told: set[str] = set()
+        self._incredible: dict[str, str] = {}
+        self._matches: deque[tuple[int, int]] = deque(maxlen=WINDOW_IMAGES)
+        self._turned = ""
+
+    def reset(self) -> None:
+        """Forget everything."""
+        self._window.clear()
+        self._squared, self._count = 0.0, 0
+        self._alarm, self._level = False, 1.0
+        self._told.clear()
+        self._incredible.clear()
+        self._matches.clear()
+        self._turned = ""
+
+    @property
+    def complaints(self) -> tuple[str, ...]:
+        """What does not fit at present, in sentences; empty where all is as stated."""
+        misfit = (_misfit(self.fit.ratio, self._level),) if self._alarm else ()
+        turned = (self._turned,) if self._turned else ()
+        return (*misfit, *self._incredible.values(), *self._outside(), *turned)
+
+    def _outside(self) -> tuple[str, ...]:
+        matched = sum(item[0] for item in self._matches)
+        missed = sum(item[1] for item in self._matches)
+        if matched + missed < LEAST_COUNT // 2 or missed <= OUTSIDE_SHARE * (matched + missed):
+            return ()
+        words = (
+            f"{missed} of {matched + missed} boxes lie outside their robot's gate, so that they "
+            "are not used: camera.latency_s, the compass, the gimbal or the noise.* parameters "
+            "may be wrong."
+        )
+        return (words,)
+
+    @property
+    def fit(self) -> Fit:
+        """The fit over the last images."""
+        count = self._count
+        if count < LEAST_COUNT:
+            return Fit(math.nan, 0.0, self._alarm)
+        ratio = self._squared / count
+        sigmas = (ratio - 1.0) / math.sqrt(2.0 / count)
+        return Fit(ratio, sigmas, self._alarm)
+
+    def take(self, squared: float, count: int, level: float = 1.0) -> str | None:
+        """Take in an image; return a sentence when an alarm begins or ends.
+
+        Args:
+            squared: squared residual of the image, normalised by the noise that the filter takes.
+            count: its degrees of freedom.
+            level: factor by which that noise is larger than stated, see `noise_level`.
+        """
+        self._level = level
+        squared *= level
+        self._window.append((squared, count))
+        self._squared, self._count = self._squared + squared, self._count + count
+        if len(self._window) > WINDOW_IMAGES:
+            old_squared, old_count = self._window.popleft()
+            self._squared, self._count = self._squared - old_squared, self._count - old_count
+        fit = self.fit
+        if not self._alarm and fit.sigmas > ALARM_SIGMAS:
+            self._alarm = True
+            return Trouble(_misfit(fit.ratio, level))
+        if self._alarm and fit.sigmas < CALM_SIGMAS and not math.isnan(fit.ratio):
+            self._alarm = False
+            return "Boxes lie where they are expected again, within the stated noise."
+        return None
+
+    def take_matches(self, matched: int, missed: int) -> None:
+        """Take in how many robots have a box in their gate, and how many one just outside."""
+        self._matches.append((matched, missed))
+
+    def take_turn(self, sigma: float) -> str | None:
+        """Take in by what angle the camera may have turned by itself, one sigma, rad.
+
+        Returns:
+            A sentence when that begins.
+        """
+        begins = not self._turned and sigma > TURNED
+        self._turned = _turned(sigma) if sigma > TURNED else ""
+        return Trouble(self._turned) if begins else None
+
+    def check_platform(self, errors: Array, stationary: Array) -> str | None:
+        """Return a sentence when an estimated error is far outside what is stated, once each.
+
+        Args:
+            errors: (7,) estimated, see `platform_model.PLATFORM`.
+            stationary: (7, 7) covariance stated.
+        """
+        news = None
+        variances = stationary.diagonal().tolist()
+        for name, error, variance in zip(PLATFORM, errors.tolist(), variances, strict=True):
+            sigma = math.sqrt(variance)
+            apart = abs(error) / max(sigma, 1e-12)
+            if self._incredible and apart < CREDIBLE_SIGMAS:
+                self._incredible.pop(name, None)
+            if not apart > PLATFORM_SIGMAS:
+                continue
+            self._incredible[name] = _incredible(name, error, sigma)
+            if name not in self._told and news is None:
+                self._told.add(name)
+                news = Trouble(self._incredible[name])
+        return news
+
+
+def _misfit(ratio: float, level: float) -> str:
+    consequence = "positions are less certain than published"
+    if level > 1.0:
+        consequence = f"they are taken to be {math.sqrt(level):.1f} times as noisy as stated"
+    return (
+        f"Boxes lie {math.sqrt(ratio):.1f} times as far from where they are expected as the "
+        f"stated noise allows: {consequence}. Check the noise.* "
+        "parameters, camera.latency_s and the compass."
+    )
+
+
+def _turned(sigma: float) -> str:
+    return (
+        "All robots in view began to move together, or are not where robots can be, as if the "
+        f"camera had turned by itself, by {math.degrees(sigma):.0f} deg or more: positions are "
+        "published as uncertain as that makes them. Check the gimbal and the compass."
+    )
+
+
+def _incredible(name: str, error: float, sigma: float) -> str:
+    words, parameter, scale, unit = _WORDS[name]
+    # Nothing that is flown calibrates a receiver.
+    remedy = "it may have jumped; else" if name.startswith("gnss") else "calibrate it or"
+    return (
+        f"The {words} seems to need a correction of {scale * error:+.2g} {unit}, which is "
+        f"{abs(error) / sigma:.1f} times the stated sigma ({parameter}): {remedy} state a larger "
+        "one."
+    )

@@ -1,0 +1,152 @@
+# Copyright 2026 aerial_gnss_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""A picture that stands still while the camera moves, or telemetry that stops dead.
+
+Both come with fresh stamps, so that nothing else tells. A sensor that repeats its value is not at
+fault by that: gimbals hold still, logs are rounded. What cannot be is that a picture stays the same
+to the last bit while the camera moves, or that all telemetry does in the middle of a motion.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aerial_gnss_ros.core.camera.model import CameraModel
+from aerial_gnss_ros.core.geometry.frames import FLU_FROM_OPTICAL
+from aerial_gnss_ros.core.geometry.local_map import water_points
+from aerial_gnss_ros.core.models.measurement_model import MapPose, on_water
+from aerial_gnss_ros.core.values.detection_frame import DetectionFrame
+
+Array = NDArray[np.float64]
+
+PICTURE_S = 0.3
+"""For so long boxes may repeat themselves: videos double single frames."""
+
+PICTURE_SIGMAS = 1.5
+"""Sigmas of a box's centre by which boxes would have moved in a picture that stands still."""
+
+TELEMETRY_S = 1.0
+"""For so long telemetry may repeat itself."""
+
+BEFORE = 5
+"""… and in so many images before that it was in motion, as fast as this or faster (median), m/s:"""
+
+SPEED_MPS = 1.0
+"""A drone does not stop within an image; a gimbal may."""
+
+JITTER_M = 1e-3
+"""Noise of a real receiver, median second difference from image to image, m: with it no position
+stays the same to the last bit. A simulator's may."""
+
+
+@dataclass(frozen=True)
+class _Shown:
+    """An image's boxes and the camera's pose.
+
+    Attributes:
+        stamp_ns: of the image.
+        boxes: (n, 5) centre, size, score.
+        pose: of the camera.
+    """
+
+    stamp_ns: int
+    boxes: Array
+    pose: MapPose
+
+
+class Standstill:
+    """Takes in images one after the other.
+
+    Args:
+        pixel_sigma: one sigma of a box's centre, px.
+    """
+
+    def __init__(self, pixel_sigma: float) -> None:
+        self._shift_px = PICTURE_SIGMAS * pixel_sigma
+        self.reset()
+
+    def reset(self) -> None:
+        """Forget all images."""
+        self._first: _Shown | None = None
+        self._stands = False
+        self._poses: deque[tuple[int, MapPose]] = deque(maxlen=BEFORE + 1)
+        self._moved = False
+
+    def picture(self, frame: DetectionFrame, camera: CameraModel, pose: MapPose) -> bool:
+        """Take in an image's boxes; return whether the picture stands still while the camera moves.
+
+        Args:
+            frame: all boxes that could be used.
+            camera: lens and image size.
+            pose: of the camera.
+        """
+        boxes = np.column_stack([frame.centers, frame.sizes, frame.scores])
+        first = self._first
+        if first is None or not len(boxes) or not np.array_equal(first.boxes, boxes):
+            self._first, self._stands = _Shown(frame.stamp_ns, boxes, pose), False
+            return False
+        if self._stands or frame.stamp_ns - first.stamp_ns <= PICTURE_S * 1e9:
+            return self._stands
+        self._stands = _shift_px(first, camera, pose) > self._shift_px
+        return self._stands
+
+    def telemetry(self, stamp_ns: int, pose: MapPose) -> bool:
+        """Take in a pose as telemetry tells it; return whether it has stopped dead in a motion.
+
+        Args:
+            stamp_ns: of the scene.
+            pose: of the camera.
+        """
+        poses = self._poses
+        if not poses or not _same(poses[-1][1], pose):
+            poses.append((stamp_ns, pose))
+            self._moved = False
+            return False
+        if stamp_ns - poses[-1][0] <= TELEMETRY_S * 1e9:
+            return False
+        self._moved = self._moved or _in_motion(list(poses))
+        return self._moved
+
+
+def _in_motion(poses: list[tuple[int, MapPose]]) -> bool:
+    """Return whether the drone flew from image to image, by a sensor with noise.
+
+    One jump is no motion.
+    """
+    if len(poses) <= BEFORE:
+        return False
+    times = np.array([stamp_ns for stamp_ns, _ in poses]) * 1e-9
+    steps = np.diff([pose.position for _, pose in poses], axis=0)
+    speeds = np.linalg.norm(steps, axis=1) / np.maximum(np.diff(times), 1e-3)
+    jitter = np.linalg.norm(np.diff(steps, axis=0), axis=1)
+    return bool(np.median(speeds) >= SPEED_MPS and np.median(jitter) >= JITTER_M)
+
+
+def _same(one: MapPose, other: MapPose) -> bool:
+    return np.array_equal(one.position, other.position) and np.array_equal(
+        one.rotation, other.rotation
+    )
+
+
+def _shift_px(first: _Shown, camera: CameraModel, pose: MapPose) -> float:
+    """Return by how far boxes of things at rest would have moved at most since an image, px."""
+    rays, inside = camera.rays(first.boxes[_numbers(first.boxes), :2])
+    places = on_water(first.pose, rays[inside] @ (first.pose.rotation @ FLU_FROM_OPTICAL).T)
+    places = places[np.isfinite(places).all(axis=1)]
+    before, _ = camera.project((water_points(places) - first.pose.position) @ first.pose.optical)
+    now, seen = camera.project((water_points(places) - pose.position) @ pose.optical)
+    if not len(places):
+        return 0.0
+    if not seen.all():
+        return math.inf
+    return float(np.max(np.hypot(*(now - before).T)))
+
+
+def _numbers(boxes: Array) -> NDArray[np.bool_]:
+    """Return which boxes (n, 5) are numbers."""
+    return np.asarray(np.isfinite(boxes).all(axis=1))

@@ -1,0 +1,99 @@
+# Copyright 2026 aerial_gnss_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""A GNSS position that jumps: it is not believed until it is back, or has stayed elsewhere."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aerial_gnss_ros.core.values.events import Events
+
+Array = NDArray[np.float64]
+
+JUMP_M, JUMP_MPS = 10.0, 10.0
+"""A drone so many metres, and metres a second, from where its past told has not flown there."""
+
+SETTLE_S = 3.0
+"""A position that has jumped is believed after so long."""
+
+
+class PositionJumps:
+    """Takes in each image's position.
+
+    Attributes:
+        offset: (3,) by how much positions are off those before the jump, m; 0 without one.
+        returned: whether the jump that was told of last led back to where positions were before all
+            others: then nothing is in doubt that was not before.
+    """
+
+    def __init__(self, log: Events) -> None:
+        self._log = log
+        self.reset()
+
+    def reset(self) -> None:
+        """Forget everything."""
+        self.offset = np.zeros(3)
+        self.returned = False
+        self._believed: Array = np.zeros(3)  # sum of the jumps that are believed
+        self._since_s = 0.0
+
+    def take(
+        self, position: Array, expected: Array | None, passed: float
+    ) -> tuple[bool, Array | None]:
+        """Return whether a position can be used, and a jump (3,) that is now believed, or None.
+
+        Args:
+            position: (3,) measured, m.
+            expected: (3,) where the drone should be by its past, the offset taken out; None where
+                the past does not tell.
+            passed: time since the image before, s.
+        """
+        if expected is not None:
+            step = position - self.offset - expected
+            step[2] = 0.0
+            length = math.hypot(step[0], step[1])
+            if length > JUMP_M + JUMP_MPS * passed:
+                self._jumped(step, length, passed)
+                if not self._is_home():
+                    return False, None
+                jump = self.offset
+                self.reset()
+                self.returned = True
+                return True, jump
+        if not self.offset.any():
+            return True, None
+        self._since_s += passed
+        if self._since_s < SETTLE_S:
+            return False, None
+        jump = self.offset
+        believed = self._believed + jump
+        self._log.add(
+            f"The drone's position stays {math.hypot(jump[0], jump[1]):.0f} m from where "
+            "it was before it jumped; robots may be wrong by as much, and say so."
+        )
+        self.reset()
+        self._believed = believed
+        return True, jump
+
+    def _is_home(self) -> bool:
+        """Return whether positions are back where they were before jumps that were believed."""
+        if not self._believed.any() or not self.offset.any():
+            return False
+        east, north, _ = (self._believed + self.offset).tolist()
+        return math.hypot(east, north) < JUMP_M
+
+    def _jumped(self, step: Array, length: float, passed: float) -> None:
+        self.offset = self.offset + step
+        self._since_s = 0.0
+        if math.hypot(self.offset[0], self.offset[1]) < JUMP_M:
+            self._log.add("The drone's position is back where it was before it jumped.")
+            self.offset = np.zeros(3)
+            return
+        self._log.counts["position_jumps"] += 1
+        self._log.add(
+            f"The drone's position jumped by {length:.0f} m "
+            f"within {passed:.2g} s: boxes are not used until it settles."
+        )

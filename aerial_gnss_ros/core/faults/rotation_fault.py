@@ -1,0 +1,272 @@
+# Copyright 2026 aerial_gnss_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Whether the camera turns by itself: a gimbal that runs away, or telemetry that does.
+
+Then all robots in view seem to begin to move at once, each as the turn w of the camera carries the
+place under its box: by -A w, A the derivative of places by the platform's angles. As long as that
+is slower than robots are, no single image tells it from robots that swim. What tells is the
+beginning: robots that change their velocities each by itself do not by chance all do it as one
+turn would have it. If all is as stated, the corrections of a robot's velocity over some seconds
+have a sum of known covariance (see `manoeuvre_noise`), and `rotation_test` weighs the two. What a
+velocity was loosened by, since boxes did not fit, is no allowance: boxes do not fit while a camera
+turns. Only as much of it counts as is not yet known again of that velocity.
+
+A fleet that sets out in formation looks the same. So nothing is decided: the filter goes on with
+robots that swim, and what would be wrong if it is the camera is published beside its covariance:
+of a robot in sight A W A', W = (w t)(w t)' after a time t and what is not known of w t. It is kept
+out of the filter, since the turn goes on as no drift of its model does: it would learn what is not
+so. When robots all seem to go back, so does the angle; and a turn that ended was as fast as it was
+slowed down, so that less is unknown of w t (its joint law with w, given that w is 0 now).
+
+Boxes that no robots explain are the business of `attitude_ambiguity`, which adds to W.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aerial_gnss_ros.core.faults.attitude_ambiguity import Unexplained
+from aerial_gnss_ros.core.faults.rotation_test import SWERVE, explained
+
+Array = NDArray[np.float64]
+Indices = NDArray[np.intp]
+
+OVER_S = 3.0
+"""Time constant with which corrections add up, s."""
+
+EVERY_S = 0.5
+"""How often it is judged, s."""
+
+BEGINS = 3.0
+"""Nats by which a turn must be the likelier explanation to be thought of."""
+
+ENDS = 1.0
+"""The same for a change of a turn that is thought of already."""
+
+LOOKED_S = 2.0
+"""How long it takes until a turn shows in the velocities, s."""
+
+REFINED_S = 3.0
+"""How long a turn that began is made out better, s."""
+
+SIGMAS = 3.0
+"""A turn slower than so many sigmas has ended."""
+
+SHARE = 0.3
+"""Share of a turn's rate, one sigma, by which it may be another one."""
+
+UNEVEN = 0.1
+"""The same of its angle once it has ended, and its rate is known better: turns are not even."""
+
+MOST = math.radians(30.0)
+"""Angle, one sigma, up to which doubt grows: nothing is known by then."""
+
+
+class Turning:
+    """Of the robots and the camera of one joint law.
+
+    Attributes:
+        rate: (3,) of the turn that is thought of, rad/s, about the axes of roll, pitch, heading;
+            0 without one.
+        angle: (3,) by which it may have turned so far, rad.
+        of_places: (n, 2, 2) by how much more the places of robots are uncertain, m².
+        of_velocities: (n, 2, 2) likewise, m²/s².
+        unexplained: what it may have turned while no robots explained its boxes; one of a camera.
+    """
+
+    def __init__(self, unexplained: Unexplained | None = None) -> None:
+        self.rate: Array = np.zeros(3)
+        self.angle: Array = np.zeros(3)
+        self.of_places: Array = np.zeros((0, 2, 2))
+        self.of_velocities: Array = np.zeros((0, 2, 2))
+        self._spread: Array = np.zeros((3, 3))
+        self._law: Array = np.zeros((6, 6))  # covariance of angle and rate
+        self._doubted = False  # whether there ever was a doubt
+        self._lasts = self._since = 0.0
+        self.unexplained = unexplained or Unexplained(MOST)
+        # Rows: sum of corrections east, north; its expected square as stated; the same by loosened
+        # velocities; what of that is still to come; the stated one since the last image.
+        self._sums: Array = np.zeros((6, 0))
+
+    @property
+    def turns(self) -> bool:
+        """Whether a turn is thought of."""
+        return bool(self.rate.any())
+
+    @property
+    def doubt(self) -> Array:
+        """(3, 3) covariance W of the angles, rad²."""
+        turned = np.outer(self.angle, self.angle) + self._law[:3, :3]
+        most = 3.0 * MOST**2 / max(float(np.trace(turned)), 1e-12)
+        return turned * min(1.0, most) + self.unexplained.doubt
+
+    @property
+    def sigma(self) -> float:
+        """Angle by which it may have turned, one sigma, rad."""
+        return math.sqrt(np.trace(self.doubt)) if self._doubtful else 0.0
+
+    @property
+    def due(self) -> bool:
+        """Whether an image's robots are to be judged."""
+        return self._since >= EVERY_S or self._doubtful
+
+    @property
+    def _doubtful(self) -> bool:
+        return self._doubted or self.unexplained.doubts
+
+    @property
+    def doubts(self) -> bool:
+        """Whether any robot is more uncertain for it."""
+        return self._doubtful and bool(self.of_places.any())
+
+    def add(self, count: int) -> None:
+        """Take in robots after the present ones."""
+        self._sums = np.concatenate([self._sums, np.zeros((6, count))], axis=1)
+        more = np.zeros((count, 2, 2))
+        self.of_places = np.concatenate([self.of_places, more])
+        self.of_velocities = np.concatenate([self.of_velocities, more])
+
+    def drop(self, kept: NDArray[np.bool_]) -> None:
+        """Forget those that are not kept (n,)."""
+        self._sums = self._sums[:, kept]
+        self.of_places, self.of_velocities = self.of_places[kept], self.of_velocities[kept]
+
+    def inherit(self, old: int, new: int, change: Array, unknown: float) -> None:
+        """Let robot `new` go on as `old`, which it turned out to be after a moment.
+
+        Args:
+            old: its place.
+            new: likewise.
+            change: (2,) of the velocity from the one to the other, m/s.
+            unknown: variance of its velocity, both axes, m²/s².
+        """
+        self._sums[:2, new] = self._sums[:2, old] + change
+        self._sums[2:, new] = *(self._sums[2:4, old] + [0.0, unknown]), unknown, 0.0
+
+    def copy(self, other: Turning, slot: int) -> None:
+        """Let the last robot be known as well as robot `slot` of another group is."""
+        self._sums[:, -1] = other._sums[:, slot]
+
+    def loosened(self, slots: Indices | slice, variance: Array | float) -> None:
+        """Take in by how much each axis of some robots' velocities was made uncertain, m²/s²."""
+        self._sums[4, slots] += 2.0 * variance
+
+    def note(self, slots: Indices, changes: Array, expected: Array) -> None:
+        """Take in an image's corrections.
+
+        Args:
+            slots: (m,) the robots.
+            changes: (m, 2) of their velocities, m/s.
+            expected: (m,) mean squares of these, m²/s².
+        """
+        sums = self._sums[:, slots]
+        # In the long run corrections are as large as what the stated acceleration adds.
+        allowed = np.minimum(np.maximum(expected - sums[5], 0.0), sums[4])
+        sums[:2] += changes.T
+        sums[2:5] += expected - allowed, allowed, -allowed
+        sums[5] = 0.0
+        self._sums[:, slots] = sums
+
+    def predict(self, seconds: float, keep: float, stated: Array | float = 0.0) -> None:
+        """Move on in time.
+
+        Args:
+            seconds: length of the step, s.
+            keep: factor by which the angles' errors still count after it.
+            stated: (n,) by how much a velocity becomes uncertain in it as stated, each axis, m²/s².
+        """
+        self._since += seconds
+        fade = math.exp(-seconds / OVER_S)
+        self._sums[:2] *= fade
+        self._sums[2:4] *= fade * fade
+        self._sums[5] += 2.0 * stated
+        if not self._doubted:
+            return
+        self.angle *= keep
+        self._law[:3] *= keep
+        self._law[:, :3] *= keep
+        if self.turns:
+            self._lasts += seconds
+            self._run(seconds)
+
+    def judge(self, slots: Indices, by_angles: Array, unknown: Array, fastest: float) -> None:
+        """Judge the robots of an image, where it is due.
+
+        Args:
+            slots: (n,) the robots.
+            by_angles: (n, 2, 3) how their places move with the platform's angles, m/rad.
+            unknown: (n,) variance of their velocities, both axes, m²/s².
+            fastest: speed of a robot, m/s.
+        """
+        if self._since >= EVERY_S:
+            self._since = 0.0
+            self._weigh(slots, by_angles, unknown, fastest)
+        self.spread(slots, by_angles)
+
+    def spread(self, slots: Indices, by_angles: Array, seen: bool = True) -> None:
+        """Let robots be as uncertain as the doubt makes them (see `judge`).
+
+        Args:
+            slots: (n,) the robots.
+            by_angles: (n, 2, 3) m/rad.
+            seen: whether the image shows them; one that it does not show is no surer for it.
+        """
+        across = by_angles.swapaxes(1, 2)
+        rates = np.outer(self.rate, self.rate) + self._spread
+        places, velocities = by_angles @ self.doubt @ across, by_angles @ rates @ across
+        if not seen:
+            before = np.trace(self.of_places[slots], axis1=1, axis2=2)
+            grown = np.trace(places, axis1=1, axis2=2) > before
+            slots, places, velocities = slots[grown], places[grown], velocities[grown]
+        self.of_places[slots] = places
+        self.of_velocities[slots] = velocities
+
+    def _weigh(self, slots: Indices, by_angles: Array, unknown: Array, fastest: float) -> None:
+        sums = self._sums[:2, slots].T
+        # A loosened velocity that did not change is found again but for what is not known of it.
+        stray = np.minimum(self._sums[3, slots], unknown)
+        variances = 0.5 * (self._sums[2, slots] + stray)
+        change, spread, gain = explained(sums, variances, by_angles, SWERVE * fastest)
+        refines = self.turns and self._lasts < LOOKED_S + REFINED_S
+        if not refines and gain < (ENDS if self.turns else BEGINS):
+            return
+        begins, before = not self.turns, self.rate
+        self._spread = self._spread + spread
+        self._law[3:, 3:] += spread
+        if refines:  # it was so from the beginning
+            self.angle = self.angle + self._lasts * change
+            self._law[:3, :3] += self._lasts**2 * spread
+            self._law[:3, 3:] += self._lasts * spread
+            self._law[3:, :3] += self._lasts * spread
+        self.rate = before + change
+        if self.rate @ np.linalg.solve(self._spread, self.rate) < SIGMAS**2:
+            self._end(before)
+        elif begins:
+            self._law[3:, 3:] += SHARE**2 * np.outer(change, change)
+            self._lasts, self._doubted = LOOKED_S, True
+            self._run(LOOKED_S)
+        self._sums[:2, slots] += (by_angles @ (self.rate - before)).T
+
+    def _run(self, seconds: float) -> None:
+        """Let the turn go on for so long."""
+        angle = self.angle + seconds * self.rate
+        self.angle = angle * min(1.0, MOST / max(float(np.linalg.norm(angle)), 1e-9))
+        self._law[:3] += seconds * self._law[3:]
+        self._law[:, :3] += seconds * self._law[:, 3:]
+
+    def _end(self, before: Array) -> None:
+        """Take in that it turns no more: how fast it was is known the better for it.
+
+        Args:
+            before: (3,) rate until now, rad/s.
+        """
+        if before.any():
+            gain = np.linalg.solve(self._law[3:, 3:], self._law[3:, :3]).T
+            self._law[:3, :3] -= gain @ self._law[3:, :3]
+            uneven = UNEVEN * self._lasts * before
+            self._law[:3, :3] += np.outer(uneven, uneven)
+        self._law[3:] = self._law[:, 3:] = 0.0
+        self.rate, self._spread, self._lasts = np.zeros(3), np.zeros((3, 3)), 0.0

@@ -1,0 +1,237 @@
+# Copyright 2026 aerial_gnss_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Robots kept in groups that share one covariance, and asked for row by row.
+
+The covariance of `GROUP` robots with the platform is carried whole, which costs the cube of their
+number; more robots are kept in further groups, each with its own copy of the platform's errors. No
+group uses another's measurements, so that none counts anything twice: what is lost is the little
+that the robots beyond the first `GROUP` would add on the platform. The cost is linear in robots.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aerial_gnss_ros.core.faults.attitude_ambiguity import Unexplained
+from aerial_gnss_ros.core.faults.rotation_fault import MOST
+from aerial_gnss_ros.core.filter.linearization import by_angles
+from aerial_gnss_ros.core.filter.plausible_state import check_covariance, check_robots
+from aerial_gnss_ros.core.filter.state import Indices, Joint
+from aerial_gnss_ros.core.models.platform_model import COUNT
+
+Array = NDArray[np.float64]
+
+GROUP = 32
+"""Robots that share one whole covariance."""
+
+SAME_PLACE_M = 0.1
+"""How well a robot that surfaced is at the place of its old track's prediction."""
+
+
+class Groups:
+    """Robots in rows 0 to n - 1, and the platform's errors.
+
+    Attributes:
+        unexplained: what the camera may have turned while no robots explained its boxes.
+    """
+
+    _groups: list[Joint]
+    _count: int
+
+    def clear(self, platform: Array) -> None:
+        """Begin without robots.
+
+        Args:
+            platform: (7, 7) covariance of the platform's errors.
+        """
+        self.unexplained = Unexplained(MOST)
+        self._groups = [Joint(platform, self.unexplained)]
+        self._count = 0
+
+    def __len__(self) -> int:
+        return self._count
+
+    @property
+    def platform(self) -> tuple[Array, Array]:
+        """The platform's errors (7,) and their covariance (7, 7)."""
+        first = self._groups[0]
+        return first.mean[:COUNT].copy(), first.covariance[:COUNT, :COUNT].copy()
+
+    @property
+    def mean(self) -> Array:
+        """(n, 4) east, north, velocity east, velocity north; m, m/s."""
+        if len(self._groups) == 1:
+            return self._groups[0].robots.copy()
+        means = np.empty((self._count, 4))
+        for group in self._groups:
+            means[group.rows] = group.robots
+        return means
+
+    @property
+    def covariance(self) -> Array:
+        """(n, 4, 4) covariance of `mean`, the platform's share included."""
+        if len(self._groups) == 1:
+            return self._groups[0].blocks()
+        covariances = np.empty((self._count, 4, 4))
+        for group in self._groups:
+            covariances[group.rows] = group.blocks()
+        return covariances
+
+    def check(self) -> None:
+        """Check that the state can be.
+
+        Raises:
+            StateError: a number is not finite, a covariance none, or a robot out of bounds.
+        """
+        for group in self._groups:
+            check_covariance(group.covariance, "robots and platform")
+            check_robots(group.robots, "robots")
+
+    def add_doubts(self, covariance: Array) -> None:
+        """Add to covariances (n, 4, 4) of all robots that the camera may have turned by itself."""
+        for group in self._groups:
+            if group.turning.doubts:
+                covariance[group.rows, :2, :2] += group.turning.of_places
+                covariance[group.rows, 2:, 2:] += group.turning.of_velocities
+
+    def room(self, columns: Indices) -> Iterator[tuple[Joint, Indices, Indices]]:
+        """Give room to robots after the present ones.
+
+        Args:
+            columns: (m,) of what they begin with.
+
+        Yields:
+            A group with room, the rows that some of them will have, and their columns.
+        """
+        left = columns
+        while len(left):
+            group = next((one for one in self._groups if len(one) < GROUP), None)
+            if group is None:
+                group = self._another_group()
+            now, left = left[: GROUP - len(group)], left[GROUP - len(group) :]
+            rows = np.arange(self._count, self._count + len(now))
+            self._count += len(now)
+            yield group, rows, now
+
+    def loosen(self, rows: Indices, speed: float, seconds: float) -> None:
+        """Allow for unforeseen changes of velocity of some robots (see `Joint.loosen`)."""
+        if not len(rows):
+            return
+        chosen = np.zeros(self._count, dtype=np.bool_)
+        chosen[rows] = True
+        for group in self._groups:
+            slots = np.flatnonzero(chosen[group.rows])
+            if len(slots):
+                group.loosen(slots, speed, seconds)
+
+    def merge(self, old: int, new: int, told: bool = True) -> None:
+        """Let robot `new` know what is known of `old`, which it turned out to be.
+
+        Args:
+            old: its row.
+            new: likewise.
+            told: whether where it is tells what the camera may have turned.
+        """
+        group_of, slot_of = self._places_of_rows()
+        before, group = self._groups[group_of[old]], self._groups[group_of[new]]
+        first, second = int(slot_of[old]), int(slot_of[new])
+        if self.unexplained.doubts:
+            apart, spread = self.apart(np.array([old]), np.array([new]))
+            slots = np.array([second])
+            moved, unseen = by_angles(group, slots), float(before.unseen[first])
+            if told:
+                self.unexplained.found(unseen, moved[0], apart[0, 0], spread[0, 0])
+            group.turning.spread(slots, moved)
+        if before is group:
+            group.tie(first, second, SAME_PLACE_M)
+            return
+        # The old robot joins the new one's group for the moment: its own history counts there.
+        guest = _copy(before, first, group)
+        group.tie(guest, second, SAME_PLACE_M)
+        group.drop(np.array([guest]))
+
+    def found(self, rows: Indices, offsets: Array, spread: Array) -> None:
+        """Take in where boxes of robots are, after images that no robots explained.
+
+        Args:
+            rows: (m,) the robots, not yet corrected by these boxes.
+            offsets: (m, 2) from where they were expected, m.
+            spread: (m, 2, 2) covariances of that, m².
+        """
+        if not self.unexplained.doubts:
+            return
+        group_of, slot_of = self._places_of_rows()
+        for row, apart, covariance in zip(rows.tolist(), offsets, spread, strict=True):
+            group, slot = self._groups[group_of[row]], slot_of[row : row + 1]
+            unseen = float(group.unseen[slot[0]])
+            if self.unexplained.since(unseen):
+                self.unexplained.found(unseen, by_angles(group, slot)[0], apart, covariance)
+
+    def drop(self, rows: Indices) -> None:
+        """Forget robots; those after them move up."""
+        kept = np.ones(self._count, dtype=np.bool_)
+        kept[rows] = False
+        moved = np.cumsum(kept) - 1
+        for group in self._groups:
+            gone = np.flatnonzero(~kept[group.rows])
+            if len(gone):
+                group.drop(gone)
+            group.rows = moved[group.rows]
+        self._groups = [self._groups[0], *(one for one in self._groups[1:] if len(one))]
+        self._count = int(kept.sum())
+
+    def apart(self, old: Indices, new: Indices) -> tuple[Array, Array]:
+        """Return offsets (n, m, 2) from robots `old` to robots `new`, and their covariances."""
+        group_of, slot_of = self._places_of_rows()
+        mean, covariance = self.mean[:, :2], self.covariance[:, :2, :2]
+        offsets = mean[new][None] - mean[old][:, None]
+        spread = covariance[old][:, None] + covariance[new][None]
+        for i, a in enumerate(old):
+            for j, b in enumerate(new):
+                if group_of[a] == group_of[b]:
+                    shared = _shared(self._groups[group_of[a]], slot_of[a], slot_of[b])
+                    spread[i, j] -= shared + shared.T
+        return offsets, spread
+
+    def _another_group(self) -> Joint:
+        first = self._groups[0]
+        group = Joint(first.covariance[:COUNT, :COUNT], self.unexplained)
+        group.mean[:] = first.mean[:COUNT]
+        self._groups.append(group)
+        return group
+
+    def _places_of_rows(self) -> tuple[Indices, Indices]:
+        group_of = np.zeros(self._count, np.intp)
+        slot_of = np.zeros(self._count, np.intp)
+        for number, group in enumerate(self._groups):
+            group_of[group.rows] = number
+            slot_of[group.rows] = np.arange(len(group))
+        return group_of, slot_of
+
+
+def _copy(source: Joint, slot: int, target: Joint) -> int:
+    """Copy a robot into another group and return its slot there.
+
+    What carries over is its law given the platform's errors, p(robot | errors), which rests on its
+    own boxes. The errors themselves stay those of the target's group: no box counts twice.
+    """
+    own = slice(COUNT + 4 * slot, COUNT + 4 * slot + 4)
+    platform, cross = source.covariance[:COUNT, :COUNT], source.covariance[own, :COUNT]
+    # An error that is known exactly has no variance and moves nothing: hence the pseudo-inverse.
+    by_platform = cross @ np.linalg.pinv(platform, hermitian=True)
+    given = source.covariance[own, own] - by_platform @ cross.T
+    state = source.mean[own] + by_platform @ (target.mean[:COUNT] - source.mean[:COUNT])
+    target.append(source.rows[[slot]], state[None], by_platform[None], given[None])
+    target.unseen[-1] = source.unseen[slot]
+    target.manoeuvres.copy(source.manoeuvres, slot)
+    target.turning.copy(source.turning, slot)
+    return len(target) - 1
+
+
+def _shared(group: Joint, a: int, b: int) -> Array:
+    """Return the covariance (2, 2) of one robot's position with another's."""
+    i, j = COUNT + 4 * a, COUNT + 4 * b
+    return group.covariance[i : i + 2, j : j + 2]

@@ -1,0 +1,79 @@
+# Copyright 2026 aerial_gnss_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""How detections lie to robots: offsets and covariances of the pairs that are near enough."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aerial_gnss_ros.core.filter.state import Indices, Joint
+from aerial_gnss_ros.core.models.platform_model import COUNT
+
+Array = NDArray[np.float64]
+
+_FEW = 16
+"""Up to so many pairs are compared without looking first which are near."""
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """k pairs of robots and detections, by row, then by column.
+
+    Attributes:
+        rows: (k,) robots.
+        columns: (k,) detections.
+        offsets: (k, 2) from robot to detection, East, North, m.
+        spread: (k, 2, 2) their covariances, m².
+    """
+
+    rows: Indices
+    columns: Indices
+    offsets: Array
+    spread: Array
+
+    @classmethod
+    def of_groups(cls, parts: list[Comparison]) -> Comparison:
+        """Return the pairs of several groups together."""
+        rows = np.concatenate([part.rows for part in parts])
+        columns = np.concatenate([part.columns for part in parts])
+        order = np.lexsort((columns, rows))
+        offsets = np.concatenate([part.offsets for part in parts])
+        spread = np.concatenate([part.spread for part in parts])
+        return cls(rows[order], columns[order], offsets[order], spread[order])
+
+
+def compared(
+    group: Joint, places: Array, by_errors: Array, white: Array, scale: float, floor: float
+) -> Comparison:
+    """Return how detections lie to a group's robots.
+
+    No pair's squared Mahalanobis distance is below its squared distance by the covariance's trace:
+    that alone tells which pairs are near enough to be looked at.
+
+    Args:
+        group: n robots, one at least.
+        places: (m, 2) where the detections are by the group's platform, m.
+        by_errors: (m, 2, 7) how these move with the platform's errors.
+        white: (m, 2, 2) their white covariance, m².
+        scale: of the trace, and
+        floor: m², of the squared distance up to which a pair is returned.
+    """
+    n, m = len(group), len(places)
+    with_platform = by_errors @ group.covariance[:COUNT, :COUNT]
+    own = with_platform @ by_errors.swapaxes(1, 2) + white
+    robots, blocks, with_robots = group.robots[:, :2], group.places(), group.with_platform()
+    if n * m <= _FEW:
+        slots, columns = np.divmod(np.arange(n * m), m)
+    else:
+        apart = robots[:, 0, None] - places[:, 0], robots[:, 1, None] - places[:, 1]
+        shared = with_robots.reshape(n, -1) @ by_errors.reshape(m, -1).T
+        trace = np.trace(own, axis1=1, axis2=2) - 2.0 * shared
+        trace += np.trace(blocks, axis1=1, axis2=2)[:, None]
+        near = apart[0] ** 2 + apart[1] ** 2 <= scale * trace + floor
+        slots, columns = np.nonzero(near)
+    common = with_robots[slots] @ by_errors[columns].swapaxes(1, 2)
+    spread = blocks[slots] + own[columns] - common - common.swapaxes(1, 2)
+    return Comparison(group.rows[slots], columns, places[columns] - robots[slots], spread)

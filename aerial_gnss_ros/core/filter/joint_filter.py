@@ -1,0 +1,325 @@
+# Copyright 2026 aerial_gnss_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""The joint filter: what a tracker asks of it, robot by robot, whatever groups they are kept in."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aerial_gnss_ros.core.camera.posed_frame import PosedFrame
+from aerial_gnss_ros.core.config.estimator import EstimatorConfig
+from aerial_gnss_ros.core.faults.consistency import InnovationMonitor
+from aerial_gnss_ros.core.faults.formation import Formation, formation
+from aerial_gnss_ros.core.faults.gnss_jump import PositionJumps
+from aerial_gnss_ros.core.faults.noise_level import NoiseLevel
+from aerial_gnss_ros.core.filter.blocks import Groups
+from aerial_gnss_ros.core.filter.innovation import Comparison, compared
+from aerial_gnss_ros.core.filter.linearization import (
+    Sight,
+    by_angles,
+    by_errors,
+    by_platform,
+    follow,
+)
+from aerial_gnss_ros.core.filter.state import Indices, Joint
+from aerial_gnss_ros.core.filter.update import correct, linearise
+from aerial_gnss_ros.core.geometry.local_map import LocalMap, water_points
+from aerial_gnss_ros.core.georeferencing.measurements import Measurements
+from aerial_gnss_ros.core.models.camera_motion import MOVED_S, PoseMotion
+from aerial_gnss_ros.core.models.measurement_model import MapFrame, MapPose, level_axes, on_water
+from aerial_gnss_ros.core.models.motion_model import motion_of
+from aerial_gnss_ros.core.models.platform_model import ANGLES, COUNT, HEIGHT, LATENCY, PlatformModel
+from aerial_gnss_ros.core.values.events import Events
+from aerial_gnss_ros.text.sentences import counted
+
+Array = NDArray[np.float64]
+
+SURE_S, UNSURE_S = 0.1, 0.2
+"""The latency is known from the first sigma on, until it is above the second."""
+
+FEIGNED_MPS = 2.0
+"""What a wrong latency may feign of a robot's speed, one sigma."""
+
+
+class JointFilter(Groups):
+    """Robots in rows 0 to n - 1, and the platform's errors, by what images show.
+
+    Args:
+        config: noise, motion and the gimbal's reference.
+        log: where it says what is odd.
+
+    Attributes:
+        monitor: how well boxes fit what is stated.
+        noise: how many times as large as stated their white noise is.
+        turned: whether the camera's orientation has jumped with the last image, and not back.
+    """
+
+    def __init__(self, config: EstimatorConfig, log: Events | None = None) -> None:
+        self.log = log or Events()
+        self.monitor = InnovationMonitor()
+        self.model = PlatformModel(config.noise, config.gimbal.reference)
+        self.motion = motion_of(config)
+        self._latency_ns = round(config.camera.latency_s * 1e9)
+        self.noise = NoiseLevel()
+        self._map: MapFrame | None = None
+        self._jumps = PositionJumps(self.log)
+        self.reset()
+
+    def reset(self) -> None:
+        """Forget robots and platform."""
+        self._stationary = self.model.stationary(None)
+        self.clear(self._stationary)
+        self._fresh = True
+        self._late = self._stationary[LATENCY, LATENCY] > SURE_S**2
+        self._found = False
+        self._refusing = False
+        self._pose_ns: int | None = None
+        self._motion = PoseMotion()
+        self._jumps.reset()
+        self._sight: Sight | None = None
+        self.turned = False
+        self.monitor.reset()
+        self.noise.reset()
+
+    @property
+    def stationary(self) -> Array:
+        """(7, 7) covariance of the platform's errors when nothing is known."""
+        return self._stationary
+
+    def predict(self, seconds: float) -> None:
+        """Move on in time."""
+        for group in self._groups:
+            group.predict(seconds, self.model, self._stationary, self.motion)
+        if self.unexplained.episodes and seconds > 0.0:
+            keep = float(self.model.keep(seconds)[ANGLES.start])
+            self.unexplained.predict(seconds, keep)
+
+    def look(self, frame: PosedFrame, local: LocalMap) -> bool:
+        """Take in the pose of an image; return whether its boxes can be used."""
+        if self._map is None or self._map.local is not local:
+            self._map = MapFrame(local)
+        pose = frame.pose
+        self._stationary = self.model.stationary(pose.fix_covariance)
+        if self._fresh:
+            self.clear(self._stationary)
+            self._fresh = False
+        if frame.latency is not None:
+            self._settle(*frame.latency)
+        measured = self._map.pose(pose)
+        passed = 0.0 if self._pose_ns is None else (pose.stamp_ns - self._pose_ns) * 1e-9
+        self._pose_ns = pose.stamp_ns
+        expected = self._motion.predicted(passed)
+        settled, jump = self._jumps.take(measured.position, expected, passed)
+        if jump is not None:
+            self._follow_jump(jump)
+        shown = MapPose(measured.position - self._jumps.offset, measured.rotation)
+        applied = (frame.detections.stamp_ns - pose.stamp_ns - self._latency_ns) * 1e-9
+        elsewhen = self._sight is not None and abs(applied - self._sight.applied) > MOVED_S
+        foretold = self._motion.move(shown) if elsewhen else self._motion.take(shown, passed)
+        self.turned = self._jumped(shown, passed)
+        unsure = frame.latency[1] if self._late and frame.latency is not None else 0.0
+        self._sight = Sight.of(frame.camera, shown, self._motion.rates, applied, foretold, unsure)
+        return settled
+
+    def _follow_jump(self, jump: Array) -> None:
+        """Go over to a position that has jumped (3,), m, and is believed now."""
+        self._motion.shift(jump)
+        for group in self._groups:
+            group.shift(jump[:2], trusted=self._jumps.returned)
+        self.unexplained.suspect()
+
+    def _jumped(self, pose: MapPose, passed: float) -> bool:
+        """Return whether the camera's orientation has jumped, and not back."""
+        jump = self._motion.jump
+        if jump is None:
+            return False
+        if self.unexplained.jumped(level_axes(pose.rotation).T @ jump, passed):
+            self.log.add("The camera's orientation is back where it was before it jumped.")
+            return False
+        self.log.counts["orientation_jumps"] += 1
+        self.log.add(
+            f"The camera's orientation jumped by {math.degrees(math.sqrt(jump @ jump)):.0f} deg "
+            f"within {passed:.2g} s: robots that are not found again where they were may be wrong "
+            "by as much, and say so."
+        )
+        return True
+
+    def _settle(self, latency_s: float, sigma: float) -> None:
+        """Take over what is known of the latency."""
+        for group in self._groups:
+            group.settle(LATENCY, latency_s, sigma)
+        before, self._late = self._late, sigma > (SURE_S if self._late else UNSURE_S)
+        self._found = not self._late and (before or self._found)
+
+    def compare(self, seen: Measurements, scale: float, floor: float) -> Comparison:
+        """Return how detections lie to the robots that they may be of.
+
+        Detections are placed by what is known of the platform's errors; the covariances allow for
+        what robot and detection have in common through these. Left out is what is farther off:
+        squared distance above `scale` times the covariance's trace plus `floor` (m²).
+        """
+        body = self._body(seen)
+        found = [
+            compared(group, *self._place(group, body), seen.white, scale, floor)
+            for group in self._groups
+            if len(group)
+        ]
+        return found[0] if len(found) == 1 else Comparison.of_groups(found)
+
+    def correct(self, seen: Measurements, rows: Indices, columns: Indices) -> Indices:
+        """Take in detections `columns` of robots `rows`; return the rows for which it refused.
+
+        It refuses detections by which a robot would be faster than `tracks.max_speed`.
+        """
+        refused: list[Indices] = [np.zeros(0, np.intp)]
+        if not len(rows) or self._sight is None:
+            return refused[0]
+        column_of = np.full(self._count, -1, np.intp)
+        column_of[rows] = columns
+        squared, count = 0.0, 0
+        for group in self._groups:
+            slots = np.flatnonzero(column_of[group.rows] >= 0)
+            if len(slots):
+                pixels = seen.pixels[column_of[group.rows[slots]]]
+                if self._late or self._found:
+                    follow(group, self._sight)
+                    feigned = FEIGNED_MPS if self._late else 0.0  # else robots seem too fast
+                    group.forget(slots, self._stationary, self.motion.speed_sigma + feigned)
+                outcome = correct(
+                    group,
+                    slots,
+                    pixels,
+                    self._sight,
+                    self.model,
+                    self.motion.fastest,
+                    self.noise.level,
+                )
+                squared, count = squared + outcome.squared, count + outcome.count
+                if group.turning.due and not self._late:
+                    variances = group.covariance.diagonal()[COUNT:].reshape(-1, 4)
+                    unknown = variances[slots, 2:].sum(axis=1)
+                    group.turning.judge(
+                        slots, by_angles(group, slots), unknown, self.motion.fastest
+                    )
+                refused.append(group.rows[outcome.refused])
+        self._found = False
+        if not self._late:
+            self._watch(squared, count)
+        gone = np.concatenate(refused)
+        self._tell(len(gone))
+        return gone
+
+    def doubt(self, seconds: float, over: bool = False) -> None:
+        """Take in for how long boxes have been where no robots can be (see `Unexplained`).
+
+        Either the camera has turned, or it had before and is right again: so robots that these
+        images do not show are as uncertain as those that begin by them.
+        """
+        self.unexplained.take(0.0 if self._late else seconds, over)
+        self._spread_doubt()
+
+    def formation(
+        self, old: list[int], new: list[int], more: Array, possible: NDArray[np.bool_]
+    ) -> Formation | None:
+        """Return which robots `old` are which robots `new`, as they lie to one another.
+
+        Args:
+            old: n rows.
+            new: m rows.
+            more: (2, 2) covariance of where they may be instead, m².
+            possible: (n, m) whether one can be the other at all.
+        """
+        offsets, spread = self.apart(np.array(old), np.array(new))
+        group_of, slot_of = self._places_of_rows()
+        moved = []
+        for row in old:
+            group = self._groups[group_of[row]]
+            follow(group, self._seen_from)
+            moved.append(by_errors(group, slot_of[row : row + 1]))
+        by_platform = np.concatenate(moved)
+        height = float(self._seen_from.measured.position[2])
+        return formation(
+            offsets, spread + more, by_platform[:, :, ANGLES],
+            height * by_platform[:, :, HEIGHT], possible,
+        )  # fmt: skip
+
+    def displaced(self, turn: Array, spread: Array) -> None:
+        """Take in by which turn of the camera all robots are elsewhere (see `Unexplained`)."""
+        if not self._late:
+            self.unexplained.displaced(turn, spread)
+        self._spread_doubt()
+
+    def returned(self) -> None:
+        """Take in that all robots are back where they were before they seemed to move."""
+        self.log.add("Robots are back where they were before all of them seemed to move.")
+        self.unexplained.returned()
+        self._spread_doubt()
+
+    def _spread_doubt(self) -> None:
+        """Let all robots be as uncertain as a camera makes them that may have turned by itself."""
+        if not self.unexplained.doubts or self._sight is None:
+            return
+        for group in self._groups:
+            follow(group, self._sight)
+            known = np.arange(len(group.by_pose))  # but for robots that begin with this image
+            group.turning.spread(known, by_angles(group, known), seen=False)
+
+    def _tell(self, refused: int) -> None:
+        if refused and not self._refusing:
+            self.log.add(
+                f"Boxes would make {counted(refused, 'robot')} faster than tracks.max_speed "
+                f"({self.motion.fastest:g} m/s) and are not used: the compass, the "
+                "gimbal or camera.latency_s may be wrong."
+            )
+        self._refusing = bool(refused)
+
+    def _watch(self, squared: float, count: int) -> None:
+        angle = max(group.turning.sigma for group in self._groups)
+        for sentence in (
+            self.monitor.take(squared, count, self.noise.level),
+            self.monitor.take_turn(angle),
+            self.monitor.check_platform(self._groups[0].mean[:COUNT], self._stationary),
+        ):
+            if sentence is not None:
+                self.log.add(sentence)
+
+    def begin(self, seen: Measurements, columns: Indices) -> None:
+        """Add a robot for each of the detections `columns`, in rows after the present ones."""
+        if not len(columns):
+            return
+        body, white, speed = self._body(seen), seen.white, self.motion.speed_sigma
+        for group, rows, taken in self.room(np.asarray(columns, np.intp)):
+            places, by_errors = self._place(group, body[taken])
+            group.add(rows, places, by_errors, white[taken], speed)
+
+    def box_noise(self, places: Array) -> Array:
+        """Return the covariances (m, 2, 2) of places on the water from boxes' own noise, m²."""
+        by_pixel = np.linalg.inv(linearise(self._seen_from, np.zeros(COUNT), places).by_place)
+        noise: Array = self.noise.level * self.model.pixel * by_pixel @ by_pixel.swapaxes(1, 2)
+        return noise
+
+    def _body(self, seen: Measurements) -> Array:
+        """Return the rays of detections in the axes of the camera as measured, (m, 3)."""
+        measured = self._seen_from.measured
+        rays: Array = (water_points(seen.positions) - measured.position) @ measured.rotation
+        return rays
+
+    def _place(self, group: Joint, body: Array) -> tuple[Array, Array]:
+        """Return where rays meet the water by a group's platform (m, 2), and derivatives (m, 2, 7).
+
+        Args:
+            group: whose estimate of the platform's errors counts.
+            body: (m, 3) rays, see `_body`.
+        """
+        follow(group, self._seen_from)
+        pose = self._seen_from.pose(group.mean[:COUNT])
+        places = on_water(pose, body @ pose.rotation.T)
+        return places, by_platform(group, places)
+
+    @property
+    def _seen_from(self) -> Sight:
+        assert self._sight is not None  # noqa: S101 - `look` came first
+        return self._sight

@@ -1,0 +1,229 @@
+# Copyright 2026 aerial_gnss_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""A bank of small filters, one for each latency that is tried, and how badly boxes fit each.
+
+With the right latency robots stay where they are, or swim on smoothly; with a wrong one they seem
+to move with the drone. Each filter follows each robot by itself (place and velocity in `map`, an
+extended Kalman filter on pixels) and takes the platform's slow errors for wander of the robot. So
+what robots have in common is counted as one robot: the mean over robots is taken, not the sum.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aerial_gnss_ros.core.camera.model import CameraModel
+from aerial_gnss_ros.core.geometry.frames import FLU_FROM_OPTICAL
+from aerial_gnss_ros.core.geometry.local_map import water_points
+from aerial_gnss_ros.core.models.measurement_model import level_axes, pose_jacobian
+from aerial_gnss_ros.core.models.motion_model import Motion
+from aerial_gnss_ros.core.models.platform_model import LATENCY, PlatformModel
+from aerial_gnss_ros.core.numerics.gaussian import inverse, mahalanobis
+
+Array = NDArray[np.float64]
+
+MOST_ROBOTS = 4
+"""More robots tell little more: what all have in common is the platform's."""
+
+FORGET_S = 2.0
+"""A robot unseen for longer begins anew."""
+
+DRIFT = 0.1
+"""Root of the spectral density of the acceleration that the platform's slow errors feign, m/s^1.5:
+robots seem to move when they are seen from elsewhere."""
+
+SPEED_MPS = 0.3
+"""One sigma of the speed that they feign."""
+
+HUBER = 3.0
+"""Normalised residual from which a box counts less."""
+
+UNSEEN = 30.0
+"""Cost of a latency by which a robot whose box was seen is out of view."""
+
+MOST_SQUARED = 25.0
+"""A normalised squared residual counts no more than this when noise is judged."""
+
+
+@dataclass(frozen=True)
+class Sighting:
+    """Boxes of named robots in one image.
+
+    Attributes:
+        stamp_ns: of the image less the configured latency, ns.
+        camera: lens and image.
+        pixels: (2,) by robot.
+        fix_covariance: (2, 2) East, North of the fix itself, m²; None: as configured.
+    """
+
+    stamp_ns: int
+    camera: CameraModel
+    pixels: dict[str, Array]
+    fix_covariance: Array | None = None
+
+
+@dataclass(frozen=True)
+class Views:
+    """The camera by each of h latencies: positions (h, 3) in `map`, and (h, 3, 3) optical frame."""
+
+    positions: Array
+    optical: Array
+
+
+@dataclass(frozen=True)
+class Fit:
+    """How boxes of one image fit each of h latencies, the mean over robots.
+
+    Attributes:
+        cost: (h,) -2 log likelihood, but for a constant; beyond `HUBER` it grows linearly.
+        squares: (h,) normalised squared residual; 2 is expected.
+        noise: (h,) trace of the pose's white noise in units of the residual's covariance.
+    """
+
+    cost: Array
+    squares: Array
+    noise: Array
+
+
+class LatencyBank:
+    """Follows robots by each of h latencies.
+
+    Args:
+        model: noise.
+        motion: how robots move.
+        count: h.
+    """
+
+    def __init__(self, model: PlatformModel, motion: Motion, count: int) -> None:
+        self._model = model
+        self._acceleration = math.hypot(motion.acceleration, DRIFT)
+        self._speed = math.hypot(motion.speed_sigma, SPEED_MPS)
+        self._count = count
+        self.reset()
+
+    def reset(self) -> None:
+        """Forget all robots."""
+        self._seen_ns: dict[str, int] = {}  # in the order of the robots in the arrays
+        self._state = np.zeros((self._count, 0, 4))
+        self._covariance = np.zeros((self._count, 0, 4, 4))
+
+    def take(self, now: Sighting, passed: float, positions: Array, rotations: Array) -> Fit | None:
+        """Take in an image; return how it fits, None where no robot was known before.
+
+        Args:
+            now: the boxes.
+            passed: time since the image before, s.
+            positions: (h, 3) of the camera by each latency, m.
+            rotations: (h, 3, 3) camera FLU in `map`.
+        """
+        self._forget(now.stamp_ns)
+        views = Views(positions, rotations @ FLU_FROM_OPTICAL)
+        if self._seen_ns and passed > 0.0:
+            self._predict(passed, now.fix_covariance, views, rotations)
+        names = list(self._seen_ns)
+        known = [name for name in names if name in now.pixels]
+        fit = None
+        if known:
+            pixels = np.array([now.pixels[name] for name in known])
+            fit = self._correct(now.camera, [names.index(one) for one in known], pixels, views)
+            self._seen_ns.update(dict.fromkeys(known, now.stamp_ns))
+        fresh = [name for name in now.pixels if name not in names][: MOST_ROBOTS - len(names)]
+        if fresh:
+            self._begin(now, fresh, views)
+        return fit
+
+    def _forget(self, stamp_ns: int) -> None:
+        since = [stamp_ns - seen for seen in self._seen_ns.values()]
+        kept = [i for i, unseen in enumerate(since) if unseen <= FORGET_S * 1e9]
+        if len(kept) < len(since):
+            names = list(self._seen_ns)
+            self._seen_ns = {names[i]: self._seen_ns[names[i]] for i in kept}
+            self._state, self._covariance = self._state[:, kept], self._covariance[:, kept]
+
+    def _predict(
+        self, passed: float, fix_covariance: Array | None, views: Views, rotations: Array
+    ) -> None:
+        P, x, q = self._covariance, self._state, self._acceleration**2
+        x[..., :2] += passed * x[..., 2:]
+        P[..., :2, :] += passed * P[..., 2:, :]
+        P[..., :2] += passed * P[..., 2:]
+        noise = np.array([[passed**3 / 3.0, passed**2 / 2.0], [passed**2 / 2.0, passed]])
+        P += np.kron(q * noise, np.eye(2))
+        time = self._model.correlation_time_s
+        if time > 0.0:
+            by_errors = np.eye(6)
+            by_errors[3:, 3:] = level_axes(rotations[len(rotations) // 2])
+            moved = _by_pose(_offsets(x[..., :2], views)) @ by_errors
+            slow = self._model.stationary(fix_covariance)[:LATENCY, :LATENCY]
+            P[..., :2, :2] += moved @ slow @ moved.swapaxes(2, 3) * (2.0 * passed / time)
+
+    def _correct(self, camera: CameraModel, slots: list[int], pixels: Array, views: Views) -> Fit:
+        x, P = self._state[:, slots], self._covariance[:, slots]
+        predicted, by_place, white, seen = self._measured(camera, x[..., :2], views)
+        cross = P[..., :2] @ by_place.swapaxes(2, 3)
+        spread = by_place @ cross[..., :2, :] + white
+        spread[..., (0, 1), (0, 1)] += self._model.pixel
+        residual = np.where(seen[..., None], pixels[None] - predicted, 0.0)
+        squared, log_determinant = mahalanobis(residual, spread)
+        precision = inverse(spread)
+        gain = cross @ precision
+        distance = np.sqrt(squared)
+        far = distance > HUBER
+        cost = np.where(far, HUBER * (2.0 * distance - HUBER), squared) + log_determinant
+        weight = seen * np.where(far, HUBER / np.maximum(distance, HUBER), 1.0)
+        self._state[:, slots] = x + weight[..., None] * (gain @ residual[..., None])[..., 0]
+        self._covariance[:, slots] = P - weight[..., None, None] * (gain @ cross.swapaxes(2, 3))
+        return Fit(
+            np.where(seen, cost, UNSEEN).mean(axis=1),
+            np.minimum(squared, MOST_SQUARED).mean(axis=1),
+            np.einsum("hmij,hmji->hm", precision, white).mean(axis=1),
+        )
+
+    def _measured(
+        self, camera: CameraModel, places: Array, views: Views
+    ) -> tuple[Array, Array, Array, NDArray[np.bool_]]:
+        """Return pixels, their derivative by place, the pose's white noise, and what is seen."""
+        shape, offsets = places.shape[:2], _offsets(places, views)
+        points = np.einsum("hmi,hij->hmj", offsets, views.optical)
+        pixels, by_point, seen = camera.project_with_jacobian(points.reshape(-1, 3))
+        turned = by_point.reshape(*shape, 2, 3) @ views.optical.swapaxes(1, 2)[:, None]
+        by_place = turned[..., :2]
+        moved = by_place @ _by_pose(offsets)
+        white = (moved * self._model.white) @ moved.swapaxes(2, 3)
+        return pixels.reshape(*shape, 2), by_place, white, seen.reshape(shape)
+
+    def _begin(self, now: Sighting, names: list[str], views: Views) -> None:
+        """Add robots where their boxes are by each latency."""
+        rays, valid = now.camera.rays(np.array([now.pixels[name] for name in names]))
+        directions = np.einsum("hij,mj->hmi", views.optical, rays)
+        down = np.where(directions[..., 2] < 0.0, directions[..., 2], np.nan)
+        reach = -views.positions[:, None, 2] / down
+        places = views.positions[:, None, :2] + directions[..., :2] * reach[..., None]
+        good = valid & np.isfinite(places).all(axis=(0, 2))
+        places = places[:, good]
+        _, by_place, white, _ = self._measured(now.camera, places, views)
+        white[..., (0, 1), (0, 1)] += self._model.pixel
+        back = np.linalg.inv(by_place)
+        state, covariance = np.zeros((*places.shape[:2], 4)), np.zeros((*places.shape[:2], 4, 4))
+        state[..., :2] = places
+        covariance[..., :2, :2] = back @ white @ back.swapaxes(2, 3)
+        covariance[..., (2, 3), (2, 3)] = self._speed**2
+        self._state = np.concatenate([self._state, state], axis=1)
+        self._covariance = np.concatenate([self._covariance, covariance], axis=1)
+        begun = [name for name, ok in zip(names, good, strict=True) if ok]
+        self._seen_ns.update(dict.fromkeys(begun, now.stamp_ns))
+
+
+def _offsets(places: Array, views: Views) -> Array:
+    """Return (h, m, 3) from the cameras to places (h, m, 2) on the water, m."""
+    points = water_points(places.reshape(-1, 2)).reshape(*places.shape[:2], 3)
+    return np.asarray(points - views.positions[:, None])
+
+
+def _by_pose(offsets: Array) -> Array:
+    """Return `pose_jacobian` (h, m, 2, 6) of offsets (h, m, 3)."""
+    return pose_jacobian(offsets.reshape(-1, 3)).reshape(*offsets.shape[:2], 2, 6)

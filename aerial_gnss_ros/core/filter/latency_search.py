@@ -1,0 +1,185 @@
+# Copyright 2026 aerial_gnss_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""The latency of the images, found by trying all that it may be (`latency_bank`).
+
+No derivative by the latency is taken, so that the noise of one is not taken for information; and a
+latency far off does no harm, for the pose that telemetry has for each is compared, whatever the
+drone did meanwhile. A drone that flies so that all latencies fit leaves all of them possible.
+
+An image is compared when telemetry has come for all latencies tried; nothing is extrapolated.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aerial_gnss_ros.core.camera.posed_frame import PosedFrame
+from aerial_gnss_ros.core.config.estimator import EstimatorConfig
+from aerial_gnss_ros.core.filter.latency_bank import Fit, LatencyBank, Sighting
+from aerial_gnss_ros.core.filter.pose_lattice import SLOPE_NOISE, STEP_NS, STEP_S, PoseLattice
+from aerial_gnss_ros.core.geometry.local_map import LocalMap
+from aerial_gnss_ros.core.models.measurement_model import MapFrame, MapPose
+from aerial_gnss_ros.core.models.motion_model import motion_of
+from aerial_gnss_ros.core.models.platform_model import PlatformModel
+from aerial_gnss_ros.core.telemetry.buffers import Inputs, Lacking
+from aerial_gnss_ros.core.telemetry.pose import Posing
+from aerial_gnss_ros.core.values.rejection import Reason
+
+Array = NDArray[np.float64]
+
+MAX_LATENCY_S = 3.0
+"""Largest latency either way, configured and estimated together."""
+
+REACH_SIGMAS = 3.0
+"""Latencies are tried so far from the configured one, at least `REACH_STEPS`."""
+
+REACH_STEPS = 3
+
+INTERVAL_S = 0.08
+"""Images that follow sooner are left out."""
+
+MEMORY_S = 300.0
+"""Time constant with which older images count less: the latency may change."""
+
+MAX_STEP_M = 3.0
+"""A camera whose smoothed place goes on by more in a step has not flown there."""
+
+FINE = 20
+"""Steps of the posterior between two latencies tried."""
+
+MOST_WAITING = 100
+"""Images that wait for telemetry at most."""
+
+
+class LatencySearch:
+    """Finds the correction of `camera.latency_s`; `noise.latency_s` says how large it may be.
+
+    Args:
+        config: noise, motion, latency.
+        inputs: telemetry.
+
+    Attributes:
+        found: mean and sigma of the correction, s; None where it is not estimated.
+    """
+
+    def __init__(self, config: EstimatorConfig, inputs: Inputs) -> None:
+        stated = config.camera.latency_s
+        self._stated_ns = round(stated * 1e9)
+        self._inputs, self._posing = inputs, Posing(config)
+        self._map: MapFrame | None = None
+        self._sigma = config.noise.value("latency_s")
+        reach = max(REACH_SIGMAS * self._sigma, REACH_STEPS * STEP_S)
+        first = math.ceil(max(-MAX_LATENCY_S - stated, -reach) / STEP_S - 1e-9)
+        last = math.floor(min(MAX_LATENCY_S - stated, reach) / STEP_S + 1e-9)
+        self._first, self._last = first, last
+        self.corrections: Array = np.arange(first, last + 1, dtype=np.float64) * STEP_S
+        self._lattice = PoseLattice(last - first + 2 * MOST_WAITING)
+        model = PlatformModel(config.noise, config.gimbal.reference)
+        self._bank = LatencyBank(model, motion_of(config), len(self.corrections))
+        self.reset()
+
+    def reset(self) -> None:
+        """Forget what images told."""
+        self._waiting: deque[Sighting] = deque()
+        self._newest_ns: int | None = None
+        self._last_ns: int | None = None
+        self._cost = np.zeros(len(self.corrections))
+        self._squares = np.zeros(len(self.corrections))
+        self._images = self._slope = 0.0
+        self._lattice.clear()
+        self._bank.reset()
+        self.found = self._posterior() if self._sigma > 0.0 else None
+
+    @property
+    def searches(self) -> bool:
+        """Whether the latency is estimated at all."""
+        return self._sigma > 0.0
+
+    @property
+    def scene_ns(self) -> int:
+        """How long before an image's stamp its scene was, as far as it is known, ns."""
+        return self._stated_ns + (0 if self.found is None else round(self.found[0] * 1e9))
+
+    def take(self, frame: PosedFrame, measured: dict[str, int], local: LocalMap) -> None:
+        """Take in an image, and all of those before it whose telemetry has come by now.
+
+        Args:
+            frame: with its boxes.
+            measured: which of these is which robot.
+            local: the frame `map`.
+        """
+        boxes = frame.detections
+        newest, stamp_ns = self._newest_ns, boxes.stamp_ns - self._stated_ns
+        if self.found is None or (newest is not None and stamp_ns - newest < INTERVAL_S * 1e9):
+            return
+        if self._map is None or self._map.local is not local:
+            self._map = MapFrame(local)
+        self._newest_ns = stamp_ns
+        pixels = {name: boxes.centers[index] for name, index in measured.items()}
+        self._waiting.append(Sighting(stamp_ns, frame.camera, pixels, frame.pose.fix_covariance))
+        while self._waiting and self._compare(self._waiting[0]):
+            self._waiting.popleft()
+        self.found = self._posterior()
+
+    def _compare(self, seen: Sighting) -> bool:
+        """Take an image to the bank; return False where telemetry for it may still come."""
+        node, rest = divmod(seen.stamp_ns, STEP_NS)
+        first, last = node - self._last, node - self._first
+        late = len(self._waiting) > MOST_WAITING
+        if not self._lattice.fill(first, last, self._pose, late):
+            return False
+        positions, rotations = self._lattice.between(first, last, rest / STEP_NS)
+        steps = np.linalg.norm(np.diff(positions, axis=0), axis=1)
+        # False for NaN: what telemetry lacks is not bridged.
+        if np.isfinite(rotations).all() and bool((steps <= MAX_STEP_M).all()):
+            passed = 0.0 if self._last_ns is None else (seen.stamp_ns - self._last_ns) * 1e-9
+            self._last_ns = seen.stamp_ns
+            # A larger latency is an earlier pose.
+            self._add(self._bank.take(seen, passed, positions[::-1], rotations[::-1]), passed)
+        else:
+            self._bank.reset()
+        return True
+
+    def _add(self, fit: Fit | None, passed: float) -> None:
+        fade = math.exp(-max(passed, 0.0) / MEMORY_S)
+        self._cost, self._squares = fade * self._cost, fade * self._squares
+        self._images, self._slope = fade * self._images, fade * self._slope
+        if fit is not None:
+            self._cost, self._squares = self._cost + fit.cost, self._squares + fit.squares
+            self._images += 1.0
+            self._slope += 4.0 * SLOPE_NOISE * float(fit.noise[np.argmin(self._cost)])
+
+    def _posterior(self) -> tuple[float, float]:
+        """Return mean and sigma of the correction by all that was seen, s."""
+        from scipy.interpolate import CubicSpline  # takes long to import, and is seldom needed
+
+        squares = float(self._squares[np.argmin(self._cost)])
+        # Of what boxes are off over what is stated.
+        excess = max(1.0, squares / (2.0 * max(self._images, 1.0)))
+        score = -0.5 * self._cost / excess - 0.5 * np.square(self.corrections / self._sigma)
+        grid = self.corrections
+        fine: Array = np.linspace(grid[0], grid[-1], FINE * (len(grid) - 1) + 1)
+        values = CubicSpline(grid, score)(fine)
+        weight = np.exp(values - values.max())
+        weight /= weight.sum()
+        mean = float(weight @ fine)
+        if not self._images:
+            return mean, self._sigma
+        variance = float(weight @ np.square(fine - mean))
+        # The poses' noise tilts the cost: its slope is wrong by so much beyond what boxes do.
+        tilt = 0.25 * self._slope * variance**2
+        wide = max(variance, self._sigma**2)
+        return mean, math.sqrt(min(variance + tilt + (STEP_S / FINE) ** 2, wide))
+
+    def _pose(self, stamp_ns: int) -> MapPose | bool:
+        """Return the camera at a time; where there is none, whether one may still come."""
+        assert self._map is not None  # noqa: S101 - `take` sets it
+        samples = self._inputs.at(stamp_ns)
+        if isinstance(samples, Lacking):
+            return samples.may_come
+        pose = self._posing.pose(samples)
+        return False if isinstance(pose, Reason) else self._map.pose(pose)

@@ -1,0 +1,163 @@
+# Copyright 2026 aerial_gnss_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""The camera of one image for the filter, and from where derivatives by platform errors are taken.
+
+Taken at the newest estimate, these derivatives jitter with the noise of that very image; the
+products of the two have a mean, and hundreds of images read as knowledge of height and tilt that
+nobody has (docs/results/consistency.md has the figures). Two things stop it:
+
+The derivative by a robot's place belongs to the robot's own state: an error of height by 1 % makes
+a robot 1 % farther and its speed 1 % larger, wherever it swims. So when a robot's estimate moves,
+by swimming or by a correction, its covariance with the platform moves along (`Joint.carry`), and
+nothing is learnt. Only a camera that moves tells something: what is carried is the change of the
+derivative with the robot's place, seen from where the camera was before. In other words robots are
+kept as the camera sees them and not where they are, so that what no camera can see stays unseen.
+
+And the camera's own place is that which earlier images foretell (`PoseMotion`): the noise of this
+image is not in it.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aerial_gnss_ros.core.camera.model import CameraModel
+from aerial_gnss_ros.core.filter.state import Indices, Joint
+from aerial_gnss_ros.core.geometry.local_map import water_points
+from aerial_gnss_ros.core.models.measurement_model import (
+    MapPose,
+    level_axes,
+    pose_by_errors,
+    pose_jacobian,
+    state_jacobian,
+)
+from aerial_gnss_ros.core.models.platform_model import ANGLES, COUNT
+
+Array = NDArray[np.float64]
+
+_EAST_NORTH_UP = np.eye(3)
+
+
+@dataclass(frozen=True)
+class Sight:
+    """One image's camera, ready for the filter.
+
+    Attributes:
+        camera: lens and image.
+        measured: the pose as telemetry has it.
+        foretold: (3,) the camera's place as earlier images foretell it, m.
+        axes: (3, 3) of roll, pitch and heading errors, of the foretold pose.
+        rates: (6,) of the pose, m/s and rad/s.
+        by_errors: (6, 7) `pose_by_errors` of these.
+        applied: latency that the pose already allows for, beyond the configured one, s.
+        bend: (6,) variances of the pose, as `rates`, that an unknown latency adds to the white
+            noise, beyond what goes with the rates.
+    """
+
+    camera: CameraModel
+    measured: MapPose
+    foretold: Array
+    axes: Array
+    rates: Array
+    by_errors: Array
+    applied: float = 0.0
+    bend: Array = field(default_factory=lambda: np.zeros(6))
+    _poses: dict[bytes, MapPose] = field(default_factory=dict, repr=False)
+
+    @staticmethod
+    def of(
+        camera: CameraModel,
+        measured: MapPose,
+        rates: Array,
+        applied: float,
+        foretold: MapPose | None = None,
+        unsure_s: float = 0.0,
+    ) -> Sight:
+        """Return it with its axes; without a foretold pose the measured one serves.
+
+        A camera that circles at the acceleration a = ω v is a t²/2 off the straight line that the
+        rates tell: for a latency wrong by one sigma `unsure_s` that has the variance 3/4 a² sigma⁴.
+        """
+        pose = foretold or measured
+        axes = level_axes(pose.rotation)
+        by_errors = pose_by_errors(axes, rates)
+        bend = np.zeros(6)
+        if unsure_s:
+            bend[:3] = 0.75 * unsure_s**4 * np.square(np.cross(rates[3:], rates[:3]))
+        return Sight(camera, measured, pose.position, axes, rates, by_errors, applied, bend)
+
+    def pose(self, errors: Array) -> MapPose:
+        """Return the pose with the platform's errors (7,) taken out; the last one is kept."""
+        key = errors.tobytes()
+        if key not in self._poses:
+            self._poses.clear()
+            self._poses[key] = self._pose(errors)
+        return self._poses[key]
+
+    def _pose(self, errors: Array) -> MapPose:
+        pose = self.measured.corrected(errors, self.axes)
+        late = float(errors[6]) - self.applied
+        return pose.corrected(-late * self.rates, _EAST_NORTH_UP) if late else pose
+
+    def standpoint(self, errors: Array) -> Array:
+        """Return the foretold place (3,) with the platform's errors (7,) but height taken out."""
+        east, north = errors[:2].tolist()
+        x, y, z = self.foretold.tolist()
+        late = float(errors[6]) - self.applied
+        place = np.array([x + east, y + north, z])
+        return place - late * self.rates[:3] if late else place
+
+
+def follow(joint: Joint, sight: Sight) -> None:
+    """Carry the covariance along with robots that moved, and go on to the camera's new place.
+
+    Done once for an image, before anything is taken from it.
+    """
+    if joint.sight is sight:
+        return
+    robots, k = joint.robots, len(joint.by_pose)
+    camera = sight.standpoint(joint.mean[:COUNT])
+    if len(joint):
+        points, velocities = water_points(robots[:, :2]), robots[:, 2:]
+        points[:, 2] -= joint.mean[2]
+        # From where the camera was, and from where it is.
+        offsets = np.concatenate([points[:k] - joint.camera, points - camera])
+        both = state_jacobian(offsets, np.concatenate([velocities[:k], velocities]))
+        if k and not math.isnan(joint.camera[0]):
+            joint.carry((both[:k] - joint.by_pose) @ joint.by_errors)
+        joint.by_pose = both[k:]
+    joint.camera, joint.by_errors, joint.sight = camera, sight.by_errors, sight
+
+
+def by_platform(joint: Joint, places: Array) -> Array:
+    """Return (m, 2, 7): how places (m, 2) on the water move with the platform's errors.
+
+    From where `follow` has gone.
+    """
+    points = water_points(places)
+    points[:, 2] -= joint.mean[2]
+    moved: Array = pose_jacobian(points - joint.camera) @ joint.by_errors
+    return moved
+
+
+def by_angles(joint: Joint, slots: Indices) -> Array:
+    """Return (m, 2, 3): how the places of some robots move with the platform's angles, m/rad.
+
+    From where `follow` has gone; robots that begin with this image are seen from there, too.
+    """
+    return by_errors(joint, slots)[:, :, ANGLES]
+
+
+def by_errors(joint: Joint, slots: Indices) -> Array:
+    """Return (m, 2, 7): how the places of some robots move with the platform's errors.
+
+    From where `follow` has gone; robots that begin with this image are seen from there, too.
+    """
+    if len(slots) and int(slots.max()) >= len(joint.by_pose):
+        return by_platform(joint, joint.robots[slots, :2])
+    moved: Array = joint.by_pose[slots, :2] @ joint.by_errors
+    return moved

@@ -1,0 +1,79 @@
+# Copyright 2026 aerial_gnss_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Whether what the filter has come to can be: finite, symmetric, positive, within bounds."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aerial_gnss_ros.core.values.errors import StateError
+from aerial_gnss_ros.core.values.estimates import RobotEstimate
+
+Array = NDArray[np.float64]
+
+FARTHEST_M = 1e6
+"""A robot farther from the origin of `map` is none: no drone flies as far."""
+
+FASTEST_MPS = 1e3
+"""Nothing in the water comes near this speed."""
+
+UNEVEN = 1e-6
+"""Share of its largest variance by which a covariance may differ from its transpose."""
+
+
+def check_covariance(covariance: Array, what: str) -> None:
+    """Check a covariance (n, n).
+
+    Raises:
+        StateError: it is not finite, not symmetric, or a variance is not positive.
+    """
+    variances = covariance.diagonal().tolist()
+    least, most = min(variances), max(variances)
+    # Sums of rows and columns tell it nearly as well as all numbers would, at a tenth of the time.
+    down, across = covariance.sum(axis=0), covariance.sum(axis=1)
+    if not math.isfinite(float(down.sum())):
+        raise StateError(f"the covariance of {what} is not finite")
+    if least < 0.0:
+        raise StateError(f"{what} have a variance of {least:g}")
+    uneven = max(np.abs(down - across).tolist())
+    if uneven > UNEVEN * most:
+        raise StateError(f"the covariance of {what} is not symmetric: it differs by {uneven:g}")
+
+
+def check_robots(robots: Array, what: str) -> None:
+    """Check states (n, 4) of robots: east, north (m), velocities (m/s).
+
+    Raises:
+        StateError: one is not finite, or out of bounds.
+    """
+    if not len(robots):
+        return
+    east, north, *velocity = np.abs(robots).max(axis=0).tolist()
+    far, fast = max(east, north), max(velocity)
+    if math.isnan(east + north + sum(velocity)) or far > FARTHEST_M or fast > FASTEST_MPS:
+        raise StateError(f"{what} are {far:g} m from the origin of map, at {fast:g} m/s")
+
+
+def check_estimates(estimates: Sequence[RobotEstimate]) -> None:
+    """Check what is about to be published.
+
+    Raises:
+        StateError: a number is not finite, or a variance is not positive.
+    """
+    if not estimates:
+        return
+    covariances = np.array([one.covariance for one in estimates]).reshape(-1, 16)
+    for one, total, variances in zip(
+        estimates, covariances.sum(axis=1).tolist(), covariances[:, ::5].tolist(), strict=True
+    ):
+        east, north, *velocities = variances
+        finite = math.isfinite(one.latitude + one.longitude + total)
+        if not (finite and min(east, north) > 0.0 and min(velocities) >= 0.0):
+            raise StateError(
+                f"{one.robot_id} would be published at {one.latitude}, {one.longitude} rad with "
+                f"variances {variances}"
+            )

@@ -1,0 +1,96 @@
+# Copyright 2026 aerial_gnss_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""The camera's measured poses at whole multiples of a step, as telemetry comes, smoothed."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aerial_gnss_ros.core.models.measurement_model import MapPose
+
+Array = NDArray[np.float64]
+
+STEP_S = 0.1
+STEP_NS = 100_000_000
+
+WEIGHTS = np.array([-2.0, 3.0, 6.0, 7.0, 6.0, 3.0, -2.0]) / 21.0
+MARGIN = len(WEIGHTS) // 2
+SLOPE_NOISE = 1.0 / (28.0 * STEP_S**2)
+"""Variance of the rate of smoothed values whose white noise has the variance 1, 1/s²."""
+
+PoseAt = Callable[[int], "MapPose | bool"]
+"""The camera in `map` at a time, ns; where there is none, whether one may still come."""
+
+
+def smoothed(values: Array) -> Array:
+    """Return (n - 6, …) of values (n, …): each by the parabola through it and six neighbours.
+
+    The neighbours of two poses a step apart are nearly the same, and so is the noise left in them:
+    it does not look as if the camera had moved. (Savitzky and Golay 1964.)
+    """
+    n = len(values) - 2 * MARGIN
+    return np.asarray(sum(w * values[i : i + n] for i, w in enumerate(WEIGHTS.tolist())))
+
+
+class PoseLattice:
+    """Poses at the multiples of `STEP_S`, filled in once; the oldest are forgotten.
+
+    Args:
+        length: how many are kept at least.
+    """
+
+    def __init__(self, length: int) -> None:
+        self._length = length + 2 * MARGIN
+        self.clear()
+
+    def clear(self) -> None:
+        """Forget everything."""
+        self._first = self._next = 0
+        self._positions: list[Array] = []
+        self._rotations: list[Array] = []
+
+    def fill(self, first: int, last: int, pose_at: PoseAt, final: bool) -> bool:
+        """Fill in what `between` needs for poses `first` to `last`; False: some may still come.
+
+        Those that cannot come are NaN; with `final` also those that may.
+        """
+        first, last = first - MARGIN, last + 1 + MARGIN
+        if not self._positions or not self._first <= first <= self._next:
+            self.clear()
+            self._first = self._next = first
+        while self._next <= last:
+            pose = pose_at(self._next * STEP_NS)
+            if pose is True and not final:
+                return False
+            if isinstance(pose, bool):
+                pose = MapPose(np.full(3, np.nan), np.full((3, 3), np.nan))
+            self._positions.append(pose.position)
+            self._rotations.append(pose.rotation)
+            self._next += 1
+        surplus = len(self._positions) - self._length
+        if surplus > 0:
+            del self._positions[:surplus], self._rotations[:surplus]
+            self._first += surplus
+        return True
+
+    def between(self, first: int, last: int, fraction: float) -> tuple[Array, Array]:
+        """Return positions (n, 3) and rotations (n, 3, 3) at `fraction` after each of some poses.
+
+        A mean of rotations is none; over the few degrees of a step or six it is one to 1e-3.
+
+        Args:
+            first: number of the first.
+            last: of the last.
+            fraction: of the way to the next, 0 to 1.
+        """
+        begin, end = first - self._first - MARGIN, last - self._first + 2 + MARGIN
+        places = smoothed(np.array(self._positions[begin:end]))
+        turns = smoothed(np.array(self._rotations[begin:end]))
+        keep = 1.0 - fraction
+        return (
+            keep * places[:-1] + fraction * places[1:],
+            keep * turns[:-1] + fraction * turns[1:],
+        )

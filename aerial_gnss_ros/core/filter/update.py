@@ -1,0 +1,275 @@
+# Copyright 2026 aerial_gnss_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""What one image tells of the platform's errors and of the robots in it.
+
+Pixels are predicted exactly. From where their derivatives by the platform's errors are taken is the
+business of `linearization`.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg.blas import dtrsm
+from scipy.linalg.lapack import dpotrf
+
+from aerial_gnss_ros.core.filter.linearization import Sight, follow
+from aerial_gnss_ros.core.filter.state import Indices, Joint
+from aerial_gnss_ros.core.geometry.local_map import water_points
+from aerial_gnss_ros.core.models.measurement_model import pose_jacobian
+from aerial_gnss_ros.core.models.platform_model import COUNT, LATENCY, PlatformModel
+from aerial_gnss_ros.core.numerics.gaussian import mahalanobis
+from aerial_gnss_ros.core.numerics.small_arrays import products
+
+Array = NDArray[np.float64]
+
+HUBER = 2.8
+"""Normalised residual (planar) from which a box counts less: 2 % of the good ones."""
+
+RELINEARISE = 0.02
+"""A robot that a correction moves by this share of its distance is corrected from there anew."""
+
+MAX_ITERATIONS = 3
+
+_VELOCITY = np.array([2, 3])
+
+TOO_FAST = 3.0
+"""Sigmas by which a robot must be faster than robots are for its box to be refused, and at most
+half of that speed."""
+
+
+@dataclass(frozen=True)
+class Linear:
+    """The measurement of m robots' pixels to first order.
+
+    Attributes:
+        pixels: (m, 2) predicted.
+        by_place: (m, 2, 2) derivative by the robots' East, North, px/m.
+        by_platform: (m, 2, 7) by the platform's errors.
+        by_pose: (m, 2, 6) by the pose's white noise.
+        seen: (m,) False where the camera model has no pixel for the robot.
+    """
+
+    pixels: Array
+    by_place: Array
+    by_platform: Array
+    by_pose: Array
+    seen: NDArray[np.bool_]
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """How well an image fitted.
+
+    Attributes:
+        squared: normalised squared innovation of the whole image.
+        count: its degrees of freedom.
+        refused: slots of robots whose boxes were not used: no robot is as fast.
+    """
+
+    squared: float
+    count: int
+    refused: Indices = field(default_factory=lambda: np.zeros(0, np.intp))
+
+
+def linearise(
+    sight: Sight, errors: Array, positions: Array, by_pose: Array | None = None
+) -> Linear:
+    """Return predicted pixels and all derivatives at an estimate.
+
+    Args:
+        sight: the camera.
+        errors: (7,) estimate of the platform's errors.
+        positions: (m, 2) estimate of the robots' East, North, m.
+        by_pose: (m, 2, 6) `pose_jacobian` to be used; None: at the estimate itself.
+    """
+    pose = sight.pose(errors)
+    offsets = water_points(positions) - pose.position
+    optical = pose.optical
+    pixels, by_point, seen = sight.camera.project_with_jacobian(offsets @ optical)
+    by_place = (by_point @ optical.T)[:, :, :2]
+    seen = seen & (offsets[:, 2] < 0.0)
+    if by_pose is None:
+        by_pose = pose_jacobian(offsets)
+    by_pose = -by_place @ by_pose
+    return Linear(pixels, by_place, by_pose @ sight.by_errors, by_pose, seen)
+
+
+def correct(
+    joint: Joint,
+    slots: Indices,
+    pixels: Array,
+    sight: Sight,
+    model: PlatformModel,
+    fastest: float = np.inf,
+    level: float = 1.0,
+) -> Outcome:
+    """Take in the pixels of some robots.
+
+    A robot that would have to be faster than robots are is refused its box: a gimbal or a compass
+    that turns by itself carries the boxes of all robots along.
+
+    Args:
+        joint: changed in place.
+        slots: (m,) places of the robots in `joint`.
+        pixels: (m, 2) measured.
+        sight: the camera.
+        model: white noise of pose and boxes.
+        fastest: speed of a robot, m/s.
+        level: factor by which that noise is larger than stated, see `noise_level`.
+    """
+    follow(joint, sight)
+    before = joint.mean
+    linear = linearise(sight, before[:COUNT], joint.robots[slots, :2], joint.by_pose[slots, :2])
+    if np.count_nonzero(linear.seen) < len(slots):
+        slots, pixels = slots[linear.seen], pixels[linear.seen]
+        places = joint.robots[slots, :2]
+        linear = linearise(sight, before[:COUNT], places, joint.by_pose[slots, :2])
+    m = len(slots)
+    if not m:
+        return Outcome(0.0, 0)
+    by_state = _times_covariance(joint, slots, linear)
+    pixel = level * model.pixel
+    spread = _innovation(joint, slots, linear, by_state, level * model.white + sight.bend)
+    spread.flat[:: 2 * m + 1] += pixel
+    residual = pixels - linear.pixels
+    root, white = _whitened(spread, residual)
+    squared = float(white @ white)
+    # No box is farther off by itself than all of them are together.
+    if squared > HUBER**2 and _soften(spread, residual, pixel):
+        root, white = _whitened(spread, residual)
+    gain = _solved(root, by_state)
+    reduction = gain.T @ gain
+    # Schmidt's filter: the latency is allowed for, not estimated; `latency_bank` does that.
+    gain[:, LATENCY] = reduction[LATENCY, LATENCY] = 0.0
+    joint.mean = before + white @ gain
+    _iterate(joint, before, slots, pixels, sight, linear, root, gain)
+    possible = _possible(joint, slots, reduction, fastest)
+    if possible is not None:
+        joint.mean = before
+        rest = correct(joint, slots[possible], pixels[possible], sight, model, fastest, level)
+        refused = np.concatenate([slots[~possible], rest.refused])
+        return Outcome(rest.squared, rest.count, refused)
+    joint.covariance -= reduction
+    joint.unseen[slots] = 0.0
+    velocity = COUNT + 4 * slots[:, None] + _VELOCITY
+    corrections, expected = joint.mean[velocity] - before[velocity], reduction[velocity, velocity]
+    joint.manoeuvres.take(slots, corrections, expected.sum(axis=1))
+    joint.turning.note(slots, corrections, expected.sum(axis=1))
+    return Outcome(squared, 2 * m)
+
+
+def _whitened(spread: Array, residual: Array) -> tuple[Array, Array]:
+    """Return the lower root of the residual's covariance, and the residual in its units (2 m,).
+
+    Raises:
+        numpy.linalg.LinAlgError: the covariance is not positive definite.
+    """
+    root, failed = dpotrf(spread, lower=1)
+    if failed:
+        raise np.linalg.LinAlgError("the innovation's covariance is not positive definite")
+    return root, _solved(root, residual.reshape(-1, 1))[:, 0]
+
+
+def _solved(root: Array, right: Array) -> Array:
+    """Return the solution of root @ x = right, the root lower.
+
+    LAPACK's trtrs would do, but OpenBLAS wakes its threads for it whatever the size, and on a busy
+    machine they wait for one another longer than the whole image takes.
+    """
+    solution: Array = dtrsm(1.0, root, right, lower=1)
+    return solution
+
+
+def _iterate(
+    joint: Joint,
+    before: Array,
+    slots: Indices,
+    pixels: Array,
+    sight: Sight,
+    linear: Linear,
+    root: Array,
+    gain: Array,
+) -> None:
+    """Repeat the correction from its own result where it went far (iterated filter).
+
+    The derivatives stay: only the residual is taken anew, less what the step should have changed.
+    """
+    far = RELINEARISE * float(sight.measured.position[2])
+    whole = joint.mean - before
+    if whole @ whole <= far * far:  # most often: then no robot went farther
+        return
+    for _ in range(MAX_ITERATIONS):
+        robots = joint.robots[slots, :2]
+        moved = robots - before[COUNT:].reshape(-1, 4)[slots, :2]
+        if not (np.abs(moved) > far).any():
+            return
+        now = linearise(sight, joint.mean[:COUNT], robots)
+        if not now.seen.all():
+            return
+        step = joint.mean - before
+        told = linear.by_platform @ step[:COUNT] + (linear.by_place @ moved[:, :, None])[:, :, 0]
+        residual = pixels - now.pixels + told
+        joint.mean = before + _solved(root, residual.reshape(-1, 1))[:, 0] @ gain
+
+
+def _possible(
+    joint: Joint, slots: Indices, reduction: Array, fastest: float
+) -> NDArray[np.bool_] | None:
+    """Return which corrected robots (m,) are not too fast; None if all are."""
+    velocities = joint.robots[slots, 2:]
+    squared = products(velocities, velocities)
+    if max(squared.tolist()) <= fastest**2:
+        return None
+    speeds = np.sqrt(squared)
+    own = COUNT + 4 * slots[:, None] + [2, 3]
+    variance = (joint.covariance[own, own] - reduction[own, own]).sum(axis=1)
+    margin = np.minimum(TOO_FAST * np.sqrt(variance), 0.5 * fastest)
+    possible: NDArray[np.bool_] = speeds <= fastest + margin
+    return None if possible.all() else possible
+
+
+def _times_covariance(joint: Joint, slots: Indices, linear: Linear) -> Array:
+    """Return H P, (2 m, D); H has the platform's columns and two of one robot in a row."""
+    P, m = joint.covariance, len(slots)
+    product: Array = linear.by_platform.reshape(2 * m, COUNT) @ P[:COUNT]
+    robots = P[COUNT:].reshape(len(joint), 4, -1)[slots, :2]
+    product += (linear.by_place @ robots).reshape(2 * m, -1)
+    return product
+
+
+def _innovation(
+    joint: Joint, slots: Indices, linear: Linear, by_state: Array, white: Array
+) -> Array:
+    """Return the covariance (2 m, 2 m) of the residual but for the boxes' own noise."""
+    m = len(slots)
+    spread: Array = by_state[:, :COUNT] @ linear.by_platform.reshape(2 * m, COUNT).T
+    robots = by_state[:, COUNT:].reshape(2 * m, len(joint), 4)[:, slots, :2].swapaxes(0, 1)
+    own = robots @ linear.by_place.swapaxes(1, 2)
+    spread += own.swapaxes(0, 1).reshape(2 * m, 2 * m)
+    by_pose = linear.by_pose.reshape(2 * m, -1)
+    spread += (by_pose * white) @ by_pose.T
+    return spread
+
+
+def _soften(spread: Array, residual: Array, pixel: float) -> bool:
+    """Give boxes far off their prediction a larger noise, so that they pull no more than at HUBER.
+
+    Returns whether there was one.
+
+    Weight w = c/d beyond a normalised distance c: the pixel's variance becomes variance / w.
+    """
+    m = len(residual)
+    own = spread.reshape(m, 2, m, 2)
+    every = np.arange(m)
+    blocks = own[every, :, every]
+    distance = np.sqrt(mahalanobis(residual, blocks)[0])
+    if max(distance.tolist()) <= HUBER:
+        return False
+    more = np.maximum(distance / HUBER - 1.0, 0.0)
+    # In units of the whole innovation: also a robot of which little is known is not pulled.
+    for axis in (0, 1):
+        own[every, axis, every, axis] += more * np.maximum(blocks[:, axis, axis], pixel)
+    return True

@@ -1,0 +1,119 @@
+# Copyright 2026 aerial_gnss_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""What a camera sees: field of view, and how much water one pixel covers."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aerial_gnss_ros.core.camera.model import CameraModel
+from aerial_gnss_ros.core.geometry.frames import matrix_from_rpy
+from aerial_gnss_ros.core.georeferencing.localization import located_jacobian
+from aerial_gnss_ros.core.values.camera_pose import CameraPose
+from aerial_gnss_ros.core.values.errors import CameraError
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class FieldOfView:
+    """Angles in rad between opposite edges (middles) and corners; NaN where the lens model ends."""
+
+    horizontal: float
+    vertical: float
+    diagonal: float
+
+
+@dataclass(frozen=True)
+class GroundSample:
+    """How much water one pixel covers.
+
+    Attributes:
+        place: centre, top or bottom.
+        pixel: u, v.
+        below_horizon: of the pixel's ray, rad.
+        distance: level distance from the drone to the point, m; NaN where it misses the water.
+        range_m: from the camera to the point, m.
+        across: m of water from one pixel to its neighbour in the row.
+        along: m of water from one pixel to its neighbour in the column.
+    """
+
+    place: str
+    pixel: tuple[float, float]
+    below_horizon: float
+    distance: float
+    range_m: float
+    across: float
+    along: float
+
+
+def field_of_view(camera: CameraModel) -> FieldOfView:
+    """Return the angles of view over the image's full width, height and diagonal."""
+    right, bottom = camera.width - 0.5, camera.height - 0.5
+    middle_u, middle_v = 0.5 * (camera.width - 1), 0.5 * (camera.height - 1)
+    pairs = (
+        ((-0.5, middle_v), (right, middle_v)),
+        ((middle_u, -0.5), (middle_u, bottom)),
+        ((-0.5, -0.5), (right, bottom)),
+    )
+    return FieldOfView(*(_angle(camera, np.array(pair)) for pair in pairs))
+
+
+def ground_samples(
+    camera: CameraModel, height: float, below_horizon: float
+) -> tuple[GroundSample, ...]:
+    """Return the water per pixel at the image's centre, top and bottom.
+
+    Args:
+        camera: its intrinsics.
+        height: of the camera above the water, m.
+        below_horizon: how far the optical axis points below the horizon, rad (pi/2: down).
+
+    Raises:
+        CameraError: a height that is not positive, or a tilt beyond straight down or up.
+    """
+    if not (math.isfinite(height) and height > 0.0):
+        raise CameraError(f"The height must be above 0 m, not {height:g} m.")
+    if not -0.5 * math.pi <= below_horizon <= 0.5 * math.pi:
+        raise CameraError(
+            f"The tilt must lie within -90 and 90 deg below the horizon (90: straight down), not "
+            f"{math.degrees(below_horizon):g} deg."
+        )
+    orientation = matrix_from_rpy(0.0, below_horizon, 0.0)
+    pose = CameraPose(0, 0.0, 0.0, height, math.nan, orientation)
+    middle = 0.5 * (camera.width - 1)
+    places = {"centre": 0.5 * (camera.height - 1), "top": 0.0, "bottom": camera.height - 1.0}
+    pixels = np.array([(middle, v) for v in places.values()])
+    points = located_jacobian(pose, camera, pixels)
+    seen = points.in_image & np.isfinite(points.distances)
+    across, along = (
+        np.where(seen, np.linalg.norm(points.by_pixel[:, :, axis], axis=1), np.nan)
+        for axis in (0, 1)
+    )
+    distances = np.where(seen, np.linalg.norm(points.offsets[:, :2], axis=1), np.nan)
+    ranges = np.where(seen, points.distances, np.nan)
+    depression = -np.arcsin(np.clip(points.directions[:, 2], -1.0, 1.0))
+    return tuple(
+        GroundSample(
+            place,
+            (middle, v),
+            float(depression[i]),
+            float(distances[i]),
+            float(ranges[i]),
+            float(across[i]),
+            float(along[i]),
+        )
+        for i, (place, v) in enumerate(places.items())
+    )
+
+
+def _angle(camera: CameraModel, pixels: Array) -> float:
+    rays, valid = camera.rays(pixels)
+    if not valid.all():
+        return math.nan
+    cross = float(np.linalg.norm(np.cross(rays[0], rays[1])))
+    return math.atan2(cross, float(rays[0] @ rays[1]))

@@ -1,0 +1,263 @@
+# Copyright 2026 aerial_gnss_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""From pixels to positions on the water, each with its covariance or a typed refusal."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from aerial_gnss_ros.core.camera.model import CameraModel
+from aerial_gnss_ros.core.config.estimator import EstimatorConfig
+from aerial_gnss_ros.core.config.noise import Noise
+from aerial_gnss_ros.core.geometry.frames import skew
+from aerial_gnss_ros.core.geometry.refraction import slopes, submerged_offsets
+from aerial_gnss_ros.core.geometry.water_surface import View
+from aerial_gnss_ros.core.georeferencing.covariance import (
+    RayPoints,
+    covariances,
+    elevation_sigma,
+    ray_points,
+    uncertainty,
+)
+from aerial_gnss_ros.core.numerics.small_arrays import finite
+from aerial_gnss_ros.core.values.camera_pose import CameraPose
+from aerial_gnss_ros.core.values.rejection import Reason
+
+Array = NDArray[np.float64]
+
+HORIZON_SIGMAS = 3.0
+"""A ray nearer to the horizon than so many sigma of its elevation is refused: there the error's
+distribution is so skewed that no covariance describes it (reference: geolocation, 2.2)."""
+
+
+@dataclass(frozen=True)
+class WaterPoints:
+    """Where n pixels see the water. Values of a refused one are NaN.
+
+    Attributes:
+        latitude: (n,) rad, WGS84.
+        longitude: (n,) rad.
+        altitude: of the water above the ellipsoid, m; NaN when the datum is unknown.
+        east_north: (n, 2) from the camera's ground point, in the plane level at the camera, m.
+        range_m: (n,) from the camera, m.
+        covariance_white: (n, 2, 2) East, North, m²: independent from image to image.
+        covariance_slow: (n, 2, 2) East, North, m²: shared by all robots, stays for minutes.
+        pixels: (n, 2) where places on the surface over the robots are seen: those measured, but
+            for robots below it, whose refraction is taken out.
+        reasons: None, or why there is no position.
+    """
+
+    latitude: Array
+    longitude: Array
+    altitude: float
+    east_north: Array
+    range_m: Array
+    covariance_white: Array
+    covariance_slow: Array
+    pixels: Array
+    reasons: tuple[Reason | None, ...]
+
+    def __len__(self) -> int:
+        return len(self.reasons)
+
+    @property
+    def valid(self) -> NDArray[np.bool_]:
+        """(n,) whether there is a position."""
+        return np.array([reason is None for reason in self.reasons], dtype=np.bool_)
+
+    @property
+    def covariance(self) -> Array:
+        """(n, 2, 2) East, North, m²: all of it, for a position used by itself."""
+        total: Array = self.covariance_white + self.covariance_slow
+        return total
+
+
+def locate(
+    pose: CameraPose,
+    camera: CameraModel,
+    pixels: ArrayLike,
+    noise: Noise,
+    config: EstimatorConfig | None = None,
+    depths: Array | None = None,
+) -> WaterPoints:
+    """Return where pixels see robots on or below the water: the exact ray, each image by itself.
+
+    Args:
+        pose: the camera at the time of the scene.
+        camera: its intrinsics.
+        pixels: (n, 2) u, v.
+        noise: sensor standard deviations.
+        config: limits of range and sigma, and the gimbal's reference; None for the defaults.
+        depths: (n,) of the robots below the surface, m; None: 0.
+    """
+    config = config or EstimatorConfig()
+    given = np.asarray(pixels, dtype=np.float64).reshape(-1, 2)
+    bad = bad_pose(pose)
+    if bad is not None:
+        return refused(len(given), bad)
+    view = View(pose)
+    points = ray_points(view, camera, given)
+    if depths is not None and depths.any():
+        points = submerged(points, depths)
+    known = uncertainty(pose, noise, config.gimbal.reference)
+    white, slow = covariances(points, known)
+    if config.depth.sigma_m:
+        slope = config.depth.sigma_m * slopes(points.directions)
+        slow = slow + slope[:, :, None] * slope[:, None, :]
+    depression = np.arcsin(np.minimum(np.maximum(-points.directions[:, 2], -1.0), 1.0))
+    margin = depression - view.dip - HORIZON_SIGMAS * elevation_sigma(points, known)
+    reasons = _reasons(given, points, margin, white + slow, config)
+    latitude, longitude, _ = view.geodetic(points.offsets)
+    return masked(
+        WaterPoints(
+            latitude,
+            longitude,
+            pose.altitude - pose.height,
+            points.offsets[:, :2],
+            points.distances,
+            white,
+            slow,
+            _seen_at_surface(view, camera, given, points, depths),
+            reasons,
+        )
+    )
+
+
+def submerged(points: RayPoints, depths: Array) -> RayPoints:
+    """Return points below the surface with their derivatives: a ray's end moves on as it bends.
+
+    Args:
+        points: where the rays meet the surface.
+        depths: (n,) m.
+    """
+    beyond, by_level = submerged_offsets(points.directions, depths)
+    offsets = points.offsets.copy()
+    offsets[:, :2] += beyond
+    turned = -skew(points.directions)[:, :2]
+    return replace(
+        points,
+        offsets=offsets,
+        by_pixel=points.by_pixel + by_level @ points.directions_by_pixel[:, :2],
+        by_rotation=points.by_rotation + by_level @ turned,
+    )
+
+
+def _seen_at_surface(
+    view: View, camera: CameraModel, given: Array, points: RayPoints, depths: Array | None
+) -> Array:
+    if depths is None or not depths.any():
+        return given
+    pixels, _ = camera.project(np.nan_to_num(points.offsets) @ view.enu_from_optical)
+    return np.where((depths > 0.0)[:, None], pixels, given)
+
+
+def located_jacobian(pose: CameraPose, camera: CameraModel, pixels: ArrayLike) -> RayPoints:
+    """Return where pixels' rays meet the water and the derivatives by all that is measured.
+
+    For filters that estimate the platform's errors. Nothing is refused: a ray that misses the water
+    has NaN, `in_image` says which pixels the camera model covers.
+
+    Args:
+        pose: finite, above the water (see `bad_pose`).
+        camera: its intrinsics.
+        pixels: (n, 2) u, v.
+    """
+    return ray_points(View(pose), camera, np.asarray(pixels, np.float64).reshape(-1, 2))
+
+
+def project_to_image(
+    pose: CameraPose,
+    camera: CameraModel,
+    latitude: ArrayLike,
+    longitude: ArrayLike,
+    height: ArrayLike = 0.0,
+) -> tuple[Array, NDArray[np.bool_]]:
+    """Return pixels (n, 2) of places on the water (or over it), and which are in the image (n,).
+
+    The inverse of `locate`: both place the scene alike where the altitude's datum is unknown.
+
+    Args:
+        pose: the camera.
+        camera: its intrinsics.
+        latitude: (n,) rad.
+        longitude: (n,) rad.
+        height: above the water, m.
+    """
+    view = View(pose)
+    return camera.project(view.offsets(latitude, longitude, height) @ view.enu_from_optical)
+
+
+def bad_pose(pose: CameraPose) -> Reason | None:
+    """Return why a pose cannot be used, or None: not finite, or not above the water."""
+    if not (math.isfinite(pose.latitude) and math.isfinite(pose.longitude)):
+        return Reason.BAD_FIX
+    if not (math.isfinite(pose.height) and pose.height > 0.0):
+        return Reason.BAD_HEIGHT
+    if not finite(pose.enu_from_camera):
+        return Reason.BAD_GIMBAL
+    return None
+
+
+def largest_sigma(covariance: Array) -> Array:
+    """Return the larger half axis (n,) of one-sigma ellipses (n, 2, 2)."""
+    a, b, d = covariance[:, 0, 0], covariance[:, 0, 1], covariance[:, 1, 1]
+    root: Array = np.sqrt(0.5 * (a + d) + np.sqrt(0.25 * (a - d) ** 2 + b * b))
+    return root
+
+
+def _reasons(
+    pixels: Array, points: RayPoints, margin: Array, covariance: Array, config: EstimatorConfig
+) -> tuple[Reason | None, ...]:
+    limits = config.surface
+    good = (points.distances <= limits.max_range) & (margin > 0.0) & points.in_image
+    good &= covariance[:, 0, 0] + covariance[:, 1, 1] <= limits.max_sigma_m**2
+    if np.count_nonzero(good) == len(good):
+        return (None,) * len(pixels)
+    sigma = largest_sigma(covariance)
+    far = ~(points.distances <= limits.max_range) | ~(sigma <= limits.max_sigma_m)
+    above = np.isnan(points.distances) | ~(margin > 0.0)
+    unknown = ~np.isfinite(pixels).all(axis=1)
+    found: list[Reason | None] = [None] * len(pixels)
+    # The last one that applies is the one that is told: the earlier the step, the later here.
+    for reason, applies in (
+        (Reason.OUT_OF_RANGE, far),
+        (Reason.ABOVE_HORIZON, above),
+        (Reason.OUTSIDE_CALIBRATED_IMAGE, ~points.in_image),
+        (Reason.BAD_DETECTIONS, unknown),
+    ):
+        for i in np.flatnonzero(applies):
+            found[i] = reason
+    return tuple(found)
+
+
+def masked(points: WaterPoints) -> WaterPoints:
+    """Return the points with NaN where there is a refusal, so that none is used by mistake."""
+    if not any(points.reasons):
+        return points
+    wrong = ~points.valid
+
+    def hidden(values: Array) -> Array:
+        shape = (-1,) + (1,) * (values.ndim - 1)
+        return np.where(wrong.reshape(shape), np.nan, values)
+
+    return WaterPoints(
+        hidden(points.latitude),
+        hidden(points.longitude),
+        points.altitude,
+        hidden(points.east_north),
+        hidden(points.range_m),
+        hidden(points.covariance_white),
+        hidden(points.covariance_slow),
+        points.pixels,
+        points.reasons,
+    )
+
+
+def refused(count: int, reason: Reason) -> WaterPoints:
+    """Return `count` points that are all refused for one reason."""
+    line, plane, square = (np.full((count, *shape), np.nan) for shape in ((), (2,), (2, 2)))
+    return WaterPoints(line, line, math.nan, plane, line, square, square, plane, (reason,) * count)

@@ -1,0 +1,91 @@
+# Copyright 2026 aerial_gnss_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""One image's detections as a tracker on the water takes them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aerial_gnss_ros.core.camera.posed_frame import PosedFrame
+from aerial_gnss_ros.core.geometry.local_map import LocalMap
+from aerial_gnss_ros.core.georeferencing.localization import WaterPoints
+from aerial_gnss_ros.core.values.detection_frame import DetectionFrame
+
+Array = NDArray[np.float64]
+
+
+EDGE = 0.06
+"""The edge of a picture, as a share of its smaller side: as far as a robot comes between images, or
+where half of its box is cut off."""
+
+
+@dataclass(frozen=True)
+class Measurements:
+    """The detections of one image that have a point on the water.
+
+    Attributes:
+        index: (m,) row in the image's detections.
+        pixels: (m, 2) centres of the boxes, px; refraction of robots below the surface taken out.
+        positions: (m, 2) East, North in `map`, m.
+        white: (m, 2, 2) white covariance, m².
+        class_ids: (m,) class names.
+        edge: (m,) which are so near the edge of the picture that they may come or leave.
+    """
+
+    index: NDArray[np.intp]
+    pixels: Array
+    positions: Array
+    white: Array
+    class_ids: NDArray[np.str_]
+    edge: NDArray[np.bool_]
+
+
+def measurements(
+    frame: PosedFrame, points: WaterPoints, local: LocalMap, level: float = 1.0
+) -> Measurements:
+    """Return the detections that have a point, in `map`.
+
+    Args:
+        frame: the image.
+        points: where its boxes lie on the water.
+        local: the frame `map`.
+        level: factor by which white noise is larger than stated, see `noise_level`.
+    """
+    index = np.array([i for i, why in enumerate(points.reasons) if why is None], dtype=np.intp)
+    whole = len(index) == len(points)
+    kept = slice(None) if whole else index
+    pixels, class_ids = points.pixels[kept], frame.detections.class_ids
+    return Measurements(
+        index,
+        pixels,
+        local.positions(points.latitude[kept], points.longitude[kept]),
+        level * points.covariance_white[kept],
+        np.array([class_ids[i] for i in index.tolist()], dtype=str),
+        at_edge(pixels, frame.camera.width, frame.camera.height),
+    )
+
+
+def at_edge(pixels: Array, width: int, height: int) -> NDArray[np.bool_]:
+    """Return which boxes (m,) are so near the edge of the picture that they may come or leave.
+
+    Args:
+        pixels: (m, 2) their centres.
+        width: of the picture, px.
+        height: likewise.
+    """
+    near = EDGE * min(width, height)
+    close = (pixels < near) | (pixels > (width - near, height - near))
+    edge: NDArray[np.bool_] = close[:, 0] | close[:, 1]
+    return edge
+
+
+def inside_any(frame: DetectionFrame, index: int, used: list[int]) -> bool:
+    """Return whether a box's centre lies in one of the used boxes of its class."""
+    same = [other for other in used if frame.class_ids[other] == frame.class_ids[index]]
+    if not same:
+        return False
+    apart = np.abs(frame.centers[same] - frame.centers[index])
+    return bool(np.any(np.all(apart < 0.5 * frame.sizes[same], axis=1)))

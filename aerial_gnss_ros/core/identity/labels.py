@@ -1,0 +1,235 @@
+# Copyright 2026 aerial_gnss_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Which name a newly confirmed robot gets: its old one, the one of its start, or a new number."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aerial_gnss_ros.core.association.assignment import assign
+from aerial_gnss_ros.core.config.estimator import EstimatorConfig, RobotBinding
+from aerial_gnss_ros.core.geometry.local_map import LocalMap
+from aerial_gnss_ros.core.identity.label_format import Names, class_token
+from aerial_gnss_ros.core.identity.saved_labels import SavedNames, SavedRobot
+from aerial_gnss_ros.core.numerics.gaussian import gate_threshold, mahalanobis
+from aerial_gnss_ros.core.values.estimates import RobotEstimate
+from aerial_gnss_ros.core.values.events import Events
+
+Array = NDArray[np.float64]
+
+MAX_RESTART_S = 3600.0
+"""A name saved longer ago is not taken up: after that a robot can be anywhere. It stays used."""
+
+MAX_REMEMBERED = 1000
+"""Robots kept in mind for the state file; the longest unseen are forgotten first."""
+
+
+NEW_AT_FIRST, NEW_LATER = 1.0, 0.1
+"""Robots never seen that are expected to come up in the picture in a time `tracks.coast_s`, where
+nobody says which there are: for the first such time robots can be down since before the first
+image, later hardly."""
+
+
+@dataclass(frozen=True)
+class Sighting:
+    """A robot that has just been confirmed.
+
+    Attributes:
+        class_id: class name as the detector gave it.
+        stamp_ns: of the image, ns.
+        position: (2,) East, North in `map`, m.
+        covariance: (2, 2) of the position, the platform's share included, m².
+    """
+
+    class_id: str
+    stamp_ns: int
+    position: Array
+    covariance: Array
+
+
+class Identity:
+    """Gives names to robots and remembers where each was.
+
+    Args:
+        config: bindings, gate and motion of the robots.
+        saved: names from before a restart.
+        log: where it says which start waits for a robot that got a number.
+    """
+
+    def __init__(
+        self,
+        config: EstimatorConfig,
+        saved: SavedNames | None = None,
+        log: Events | None = None,
+    ) -> None:
+        self._log = log or Events()
+        saved = saved or SavedNames()
+        self._bindings = {binding.name: binding for binding in config.robots}
+        self._start_radius_m = config.start_radius_m
+        self._threshold = gate_threshold(config.tracks.gate_probability)
+        self._acceleration = config.noise.value("robot_acceleration")
+        self._max_speed = config.tracks.max_speed
+        self._coast_s = config.tracks.coast_s
+        numbered = {robot.name for robot in saved.robots} - set(self._bindings)
+        self._names = Names(frozenset(self._bindings), dict(saved.numbers), numbered)
+        self._waiting = {robot.name: robot for robot in saved.robots}
+        self._known: dict[str, SavedRobot | RobotEstimate] = dict(self._waiting)
+
+    def names(self, sightings: list[Sighting], local: LocalMap) -> list[str]:
+        """Return a name for each robot confirmed in one image.
+
+        A name from before the restart goes before the one of a start, and that before a number.
+        """
+        given: dict[int, str] = {}
+        self._take_up(sightings, given, local)
+        self._bind(sightings, given, local)
+        for i, sighting in enumerate(sightings):
+            if i not in given:
+                given[i] = self._names.next(sighting.class_id)
+                self._tell(given[i], sighting, local)
+        return [given[i] for i in range(len(sightings))]
+
+    def newcomers(self, seconds: float) -> float:
+        """Return how many robots never seen may come up in the picture within `tracks.coast_s`.
+
+        Where `robots` names them, these are all that are expected.
+
+        Args:
+            seconds: since the first image, s.
+        """
+        if self._bindings:
+            return float(len(list(self._names.free_bound())))
+        return NEW_AT_FIRST if seconds <= self._coast_s else NEW_LATER
+
+    def remember(self, estimates: Iterable[RobotEstimate]) -> None:
+        """Keep where the robots are now, for the state file."""
+        for estimate in estimates:
+            self._known[estimate.robot_id] = estimate
+        while len(self._known) > MAX_REMEMBERED:
+            del self._known[min(self._known, key=lambda name: self._known[name].last_seen_ns)]
+
+    def release(self) -> None:
+        """Forget old places and let bound names be taken anew: the clock went backward."""
+        self._waiting.clear()
+        self._names.release_bound()
+
+    def expect(self, estimates: Iterable[RobotEstimate]) -> None:
+        """Let robots whose tracks are lost take up their names where they are found again.
+
+        As after a restart of the program: nothing is known of them but where they were.
+        """
+        for estimate in estimates:
+            self._waiting[estimate.robot_id] = _saved_robot(estimate)
+        self._names.release(self._waiting)
+
+    def saved(self) -> SavedNames:
+        """Return everything that has to outlive the program."""
+        robots = tuple(
+            known if isinstance(known, SavedRobot) else _saved_robot(known)
+            for known in self._known.values()
+        )
+        return SavedNames(robots, dict(self._names.numbers))
+
+    def _take_up(self, sightings: list[Sighting], given: dict[int, str], local: LocalMap) -> None:
+        waiting = list(self._waiting.values())
+        if not waiting or not sightings:
+            return
+        latitude = np.array([robot.latitude for robot in waiting])
+        longitude = np.array([robot.longitude for robot in waiting])
+        spread, allowed = self._reach(waiting, sightings)
+        offsets = _offsets(local.positions(latitude, longitude), sightings)
+        squared, log_determinant = mahalanobis(offsets, spread)
+        allowed &= squared <= self._threshold
+        rows, columns = assign(squared, log_determinant, allowed, self._threshold)
+        for row, column in zip(rows, columns, strict=True):
+            name = waiting[row].name
+            given[int(column)] = name
+            self._names.take(name)
+            del self._waiting[name]
+
+    def _reach(
+        self, waiting: list[SavedRobot], sightings: list[Sighting]
+    ) -> tuple[Array, NDArray[np.bool_]]:
+        """Return (n, m, 2, 2) covariances of old to new places, and which pairs can be at all.
+
+        The receiver may have started anew, so nothing of the platform's error cancels. A robot
+        goes on as a coasting one does, but not faster than it can.
+        """
+        spread = np.zeros((len(waiting), len(sightings), 2, 2))
+        allowed = np.zeros(spread.shape[:2], dtype=bool)
+        for i, robot in enumerate(waiting):
+            for j, sighting in enumerate(sightings):
+                unseen = max(0.0, (sighting.stamp_ns - robot.last_seen_ns) * 1e-9)
+                wander = self._acceleration * math.sqrt(unseen**3 / 3.0)
+                motion = min(wander, self._max_speed * unseen)
+                spread[i, j] = sighting.covariance + np.eye(2) * (robot.sigma_m**2 + motion**2)
+                same = robot.class_id == sighting.class_id
+                allowed[i, j] = same and unseen <= MAX_RESTART_S
+        return spread, allowed
+
+    def _tell(self, name: str, sighting: Sighting, local: LocalMap) -> None:
+        """Say which start still waits when a robot gets a number, once for each start."""
+        free = [self._bindings[bound] for bound in self._names.free_bound()]
+        if not free:
+            return
+        apart = np.linalg.norm(_starts(free, local) - sighting.position, axis=1)
+        start, metres = free[int(np.argmin(apart))], float(apart.min())
+        if metres > self._start_radius_m:
+            why = f"start_radius_m allows {self._start_radius_m:g} m"
+        else:
+            why = f"it is of class {sighting.class_id!r}, and {start.class_id!r} is expected there"
+        self._log.add_once(
+            f"start {start.name}",
+            f"A robot {metres:.0f} m from the start of {start.name} is called {name}: {why}. If it "
+            f"is {start.name}, correct robots.{start.name} in the parameters.",
+        )
+
+    def _bind(self, sightings: list[Sighting], given: dict[int, str], local: LocalMap) -> None:
+        free = [self._bindings[name] for name in self._names.free_bound()]
+        open_ones = [i for i in range(len(sightings)) if i not in given]
+        if not free or not open_ones:
+            return
+        rest = [sightings[i] for i in open_ones]
+        squared = np.sum(_offsets(_starts(free, local), rest) ** 2, axis=-1)
+        near = squared <= self._start_radius_m**2
+        near &= np.array([[_same_class(binding, one) for one in rest] for binding in free])
+        rows, columns = assign(squared, np.zeros_like(squared), near, self._start_radius_m**2)
+        for row, column in zip(rows, columns, strict=True):
+            name = free[row].name
+            given[open_ones[column]] = name
+            self._names.take(name)
+            self._waiting.pop(name, None)
+
+
+def _same_class(binding: RobotBinding, sighting: Sighting) -> bool:
+    return class_token(binding.class_id) == class_token(sighting.class_id)
+
+
+def _starts(bindings: list[RobotBinding], local: LocalMap) -> Array:
+    """Return where robots start, East, North (n, 2) in `map`, m."""
+    return local.positions(
+        np.array([binding.latitude for binding in bindings]),
+        np.array([binding.longitude for binding in bindings]),
+    )
+
+
+def _offsets(places: Array, sightings: list[Sighting]) -> Array:
+    """Return (n, m, 2) from each place to each sighting, m."""
+    offsets: Array = np.array([one.position for one in sightings])[None] - places[:, None]
+    return offsets
+
+
+def _saved_robot(estimate: RobotEstimate) -> SavedRobot:
+    return SavedRobot(
+        estimate.robot_id,
+        estimate.class_id,
+        estimate.latitude,
+        estimate.longitude,
+        estimate.last_seen_ns,
+        estimate.sigma,
+    )

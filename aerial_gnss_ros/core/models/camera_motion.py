@@ -1,0 +1,129 @@
+# Copyright 2026 aerial_gnss_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""How fast the camera's pose moves, and where it should be by its own past."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aerial_gnss_ros.core.geometry.rotation_vectors import rotation_matrix, rotation_vector
+from aerial_gnss_ros.core.models.measurement_model import MapPose
+
+Array = NDArray[np.float64]
+
+MEMORY_S = 0.5
+"""Time constant of the fading memory (critically damped, second order)."""
+
+MAX_GAP_S = 1.0
+"""After a longer pause the past tells nothing."""
+
+MOVED_S = 0.02
+"""A latency that is corrected by more puts the scene to another time (`PoseMotion.move`)."""
+
+JUMP, JUMP_PER_S = math.radians(10.0), math.radians(90.0)
+"""A camera so far, and so far a second, from where it would be as it went on has not turned there,
+rad. Cameras begin to turn by 100 deg/s from one image to the next, but not by 200."""
+
+
+class PoseMotion:
+    """A fading-memory straight-line fit of position and rotation.
+
+    Attributes:
+        jump: rotation vector (3,) in `map`, rad, by which the last rotation is off the expected
+            one, where that is farther than a camera turns; else None.
+        velocity: (3,) m/s.
+        turn_rate: (3,) rotation vector a second in `map`, rad/s.
+    """
+
+    def __init__(self) -> None:
+        self._pose: MapPose | None = None
+        self.velocity = np.zeros(3)
+        self.turn_rate = np.zeros(3)
+        self.jump: Array | None = None
+        self._seen = 0
+        self._shown: list[tuple[Array, float]] = []  # rotations as measured; s since the one before
+
+    @property
+    def rates(self) -> Array:
+        """(6,) of the pose: m/s and rad/s."""
+        return np.concatenate([self.velocity, self.turn_rate])
+
+    def predicted(self, seconds: float) -> Array | None:
+        """Return the position (3,) expected after a time, None where the past does not tell."""
+        if self._pose is None or abs(seconds) > MAX_GAP_S:
+            return None
+        position: Array = self._pose.position + self.velocity * seconds
+        return position
+
+    def foreseen(self, seconds: float) -> MapPose | None:
+        """Return the pose expected after a time, None where the past does not tell."""
+        if self._pose is None or seconds > MAX_GAP_S:
+            return None
+        turn = rotation_matrix(self.turn_rate * seconds)
+        return MapPose(self._pose.position + self.velocity * seconds, turn @ self._pose.rotation)
+
+    def shift(self, jump: Array) -> None:
+        """Go over to positions (3,) m away: the drone did not fly there."""
+        if self._pose is not None:
+            self._pose = MapPose(self._pose.position + jump, self._pose.rotation)
+
+    def move(self, measured: MapPose) -> MapPose:
+        """Go on from a pose at another time, when the latency is known better; rates stay."""
+        self._pose, self._shown, self.jump = measured, [], None
+        return measured
+
+    def take(self, measured: MapPose, seconds: float) -> MapPose:
+        """Take in the pose of an image so many seconds after the one before.
+
+        Returns:
+            The pose that was expected; where the past does not tell, the measured one.
+        """
+        self.jump = None
+        expected = self.foreseen(seconds) if seconds > 0.0 else None
+        if expected is None:
+            self._pose, self._seen = measured, 1
+            self.velocity, self.turn_rate = np.zeros(3), np.zeros(3)
+            self._shown = [(measured.rotation, 0.0)]
+            return measured
+        shift = measured.position - expected.position
+        turn = rotation_vector(measured.rotation @ expected.rotation.T)
+        if _too_far(turn, seconds) and self._jumps(measured, seconds):
+            expected, turn = MapPose(expected.position, measured.rotation), np.zeros(3)
+        self._shown = [*self._shown[-1:], (measured.rotation, seconds)]
+        self._seen += 1
+        alpha, beta = self._gains(seconds)
+        self._pose = MapPose(
+            expected.position + alpha * shift, rotation_matrix(alpha * turn) @ expected.rotation
+        )
+        self.velocity = self.velocity + (beta / seconds) * shift
+        self.turn_rate = self.turn_rate + (beta / seconds) * turn
+        return expected
+
+    def _jumps(self, measured: MapPose, seconds: float) -> bool:
+        """Return whether the orientation has jumped from that of the last two images."""
+        if not self._shown:
+            return False
+        (earlier, _), (last, passed) = self._shown[0], self._shown[-1]
+        turn = rotation_vector(last @ earlier.T) * (seconds / passed if passed else 0.0)
+        jump = rotation_vector(measured.rotation @ (rotation_matrix(turn) @ last).T)
+        if not _too_far(jump, seconds):
+            return False
+        self.jump = jump  # from there it goes on as it went on before
+        self._shown = [(rotation_matrix(jump) @ last, 0.0)]
+        return True
+
+    def _gains(self, seconds: float) -> tuple[float, float]:
+        """Return the gains of a straight line through all images so far, later a fading one."""
+        k = self._seen
+        fade = math.exp(-seconds / MEMORY_S)
+        alpha = max(2.0 * (2 * k - 1) / (k * (k + 1)), 1.0 - fade * fade)
+        beta = max(6.0 / (k * (k + 1)), (1.0 - fade) ** 2)
+        return min(alpha, 1.0), min(beta, 1.0)
+
+
+def _too_far(turn: Array, seconds: float) -> bool:
+    """Return whether a rotation vector (3,) is more than a camera turns within a time."""
+    return math.sqrt(turn @ turn) > JUMP + JUMP_PER_S * seconds

@@ -1,0 +1,157 @@
+# Copyright 2026 aerial_gnss_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""The camera over the frame `map`: where it should see a robot, and what moves that place.
+
+Everything here is in `map` (East, North, Up on the plane tangent at its origin); the water lies
+D²/2R below the plane at a distance D. A ray from the camera along the offset o = (x, y, z), z < 0,
+meets the water at the camera's place plus o. To first order a small rotation w of the camera moves
+that point by (w × o) less what slides it back along the ray onto the water, o (w × o)_z / z.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aerial_gnss_ros.core.geometry.frames import FLU_FROM_OPTICAL
+from aerial_gnss_ros.core.geometry.geodesy import SEMI_MAJOR_M, ecef_of_place, enu_axes
+from aerial_gnss_ros.core.geometry.gimbal import error_axes
+from aerial_gnss_ros.core.geometry.local_map import LocalMap
+from aerial_gnss_ros.core.geometry.rotation_vectors import rotation_matrix
+from aerial_gnss_ros.core.numerics.small_arrays import FEW, tabled
+from aerial_gnss_ros.core.values.camera_pose import CameraPose
+
+Array = NDArray[np.float64]
+Numbers = TypeVar("Numbers", float, NDArray[np.float64])
+
+POSE_COUNT = 6
+"""Columns of `pose_jacobian`: camera East, North, height; rotation about East, North, Up."""
+
+
+@dataclass(frozen=True)
+class MapPose:
+    """A camera in `map`.
+
+    Attributes:
+        position: (3,) East, North, Up, m.
+        rotation: (3, 3) camera FLU in `map`.
+    """
+
+    position: Array
+    rotation: Array
+
+    @property
+    def optical(self) -> Array:
+        """(3, 3) optical frame in `map`."""
+        turned: Array = self.rotation @ FLU_FROM_OPTICAL
+        return turned
+
+    def corrected(self, errors: Array, axes: Array) -> MapPose:
+        """Return the pose with the platform's errors (6,) or more taken out.
+
+        Args:
+            errors: East, North, height (m), roll, pitch, heading (rad).
+            axes: (3, 3) of the last three, see `gimbal.error_axes`.
+        """
+        turn = rotation_matrix(axes @ errors[3:6])
+        return MapPose(self.position + errors[:3], turn @ self.rotation)
+
+
+class MapFrame:
+    """Brings poses to `map`; made once for one map."""
+
+    def __init__(self, local: LocalMap) -> None:
+        self.local = local
+
+    def pose(self, pose: CameraPose) -> MapPose:
+        """Return a camera's pose in `map`, which takes the water at its origin's altitude."""
+        place = ecef_of_place(pose.latitude, pose.longitude, pose.height)
+        axes = self.local.axes
+        turn = axes @ enu_axes(pose.latitude, pose.longitude).T
+        return MapPose(axes @ (place - self.local.origin), turn @ pose.enu_from_camera)
+
+
+def level_axes(rotation: Array) -> Array:
+    """Return the axes (3, 3) of roll, pitch and heading errors of a camera in `map`."""
+    return error_axes(rotation)
+
+
+def on_water(pose: MapPose, directions: Array) -> Array:
+    """Return East, North (n, 2) where rays (n, 3), of any length, meet the water; NaN if not."""
+    place = pose.position.tolist()
+    if len(directions) <= FEW:
+        rows = [
+            _met(place, x, y, z) if z < 0.0 else (math.nan, math.nan)
+            for x, y, z in directions.tolist()
+        ]
+        return np.array(rows).reshape(-1, 2)
+    x, y, z = directions.T
+    return np.stack(_met(place, x, y, np.where(z < 0.0, z, np.nan)), axis=1)
+
+
+def _met(place: list[float], x: Numbers, y: Numbers, z: Numbers) -> tuple[Numbers, Numbers]:
+    """Return where rays downward from a place meet the water, of numbers or arrays (n,)."""
+    reach = -place[2] / z
+    for _ in range(2):  # the water curves away by millimetres: two steps settle it
+        east, north = place[0] + x * reach, place[1] + y * reach
+        reach = ((east * east + north * north) * (-0.5 / SEMI_MAJOR_M) - place[2]) / z
+    return place[0] + x * reach, place[1] + y * reach
+
+
+def pose_jacobian(offsets: Array) -> Array:
+    """Return (n, 2, 6): how points on the water move with the camera's pose, the pixels fixed.
+
+    Args:
+        offsets: (n, 3) from the camera, m.
+    """
+    return tabled(_by_pose, offsets, 12).reshape(-1, 2, POSE_COUNT)
+
+
+def _by_pose(x: Any, y: Any, z: Any) -> tuple[Any, ...]:
+    xz, yz = x / z, y / z
+    return (
+        1.0, 0.0, -xz, -xz * y, z + xz * x, -y,
+        0.0, 1.0, -yz, -z - yz * y, xz * y, x,
+    )  # fmt: skip
+
+
+def state_jacobian(offsets: Array, velocities: Array) -> Array:
+    """Return (n, 4, 6): how places and velocities seem to change with the camera's pose.
+
+    The last two rows are the derivative in time of the first two (`pose_jacobian`): a robot that
+    seems 1 % farther seems 1 % faster.
+
+    Args:
+        offsets: (n, 3) from the camera, m.
+        velocities: (n, 2) on the water, m/s.
+    """
+    states = np.concatenate([offsets, velocities], axis=1)
+    return tabled(_state_by_pose, states, 24).reshape(-1, 4, POSE_COUNT)
+
+
+def _state_by_pose(x: Any, y: Any, z: Any, east: Any, north: Any) -> tuple[Any, ...]:
+    xz, yz = x / z, y / z
+    crossed = xz * north + yz * east
+    return (
+        *_by_pose(x, y, z),
+        0.0, 0.0, -east / z, -crossed, 2.0 * xz * east, -north,
+        0.0, 0.0, -north / z, -2.0 * yz * north, crossed, east,
+    )  # fmt: skip
+
+
+def pose_by_errors(axes: Array, rates: Array) -> Array:
+    """Return (6, 7): how the pose moves with the platform's errors.
+
+    Args:
+        axes: (3, 3) of roll, pitch, heading.
+        rates: (6,) of the pose: m/s and rad/s. A latency of 1 s more is a pose so much earlier.
+    """
+    by_errors = np.zeros((POSE_COUNT, 7))
+    by_errors[0, 0] = by_errors[1, 1] = by_errors[2, 2] = 1.0
+    by_errors[3:, 3:6] = axes
+    by_errors[:, 6] = -rates
+    return by_errors

@@ -1,0 +1,91 @@
+# Copyright 2026 aerial_gnss_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""The platform's slowly varying errors: their names, their order in the state, their strength."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aerial_gnss_ros.core.config.noise import Noise
+from aerial_gnss_ros.core.geometry.gimbal import Reference
+from aerial_gnss_ros.core.georeferencing.covariance import white_rotation
+from aerial_gnss_ros.core.numerics.small_arrays import finite
+from aerial_gnss_ros.core.values.estimates import PlatformError
+
+Array = NDArray[np.float64]
+
+PLATFORM = ("gnss_east", "gnss_north", "height", "roll", "pitch", "heading", "latency")
+"""What is added to the measured value to have the true one: m, m, m, rad, rad, rad, s. The angles
+turn the camera about the axes of `gimbal.error_axes`; a latency is added to `camera.latency_s`."""
+
+COUNT = len(PLATFORM)
+HEIGHT, LATENCY = PLATFORM.index("height"), PLATFORM.index("latency")
+ANGLES = slice(PLATFORM.index("roll"), PLATFORM.index("heading") + 1)
+
+
+def named_errors(mean: Array, covariance: Array) -> tuple[PlatformError, ...]:
+    """Return the errors (7,) and their covariance (7, 7) by name; those switched off are left out.
+
+    A sigma of 0 means that the error is not estimated.
+    """
+    variances = covariance.diagonal().tolist()
+    return tuple(
+        PlatformError(name, value, math.sqrt(variance))
+        for name, value, variance in zip(PLATFORM, mean.tolist(), variances, strict=True)
+        if variance > 0.0
+    )
+
+
+LATENCY_TIME_S = 3600.0
+"""Correlation time of the latency: it comes from how camera and recorder are built."""
+
+
+class PlatformModel:
+    """Each error is a first-order Gauss-Markov process; a sigma of 0 switches it off.
+
+    Args:
+        noise: standard deviations and the correlation time.
+        reference: of the gimbal; says whether the body's attitude noise enters.
+
+    Attributes:
+        correlation_time_s: of all of them; 0 means white from image to image.
+        white: (6,) variances of the pose's white noise: East, North, height (m²), and rotation
+            about East, North, Up (rad²).
+        pixel: variance of a box's centre, each axis, px².
+    """
+
+    def __init__(self, noise: Noise, reference: Reference | str) -> None:
+        degrees = ("gimbal_roll_deg", "gimbal_pitch_deg", "heading_deg")
+        gnss = noise.value("gnss_offset_m")
+        sigma = [gnss, gnss, noise.value("height_m")]
+        sigma += [math.radians(noise.value(name)) for name in degrees]
+        sigma += [noise.value("latency_s")]
+        self._stationary = np.diag(np.square(sigma))
+        self.correlation_time_s = noise.value("correlation_time_s")
+        level = noise.value("gnss_white_m") ** 2
+        turn = white_rotation(noise, Reference(reference))
+        self.white = np.array([level, level, noise.value("height_white_m") ** 2, *turn])
+        self.pixel = noise.value("box_center_px") ** 2
+
+    def stationary(self, fix_covariance: Array | None) -> Array:
+        """Return the (7, 7) covariance of the errors when nothing is known of them.
+
+        Args:
+            fix_covariance: (2, 2) East, North of the fix itself, in place of the configured one.
+        """
+        if fix_covariance is None or not finite(fix_covariance):
+            return self._stationary
+        covariance = self._stationary.copy()
+        covariance[:2, :2] = fix_covariance
+        return covariance
+
+    def keep(self, seconds: float) -> Array:
+        """Return the factors (7,) by which errors' old values still count after a time."""
+        kept = np.zeros(COUNT)
+        if self.correlation_time_s > 0.0:
+            kept[:] = math.exp(-seconds / self.correlation_time_s)
+        kept[-1] = math.exp(-seconds / LATENCY_TIME_S)
+        return kept

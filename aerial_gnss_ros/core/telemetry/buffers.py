@@ -1,0 +1,349 @@
+# Copyright 2026 aerial_gnss_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""The estimator's telemetry: one buffer an input, constants in their place, and what each says."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection
+from dataclasses import dataclass, replace
+from enum import Enum
+from functools import lru_cache
+from typing import cast
+
+import numpy as np
+
+from aerial_gnss_ros.core.camera.model import CameraModel
+from aerial_gnss_ros.core.config.estimator import EstimatorConfig
+from aerial_gnss_ros.core.geometry.frames import matrix_from_rpy, quaternion_from_matrix
+from aerial_gnss_ros.core.telemetry.depths import Depths
+from aerial_gnss_ros.core.telemetry.plausibility import Plausibility
+from aerial_gnss_ros.core.telemetry.series import (
+    Missing,
+    Sample,
+    Series,
+    fix_series,
+    held_series,
+    orientation_series,
+    scalar_series,
+)
+from aerial_gnss_ros.core.telemetry.validity import usable
+from aerial_gnss_ros.core.values.rejection import Input, Reason
+from aerial_gnss_ros.core.values.samples import Fix, Orientation, Scalar
+
+CAMERA_INFO, WATER_LEVEL = "camera_info", "water_level"
+
+
+class InputState(str, Enum):
+    """How an input does, in one word."""
+
+    UNUSED = "unused"
+    CONSTANT = "constant"
+    WAITING = "waiting"
+    OK = "ok"
+    STALE = "stale"
+    BAD = "bad"
+
+    def __str__(self) -> str:
+        return self.value
+
+
+@dataclass(frozen=True)
+class InputStatus:
+    """What came on one input.
+
+    Attributes:
+        name: fix, attitude, gimbal, height, water_level, camera_info or detections.
+        state: unused and constant need no message; waiting: none came yet; stale: the newest is
+            older than the newest image by more than `max_wait`; bad: the last one was no use.
+        count: messages.
+        bad: messages that were no use.
+        last_stamp_ns: newest stamp, ns; None before the first.
+        trouble: why the last one was no use, in words; empty where it was of use.
+        unordered: messages no newer than one before them: late, or a second one with its stamp.
+    """
+
+    name: str
+    state: InputState
+    count: int = 0
+    bad: int = 0
+    last_stamp_ns: int | None = None
+    trouble: str = ""
+    unordered: int = 0
+
+
+@dataclass
+class Tally:
+    """Counts the messages of one input.
+
+    `good_ns` is the last stamp of use, or the first one; `refused`: the last message does not even
+    have a stamp of use.
+    """
+
+    count: int = 0
+    bad: int = 0
+    unordered: int = 0
+    trouble: str = ""
+    last_stamp_ns: int | None = None
+    good_ns: int | None = None
+    refused: bool = False
+
+    def add(self, stamp_ns: int, trouble: str = "") -> None:
+        """Count a message; `trouble` says why it is no use."""
+        self.count += 1
+        self.bad += bool(trouble)
+        self.trouble, self.refused = trouble, False
+        if not trouble or self.good_ns is None:
+            self.good_ns = stamp_ns
+        if self.last_stamp_ns is None or stamp_ns > self.last_stamp_ns:
+            self.last_stamp_ns = stamp_ns
+        else:
+            self.unordered += 1
+
+    def refuse(self, trouble: str) -> None:
+        """Count a message that could not be read, or has a wrong stamp; `trouble` says why."""
+        self.count += 1
+        self.bad += 1
+        self.trouble, self.refused = trouble, True
+
+    def take_back(self) -> None:
+        """Take back a message that was refused: it is of use after all."""
+        self.count -= 1
+        self.bad -= 1
+        self.trouble, self.refused = "", False
+
+    def begin_anew(self) -> None:
+        """Forget stamps: time began anew."""
+        self.last_stamp_ns = self.good_ns = None
+
+    @property
+    def bad_s(self) -> float:
+        """For how long messages have been of no use, s."""
+        if not self.trouble or self.last_stamp_ns is None or self.good_ns is None:
+            return 0.0
+        return (self.last_stamp_ns - self.good_ns) * 1e-9
+
+    def status(self, name: str, newest_ns: int | None, patience_ns: int) -> InputStatus:
+        """Return the input's status; it is stale when so far behind the newest image."""
+        state = InputState.OK
+        if self.last_stamp_ns is None:
+            state = InputState.WAITING
+        elif self.refused:
+            state = InputState.BAD
+        elif newest_ns is not None and newest_ns - self.last_stamp_ns > patience_ns:
+            state = InputState.STALE
+        elif self.trouble:
+            state = InputState.BAD
+        stamp_ns, trouble = self.last_stamp_ns, self.trouble
+        return InputStatus(name, state, self.count, self.bad, stamp_ns, trouble, self.unordered)
+
+
+@dataclass(frozen=True)
+class Samples:
+    """All telemetry at the time of one scene; what the configuration does not need is None.
+
+    Attributes:
+        stamp_ns: time of the scene, ns.
+        fix: position of the antenna.
+        attitude: body FLU in ENU (or in magnetic ENU).
+        gimbal: camera FLU in the gimbal's reference.
+        height: above the height's reference, m.
+        water_level: above the same reference, m.
+        oldest_age_s: largest distance in time to a sample used, s.
+    """
+
+    stamp_ns: int
+    fix: Fix
+    attitude: Orientation | None
+    gimbal: Orientation | None
+    height: float | None
+    water_level: float
+    oldest_age_s: float
+
+
+@dataclass(frozen=True)
+class Lacking:
+    """Why there is no telemetry for a scene.
+
+    Attributes:
+        reason: the refusal, with the input's name.
+        may_come: whether waiting makes sense.
+        later_s: how much later than the scene the input's oldest sample is, s; 0 where that is not
+            the reason.
+    """
+
+    reason: Reason
+    may_come: bool
+    later_s: float = 0.0
+
+
+@dataclass(frozen=True)
+class StampedCamera:
+    """A camera's description from a time on; None when the message could not be used."""
+
+    stamp_ns: int
+    camera: CameraModel | None
+
+
+class Inputs:
+    """Holds the telemetry and answers what it was at a time.
+
+    Samples that are no use (NaN, no fix, a quaternion that is not unit) are kept as such: a scene
+    whose neighbours they are is refused, instead of being bridged over them.
+
+    Attributes:
+        depths: of robots.
+        cameras: descriptions by time.
+        plausibility: judges each sample before it is kept.
+    """
+
+    def __init__(self, config: EstimatorConfig, keep_s: float = 60.0) -> None:
+        self._config = config
+        self._keep_s = keep_s
+        self.plausibility = Plausibility(config)
+        self._series: dict[Input, Series[Fix] | Series[Orientation] | Series[Scalar]] = {}
+        self._constants: dict[Input, Fix | Orientation | Scalar] = {}
+        self._late_ns = {
+            Input.FIX: round(config.fix.latency_s * 1e9),
+            Input.HEIGHT: round(config.height.latency_s * 1e9),
+        }
+        self._set_up_fix()
+        self._set_up_orientations()
+        if config.height.source == "constant":
+            self._constants[Input.HEIGHT] = Scalar(0, config.height.value_m)
+        elif config.height.source == "topic":
+            self._series[Input.HEIGHT] = scalar_series(config.height.max_gap, keep_s=keep_s)
+        self.depths = Depths(config.depth, keep_s)
+        self._level: Series[Scalar] = held_series(keep_s=keep_s)
+        self._first_level = config.water_level.value_m
+        self.cameras: Series[StampedCamera] = held_series(keep_s=keep_s)
+        self._newest_camera: StampedCamera | None = None
+
+    def _set_up_fix(self) -> None:
+        fix = self._config.fix
+        if fix.source == "topic":
+            self._series[Input.FIX] = fix_series(fix.max_gap, keep_s=self._keep_s)
+            return
+        latitude, longitude = math.radians(fix.latitude_deg), math.radians(fix.longitude_deg)
+        self._constants[Input.FIX] = Fix(0, latitude, longitude, fix.altitude_m)
+
+    def _set_up_orientations(self) -> None:
+        config = self._config
+        wanted: list[tuple[Input, str, float, tuple[float, ...]]] = []
+        if config.needs_attitude:
+            attitude = config.attitude
+            wanted.append((Input.ATTITUDE, attitude.source, attitude.max_gap, attitude.rpy_deg))
+        if config.gimbal.reference != "fixed":
+            gimbal = config.gimbal
+            wanted.append((Input.GIMBAL, gimbal.source, gimbal.max_gap, gimbal.rpy_deg))
+        for source, kind, max_gap, rpy_deg in wanted:
+            if kind == "topic":
+                self._series[source] = orientation_series(max_gap, keep_s=self._keep_s)
+            else:
+                matrix = matrix_from_rpy(*np.radians(rpy_deg))
+                self._constants[source] = Orientation(0, quaternion_from_matrix(matrix))
+
+    @property
+    def constant_fix(self) -> Fix | None:
+        """The position of a camera on a mast, None for one that flies."""
+        return cast("Fix | None", self._constants.get(Input.FIX))
+
+    def state_without_messages(self, source: Input) -> InputState | None:
+        """Return unused or constant for an input that no message is needed for, else None."""
+        if source in self._series:
+            return None
+        return InputState.CONSTANT if source in self._constants else InputState.UNUSED
+
+    def add(self, source: Input, value: Fix | Orientation | Scalar) -> str:
+        """Keep a sample where the configuration needs it; return why it is no use, else empty."""
+        trouble, kept = self._judged(source, value)
+        late_ns = self._late_ns.get(source, 0)
+        if late_ns:
+            kept = replace(kept, stamp_ns=kept.stamp_ns - late_ns)
+        series = self._series.get(source)
+        if series is not None:
+            series.add(kept)  # type: ignore[arg-type]
+        return trouble
+
+    def _judged(
+        self, source: Input, value: Fix | Orientation | Scalar
+    ) -> tuple[str, Fix | Orientation | Scalar]:
+        if isinstance(value, Fix):
+            return self.plausibility.fix(value)
+        if source is Input.HEIGHT and isinstance(value, Scalar):
+            return self.plausibility.height(value)
+        return usable(value, self._config.limits)
+
+    def add_level(self, level: Scalar) -> str:
+        """Keep a level of the water until it is replaced; one that cannot be is ignored."""
+        trouble = self.plausibility.level(level)
+        if not trouble:
+            self._level.add(level)
+        return trouble
+
+    def add_camera(self, stamp_ns: int, camera: CameraModel | None) -> None:
+        """Keep a camera; the same one again costs nothing."""
+        entry = StampedCamera(stamp_ns, camera)
+        latest = self.cameras.latest(stamp_ns)
+        self._newest_camera = entry
+        if latest is None or latest.camera is not camera:
+            self.cameras.add(entry)
+
+    def forget(self, names: Collection[str]) -> None:
+        """Forget the samples of some inputs: their clocks were set."""
+        for source, series in self._series.items():
+            if source.value in names:
+                series.clear()
+        self.plausibility.clear()
+
+    def clear(self, kept: Collection[str] = ()) -> None:
+        """Forget all samples; the level and the camera hold on, as they may not be sent again.
+
+        Args:
+            kept: inputs whose samples are right as they are.
+        """
+        self.forget({source.value for source in self._series} - set(kept))
+        last = self._level.last
+        self._first_level = last.value if last is not None else self._first_level
+        self._level.clear()
+        self.depths.clear()
+        self.cameras.clear()
+        if self._newest_camera is not None:
+            self.cameras.add(replace(self._newest_camera, stamp_ns=-(2**62)))
+
+    def at(self, stamp_ns: int) -> Samples | Lacking:
+        """Return all telemetry at the time of a scene, or which input it lacks."""
+        places: dict[Input, int] = {}
+        lacking: list[Lacking] = []
+        for source, series in self._series.items():
+            place = series.place(stamp_ns)
+            if place is Missing.BEFORE:
+                later_s = ((series.first_stamp_ns or 0) - stamp_ns) * 1e-9
+                lacking.append(Lacking(Reason.no(source), False, later_s))
+            elif isinstance(place, Missing):
+                lacking.append(_lacking(source, place))
+            else:
+                places[source] = place
+        if lacking:  # one that can never come is the answer; the late ones need no wait then
+            return min(lacking, key=lambda one: one.may_come)
+        found: dict[Input, Sample[Fix] | Sample[Orientation] | Sample[Scalar]] = {
+            source: self._series[source].between(place, stamp_ns)
+            for source, place in places.items()
+        }
+        values = self._constants | {source: sample.value for source, sample in found.items()}
+        level = self._level.latest(stamp_ns)
+        height = cast("Scalar | None", values.get(Input.HEIGHT))
+        return Samples(
+            stamp_ns,
+            cast("Fix", values[Input.FIX]),
+            cast("Orientation | None", values.get(Input.ATTITUDE)),
+            cast("Orientation | None", values.get(Input.GIMBAL)),
+            None if height is None else height.value,
+            self._first_level if level is None else level.value,
+            max((sample.age_s for sample in found.values()), default=0.0),
+        )
+
+
+@lru_cache(maxsize=64)  # asked for again whenever anything comes while an image waits
+def _lacking(source: Input, missing: Missing) -> Lacking:
+    return Lacking(missing.reason(source), missing.may_come)

@@ -1,0 +1,179 @@
+# Copyright 2026 aerial_gnss_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""From telemetry at one time to the camera's pose over the water, or a typed refusal."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aerial_gnss_ros.core.config.estimator import EstimatorConfig
+from aerial_gnss_ros.core.geometry.frames import matrix_from_quaternion, matrix_from_rpy
+from aerial_gnss_ros.core.geometry.geodesy import geodetic_from_enu
+from aerial_gnss_ros.core.geometry.gimbal import enu_from_camera, mount_matrix
+from aerial_gnss_ros.core.geometry.magnetic import declination, true_from_magnetic
+from aerial_gnss_ros.core.numerics.small_arrays import finite
+from aerial_gnss_ros.core.telemetry.buffers import Samples
+from aerial_gnss_ros.core.telemetry.corrections import corrected_camera
+from aerial_gnss_ros.core.telemetry.vertical_datum import ellipsoidal_altitude
+from aerial_gnss_ros.core.values.camera_pose import CameraPose
+from aerial_gnss_ros.core.values.errors import InputError
+from aerial_gnss_ros.core.values.rejection import Reason
+from aerial_gnss_ros.core.values.samples import Fix
+
+Array = NDArray[np.float64]
+
+
+class Posing:
+    """Puts the camera's pose together as the configuration says.
+
+    Attributes:
+        trouble: why the last pose was refused, a sentence; empty where the reason says it all.
+    """
+
+    def __init__(self, config: EstimatorConfig) -> None:
+        self._config = config
+        self._mount = mount_matrix(config.gimbal.mount_rpy_deg)
+        self._offset = np.array(config.camera.offset_m, dtype=np.float64)
+        self._limits = config.limits
+        self._apart = bool(self._offset.any())  # camera and antenna
+        calibration = config.calibration
+        self._lift = calibration.height_m
+        angles = calibration.gimbal_roll_deg, calibration.gimbal_pitch_deg, calibration.heading_deg
+        self._turn = np.radians(angles)
+        self._turned = bool(self._turn.any())
+        self.trouble = ""
+
+    def pose(self, samples: Samples) -> CameraPose | Reason:
+        """Return where the camera was and how it stood.
+
+        Args:
+            samples: at the time of the scene.
+        """
+        self.trouble = ""
+        if not samples.fix.valid:
+            return Reason.BAD_FIX
+        body = self._body(samples)
+        if isinstance(body, Reason):
+            return body
+        gimbal = self._gimbal(samples)
+        if isinstance(gimbal, Reason):
+            return gimbal
+        height = self.height(samples, body)
+        if isinstance(height, Reason):
+            return height
+        return self._assemble(samples, height + self._lift, body, gimbal)
+
+    def height(self, samples: Samples, body: Array | None) -> float | Reason:
+        """Return the antenna's height above the water in m (DESIGN, Altitude)."""
+        if samples.height is None:
+            height = samples.fix.altitude - self._config.surface.altitude
+            if math.isfinite(height):
+                return height
+            self.trouble = (
+                "The fix's altitude is NaN, and height.source none makes the height of it; give "
+                "the height on a topic, or as height.value_m."
+            )
+            return Reason.BAD_FIX
+        height = samples.height
+        if self._config.height.along == "body" and body is not None:
+            height *= float(body[2, 2])
+        height -= samples.water_level
+        return height if math.isfinite(height) else Reason.BAD_HEIGHT
+
+    def altitude(self, fix: Fix) -> float:
+        """Return the antenna's altitude above the ellipsoid in m, NaN where it cannot be known."""
+        return ellipsoidal_altitude(fix, self._config.fix)
+
+    def _body(self, samples: Samples) -> Array | Reason | None:
+        """Return body FLU in true ENU, (3, 3); None where nothing needs it."""
+        if samples.attitude is None:
+            return None
+        body = matrix_from_quaternion(samples.attitude.quaternion)
+        if not finite(body):
+            return Reason.BAD_ATTITUDE
+        if self._config.attitude.north == "true":
+            return body
+        turned = self._true_north(body, samples)
+        return Reason.BAD_ATTITUDE if turned is None else turned
+
+    def _gimbal(self, samples: Samples) -> Array | Reason | None:
+        """Return camera FLU in its reference, (3, 3); None where there is no gimbal."""
+        if samples.gimbal is None:
+            return None
+        camera = matrix_from_quaternion(samples.gimbal.quaternion)
+        if not finite(camera):
+            return Reason.BAD_GIMBAL
+        if self._config.gimbal.north == "true" or self._reference(samples) != "earth":
+            return camera
+        turned = self._true_north(camera, samples)
+        return Reason.BAD_GIMBAL if turned is None else turned
+
+    def _reference(self, samples: Samples) -> str:
+        """Return what the gimbal's angles are relative to, which a message may say itself."""
+        own = samples.gimbal.reference if samples.gimbal is not None else ""
+        return own or self._config.gimbal.reference
+
+    def _true_north(self, from_magnetic: Array, samples: Samples) -> Array | None:
+        """Return (3, 3) turned from magnetic to true north; None, with `trouble`, without model."""
+        fix = samples.fix
+        try:
+            east_of_north = declination(
+                fix.latitude, fix.longitude, samples.stamp_ns, self.altitude(fix)
+            )
+        except InputError as error:
+            self.trouble = str(error)
+            return None
+        return true_from_magnetic(from_magnetic, east_of_north)
+
+    def _assemble(
+        self, samples: Samples, height: float, body: Array | None, gimbal: Array | None
+    ) -> CameraPose | Reason:
+        fix, altitude = samples.fix, self.altitude(samples.fix)
+        latitude, longitude = fix.latitude, fix.longitude
+        if body is not None and self._apart:
+            east, north, up = self._true_body(body) @ self._offset
+            base = altitude if math.isfinite(altitude) else height
+            lat, lon, _ = geodetic_from_enu(east, north, up, latitude, longitude, base)
+            latitude, longitude = float(lat), float(lon)
+            height, altitude = height + float(up), altitude + float(up)
+        if not self._limits.height_min_m < height <= self._limits.height_max_m:
+            self.trouble = (
+                f"A camera {height:.1f} m above the water cannot see robots, so its images are "
+                "refused (bad_height); limits.height_min_m and height_max_m say where it can be, "
+                "water_level how far the water is above the height's reference."
+            )
+            return Reason.BAD_HEIGHT
+        return CameraPose(
+            stamp_ns=samples.stamp_ns,
+            latitude=latitude,
+            longitude=longitude,
+            height=height,
+            altitude=altitude,
+            enu_from_camera=self._true_camera(
+                enu_from_camera(self._reference(samples), gimbal, body, self._mount)
+            ),
+            fix_covariance=_horizontal(fix),
+            oldest_age_s=samples.oldest_age_s,
+        )
+
+    def _true_body(self, body: Array) -> Array:
+        if not self._turn[2]:
+            return body
+        turned: Array = matrix_from_rpy(0.0, 0.0, self._turn[2]) @ body
+        return turned
+
+    def _true_camera(self, measured: Array) -> Array:
+        return corrected_camera(measured, self._turn) if self._turned else measured
+
+
+def _horizontal(fix: Fix) -> Array | None:
+    """Return the (2, 2) East, North covariance that a fix reports, None where it is no use."""
+    if fix.covariance is None:
+        return None
+    plane = np.asarray(fix.covariance, dtype=np.float64)[:2, :2]
+    (east, shared), (_, north) = plane.tolist()
+    good = finite(plane) and east > 0.0 and north > 0.0 and shared * shared < east * north
+    return plane if good else None

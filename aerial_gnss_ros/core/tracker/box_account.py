@@ -1,0 +1,128 @@
+# Copyright 2026 aerial_gnss_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""What became of boxes that tracks got before they were confirmed: only later is it known.
+
+A box that measures a robot with a name is used. One that begins or feeds a tentative track is used
+when the track is confirmed, and refused as `unconfirmed` when the track ends before; until then it
+is pending with the track. So each box is counted exactly once.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+
+from aerial_gnss_ros.core.association.track import Track
+from aerial_gnss_ros.core.values.rejection import Cause, Reason, Rejection
+
+MOST_PENDING = 1000
+"""Boxes pending with a track; of one that is never decided the oldest are given up."""
+
+
+LEAST = 20
+"""Refused boxes from which it is told that most are."""
+
+
+@dataclass(frozen=True)
+class Settled:
+    """What has been decided of boxes, of the last image and of those before it.
+
+    Attributes:
+        used: how many measured robots.
+        refused: those whose track ended unconfirmed, each with the stamp of its own image.
+    """
+
+    used: int = 0
+    refused: tuple[Rejection, ...] = ()
+
+
+class Account:
+    """Keeps what has been decided until somebody asks."""
+
+    def __init__(self) -> None:
+        self._used = 0
+        self._refused: list[Rejection] = []
+
+    def take(self) -> Settled:
+        """Return what was decided since this was asked last."""
+        settled = Settled(self._used, tuple(self._refused))
+        self._used, self._refused = 0, []
+        return settled
+
+    def note(self, track: Track, stamp_ns: int, pixel: list[float]) -> None:
+        """Take in that a box measured a track, or began it.
+
+        Args:
+            track: with a name or without.
+            stamp_ns: of the image, ns.
+            pixel: centre of the box, u and v, px.
+        """
+        if track.robot_id:
+            self._used += 1
+            return
+        u, v = pixel
+        track.pending = (*track.pending, (stamp_ns, u, v))
+        if len(track.pending) > MOST_PENDING:
+            self._refuse(track.pending[:1], Cause.CLUTTER)
+            track.pending = track.pending[1:]
+
+    def confirm(self, tracks: Iterable[Track]) -> None:
+        """Count what is pending with tracks that have names as used."""
+        for track in tracks:
+            if track.robot_id and track.pending:
+                self._used += len(track.pending)
+                track.pending = ()
+
+    def end(
+        self, tracks: Iterable[Track], hits: int = 0, images: int = 0, confused: bool = False
+    ) -> None:
+        """Refuse what is pending with tracks that end.
+
+        Args:
+            tracks: that end.
+            hits: measurements that would have confirmed them; 0: tracks end for another reason
+                than that they were not confirmed in time.
+            images: how many came within the time in which these must come.
+            confused: whether images are so unlike what is expected that robots are lost.
+        """
+        for track in tracks:
+            if track.pending:
+                self._refuse(track.pending, self._cause(track, hits, images, confused))
+                track.pending = ()
+
+    def _refuse(self, boxes: tuple[tuple[int, float, float], ...], cause: Cause) -> None:
+        self._refused += [Rejection(t, Reason.UNCONFIRMED, u, v, cause) for t, u, v in boxes]
+
+    def _cause(self, track: Track, hits: int, images: int, confused: bool) -> Cause:
+        """Return the likeliest reason why a track was not confirmed."""
+        if track.strayed:
+            return track.stray_cause
+        if not hits:
+            return Cause.CUT_SHORT
+        if len(track.hits) >= hits:
+            return Cause.LOST_PLATFORM if confused else Cause.CLUTTER
+        if images < hits:
+            return Cause.IMAGES_TOO_SELDOM
+        return Cause.OUT_OF_GATE if track.near_misses else Cause.TOO_FEW_IMAGES
+
+
+def complaint(
+    used: int, refused: Mapping[Reason, int], causes: Mapping[Cause, int], least: int = LEAST
+) -> str:
+    """Return what most boxes come to nothing for and why that may be; empty where most are used.
+
+    Args:
+        used: boxes that measured robots.
+        refused: those that did not, by reason.
+        causes: the `unconfirmed` among them by cause.
+        least: nothing is said of fewer boxes.
+    """
+    total = sum(refused.values())
+    if total < max(least, used):
+        return ""
+    reason = max(refused, key=lambda one: (refused[one], one))
+    words = f"{total} of {used + total} boxes measured no robot, {refused[reason]} as {reason}"
+    if reason is not Reason.UNCONFIRMED or not causes:
+        return f"{words}: {reason.meaning}"
+    cause = max(causes, key=lambda one: (causes[one], one))
+    return f"{words}, mostly {cause}: {cause.meaning}"

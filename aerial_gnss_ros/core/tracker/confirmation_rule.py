@@ -1,0 +1,59 @@
+# Copyright 2026 aerial_gnss_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""How many measurements confirm a track within what time, by how often images come.
+
+Where images come so seldom that `tracks.confirm_hits` of them do not fit into
+`tracks.confirm_window_s`, no robot could ever be confirmed. Then the window is stretched to the
+images. But a robot may be anywhere in a gate that has grown for so long, and so may a false box:
+one more measurement is asked for (test_pace tells what that gives amid false boxes).
+"""
+
+from __future__ import annotations
+
+from collections import deque
+
+from aerial_gnss_ros.core.config.processing import TracksConfig
+
+GAPS = 5
+"""The usual time between images is the median of so many."""
+
+MOST = 3.0
+"""The window is stretched to this multiple at most; images still rarer confirm nothing."""
+
+
+class Pace:
+    """Follows how often images come.
+
+    Args:
+        rules: what confirms a track.
+
+    Attributes:
+        hits: measurements that confirm a track.
+        window_ns: time within which they must come, ns.
+    """
+
+    def __init__(self, rules: TracksConfig) -> None:
+        self._stated_hits = self.hits = rules.confirm_hits
+        self._stated_ns = self.window_ns = round(rules.confirm_window_s * 1e9)
+        self.reset()
+
+    def reset(self) -> None:
+        """Forget all images."""
+        self._last_ns: int | None = None
+        self._gaps_ns: deque[int] = deque(maxlen=GAPS)
+        self.hits, self.window_ns = self._stated_hits, self._stated_ns
+
+    def note(self, stamp_ns: int) -> None:
+        """Take in that there is an image."""
+        if self._last_ns is not None:
+            self._gaps_ns.append(stamp_ns - self._last_ns)
+            self._stretch(sorted(self._gaps_ns)[(len(self._gaps_ns) - 1) // 2])
+        self._last_ns = stamp_ns
+
+    def _stretch(self, interval_ns: int) -> None:
+        more = self._stated_hits + 1
+        seldom = (self._stated_hits - 1) * interval_ns > self._stated_ns
+        if seldom and more * interval_ns <= MOST * self._stated_ns:
+            self.hits, self.window_ns = more, more * interval_ns
+        else:
+            self.hits, self.window_ns = self._stated_hits, self._stated_ns

@@ -1,0 +1,410 @@
+# Copyright 2026 aerial_gnss_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""The tracker: which detection is which robot, and the life of a track.
+
+A detection that no track claims begins a tentative track. `confirm_hits` measurements within
+`confirm_window_s` confirm it (`confirmation`): only then it has a name and is published. A
+confirmed robot that an image does not show coasts; after `coast_s` unseen it is lost and its name
+is used up.
+
+A robot unseen for longer than `confirm_window_s` is not updated by a single detection: its gate is
+wide by then, and one false box inside it would tear it away. Detections there begin a tentative
+track, and when that is confirmed inside the gate, it goes on under the coasting robot's name.
+
+Where robots are, and how well that is known, is the business of the joint filter (`joint`). Its
+gate compares what is known relative to one another: an error that robot and detection share through
+the platform costs nothing, while a drone that flies round a robot with a wrong compass, so that the
+same error points the other way, does not lose it.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aerial_gnss_ros.core.association.matcher import Matcher
+from aerial_gnss_ros.core.association.track import Track
+from aerial_gnss_ros.core.camera.posed_frame import PosedFrame
+from aerial_gnss_ros.core.config.estimator import EstimatorConfig
+from aerial_gnss_ros.core.faults.consistency import InnovationMonitor
+from aerial_gnss_ros.core.filter.joint_filter import JointFilter
+from aerial_gnss_ros.core.geometry.local_map import LocalMap
+from aerial_gnss_ros.core.georeferencing.localization import WaterPoints
+from aerial_gnss_ros.core.georeferencing.measurements import Measurements, inside_any, measurements
+from aerial_gnss_ros.core.identity.encounters import Encounters
+from aerial_gnss_ros.core.identity.label_ambiguity import Spot
+from aerial_gnss_ros.core.identity.labels import Identity
+from aerial_gnss_ros.core.models.platform_model import named_errors
+from aerial_gnss_ros.core.numerics.gaussian import gate_threshold
+from aerial_gnss_ros.core.tracker.box_account import Account, Settled
+from aerial_gnss_ros.core.tracker.confirmation import Naming
+from aerial_gnss_ros.core.tracker.protocol import TrackUpdate
+from aerial_gnss_ros.core.values.detection_frame import DetectionFrame
+from aerial_gnss_ros.core.values.estimates import RobotEstimate, State
+from aerial_gnss_ros.core.values.events import Events
+from aerial_gnss_ros.core.values.rejection import Cause
+
+Array = NDArray[np.float64]
+Indices = NDArray[np.intp]
+
+MAX_TENTATIVE = 300
+"""Tentative tracks kept at once: a frame full of false boxes must not stop the program."""
+
+SOON_NS = 1_000_000_000
+"""A moment for which boxes may be where no robots can be, ns."""
+
+
+class Tracker:
+    """Associates points on the water with robots and filters each robot (see the module)."""
+
+    def __init__(
+        self, config: EstimatorConfig, identity: Identity, log: Events | None = None
+    ) -> None:
+        self.filter = JointFilter(config, log)
+        self._coast_ns = round(config.tracks.coast_s * 1e9)
+        threshold = gate_threshold(config.tracks.gate_probability)
+        self._matcher = Matcher(self.filter, threshold, config.tracks.confirm_window_s)
+        self._encounters = Encounters(self.filter)
+        self._naming = Naming(self.filter, identity, self._encounters, config.tracks)
+        self._account = Account()
+        self.tracks: list[Track] = []
+        self._identity = identity
+        self._local: LocalMap | None = None
+        self._stamp_ns: int | None = None
+        self.reset()
+
+    def reset(self) -> None:
+        """Forget all tracks."""
+        self.end()
+        self.tracks = []
+        self.filter.reset()
+        self._encounters.reset()
+        self._naming.reset()
+        self._stamp_ns = None
+        self._water_altitude = np.nan
+        self._height = np.nan
+        self._matcher.confused = False
+        self._lost_ns: int | None = None
+        self._lost_names: set[str] = set()
+
+    def update(self, frame: PosedFrame, points: WaterPoints, local: LocalMap) -> TrackUpdate:
+        """Take in one image (see `Tracking`)."""
+        self._local = local
+        self._height = frame.pose.height
+        self._water_altitude = frame.pose.altitude - self._height
+        stamp_ns = frame.detections.stamp_ns
+        self._naming.note(stamp_ns)
+        self._matcher.fresh_s = self._naming.pace.window_ns * 1e-9
+        seen = measurements(frame, points, local, self.filter.noise.level)
+        passed = 0.0 if self._stamp_ns is None else (stamp_ns - self._stamp_ns) * 1e-9
+        self._advance(stamp_ns)
+        if not self.filter.look(frame, local):
+            unused = points.valid
+            return TrackUpdate(self._estimates(stamp_ns), {}, unused, np.zeros_like(unused))
+        if self.filter.turned:
+            self._matcher.confuse()
+        confused = self._matcher.confused
+        rows, columns = self._matcher.match(self.tracks, seen, stamp_ns)
+        before = self._strayed()
+        rows, columns, refused = self._correct(seen, rows, columns, stamp_ns)
+        self._doubt(rows, self._strayed() - before, stamp_ns, passed)
+        if confused and not self._matcher.confused:
+            self._come_back(stamp_ns)
+        started = self._start(seen, np.concatenate([columns, refused]), frame.detections)
+        measured = dict(zip(rows.tolist(), seen.index[columns].tolist(), strict=True)) | started
+        self._note(measured, frame.detections)
+        updated = self._confirm(len(seen.index), local, stamp_ns)
+        gated, too_fast = np.zeros((2, len(frame.detections)), dtype=bool)
+        gated[seen.index] = True
+        gated[list(measured.values())] = False
+        gated[seen.index[refused]] = False
+        too_fast[seen.index[refused]] = True
+        names = {self.tracks[row].robot_id: index for row, index in measured.items()}
+        names.pop("", None)
+        stray = {row for row, one in enumerate(self.tracks) if one.strayed and not one.robot_id}
+        stray -= {row for row, one in enumerate(self.tracks) if one.once}
+        self._drop(updated | stray)
+        return TrackUpdate(
+            self._estimates(stamp_ns), names, gated, too_fast, named_errors(*self.filter.platform)
+        )
+
+    def settled(self) -> Settled:
+        """Return what has been decided of boxes since this was asked last (see `Tracking`)."""
+        return self._account.take()
+
+    def end(self) -> None:
+        """Decide on all boxes (see `Tracking`)."""
+        stamp_ns = self._stamp_ns or 0
+        old = [
+            one for one in self.tracks if stamp_ns - one.first_seen_ns > self._naming.pace.window_ns
+        ]
+        self._account.end(old, self._naming.pace.hits, self._naming.images, self._matcher.confused)
+        self._account.end(self.tracks)
+
+    def _note(self, measured: dict[int, int], boxes: DetectionFrame) -> None:
+        """Take in which boxes measured or began which tracks."""
+        centers = boxes.centers.tolist()
+        for row, index in measured.items():
+            self._account.note(self.tracks[row], boxes.stamp_ns, centers[index])
+
+    @property
+    def monitor(self) -> InnovationMonitor:
+        """How well boxes fall where they are expected (see `Tracking`)."""
+        return self.filter.monitor
+
+    def coast(self, stamp_ns: int) -> tuple[RobotEstimate, ...]:
+        """Return the predicted robots at an image without a pose (see `Tracking`)."""
+        self._advance(stamp_ns)
+        return self._estimates(stamp_ns)
+
+    def check(self) -> None:
+        """Check that all numbers are finite and within bounds (see `Tracking`)."""
+        self.filter.check()
+
+    def _advance(self, stamp_ns: int) -> None:
+        """Predict all tracks to an image and drop those unseen for too long."""
+        if self._stamp_ns is not None:
+            self.filter.predict((stamp_ns - self._stamp_ns) * 1e-9)
+        self._stamp_ns = stamp_ns
+        waiting = [track.first_seen_ns for track in self.tracks if track.waits]
+        came = min(waiting, default=stamp_ns)  # for what waits, robots stay until it is decided
+        gone = set()
+        for row, track in enumerate(self.tracks):
+            confirmed = track.state is not State.TENTATIVE
+            patience = self._coast_ns if confirmed else self._naming.pace.window_ns
+            if confirmed:
+                track.state = State.COASTING
+            if (came if confirmed else stamp_ns) - track.last_seen_ns > patience:
+                track.state = State.LOST
+                gone.add(row)
+        self._drop(gone)
+
+    def _drop(self, rows: set[int]) -> None:
+        if rows:
+            ended = [self.tracks[row] for row in rows]
+            self._account.end(
+                ended, self._naming.pace.hits, self._naming.images, self._matcher.confused
+            )
+            kept = [row for row in range(len(self.tracks)) if row not in rows]
+            self.tracks = [self.tracks[row] for row in kept]
+            self.filter.drop(np.array(sorted(rows), np.intp))
+
+    def _correct(
+        self, seen: Measurements, rows: Indices, columns: Indices, stamp_ns: int
+    ) -> tuple[Indices, Indices, Indices]:
+        """Take in measurements; return rows, columns they were corrected with, refused columns."""
+        columns = columns.copy()
+        named = [i for i, row in enumerate(rows.tolist()) if self.tracks[row].robot_id]
+        boxes = columns[named]
+        columns[named] = boxes[
+            self._encounters.take(
+                [self.tracks[rows[i]] for i in named],
+                rows[named],
+                seen.positions[boxes],
+                seen.white[boxes],
+                stamp_ns,
+            )
+        ]
+        impossible = self.filter.correct(seen, rows, columns)
+        refused = columns[:0]
+        if len(impossible):
+            fast = np.isin(rows, impossible)
+            rows, columns, refused = rows[~fast], columns[~fast], columns[fast]
+            for row in impossible:
+                self.tracks[row].strayed = True
+        velocities, edges = self.filter.mean[:, 2:], seen.edge.tolist()
+        spread = self.filter.covariance[:, 2:, 2:]
+        for row, column in zip(rows.tolist(), columns.tolist(), strict=True):
+            swims = velocities[row], spread[row]
+            self.tracks[row].hit(stamp_ns, self._naming.pace.window_ns, *swims, edges[column])
+        return rows, columns, refused
+
+    def _come_back(self, stamp_ns: int) -> None:
+        """Give up what was only seen while robots were not where they should be."""
+        for track in self.tracks:
+            if not track.robot_id and not track.waits and track.last_seen_ns < stamp_ns:
+                track.strayed, track.stray_cause = True, Cause.LOST_PLATFORM
+
+    def _strayed(self) -> int:
+        """Return how many robots with names were refused a box since they were seen."""
+        return sum(track.strayed for track in self.tracks if track.robot_id)
+
+    def _doubt(self, rows: Indices, refused: int, stamp_ns: int, passed: float) -> None:
+        """Take in whether robots explain an image's boxes: one or two cannot outvote a camera.
+
+        Args:
+            rows: that were corrected.
+            refused: number of robots with names to which their boxes were refused.
+            stamp_ns: of the image, ns.
+            passed: time since the last one, s.
+        """
+        named = [self.tracks[row] for row in rows if self.tracks[row].robot_id]
+        lost = self._matcher.confused or (refused and refused >= len(named))
+        if lost and self._lost_ns is None:
+            self._lost_ns = stamp_ns
+            self._lost_names = {
+                track.robot_id for track in self.tracks if stamp_ns - track.last_seen_ns < SOON_NS
+            }
+        if self._lost_ns is None:
+            return
+        if lost or not named:
+            self.filter.doubt(passed)
+            return
+        # What moved robots within a moment, so that they are found again, shows in velocities.
+        soon = stamp_ns - self._lost_ns < SOON_NS
+        old = sum(
+            track.first_seen_ns < self._lost_ns or (soon and track.robot_id in self._lost_names)
+            for track in named
+        )
+        over = 2 * old > len(named)
+        self.filter.doubt(0.0, over=over)
+        if over:
+            self._give_up_doubtful()
+        self._lost_ns = None
+
+    def _start(self, seen: Measurements, columns: Indices, frame: DetectionFrame) -> dict[int, int]:
+        """Begin a track for each measurement left over; return detection indices by row.
+
+        A second box on a robot that has one already (its centre lies in that box, and the class is
+        the same) would only follow the first: it begins nothing and counts as gated, and so does
+        what exceeds `MAX_TENTATIVE`. The best scores come first.
+        """
+        room = MAX_TENTATIVE - sum(track.state is State.TENTATIVE for track in self.tracks)
+        used = seen.index[columns].tolist()
+        begun: list[int] = []
+        taken = set(columns.tolist())
+        left = [column for column in range(len(seen.index)) if column not in taken]
+        for column in sorted(left, key=lambda item: -frame.scores[seen.index[item]]):
+            index = int(seen.index[column])
+            if len(begun) < room and not inside_any(frame, index, used):
+                begun.append(column)
+                used.append(index)
+        first = len(self.tracks)
+        self.filter.begin(seen, np.array(begun, np.intp))
+        for column in begun:
+            stamp_ns, edge = frame.stamp_ns, bool(seen.edge[column])
+            track = Track(str(seen.class_ids[column]), stamp_ns, stamp_ns, hits=deque([stamp_ns]))
+            track.entered = track.leaving = edge
+            self.tracks.append(track)
+        return {first + i: int(seen.index[column]) for i, column in enumerate(begun)}
+
+    def _confirm(self, boxes: int, local: LocalMap, stamp_ns: int) -> set[int]:
+        """Name the tracks that have hits enough; return the rows that they replace."""
+        ready = self._naming.ready(self.tracks, stamp_ns)
+        if self._matcher.confused:
+            regrouped = self._regroup(ready)
+            if regrouped is not None:
+                return regrouped
+        self._return(ready, boxes)
+        back = not self._matcher.confused or self._naming.are_back(self.tracks, ready, boxes)
+        if not back:
+            ready = self._naming.ready(self.tracks, stamp_ns, lasting=True)
+        if not ready:
+            return set()
+        if self._matcher.confused and back:
+            self._give_up_doubtful()
+        self._matcher.confused = False
+        known = {track.robot_id for track in self.tracks}
+        replaced = self._naming.name(self.tracks, ready, stamp_ns, self._height, local, back)
+        if not back or self.filter.unexplained.doubt.any():
+            for row in ready:
+                self.tracks[row].doubtful = self.tracks[row].robot_id not in known
+        self._account.confirm(self.tracks)
+        return replaced
+
+    def _give_up_doubtful(self) -> None:
+        """Give up what was confirmed while robots were elsewhere and is not in view: they are back.
+
+        Its place is that of boxes that were wrong.
+        """
+        for track in self.tracks:
+            if track.doubtful and track.state is State.COASTING:
+                track.robot_id, track.strayed = "", True
+            track.doubtful = False
+
+    def _return(self, ready: list[int], boxes: int) -> None:
+        """Give robots their old places again where boxes show them there, and nowhere else.
+
+        Args:
+            ready: rows of tracks that have hits enough.
+            boxes: of the image.
+        """
+        if any(track.robot_id and track.state is State.CONFIRMED for track in self.tracks):
+            return
+        if not self._naming.are_back(self.tracks, ready, boxes, once=True):
+            return
+        for track in self.tracks:
+            if track.once:
+                for other in self.tracks:
+                    if other.robot_id == track.once:
+                        other.robot_id, other.strayed = "", True
+                track.robot_id, track.once = track.once, ""
+        self.filter.returned()
+        self._give_up_doubtful()
+
+    def _regroup(self, ready: list[int]) -> set[int] | None:
+        """Name tracks by how they lie to one another where all robots are elsewhere.
+
+        Args:
+            ready: rows of tracks that have hits enough.
+
+        Returns:
+            The rows that they replace; None where their formation does not tell.
+        """
+        regrouped = self._naming.regrouped(self.tracks, ready, self._lost_names)
+        if regrouped is None:
+            return None
+        found, formation = regrouped
+        self._matcher.confused = False
+        self.filter.doubt(0.0, over=not formation.moved)
+        if not formation.moved:
+            self._give_up_doubtful()
+        if formation.moved and self._naming.at_home(self.tracks, found):
+            self.filter.returned()
+            self._give_up_doubtful()
+        elif formation.moved:
+            self.filter.displaced(formation.turn, formation.spread)
+        self._lost_ns = None
+        replaced = self._naming.regroup(self.tracks, found, formation.moved)
+        self._account.confirm(self.tracks)
+        return replaced
+
+    def _estimates(self, stamp_ns: int) -> tuple[RobotEstimate, ...]:
+        named = [row for row, track in enumerate(self.tracks) if track.robot_id]
+        if not named or self._local is None:
+            return ()
+        named.sort(key=lambda row: self.tracks[row].robot_id)
+        mean, covariance = self.filter.mean, self.filter.covariance
+        self.filter.add_doubts(covariance)
+        if named != list(range(len(mean))):
+            mean, covariance = mean[named], covariance[named]
+        names = [self.tracks[row].robot_id for row in named]
+        if self._encounters.doubtful:
+            spots = {
+                name: Spot(mean[i, :2].copy(), covariance[i, :2, :2].copy())
+                for i, name in enumerate(names)
+            }
+            for name, more in self._encounters.doubts(spots).items():
+                covariance[names.index(name), :2, :2] += more
+        latitude, longitude = (values.tolist() for values in self._local.places(mean[:, :2]))
+        altitude = float(self._water_altitude)
+        estimates = tuple(
+            RobotEstimate(
+                stamp_ns=stamp_ns,
+                robot_id=track.robot_id,
+                class_id=track.class_id,
+                state=track.state,
+                latitude=latitude[i],
+                longitude=longitude[i],
+                altitude=altitude,
+                position=mean[i, :2],
+                velocity=mean[i, 2:],
+                covariance=covariance[i],
+                last_seen_ns=track.last_seen_ns,
+            )
+            for i, track in enumerate(self.tracks[row] for row in named)
+        )
+        self._identity.remember(estimates)
+        return estimates

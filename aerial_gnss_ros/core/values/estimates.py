@@ -1,0 +1,126 @@
+# Copyright 2026 aerial_gnss_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""What the estimator gives for each image: robots, refusals, the origin of `map`."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from enum import Enum
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aerial_gnss_ros.core.values.camera_pose import CameraPose
+from aerial_gnss_ros.core.values.rejection import Rejection
+
+Array = NDArray[np.float64]
+
+
+class State(str, Enum):
+    """State of a robot's track; only confirmed and coasting ones are published."""
+
+    TENTATIVE = "tentative"
+    CONFIRMED = "confirmed"
+    COASTING = "coasting"
+    LOST = "lost"
+
+    def __str__(self) -> str:
+        return self.value
+
+
+@dataclass(frozen=True)
+class RobotEstimate:
+    """One robot's position at one image.
+
+    Attributes:
+        stamp_ns: the image's stamp, ns.
+        robot_id: `<class>_<n>`, or the name bound to a start.
+        class_id: class name as the detector gave it.
+        state: confirmed (measured in this image) or coasting (predicted).
+        latitude: rad, WGS84.
+        longitude: rad, WGS84.
+        altitude: of the water under the robot above the ellipsoid, m; NaN when unknown.
+        position: (2,) East, North in the frame `map`, m.
+        velocity: (2,) East, North, m/s.
+        covariance: (4, 4) of East, North, velocity East, velocity North; SI. Includes the
+            share of the platform's slowly varying errors.
+        last_seen_ns: stamp of the image that measured it last, ns.
+    """
+
+    stamp_ns: int
+    robot_id: str
+    class_id: str
+    state: State
+    latitude: float
+    longitude: float
+    altitude: float
+    position: Array
+    velocity: Array
+    covariance: Array
+    last_seen_ns: int
+
+    @property
+    def sigma(self) -> float:
+        """One sigma of the position along the larger axis, m."""
+        return math.sqrt(float(np.linalg.eigvalsh(self.covariance[:2, :2])[-1]))
+
+
+@dataclass(frozen=True)
+class MapDatum:
+    """Origin of the local ENU frame `map`: latitude, longitude in rad, altitude in m or NaN."""
+
+    latitude: float
+    longitude: float
+    altitude: float
+
+
+@dataclass(frozen=True)
+class PlatformError:
+    """A slowly varying error of the platform as the filter sees it.
+
+    Attributes:
+        name: such as heading, see `platform_model.PLATFORM`.
+        value: what is added to the measured value to have the true one; m, rad or s.
+        sigma: one sigma of it.
+    """
+
+    name: str
+    value: float
+    sigma: float
+
+    @property
+    def is_angle(self) -> bool:
+        """Whether the value is in rad."""
+        return self.name in ("roll", "pitch", "heading")
+
+
+@dataclass(frozen=True)
+class FrameResult:
+    """What one image gave: estimates ordered by robot_id, and what was refused.
+
+    Attributes:
+        stamp_ns: the image's stamp, ns.
+        frame_id: the image's frame.
+        estimates: confirmed and coasting robots.
+        rejections: detections that gave no position.
+        datum: origin of `map`, None until it is settled.
+        pose: the pose used, None when an input was missing.
+        timings_ms: milliseconds per stage.
+        platform: errors that the filter estimates; empty where nothing was measured.
+        boxes: how many the image had.
+        used: how many boxes it showed to have measured robots, of this image and those before it.
+        late: boxes of images before it that it showed to have measured none (`unconfirmed`).
+    """
+
+    stamp_ns: int
+    frame_id: str
+    estimates: tuple[RobotEstimate, ...]
+    rejections: tuple[Rejection, ...]
+    datum: MapDatum | None
+    pose: CameraPose | None = None
+    timings_ms: dict[str, float] = field(default_factory=dict)
+    platform: tuple[PlatformError, ...] = ()
+    boxes: int = 0
+    used: int = 0
+    late: tuple[Rejection, ...] = ()

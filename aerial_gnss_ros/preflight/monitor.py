@@ -1,0 +1,334 @@
+# Copyright 2026 aerial_gnss_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Watches the estimator's inputs without looking for robots: what `aerial-gnss check` judges.
+
+It takes the same values as the estimator, through the same feed, believes the same stamps, and
+samples the drone's state a few times a second with the same interpolation and the same composition
+of the pose.
+"""
+
+from __future__ import annotations
+
+from collections import Counter, deque
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+from typing import TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aerial_gnss_ros.core.camera.model import CameraModel
+from aerial_gnss_ros.core.config.estimator import EstimatorConfig
+from aerial_gnss_ros.core.geometry.frames import matrix_from_quaternion
+from aerial_gnss_ros.core.geometry.magnetic import declination, true_from_magnetic
+from aerial_gnss_ros.core.telemetry.arrivals import Arrivals
+from aerial_gnss_ros.core.telemetry.buffers import CAMERA_INFO, WATER_LEVEL, Inputs, Lacking
+from aerial_gnss_ros.core.telemetry.clock import Clock, Decision
+from aerial_gnss_ros.core.telemetry.depths import depth_input
+from aerial_gnss_ros.core.telemetry.pose import Posing
+from aerial_gnss_ros.core.telemetry.series import (
+    Sample,
+    fix_series,
+    orientation_series,
+    scalar_series,
+)
+from aerial_gnss_ros.core.values.camera_pose import CameraPose
+from aerial_gnss_ros.core.values.detection_frame import DetectionFrame
+from aerial_gnss_ros.core.values.errors import InputError
+from aerial_gnss_ros.core.values.events import Events
+from aerial_gnss_ros.core.values.rejection import Input, Reason
+from aerial_gnss_ros.core.values.samples import Fix, Orientation, Scalar
+
+Array = NDArray[np.float64]
+V = TypeVar("V", Orientation, Scalar)
+
+STEP_NS = 200_000_000
+KEPT = 18_000
+"""Moments that are kept: one hour."""
+
+_JUMP_NS = 30_000_000_000
+_BACK_NS = 1_000_000_000
+
+
+@dataclass(frozen=True)
+class Moment:
+    """The drone at one time; what is not known is None.
+
+    Attributes:
+        stamp_ns: ns.
+        fix: its position.
+        body: (3, 3) body FLU in ENU (true north).
+        height: above the height's reference, m.
+        pose: of the camera.
+        reason: why there is no pose.
+    """
+
+    stamp_ns: int
+    fix: Fix | None = None
+    body: Array | None = None
+    height: float | None = None
+    pose: CameraPose | None = None
+    reason: Reason | None = None
+
+
+@dataclass
+class Heard:
+    """What came on one input.
+
+    Attributes:
+        count: messages.
+        bad: messages that were no use.
+        trouble: why the last of them was no use.
+        first_arrival_ns: of the first message, ns.
+        last_arrival_ns: of the newest, ns.
+        last_stamp_ns: its stamp, ns.
+        delays_ns: arrival less stamp of the newest messages whose stamps are believed, ns.
+    """
+
+    count: int = 0
+    bad: int = 0
+    trouble: str = ""
+    first_arrival_ns: int = 0
+    last_arrival_ns: int = 0
+    last_stamp_ns: int = 0
+    delays_ns: deque[int] = field(default_factory=lambda: deque(maxlen=500))
+
+    def refuse(self, trouble: str) -> None:
+        """Count a message that is no use; `trouble` says why."""
+        self.bad += 1
+        self.trouble = trouble
+
+    def take_back(self) -> None:
+        """Take back a message that was refused: it is of use after all."""
+        self.bad -= 1
+        self.trouble = self.trouble if self.bad else ""
+
+    @property
+    def rate(self) -> float:
+        """Messages a second; 0 with fewer than two."""
+        span = (self.last_arrival_ns - self.first_arrival_ns) * 1e-9
+        return (self.count - 1) / span if self.count > 1 and span > 0.0 else 0.0
+
+    @property
+    def delay_s(self) -> float:
+        """Median of how much later than its stamp a message arrives, s."""
+        return float(np.median(self.delays_ns)) * 1e-9 if self.delays_ns else 0.0
+
+
+class Watch:
+    """Takes what the feed gives an estimator.
+
+    Args:
+        config: the estimator's parameters.
+
+    Attributes:
+        heard: what came, by input.
+        moments: the drone's states, the oldest first.
+        reasons: how often there was no pose, and why.
+        camera: the newest description.
+        troubles: sentences that say more about a reason.
+    """
+
+    def __init__(self, config: EstimatorConfig) -> None:
+        self.heard: dict[str, Heard] = {}
+        self.moments: deque[Moment] = deque(maxlen=KEPT)
+        self.reasons: Counter[Reason] = Counter()
+        self.camera: CameraModel | None = None
+        self.troubles: set[str] = set()
+        self._config = config
+        self._inputs = Inputs(config)
+        self._posing = Posing(config)
+        # The estimator keeps only what it needs; the sign tests want all there is.
+        self._fixes = fix_series(config.fix.max_gap)
+        self._bodies = orientation_series(config.attitude.max_gap)
+        self._heights = scalar_series(config.height.max_gap)
+        self._wait_ns = round(config.max_wait * 1e9)
+        # What the pose waits for; a camera on a mast has none, and boxes or CameraInfo tell time.
+        self._needed = [i.value for i in Input if self._inputs.state_without_messages(i) is None]
+        held = (CAMERA_INFO, WATER_LEVEL, *map(depth_input, config.depth.by_topic()))
+        self._log = Events()
+        self._arrivals = Arrivals(
+            Clock(self._needed, held), self.heard, Counter(), self._log, self._begin_anew
+        )
+        self._next_ns: int | None = None
+        self._arrival_ns = 0
+        self._name = ""
+
+    @property
+    def events(self) -> list[str]:
+        """Sentences about stamps and clocks."""
+        return self._log.sentences
+
+    def arriving(self, name: str, arrival_ns: int) -> None:
+        """Note that a message of an input is about to be handed to the feed."""
+        self._name, self._arrival_ns = name, arrival_ns
+        heard = self.heard.setdefault(name, Heard(first_arrival_ns=arrival_ns))
+        heard.count += 1
+        heard.last_arrival_ns = arrival_ns
+
+    def add_fix(self, fix: Fix) -> None:
+        """Take a position of the drone."""
+
+        def keep() -> str:
+            trouble = self._inputs.add(Input.FIX, fix)
+            self._fixes.add(replace(fix, valid=False) if trouble else fix)
+            return trouble
+
+        self._arrive(fix.stamp_ns, keep)
+
+    def add_attitude(self, attitude: Orientation) -> None:
+        """Take an orientation of the body."""
+        self._take(Input.ATTITUDE, attitude, self._bodies.add)
+
+    def add_gimbal(self, gimbal: Orientation) -> None:
+        """Take an orientation of the camera."""
+        self._take(Input.GIMBAL, gimbal, lambda _gimbal: None)
+
+    def add_height(self, height: Scalar) -> None:
+        """Take a height of the drone."""
+        self._take(Input.HEIGHT, height, self._heights.add)
+
+    def add_water_level(self, level: Scalar) -> None:
+        """Take a level of the water."""
+        self._arrive(level.stamp_ns, lambda: self._inputs.add_level(level))
+
+    def add_depth(self, _class_id: str, depth: Scalar) -> None:
+        """Note that a robot's depth came: it says nothing of the drone."""
+        self._arrive(depth.stamp_ns, lambda: "")
+
+    def add_camera(self, stamp_ns: int, camera: CameraModel | None) -> None:
+        """Take the camera's description; None when it could not be used."""
+
+        def keep() -> str:
+            self.camera = camera or self.camera
+            return "" if camera is not None else "it describes no usable camera"
+
+        self._arrive(stamp_ns, keep)
+
+    def add_detections(self, frame: DetectionFrame) -> None:
+        """Note that boxes came."""
+        self._arrive(frame.stamp_ns, lambda: "")
+
+    def refuse(self, _name: str, trouble: str) -> None:
+        """Take note of a message that could not be read, and why."""
+        self.heard[self._name].refuse(trouble)
+
+    def advance(self, final: bool = False) -> None:
+        """Sample the drone as far as its inputs allow.
+
+        Args:
+            final: nothing more comes.
+        """
+        self._arrivals.tick(self._arrival_ns)
+        if final:
+            self._arrivals.flush()
+        if self._next_ns is None:
+            return
+        names = [name for name in self._needed if name in self.heard] or list(self.heard)
+        newest = max(self.heard[name].last_stamp_ns for name in names)
+        if self._next_ns - newest > _BACK_NS:  # every clock was set back, one by one
+            self._sample_anew(newest)
+        if newest - self._next_ns > _JUMP_NS:
+            self._next_ns = newest - self._wait_ns
+        while self._next_ns <= newest:
+            samples = self._inputs.at(self._next_ns)
+            waits = newest - self._next_ns < self._wait_ns and not final
+            if isinstance(samples, Lacking) and samples.may_come and waits:
+                return
+            reason = samples.reason if isinstance(samples, Lacking) else None
+            pose = None
+            if not isinstance(samples, Lacking):
+                found = self._posing.pose(samples)
+                pose, reason = (found, None) if isinstance(found, CameraPose) else (None, found)
+                if self._posing.trouble:
+                    self.troubles.add(self._posing.trouble)
+            at_the_end = final and str(reason).startswith("stale_")  # would have come
+            if not at_the_end or newest - self._next_ns >= self._wait_ns:
+                self._keep(self._next_ns, pose, reason)
+            self._next_ns += STEP_NS
+
+    def _keep(self, stamp_ns: int, pose: CameraPose | None, reason: Reason | None) -> None:
+        fix, body = self._fixes.at(stamp_ns), self._bodies.at(stamp_ns)
+        height = self._heights.at(stamp_ns)
+        place = fix.value if isinstance(fix, Sample) and fix.value.valid else None
+        self.moments.append(
+            Moment(
+                stamp_ns,
+                place,
+                self._body(body.value, place) if isinstance(body, Sample) else None,
+                height.value.value if isinstance(height, Sample) else None,
+                pose,
+                reason,
+            )
+        )
+        if reason is not None:
+            self.reasons[reason] += 1
+
+    def _body(self, attitude: Orientation, fix: Fix | None) -> Array | None:
+        body = matrix_from_quaternion(attitude.quaternion)
+        if self._config.attitude.north == "true":
+            return body
+        if fix is None:
+            return None
+        altitude = self._posing.altitude(fix)
+        try:
+            east = declination(fix.latitude, fix.longitude, attitude.stamp_ns, altitude)
+        except InputError:
+            return None
+        return true_from_magnetic(body, east)
+
+    def _take(self, source: Input, value: V, add: Callable[[V], None]) -> None:
+        """Take in a sample, which is added where it is of use."""
+
+        def keep() -> str:
+            trouble = self._inputs.add(source, value)
+            if not trouble:
+                add(value)
+            return trouble
+
+        self._arrive(value.stamp_ns, keep)
+
+    def _arrive(self, stamp_ns: int, keep: Callable[[], str]) -> None:
+        """Take in a message, now or when its stamp is believed.
+
+        Args:
+            stamp_ns: its stamp, ns.
+            keep: keeps its value; returns why it is no use, else empty.
+        """
+        name, arrival_ns = self._name, self._arrival_ns
+
+        def let_in() -> None:
+            trouble, heard = keep(), self.heard[name]
+            if trouble:
+                heard.refuse(trouble)
+            heard.last_stamp_ns = max(stamp_ns, heard.last_stamp_ns)
+            heard.delays_ns.append(arrival_ns - stamp_ns)
+            if self._next_ns is None and (name in self._needed or not self._needed):
+                self._sample_anew(stamp_ns)
+
+        self._arrivals.take(name, stamp_ns, let_in)
+
+    def _begin_anew(self, decision: Decision) -> None:
+        """Forget what was before time began anew, or before the clock of an input was set."""
+        self._log.add(f"{decision}.")
+        if decision.anew:
+            moved = set(self.heard) - set(decision.kept)
+            self._inputs.clear(decision.kept)
+            self.moments.clear()
+            self._next_ns = None
+        else:
+            moved = set(decision.moved)
+            self._inputs.forget(moved)
+        if Input.FIX.value in moved:
+            self._fixes.clear()
+        if Input.ATTITUDE.value in moved:
+            self._bodies.clear()
+        if Input.HEIGHT.value in moved:
+            self._heights.clear()
+        for name in moved & set(self.heard):
+            self.heard[name].last_stamp_ns = 0
+
+    def _sample_anew(self, stamp_ns: int) -> None:
+        """Forget the moments, and go on at a time, rounded up."""
+        self.moments.clear()
+        self._next_ns = -(-stamp_ns // STEP_NS) * STEP_NS

@@ -1,0 +1,196 @@
+# Copyright 2026 aerial_gnss_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Which box of an image belongs to which track, where two tracks may be of one robot."""
+
+from __future__ import annotations
+
+from collections import deque
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from scipy.signal import lfilter
+
+from aerial_gnss_ros.core.association.matcher import STRAINED, Matcher
+from aerial_gnss_ros.core.association.track import STRAIN_IMAGES, Track
+from aerial_gnss_ros.core.faults.noise_level import NoiseLevel
+from aerial_gnss_ros.core.filter.innovation import Comparison
+from aerial_gnss_ros.core.georeferencing.measurements import Measurements
+from aerial_gnss_ros.core.values.estimates import State
+from aerial_gnss_ros.core.values.events import Events
+
+
+def boxes(count):
+    """Return boxes whose places nothing asks for."""
+    squares = np.zeros((count, 2, 2))
+    names, edge = np.full(count, "aqua"), np.zeros(count, bool)
+    return Measurements(np.arange(count), squares[:, 0], squares[:, 0], squares, names, edge)
+
+
+def _joint(pairs, speed=0.0):
+    """Return what a matcher asks of the joint filter, with these pairs of robots and boxes."""
+    return SimpleNamespace(
+        compare=lambda *_: pairs,
+        motion=SimpleNamespace(speed_sigma=speed),
+        monitor=SimpleNamespace(take_matches=lambda *_: None),
+        noise=NoiseLevel(),
+        loosen=lambda *_: None,
+        found=lambda *_: None,
+        log=Events(),
+    )
+
+
+def test_a_near_miss_is_a_free_box_just_outside_the_gate_of_a_robot_without_one():
+    squared = np.array([
+        [1.0, 80.0, 400.0],  # has box 0
+        [50.0, 70.0, 90.0],  # box 1 lies just outside its gate (up to 81)
+        [2.0, 100.0, 300.0],  # only box 0 is near, and that is taken
+    ])  # fmt: skip
+    counted = []
+    rows, columns = np.divmod(np.arange(9), 3)
+    offsets = np.column_stack([np.sqrt(squared.ravel()), np.zeros(9)])
+    pairs = Comparison(rows, columns, offsets, np.tile(np.eye(2), (9, 1, 1)))
+    joint = _joint(pairs)
+    joint.monitor.take_matches = lambda *both: counted.append(both)
+    tracks = [Track("aqua", 0, 9, State.COASTING, f"aqua_{i}", deque([9])) for i in range(3)]
+    seen = boxes(3)
+    Matcher(joint, 9.0, 2.0).match(tracks, seen, 10)
+    assert counted == [(1, 1)]
+
+
+def test_a_robot_that_obeys_its_model_is_loosened_once_in_a_million_images():
+    """Half a squared planar innovation is exponential; `Track.stress` is its fading mean."""
+    drawn = np.random.default_rng(0).exponential(size=3_000_000)
+    share = 1.0 / STRAIN_IMAGES
+    strain = lfilter([share], [1.0, share - 1.0], drawn)
+    track = Track("aqua", 0, 0, strain=0.0)
+    assert [track.stress(2.0 * one) for one in drawn[:50]] == pytest.approx(strain[:50])
+    assert 0 < np.count_nonzero(strain > STRAINED) < 10
+
+
+@pytest.mark.parametrize(
+    ("stray", "began", "hits", "taken"),
+    [
+        (0, None, (), [(0, 0)]),
+        (15, None, (), []),
+        (15, 8, (8,), [(0, 0)]),
+        (15, 6, (6, 7), [(1, 0)]),
+        (15, 5, (5,), [(1, 0)]),
+    ],
+    ids=["clean images", "one box", "a second box", "seen beside", "began before it was missed"],
+)
+def test_a_robot_swerves_with_two_boxes_where_one_may_be_false(stray, began, hits, taken):
+    """A robot last seen at 7 without a box, and a box 1 m beside it, far outside its gate.
+
+    Of 100 images 20 missed a robot. Where 15 showed a false box as well, this may be one in an
+    image that missed the robot. Where it goes on a track that began when the robot was seen no
+    more, the robot has swerved and takes it.
+    """
+    robot = Track("aqua", 0, 7, State.COASTING, "aqua_1", deque([6, 7]))
+    tracks, offsets = [robot], [(1.0, 0.0)]
+    if began is not None:
+        tracks.append(Track("aqua", began, max(hits), State.TENTATIVE, "", deque(hits)))
+        offsets.append((0.05, 0.0))
+    every = np.arange(len(tracks))
+    pairs = Comparison(
+        every,
+        np.zeros_like(every),
+        np.array(offsets),
+        np.tile(0.01 * np.eye(2), (len(every), 1, 1)),
+    )
+    joint = _joint(pairs, speed=0.75)
+    seen = boxes(1)
+    matcher = Matcher(joint, 11.6, 2.0)
+    for _ in range(99):
+        matcher._clutter.take(0, 1, 0, 0)
+    matcher._clutter.take(8, 20, 20, stray)
+    rows, columns = matcher.match(tracks, seen, 9)
+    assert list(zip(rows.tolist(), columns.tolist(), strict=True)) == taken
+
+
+@pytest.mark.parametrize(
+    ("stray", "unseen_s", "image_s", "taken"),
+    [(0, 1.5, 0.1, True), (15, 0.4, 0.1, True), (15, 1.5, 0.1, False), (15, 1.5, 0.5, True)],
+    ids=["clean images", "missed for a moment", "gone", "gone for three slow images"],
+)
+def test_one_box_in_a_wide_gate_is_not_the_robots_where_it_may_be_false(
+    stray, unseen_s, image_s, taken
+):
+    second = 1_000_000_000
+    now = 1000 * second
+    left = now - round(unseen_s * second)
+    joint = _joint(
+        Comparison(np.zeros(1, int), np.zeros(1, int), np.array([[1.0, 0.0]]), np.eye(2)[None])
+    )
+    matcher = Matcher(joint, 11.6, 2.0)
+    matcher._clutter.take(0, 80, 0, 0)
+    for _ in range(99):
+        matcher._clutter.take(0, 0, 0, 0)
+    matcher._clutter.take(now - round(image_s * second), 20, 20, stray)
+    seen = boxes(1)
+    robot = Track("aqua", 0, left, State.COASTING, "aqua_1", deque([left]))
+    rows, _ = matcher.match([robot], seen, now)
+    assert (len(rows) == 1) == taken
+
+
+def test_empty_images_are_images_too():
+    """Otherwise images seem seconds apart when the view is empty, and one box may do anything."""
+    nothing = boxes(0)
+    matcher = Matcher(SimpleNamespace(), 11.6, 2.0)
+    matcher.match([], nothing, 5)
+    assert matcher._clutter.stamp_ns == 5
+
+
+def _image(inside, leaving=()):
+    """Return tracks, pairs and boxes of an image: one box for each track, in its gate or not."""
+    now = 1_000_000_000
+    tracks = [
+        Track(
+            "aqua", 0, now - 1, State.CONFIRMED, f"aqua_{i}", deque([now - 1]), leaving=i in leaving
+        )
+        for i in range(len(inside))
+    ]
+    every = np.arange(len(inside))
+    offsets = [[0.0 if one else 9.0, 0.0] for one in inside]
+    pairs = Comparison(every, every, np.array(offsets), np.tile(np.eye(2), (len(inside), 1, 1)))
+    return tracks, pairs, boxes(len(inside)), now
+
+
+@pytest.mark.parametrize(
+    ("images", "confused"),
+    [
+        ([[False]], False),  # one alone cannot outvote telemetry
+        ([[False, False]], True),
+        ([[True, False]], False),
+        ([[True, False, False]], True),
+        ([[True, True, False]], False),
+        ([[False, False, False], [True, True, True]], False),
+        ([[False, False, False], [True, False]], True),
+        ([[False, False, False], [True, True]], True),  # two boxes may be there by chance
+        ([[False, False, False], [True, True], [True, True]], False),
+        ([[False, False, False], [True], [True]], True),
+        ([[False, False, False], [True], [True], [True]], False),
+        ([[False, False, False], [True], [False], [True], [True]], True),
+    ],
+)
+def test_images_are_believed_again_when_robots_are_where_they_should_be(images, confused):
+    found = []
+    joint = _joint(None)
+    joint.found = lambda rows, *_: found.append(len(rows))
+    matcher = Matcher(joint, 9.0, 2.0)
+    for inside in images:
+        tracks, pairs, seen, now = _image(inside)
+        joint.compare = lambda *_, pairs=pairs: pairs
+        rows, _ = matcher.match(tracks, seen, now)
+        assert len(rows) == found[-1]
+    assert matcher.confused is confused
+
+
+def test_robots_that_left_the_picture_are_not_missing():
+    tracks, pairs, seen, now = _image([True, False, False], leaving=(1, 2))
+    joint = _joint(pairs)
+    matcher = Matcher(joint, 9.0, 2.0)
+    rows, _ = matcher.match(tracks, seen, now)
+    assert rows.tolist() == [0]
+    assert not matcher.confused
+    assert joint.log.take() == []

@@ -1,0 +1,174 @@
+# Copyright 2026 aerial_gnss_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Flights with faulty inputs: nobody dies, nothing is confident and wrong, names are kept."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from aerial_gnss_ros.core.telemetry.buffers import InputState
+from aerial_gnss_ros.core.values.samples import Scalar
+
+NO_ORIGIN = {"map.latitude_deg": math.nan, "map.longitude_deg": math.nan}
+ROBOTS = {"a": (3.0, 22.0), "b": (-12.0, 25.0), "c": (14.0, 34.0)}
+BEGIN_S, END_S, LASTS_S = 9.0, 14.0, 20.0
+
+
+class Flight:
+    """A drone that flies slowly east over robots that stay, with a fault in one input."""
+
+    def __init__(self, sea, name="", change=None, begin=BEGIN_S, end=END_S, values=None):
+        robots = {name: (lambda _t, place=place: place) for name, place in ROBOTS.items()}
+        rng = np.random.default_rng(1)
+        world = sea.World(drone=lambda t: (0.5 * t, 0.0, 30.0), robots=robots, pixel_sigma=1.0)
+        height = world.height
+        world.height = lambda t: replace(height(t), value=30.0 + 0.03 * rng.standard_normal())
+        if name:
+            true = getattr(world, name)
+            setattr(world, name, lambda t: change(true(t), t) if begin <= t < end else true(t))
+        self.world = world
+        self.engine = sea.estimator(NO_ORIGIN | (values or {}))
+        self.results = sea.play(self.engine, world, LASTS_S)
+        self.start_ns = sea.stamp(0.0)
+
+    def rows(self):
+        """Yield time, estimate and its distance to the next robot, m."""
+        true = np.array(list(ROBOTS.values()))
+        for result in self.results:
+            for estimate in result.estimates:
+                # by place on Earth: map's own origin is the first fix
+                found = self.world.local.positions([estimate.latitude], [estimate.longitude])[0]
+                error = true - found
+                best = error[int(np.argmin(np.linalg.norm(error, axis=1)))]
+                yield (result.stamp_ns - self.start_ns) * 1e-9, estimate, best
+
+    def wrong(self):
+        """Return how many positions are beyond 4 sigma and 5 m from every robot."""
+        return sum(
+            float(best @ np.linalg.solve(estimate.covariance[:2, :2], best)) > 16.0
+            and math.hypot(*best) > 5.0
+            for _, estimate, best in self.rows()
+        )
+
+    def reasons(self):
+        """Return the reasons of refused boxes."""
+        return {str(one.reason) for result in self.results for one in result.rejections}
+
+    def check(self, input_name, since=END_S):
+        """Demand what must hold after every fault."""
+        assert self.wrong() == 0
+        assert self.reasons() <= {f"bad_{input_name}"}
+        late = [(one, best) for t, one, best in self.rows() if t > since + 3.0]
+        assert {one.robot_id for one, _ in late} == {"aqua_1", "aqua_2", "aqua_3"}
+        assert all(math.hypot(*best) < 1.0 for _, best in late)
+        assert len(late) == 3 * sum(
+            (r.stamp_ns - self.start_ns) * 1e-9 > since + 3.0 for r in self.results
+        )
+
+
+def covariance(values, bias=33.0):
+    """Return what states a covariance and is wrong by so many metres."""
+
+    def change(fix, _t):
+        stated = np.asarray(values, dtype=np.float64).reshape(3, 3)
+        return replace(fix, covariance=stated, latitude=fix.latitude + bias / 6.4e6)
+
+    return change
+
+
+INF, NAN = math.inf, math.nan
+FIXES = {
+    "zeros": lambda fix, _t: replace(fix, latitude=0.0, longitude=0.0),
+    "longitude's sign": lambda fix, _t: replace(fix, longitude=-fix.longitude),
+    "latitude + 60 deg": lambda fix, _t: replace(fix, latitude=fix.latitude + math.radians(60.0)),
+    "swapped": lambda fix, _t: replace(fix, latitude=fix.longitude, longitude=fix.latitude),
+    "longitude 500": lambda fix, _t: replace(fix, longitude=math.radians(500.0)),
+    "1 km off": lambda fix, _t: replace(fix, latitude=fix.latitude + 1.57e-4),
+    "infinite": covariance([INF, 0, 0, 0, INF, 0, 0, 0, INF]),
+    "not a number": covariance([NAN] * 9),
+    "negative": covariance([-1, 0, 0, 0, -1, 0, 0, 0, -1]),
+    "not positive": covariance([1, 2, 0, 2, 1, 0, 0, 0, 1]),
+    "altitude 1e18": lambda fix, _t: replace(fix, altitude=1e18),
+}
+
+
+@pytest.mark.parametrize("name", FIXES)
+def test_a_fix_that_cannot_be_is_refused_in_flight(sea, name):
+    flight = Flight(sea, "fix", FIXES[name])
+    flight.check("fix")
+    status = flight.engine.inputs["fix"]
+    assert status.bad == 100  # 5 s at 20 Hz
+    assert status.state is InputState.OK
+    assert sum("A message on fix is of no use" in one for one in flight.engine.events) == 1
+
+
+@pytest.mark.parametrize("seconds", [0.1, 0.5, 1.0, 2.0])
+def test_zeros_before_the_first_fix_are_refused(sea, seconds):
+    flight = Flight(sea, "fix", FIXES["zeros"], begin=0.0, end=seconds)
+    flight.check("fix", since=seconds)
+    told = [one for one in flight.engine.events if one.startswith("The origin of map")]
+    assert len(told) == 1
+    assert told[0].startswith("The origin of map is 13.19")
+
+
+def test_first_fixes_far_away_are_outvoted_and_the_origin_moves(sea):
+    """Half a second of a place that may be: no robot is confirmed in it."""
+    values = {"tracks.confirm_hits": 10}
+    flight = Flight(sea, "fix", FIXES["latitude + 60 deg"], begin=0.0, end=0.5, values=values)
+    flight.check("fix", since=3.5)
+    assert math.degrees(flight.results[-1].datum.latitude) == pytest.approx(13.194, abs=1e-3)
+    assert all(result.datum is None for result in flight.results[:30])
+
+
+def test_robots_found_from_a_wrong_place_are_given_up(sea):
+    flight = Flight(sea, "fix", FIXES["latitude + 60 deg"], begin=0.0, end=2.0)
+    rows = [one.robot_id for t, one, _ in flight.rows() if t > 6.0]
+    assert set(rows) == {"aqua_4", "aqua_5", "aqua_6"}
+    assert all(math.hypot(*best) < 1.0 for t, _, best in flight.rows() if t > 6.0)
+    told = [one for one in flight.engine.events if "m from where its fixes were before" in one]
+    assert len(told) == 1
+    assert "robots get new names" in told[0]
+
+
+def test_longitude_500_all_flight_gives_no_position(sea):
+    flight = Flight(sea, "fix", FIXES["longitude 500"], begin=0.0, end=99.0)
+    assert list(flight.rows()) == []
+    assert flight.reasons() == {"bad_fix"}
+    status = flight.engine.inputs["fix"]
+    assert status.state is InputState.BAD
+    assert "500 is no place on Earth" in status.trouble
+    assert any("No message on fix has been of use for 10 s" in one for one in flight.engine.events)
+
+
+def stuck(value):
+    return lambda height, _t: Scalar(height.stamp_ns, value)
+
+
+@pytest.mark.parametrize("value", [1e18, -1e18, NAN, 0.0, 0.3, 0.5, 1.0, 60.0])
+def test_a_height_that_cannot_be_is_refused_in_flight(sea, value):
+    flight = Flight(sea, "height", stuck(value))
+    flight.check("height")
+    assert flight.engine.inputs["height"].bad == 100
+
+
+def test_one_wild_height_costs_the_images_beside_it(sea):
+    flight = Flight(sea, "height", stuck(1e18), begin=9.0, end=9.04)
+    flight.check("height", since=9.0)
+    assert sum(len(result.rejections) for result in flight.results) == 3
+
+
+def test_a_range_finder_at_its_stop_from_the_start(sea):
+    flight = Flight(sea, "height", stuck(0.3), begin=0.0, end=2.0)
+    flight.check("height", since=5.0)
+    assert any("cannot see robots" in one for one in flight.engine.events)
+
+
+def test_the_fixs_altitude_is_judged_where_height_is_made_of_it(sea):
+    values = {"height.source": "none", "fix.altitude_datum": "ellipsoid", "surface.altitude": 0.0}
+    change = lambda fix, _t: replace(fix, altitude=1.0)  # noqa: E731
+    Flight(sea, "fix", change, values=values).check("fix")
+    Flight(sea, "fix", change).check("fix")  # not used, so nothing happens

@@ -1,0 +1,135 @@
+# Copyright 2026 aerial_gnss_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""What a camera may have turned while no robots explained its boxes, and what they tell later."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from aerial_gnss_ros.core.faults.attitude_ambiguity import EPISODES, Unexplained
+from aerial_gnss_ros.core.faults.rotation_fault import MOST
+from aerial_gnss_ros.core.models.measurement_model import pose_jacobian
+
+OFFSETS = np.array([[10.0, 60.0, -80.0], [-20.0, 30.0, -80.0]])
+BY_ANGLES = pose_jacobian(OFFSETS)[:, :, 3:]
+
+
+def _degrees(unexplained):
+    return np.degrees(np.sqrt(np.diag(unexplained.doubt)))
+
+
+def _lost(seconds):
+    """Return it after boxes that no robots explained, 10 a second."""
+    unexplained = Unexplained(MOST)
+    for _ in range(round(10 * seconds)):
+        unexplained.predict(0.1, 1.0)
+        unexplained.take(0.1)
+    return unexplained
+
+
+def test_boxes_that_nobody_explains_make_the_angle_unknown_until_robots_are_back():
+    unexplained = Unexplained(MOST)
+    unexplained.take(0.5)
+    unexplained.take(0.5)
+    # 20 deg/s for a second and what was not noticed at first
+    assert _degrees(unexplained) == pytest.approx(26.0)
+    for _ in range(10):
+        unexplained.take(0.5)
+    assert _degrees(unexplained) == pytest.approx(math.degrees(MOST))
+    unexplained.take(0.0, over=True)
+    assert not unexplained.doubt.any()
+    unexplained.take(0.1)
+    unexplained.take(0.0)  # one image
+    assert not unexplained.doubt.any()
+    unexplained.take(0.5)
+    unexplained.take(0.5)
+    unexplained.take(0.0)  # others than before, or elsewhere
+    assert unexplained.doubt.any()
+
+
+def test_robots_found_where_they_should_be_end_the_doubt():
+    """One box beside a lone robot, which then needs 2 s until it is that robot again."""
+    unexplained = _lost(2.0)
+    spread = 1.8**2 * np.eye(2)  # m², of a robot unseen for 2 s
+    unexplained.found(2.0, BY_ANGLES[0], np.array([0.3, -0.5]), spread)
+    unexplained.take(0.0)
+    assert (_degrees(unexplained) < 1.0).all()
+    # of a robot far from it too, though about the sight of the first one all angles are possible
+    assert (
+        np.sqrt(np.linalg.eigvalsh(BY_ANGLES[1] @ unexplained.doubt @ BY_ANGLES[1].T)).max() < 1.0
+    )
+    unexplained.predict(1.0, 1.0)
+    before = unexplained.doubt
+    unexplained.found(3.0, BY_ANGLES[1], np.array([2.0, 1.0]), 6.0 * np.eye(2))
+    assert np.trace(unexplained.doubt) <= 0.3 * np.trace(before)
+
+
+def test_robots_found_elsewhere_or_anew_do_not():
+    """A camera that turned by 20 deg shows a robot 34 m off; at its gate's edge it is in doubt."""
+    turned = BY_ANGLES[0] @ np.radians([0.0, 20.0, 0.0])
+    unexplained = _lost(2.0)
+    unexplained.found(2.0, BY_ANGLES[0], turned, 1.8**2 * np.eye(2))
+    assert _degrees(unexplained)[1] > 10.0
+    # the same in a gate as wide: neither
+    unexplained = _lost(2.0)
+    unexplained.found(60.0, BY_ANGLES[0], turned, 40.0**2 * np.eye(2))
+    assert _degrees(unexplained)[1] > 10.0
+    # last seen when the camera had already turned
+    unexplained = _lost(2.0)
+    before = unexplained.doubt
+    unexplained.found(1.0, BY_ANGLES[0], np.zeros(2), 1.8**2 * np.eye(2))
+    assert unexplained.doubt == pytest.approx(before)
+
+
+def test_any_number_of_robots_may_be_found():
+    unexplained = _lost(2.0)
+    for _ in range(1000):
+        unexplained.found(2.0, BY_ANGLES[0], np.zeros(2), 1e-4 * np.eye(2))
+        unexplained.found(2.0, BY_ANGLES[1], np.array([50.0, 0.0]), 1e-4 * np.eye(2))
+        assert np.isfinite(unexplained.doubt).all()
+        assert np.linalg.eigvalsh(unexplained.doubt).min() > -1e-12
+
+
+def test_robots_tell_of_all_times_since_they_were_seen():
+    unexplained = _lost(2.0)
+    unexplained.take(0.0)
+    unexplained.predict(5.0, 1.0)
+    for _ in range(10):
+        unexplained.predict(0.1, 1.0)
+        unexplained.take(0.1)
+    spread = 0.1**2 * np.eye(2)
+    # one seen between the two times tells of the second only
+    unexplained.found(2.0, BY_ANGLES[0], np.zeros(2), spread)
+    assert _degrees(unexplained) == pytest.approx([math.degrees(MOST)] * 3, rel=1e-3)
+    # two seen before both: it has not turned, or as much back
+    unexplained.found(8.0, BY_ANGLES[0], np.zeros(2), spread)
+    unexplained.found(8.0, BY_ANGLES[1], np.zeros(2), spread)
+    assert not unexplained.doubt.any()
+
+
+@pytest.mark.parametrize(("back_deg", "share"), [(-30.0, 1.0 / (1.0 + math.exp(3.0))), (20.0, 1.0)])
+def test_telemetry_that_jumps_back_was_wrong_meanwhile(back_deg, share):
+    unexplained = Unexplained(MOST)
+    assert not unexplained.jumped(np.radians([0.0, 0.0, 30.0]), 0.1)
+    for _ in range(10):
+        unexplained.take(0.1)
+        unexplained.predict(0.1, 1.0)
+    before = unexplained.doubt
+    assert unexplained.jumped(np.radians([0.5, 0.0, back_deg]), 0.1) is (share < 1.0)
+    assert unexplained.doubt == pytest.approx(share * before)
+
+
+def test_many_times_are_kept_as_few():
+    unexplained = Unexplained(MOST)
+    for _ in range(20):
+        for _ in range(3):
+            unexplained.predict(0.1, 1.0)
+            unexplained.take(0.1)
+        unexplained.take(0.0)
+        unexplained.predict(1.0, 1.0)
+    assert len(unexplained.episodes) == EPISODES
+    # 12 deg each: 20 (0.3 + 0.3)
+    assert _degrees(unexplained) == pytest.approx([12.0 * math.sqrt(20.0)] * 3)

@@ -1,0 +1,41 @@
+# Copyright 2026 aerial_gnss_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""A position that jumps is believed when it has stayed, and at once when it is back."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from aerial_gnss_ros.core.faults.gnss_jump import PositionJumps
+from aerial_gnss_ros.core.values.events import Events
+
+
+def fly(easts):
+    """Positions each 0.1 s of a drone that hovers, but for jumps; what each image was told."""
+    jumps, place, told = PositionJumps(Events()), 0.0, []
+    for east in easts:
+        now = np.array([east, 0.0, 20.0])
+        settled, jump = jumps.take(now, np.array([place, 0.0, 20.0]), 0.1)
+        place += 0.0 if jump is None else jump[0]
+        told.append((settled, 0.0 if jump is None else float(jump[0]), jumps.returned))
+    return told
+
+
+def test_a_jump_that_stays_is_believed_after_three_seconds():
+    told = fly([0.0] * 3 + [50.0] * 35)
+    assert told[:3] == [(True, 0.0, False)] * 3
+    assert [settled for settled, _, _ in told[3:33]] == [False] * 30
+    assert told[33] == (True, 50.0, False)
+    assert told[34:] == [(True, 0.0, False)] * 4
+
+
+def test_the_way_back_is_believed_at_once():
+    told = fly([0.0] * 3 + [50.0] * 35 + [0.0] * 3)
+    assert told[38] == (True, -50.0, True)
+    assert told[39][:2] == (True, 0.0)
+
+
+def test_another_jump_is_not_the_way_back():
+    told = fly([0.0] * 3 + [50.0] * 35 + [100.0] * 3)
+    assert [settled for settled, _, _ in told[38:]] == [False] * 3
+    assert fly([0.0] * 3 + [50.0] * 5 + [0.0] * 3)[9] == (True, 0.0, False)

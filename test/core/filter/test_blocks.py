@@ -1,0 +1,121 @@
+# Copyright 2026 aerial_gnss_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Robots in several groups answer by row as if they were in one."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from aerial_gnss_ros.core.filter import blocks
+from aerial_gnss_ros.core.filter.blocks import Groups
+from aerial_gnss_ros.core.models.platform_model import COUNT
+
+
+@pytest.fixture
+def five(monkeypatch):
+    """Robot i stands at (i, 2 i), known to 1 m² + i; groups of two."""
+    monkeypatch.setattr(blocks, "GROUP", 2)
+    groups = Groups()
+    groups.clear(np.eye(COUNT))
+    for group, rows, columns in groups.room(np.arange(5)):
+        places = np.stack([columns, 2.0 * columns], axis=1)
+        white = np.eye(2) * (1.0 + columns)[:, None, None]
+        group.add(rows, places, np.zeros((len(rows), 2, COUNT)), white, 0.5)
+    return groups
+
+
+def _east(groups):
+    return groups.mean[:, 0].tolist()
+
+
+def test_rows_keep_their_order_whatever_group_they_are_in(five):
+    assert len(five) == 5
+    assert len(five._groups) == 3
+    assert _east(five) == [0, 1, 2, 3, 4]
+    assert five.covariance[:, 0, 0] == pytest.approx([1, 2, 3, 4, 5])
+
+
+def test_rows_after_a_dropped_one_move_up_and_its_room_is_used(five):
+    five.drop(np.array([1, 2, 3]))
+    assert _east(five) == [0, 4]
+    for group, rows, _ in five.room(np.arange(1)):
+        group.add(rows, np.array([[9.0, 9.0]]), np.zeros((1, 2, COUNT)), np.eye(2)[None], 0.5)
+    assert _east(five) == [0, 4, 9]
+    assert len(five._groups) == 2
+
+
+def test_offsets_between_groups_add_what_is_unsure(five):
+    offsets, spread = five.apart(np.array([0, 3]), np.array([4]))
+    assert offsets[:, 0].tolist() == [[4.0, 8.0], [1.0, 2.0]]
+    assert spread[:, 0, 0, 0] == pytest.approx([1 + 5, 4 + 5])
+
+
+def test_only_robots_named_are_loosened(five):
+    five.loosen(np.array([3]), 1.0, 2.0)
+    assert five.covariance[:, 0, 0] == pytest.approx([1, 2, 3, 4 + 4, 5])
+
+
+def _crowd(size, monkeypatch):
+    """Return five robots with much in common through the platform, in groups of `size`.
+
+    Robot 0 has been followed for long: its velocity is known. Robot 4 is new.
+    """
+    monkeypatch.setattr(blocks, "GROUP", size)
+    groups = Groups()
+    groups.clear(np.diag([1.4, 1.4, 0.1, 1e-4, 1e-4, 7e-4, 0.0]))  # the latency is known
+    rng = np.random.default_rng(7)
+    state, by_platform = rng.normal(size=(5, 4)), rng.normal(size=(5, 4, COUNT))
+    state[4, :2] = state[0, :2] + [0.2, -0.1]
+    own = np.array([np.diag([0.3, 0.2, v, v]) for v in (0.01, 0.5, 0.5, 0.5, 0.5)])
+    own[0, 0, 2] = own[0, 2, 0] = 0.02
+    for group, rows, columns in groups.room(np.arange(5)):
+        group.append(rows, state[columns], by_platform[columns], own[columns])
+    first = groups._groups[0]
+    first.unseen[0], first.manoeuvres.strength[0] = 1.5, 4.0
+    first.turning._sums[:, 0] = np.arange(6.0)
+    return groups
+
+
+def test_a_robot_takes_over_its_history_from_another_group_as_within_one(monkeypatch):
+    """With the same platform in both groups, being in two of them makes no difference."""
+    found = []
+    for size in (5, 2):
+        groups = _crowd(size, monkeypatch)
+        groups.merge(0, 4)
+        assert len(groups._groups) == (1 if size == 5 else 3)
+        assert len(groups) == 5
+        group = groups._groups[-1]
+        found.append((groups.mean[4], groups.covariance[4], group.manoeuvres.strength[-1],
+                      group.turning._sums[:, -1], group.mean[:COUNT],
+                      group.covariance[:COUNT, :COUNT]))  # fmt: skip
+    for whole, parted in zip(*found, strict=True):
+        np.testing.assert_allclose(parted, whole, rtol=1e-9, atol=1e-12)
+    assert found[0][2] == 4.0
+    assert found[1][1][2, 2] < 0.5 * _crowd(2, monkeypatch).covariance[4, 2, 2]
+
+
+def test_a_history_from_another_group_counts_by_the_own_platform(monkeypatch):
+    """Where the groups differ on the platform's errors, the robot is where its own group has it."""
+    groups = _crowd(2, monkeypatch)
+    before, after = groups._groups[0], groups._groups[-1]
+    moved = np.array([0.5, -0.3, 0.1, 0.0, 0.0, 0.01, 0.0])
+    by_platform = before.covariance[COUNT : COUNT + 4, :COUNT] / np.where(
+        np.diag(before.covariance)[:COUNT], np.diag(before.covariance)[:COUNT], 1.0
+    )
+    after.mean[:COUNT] += moved
+    after.mean[COUNT : COUNT + 2] = before.mean[COUNT : COUNT + 2] + by_platform[:2] @ moved
+    place, platform = after.mean[COUNT : COUNT + 2].copy(), after.mean[:COUNT].copy()
+    groups.merge(0, 4)
+    np.testing.assert_allclose(after.mean[COUNT : COUNT + 2], place, atol=1e-9)
+    np.testing.assert_allclose(after.mean[:COUNT], platform, atol=1e-9)
+
+
+def test_the_old_robot_stays_as_it_is_until_it_is_dropped(monkeypatch):
+    groups = _crowd(2, monkeypatch)
+    mean, covariance = groups.mean[:4].copy(), groups.covariance[:4].copy()
+    groups.merge(0, 4)
+    np.testing.assert_array_equal(groups.mean[:4], mean)
+    np.testing.assert_array_equal(groups.covariance[:4], covariance)
+    groups.drop(np.array([0]))
+    assert len(groups) == 4

@@ -1,0 +1,120 @@
+# Copyright 2026 aerial_gnss_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""The latency found in flight, or left open: by its own sigma either is said."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from aerial_gnss_ros.core.config.estimator import estimator_config
+from aerial_gnss_ros.core.estimation.estimator import Estimator
+from aerial_gnss_ros.core.values.estimates import State
+from aerial_gnss_ros.simulation.experiment import CameraClock, Experiment, default_camera
+from aerial_gnss_ros.simulation.feeding import feed
+from aerial_gnss_ros.simulation.flight import FlightPlan, GeneratedFlight
+from aerial_gnss_ros.simulation.robots import SwimPlan
+from aerial_gnss_ros.simulation.sensors import START_NS, sensor_plan
+
+STATED = {"noise.gnss_offset_m": 0.02, "noise.robot_acceleration": 0.01}
+ROBOTS = {"a": lambda _t: (2.0, 18.0), "b": lambda _t: (-3.0, 22.0), "c": lambda _t: (6.0, 24.0)}
+
+
+def _late(sea, late_s, drone, rpy_deg):
+    """A world whose images stamped t show t - late_s."""
+    world = sea.World(drone=drone, rpy_deg=rpy_deg, robots=ROBOTS, pixel_sigma=2.0)
+    seen = sea.World(
+        drone=lambda t: drone(t - late_s), rpy_deg=lambda t: rpy_deg(t - late_s),
+        robots=ROBOTS, pixel_sigma=2.0,
+    )  # fmt: skip
+    world.frame = seen.frame
+    return world
+
+
+def _told(results):
+    found = [one for result in results for one in result.platform if one.name == "latency"]
+    return found[-1].value, found[-1].sigma
+
+
+def _worst(results):
+    """Return the largest error of a confirmed robot at the end, m, and in its own sigmas."""
+    last = next(result for result in reversed(results) if result.pose is not None)
+    places = np.array([place(0.0) for place in ROBOTS.values()])
+    worst = sigmas = 0.0
+    for one in last.estimates:
+        if one.state is State.CONFIRMED:
+            offsets = places - one.position
+            error = offsets[np.argmin(np.linalg.norm(offsets, axis=1))]
+            squared = error @ np.linalg.solve(one.covariance[:2, :2], error)
+            worst = max(worst, float(np.linalg.norm(error)))
+            sigmas = max(sigmas, math.sqrt(squared))
+    return worst, sigmas
+
+
+@pytest.mark.parametrize("late_s", [0.8, -0.6])
+def test_a_camera_that_sways_a_little_tells_it(sea, late_s):
+    """A hover: the gimbal wanders by 0.4 deg and back within 3 to 5 s, at 36 m a quarter metre."""
+    drone = lambda _t: (0.0, 0.0, 30.0)  # noqa: E731
+    rpy_deg = lambda t: (  # noqa: E731
+        0.0, 60.0 + 0.4 * math.sin(1.3 * t), 90.0 + 0.6 * math.sin(2.1 * t + 1.0)
+    )  # fmt: skip
+    world = _late(sea, late_s, drone, rpy_deg)
+    results = sea.play(sea.estimator(STATED | {"noise.latency_s": 0.8}), world, 12.0, telemetry=50)
+    value, sigma = _told(results)
+    assert sigma < 0.06
+    assert abs(value - late_s) < 4.0 * sigma
+    assert abs(value - late_s) < 0.05
+    assert _worst(results)[1] < 4.0
+
+
+@pytest.mark.parametrize(("family", "late_s"), [("hover", 0.4), ("orbit", -0.4)])
+def test_a_steady_flight_leaves_it_open(sea, family, late_s):
+    """No sway at all: robots elsewhere look the same as a latency, and it stays as unknown."""
+    rate = 0.15
+    drone = lambda _t: (0.0, 0.0, 30.0)  # noqa: E731
+    rpy_deg = lambda _t: (0.0, 60.0, 90.0)  # noqa: E731
+    if family == "orbit":
+        drone = lambda t: (28 * math.cos(rate * t), 20 + 28 * math.sin(rate * t), 30.0)  # noqa: E731
+        rpy_deg = lambda t: (0.0, 47.0, math.degrees(rate * t) + 180.0)  # noqa: E731
+    world = _late(sea, late_s, drone, rpy_deg)
+    results = sea.play(sea.estimator(STATED | {"noise.latency_s": 0.3}), world, 12.0, telemetry=50)
+    value, sigma = _told(results)
+    assert sigma > 0.15
+    assert abs(value - late_s) < 4.0 * sigma
+    assert _worst(results)[1] < 4.0
+    assert len({one.robot_id for one in results[-1].estimates}) == len(ROBOTS)
+
+
+@pytest.mark.parametrize(
+    ("family", "late_s", "seed"),
+    [("hover", 0.5, 1), ("hover", -1.0, 2), ("orbit", -0.5, 2), ("orbit", 2.5, 1)],
+)
+def test_simulated_flights_are_honest(family, late_s, seed):
+    """Noise, slow errors and sway of a consumer drone; it is found within what it says."""
+    plan = FlightPlan(kind=family, duration_s=12.0, height_m=30.0, speed_mps=5.0)
+    made = Experiment(
+        GeneratedFlight(plan, seed), default_camera(1280, 720),
+        sensor_plan("consumer", gnss_offset_m=0.02), CameraClock(10.0, late_s),
+        robots=3, swim=SwimPlan(0.0, 0.0, roam_m=1e3, apart_m=3.0), seed=seed,
+    )  # fmt: skip
+    engine = Estimator(
+        estimator_config(
+            STATED | {"noise.latency_s": abs(late_s), "fix.altitude_datum": "ellipsoid"}
+        )
+    )
+    engine.add_camera(START_NS - 10**10, made.camera)
+    feed(engine, made.sensors)
+    for _, _, frame in made.detections():
+        engine.add_detections(frame)
+    value, sigma = _told(engine.flush())
+    assert abs(value - late_s) < 4.0 * sigma
+    assert sigma < 0.15
+    assert not [one for one in engine.events if "max_speed" in one]  # as it becomes known
+    assert max(robot.sigma_m for robot in engine.robots) < 1.2
+
+
+def test_it_is_not_estimated_unless_it_is_asked_for(sea):
+    results = sea.play(sea.estimator(STATED), sea.World(robots=ROBOTS), 2.0)
+    assert "latency" not in {one.name for result in results for one in result.platform}

@@ -1,0 +1,218 @@
+# Copyright 2026 aerial_gnss_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""The joint filter's prediction and correction against a Kalman filter from the textbook."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from scipy.linalg import block_diag, expm
+
+from aerial_gnss_ros.core.camera.model import CameraModel
+from aerial_gnss_ros.core.config.noise import Noise
+from aerial_gnss_ros.core.filter.linearization import Sight
+from aerial_gnss_ros.core.filter.state import Joint
+from aerial_gnss_ros.core.filter.update import HUBER, correct, linearise
+from aerial_gnss_ros.core.geometry.frames import matrix_from_rpy
+from aerial_gnss_ros.core.models.measurement_model import MapPose
+from aerial_gnss_ros.core.models.motion_model import CRUISE_S, HELD_S, TURN_S, Motion
+from aerial_gnss_ros.core.models.platform_model import LATENCY, PlatformModel
+
+MODEL = PlatformModel(Noise(latency_s=0.3), "earth")
+CAMERA = CameraModel(
+    1280, 720, "plumb_bob", np.array([[900.0, 0, 640.0], [0, 900.0, 360.0], [0, 0, 1.0]])
+)
+PLACES = np.array([[-3.0, 20.0], [5.0, 24.0], [1.0, 31.0]])
+
+
+def sight() -> Sight:
+    pose = MapPose(np.array([0.0, 0.0, 30.0]), matrix_from_rpy(0.0, math.radians(50), math.pi / 2))
+    return Sight.of(CAMERA, pose, np.array([2.0, 1.0, 0, 0, 0, 0.05]), 0.0)
+
+
+def crowd() -> Joint:
+    """Three robots with a covariance that is nowhere zero."""
+    joint = Joint(MODEL.stationary(None))
+    by_platform = np.random.default_rng(3).normal(size=(3, 2, 7))
+    joint.add(np.arange(3), PLACES, by_platform, np.tile(0.04 * np.eye(2), (3, 1, 1)), 0.7)
+    joint.mean[:] += 0.01 * np.arange(len(joint.mean))
+    return joint
+
+
+def textbook_step(unseen: float, seconds: float, motion: Motion) -> tuple[np.ndarray, np.ndarray]:
+    """Van Loan's integral (1978) of one robot's motion: straight on, turning, cruising."""
+    held = 2.0 if unseen == 0.0 else HELD_S
+    straight = min(max(held - unseen, 0.0), seconds)
+    parts = [(straight, 0.0, motion.acceleration**2)]
+    turning = min(max(held + TURN_S - unseen - straight, 0.0), seconds - straight)
+    for time, length in ((TURN_S, turning), (CRUISE_S, seconds - straight - turning)):
+        parts.append((length, 1.0 / time, 2.0 * motion.speed_sigma**2 / time))
+    transition, noise = np.eye(2), np.zeros((2, 2))
+    for length, rate, density in parts:
+        A = np.array([[0.0, 1.0], [0.0, -rate]])
+        big = np.block([[-A, np.diag([0.0, density])], [np.zeros((2, 2)), A.T]]) * length
+        exponential = expm(big)
+        step = exponential[2:, 2:].T
+        transition = step @ transition
+        noise = step @ noise @ step.T + step @ exponential[:2, 2:]
+    return np.kron(transition, np.eye(2)), np.kron(noise, np.eye(2))
+
+
+@pytest.mark.parametrize("seconds", [0.033, 0.7, 5.0])
+def test_prediction_is_that_of_the_textbook(seconds):
+    joint, motion = crowd(), Motion(0.05, 0.75)
+    joint.unseen = np.array([0.0, 0.3, 20.0])
+    steps = [textbook_step(float(unseen), seconds, motion) for unseen in joint.unseen]
+    keep = np.exp(-seconds / np.array([300.0] * 6 + [3600.0]))
+    F = block_diag(np.diag(keep), *(step[0] for step in steps))
+    Q = block_diag(np.diag(1.0 - keep**2) @ MODEL.stationary(None), *(step[1] for step in steps))
+    mean, covariance = F @ joint.mean, F @ joint.covariance @ F.T + Q
+    joint.predict(seconds, MODEL, MODEL.stationary(None), motion)
+    np.testing.assert_allclose(joint.mean, mean, rtol=1e-12, atol=1e-12)
+    np.testing.assert_allclose(joint.covariance, covariance, rtol=1e-9, atol=1e-12)
+    np.testing.assert_allclose(joint.unseen, np.array([0.0, 0.3, 20.0]) + seconds)
+
+
+def test_correction_is_that_of_the_textbook():
+    joint = crowd()
+    slots = np.array([2, 0])
+    linear = linearise(sight(), joint.mean[:7], joint.robots[slots, :2])
+    pixels = linear.pixels + np.array([[1.5, -2.0], [0.5, 1.0]])
+    H = np.zeros((4, 19))
+    H[:, :7] = linear.by_platform.reshape(4, 7)
+    H[:2, 15:17], H[2:, 7:9] = linear.by_place[0], linear.by_place[1]
+    white = linear.by_pose.reshape(4, 6)
+    R = white @ np.diag(MODEL.white) @ white.T + MODEL.pixel * np.eye(4)
+    S = H @ joint.covariance @ H.T + R
+    K = joint.covariance @ H.T @ np.linalg.inv(S)
+    residual = (pixels - linear.pixels).ravel()
+    K[LATENCY] = 0.0  # considered, not estimated: Schmidt's filter, its covariance in Joseph's form
+    mean = joint.mean + K @ residual
+    left = np.eye(19) - K @ H
+    covariance = left @ joint.covariance @ left.T + K @ R @ K.T
+    outcome = correct(joint, slots, pixels, sight(), MODEL)
+    np.testing.assert_allclose(joint.mean, mean, rtol=1e-9, atol=1e-10)
+    np.testing.assert_allclose(joint.covariance, covariance, rtol=1e-7, atol=1e-10)
+    assert outcome.count == 4
+    assert outcome.squared == pytest.approx(residual @ np.linalg.inv(S) @ residual)
+    np.testing.assert_array_equal(joint.unseen[slots], 0.0)
+
+
+def test_an_outlier_pulls_no_more_than_at_the_edge_of_what_is_good():
+    pulls = []
+    for distance in (0.0, 20.0, 1000.0, 10000.0):
+        joint = Joint(MODEL.stationary(None))
+        joint.add(np.arange(1), PLACES[:1], np.zeros((1, 2, 7)), 0.01 * np.eye(2)[None], 0.0)
+        pixels = linearise(sight(), np.zeros(7), PLACES[:1]).pixels + np.array([distance, 0.0])
+        before = joint.robots[0, :2].copy()
+        correct(joint, np.array([0]), pixels, sight(), MODEL)
+        pulls.append(float(np.linalg.norm(joint.robots[0, :2] - before)))
+    assert pulls[0] == 0.0
+    assert 0.0 < pulls[1] < pulls[2] < HUBER * 0.1
+    assert pulls[3] == pytest.approx(pulls[2], rel=0.2)
+
+
+def test_adding_and_dropping_leaves_the_others_as_they_are():
+    joint = crowd()
+    mean, covariance = joint.mean.copy(), joint.covariance.copy()
+    by_platform = np.ones((2, 2, 7))
+    joint.add(np.array([3, 4]), PLACES[:2], by_platform, np.tile(np.eye(2), (2, 1, 1)), 0.5)
+    np.testing.assert_array_equal(joint.covariance[:19, :19], covariance)
+    shared = by_platform[0] @ MODEL.stationary(None)
+    np.testing.assert_allclose(joint.with_platform()[3], shared)
+    expected = shared @ by_platform[0].T + np.eye(2)
+    np.testing.assert_allclose(joint.blocks()[3, :2, :2], expected)
+    np.testing.assert_allclose(joint.covariance[19:21, 23:25], expected - np.eye(2))
+    assert joint.blocks()[4, 2, 2] == pytest.approx(0.25)
+    assert np.linalg.eigvalsh(joint.covariance).min() > -1e-12
+    joint.drop(np.array([3, 4]))
+    np.testing.assert_array_equal(joint.mean, mean)
+    np.testing.assert_array_equal(joint.covariance, covariance)
+    joint.drop(np.array([0]))
+    np.testing.assert_array_equal(joint.rows, [1, 2])
+    np.testing.assert_array_equal(joint.robots, mean[7:].reshape(3, 4)[1:])
+
+
+def test_an_error_that_is_switched_off_stays_zero():
+    model = PlatformModel(Noise(), "earth")
+    joint = Joint(model.stationary(None))
+    joint.add(np.arange(1), PLACES[:1], np.ones((1, 2, 7)), np.eye(2)[None], 0.5)
+    for _ in range(3):
+        joint.predict(0.1, model, model.stationary(None), Motion(0.05, 0.75))
+        pixels = linearise(sight(), joint.mean[:7], joint.robots[:, :2]).pixels + 3.0
+        correct(joint, np.arange(1), pixels, sight(), model)
+    assert joint.mean[6] == 0.0
+    assert not joint.covariance[6].any()
+
+
+def test_a_robot_that_surfaces_brings_its_old_knowledge():
+    joint = crowd()
+    joint.mean[7:11] = [1.0, 1.0, 0, 0]
+    joint.mean[11:15] = [1.3, 0.9, 0, 0]
+    H = np.zeros((2, 19))
+    H[:, 7:9], H[:, 11:13] = np.eye(2), -np.eye(2)
+    P = joint.covariance.copy()
+    K = P @ H.T @ np.linalg.inv(H @ P @ H.T + 0.01 * np.eye(2))
+    mean, covariance = joint.mean - K @ H @ joint.mean, P - K @ H @ P
+    joint.tie(0, 1, 0.1)
+    np.testing.assert_allclose(joint.mean, mean, atol=1e-12)
+    np.testing.assert_allclose(joint.covariance, covariance, atol=1e-12)
+
+
+def test_a_jump_makes_places_uncertain_together():
+    joint = crowd()
+    before, relative = joint.covariance.copy(), joint.robots[1, :2] - joint.robots[0, :2]
+    joint.shift(np.array([30.0, 40.0]))
+    np.testing.assert_allclose(joint.robots[1, :2] - joint.robots[0, :2], relative)
+    grown = joint.covariance - before
+    np.testing.assert_allclose(grown[7:9, 7:9], [[900.0, 1200.0], [1200.0, 1600.0]])
+    difference = np.zeros((2, 19))  # robot to robot, and robot to drone, stay as well known
+    difference[:, 7:9], difference[:, 11:13] = np.eye(2), -np.eye(2)
+    np.testing.assert_allclose(difference @ grown @ difference.T, 0.0, atol=1e-9)
+    difference[:, 11:13], difference[:, :2] = 0.0, -np.eye(2)
+    np.testing.assert_allclose(difference @ grown @ difference.T, 0.0, atol=1e-9)
+
+
+def test_an_error_known_from_elsewhere_leaves_what_is_known_given_it():
+    """Only the latency's own law changes: what holds for each latency stays."""
+    joint = crowd()
+    others = np.flatnonzero(np.arange(len(joint.mean)) != LATENCY)
+
+    def given_latency(latency: float) -> tuple[np.ndarray, np.ndarray]:
+        P, mean = joint.covariance, joint.mean
+        by_latency = P[others, LATENCY] / P[LATENCY, LATENCY]
+        return (
+            mean[others] + by_latency * (latency - mean[LATENCY]),
+            P[np.ix_(others, others)] - np.outer(by_latency, P[LATENCY, others]),
+        )
+
+    before = given_latency(0.4)
+    for mean, sigma in ((0.25, 0.02), (0.3, 0.1)):
+        joint.settle(LATENCY, mean, sigma)
+        assert joint.mean[LATENCY] == pytest.approx(mean)
+        assert joint.covariance[LATENCY, LATENCY] == pytest.approx(sigma**2)
+        for now, then in zip(given_latency(0.4), before, strict=True):
+            np.testing.assert_allclose(now, then, rtol=1e-9, atol=1e-9)
+
+
+def test_what_is_forgotten_is_told_by_the_next_image_alone():
+    """As a robot that begins, in mean and covariance, whatever was known of it before."""
+    joint, slots = crowd(), np.array([0, 1])
+    pixels = linearise(sight(), np.zeros(7), PLACES[:2]).pixels
+    joint.settle(LATENCY, 0.0, 0.5)
+    joint.forget(slots, MODEL.stationary(None), 2.0)
+    correct(joint, slots, pixels, sight(), MODEL)
+    np.testing.assert_allclose(joint.robots[:2, :2], PLACES[:2], atol=1e-3)
+    linear = linearise(sight(), np.zeros(7), PLACES[:2])
+    errors = MODEL.stationary(None)
+    errors[LATENCY, LATENCY] = 0.25
+    for i in (0, 1):
+        back = np.linalg.inv(linear.by_place[i])
+        pose = linear.by_pose[i]
+        noise = linear.by_platform[i] @ errors @ linear.by_platform[i].T
+        noise += (pose * MODEL.white) @ pose.T + MODEL.pixel * np.eye(2)
+        np.testing.assert_allclose(
+            joint.blocks()[i, :2, :2], back @ noise @ back.T, rtol=5e-3, atol=5e-3
+        )

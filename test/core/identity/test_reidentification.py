@@ -1,0 +1,165 @@
+# Copyright 2026 aerial_gnss_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""What comes up inside a coasting robot's gate: that robot, another one, or a new one."""
+
+from __future__ import annotations
+
+from collections import deque
+
+import numpy as np
+import pytest
+
+from aerial_gnss_ros.core.association.track import Track
+from aerial_gnss_ros.core.identity import reidentification
+from aerial_gnss_ros.core.identity.reidentification import Reacquisition, twins
+from aerial_gnss_ros.core.identity.return_position import Swims
+from aerial_gnss_ros.core.models.motion_model import Motion
+from aerial_gnss_ros.core.values.estimates import State
+
+SECOND = 1_000_000_000
+MOTION = Motion(0.05, 0.75)
+
+
+def _unseen(count):
+    """Return velocities that nobody has seen."""
+    return Swims(np.zeros((count, 2)), np.broadcast_to(1e4 * np.eye(2), (count, 2, 2)))
+
+
+def _pairs(*places, **more):
+    found, waiting, _ = _pairs_and_odds(*places, **more)
+    return found, waiting
+
+
+def _pairs_and_odds(down, up, unseen_s, newcomers=0.1, waited_s=0.2, beside=True):
+    """Robots went down at `down`, tracks came up at `up` (East, North, m)."""
+    now = 1000 * SECOND
+    left, came = now - round(unseen_s * SECOND), now - round(waited_s * SECOND)
+    tracks = [
+        Track("aqua", 0, left, State.COASTING, f"aqua_{i}", deque([left]), swum=0.4, swum_count=9.0)
+        for i in range(len(down))
+    ]
+    tracks += [
+        Track("aqua", came, now, hits=deque([came, now] if beside else [came + i, now + i]))
+        for i in range(len(up))
+    ]
+    offsets = np.array(up, float)[None] - np.array(down, float)[:, None]
+    variance = MOTION.step(unseen_s, np.full(1, 1e-3))[2][0, 0] + 0.1
+    spread = np.broadcast_to(variance * np.eye(2), (*offsets.shape, 2))
+    n = len(down)
+    came = Reacquisition(MOTION, 11.6, 180.0).pairs(
+        tracks, list(range(n)), list(range(n, len(tracks))), (offsets, spread),
+        _unseen(len(up)), now, 30.0, newcomers,
+    )  # fmt: skip
+    odds = {(one, other - n): p for one, law in came.laws.items() for other, p in law.items()}
+    found = {new - n: old for new, old in came.found.items()}
+    assert came.ended == {*came.laws} - {*came.found.values()}
+    return found, {row - n for row in came.waiting}, odds
+
+
+@pytest.mark.parametrize(
+    ("down", "up", "unseen_s", "newcomers", "found"),
+    [
+        ([(0, 0)], [(3, 2)], 60.0, 1.0, {0: 0}),
+        ([(0, 0)], [(40, 0)], 20.0, 0.1, {}),  # 2 m/s: not inside the gate
+        ([(0, 0)], [(18, 0)], 30.0, 1.0, {}),  # inside, but likelier one that nobody knows yet
+        ([(0, 0)], [(18, 0)], 30.0, 0.0, {0: 0}),  # unless all robots have been seen
+        ([(0, 0), (30, 0)], [(29, 1)], 20.0, 0.1, {0: 1}),
+    ],
+)
+def test_who_came_up(down, up, unseen_s, newcomers, found):
+    """Once it has shown how it swims."""
+    assert _pairs(down, up, unseen_s, newcomers, waited_s=1.5) == (found, set())
+
+
+def test_in_doubt_it_waits_to_show_how_it_swims():
+    """Whether it is that robot, or which is which of two that came up midway."""
+    midway = [(0, 0), (2, 0)], [(1, 0), (1.1, 0)], 10.0
+    assert _pairs(*midway) == ({}, {0, 1})
+    assert _pairs(*midway, waited_s=1.5)[1] == set()
+    assert _pairs([(0, 0)], [(18, 0)], 30.0, 1.0) == ({}, {0})
+
+
+@pytest.mark.parametrize(
+    ("east", "found"),
+    [(1.2, {}), (2.5, {0: 1})],
+    ids=["as good as midway: a new name", "much nearer to one"],
+)
+def test_between_two_robots_it_waits_but_not_for_ever(east, found):
+    assert _pairs([(0, 0), (2, 0)], [(east, 0)], 10.0) == ({}, {0})
+    assert _pairs([(0, 0), (2, 0)], [(east, 0)], 10.0, waited_s=6.0) == (found, set())
+
+
+def test_two_that_come_up_together_are_told_by_how_they_lie():
+    """Both seem 1.2 m further east, so that one seems nearer to the place of the other."""
+    found, waiting = _pairs([(0, 0), (2, 0)], [(3.2, 0), (1.2, 0)], 10.0, waited_s=1.5)
+    assert (found, waiting) == ({0: 1, 1: 0}, set())
+
+
+@pytest.mark.parametrize(
+    ("up", "found", "low", "high"),
+    [
+        ([(0, 0), (6, 0)], {0: 0, 1: 1}, 0.0, 0.2),
+        ([(1, 0), (1.1, 0)], {}, 0.3, 0.5),  # both between the two: nobody knows, new names
+    ],
+)
+def test_how_likely_the_other_way_round_is_told(up, found, low, high):
+    named, _, odds = _pairs_and_odds([(0, 0), (2, 0)], up, 10.0, waited_s=1.5)
+    assert named == found
+    assert low <= odds[0, 1] <= high + 1e-9
+    assert odds[0, 0] == odds[1, 1] == pytest.approx(1.0 - odds[0, 1])
+
+
+def test_three_that_come_up_midway_may_be_each_others_in_a_ring():
+    """Nobody knows any of them: each name is on each track alike, which exchanges of two miss."""
+    down = [(0, 0), (2, 0), (1, 1.732)]
+    _, _, odds = _pairs_and_odds(down, [(1, 0.577)] * 3, 10.0, waited_s=1.5)
+    assert odds == pytest.approx({(i, j): 1 / 3 for i in range(3) for j in range(3)}, abs=0.02)
+
+
+def test_those_that_come_up_one_after_the_other_wait_for_the_last():
+    """The first of three came 6 s ago and would have given up, but the second came just now."""
+    now = 1000 * SECOND
+    down, up = [(0, 0), (2, 0), (1, 2)], [(0.9, 0.5), (1.1, 0.5)]
+    tracks = [
+        Track("aqua", 0, now - 10 * SECOND, State.COASTING, f"aqua_{i}", deque([1]))
+        for i in range(3)
+    ]
+    tracks += [
+        Track("aqua", now - round(ago * SECOND), now, hits=deque([now])) for ago in (6.0, 0.2)
+    ]
+    offsets = np.array(up, float)[None] - np.array(down, float)[:, None]
+    spread = np.broadcast_to(9.0 * np.eye(2), (3, 2, 2, 2))
+    for ready, waits in (([3, 4], {3, 4}), ([3], set())):
+        between = offsets[:, : len(ready)], spread[:, : len(ready)]
+        came = Reacquisition(MOTION, 11.6, 180.0).pairs(
+            tracks, [0, 1, 2], ready, between, _unseen(len(ready)), now, 30.0, 0.1
+        )
+        assert came.waiting == waits
+
+
+def test_two_tracks_that_no_image_shows_together_are_not_two_robots():
+    found, waiting = _pairs([(0, 0), (2, 0)], [(0.9, 0), (1.1, 0)], 10.0, beside=False)
+    assert (found, waiting) == ({}, {0, 1})
+
+
+@pytest.mark.parametrize(
+    ("apart", "hits", "found"),
+    [(0.5, (1, 3), {1: 0}), (0.5, (2, 3), {}), (9.0, (1, 3), {})],
+    ids=["one robot", "seen beside", "far off"],
+)
+def test_a_second_track_on_one_robot_is_folded_into_the_first(apart, hits, found):
+    tracks = [Track("aqua", one[0], one[-1], hits=deque(one)) for one in ((0, 2), tuple(hits))]
+    offsets = np.array([[[0.0, 0.0], [apart, 0.0]], [[-apart, 0.0], [0.0, 0.0]]])
+    spread = np.broadcast_to(0.1 * np.eye(2), (2, 2, 2, 2))
+    assert twins(tracks, [0, 1], (offsets, spread), 11.6) == found
+
+
+def test_absences_of_robots_that_left_the_view_tell_nothing():
+    """60 s, but only where the robot went down and came up well inside the picture."""
+    old, new = (Track("aqua", 0, stamp * SECOND, State.COASTING) for stamp in (10, 70))
+    new.first_seen_ns = 70 * SECOND
+    assert reidentification._absence(old, new) == pytest.approx(60.0)
+    for one, edge in ((old, "leaving"), (new, "entered")):
+        setattr(one, edge, True)
+        assert np.isnan(reidentification._absence(old, new))
+        setattr(one, edge, False)

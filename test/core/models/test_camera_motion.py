@@ -1,0 +1,63 @@
+# Copyright 2026 aerial_gnss_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""The camera's motion as its past tells it, and orientations that jump."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from aerial_gnss_ros.core.geometry.rotation_vectors import rotation_matrix
+from aerial_gnss_ros.core.models.camera_motion import PoseMotion
+from aerial_gnss_ros.core.models.measurement_model import MapPose
+
+STEP_S = 0.1
+UP = np.array([0.0, 0.0, 1.0])
+
+
+def _jumps(degrees):
+    """Return by image the yaws, deg, by which an orientation jumped, of measured yaws, deg."""
+    motion, found = PoseMotion(), {}
+    for i, yaw in enumerate(degrees):
+        pose = MapPose(np.zeros(3), rotation_matrix(np.radians(yaw) * UP))
+        motion.take(pose, STEP_S if i else 0.0)
+        if motion.jump is not None:
+            found[i] = round(float(np.degrees(motion.jump @ UP)))
+    return found
+
+
+@pytest.mark.parametrize(
+    ("degrees", "jumps"),
+    [
+        ([0.0] * 20, {}),
+        ([6.0 * i for i in range(40)], {}),  # 60 deg/s
+        ([0.0] * 20 + [17.0 * i for i in range(9)] + [136.0] * 20, {}),  # begins and ends at once
+        ([0.0] * 20 + [30.0] * 20, {20: 30}),
+        ([0.0] * 20 + [30.0] + [0.0] * 20, {20: 30, 21: -30}),
+        ([0.0] * 20 + [30.0] * 30 + [0.0] * 20, {20: 30, 50: -30}),
+        ([5.0 * i for i in range(20)] + [5.0 * i - 45.0 for i in range(20, 40)], {20: -45}),
+        ([0.0, 0.0, 40.0, 40.0], {2: 40}),
+        ([0.0] * 20 + [15.0] * 20, {}),  # 10 deg, and 9 deg for a tenth of a second, are allowed
+    ],
+    ids=["stays", "turns", "fast", "jumps", "spike", "away and back", "while turning", "at once",
+         "small"],
+)  # fmt: skip
+def test_an_orientation_that_jumps_is_told_from_a_camera_that_turns(degrees, jumps):
+    assert _jumps(degrees) == jumps
+
+
+def test_after_a_jump_it_goes_on_as_before():
+    motion = PoseMotion()
+    for i in range(40):
+        yaw = np.radians(5.0 * i + (30.0 if i >= 30 else 0.0))
+        motion.take(MapPose(np.array([0.2 * i, 0.0, 30.0]), rotation_matrix(yaw * UP)), STEP_S)
+    assert motion.rates == pytest.approx([2.0, 0.0, 0.0, *np.radians(50.0) * UP], abs=1e-6)
+
+
+def test_a_latency_that_is_found_moves_the_pose_and_is_no_jump():
+    motion = PoseMotion()
+    for i in range(10):
+        motion.take(MapPose(np.zeros(3), rotation_matrix(np.radians(5.0 * i) * UP)), STEP_S)
+    motion.move(MapPose(np.zeros(3), rotation_matrix(np.radians(20.0) * UP)))
+    motion.take(MapPose(np.zeros(3), rotation_matrix(np.radians(60.0) * UP)), STEP_S)
+    assert motion.jump is None

@@ -1,0 +1,237 @@
+# Copyright 2026 aerial_gnss_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Stamps that are wrong, clocks that are set, and time that begins anew."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from aerial_gnss_ros.core.telemetry.buffers import InputState
+from aerial_gnss_ros.core.values.rejection import Reason
+from aerial_gnss_ros.core.values.samples import Orientation, Scalar
+
+DAY = 86_400.0
+NEEDED = ("fix", "gimbal", "height", "detections")
+OTHERS = ("attitude", "camera_info", "water_level", "depth")
+ROBOTS = {"a": (3.0, 22.0), "b": (-12.0, 25.0), "c": (14.0, 34.0)}
+NAMES = ["aqua_1", "aqua_2", "aqua_3"]
+
+
+class Player:
+    """Plays a hover with all inputs into an estimator; stamps and the node's clock may be off."""
+
+    def __init__(self, sea, values=None, images=10, telemetry=20):
+        robots = {name: (lambda _t, place=place: place) for name, place in ROBOTS.items()}
+        self.sea, self.images, self.telemetry = sea, images, telemetry
+        self.world = sea.World(robots=robots)
+        self.engine = sea.estimator({"depth.topics": ["depth"]} | (values or {}))
+        self.results = []
+        self.t = 0.0
+
+    def send(self, name, t, off=0.0):
+        """Send one message, stamped so many seconds off."""
+        engine, world = self.engine, self.world
+        ns = self.sea.stamp(t + off)
+        if name == "detections":
+            engine.add_detections(replace(world.frame(t), stamp_ns=ns))
+        elif name == "camera_info":
+            engine.add_camera(ns, self.sea.camera)
+        elif name == "attitude":
+            engine.add_attitude(Orientation(ns, np.array([0.0, 0.0, 0.0, 1.0])))
+        elif name == "water_level":
+            engine.add_water_level(Scalar(ns, 0.0))
+        elif name == "depth":
+            engine.add_depth("", Scalar(ns, 0.0))
+        else:
+            getattr(engine, f"add_{name}")(replace(getattr(world, name)(t), stamp_ns=ns))
+
+    def play(self, seconds, off=None, clock=0.0, without=()):
+        """Go on for so long; `off`: of stamps by input; `clock`: by how much the node's is off."""
+        off = off or {}
+        for i in range(round(seconds * 20)):
+            t = self.t + 0.05 * i
+            k = round(t * 20)
+            for name in ("camera_info", "water_level", "depth", "attitude", *NEEDED):
+                rate = self.images if name in ("detections", "camera_info") else self.telemetry
+                if k % round(20 / rate) == 0 and name not in without:
+                    self.send(name, t, off.get(name, 0.0))
+            self.results += self.engine.advance(self.sea.stamp(t + clock))
+        self.t += seconds
+        return self
+
+    def end(self):
+        """Take what is left; return the results."""
+        self.results += self.engine.flush()
+        return self.results
+
+    def names(self, since):
+        """Return the robots measured in each image stamped later."""
+        return [
+            [e.robot_id for e in r.estimates if str(e.state) == "confirmed"]
+            for r in self.results
+            if r.stamp_ns >= self.sea.stamp(since)
+        ]
+
+    def told(self, words):
+        return [sentence for sentence in self.engine.events if words in sentence]
+
+
+@pytest.fixture
+def player(sea):
+    return lambda *args, **kwargs: Player(sea, *args, **kwargs)
+
+
+@pytest.mark.parametrize("off", [DAY, -DAY, 3.0])
+@pytest.mark.parametrize("name", [*NEEDED, *OTHERS])
+def test_one_wrong_stamp_renames_nobody(player, name, off):
+    flight = player().play(3.0)
+    before = flight.engine.inputs[name]
+    flight.send(name, 3.0, off)
+    flight.play(3.0).end()
+    assert flight.names(1.0) == [NAMES] * 50  # no image is lost either
+    assert flight.engine.happened == Counter()
+    harmless = off < 0.0 and name in ("camera_info", "water_level", "depth")  # sent long ago
+    assert flight.engine.inputs[name].bad - before.bad == (not harmless)
+    assert len(flight.told(f"1 message on {name} refused")) == (not harmless)
+    assert flight.engine.dropped == ({"wrong_stamp": 1} if name == "detections" else {})
+
+
+@pytest.mark.parametrize("off", [DAY, -DAY, 5.0])
+@pytest.mark.parametrize("name", [*NEEDED, "attitude", "camera_info"])
+def test_one_input_with_wrong_stamps_for_5_s_renames_nobody(player, name, off):
+    flight = player().play(6.0).play(2.0, off={name: off})
+    harmless = off < 0.0 and name in ("camera_info", "water_level", "depth")
+    if not harmless and name != "attitude":  # which is not used
+        assert flight.engine.inputs[name].state is InputState.BAD
+        assert "its stamp is" in flight.engine.inputs[name].trouble
+    flight.play(3.0, off={name: off}).play(4.0).end()
+    assert flight.names(12.0) == [NAMES] * 30
+    assert flight.engine.happened == Counter()
+    if name in OTHERS:
+        assert flight.names(1.0) == [NAMES] * 140
+
+
+@pytest.mark.parametrize("off", [DAY, -DAY])
+@pytest.mark.parametrize("name", ["fix", "detections", "attitude", "camera_info"])
+def test_a_wrong_first_stamp_costs_moments(player, name, off):
+    flight = player()
+    flight.send(name, 0.0, off)
+    flight.play(3.0).end()
+    assert flight.names(1.0)[-20:] == [NAMES] * 20
+    assert {e.robot_id for r in flight.results for e in r.estimates} == set(NAMES)
+
+
+@pytest.mark.parametrize("telemetry", [20, 1])
+@pytest.mark.parametrize("clock", [True, False])
+@pytest.mark.parametrize("back", [100.0, 3.5])
+def test_time_that_begins_anew_is_followed_within_a_second(player, telemetry, clock, back):
+    """A bag in a loop; the node's clock goes along (`--clock`) or not."""
+    flight = player(telemetry=telemetry, values={"height.max_gap": 2.5, "gimbal.max_gap": 2.5})
+    flight.t = back
+    flight.play(4.0 if back > 4.0 else 3.5, without=OTHERS[:1])
+    end, flight.t = flight.t, 0.0
+    flight.play(1.15, clock=0.0 if clock else end)
+    assert flight.engine.happened["time_went_backward"] == 1
+    flight.play(2.85, clock=0.0 if clock else end).end()
+    assert flight.engine.happened["time_went_backward"] == 1
+    (told,) = flight.told("Time went backward by")
+    assert "robots get new names" in told
+    stamps = [r.stamp_ns for r in flight.results]
+    again = flight.results[stamps.index(flight.sea.stamp(0.0)) :]
+    assert len(again) == 40  # nothing of the new pass is lost
+    assert not any(r.rejections for r in again[:31])
+    assert [e.robot_id for e in again[-1].estimates] == ["aqua_4", "aqua_5", "aqua_6"]
+    assert again[0].stamp_ns == flight.sea.stamp(0.0)
+
+
+@pytest.mark.parametrize("hours", [3.0, -3.0])
+@pytest.mark.parametrize("clock", [True, False])
+def test_a_clock_that_steps_for_all_is_followed(player, hours, clock):
+    flight = player().play(5.0)
+    off = dict.fromkeys((*NEEDED, *OTHERS), 3600.0 * hours)
+    seen = len(flight.results)
+    flight.play(5.0, off=off, clock=3600.0 * hours if clock else 0.0).end()
+    after = [r for r in flight.results[seen:] if abs(r.stamp_ns - flight.sea.stamp(7.5)) > 9e12]
+    assert len(after) == 50
+    assert sum(bool(r.rejections) for r in after) <= 10
+    assert len(after[-1].estimates) == 3
+
+
+@pytest.mark.parametrize("step", [3600.0, -3600.0])
+def test_the_node_s_clock_alone_may_be_set(player, step):
+    flight = player().play(5.0).play(5.0, clock=step)
+    flight.send("fix", 10.0, DAY)
+    flight.play(2.0, clock=step).end()
+    assert flight.engine.happened == Counter()
+    assert flight.names(6.0) == [NAMES] * 60
+
+
+def test_telemetry_whose_clock_comes_right_is_used(player):
+    """An autopilot before its receiver told it the time."""
+    flight = player().play(3.0, off={"fix": -DAY, "gimbal": -DAY})
+    assert not any(r.estimates for r in flight.results)
+    flight.play(4.0).end()
+    assert flight.names(4.0) == [NAMES] * 30
+    assert len(flight.told("was set")) == 2
+    assert flight.engine.happened == Counter()
+
+
+def test_images_whose_clock_comes_right_are_used(player):
+    flight = player().play(4.0, off={"detections": -DAY}).play(4.0).end()
+    assert [[e.robot_id for e in r.estimates] for r in flight[-30:]] == [NAMES] * 30
+
+
+def test_a_clock_that_stays_elsewhere_is_reported_as_such(player):
+    flight = player().play(5.0).play(15.0, off={"detections": DAY}).end()
+    assert {one.reason for r in flight[-20:] for one in r.rejections} == {Reason.STALE_FIX}
+
+
+@pytest.mark.parametrize("name", NEEDED)
+def test_an_input_may_be_silent(player, name):
+    flight = player().play(4.0).play(20.0, without=(name,)).play(4.0)
+    results = flight.end()
+    assert {e.robot_id for r in results[-10:] for e in r.estimates} == set(NAMES)
+    assert flight.engine.inputs[name].bad == 0
+    assert flight.told("refused: stamped") == []
+
+
+def test_all_may_be_silent_and_messages_may_come_in_a_burst(sea):
+    """Nothing tells the time between: a recording with a gap."""
+    engine, world = sea.estimator(), sea.World(robots={"a": lambda _t: (3.0, 22.0)})
+    sea.play(engine, world, 3.0, until_flush=False)
+    results = sea.play(engine, world, 3.0, begin=40.0)
+    assert all(not r.rejections for r in results)
+    assert engine.happened == Counter()
+    assert engine.inputs["fix"].bad == 0
+
+
+def test_a_camera_on_a_mast_needs_several_images(sea):
+    values = {"fix.source": "constant", "fix.latitude_deg": 13.194, "fix.longitude_deg": -59.6415}
+    values |= {"gimbal.source": "constant", "height.source": "constant", "height.value_m": 30.0}
+    engine = sea.estimator(values)
+    engine.add_camera(sea.stamp(0.0), sea.camera)
+    for i in range(30):
+        engine.add_detections(sea.boxes(0.1 * i, [sea.middle]))
+        engine.advance(sea.stamp(0.1 * i))
+    engine.add_detections(sea.boxes(DAY, [sea.middle]))
+    for i in range(30, 40):
+        engine.add_detections(sea.boxes(0.1 * i, [sea.middle]))
+        engine.advance(sea.stamp(0.1 * i))
+    assert engine.happened == Counter()
+    for i in range(10):
+        engine.add_detections(sea.boxes(-50.0 + 0.1 * i, [sea.middle]))
+        engine.advance(sea.stamp(4.0 + 0.1 * i))
+    assert engine.happened == {"time_went_backward": 1}
+    assert math.isclose(engine.robots[0].last_seen_ns, sea.stamp(-49.1), abs_tol=2.0)
+
+
+def test_what_waits_is_bounded(player):
+    flight = player().play(2.0)
+    for i in range(6000):
+        flight.send("fix", 0.001 * i, DAY)
+    assert len(flight.engine._arrivals._held) <= 4096
