@@ -106,8 +106,8 @@ class Evidence:
         centres: Array,
         names: tuple[str, ...],
     ) -> None:
-        self._motion, self._stamps, self.boxes = motion, stamps_ns, boxes
-        self.tracks, self.layout, self._centres = tracks, layout, centres
+        self._motion, self.stamps_ns, self.boxes = motion, stamps_ns, boxes
+        self.tracks, self.layout, self.centres = tracks, layout, centres
         self.names = names
         self._path_columns, self._path_weights = self._spread_paths()
         self._box_columns, self._box_weights = self._spread_boxes()
@@ -118,11 +118,11 @@ class Evidence:
         """Return where the robots are at each box, (n, 2) m."""
         found = unknowns[self._path_columns]
         along: Array = np.einsum("nak,nk->na", found, self._path_weights)
-        return self._centres[self.tracks] + along
+        return self.centres[self.tracks] + along
 
     def poses(self, unknowns: Array) -> Poses:
         """Return the images' poses as telemetry has them."""
-        return self._motion.at(self._stamps, float(unknowns[LATENCY]), float(unknowns[EXTRA]))
+        return self._motion.at(self.stamps_ns, float(unknowns[LATENCY]), float(unknowns[EXTRA]))
 
     def predicted(self, unknowns: Array) -> Predicted:
         """Return what the model says; lasting errors of boxes are part of it."""
@@ -297,7 +297,7 @@ class Evidence:
         for axis in range(3):
             first = layout.first_fast + axis * layout.fast.count
             own = force[:, 3 + axis, None]
-            np.add.at(gradient, first + layout.fast.columns, own * layout.fast.weights)
+            np.add.at(gradient, first + layout.fast.columns, own * layout.pointing[axis])
         return gradient
 
     def _normal(
@@ -333,7 +333,7 @@ class Evidence:
                 errors[:, number] += unknowns[FIRST_ERROR + CONSTANTS.index(name)]
         for axis in range(3):
             first = layout.first_fast + axis * layout.fast.count
-            pointing = unknowns[first + layout.fast.columns] * layout.fast.weights
+            pointing = unknowns[first + layout.fast.columns] * layout.pointing[axis]
             errors[:, 3 + axis] += pointing.sum(axis=1)
         assert len(at) == len(errors)  # noqa: S101
         return errors
@@ -377,12 +377,14 @@ class Evidence:
         first = [found.by_latency, found.by_extra, found.by_focal]
         parts = [one[:, :, None] for one in first]
         parts.append(found.by_error[:, :, [ERRORS.index(name) for name in CONSTANTS]])
-        fast = layout.fast.weights[:, None, :]
         parts += [
             found.by_error[:, :, k, None] * hats.weights[:, None, :]
             for k, hats in enumerate(layout.slow)
         ]
-        parts += [found.by_error[:, :, 3 + k, None] * fast for k in range(3)]
+        parts += [
+            found.by_error[:, :, 3 + k, None] * weights[:, None, :]
+            for k, weights in enumerate(layout.pointing)
+        ]
         path = self._path_weights[:, None, :]
         parts += [found.by_place[:, :, axis, None] * path for axis in range(2)]
         parts.append(np.broadcast_to(self._box_weights[:, None, :], (len(path), 2, 2)))

@@ -148,19 +148,28 @@ class Layout:
         noise: the noise set.
         fast_s: pointing errors so far apart are independent of one another.
         calm_s: what an error does within so long is no part of the poses, by its name.
+        pointing: (n, 3) how many times their strength pointing errors are at each box.
 
     Attributes:
         slow, fast: knots of the drifts and of the pointing.
+        pointing: weights of the latter about each axis.
         paths: of the robots.
         boxes: knots of the errors of each robot's boxes.
         size: number of unknowns.
     """
 
     def __init__(
-        self, t: Array, tracks: Index, noise: Noise, fast_s: float, calm_s: dict[str, float]
+        self,
+        t: Array,
+        tracks: Index,
+        noise: Noise,
+        fast_s: float,
+        calm_s: dict[str, float],
+        pointing: Array,
     ) -> None:
         self.slow = [Hats.of(t, max(calm_s[name], fast_s), MOST_SLOW) for name in ERRORS]
         self.fast = Hats.of(t, fast_s, len(np.unique(t)) + 1)
+        self.pointing = [one[:, None] * self.fast.weights for one in pointing.T]
         rows = [np.flatnonzero(tracks == robot) for robot in range(int(tracks.max()) + 1)]
         self.paths = [Path.of(t, own, max(PATH_KNOT_S, 1.5 * fast_s)) for own in rows]
         self.boxes = [Hats.of(t[own], BOX_KNOT_S, MOST_BOX) for own in rows]

@@ -39,6 +39,9 @@ ERRORS = ("gnss_east", "gnss_north", "height", "gimbal_roll", "gimbal_pitch", "h
 MOST_SAMPLES = 4000
 LEAST_SAMPLES = 6
 CLEARLY, WINDOW = 4.0, 12
+HALVED, AROUND = 0.5, 5
+"""Interpolating every other sample errs by so much more than interpolating all, as a share; how
+large that is at a time is judged by so many samples round it."""
 """Bends are motion where their mean square over so many lags is so many times that of errors."""
 REFERENCE_S = 1.0
 """Turns slower than this are left out before a camera's roll, pitch and heading are smoothed."""
@@ -133,6 +136,7 @@ class Motion:
         level_s, turn_s = max(errors.calm["level"]), errors.calm["turn"]
         calm = (level_s, level_s, max(errors.calm["height"]), *turn_s)
         self.calm_s = dict(zip(ERRORS, calm, strict=True))
+        self._interpolation = errors.interpolation
         spacing = [float(np.median(np.diff(s))) for s in (turning, level) if len(s) > 1]
         self.sample_s = max(spacing, default=1e9) * 1e-9
 
@@ -159,6 +163,19 @@ class Motion:
             position, velocity = position + lever, velocity + lever_rate
         rotation = matrix_from_quaternion(quaternion)
         return Poses(position, rotation, velocity, _turning(quaternion, rate), known)
+
+    def interpolation(self, stamps_ns: Stamps, latency_s: float, ranges_m: Array) -> Array:
+        """Return one sigma (n, 3) of what interpolated poses err by, rad about the error axes.
+
+        Args:
+            stamps_ns: (n,) of the images.
+            latency_s: the scene was so much earlier.
+            ranges_m: (n,) distances, by which an error of the place is one of direction.
+        """
+        t: Array = np.asarray((stamps_ns - self.start_ns) * 1e-9 - latency_s, dtype=np.float64)
+        turned = self._interpolation["turn"](t)
+        moved = self._interpolation["level"](t).mean(axis=1, keepdims=True)
+        return np.asarray(np.sqrt(turned + moved / np.square(ranges_m)[:, None]))
 
     def _mast(self) -> list[int]:
         """Return times for a camera of which everything is constant."""
@@ -212,11 +229,14 @@ class _Errors:
         angles = drift("gimbal_roll_deg"), drift("gimbal_pitch_deg"), drift("heading_deg")
         self._angles = list(zip(angles, white, strict=True))
         self.calm: dict[str, list[float]] = {}
+        self.interpolation: dict[str, Callable[[Array], Array]] = {}
         self._level = drift("gnss_offset_m"), noise.value("gnss_white_m")
         self._height = drift("height_m"), noise.value("height_white_m")
 
     def level(self, t: Array, values: Array) -> BSpline:
         """Return East and North."""
+        left = left_out(t, values)
+        self.interpolation["level"] = interpolation(t, values - left, [self._level[1]] * 2)
         return self._smoothed("level", t, values, [self._level] * 2)
 
     def height(self, t: Array, values: Array) -> BSpline:
@@ -236,6 +256,15 @@ class _Errors:
         flips = np.sum(values[1:] * values[:-1], axis=1) < 0.0
         values = values.copy()
         values[1:] *= np.where(np.cumsum(flips) % 2 == 1, -1.0, 1.0)[:, None]
+        left = left_out(t, values)
+        base = Rotation.from_quat(left)
+        off = np.einsum(
+            "nji,nj->ni",
+            error_axes_of(base.as_matrix()),
+            (Rotation.from_quat(values) * base.inv()).as_rotvec(),
+        )
+        white = [one[1] for one in self._angles]
+        self.interpolation["turn"] = interpolation(t, off, white)
         slow = _penalised(t, values, np.full(4, _penalty(t, REFERENCE_S)))
         reference = slow(t)
         base = Rotation.from_quat(reference)
@@ -254,6 +283,31 @@ class _Errors:
         before = self.calm.get(name, calm)
         self.calm[name] = [max(pair) for pair in zip(before, calm, strict=True)]
         return found
+
+
+def left_out(t: Array, values: Array) -> Array:
+    """Return values (n, k) as interpolated from every other sample, those being left out."""
+    found = values.copy()
+    for left in (0, 1):
+        kept = np.arange(len(t)) % 2 != left
+        spline = make_interp_spline(t[kept], values[kept], k=min(3, int(kept.sum()) - 1))
+        found[~kept] = spline(t[~kept])
+    return found
+
+
+def interpolation(t: Array, errors: Array, white: list[float]) -> Callable[[Array], Array]:
+    """Return the variance (n, k) that interpolation errs by, as a function of time.
+
+    Args:
+        t: (n,) times of the samples, s.
+        errors: (n, k) of interpolating each from every other one.
+        white: (k,) one sigma of the samples' white noise.
+    """
+    # Weights of -1/16, 9/16, 9/16, -1/16 pass on 0.64 of the white variance.
+    noise = 1.64 * np.square(white)
+    squares = uniform_filter1d(errors**2, AROUND, axis=0, mode="nearest")
+    variance = HALVED**2 * np.maximum(squares - noise, 0.0)
+    return lambda at: np.stack([np.interp(at, t, one) for one in variance.T], axis=1)
 
 
 def adapted(

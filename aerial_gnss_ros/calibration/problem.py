@@ -70,7 +70,7 @@ class Problem:
             stamps = [stamp for stamp in stamps if within_ns[0] <= stamp <= within_ns[1]]
         self.stamps_ns, self.boxes, self._names = _boxes(recording, stamps, most_images)
         gaps = np.diff(self.stamps_ns) * 1e-9
-        self._fast_s = max(motion.sample_s, float(np.median(gaps)) if len(gaps) else 1.0)
+        self._fast_s = float(np.median(gaps)) if len(gaps) else 1.0
         sizes = [camera.width * camera.height for camera, _ in self.boxes.cameras]
         self._clutter = math.log(max(sizes, default=1))
 
@@ -94,7 +94,14 @@ class Problem:
         if not len(rows):
             return None
         own, used = tracks[rows], self.boxes.only(rows)
-        layout = Layout(t[used.images], own, self._noise, self._fast_s, self._motion.calm_s)
+        white = self._pointing(float(np.median(ranges[rows])))
+        coarse = self._motion.interpolation(
+            self.stamps_ns[used.images], latency_s, np.maximum(ranges[rows], 1.0)
+        )
+        pointing = np.sqrt(1.0 + np.square(coarse / white))
+        layout = Layout(
+            t[used.images], own, self._noise, self._fast_s, self._motion.calm_s, pointing
+        )
         centres = np.array(
             [np.median(places[rows][own == r], axis=0) for r in range(own.max() + 1)]
         )
@@ -104,7 +111,7 @@ class Problem:
         unknowns = self._first(evidence, places[rows], float(np.median(ranges[rows])))
         unknowns[LATENCY], unknowns[EXTRA] = latency_s, extra_s
         strengths = np.full(layout.strengths, speed_mps)
-        strengths[FAST], strengths[BOX] = self._pointing(float(np.median(ranges[rows]))), 0.5
+        strengths[FAST], strengths[BOX] = white, 0.5
         state = evidence.start(unknowns, FIRST_PIXELS, strengths)
         known = int(np.sum(poses.known[self.boxes.images]))
         share = known / len(self.boxes.images)

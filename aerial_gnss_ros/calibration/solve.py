@@ -41,7 +41,7 @@ FREE_STEPS = 6
 CAUTION = 1.3
 """Sigmas are so much larger than the likelihood has them: neither robots nor errors are as the
 model says."""
-OF_SAMPLE = 0.015
+OF_SAMPLE = 0.0
 """How a drone moves between two samples is not known: delays are known to so much of their gap."""
 RIVAL_NATS = 6.0
 
