@@ -8,8 +8,8 @@ Flights of a minute over two to four robots: orbits, transits, hovers and pieces
 flight, robots that stay, swim, and both at once, 1 to 30 images and 1 to 50 samples of telemetry a
 second, and any latency within 2.5 s. Sensors and boxes err as the consumer set says; nothing is
 rendered. Of each constant: how often it was determined, error / stated sigma (root mean square,
-largest, and how many lie within 3), and for the latency the Cramér-Rao bound of one who knows how
-robots move. Flight number n is drawn from seed n.
+largest, and how many lie within 3), and for the latency the Cramér-Rao bound
+(`calibration_bound.py`). Flight number n is drawn from seed n.
 """
 
 from __future__ import annotations
@@ -26,13 +26,15 @@ import one_thread  # noqa: F401 - before numpy
 
 # isort: split
 import numpy as np
+from calibration_bound import bound
 from numpy.typing import NDArray
 from tables import keep
 
 from aerial_gnss_ros.adapters.dji_log import read_dji_log
 from aerial_gnss_ros.calibration.fit import Fit
 from aerial_gnss_ros.calibration.recording import Recording
-from aerial_gnss_ros.calibration.solve import bound, calibrate
+from aerial_gnss_ros.calibration.search import MOST_IMAGES
+from aerial_gnss_ros.calibration.solve import calibrate
 from aerial_gnss_ros.core.config.estimator import EstimatorConfig, estimator_config
 from aerial_gnss_ros.core.values.errors import InputError
 from aerial_gnss_ros.simulation.experiment import CameraClock, Experiment, default_camera
@@ -124,11 +126,10 @@ def flown(number: int) -> dict[str, Any]:
     except InputError as error:
         fit, about["refused"] = None, str(error)
     about["seconds"] = time.process_time() - began
-    speeds = dict(zip(("still", "swimming", "mixed"), (1e-3, 0.3, 0.3), strict=True))
-    about["bound_s"] = bound(recording, made.clock.latency_s, speeds[about["swim"]])
+    about["bound_s"] = bound(made, recording, MOST_IMAGES)
     about["found"] = {}
     if fit is not None:
-        about |= {"trouble": list(fit.trouble), "doubts": fit.doubts, "pixel": fit.residual_px}
+        about |= {"trouble": list(fit.misfit), "doubts": fit.ambiguities, "pixel": fit.residual_px}
         about["speeds"] = list(fit.speeds_mps)
         for name in fit.names:
             value, sigma = fit.value(name)

@@ -2,168 +2,168 @@
 # SPDX-License-Identifier: Apache-2.0
 """The Cramér-Rao bound of a latency that is calibrated from a simulated flight.
 
-It is the bound of one who knows what no calibration does: how fast each robot swims, how the camera
-truly moved where telemetry was sampled, and how large at each time the errors of interpolating
-between samples are. What remains unknown are the constants, the drifts of the platform's errors (as
-the noise set has them), the white noise of boxes and samples, the robots' paths, and the errors of
-interpolation themselves. A bound without the latter, which is what a noise set alone states, is not
-one of data whose samples are a second apart: there they exceed the samples' noise several times.
+It is the bound of one who knows what no calibration does: how fast each robot swims, the camera's
+true pose at the samples' times, and how large at each time the errors of poses between them are.
+Unknown remain the constants, the drifts of the platform's errors (as the noise set has them),
+the white noise of boxes and samples, the robots' paths, and those errors
+themselves.
+
+These errors belong to the data. With samples a second apart they exceed the samples' own noise
+several times, and a bound that lacks them is below what any estimator can reach.
 """
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import make_interp_spline
 from scipy.ndimage import uniform_filter1d
 from scipy.spatial.transform import Rotation
 
-from aerial_gnss_ros.calibration.evidence import Evidence
-from aerial_gnss_ros.calibration.layout import (
-    BOX,
-    EXTRA,
-    FAST,
+from aerial_gnss_ros.calibration.measurement_model import MeasurementModel
+from aerial_gnss_ros.calibration.motion import Motion, Stamps
+from aerial_gnss_ros.calibration.pose_errors import error_axes_of
+from aerial_gnss_ros.calibration.prior import POINTING_TIME_S
+from aerial_gnss_ros.calibration.problem import Linked, Problem
+from aerial_gnss_ros.calibration.recording import Recording
+from aerial_gnss_ros.calibration.unknowns import (
     FIRST_ROBOT,
+    FIX_DELAY,
     FOCAL,
     LATENCY,
-    POINTING_TIME_S,
+    POINTING,
 )
-from aerial_gnss_ros.calibration.motion import ERRORS, Poses, Stamps, error_axes_of
-from aerial_gnss_ros.calibration.problem import Problem
-from aerial_gnss_ros.calibration.recording import Recording
-from aerial_gnss_ros.core.frames import quaternion_from_matrix
-from aerial_gnss_ros.core.geodesy import enu_from_geodetic
-from aerial_gnss_ros.core.noise import Noise
+from aerial_gnss_ros.core.config.estimator import EstimatorConfig
+from aerial_gnss_ros.core.config.noise import Noise
+from aerial_gnss_ros.core.geometry.geodesy import enu_from_geodetic
 from aerial_gnss_ros.simulation.experiment import Experiment
+from aerial_gnss_ros.simulation.feeding import feed
 from aerial_gnss_ros.simulation.sensors import START_NS
 
 Array = NDArray[np.float64]
 
-STEP_S = 0.01
 STILL_MPS = 1e-3
 LASTING_PX = 0.05
+TELEMETRY = (
+    "gnss_offset_m", "gnss_white_m", "heading_deg", "gimbal_pitch_deg", "gimbal_roll_deg",
+    "height_m", "attitude_white_deg", "gimbal_white_deg", "height_white_m",
+)  # fmt: skip
 RATE_HZ = 0.5 / POINTING_TIME_S
 """White samples at this rate err as much over a long time as a process of the same sigma does that
 stays for the time of pointing errors."""
-FINE = 20
-"""Points between two samples at which the error of interpolation is looked at."""
+FINE_S, SAMPLES = 0.02, 3
+"""Poses are compared with the true ones so often; errors are averaged over so many samples."""
 
 
-class TrueMotion:
-    """A flight's true poses in the recording's `map`, as `calibration.motion.Motion` gives them.
+class ExactMotion(Motion):
+    """Poses from samples without noise, smoothed as those of a calibration, and what they err by.
 
     Args:
         made: the flight.
+        config: the estimator's parameters.
     """
 
-    def __init__(self, made: Experiment) -> None:
-        self._flight, plan = made.flight, made.sensors_plan
-        self.start_ns, self.calm_s = START_NS, dict.fromkeys(ERRORS, 0.0)
-        self._sample_s = 1.0 / plan.gimbal_hz, 1.0 / plan.fix_hz
-        origin, first = made.flight.origin, next(made.sensors.fixes())
+    def __init__(self, made: Experiment, config: EstimatorConfig) -> None:
+        exact = Recording(config)
+        feed(exact, made.sensors, true=True)
+        super().__init__(exact)
+        self._flight = made.flight
+        origin, first = made.flight.origin, next(made.sensors.fixes(true=True))
         self.origin = enu_from_geodetic(
             first.latitude, first.longitude, 0.0, origin.latitude, origin.longitude, 0.0
         )[:2]
-
-    def at(self, stamps_ns: Stamps, latency_s: float, _extra_s: float) -> Poses:
-        """Return true poses; fixes are never later than orientations."""
-        t = (stamps_ns - START_NS) * 1e-9 - latency_s
-        here = self._flight.sample(t)
-        early, late = self._flight.sample(t - STEP_S), self._flight.sample(t + STEP_S)
-        turn = late.enu_from_camera @ early.enu_from_camera.swapaxes(1, 2)
-        position = here.camera.copy()
-        position[:, :2] -= self.origin
-        return Poses(
-            position, here.enu_from_camera, (late.camera - early.camera) / (2.0 * STEP_S),
-            Rotation.from_matrix(turn).as_rotvec() / (2.0 * STEP_S), np.ones(len(t), dtype=bool),
-        )  # fmt: skip
+        """Of the recording's `map` in the flight's chart, East and North, m."""
+        margin = made.clock.latency_s
+        self._fine = np.arange(
+            min(0.0, -margin), made.flight.duration_s + max(0.0, -margin), FINE_S
+        )
+        poses = self.at((START_NS + self._fine * 1e9).astype(np.int64), 0.0, 0.0)
+        true = made.flight.sample(self._fine)
+        turned = Rotation.from_matrix(
+            poses.rotation @ true.enu_from_camera.swapaxes(1, 2)
+        ).as_rotvec()
+        self._turned = np.einsum("nji,nj->ni", error_axes_of(true.enu_from_camera), turned)
+        self._moved = poses.position[:, :2] + self.origin - true.camera[:, :2]
 
     def interpolation(self, stamps_ns: Stamps, latency_s: float, ranges_m: Array) -> Array:
-        """Return one sigma (n, 3) of interpolating samples without noise, rad."""
+        """Return one sigma (n, 3) of these poses, rad about the error axes."""
         t = (stamps_ns - START_NS) * 1e-9 - latency_s
-        turns, levels = self._sample_s
-        fine = _fine(t, turns)
-        rotations = self._flight.sample(fine).enu_from_camera
-        at = _samples(fine, turns)
-        quaternions = quaternion_from_matrix(self._flight.sample(at).enu_from_camera)
-        flips = np.cumsum(np.sum(quaternions[1:] * quaternions[:-1], axis=1) < 0.0) % 2 == 1
-        quaternions[1:][flips] *= -1.0
-        made = Rotation.from_quat(make_interp_spline(at, quaternions, k=3)(fine)).as_matrix()
-        turned = Rotation.from_matrix(made @ rotations.swapaxes(1, 2)).as_rotvec()
-        angles = np.einsum("nji,nj->ni", error_axes_of(rotations), turned)
-        places = _fine(t, levels)
-        at = _samples(places, levels)
-        path = make_interp_spline(at, self._flight.sample(at).camera[:, :2], k=3)
-        off = path(places) - self._flight.sample(places).camera[:, :2]
-        moved = _around(t, places, off).mean(axis=1) / np.square(ranges_m)
-        return np.asarray(np.sqrt(_around(t, fine, angles) + moved[:, None]))
+        width = max(1, round(SAMPLES * self.sample_s / FINE_S))
+        away = _around(t, self._fine, self._moved, width).mean(axis=1) / np.square(ranges_m)
+        return np.asarray(np.sqrt(_around(t, self._fine, self._turned, width) + away[:, None]))
 
 
-def _fine(t: Array, sample_s: float) -> Array:
-    first, last = np.floor(t.min() / sample_s) - 3, np.ceil(t.max() / sample_s) + 3
-    return np.asarray(sample_s * np.arange(first, last + 0.5 / FINE, 1.0 / FINE))
-
-
-def _samples(fine: Array, sample_s: float) -> Array:
-    return np.asarray(sample_s * np.arange(round(fine[0] / sample_s), fine[-1] / sample_s + 0.5))
-
-
-def _around(t: Array, fine: Array, errors: Array) -> Array:
-    """Return mean squares over three samples round each time."""
-    squares = uniform_filter1d(errors**2, 3 * FINE, axis=0, mode="nearest")
+def _around(t: Array, fine: Array, errors: Array, width: int) -> Array:
+    """Return mean squares round each time."""
+    squares = uniform_filter1d(errors**2, width, axis=0, mode="nearest")
     return np.stack([np.interp(t, fine, one) for one in squares.T], axis=1)
 
 
-def _speeds(made: Experiment, motion: TrueMotion, evidence: Evidence) -> Array:
-    """Return one sigma of each robot's velocity (robots,), m/s: a third where it swims.
-
-    A robot of the fit is the true one whose middle place is nearest.
-    """
-    times = np.linspace(0.0, made.flight.duration_s, 100) - made.clock.latency_s
-    middle = np.median(made.swarm.positions(times)[..., :2], axis=1) - motion.origin
-    away = np.linalg.norm(evidence.centres[:, None] - middle[None], axis=2)
-    speeds = made.swarm.speeds[np.argmin(away, axis=1)]
-    return np.maximum(speeds / np.sqrt(2.0), STILL_MPS)
+def _speeds(made: Experiment, motion: ExactMotion, linked: Linked) -> Array:
+    """Return the velocity's sigma (robots,) at which each robot's true path is likeliest, m/s."""
+    model = linked.evidence.model
+    places = model.places(linked.state.unknowns)
+    scenes = (model.stamps_ns[model.boxes.images] - START_NS) * 1e-9 - made.clock.latency_s
+    true = made.swarm.positions(scenes)[..., :2] - motion.origin
+    speeds = []
+    for path, centre in zip(model.layout.paths, model.centres, strict=True):
+        away = np.linalg.norm(true[:, path.rows] - places[path.rows], axis=2).mean(axis=1)
+        own = true[np.argmin(away), path.rows] - centre
+        table = np.zeros((len(path.rows), path.count))
+        np.put_along_axis(table, path.columns, path.weights, axis=1)
+        found = np.linalg.solve(table.T @ table + 1e-6 * path.rough, table.T @ own)
+        square = float(np.sum(found * (path.rough @ found))) / (2.0 * (path.count - 1))
+        speeds.append(max(math.sqrt(max(square, 0.0)), STILL_MPS))
+    return np.array(speeds)
 
 
 def _set_pointing(
-    made: Experiment, motion: TrueMotion, evidence: Evidence, noise: Noise
+    made: Experiment, motion: ExactMotion, model: MeasurementModel, noise: Noise
 ) -> float:
     """Set how large pointing errors are at each box, and return their strength, rad.
 
     White noise of samples averages out over the time for which pointing errors stay.
     """
-    layout, images, plan = evidence.layout, evidence.boxes.images, made.sensors_plan
-    poses = evidence.poses(np.zeros(layout.size))
-    stamps = evidence.stamps_ns[images]
-    offsets = evidence.places(np.zeros(layout.size)) - poses.position[images, :2]
+    layout, images, plan = model.layout, model.boxes.images, made.sensors_plan
+    poses = model.poses(np.zeros(layout.size))
+    stamps = model.stamps_ns[images]
+    offsets = model.places(np.zeros(layout.size)) - poses.position[images, :2]
     ranges = np.hypot(np.hypot(*offsets.T), poses.position[images, 2])
     turned = np.radians(noise.value("gimbal_white_deg")) ** 2 / max(plan.gimbal_hz, RATE_HZ)
     moved = (noise.value("gnss_white_m") / np.median(ranges)) ** 2 / max(plan.fix_hz, RATE_HZ)
     white = np.sqrt(RATE_HZ * (turned + moved))
     between = motion.interpolation(stamps, made.clock.latency_s, ranges)
     profile = np.sqrt(1.0 + np.square(between / white))
-    layout.pointing = [one[:, None] * layout.fast.weights for one in profile.T]
+    layout.pointing_weights = [one[:, None] * layout.pointing.weights for one in profile.T]
     return float(white)
 
 
 def bound(made: Experiment, recording: Recording, most_images: int) -> float:
-    """Return the least sigma of the latency, s; infinite where no robot is seen often enough."""
+    """Return the least sigma of the latency, s; infinite where no robot is seen often enough.
+
+    The smaller one of smoothing telemetry as a calibration does, which trades fast motion for fast
+    drift, and of taking the samples as they are.
+    """
+    config = recording.config
+    quiet = replace(config, noise=replace(config.noise, **dict.fromkeys(TELEMETRY, 0.0)))
+    ways = ExactMotion(made, config), ExactMotion(made, quiet)
+    return min(_bound(made, recording, motion, most_images) for motion in ways)
+
+
+def _bound(made: Experiment, recording: Recording, motion: ExactMotion, most_images: int) -> float:
     latency_s, noise = made.clock.latency_s, recording.config.noise
-    motion = TrueMotion(made)
-    problem = Problem(recording, motion, most_images)  # type: ignore[arg-type]
-    linked = problem.evidence(latency_s, 0.0)
+    linked = Problem(recording, motion, most_images).evidence(latency_s, 0.0)
     if linked is None:
-        return float("inf")
-    evidence, state = linked.evidence, linked.state
-    strengths = np.full(evidence.layout.strengths, LASTING_PX)
-    strengths[FIRST_ROBOT:] = _speeds(made, motion, evidence)
-    strengths[FAST] = _set_pointing(made, motion, evidence, recording.config.noise)
-    state = replace(state, strengths=strengths, pixel=noise.value("box_center_px"))
-    held = frozenset({EXTRA, FOCAL})
+        return math.inf
+    evidence = linked.evidence
+    sigmas = np.full(evidence.model.layout.processes, LASTING_PX)
+    sigmas[FIRST_ROBOT:] = _speeds(made, motion, linked)
+    sigmas[POINTING] = _set_pointing(made, motion, evidence.model, noise)
+    state = replace(linked.state, sigmas=sigmas, pixel=noise.value("box_center_px"))
+    held = frozenset({FIX_DELAY, FOCAL})
     state = evidence.descend(state, 3, held | {LATENCY}, adapt=False)
     state = evidence.evaluated(state, held)
-    pick = np.eye(1, evidence.layout.size, LATENCY)
+    pick = np.eye(1, evidence.model.layout.size, LATENCY)
     return float(np.sqrt(evidence.covariance(state, pick)[0, 0]))

@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Whether a calibration can be believed: both halves say the same, and boxes fit."""
+"""Consistency checks: both halves of a recording agree, and the boxes fit."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aerial_gnss_ros.calibration.evidence import HUBER
-from aerial_gnss_ros.calibration.layout import FIRST_ROBOT
-from aerial_gnss_ros.calibration.search import Found, Search
+from aerial_gnss_ros.calibration.search import Candidate, Search
+from aerial_gnss_ros.calibration.unknowns import FIRST_ROBOT
 from aerial_gnss_ros.core.config.estimator import EstimatorConfig
 
 Array = NDArray[np.float64]
@@ -19,18 +19,18 @@ Array = NDArray[np.float64]
 AGREE = 2.0
 OUTLIERS = 0.08
 FASTER = 1.25
-"""How much faster than robots can be is more than chance in how fast they were."""
+"""A path may be so much faster than `tracks.max_speed` by noise alone."""
 COARSE_BOXES = 0.006
 """White noise of boxes beyond this share of the image's width is more than a detector's."""
 
 
-def agreed(search: Search, best: Found, held: frozenset[int], delays: list[int]) -> Array:
-    """Return by how much sigmas of the delays must grow for both halves to agree, (k,)."""
+def disagreement(search: Search, best: Candidate, held: frozenset[int], delays: list[int]) -> Array:
+    """Return the factors (k,) by which the delays' sigmas must grow for the halves to agree."""
     fits = [search.half(best, held, late) for late in (False, True)]
     factors = np.ones(len(delays))
     if fits[0] is None or fits[1] is None:
         return factors
-    picks = [np.eye(one.evidence.layout.size)[delays] for one in fits if one is not None]
+    picks = [np.eye(one.evidence.model.layout.size)[delays] for one in fits if one is not None]
     values, spreads = [], []
     for one, pick in zip(fits, picks, strict=True):
         assert one is not None  # noqa: S101
@@ -40,21 +40,21 @@ def agreed(search: Search, best: Found, held: frozenset[int], delays: list[int])
     return np.asarray(np.maximum(1.0, off / AGREE))
 
 
-def trouble(best: Found, config: EstimatorConfig) -> tuple[str, ...]:
+def misfit(best: Candidate, config: EstimatorConfig) -> tuple[str, ...]:
     """Return why boxes do not fit, sentences; empty where they do."""
     state, found = best.state, []
     share = float(np.mean(state.distances > HUBER * 1.4))
-    width = max(camera.width for camera, _ in best.evidence.boxes.cameras)
+    width = max(camera.width for camera, _ in best.evidence.model.boxes.cameras)
     if state.pixel > max(COARSE_BOXES * width, 3.0 * config.noise.value("box_center_px")):
         found.append(
             f"boxes are {state.pixel:.0f} px off the best fit, far more than a detector's noise."
         )
     if share > OUTLIERS:
         found.append(f"{share:.0%} of the boxes are far off the best fit.")
-    speeds = math.sqrt(2.0) * state.strengths[FIRST_ROBOT:]
+    speeds = math.sqrt(2.0) * state.sigmas[FIRST_ROBOT:]
     fast = [
         f"{name} at {speed:.1f} m/s"
-        for name, speed in zip(best.evidence.names, speeds, strict=True)
+        for name, speed in zip(best.evidence.model.names, speeds, strict=True)
         if speed > FASTER * config.tracks.max_speed
     ]
     if fast:

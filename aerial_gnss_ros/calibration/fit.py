@@ -20,7 +20,7 @@ STAYS_MPS = 0.02
 
 @dataclass(frozen=True)
 class Unknown:
-    """One constant that is estimated.
+    """A constant that is estimated.
 
     Attributes:
         name: latency, fix_latency, heading, gimbal_pitch, gimbal_roll, height or focal.
@@ -61,8 +61,8 @@ class Fit:
         robots: their names here: class and number, the most often seen first.
         flown: how the flight varied.
         speeds_mps: root mean square of each robot's velocity.
-        doubts: why a constant does not count as determined whatever its sigma, by its name.
-        trouble: why nothing at all is to be used, sentences.
+        ambiguities: why a constant does not count as determined whatever its sigma, by its name.
+        misfit: why boxes do not fit and nothing is to be used, sentences.
     """
 
     names: tuple[str, ...]
@@ -75,8 +75,8 @@ class Fit:
     robots: tuple[str, ...]
     flown: Excitation
     speeds_mps: tuple[float, ...] = ()
-    doubts: dict[str, str] = field(default_factory=dict)
-    trouble: tuple[str, ...] = ()
+    ambiguities: dict[str, str] = field(default_factory=dict)
+    misfit: tuple[str, ...] = ()
 
     def value(self, name: str) -> tuple[float, float]:
         """Return correction and one sigma in the unit of `UNKNOWNS`."""
@@ -85,23 +85,23 @@ class Fit:
         return float(self.mean[at]) * scale, math.sqrt(float(self.covariance[at, at])) * scale
 
     def determined(self, name: str) -> bool:
-        """Whether the data tell it well enough to be used."""
-        if self.trouble or name in self.doubts:
+        """Whether it is known well enough to be used."""
+        if self.misfit or name in self.ambiguities:
             return False
         if name == "fix_latency" and not self.determined("latency"):
             return False  # it counts from the latency
         return self.value(name)[1] <= unknown(name).enough
 
     def moved(self) -> str:
-        """Return the robots and how they moved, in words."""
-        told = [
+        """Return which robots stayed and how fast the others swam, as text."""
+        robots = [
             f"{name} {'stayed' if speed < STAYS_MPS else f'swam at {speed:.2f} m/s'}"
             for name, speed in zip(self.robots, self.speeds_mps, strict=True)
         ]
-        return ", ".join(told)
+        return ", ".join(robots)
 
     def correlation(self, name: str) -> tuple[str, float]:
-        """Return the constant that is hardest to tell from this one, and their correlation."""
+        """Return the constant most correlated with this one, and the correlation."""
         sigma = np.sqrt(np.diag(self.covariance))
         at = self.names.index(name)
         row = self.covariance[at] / (sigma * sigma[at])
@@ -111,5 +111,5 @@ class Fit:
 
 
 def unknown(name: str) -> Unknown:
-    """Return what is to be known about a constant."""
+    """Return the description of a constant."""
     return next(one for one in UNKNOWNS if one.name == name)

@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from aerial_gnss_ros.calibration.motion import Poses, error_axes_of
+from aerial_gnss_ros.calibration.motion import Poses
+from aerial_gnss_ros.calibration.pose_errors import error_axes_of
 from aerial_gnss_ros.core.camera.model import CameraModel
 from aerial_gnss_ros.core.geometry.frames import FLU_FROM_OPTICAL, skew
 from aerial_gnss_ros.core.geometry.local_map import water_points
@@ -63,7 +64,7 @@ class Predicted:
         by_place: (n, 2, 2) derivative of the prediction by the robot's East, North.
         by_error: (n, 2, 6) by the pose's errors.
         by_latency: (n, 2) px/s, all telemetry being taken earlier.
-        by_extra: (n, 2) px/s, the camera's places alone being taken later.
+        by_fix_delay: (n, 2) px/s, the camera's places alone being taken later.
         by_focal: (n, 2) by the logarithm of the focal length.
         area: (n,) logarithm of how many px² a place of 1 m² covers, less a constant of the pixel.
         area_by_error: (n, 6) its derivative, the pixel fixed.
@@ -73,7 +74,7 @@ class Predicted:
     by_place: Array
     by_error: Array
     by_latency: Array
-    by_extra: Array
+    by_fix_delay: Array
     by_focal: Array
     area: Array
     area_by_error: Array

@@ -12,10 +12,13 @@ from numpy.typing import NDArray
 
 from aerial_gnss_ros.calibration.evidence import Evidence, State
 from aerial_gnss_ros.calibration.geometry import Boxes, on_water
-from aerial_gnss_ros.calibration.layout import BOX, EXTRA, FAST, LATENCY, Layout
+from aerial_gnss_ros.calibration.layout import Layout
+from aerial_gnss_ros.calibration.measurement_model import MeasurementModel
 from aerial_gnss_ros.calibration.motion import Motion
+from aerial_gnss_ros.calibration.prior import Prior
 from aerial_gnss_ros.calibration.recording import Recording
 from aerial_gnss_ros.calibration.tracks import link
+from aerial_gnss_ros.calibration.unknowns import BOX, FIX_DELAY, LATENCY, POINTING
 from aerial_gnss_ros.core.camera.model import CameraModel
 
 Array = NDArray[np.float64]
@@ -70,23 +73,23 @@ class Problem:
             stamps = [stamp for stamp in stamps if within_ns[0] <= stamp <= within_ns[1]]
         self.stamps_ns, self.boxes, self._names = _boxes(recording, stamps, most_images)
         gaps = np.diff(self.stamps_ns) * 1e-9
-        self._fast_s = float(np.median(gaps)) if len(gaps) else 1.0
+        self._step_s = float(np.median(gaps)) if len(gaps) else 1.0
         sizes = [camera.width * camera.height for camera, _ in self.boxes.cameras]
         self._clutter = math.log(max(sizes, default=1))
 
     def evidence(
-        self, latency_s: float, extra_s: float, speed_mps: float = FIRST_SPEED
+        self, latency_s: float, fix_delay_s: float, speed_mps: float = FIRST_SPEED
     ) -> Linked | None:
         """Return boxes linked at assumed delays; None where no robot is seen often enough.
 
         Args:
             latency_s: of the images.
-            extra_s: of fixes and heights besides.
+            fix_delay_s: of fixes and heights against orientations.
             speed_mps: of robots, to begin with.
         """
-        poses = self._motion.at(self.stamps_ns, latency_s, extra_s)
+        poses = self._motion.at(self.stamps_ns, latency_s, fix_delay_s)
         for side in (-MARGIN_S, MARGIN_S):  # what a fit may move to
-            poses.known[:] &= self._motion.at(self.stamps_ns, latency_s + side, extra_s).known
+            poses.known[:] &= self._motion.at(self.stamps_ns, latency_s + side, fix_delay_s).known
         places, ranges = on_water(self.boxes, poses)
         t: Array = np.asarray((self.stamps_ns - self._motion.start_ns) * 1e-9, dtype=np.float64)
         tracks = link(t, self.boxes.images, places, ranges, self.boxes.kinds, self._max_speed)
@@ -98,21 +101,20 @@ class Problem:
         coarse = self._motion.interpolation(
             self.stamps_ns[used.images], latency_s, np.maximum(ranges[rows], 1.0)
         )
-        pointing = np.sqrt(1.0 + np.square(coarse / white))
-        layout = Layout(
-            t[used.images], own, self._noise, self._fast_s, self._motion.calm_s, pointing
-        )
+        sizes = np.sqrt(1.0 + np.square(coarse / white))
+        layout = Layout(t[used.images], own, self._step_s, self._motion.smoothing_s, sizes)
         centres = np.array(
             [np.median(places[rows][own == r], axis=0) for r in range(own.max() + 1)]
         )
         kinds = [used.kinds[np.argmax(own == r)] for r in range(own.max() + 1)]
         names = tuple(f"{self._names[kind]} {r + 1}" for r, kind in enumerate(kinds))
-        evidence = Evidence(self._motion, self.stamps_ns, used, own, layout, centres, names)
-        unknowns = self._first(evidence, places[rows], float(np.median(ranges[rows])))
-        unknowns[LATENCY], unknowns[EXTRA] = latency_s, extra_s
-        strengths = np.full(layout.strengths, speed_mps)
-        strengths[FAST], strengths[BOX] = white, 0.5
-        state = evidence.start(unknowns, FIRST_PIXELS, strengths)
+        model = MeasurementModel(self._motion, self.stamps_ns, used, own, layout, centres, names)
+        evidence = Evidence(model, Prior(layout, self._noise))
+        unknowns = self._first(model, places[rows], float(np.median(ranges[rows])))
+        unknowns[LATENCY], unknowns[FIX_DELAY] = latency_s, fix_delay_s
+        sigmas = np.full(layout.processes, speed_mps)
+        sigmas[POINTING], sigmas[BOX] = white, 0.5
+        state = evidence.start(unknowns, FIRST_PIXELS, sigmas)
         known = int(np.sum(poses.known[self.boxes.images]))
         share = known / len(self.boxes.images)
         return Linked(evidence, state, self._clutter * (known - len(rows)), share)
@@ -122,11 +124,11 @@ class Problem:
         turned = math.radians(self._noise.value("gimbal_white_deg"))
         return max(math.hypot(turned, self._noise.value("gnss_white_m") / max(range_m, 1.0)), 1e-5)
 
-    def _first(self, evidence: Evidence, places: Array, range_m: float) -> Array:
+    def _first(self, model: MeasurementModel, places: Array, range_m: float) -> Array:
         """Return unknowns without errors, robots where their boxes lie on the water."""
-        layout = evidence.layout
+        layout = model.layout
         unknowns = np.zeros(layout.size)
-        off = places - evidence.places(unknowns)
+        off = places - model.places(unknowns)
         for first, path in zip(layout.first_path, layout.paths, strict=True):
             table = np.zeros((len(path.rows), path.count))
             np.put_along_axis(table, path.columns, path.weights, axis=1)

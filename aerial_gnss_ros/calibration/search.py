@@ -11,10 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aerial_gnss_ros.calibration.evidence import Evidence, State
-from aerial_gnss_ros.calibration.layout import EXTRA, FOCAL, LATENCY
 from aerial_gnss_ros.calibration.motion import Motion
 from aerial_gnss_ros.calibration.problem import Problem
 from aerial_gnss_ros.calibration.recording import Recording
+from aerial_gnss_ros.calibration.unknowns import FIX_DELAY, FOCAL, LATENCY
 from aerial_gnss_ros.core.values.errors import InputError
 
 Array = NDArray[np.float64]
@@ -25,24 +25,24 @@ GRID = round(2.0 * LIMIT_S / GRID_S) + 1
 COARSE_S, COARSE_IMAGES, MOST_IMAGES = 1.2, (50, 150), 240
 COARSE_STEPS, STEPS, LAST_STEPS = 3, 8, 12
 SPEEDS_MPS = (0.2, 0.003)
-"""Robots swim or stay to begin with: a fit may not get from one to the other."""
-APART_S = 0.15
+"""Initial speeds of robots: a descent may not get from one that swims to one that stays."""
+DISTINCT_S = 0.15
 LEAST_IMAGES = 20
 LACKING = (
     "Too few images have telemetry round them, at any latency within 3 s. Record telemetry from "
     "3 s before the images to 3 s after them; where samples are seldom, raise max_gap of the input."
 )
 LEAST_SHARE = 0.4
-"""Of the boxes must have telemetry at delays for these to be tried."""
+"""Delays are tried if at least this share of the boxes has telemetry there."""
 HALF_STEPS, LEAST_HALF = 10, 8
 RIVALS, RIVAL_NATS = 3, 60.0
-EXTRAS_S = (-0.8, -0.4, 0.4, 0.8)
-EXTRA_NATS = 5.0
-"""Fixes count as delayed otherwise than orientations if that is so much likelier."""
+FIX_DELAYS_S = (-0.8, -0.4, 0.4, 0.8)
+SEPARATE_NATS = 5.0
+"""Fixes have a delay of their own if the logarithm of the likelihood grows by more."""
 
 
 @dataclass(frozen=True)
-class Found:
+class Candidate:
     """A fit at one mode of the delays.
 
     Attributes:
@@ -61,9 +61,9 @@ class Found:
         return float(self.state.unknowns[LATENCY])
 
     @property
-    def extra_s(self) -> float:
-        """Of fixes and heights, more than that of orientations."""
-        return float(self.state.unknowns[EXTRA])
+    def fix_delay_s(self) -> float:
+        """By how much fixes and heights are later than orientations."""
+        return float(self.state.unknowns[FIX_DELAY])
 
 
 class Search:
@@ -90,20 +90,20 @@ class Search:
         self._base = frozenset() if focal else frozenset([FOCAL])
 
     @property
-    def together(self) -> frozenset[int]:
-        """What is held while fixes are as late as orientations."""
-        return self._base | {EXTRA}
+    def common(self) -> frozenset[int]:
+        """Constants that are held while fixes have the delay of orientations."""
+        return self._base | {FIX_DELAY}
 
     @property
-    def apart(self) -> frozenset[int]:
-        """What is held otherwise."""
+    def separate(self) -> frozenset[int]:
+        """Constants that are held while fixes have a delay of their own."""
         return self._base
 
-    def grid(self, report: Callable[[int], None]) -> list[Found]:
+    def grid(self, report: Callable[[int], None]) -> list[Candidate]:
         """Return the modes that a grid of latencies leads to, the likeliest first."""
         found = []
         for done, latency in enumerate(np.arange(-LIMIT_S, LIMIT_S + 1e-9, GRID_S), start=1):
-            one = self.fit(self.coarse, float(latency), 0.0, COARSE_STEPS, self.together)
+            one = self.fit(self.coarse, float(latency), 0.0, COARSE_STEPS, self.common)
             found += [] if one is None else [one]
             report(done)
         return _distinct(found)
@@ -112,34 +112,34 @@ class Search:
         self,
         problem: Problem,
         latency_s: float,
-        extra_s: float,
+        fix_delay_s: float,
         steps: int,
         held: frozenset[int],
         speed_mps: float = SPEEDS_MPS[0],
-    ) -> Found | None:
+    ) -> Candidate | None:
         """Return the fit that begins at some delays; None where no robot is seen."""
-        linked = problem.evidence(latency_s, extra_s, speed_mps)
+        linked = problem.evidence(latency_s, fix_delay_s, speed_mps)
         if linked is None or linked.share < LEAST_SHARE:
             return None
         state = linked.evidence.descend(linked.state, steps, held)
-        # What lacks telemetry speaks neither for nor against these delays.
+        # Boxes without telemetry are no evidence for or against these delays.
         score = (state.log_likelihood - linked.clutter) / linked.share
-        return Found(linked.evidence, state, score)
+        return Candidate(linked.evidence, state, score)
 
-    def best(self, modes: list[Found]) -> list[Found]:
+    def best(self, modes: list[Candidate]) -> list[Candidate]:
         """Return fine fits of the likeliest modes, the best first."""
         top = modes[0].score
         tried = [one for one in modes[:RIVALS] if one.score > top - RIVAL_NATS]
-        fits = [self.fit(self.fine, one.latency_s, 0.0, STEPS, self.together) for one in tried]
+        fits = [self.fit(self.fine, one.latency_s, 0.0, STEPS, self.common) for one in tried]
         return _distinct([one for one in fits if one is not None])
 
-    def refined(self, one: Found, held: frozenset[int]) -> Found:
+    def refined(self, one: Candidate, held: frozenset[int]) -> Candidate:
         """Return a fit with links made anew at its delays."""
-        at = one.latency_s, one.extra_s
+        at = one.latency_s, one.fix_delay_s
         fits = [self.fit(self.fine, *at, LAST_STEPS, held, speed) for speed in SPEEDS_MPS]
         return max([one, *(fit for fit in fits if fit is not None)], key=lambda fit: fit.score)
 
-    def half(self, best: Found, held: frozenset[int], late: bool) -> Found | None:
+    def half(self, best: Candidate, held: frozenset[int], late: bool) -> Candidate | None:
         """Return the fit of the first or the second half of the images; None if it sees too few."""
         stamps = self.fine.stamps_ns
         middle = int(stamps[len(stamps) // 2])
@@ -147,28 +147,28 @@ class Search:
         problem = Problem(self._recording, self.motion, MOST_IMAGES // 2, within)
         if len(problem.stamps_ns) < LEAST_HALF:
             return None
-        return self.fit(problem, best.latency_s, best.extra_s, HALF_STEPS, held)
+        return self.fit(problem, best.latency_s, best.fix_delay_s, HALF_STEPS, held)
 
-    def apart_fit(self, best: Found) -> Found | None:
-        """Return a fit with fixes delayed otherwise than orientations if that is likelier."""
-        plain = self.fit(self.coarse, best.latency_s, 0.0, COARSE_STEPS, self.together)
+    def separate_fit(self, best: Candidate) -> Candidate | None:
+        """Return a fit in which fixes have a delay of their own, if that is likelier."""
+        plain = self.fit(self.coarse, best.latency_s, 0.0, COARSE_STEPS, self.common)
         tries = [(best.latency_s, 0.0)]
-        for extra in EXTRAS_S:
-            tries += [(best.latency_s, extra), (best.latency_s + extra, extra)]
-        fits = [self.fit(self.coarse, a, b, COARSE_STEPS, self.apart) for a, b in tries]
+        for delay in FIX_DELAYS_S:
+            tries += [(best.latency_s, delay), (best.latency_s + delay, delay)]
+        fits = [self.fit(self.coarse, a, b, COARSE_STEPS, self.separate) for a, b in tries]
         good = sorted([one for one in fits if one is not None], key=lambda one: -one.score)
         if plain is None or not good:
             return None
-        fine = self.fit(self.fine, good[0].latency_s, good[0].extra_s, STEPS, self.apart)
-        return fine if fine is not None and fine.score > best.score + EXTRA_NATS else None
+        fine = self.fit(self.fine, good[0].latency_s, good[0].fix_delay_s, STEPS, self.separate)
+        return fine if fine is not None and fine.score > best.score + SEPARATE_NATS else None
 
 
-def _distinct(found: list[Found]) -> list[Found]:
+def _distinct(found: list[Candidate]) -> list[Candidate]:
     """Return fits that are not near a better one, the likeliest first."""
-    kept: list[Found] = []
+    kept: list[Candidate] = []
     for one in sorted(found, key=lambda one: -one.score):
         if abs(one.latency_s) <= LIMIT_S + 0.3 and all(
-            abs(one.latency_s - other.latency_s) > APART_S for other in kept
+            abs(one.latency_s - other.latency_s) > DISTINCT_S for other in kept
         ):
             kept.append(one)
     return kept

@@ -16,20 +16,13 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from aerial_gnss_ros.calibration.checks import agreed, trouble
+from aerial_gnss_ros.calibration.checks import disagreement, misfit
 from aerial_gnss_ros.calibration.evidence import HUBER, State
 from aerial_gnss_ros.calibration.excitation import excitation
-from aerial_gnss_ros.calibration.fit import Fit
-from aerial_gnss_ros.calibration.layout import (
-    BOX,
-    CONSTANTS,
-    EXTRA,
-    FIRST_ROBOT,
-    FOCAL,
-    LATENCY,
-)
+from aerial_gnss_ros.calibration.fit import UNKNOWNS, Fit
 from aerial_gnss_ros.calibration.recording import Recording
-from aerial_gnss_ros.calibration.search import LEAST_IMAGES, Found, Search
+from aerial_gnss_ros.calibration.search import LEAST_IMAGES, Candidate, Search
+from aerial_gnss_ros.calibration.unknowns import CONSTANTS, FIRST_ROBOT, FIX_DELAY, FOCAL, LATENCY
 from aerial_gnss_ros.core.config.estimator import EstimatorConfig
 from aerial_gnss_ros.core.values.errors import InputError
 from aerial_gnss_ros.text.sentences import counted
@@ -41,8 +34,6 @@ FREE_STEPS = 6
 CAUTION = 1.3
 """Sigmas are so much larger than the likelihood has them: neither robots nor errors are as the
 model says."""
-OF_SAMPLE = 0.0
-"""How a drone moves between two samples is not known: delays are known to so much of their gap."""
 RIVAL_NATS = 6.0
 
 
@@ -78,67 +69,53 @@ def calibrate(
             "that is seen for longer, with more images a second."
         )
     fits = search.best(modes)
-    best = search.refined(fits[0], search.together)
-    extra = search.apart_fit(best)
-    if extra is not None:
-        best, fits = search.refined(extra, search.apart), [extra]
-    return _fit(search, best, fits[1:], extra is not None, config, focal)
+    best = search.refined(fits[0], search.common)
+    separate = search.separate_fit(best)
+    if separate is not None:
+        best, fits = search.refined(separate, search.separate), [separate]
+    return _fit(search, best, fits[1:], separate is not None, config, focal)
 
 
 def _fit(
     search: Search,
-    best: Found,
-    rivals: list[Found],
-    apart: bool,
+    best: Candidate,
+    rivals: list[Candidate],
+    separate: bool,
     config: EstimatorConfig,
     focal: bool,
 ) -> Fit:
-    delays = [LATENCY, EXTRA] if apart else [LATENCY]
-    size = best.evidence.layout.size
-    picks = np.eye(size)[delays]
-    covariance = best.evidence.covariance(best.state, picks)
-    doubts = {}
-    for rival in rivals:
-        if rival.score > best.score - RIVAL_NATS:
-            doubts["latency"] = f"{rival.latency_s:+.2f} s fits nearly as well"
-    held = search.apart if apart else search.together
-    factors = CAUTION * agreed(search, best, held, delays)
-    covariance = covariance * np.outer(factors, factors)
-    covariance = covariance + (OF_SAMPLE * search.motion.sample_s) ** 2 * np.eye(len(delays))
-    names, mean, whole = _platform(best, delays, covariance, focal)
+    delays = [LATENCY, FIX_DELAY] if separate else [LATENCY]
+    evidence, state = best.evidence, best.state
+    model = evidence.model
+    held = search.separate if separate else search.common
+    factors = CAUTION * disagreement(search, best, held, delays)
+    picks = np.eye(model.layout.size)[delays]
+    covariance = evidence.covariance(state, picks) * np.outer(factors, factors)
+    names, mean, whole = _with_platform(best, delays, covariance, focal)
     mean[0] -= config.camera.latency_s
-    state, evidence = best.state, best.evidence
-    classes = evidence.names
-    speeds = state.strengths[FIRST_ROBOT:]
+    near = [one.latency_s for one in rivals if one.score > best.score - RIVAL_NATS]
+    ambiguities = {"latency": f"{near[-1]:+.2f} s fits nearly as well"} if near else {}
+    flown = excitation(
+        model.poses(state.unknowns), model.boxes.images, model.tracks, model.places(state.unknowns)
+    )
     return Fit(
         names, mean, whole, state.pixel, len(state.distances),
-        int(np.sum(state.distances > HUBER * 1.4)), len(np.unique(best.evidence.boxes.images)),
-        classes, excitation(
-            evidence.poses(state.unknowns), evidence.boxes.images, evidence.tracks,
-            evidence.places(state.unknowns),
-        ), tuple(float(one) * 2.0**0.5 for one in speeds), doubts,
-        trouble(best, config),
+        int(np.sum(state.distances > HUBER * 1.4)), len(np.unique(model.boxes.images)),
+        model.names, flown, tuple(float(one) * 2.0**0.5 for one in state.sigmas[FIRST_ROBOT:]),
+        ambiguities, misfit(best, config),
     )  # fmt: skip
 
 
-def _platform(
-    best: Found, delays: list[int], covariance: Array, focal: bool
+def _with_platform(
+    best: Candidate, delays: list[int], covariance: Array, focal: bool
 ) -> tuple[tuple[str, ...], Array, Array]:
     """Return names, values and covariance of all constants, delays first."""
     evidence = best.evidence
-    strengths = best.state.strengths.copy()
-    swims = strengths[FIRST_ROBOT:] > SWIMS_MPS
-    strengths[FIRST_ROBOT:][swims] = FREE_MPS
-    told = None if best.state.told is None else best.state.told.copy()
-    if told is not None:
-        told[FIRST_ROBOT:-1][swims] = 0.0
-        told[-1] *= not swims.any()
-    held = frozenset([LATENCY, EXTRA]) | (frozenset() if focal else frozenset([FOCAL]))
-    free: State = replace(best.state, strengths=strengths, told=told)
-    free = evidence.descend(free, FREE_STEPS, held, adapt=False)
-    layout = evidence.layout
-    names = ["height", "gimbal_roll", "gimbal_pitch", "heading"]
+    held = frozenset([LATENCY, FIX_DELAY]) | (frozenset() if focal else frozenset([FOCAL]))
+    free = evidence.descend(_with_free_paths(best.state), FREE_STEPS, held, adapt=False)
+    layout = evidence.model.layout
     picks = [layout.mean_of(name) for name in CONSTANTS]
+    names = ["latency", "fix_latency"][: len(delays)] + list(CONSTANTS)
     if focal:
         names.append("focal")
         picks.append(np.eye(1, layout.size, FOCAL)[0])
@@ -151,42 +128,18 @@ def _platform(
             [slopes @ covariance, own + slopes @ covariance @ slopes.T],
         ]
     )
-    found = ["latency", "fix_latency"][: len(delays)] + names
-    order = [
-        found.index(n)
-        for n in (
-            "latency",
-            "fix_latency",
-            "heading",
-            "gimbal_pitch",
-            "gimbal_roll",
-            "height",
-            "focal",
-        )
-        if n in found
-    ]
     mean = np.concatenate([best.state.unknowns[delays], table @ free.unknowns])
-    return tuple(found[i] for i in order), mean[order], whole[np.ix_(order, order)]
+    order = [names.index(one.name) for one in UNKNOWNS if one.name in names]
+    return tuple(names[i] for i in order), mean[order], whole[np.ix_(order, order)]
 
 
-def bound(recording: Recording, latency_s: float, speed_mps: float) -> float:
-    """Return the Cramér-Rao bound of the latency's sigma, s, for who knows how robots move.
-
-    Args:
-        recording: after the replay.
-        latency_s: the true one.
-        speed_mps: one sigma of a robot's velocity, each axis.
-    """
-    search = Search(recording, focal=False)
-    linked = search.fine.evidence(latency_s, 0.0)
-    if linked is None:
-        return float("inf")
-    evidence, state = linked.evidence, linked.state
-    strengths = state.strengths.copy()
-    strengths[FIRST_ROBOT:], strengths[BOX] = speed_mps, 0.05
-    pixel = recording.config.noise.value("box_center_px")
-    state = replace(state, strengths=strengths, pixel=pixel)
-    state = evidence.descend(state, 3, search.together | {LATENCY}, adapt=False)
-    state = evidence.evaluated(state, search.together)
-    pick = np.eye(1, evidence.layout.size, LATENCY)
-    return float(np.sqrt(evidence.covariance(state, pick)[0, 0]))
+def _with_free_paths(state: State) -> State:
+    """Return the state with nothing known of how robots move that do not stay."""
+    sigmas = state.sigmas.copy()
+    swims = sigmas[FIRST_ROBOT:] > SWIMS_MPS
+    sigmas[FIRST_ROBOT:][swims] = FREE_MPS
+    effective = None if state.effective is None else state.effective.copy()
+    if effective is not None:
+        effective[FIRST_ROBOT:-1][swims] = 0.0
+        effective[-1] *= not swims.any()
+    return replace(state, sigmas=sigmas, effective=effective)

@@ -70,7 +70,7 @@ def run(args: argparse.Namespace) -> int:
     given = configuration(args)
     with ended_cleanly():
         found = _calibrate(args, given.estimator, given.detector)
-        refused = bool(found.fit.trouble)
+        refused = bool(found.fit.misfit)
         if args.output is not None and not refused:
             with partial(args.output) as path:
                 path.parent.mkdir(parents=True, exist_ok=True)
@@ -187,7 +187,7 @@ def _table(found: Calibration) -> list[str]:
         other, correlation = found.fit.correlation(name)
         verdict = "determined"
         if not found.fit.determined(name):
-            doubt = found.fit.doubts.get(name)
+            doubt = found.fit.ambiguities.get(name)
             verdict = "NOT determined, not written" + (f" ({doubt})" if doubt else "")
         lines.append(
             f"{name.replace('_', ' '):<19} {value:+8.3f} {unknown(name).unit:<3} +- {sigma:6.3f}  "
@@ -207,11 +207,11 @@ def _as_text(found: Calibration) -> list[str]:
         *found.flown.words(),
         "",
     ]
-    if fit.trouble:
+    if fit.misfit:
         return [
             *lines,
             "Boxes do not fit any delay and any error of the platform; nothing is written:",
-            *(f"  {sentence}" for sentence in fit.trouble),
+            *(f"  {sentence}" for sentence in fit.misfit),
             (
                 "Boxes may be of things that move faster than robots, the focal length or the "
                 "gimbal's reference may be wrong (`aerial-gnss check` tells), or telemetry may be "
@@ -251,7 +251,7 @@ def _as_dict(found: Calibration) -> dict[str, Any]:
         "speeds_mps": list(fit.speeds_mps),
         "residual_px": fit.residual_px,
         "excitation": asdict(found.flown),
-        "doubts": fit.doubts,
-        "trouble": list(fit.trouble),
+        "doubts": fit.ambiguities,
+        "trouble": list(fit.misfit),
         "advice": advice(fit),
     }

@@ -34,17 +34,23 @@ class Receiver(Protocol):
 
 
 def telemetry(
-    sensors: Sensors, inputs: tuple[Input, ...] = EARTH_REFERENCED
+    sensors: Sensors, inputs: tuple[Input, ...] = EARTH_REFERENCED, true: bool = False
 ) -> Iterator[tuple[Input, Sample]]:
-    """Yield the samples of some inputs, one input after the other, each in the order of time."""
-    sources: dict[Input, Callable[[], Iterator[Sample]]] = {
+    """Yield the samples of some inputs, one input after the other, each in the order of time.
+
+    Args:
+        sensors: of the flight.
+        inputs: which of them.
+        true: without errors.
+    """
+    sources: dict[Input, Callable[[bool], Iterator[Sample]]] = {
         Input.FIX: sensors.fixes,
         Input.ATTITUDE: sensors.attitudes,
         Input.GIMBAL: sensors.gimbals,
         Input.HEIGHT: sensors.heights,
     }
     for source in inputs:
-        for sample in sources[source]():
+        for sample in sources[source](true):
             yield source, sample
 
 
@@ -54,7 +60,10 @@ def deliver(receiver: Receiver, source: Input, sample: Sample) -> None:
 
 
 def feed(
-    receiver: Receiver, sensors: Sensors, inputs: tuple[Input, ...] = EARTH_REFERENCED
+    receiver: Receiver,
+    sensors: Sensors,
+    inputs: tuple[Input, ...] = EARTH_REFERENCED,
+    true: bool = False,
 ) -> None:
     """Give the telemetry of a whole flight to an estimator.
 
@@ -62,6 +71,7 @@ def feed(
         receiver: the estimator.
         sensors: of the flight.
         inputs: which of them; the order does not matter to the estimator.
+        true: without errors.
     """
-    for source, sample in telemetry(sensors, inputs):
+    for source, sample in telemetry(sensors, inputs, true):
         deliver(receiver, source, sample)
