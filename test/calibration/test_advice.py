@@ -32,17 +32,19 @@ def test_all_determined_needs_no_advice() -> None:
 
 def test_advice_names_each_flight_once() -> None:
     """Sigmas of 9 rad or m: nothing is determined; one orbit begins what four errors need."""
-    (told,) = advice(_fit(("heading", "gimbal_pitch", "gimbal_roll", "height"), 9.0))
-    assert told.startswith("for heading, gimbal pitch, gimbal roll and height: orbit a still robot")
-    assert told.count("once more at") == 2  # twice the distance, half the height
+    (sentence,) = advice(_fit(("heading", "gimbal_pitch", "gimbal_roll", "height"), 9.0))
+    assert sentence.startswith(
+        "for heading, gimbal pitch, gimbal roll and height: orbit a still robot"
+    )
+    assert sentence.count("once more at") == 2  # twice the distance, half the height
 
 
-def test_doubts_and_trouble_leave_nothing_determined() -> None:
+def test_ambiguities_and_misfit_leave_nothing_determined() -> None:
     names = ("latency", "fix_latency", "heading")
     assert all(_fit(names, 0.001).determined(name) for name in names)
-    doubtful = _fit(names, 0.001, doubts={"latency": "+1.0 s fits nearly as well"})
-    assert [doubtful.determined(name) for name in names] == [False, False, True]
-    assert not any(_fit(names, 0.001, trouble=("no",)).determined(name) for name in names)
+    ambiguous = _fit(names, 0.001, ambiguities={"latency": "+1.0 s fits nearly as well"})
+    assert [ambiguous.determined(name) for name in names] == [False, False, True]
+    assert not any(_fit(names, 0.001, misfit=("no",)).determined(name) for name in names)
 
 
 def test_excitation_of_a_square() -> None:

@@ -11,10 +11,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from aerial_gnss_ros.calibration.evidence import HOLD
-from aerial_gnss_ros.calibration.layout import BEFORE, BOX, EXTRA, FAST, FIRST_ROBOT, FOCAL, LATENCY
+from aerial_gnss_ros.calibration.evidence import HELD
 from aerial_gnss_ros.calibration.motion import Motion
 from aerial_gnss_ros.calibration.problem import Problem
+from aerial_gnss_ros.calibration.unknowns import BOX, FIX_DELAY, LATENCY, POINTING, PRIOR_SIGMAS
 
 sys.path.insert(0, str(Path(__file__).parent))
 
@@ -26,61 +26,64 @@ def linked():
     recording = record(experiment("orbit", 0.0, 5))
     found = Problem(recording, Motion(recording), 12).evidence(0.0, 0.0)
     assert found is not None
-    strengths = np.full(found.evidence.layout.strengths, 0.3)
-    strengths[FAST], strengths[BOX] = 1e-3, 0.5
-    return found.evidence, replace(found.state, strengths=strengths, pixel=2.0)
+    sigmas = np.full(found.evidence.model.layout.processes, 0.3)
+    sigmas[POINTING], sigmas[BOX] = 1e-3, 0.5
+    layout = found.evidence.model.layout
+    layout.pointing_weights[1] *= 3.0  # interpolation may err differently about each axis
+    return found.evidence, replace(found.state, sigmas=sigmas, pixel=2.0)
 
 
 def _dense(evidence, state):
     """Jacobian by finite differences, and the prior."""
     x = state.unknowns
-    values = evidence.predicted(x).values
+    values = evidence.model.predicted(x).values
     jacobian = np.zeros((values.size, len(x)))
     for column in range(len(x)):
         step = np.zeros(len(x))
         step[column] = 1e-5
-        off = evidence.predicted(x + step).values - evidence.predicted(x - step).values
+        off = evidence.model.predicted(x + step).values - evidence.model.predicted(x - step).values
         jacobian[:, column] = -off.ravel() / 2e-5
-    prior, log_det = evidence.layout.precision(state.strengths)
+    prior, log_det = evidence.prior.precision(state.sigmas)
     return values.ravel(), jacobian, prior.toarray(), log_det
 
 
 def test_derivatives_and_likelihood(linked) -> None:
     evidence, state = linked
     rng = np.random.default_rng(1)
-    layout = evidence.layout
+    layout = evidence.model.layout
     unknowns = state.unknowns + np.where(np.arange(layout.size) > 2, 1e-3, 0.0) * rng.normal(
         size=layout.size
     )
     state = evidence.descend(replace(state, unknowns=unknowns), 8, frozenset({LATENCY}), False)
     values, jacobian, prior, log_det = _dense(evidence, state)
     assert np.all(state.distances < 2.5)  # no box counts less: the formula is exact
-    found = evidence._normal(state, evidence.predicted(state.unknowns), 0.0 * evidence.layout
-                             .precision(state.strengths)[0], frozenset())[0].toarray()  # fmt: skip
+    nothing = 0.0 * evidence.prior.precision(state.sigmas)[0]
+    there = evidence.model.predicted(state.unknowns)
+    found = evidence._normal(state, there, nothing, frozenset())[0].toarray()
     expected = jacobian.T @ jacobian / state.pixel**2
     # Derivatives by the delays come from splines, the others are exact.
     scale = np.sqrt(np.outer(np.diag(expected), np.diag(expected))) + 1e-9
     np.testing.assert_allclose(found / scale, expected / scale, atol=0.05)
 
     information = expected + prior
-    information[LATENCY, LATENCY] += HOLD
+    information[LATENCY, LATENCY] += HELD
     cost = float(values @ values) / state.pixel**2 + float(state.unknowns @ prior @ state.unknowns)
     noise = len(values) * np.log(state.pixel * np.sqrt(2.0 * np.pi))
-    log_det += np.log(HOLD * BEFORE[LATENCY] ** 2)
+    log_det += np.log(HELD * PRIOR_SIGMAS[LATENCY] ** 2)
     by_hand = -0.5 * (cost + np.linalg.slogdet(information)[1] - log_det) - noise
     held = evidence.evaluated(state, frozenset({LATENCY}))
     assert held.log_likelihood == pytest.approx(by_hand, abs=0.05)
     pick = np.zeros((1, layout.size))
-    pick[0, EXTRA] = 1.0
-    sigma2 = float(np.linalg.inv(information)[EXTRA, EXTRA])
+    pick[0, FIX_DELAY] = 1.0
+    sigma2 = float(np.linalg.inv(information)[FIX_DELAY, FIX_DELAY])
     assert float(evidence.covariance(held, pick)[0, 0]) == pytest.approx(sigma2, rel=0.01)
 
 
 def test_constants_follow_the_delays(linked) -> None:
     """How the best fit moves with a held delay, against fitting again beside it."""
     evidence, state = linked
-    held = frozenset({LATENCY, EXTRA})
-    picks = evidence.layout.mean_of("heading")[None]
+    held = frozenset({LATENCY, FIX_DELAY})
+    picks = evidence.model.layout.mean_of("heading")[None]
     state = evidence.descend(state, 10, held, False)
     slope = float(evidence.slopes(state, picks, [LATENCY], held)[0, 0])
     ends = []
@@ -92,22 +95,13 @@ def test_constants_follow_the_delays(linked) -> None:
     assert slope == pytest.approx((ends[1] - ends[0]) / 0.04, rel=0.3)
 
 
-def test_strengths_are_found() -> None:
-    recording = record(experiment("orbit", 0.0, 5))
-    found = Problem(recording, Motion(recording), 60).evidence(0.0, 0.0)
-    assert found is not None
-    state = found.evidence.descend(found.state, 15, frozenset({LATENCY, EXTRA, FOCAL}))
-    assert np.all(state.strengths[FIRST_ROBOT:] < 0.01)  # robots that stay
-    assert state.pixel == pytest.approx(2.0, rel=0.35)
-
-
 def test_areas(linked) -> None:
     """What a square metre covers, against the determinant of the projection."""
     evidence, state = linked
-    first = evidence.predicted(state.unknowns)
+    first = evidence.model.predicted(state.unknowns)
     moved = state.unknowns.copy()
     moved[3] += 0.5  # m of height
-    again = evidence.predicted(moved)
+    again = evidence.model.predicted(moved)
     for one in (first, again):
         by_hand = np.log(np.abs(np.linalg.det(one.by_place)))
         off = by_hand - one.area

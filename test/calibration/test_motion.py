@@ -8,36 +8,16 @@ import sys
 from pathlib import Path
 
 import numpy as np
-import pytest
+from scipy.spatial.transform import Rotation
 
-from aerial_gnss_ros.calibration.motion import Motion, adapted, error_axes_of
+from aerial_gnss_ros.calibration.motion import Motion
+from aerial_gnss_ros.calibration.pose_errors import error_axes_of
 from aerial_gnss_ros.core.config.estimator import estimator_config
-from aerial_gnss_ros.core.geometry.frames import matrix_from_rpy
-from aerial_gnss_ros.core.geometry.gimbal import error_axes
 from aerial_gnss_ros.simulation.sensors import START_NS
 
 sys.path.insert(0, str(Path(__file__).parent))
 
 from flights import experiment, record
-
-
-def test_what_is_motion_and_what_is_error() -> None:
-    """A swing of 4 s and 1 m, samples of 0.1 s: its bends exceed 0.01 m of noise from 0.2 s on:
-    (0.5 pi 0.2)^4 / 2 is 0.005 m^2, over 0.1 s a sixteenth of that, and the noise's 0.0006."""
-    t = 0.1 * np.arange(600)
-    swing = np.sin(0.5 * np.pi * t)
-    rng = np.random.default_rng(1)
-    noisy = swing + 0.3 * rng.normal(size=len(t))
-    drifting = np.cumsum(0.3 * np.sqrt(0.1) * rng.normal(size=len(t)))
-    table = np.stack([swing, noisy, drifting], axis=1)
-    spline, (clear, longer, never) = adapted(t, table, [(0.0, 0.01), (0.0, 0.3), (0.09, 0.0)])
-    assert clear == pytest.approx(0.2)
-    assert 0.4 <= longer < 1.7
-    assert never > 3.0  # nothing but the drift that is stated
-    off = spline(t)[50:-50] - swing[50:-50, None]
-    assert np.std(off[:, 0]) < 0.01
-    assert np.std(off[:, 1]) < 0.25  # 0.3 of noise, and a part of the swing
-    assert np.std(np.diff(off[:, 1])) < 0.05  # what a fit would take for motion; 0.42 before
 
 
 def test_poses_are_near_the_true_ones_and_rates_too() -> None:
@@ -88,7 +68,22 @@ def test_lever_arm_and_gaps() -> None:
     assert not Motion(recording).at(stamps, 0.0, 0.0).known.any()
 
 
-def test_axes_of_many_cameras() -> None:
-    turns = np.array([matrix_from_rpy(0.1, 0.7, 2.0), matrix_from_rpy(0.0, np.pi / 2, 0.3)])
-    expected = [error_axes(one) for one in turns]
-    np.testing.assert_allclose(error_axes_of(turns), expected)
+def test_errors_between_samples_are_as_large_as_said() -> None:
+    """Samples a second apart: the gimbal's sway between them, against the true poses."""
+    made = experiment("transit", 0.0, 5, telemetry_hz=1.0, duration_s=60.0)
+    motion = Motion(record(made, estimator_config({"gimbal": {"max_gap": 2.5}})))
+    t = np.linspace(3.0, 57.0, 500)
+    stamps = (START_NS + t * 1e9).astype(np.int64)
+    true = made.flight.sample(t).enu_from_camera
+    turned = Rotation.from_matrix(motion.at(stamps, 0.0, 0.0).rotation @ true.swapaxes(1, 2))
+    off = np.einsum("nji,nj->ni", error_axes_of(true), turned.as_rotvec())
+    slow = [made.sensors.error(name, t) for name in ("gimbal_roll", "gimbal_pitch", "heading")]
+    off -= np.radians(np.column_stack(slow))
+    sigma = motion.interpolation(stamps, 0.0, np.full(len(t), 30.0))
+    assert 0.4 < np.sqrt(np.mean(np.square(off / sigma))) < 1.6
+    often = Motion(record(experiment("transit", 0.0, 5, telemetry_hz=10.0, duration_s=60.0)))
+    seldom = float(np.sqrt(np.mean(sigma**2)))
+    assert seldom > 3.0 * np.sqrt(np.mean(often.interpolation(stamps, 0.0, 1e3 + 0.0 * t) ** 2))
+    near = motion.interpolation(stamps, 0.0, np.full(len(t), 3.0))
+    assert np.all(near >= sigma)
+    assert np.mean(near) > 2.0 * np.mean(sigma)  # the place's error is a larger angle there

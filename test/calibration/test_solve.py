@@ -64,6 +64,16 @@ def test_fixes_that_are_later_than_orientations() -> None:
         assert value == pytest.approx(true, abs=min(0.06, 3.5 * sigma)), name
 
 
+def test_telemetry_once_a_second() -> None:
+    """What the gimbal did between samples is an error of the poses, not of the boxes."""
+    config = estimator_config({"gimbal": {"max_gap": 2.5}})
+    made = experiment("orbit", -1.2, 3, images_hz=5.0, telemetry_hz=1.0, duration_s=60.0)
+    fit = calibrate(record(made, config), config)
+    value, sigma = fit.value("latency")
+    assert abs(value + 1.2) < 3.0 * sigma
+    assert fit.residual_px == pytest.approx(2.0, abs=0.15)
+
+
 def test_telemetry_of_another_flight_determines_nothing() -> None:
     made = experiment("orbit", 0.0, 1)
     fit = calibrate(record(experiment("orbit", 0.0, 9), boxes_of=made), CONFIG)
@@ -74,7 +84,7 @@ def test_robots_faster_than_robots_can_be_do_not_fit() -> None:
     config = estimator_config({"tracks": {"max_speed": 0.15}})
     made = experiment("transit", 0.0, 3, swims=True)
     fit = calibrate(record(made, config), config)
-    assert "faster than they can: aqua" in " ".join(fit.trouble)
+    assert "faster than they can: aqua" in " ".join(fit.misfit)
     assert not any(fit.determined(name) for name in fit.names)
 
 
