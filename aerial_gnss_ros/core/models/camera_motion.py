@@ -20,6 +20,9 @@ MEMORY_S = 0.5
 MAX_GAP_S = 1.0
 """After a longer pause the past tells nothing."""
 
+SHORTEST_S = 0.005
+"""Two poses closer in time tell no velocity: what differs between them is noise."""
+
 MOVED_S = 0.02
 """A latency that is corrected by more puts the scene to another time (`PoseMotion.move`)."""
 
@@ -43,7 +46,7 @@ class PoseMotion:
         self.velocity = np.zeros(3)
         self.turn_rate = np.zeros(3)
         self.jump: Array | None = None
-        self._seen = 0
+        self._lasted_s = 0.0
         self._shown: list[tuple[Array, float]] = []  # rotations as measured; s since the one before
 
     @property
@@ -84,7 +87,7 @@ class PoseMotion:
         self.jump = None
         expected = self.foreseen(seconds) if seconds > 0.0 else None
         if expected is None:
-            self._pose, self._seen = measured, 1
+            self._pose, self._lasted_s = measured, 0.0
             self.velocity, self.turn_rate = np.zeros(3), np.zeros(3)
             self._shown = [(measured.rotation, 0.0)]
             return measured
@@ -93,7 +96,7 @@ class PoseMotion:
         if _too_far(turn, seconds) and self._jumps(measured, seconds):
             expected, turn = MapPose(expected.position, measured.rotation), np.zeros(3)
         self._shown = [*self._shown[-1:], (measured.rotation, seconds)]
-        self._seen += 1
+        self._lasted_s += seconds
         alpha, beta = self._gains(seconds)
         self._pose = MapPose(
             expected.position + alpha * shift, rotation_matrix(alpha * turn) @ expected.rotation
@@ -116,12 +119,16 @@ class PoseMotion:
         return True
 
     def _gains(self, seconds: float) -> tuple[float, float]:
-        """Return the gains of a straight line through all images so far, later a fading one."""
-        k = self._seen
+        """Return the gains of a straight line through all images so far, later a fading one.
+
+        The line through k images a like time apart counts them by the time that it spans: an image
+        right after another one adds next to nothing to what is known of the velocity.
+        """
+        k = 1.0 + self._lasted_s / seconds
         fade = math.exp(-seconds / MEMORY_S)
-        alpha = max(2.0 * (2 * k - 1) / (k * (k + 1)), 1.0 - fade * fade)
-        beta = max(6.0 / (k * (k + 1)), (1.0 - fade) ** 2)
-        return min(alpha, 1.0), min(beta, 1.0)
+        alpha = max(2.0 * (2.0 * k - 1.0) / (k * (k + 1.0)), 1.0 - fade * fade)
+        beta = max(6.0 / (k * (k + 1.0)), (1.0 - fade) ** 2)
+        return min(alpha, 1.0), min(beta, seconds / SHORTEST_S, 1.0)
 
 
 def _too_far(turn: Array, seconds: float) -> bool:

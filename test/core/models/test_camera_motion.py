@@ -61,3 +61,17 @@ def test_a_latency_that_is_found_moves_the_pose_and_is_no_jump():
     motion.move(MapPose(np.zeros(3), rotation_matrix(np.radians(20.0) * UP)))
     motion.take(MapPose(np.zeros(3), rotation_matrix(np.radians(60.0) * UP)), STEP_S)
     assert motion.jump is None
+
+
+@pytest.mark.parametrize("apart_s", [1e-7, 1e-4, 0.02])
+@pytest.mark.parametrize("before", [1, 2, 100])
+def test_an_image_right_after_another_one_moves_no_camera(before, apart_s):
+    """A stamp may be wrong by a few bits; between the two poses there is only noise."""
+    motion, t, noise_m = PoseMotion(), 0.0, 0.02
+    times = [STEP_S * i for i in range(before)]
+    for i, at in enumerate([*times, times[-1] + apart_s, *(times[-1] + STEP_S * np.arange(1, 4))]):
+        position = np.array([3.0 * at + noise_m * (-1) ** i, 0.0, 30.0])
+        motion.take(MapPose(position, np.eye(3)), at - t)
+        t = at
+        assert abs(motion.velocity[0] - 3.0) < 3.0 + 2.5 * noise_m / 0.005
+    assert motion.velocity[0] == pytest.approx(3.0, abs=6.0 * noise_m / STEP_S)
