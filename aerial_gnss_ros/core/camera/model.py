@@ -35,6 +35,7 @@ Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
 _BEHIND = 1e-9
+_CIRCLE = np.array([(math.cos(a), math.sin(a)) for a in np.arange(0.0, 6.28, math.pi / 8)])
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,6 +74,17 @@ class CameraModel:
             own.setflags(write=False)
             object.__setattr__(self, name, own)
         check_size(self.width, self.height)
+        if self.D.any():
+            self._check_middle()
+
+    def _check_middle(self) -> None:
+        """Refuse a lens that folds over within half of the way to the image's nearer edges."""
+        circle = 0.5 * self._size + 0.25 * self._size.min() * _CIRCLE
+        if not self.rays(np.concatenate([0.5 * (circle + 0.5 * self._size), circle]))[1].all():
+            raise CameraError(
+                f"CameraInfo has distortion {self.D.tolist()}, by which the image folds over near "
+                "its middle: no lens does so; calibrate the camera again."
+            )
 
     @classmethod
     def from_camera_info(

@@ -118,9 +118,10 @@ def test_a_fisheye_sees_sideways_but_not_beyond_its_fold():
     assert rays[0] == pytest.approx([1, 0, 0], abs=1e-12)
     assert rays[1] == pytest.approx([math.sin(2.0), 0, math.cos(2.0)], abs=1e-12)
     assert camera.project(rays)[0][1] == pytest.approx([1040, 640])
-    # t (1 - t²/3) grows up to t = 1, where it is 2/3: 133 px.
+    # t (1 - t²/3) grows up to t = 1, where it is 2/3: 400 px.
+    k = [600, 0, 640, 0, 600, 640, 0, 0, 1]
     folded = CameraModel.from_camera_info(1281, 1281, "equidistant", [-1 / 3, 0, 0, 0], k)
-    assert folded.rays([[770, 640], [780, 640]])[1].tolist() == [True, False]
+    assert folded.rays([[1030, 640], [1050, 640]])[1].tolist() == [True, False]
 
 
 def test_points_behind_and_pixels_off_the_image_are_not_valid():
@@ -195,15 +196,43 @@ def test_a_camera_that_cannot_be_used_is_refused_with_the_value_seen(change, wor
         CameraModel.from_camera_info(**{**GOOD, **change})
 
 
+@pytest.mark.parametrize(
+    ("model", "d", "folds"),
+    [
+        ("plumb_bob", [-0.3, 0.1, 0.001, 0.001, -0.02], False),  # an action camera
+        ("plumb_bob", [-1.0], False),  # folds over at 0.58, where the corners are
+        ("plumb_bob", [-4.0], True),
+        ("plumb_bob", [-0.045, 0.018, 33.2, -0.0003, -0.004], True),  # a wild number in one of five
+        ("plumb_bob", [0.0, 0.0, 0.0, -33.2], True),
+        ("rational_polynomial", [-5.0, 0, 0, 0, 0, 0.0, 0, 0], True),
+        ("equidistant", [-0.05, 0.01, -0.005, 0.001], False),
+        ("equidistant", [-10.0, 0.0, 0.0, 0.0], True),
+    ],
+)
+def test_a_lens_that_folds_over_in_the_middle_of_the_image_is_none(model, d, folds):
+    given = (1280, 720, model, d, [854.0, 0, 640, 0, 854.0, 360, 0, 0, 1])
+    if not folds:
+        assert CameraModel.from_camera_info(*given).rays([[640.0, 360.0]])[1].all()
+        return
+    with pytest.raises(CameraError, match="folds over"):
+        CameraModel.from_camera_info(*given)
+
+
 @pytest.mark.parametrize(("model", "count"), [("plumb_bob", 5), ("rational_polynomial", 8)])
 def test_the_largest_coefficients_that_are_not_refused_give_finite_rays(model, count):
-    rng = np.random.default_rng(1)
+    rng, used = np.random.default_rng(1), 0
     pixels = rng.uniform((0.0, 0.0), (1280.0, 720.0), (20, 2))
     for _ in range(50):
         d = rng.choice([-1e6, -1.0, -1e-16, 0.0, 1e-15, 1e6], count)
-        camera = CameraModel.from_camera_info(**{**GOOD, "distortion_model": model, "d": d})
+        try:
+            camera = CameraModel.from_camera_info(**{**GOOD, "distortion_model": model, "d": d})
+        except CameraError as error:
+            assert "folds over" in str(error)  # noqa: PT017 - others are not looked at
+            continue
         rays, valid = camera.rays(pixels)
         assert np.isfinite(rays[valid]).all()
+        used += 1
+    assert used > 3
 
 
 @pytest.mark.parametrize("values", [(0.0, 0.036, None), (0.02, -1.0, None), (0.02, 0.03, 0.0)])
