@@ -4,11 +4,40 @@
 
 from __future__ import annotations
 
+import math
+
+import numpy as np
+
 from aerial_gnss_ros.core.config.telemetry import AttitudeConfig, GimbalConfig
-from aerial_gnss_ros.core.geometry.frames import to_enu_flu, to_level_flu
+from aerial_gnss_ros.core.geometry.frames import (
+    matrix_from_rpy,
+    quaternion_from_matrix,
+    to_enu_flu,
+    to_level_flu,
+)
 from aerial_gnss_ros.core.values.samples import Array, Orientation
 
 MAVLINK_FLAGS = "mavlink_flags"
+
+MOST_RAD = 1000.0 * 2.0 * math.pi
+"""Drivers may count turns on; but of a larger angle the sine is a matter of chance, and any sine
+and cosine make a rotation."""
+
+
+def from_angles(roll: float, pitch: float, yaw: float) -> Array:
+    """Return the quaternion (4,) x, y, z, w of Rz(yaw) Ry(pitch) Rx(roll).
+
+    Args:
+        roll: rad.
+        pitch: rad.
+        yaw: rad.
+
+    Returns:
+        NaN, so that the core refuses it, where an angle is beyond `MOST_RAD` or is no number.
+    """
+    if not all(abs(angle) <= MOST_RAD for angle in (roll, pitch, yaw)):  # true for NaN
+        return np.full(4, np.nan)
+    return quaternion_from_matrix(matrix_from_rpy(roll, pitch, yaw))
 
 
 def body(quaternion: Array, stamp_ns: int, config: AttitudeConfig) -> Orientation:

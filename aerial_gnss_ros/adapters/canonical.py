@@ -14,9 +14,9 @@ from typing import Any
 
 import numpy as np
 
+from aerial_gnss_ros.adapters import axes
 from aerial_gnss_ros.adapters.stamps import nanoseconds
 from aerial_gnss_ros.core.camera.model import CameraModel
-from aerial_gnss_ros.core.geometry.frames import matrix_from_rpy, quaternion_from_matrix
 from aerial_gnss_ros.core.values.detection_frame import DetectionFrame
 from aerial_gnss_ros.core.values.samples import Array, Fix, Orientation, Scalar
 from aerial_gnss_ros.text.plain_text import printable
@@ -60,13 +60,14 @@ def orientation(msg: Any, stamp_ns: int, kind: str, unit: str = "rad") -> Orient
         unit: of a vector's angles, `rad` or `deg`.
 
     Returns:
-        The orientation; of NaN, so that the core refuses it, where an Imu says that it measures
-        none: what then stands in the message is often identity, level and facing east.
+        The orientation; of NaN, so that the core refuses it, where angles are none, or an Imu says
+        that it measures none: what then stands in the message is often identity, level and facing
+        east.
     """
     if kind == "vector3":
         angles = np.array([msg.vector.x, msg.vector.y, msg.vector.z], dtype=np.float64)
-        matrix = matrix_from_rpy(*(np.radians(angles) if unit == "deg" else angles))
-        return Orientation(stamp_ns, quaternion_from_matrix(matrix))
+        rpy = np.radians(angles) if unit == "deg" else angles
+        return Orientation(stamp_ns, axes.from_angles(*rpy.tolist()))
     if kind == "imu" and float(msg.orientation_covariance[0]) == NO_ORIENTATION:
         return Orientation(stamp_ns, np.full(4, np.nan))
     q = msg.orientation if kind == "imu" else msg.quaternion

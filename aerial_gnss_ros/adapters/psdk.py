@@ -9,7 +9,6 @@ from typing import Any
 
 from aerial_gnss_ros.adapters import axes
 from aerial_gnss_ros.core.config.telemetry import GimbalConfig
-from aerial_gnss_ros.core.geometry.frames import matrix_from_rpy, quaternion_from_matrix
 from aerial_gnss_ros.core.values.samples import Orientation
 
 NORTH_TO_EAST = 1.571  # psdk_ros2 takes it for pi/2, so that its yaw is 0.012 deg too large
@@ -19,5 +18,5 @@ def gimbal(msg: Any, stamp_ns: int, config: GimbalConfig) -> Orientation:
     """Return the camera of `psdk_ros2/gimbal_angles`: roll, pitch, yaw in rad, FLU in ENU."""
     angles = msg.vector
     yaw = float(angles.z) - (NORTH_TO_EAST - 0.5 * math.pi)
-    matrix = matrix_from_rpy(float(angles.x), float(angles.y), yaw)
-    return axes.camera(quaternion_from_matrix(matrix), stamp_ns, config)
+    quaternion = axes.from_angles(float(angles.x), float(angles.y), yaw)
+    return axes.camera(quaternion, stamp_ns, config)

@@ -11,9 +11,10 @@ import numpy as np
 import pytest
 from rosbags.typesys import Stores, get_typestore
 
-from aerial_gnss_ros.adapters import canonical
+from aerial_gnss_ros.adapters import canonical, psdk
 from aerial_gnss_ros.adapters.stamps import copied_header, nanoseconds, stamp_fields
 from aerial_gnss_ros.bags.typestore import serialize, typestore
+from aerial_gnss_ros.core.config.telemetry import GimbalConfig
 from aerial_gnss_ros.core.telemetry.validity import usable
 from aerial_gnss_ros.core.values.errors import CameraError
 
@@ -159,6 +160,23 @@ def test_angles_in_degrees_are_those_in_radians(message):
         canonical.orientation(radians, NOW, "vector3").quaternion,
         atol=1e-15,
     )
+
+
+@pytest.mark.parametrize("axis", "xyz")
+@pytest.mark.parametrize(
+    ("angle", "given"),
+    [(6283.0, True), (-6283.0, True), (6284.0, False), (-1e18, False), (math.inf, False)],
+)
+@pytest.mark.parametrize("kind", ["vector3", "psdk"])
+def test_an_angle_beyond_a_thousand_turns_is_none(message, kind, axis, angle, given):
+    read = message("geometry_msgs/msg/Vector3Stamped", {"vector": {axis: angle}})
+    orientation = (
+        canonical.orientation(read, NOW, "vector3")
+        if kind == "vector3"
+        else psdk.gimbal(read, NOW, GimbalConfig())
+    )
+    trouble, _ = usable(orientation)
+    assert ("1,000 turns" in trouble) != given
 
 
 CAMERA = {

@@ -24,8 +24,9 @@ ALTITUDES_M = (-1000.0, 100_000.0)
 """Where a drone can be, above whatever its altitude is measured from."""
 
 _NO_ORIENTATION = (
-    "it gives no orientation: its quaternion is not a number, its driver marks it as not measured "
-    "(orientation_covariance[0] is -1), or its flags contradict one another"
+    "it gives no orientation: its quaternion is not a number, an angle is beyond 1,000 turns, its "
+    "driver marks it as not measured (orientation_covariance[0] is -1), or its flags contradict "
+    "one another"
 )
 _DEFAULTS = LimitsConfig()
 
