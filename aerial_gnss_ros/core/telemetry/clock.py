@@ -13,6 +13,11 @@ steps) moves them alike, and whoever sets one wrong does not:
 * an input's rival fits the images' time, and its line does not: its clock has come right;
 * a rival has lasted for `LASTING_S` and nothing came on the line: that is the input's time now.
 
+A rival that is ahead by no more than `AHEAD_NS` leads. That may be right: a network that was
+congested from the start recovers, or the clock was set that stamps all inputs. It is believed where
+the images and most of the needed inputs lead alike, or where it outlasts its line, and then nothing
+is forgotten. Until then it is held, since a wrong stamp leads just so.
+
 Inputs that no position needs are judged likewise, and decide nothing.
 """
 
@@ -22,20 +27,13 @@ from collections.abc import Collection
 from dataclasses import dataclass, field
 from enum import Enum
 
-LATE_NS = 2_000_000_000
-"""A message may be late by so much behind the newest one of its input."""
-
-AHEAD_NS = 2_000_000_000
-"""A stamp may be ahead by so much of what the newest one and the time since then tell."""
+from aerial_gnss_ros.core.telemetry.stamp_line import EARLY_NS, LATE_NS, Line
 
 SAME_NS = 10_000_000_000
 """Stamps of inputs with the same clock differ by less: latency, delays and short pauses."""
 
 ALIKE_NS = 3_000_000_000
 """Inputs that moved by the same time differ by less: both have delays that vary."""
-
-DRIFT_NS = 60_000_000_000
-"""A stamp that is so much later by the node's clock than any before: that clock was set."""
 
 SEVERAL = 3
 """So many stamps in a row are no accident."""
@@ -55,59 +53,6 @@ class Verdict(str, Enum):
     FAR_OFF = "far off"
     ELSEWHERE = "elsewhere"
     """It is far off, and not where the stamps before it were: those are wrong."""
-
-
-@dataclass
-class Line:
-    """Stamps that go on from one another.
-
-    Attributes:
-        first_ns: the first one, ns.
-        newest_ns: the newest one, ns.
-        offset_ns: by how much stamps are ahead of the node's clock at most, ns; None: not known.
-        told_ns: what the node's clock said at the newest one, ns; None: not known.
-        count: of stamps.
-    """
-
-    first_ns: int
-    newest_ns: int
-    offset_ns: int | None = None
-    told_ns: int | None = None
-    count: int = 0
-
-    def goes_on(self, stamp_ns: int, now_ns: int | None) -> bool:
-        """Return whether a stamp goes on from the newest one."""
-        return stamp_ns >= self.newest_ns - LATE_NS and not self.is_behind(stamp_ns, now_ns)
-
-    def is_behind(self, stamp_ns: int, now_ns: int | None) -> bool:
-        """Return whether a stamp is too far ahead for the time that has passed."""
-        if stamp_ns <= self.newest_ns + AHEAD_NS:
-            return False
-        if now_ns is None or self.offset_ns is None:
-            return True
-        return stamp_ns > now_ns + self.offset_ns + AHEAD_NS
-
-    def add(self, stamp_ns: int, now_ns: int | None) -> None:
-        """Take in a stamp."""
-        self.count += 1
-        if stamp_ns > self.newest_ns:
-            self.newest_ns, self.told_ns = stamp_ns, now_ns
-        if now_ns is None:
-            return
-        offset_ns, known = stamp_ns - now_ns, self.offset_ns
-        if known is None or offset_ns > known or offset_ns < known - DRIFT_NS:
-            self.offset_ns = offset_ns
-
-    def expected_ns(self, now_ns: int | None) -> int:
-        """Return the stamp that would come now."""
-        if now_ns is None or self.told_ns is None:
-            return self.newest_ns
-        return self.newest_ns + max(0, now_ns - self.told_ns)
-
-    @property
-    def span_s(self) -> float:
-        """Time between its first and its newest stamp, s."""
-        return (self.newest_ns - self.first_ns) * 1e-9
 
 
 @dataclass
@@ -156,6 +101,7 @@ class Clock:
     _inputs: dict[str, Stamps] = field(default_factory=dict)
     _now_ns: int | None = None
     _stepped_ns: int = 0
+    _led: tuple[int | None, int] | None = None
 
     def newest(self, name: str) -> int | None:
         """Return the newest believed stamp of an input, ns."""
@@ -163,44 +109,84 @@ class Clock:
         return None if stamps is None else stamps.believed.newest_ns
 
     def tick(self, now_ns: int) -> None:
-        """Take in the node's time, which may step."""
-        if self._now_ns is not None and now_ns < self._now_ns - LATE_NS:
+        """Take in the node's time, which may step; it is that of the stamps that came last."""
+        back = self._now_ns is not None and now_ns < self._now_ns - EARLY_NS
+        if back and self._now_ns is not None and now_ns < self._now_ns - LATE_NS:
             self._stepped_ns = now_ns - self._now_ns
-            for stamps in self._inputs.values():
-                for line in (stamps.believed, stamps.rival):
-                    if line is not None:
-                        line.offset_ns = line.told_ns = None
+        for stamps in self._inputs.values():
+            for line in (stamps.believed, stamps.rival):
+                if line is not None and back:
+                    line.offset_ns = line.told_ns = None
+                if line is not None:
+                    line.tell(now_ns)
         self._now_ns = now_ns
 
     def silent(self) -> tuple[str, ...]:
-        """Return the inputs that were only silent for as long as their stamps are ahead."""
-        return tuple(name for name, stamps in self._inputs.items() if self._was_silent(stamps))
+        """Return the inputs that were only silent for as long as their stamps are ahead, or lead.
+
+        Theirs are leads that turn out to be right.
+        """
+        leads = self._leads_alike()
+        return tuple(
+            name
+            for name, stamps in self._inputs.items()
+            if name in leads or self._was_silent(stamps)
+        )
 
     def _was_silent(self, stamps: Stamps) -> bool:
         line, rival = stamps.believed, stamps.rival
         if rival is None or rival.first_ns < line.newest_ns:
             return False
-        return line.offset_ns is None or not line.is_behind(rival.newest_ns, self._now_ns)
+        if not rival.leads:
+            return line.offset_ns is None or not line.is_behind(rival.newest_ns, self._now_ns)
+        # Only at the time of its arrival: later any stamp that was ahead is ahead no more.
+        if line.offset_ns is None or not line.is_behind(rival.first_ns, rival.begun_ns):
+            return True
+        return rival.count > 1 and rival.span_s >= min(LASTING_S, line.span_s)
+
+    def _leads_alike(self) -> Collection[str]:
+        """Return the inputs that lead, where the images and most of the needed inputs do."""
+        images = self._inputs.get(DETECTIONS)
+        leads = {
+            name: self._moved_ns(stamps)
+            for name, stamps in self._inputs.items()
+            if stamps.rival is not None and stamps.rival.leads
+        }
+        if images is not None and DETECTIONS in leads:
+            by_ns = leads[DETECTIONS]
+            alike = {name for name, one in leads.items() if abs(one - by_ns) <= EARLY_NS}
+            needed = [name for name in self.needed if name in self._inputs]
+            if 2 * sum(name in alike for name in needed) >= len(needed):
+                self._led = self._now_ns, by_ns
+                return alike
+        # Others went on so since an input's last stamp, which comes more seldom.
+        return {
+            name
+            for name, one in leads.items()
+            if self._led is not None
+            and abs(one - self._led[1]) <= EARLY_NS
+            and (self._inputs[name].believed.told_ns or 0) <= (self._led[0] or 0)
+        }
 
     def take(self, name: str, stamp_ns: int) -> Verdict:
         """Take in a stamp of an input."""
         stamps = self._inputs.get(name)
         if stamps is None:
-            line = Line(stamp_ns, stamp_ns, told_ns=self._now_ns)
-            line.add(stamp_ns, self._now_ns)
+            line = Line(stamp_ns, stamp_ns)
+            line.add(stamp_ns)
             self._inputs[name] = Stamps(line)
             return Verdict.GOES_ON
         line = stamps.believed
         old = name in self.held and stamp_ns < line.newest_ns
         if old or line.goes_on(stamp_ns, self._now_ns):
-            line.add(stamp_ns, self._now_ns)
+            line.add(stamp_ns)
             returns, stamps.rival = stamps.rival is not None, None
             return Verdict.RETURNS if returns else Verdict.GOES_ON
         verdict = Verdict.FAR_OFF
         if stamps.rival is None or not stamps.rival.goes_on(stamp_ns, self._now_ns):
             verdict = Verdict.FAR_OFF if stamps.rival is None else Verdict.ELSEWHERE
-            stamps.rival = Line(stamp_ns, stamp_ns, told_ns=self._now_ns)
-        stamps.rival.add(stamp_ns, self._now_ns)
+            stamps.rival = Line(stamp_ns, stamp_ns, leads=line.is_led(stamp_ns, self._now_ns))
+        stamps.rival.add(stamp_ns)
         return verdict
 
     def apart_s(self, name: str) -> float:
@@ -215,7 +201,7 @@ class Clock:
             came_right = self._came_right(name, images)
             if came_right is not None:
                 return came_right
-        if images is None or images.rival is None:
+        if images is None or images.rival is None or images.rival.leads:
             return None
         return self._anew(images)
 
@@ -230,8 +216,11 @@ class Clock:
     def goes_on(self, name: str) -> None:
         """Let the next stamp of an input go on from its line: it only was silent."""
         stamps = self._inputs[name]
-        assert stamps.rival is not None  # noqa: S101 - `silent` names it
-        stamps.believed.newest_ns, stamps.rival = stamps.rival.first_ns, None
+        line, rival = stamps.believed, stamps.rival
+        assert rival is not None  # noqa: S101 - `silent` names it
+        line.newest_ns, stamps.rival = rival.first_ns, None
+        if rival.leads and rival.offset_ns is not None:
+            line.offset_ns = max(rival.offset_ns, line.offset_ns or rival.offset_ns)
 
     def _moved_ns(self, stamps: Stamps) -> int:
         if stamps.rival is None:
@@ -247,7 +236,7 @@ class Clock:
         """Return whether an input's clock alone was set."""
         stamps = self._inputs[name]
         line, rival = stamps.believed, stamps.rival
-        if rival is None:
+        if rival is None or rival.leads:
             return None
         several = rival.count >= SEVERAL or rival.count > line.count
         fits = images is None or (
@@ -268,7 +257,7 @@ class Clock:
             if name == DETECTIONS:
                 continue
             # What has not come since the node's clock stepped along does not speak against it.
-            counts = name in self.needed and not (stepped and stamps.believed.offset_ns is None)
+            counts = name in self.needed and not (stepped and not stamps.believed.heard)
             if stamps.rival is not None:
                 if abs(self._moved_ns(stamps) - by_ns) <= ALIKE_NS:
                     moved.append(name)

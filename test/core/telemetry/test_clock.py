@@ -116,6 +116,21 @@ def test_one_input_with_wrong_stamps_for_5_s_renames_nobody(player, name, off):
         assert flight.names(1.0) == [NAMES] * 140
 
 
+@pytest.mark.parametrize("off", [1.0, 1.8])
+@pytest.mark.parametrize("name", NEEDED)
+def test_early_stamps_of_one_input_rename_nobody(player, name, off):
+    """Between the last right sample and the first early one the drone would seem to stand."""
+    flight = player()
+    flight.world.drone = lambda t: (4.0 * math.sin(t), 0.0, 30.0 + 2.0 * math.sin(1.5 * t))
+    flight.world.rpy_deg = lambda t: (0.0, 60.0, 90.0 + 6.0 * math.sin(2.5 * t))
+    flight.play(6.0).play(2.0, off={name: off})
+    assert flight.engine.inputs[name].state is InputState.BAD
+    assert "s ahead of those before" in flight.engine.inputs[name].trouble
+    flight.play(5.0).end()
+    found = {e.robot_id for r in flight.results for e in r.estimates}
+    assert (found, flight.names(9.0)) == (set(NAMES), [NAMES] * 40)
+
+
 @pytest.mark.parametrize("off", [DAY, -DAY])
 @pytest.mark.parametrize("name", ["fix", "detections", "attitude", "camera_info"])
 def test_a_wrong_first_stamp_costs_moments(player, name, off):

@@ -1,0 +1,106 @@
+# Copyright 2026 aerial_gnss_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Stamps of an input that go on from one another.
+
+A message may come as late as the network wants, and after a congestion the delay falls again, but
+never below the least one before it. So a stamp that is ahead of the node's clock by more than any
+before is early, and that is no matter of the network, unless it was congested from the start.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+LATE_NS = 2_000_000_000
+"""A message may be late by so much behind the newest one of its input."""
+
+AHEAD_NS = 2_000_000_000
+"""A stamp that is farther ahead of what the newest one and the time since then tell is far off."""
+
+EARLY_NS = 500_000_000
+"""A stamp may be so much more ahead of the node's clock than any before it."""
+
+DRIFT_NS = 60_000_000_000
+"""A stamp that is so much later by the node's clock than any before: that clock was set."""
+
+
+@dataclass
+class Line:
+    """Stamps that go on from one another.
+
+    Attributes:
+        first_ns: the first one, ns.
+        newest_ns: the newest one, ns.
+        leads: whether it began ahead of another line by no more than `AHEAD_NS`.
+        step_ns: from the newest but one to the newest, ns; as yet `AHEAD_NS`.
+        offset_ns: by how much stamps are ahead of the node's clock at most, ns; None: not known.
+        told_ns: what the node's clock said at the newest one, ns; None: not known.
+        begun_ns: what it said at the first one, ns; None: not known.
+        count: of stamps.
+    """
+
+    first_ns: int
+    newest_ns: int
+    leads: bool = False
+    step_ns: int = AHEAD_NS
+    offset_ns: int | None = None
+    told_ns: int | None = None
+    begun_ns: int | None = None
+    count: int = 0
+    _untold_ns: int | None = None
+
+    def goes_on(self, stamp_ns: int, now_ns: int | None) -> bool:
+        """Return whether a stamp goes on from the newest one."""
+        return stamp_ns >= self.newest_ns - LATE_NS and not self.is_behind(stamp_ns, now_ns)
+
+    def is_behind(self, stamp_ns: int, now_ns: int | None) -> bool:
+        """Return whether a stamp is too far ahead for the time that has passed."""
+        if now_ns is None or self.offset_ns is None:
+            return stamp_ns > self.newest_ns + AHEAD_NS
+        # Stamps that come as far apart as they do are not early, however fast they come.
+        usual_ns = self.newest_ns + min(self.step_ns + EARLY_NS, AHEAD_NS)
+        return stamp_ns > max(usual_ns, now_ns + self.offset_ns + EARLY_NS)
+
+    def is_led(self, stamp_ns: int, now_ns: int | None) -> bool:
+        """Return whether a stamp that is too far ahead is so by no more than `AHEAD_NS`."""
+        if stamp_ns < self.newest_ns or now_ns is None or self.offset_ns is None:
+            return False
+        return stamp_ns <= max(self.newest_ns, now_ns + self.offset_ns) + AHEAD_NS
+
+    def add(self, stamp_ns: int) -> None:
+        """Take in a stamp; `tell` follows."""
+        self.count += 1
+        if stamp_ns > self.newest_ns:
+            self.step_ns, self.newest_ns = stamp_ns - self.newest_ns, stamp_ns
+            self.told_ns = None
+        if self._untold_ns is None or stamp_ns > self._untold_ns:
+            self._untold_ns = stamp_ns
+
+    def tell(self, now_ns: int) -> None:
+        """Take in when the stamps since the last call came."""
+        stamp_ns, self._untold_ns = self._untold_ns, None
+        if self.told_ns is None:
+            self.told_ns = now_ns
+        if self.begun_ns is None:
+            self.begun_ns = now_ns
+        if stamp_ns is None:
+            return
+        offset_ns, known = stamp_ns - now_ns, self.offset_ns
+        if known is None or offset_ns > known or offset_ns < known - DRIFT_NS:
+            self.offset_ns = offset_ns
+
+    def expected_ns(self, now_ns: int | None) -> int:
+        """Return the stamp that would come now."""
+        if now_ns is None or self.told_ns is None:
+            return self.newest_ns
+        return self.newest_ns + max(0, now_ns - self.told_ns)
+
+    @property
+    def heard(self) -> bool:
+        """Whether a stamp came since the node's clock was set back."""
+        return self.offset_ns is not None or self._untold_ns is not None
+
+    @property
+    def span_s(self) -> float:
+        """Time between its first and its newest stamp, s."""
+        return (self.newest_ns - self.first_ns) * 1e-9
