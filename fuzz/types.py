@@ -10,7 +10,7 @@ from rosbags.typesys.store import Typestore
 
 from aerial_gnss_ros.bags.typestore import extended
 
-_TEXTS = {
+TEXTS = {
     "mavros_msgs/msg/GimbalDeviceAttitudeStatus": """
 std_msgs/Header header
 uint16 flags
@@ -54,10 +54,11 @@ uint16 device_flags
 float32[4] q
 """,
 }
-"""The fields that are read; adapters read by name, so these stand for the real definitions."""
+"""The fields that are read, by type; adapters read by name, so these stand for the definitions of
+MAVROS and PX4. What they are tested with, too; a case is known by its fields: add none."""
 
 
 @functools.cache
 def typestore() -> Typestore:
     """Return the program's types and the autopilots' in a store of their own."""
-    return extended(_TEXTS)
+    return extended(TEXTS)

@@ -2,6 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """What each kind of vehicle sends: the reverse of `adapters`, one kind of message at a time.
 
+It is made of the simulation's samples, by the program's own conversions: damage is looked for, not
+wrong conversions. Those are for `test/adapters/encodings.py`, which uses nothing of the program.
+
 Between them the vehicles use every shipped profile and every kind of message in `adapters.kinds`.
 """
 
