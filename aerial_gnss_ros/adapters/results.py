@@ -16,7 +16,7 @@ import numpy as np
 
 from aerial_gnss_ros.adapters.markers import marker_array
 from aerial_gnss_ros.adapters.stamps import header_fields
-from aerial_gnss_ros.core.numerics.small_arrays import finite
+from aerial_gnss_ros.core.numerics.small_arrays import all_finite
 from aerial_gnss_ros.core.values.estimates import FrameResult, MapDatum, RobotEstimate, State
 from aerial_gnss_ros.core.values.samples import Array
 
@@ -120,7 +120,7 @@ def course(estimate: RobotEstimate) -> tuple[float, float] | None:
     is the first-order one of atan2.
     """
     velocity, covariance = estimate.velocity, estimate.covariance[2:, 2:]
-    if not (finite(velocity) and finite(covariance)):
+    if not (all_finite(velocity) and all_finite(covariance)):
         return None
     speed2 = float(velocity @ velocity)
     if speed2 == 0.0 or _squared_ratio(velocity, covariance) < COURSE_KNOWN:
@@ -239,7 +239,7 @@ def detection_array(detections: Boxes, header: dict[str, Any]) -> dict[str, Any]
 def _known_velocity(estimate: RobotEstimate) -> tuple[Array, Array]:
     """Return velocity and covariance, ENU; zero with a huge variance where none is estimated."""
     velocity, covariance = estimate.velocity, estimate.covariance[2:, 2:]
-    if finite(velocity) and finite(covariance):
+    if all_finite(velocity) and all_finite(covariance):
         return velocity, covariance
     return np.zeros(2), np.diag([UNKNOWN_LENGTH_M2, UNKNOWN_LENGTH_M2])
 

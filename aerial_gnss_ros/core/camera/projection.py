@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from aerial_gnss_ros.core.camera.distortion import BrownConrady, Equidistant
 from aerial_gnss_ros.core.numerics.columns import columns
-from aerial_gnss_ros.core.numerics.small_arrays import tabled
+from aerial_gnss_ros.core.numerics.small_arrays import evaluate_rows
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -35,7 +35,9 @@ def plane_with_jacobian(
     seen: Mask = points[:, 2] > _BEHIND
     if np.count_nonzero(seen) < len(seen):  # as if before the camera, so that nothing overflows
         points = np.where(seen[:, None], points, [0.0, 0.0, 1.0])
-    table = tabled(_pinhole if lens is None else lens.through, points, 8 if lens is None else 10)
+    table = evaluate_rows(
+        _pinhole if lens is None else lens.through, points, 8 if lens is None else 10
+    )
     if lens is not None:
         seen = seen & (table[:, 8] < lens.max_radius**2) & (table[:, 9] > 0.0)
     return table[:, :2], table[:, 2:8].reshape(-1, 2, 3), seen

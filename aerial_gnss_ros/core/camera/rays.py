@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aerial_gnss_ros.core.camera.distortion import BrownConrady, Equidistant
-from aerial_gnss_ros.core.numerics.small_arrays import tabled
+from aerial_gnss_ros.core.numerics.small_arrays import evaluate_rows
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -24,11 +24,11 @@ def pinhole_rays(lens: BrownConrady | None, plane: Array) -> tuple[Array, Array,
         plane: (n, 2) on the normalised image plane.
     """
     if lens is None:
-        table = tabled(_ray, plane, 9)
+        table = evaluate_rows(_ray, plane, 9)
         valid: Mask = np.ones(len(plane), dtype=np.bool_)
         return table[:, :3], table[:, 3:].reshape(-1, 3, 2), valid
     plane, inverse, valid = lens.undistort(plane)
-    table = tabled(_ray, plane, 9)
+    table = evaluate_rows(_ray, plane, 9)
     return table[:, :3], table[:, 3:].reshape(-1, 3, 2) @ inverse, valid
 
 

@@ -21,7 +21,7 @@ from aerial_gnss_ros.core.geometry.local_map import water_points
 from aerial_gnss_ros.core.models.measurement_model import pose_jacobian
 from aerial_gnss_ros.core.models.platform_model import COUNT, LATENCY, PlatformModel
 from aerial_gnss_ros.core.numerics.gaussian import mahalanobis
-from aerial_gnss_ros.core.numerics.small_arrays import products
+from aerial_gnss_ros.core.numerics.small_arrays import row_products
 
 Array = NDArray[np.float64]
 
@@ -220,7 +220,7 @@ def _possible(
 ) -> NDArray[np.bool_] | None:
     """Return which corrected robots (m,) are not too fast; None if all are."""
     velocities = joint.robots[slots, 2:]
-    squared = products(velocities, velocities)
+    squared = row_products(velocities, velocities)
     if max(squared.tolist()) <= fastest**2:
         return None
     speeds = np.sqrt(squared)

@@ -18,7 +18,7 @@ from aerial_gnss_ros.core.geometry.geodesy import (
     enu_axes,
     geodetic_from_ecef,
 )
-from aerial_gnss_ros.core.numerics.small_arrays import tabled
+from aerial_gnss_ros.core.numerics.small_arrays import evaluate_rows
 from aerial_gnss_ros.core.values.estimates import MapDatum
 
 Array = NDArray[np.float64]
@@ -62,7 +62,7 @@ def water_points(positions: Array) -> Array:
 
     The ellipsoid lies D²/2R below the tangent plane.
     """
-    return tabled(_on_water, positions, 3)
+    return evaluate_rows(_on_water, positions, 3)
 
 
 def _on_water(east: Any, north: Any) -> tuple[Any, Any, Any]:

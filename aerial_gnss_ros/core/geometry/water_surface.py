@@ -26,7 +26,7 @@ from aerial_gnss_ros.core.geometry.geodesy import (
     enu_axes,
     geodetic_from_ecef,
 )
-from aerial_gnss_ros.core.numerics.small_arrays import products
+from aerial_gnss_ros.core.numerics.small_arrays import row_products
 from aerial_gnss_ros.core.values.camera_pose import CameraPose
 
 Array = NDArray[np.float64]
@@ -84,7 +84,7 @@ class View:
         return distances, (self._place + scaled * distances[:, None]) @ self._turn.T
 
     def _distances(self, d: Array) -> Array:
-        a = products(d, d)
+        a = row_products(d, d)
         b = d @ self._place
         c = self._above
         discriminant = b * b - a * c
@@ -100,7 +100,7 @@ class View:
     def normals(self, offsets: Array) -> Array:
         """Return outward unit normals (n, 3) ENU of the water at points (n, 3) ENU."""
         gradient = (self._place + offsets @ self._turn) @ self._turn.T
-        square = products(gradient, gradient)
+        square = row_products(gradient, gradient)
         normals: Array = gradient / np.sqrt(square)[:, None]
         return normals
 

@@ -21,7 +21,7 @@ from aerial_gnss_ros.core.config.noise import Noise
 from aerial_gnss_ros.core.geometry.frames import skew
 from aerial_gnss_ros.core.geometry.gimbal import Reference, error_axes
 from aerial_gnss_ros.core.geometry.water_surface import View
-from aerial_gnss_ros.core.numerics.small_arrays import finite, products
+from aerial_gnss_ros.core.numerics.small_arrays import all_finite, row_products
 from aerial_gnss_ros.core.values.camera_pose import CameraPose
 
 Array = NDArray[np.float64]
@@ -72,7 +72,7 @@ def ray_points(view: View, camera: CameraModel, pixels: Array) -> RayPoints:
     directions = rays @ view.enu_from_optical.T
     by_pixel = view.enu_from_optical @ rays_by_pixel
     distances, gradients = view.meet(directions)
-    gradients /= products(gradients, directions)[:, None]
+    gradients /= row_products(gradients, directions)[:, None]
     # (n, 2, 3): the horizontal rows of I - d n' / (n.d)
     slide = _LEVEL - directions[:, :2, None] * gradients[:, None, :]
     reach = slide * distances[:, None, None]
@@ -121,7 +121,7 @@ def uncertainty(pose: CameraPose, noise: Noise, reference: Reference | str) -> U
         reference: the gimbal's; says whether the body's attitude noise enters.
     """
     stated, own = _stated(noise, Reference(reference)), pose.fix_covariance
-    if own is None or not finite(own):
+    if own is None or not all_finite(own):
         own = stated.position_slow
     return Uncertainty(
         error_axes(pose.enu_from_camera) * stated.rotation_slow,
@@ -187,6 +187,6 @@ def elevation_sigma(points: RayPoints, known: Uncertainty) -> Array:
     tilts[:, :3] = level @ (_RAISE @ known.rotation_slow[:2])
     tilts[:, 3:5] = level @ (_RAISE * known.rotation_white[:2])
     tilts[:, 5:] = points.directions_by_pixel[:, 2] * known.pixel
-    across = np.maximum(products(level, level), 1e-18)
-    sigma: Array = np.sqrt(products(tilts, tilts) / across)
+    across = np.maximum(row_products(level, level), 1e-18)
+    sigma: Array = np.sqrt(row_products(tilts, tilts) / across)
     return sigma

@@ -25,7 +25,7 @@ from aerial_gnss_ros.core.association.track import Track
 from aerial_gnss_ros.core.identity.label_ambiguity import Doubts, Spot
 from aerial_gnss_ros.core.identity.pair_hypotheses import Pair
 from aerial_gnss_ros.core.models.motion_model import Motion
-from aerial_gnss_ros.core.numerics.small_arrays import FEW
+from aerial_gnss_ros.core.numerics.small_arrays import MAX_ROWS
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.intp]
@@ -90,7 +90,7 @@ def _close(positions: Array, white: Array) -> list[list[int]]:
         white: (n, 2, 2) covariances of these, m².
     """
     size = np.sqrt(white[:, 0, 0] + white[:, 1, 1])
-    if len(size) <= FEW:
+    if len(size) <= MAX_ROWS:
         boxes = list(enumerate(zip(positions.tolist(), size.tolist(), strict=True)))
         found = []
         for (a, ((east, north), own)), (b, ((x, y), theirs)) in combinations(boxes, 2):

@@ -22,7 +22,7 @@ from aerial_gnss_ros.core.geometry.geodesy import SEMI_MAJOR_M, ecef_of_place, e
 from aerial_gnss_ros.core.geometry.gimbal import error_axes
 from aerial_gnss_ros.core.geometry.local_map import LocalMap
 from aerial_gnss_ros.core.geometry.rotation_vectors import rotation_matrix
-from aerial_gnss_ros.core.numerics.small_arrays import FEW, tabled
+from aerial_gnss_ros.core.numerics.small_arrays import MAX_ROWS, evaluate_rows
 from aerial_gnss_ros.core.values.camera_pose import CameraPose
 
 Array = NDArray[np.float64]
@@ -83,7 +83,7 @@ def level_axes(rotation: Array) -> Array:
 def on_water(pose: MapPose, directions: Array) -> Array:
     """Return East, North (n, 2) where rays (n, 3), of any length, meet the water; NaN if not."""
     place = pose.position.tolist()
-    if len(directions) <= FEW:
+    if len(directions) <= MAX_ROWS:
         rows = [
             _met(place, x, y, z) if z < 0.0 else (math.nan, math.nan)
             for x, y, z in directions.tolist()
@@ -108,7 +108,7 @@ def pose_jacobian(offsets: Array) -> Array:
     Args:
         offsets: (n, 3) from the camera, m.
     """
-    return tabled(_by_pose, offsets, 12).reshape(-1, 2, POSE_COUNT)
+    return evaluate_rows(_by_pose, offsets, 12).reshape(-1, 2, POSE_COUNT)
 
 
 def _by_pose(x: Any, y: Any, z: Any) -> tuple[Any, ...]:
@@ -130,7 +130,7 @@ def state_jacobian(offsets: Array, velocities: Array) -> Array:
         velocities: (n, 2) on the water, m/s.
     """
     states = np.concatenate([offsets, velocities], axis=1)
-    return tabled(_state_by_pose, states, 24).reshape(-1, 4, POSE_COUNT)
+    return evaluate_rows(_state_by_pose, states, 24).reshape(-1, 4, POSE_COUNT)
 
 
 def _state_by_pose(x: Any, y: Any, z: Any, east: Any, north: Any) -> tuple[Any, ...]:

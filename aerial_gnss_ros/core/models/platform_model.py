@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from aerial_gnss_ros.core.config.noise import Noise
 from aerial_gnss_ros.core.geometry.gimbal import Reference
 from aerial_gnss_ros.core.georeferencing.covariance import white_rotation
-from aerial_gnss_ros.core.numerics.small_arrays import finite
+from aerial_gnss_ros.core.numerics.small_arrays import all_finite
 from aerial_gnss_ros.core.values.estimates import PlatformError
 
 Array = NDArray[np.float64]
@@ -76,7 +76,7 @@ class PlatformModel:
         Args:
             fix_covariance: (2, 2) East, North of the fix itself, in place of the configured one.
         """
-        if fix_covariance is None or not finite(fix_covariance):
+        if fix_covariance is None or not all_finite(fix_covariance):
             return self._stationary
         covariance = self._stationary.copy()
         covariance[:2, :2] = fix_covariance

@@ -17,21 +17,21 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 
-FEW = 8
+MAX_ROWS = 8
 """Up to so many rows are computed one by one."""
 
 
-def finite(numbers: Array) -> bool:
+def all_finite(numbers: Array) -> bool:
     """Return whether a few numbers, of any shape, are all finite; less to call than `isfinite`."""
     return all(map(math.isfinite, numbers.ravel().tolist()))
 
 
-def products(one: Array, other: Array) -> Array:
+def row_products(one: Array, other: Array) -> Array:
     """Return the scalar products (n,) of rows (n, k); less to call than einsum."""
     return (one[:, None, :] @ other[:, :, None]).reshape(-1)
 
 
-def tabled(formula: Callable[..., tuple[Any, ...]], given: Array, count: int) -> Array:
+def evaluate_rows(formula: Callable[..., tuple[Any, ...]], given: Array, count: int) -> Array:
     """Return what a formula makes of rows (n, k) of numbers, (n, count).
 
     Args:
@@ -39,7 +39,7 @@ def tabled(formula: Callable[..., tuple[Any, ...]], given: Array, count: int) ->
         given: (n, k).
         count: of the formula's values.
     """
-    if 0 < len(given) <= FEW:
+    if 0 < len(given) <= MAX_ROWS:
         try:
             return np.array([formula(*row) for row in given.tolist()])
         except ZeroDivisionError:

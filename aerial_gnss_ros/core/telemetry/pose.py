@@ -14,7 +14,7 @@ from aerial_gnss_ros.core.geometry.frames import matrix_from_quaternion, matrix_
 from aerial_gnss_ros.core.geometry.geodesy import geodetic_from_enu
 from aerial_gnss_ros.core.geometry.gimbal import enu_from_camera, mount_matrix
 from aerial_gnss_ros.core.geometry.magnetic import declination, true_from_magnetic
-from aerial_gnss_ros.core.numerics.small_arrays import finite
+from aerial_gnss_ros.core.numerics.small_arrays import all_finite
 from aerial_gnss_ros.core.telemetry.buffers import Samples
 from aerial_gnss_ros.core.telemetry.corrections import corrected_camera
 from aerial_gnss_ros.core.telemetry.vertical_datum import ellipsoidal_altitude
@@ -92,7 +92,7 @@ class Posing:
         if samples.attitude is None:
             return None
         body = matrix_from_quaternion(samples.attitude.quaternion)
-        if not finite(body):
+        if not all_finite(body):
             return Reason.BAD_ATTITUDE
         if self._config.attitude.north == "true":
             return body
@@ -104,7 +104,7 @@ class Posing:
         if samples.gimbal is None:
             return None
         camera = matrix_from_quaternion(samples.gimbal.quaternion)
-        if not finite(camera):
+        if not all_finite(camera):
             return Reason.BAD_GIMBAL
         if self._config.gimbal.north == "true" or self._reference(samples) != "earth":
             return camera
@@ -175,5 +175,5 @@ def _horizontal(fix: Fix) -> Array | None:
         return None
     plane = np.asarray(fix.covariance, dtype=np.float64)[:2, :2]
     (east, shared), (_, north) = plane.tolist()
-    good = finite(plane) and east > 0.0 and north > 0.0 and shared * shared < east * north
+    good = all_finite(plane) and east > 0.0 and north > 0.0 and shared * shared < east * north
     return plane if good else None

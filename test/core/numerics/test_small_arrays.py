@@ -7,7 +7,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from aerial_gnss_ros.core.numerics.small_arrays import FEW, products, tabled
+from aerial_gnss_ros.core.numerics.small_arrays import MAX_ROWS, evaluate_rows, row_products
 
 
 def _formula(x, y):
@@ -15,18 +15,18 @@ def _formula(x, y):
 
 
 def test_few_rows_give_what_they_give_among_many():
-    rows = np.random.default_rng(1).normal(size=(FEW + 5, 2))
-    many = tabled(_formula, rows, 3)
-    assert tabled(_formula, rows[:FEW], 3) == pytest.approx(many[:FEW], rel=1e-15)
-    assert tabled(_formula, rows[:0], 3).shape == (0, 3)
+    rows = np.random.default_rng(1).normal(size=(MAX_ROWS + 5, 2))
+    many = evaluate_rows(_formula, rows, 3)
+    assert evaluate_rows(_formula, rows[:MAX_ROWS], 3) == pytest.approx(many[:MAX_ROWS], rel=1e-15)
+    assert evaluate_rows(_formula, rows[:0], 3).shape == (0, 3)
 
 
 def test_one_by_zero_is_infinite_for_few_rows_too():
     with np.errstate(divide="ignore"):
-        assert tabled(_formula, np.array([[1.0, 0.0]]), 3).tolist() == [[0.0, 1.0, np.inf]]
+        assert evaluate_rows(_formula, np.array([[1.0, 0.0]]), 3).tolist() == [[0.0, 1.0, np.inf]]
 
 
 def test_products_of_rows():
-    assert products(
+    assert row_products(
         np.array([[1.0, 2.0], [3.0, 4.0]]), np.array([[5.0, 6.0], [7.0, 8.0]])
     ).tolist() == [17.0, 53.0]
