@@ -26,7 +26,7 @@ from aerial_gnss_ros.core.estimation.estimator import Estimator
 from aerial_gnss_ros.core.estimation.health import RobotSummary, summary
 from aerial_gnss_ros.core.telemetry.buffers import InputState
 from aerial_gnss_ros.core.values.estimates import FrameResult, State
-from aerial_gnss_ros.core.values.events import Failure, Trouble
+from aerial_gnss_ros.core.values.events import ErrorText, WarningText
 from aerial_gnss_ros.detection.background import begun
 from aerial_gnss_ros.nodes import qos
 from aerial_gnss_ros.nodes.arrivals import SECOND_NS
@@ -190,9 +190,9 @@ class EstimatorNode(SupervisedNode):
 
     def _log_events(self) -> None:
         for sentence in self._estimator.take_events():
-            if isinstance(sentence, Failure):
+            if isinstance(sentence, ErrorText):
                 self.get_logger().error(sentence)
-            elif isinstance(sentence, Trouble):
+            elif isinstance(sentence, WarningText):
                 self.get_logger().warning(sentence)
             else:
                 self.get_logger().info(sentence)

@@ -43,7 +43,7 @@ from aerial_gnss_ros.core.tracker.protocol import Tracking
 from aerial_gnss_ros.core.tracker.tracker import Tracker
 from aerial_gnss_ros.core.values.detection_frame import DetectionFrame
 from aerial_gnss_ros.core.values.estimates import FrameResult, PlatformError, RobotEstimate
-from aerial_gnss_ros.core.values.events import Events, Trouble
+from aerial_gnss_ros.core.values.events import Events, WarningText
 from aerial_gnss_ros.core.values.rejection import Cause, Input, Reason, Rejection
 from aerial_gnss_ros.core.values.samples import Fix, Orientation, Scalar
 
@@ -151,7 +151,7 @@ class Estimator:
 
     def take_events(self) -> list[str]:
         """Return the sentences for the log and forget them."""
-        return self._log.take()
+        return self._log.drain()
 
     @property
     def happened(self) -> Counter[str]:
@@ -370,9 +370,9 @@ class Estimator:
 
     def _tell_bad(self, name: str, trouble: str) -> None:
         """Say the first time that a message is no use, and why, and again when none has been."""
-        self._log.add_once(f"bad {name}", f"A message on {name} is of no use: {trouble}.")
+        self._log.warn_once(f"bad {name}", f"A message on {name} is of no use: {trouble}.")
         if self._tallies[name].bad_s > LONG_S:
-            self._log.add_once(
+            self._log.warn_once(
                 f"long bad {name}",
                 f"No message on {name} has been of use for {LONG_S:.0f} s, the last one because "
                 f"{trouble}.",
@@ -390,7 +390,7 @@ class Estimator:
         self._forget_robots()
         self._log.counts["began_elsewhere"] += 1
         ended = ": tracks are cleared, and robots get new names" if robots else ""
-        self._log.add(Trouble(f"{moved}{ended}."))
+        self._log.add(WarningText(f"{moved}{ended}."))
 
     def _take_ready(self) -> list[FrameResult]:
         results, self._ready = self._ready, []
@@ -421,7 +421,7 @@ class Estimator:
         except MemoryError:
             raise
         except Exception as error:  # noqa: BLE001 - positions matter more than the file
-            self._log.add_once(
+            self._log.warn_once(
                 "state_file", f"state_file cannot be written ({type(error).__name__}: {error})."
             )
 

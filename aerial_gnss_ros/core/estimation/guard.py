@@ -105,7 +105,7 @@ class Guard:
         self._failed += 1
         self._log.counts["images_failed"] += 1
         place = _innermost(error)
-        self._log.add_once(
+        self._log.warn_once(
             f"failed {type(error).__name__} {place}",
             f"The image of {frame.stamp_ns} ns could not be worked on and changed nothing "
             f"({type(error).__name__} at {place}: {error}; {len(frame)} boxes, "

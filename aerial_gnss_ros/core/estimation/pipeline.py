@@ -191,14 +191,14 @@ class Pipeline:
             self._frame_of_map = MapFrame(local)
         in_map = self._frame_of_map.pose(pose)
         if self._standstill.telemetry(pose.stamp_ns, in_map):
-            self._log.add_once(
+            self._log.warn_once(
                 "telemetry stands",
                 "All telemetry stopped dead in a motion and repeats itself to the last bit: boxes "
                 "are refused until it changes (stale_fix). Its source may have frozen.",
             )
             return Reason.STALE_FIX
         if self._standstill.picture(frame, camera, in_map):
-            self._log.add_once(
+            self._log.warn_once(
                 "picture stands",
                 "Boxes repeat themselves to the last bit while the camera moves: the picture "
                 "stands still, and they are refused until it changes (bad_detections).",
@@ -227,7 +227,7 @@ class Pipeline:
         if usual is None:
             return
         self._log.counts["images_crowded"] += 1
-        self._log.add_once(
+        self._log.warn_once(
             "crowd",
             f"An image has {count} boxes, those before it about {usual:.0f}: nearly all must be "
             "false. Those not seen again become no robots; if it goes on, raise "
@@ -237,7 +237,7 @@ class Pipeline:
     def _look_for_strangers(self, frame: DetectionFrame, reasons: list[Reason | None]) -> None:
         came = self._strangers.take(frame.class_ids, reasons)
         if came:
-            self._log.add_once(
+            self._log.warn_once(
                 "strangers",
                 f"All boxes so far are of class {_listed(came)} and refused as wrong_class: "
                 f"detections.classes is {_listed(self._config.detections.classes)}; put the names "
@@ -268,7 +268,7 @@ class Pipeline:
         """Return why there is no telemetry; say so where an input is of another time."""
         if lacking.later_s > self._config.max_wait:
             name = str(lacking.reason).removeprefix("no_")
-            self._log.add_once(
+            self._log.warn_once(
                 f"later {name}",
                 f"The oldest {name} is {lacking.later_s:.1f} s later than an image, which is "
                 f"refused ({lacking.reason}). If it came no later, their clocks differ: "
@@ -280,10 +280,10 @@ class Pipeline:
     def _pose(self, samples: Samples) -> CameraPose | Reason:
         pose = self._posing.pose(samples)
         if self._posing.trouble:
-            self._log.add_once(self._posing.trouble, self._posing.trouble)
+            self._log.warn_once(self._posing.trouble, self._posing.trouble)
         if isinstance(pose, CameraPose) and math.isnan(pose.altitude):
             why = _NO_ALTITUDE[self._config.fix.altitude_datum]
-            self._log.add_once("altitude", f"Published altitudes are NaN: {why}")
+            self._log.warn_once("altitude", f"Published altitudes are NaN: {why}")
         return pose
 
     def _published(self, update: TrackUpdate, points: WaterPoints) -> tuple[RobotEstimate, ...]:

@@ -50,7 +50,7 @@ class NameKeeper:
         except ConfigError as error:
             if not self._session:
                 raise
-            self._log.add_once("session", f"Names from before the restart are lost: {error}")
+            self._log.warn_once("session", f"Names from before the restart are lost: {error}")
             return SavedNames()
 
     def keep(self, result: FrameResult, identity: Identity) -> None:
@@ -72,7 +72,7 @@ class NameKeeper:
         try:
             save(self._path, identity.saved(), durable=not self._session)
         except OutputError as error:
-            self._log.add_once("state_file", str(error))
+            self._log.warn_once("state_file", str(error))
 
     def begin_anew(self) -> None:
         """Forget when it was saved last: the clock went backward."""

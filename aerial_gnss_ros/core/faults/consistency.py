@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aerial_gnss_ros.core.models.platform_model import PLATFORM
-from aerial_gnss_ros.core.values.events import Trouble
+from aerial_gnss_ros.core.values.events import WarningText
 
 Array = NDArray[np.float64]
 
@@ -140,7 +140,7 @@ class InnovationMonitor:
         fit = self.fit
         if not self._alarm and fit.sigmas > ALARM_SIGMAS:
             self._alarm = True
-            return Trouble(_misfit(fit.ratio, level))
+            return WarningText(_misfit(fit.ratio, level))
         if self._alarm and fit.sigmas < CALM_SIGMAS and not math.isnan(fit.ratio):
             self._alarm = False
             return "Boxes lie where they are expected again, within the stated noise."
@@ -158,7 +158,7 @@ class InnovationMonitor:
         """
         begins = not self._turned and sigma > TURNED
         self._turned = _turned(sigma) if sigma > TURNED else ""
-        return Trouble(self._turned) if begins else None
+        return WarningText(self._turned) if begins else None
 
     def check_platform(self, errors: Array, stationary: Array) -> str | None:
         """Return a sentence when an estimated error is far outside what is stated, once each.
@@ -179,7 +179,7 @@ class InnovationMonitor:
             self._incredible[name] = _incredible(name, error, sigma)
             if name not in self._told and news is None:
                 self._told.add(name)
-                news = Trouble(self._incredible[name])
+                news = WarningText(self._incredible[name])
         return news
 
 

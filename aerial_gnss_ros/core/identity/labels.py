@@ -183,7 +183,7 @@ class Identity:
             why = f"start_radius_m allows {self._start_radius_m:g} m"
         else:
             why = f"it is of class {sighting.class_id!r}, and {start.class_id!r} is expected there"
-        self._log.add_once(
+        self._log.warn_once(
             f"start {start.name}",
             f"A robot {metres:.0f} m from the start of {start.name} is called {name}: {why}. If it "
             f"is {start.name}, correct robots.{start.name} in the parameters.",

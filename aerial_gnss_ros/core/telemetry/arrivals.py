@@ -101,7 +101,7 @@ class Arrivals:
         if name == DETECTIONS:
             self._dropped[WRONG_STAMP] += count
         apart_s = self._apart_s.pop(name, 0.0)
-        self._log.add_once(
+        self._log.warn_once(
             f"stamps {name}",
             f"{counted(count, 'message')} on {name} refused: stamped {abs(apart_s):.1f} s "
             f"{_side(apart_s)}, while other inputs went on. Look at the clock that stamps it.",

@@ -126,7 +126,7 @@ class MapOrigin:
             f"{_km(self._too_far_m)} from the drone, so no position can be given: correct "
             "map.latitude_deg and map.longitude_deg, or leave them out."
         )
-        self._log.fail(self.trouble)
+        self._log.error(self.trouble)
 
     def _away(self, latitude: float, longitude: float) -> float:
         assert self.local is not None  # noqa: S101 - set by the first fix

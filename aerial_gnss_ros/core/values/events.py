@@ -9,13 +9,13 @@ from collections import Counter
 MAX_KEPT = 200
 
 
-class Trouble(str):
+class WarningText(str):
     """A sentence of something that a user should mend: nodes log it as a warning."""
 
     __slots__ = ()
 
 
-class Failure(Trouble):
+class ErrorText(WarningText):
     """A sentence of what no position can be given with: nodes log it as an error."""
 
     __slots__ = ()
@@ -39,17 +39,17 @@ class Events:
         self.sentences.append(sentence)
         del self.sentences[:-MAX_KEPT]
 
-    def add_once(self, topic: str, sentence: str) -> None:
+    def warn_once(self, topic: str, sentence: str) -> None:
         """Warn of something about a topic, the first time only."""
         if topic not in self._told:
             self._told.add(topic)
-            self.add(Trouble(sentence))
+            self.add(WarningText(sentence))
 
-    def fail(self, sentence: str) -> None:
+    def error(self, sentence: str) -> None:
         """Say why no position can be given until something is mended."""
-        self.add(Failure(sentence))
+        self.add(ErrorText(sentence))
 
-    def take(self) -> list[str]:
+    def drain(self) -> list[str]:
         """Return the sentences and forget them."""
         taken, self.sentences = self.sentences, []
         return taken

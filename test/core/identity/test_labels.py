@@ -85,7 +85,7 @@ def test_a_start_that_nobody_came_near_is_told_once(sighting, words):
     identity = _identity(STARTS, log=log)
     identity.names([sighting], LOCAL)
     identity.names([sighting], LOCAL)
-    (told,) = log.take()
+    (told,) = log.drain()
     assert all(word in told for word in words)
 
 
@@ -95,7 +95,7 @@ def test_nothing_is_told_of_starts_that_have_their_robots(starts):
     identity = _identity(starts, log=log)
     identity.names([_seen(0, 0)], LOCAL)
     identity.names([_seen(40, 0)], LOCAL)
-    assert log.take() == []
+    assert log.drain() == []
 
 
 OLD = (("aqua_1", (0.0, 0.0), 0), ("aqua_2", (60.0, 0.0), 0))

@@ -10,7 +10,7 @@ import pytest
 
 from aerial_gnss_ros.core.config.estimator import estimator_config
 from aerial_gnss_ros.core.telemetry.map_origin import MapOrigin
-from aerial_gnss_ros.core.values.events import Events, Failure
+from aerial_gnss_ros.core.values.events import ErrorText, Events
 from aerial_gnss_ros.core.values.samples import Fix
 
 LATITUDE, LONGITUDE = 13.194, -59.6415
@@ -72,7 +72,7 @@ def test_a_configured_origin_too_far_away_is_refused_in_a_sentence():
     one.accept(fix(), 3.0, robots=False)
     one.accept(fix(), 3.1, robots=False)
     assert one.trouble.startswith("The origin of map (14.194, -59.6415) is 111 km from the drone")
-    assert [str(told) for told in log.sentences if isinstance(told, Failure)] == [one.trouble]
+    assert [str(told) for told in log.sentences if isinstance(told, ErrorText)] == [one.trouble]
     assert one.datum.latitude == math.radians(LATITUDE + 1.0)
 
 
