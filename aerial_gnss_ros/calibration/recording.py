@@ -15,9 +15,9 @@ from aerial_gnss_ros.core.estimation.pipeline import camera_of
 from aerial_gnss_ros.core.geometry.local_map import LocalMap
 from aerial_gnss_ros.core.georeferencing import detection_filter
 from aerial_gnss_ros.core.models.measurement_model import MapFrame, MapPose
-from aerial_gnss_ros.core.telemetry.buffers import Inputs, Lacking
+from aerial_gnss_ros.core.telemetry.buffers import MissingTelemetry, TelemetryBuffers
 from aerial_gnss_ros.core.telemetry.corrections import scaled_camera
-from aerial_gnss_ros.core.telemetry.pose import Posing
+from aerial_gnss_ros.core.telemetry.pose import PoseBuilder
 from aerial_gnss_ros.core.values.detection_frame import DetectionFrame
 from aerial_gnss_ros.core.values.estimates import FrameResult, MapDatum
 from aerial_gnss_ros.core.values.rejection import Input, Reason
@@ -43,13 +43,13 @@ class Recording(Estimator):
         super().__init__(self.config)
         self.frames: dict[int, DetectionFrame] = {}
         self.stamps: dict[Input, list[int]] = {source: [] for source in Input}
-        self._all = Inputs(self.config, WHOLE_FLIGHT_S)
+        self._all = TelemetryBuffers(self.config, WHOLE_FLIGHT_S)
         self._camera_stamps: list[int] = []
         self._scaled: dict[int, CameraModel] = {}
         self._fixed_camera = camera_of(config)
-        self._posing = Posing(self.config)
+        self._posing = PoseBuilder(self.config)
         bare = replace(self.config.camera, offset_m=(0.0, 0.0, 0.0))
-        self._antenna = Posing(replace(self.config, camera=bare))
+        self._antenna = PoseBuilder(replace(self.config, camera=bare))
         self._first_fix: Fix | None = self._all.constant_fix
         self._frame: MapFrame | None = None
 
@@ -131,7 +131,7 @@ class Recording(Estimator):
             first = self._first_fix
             self._frame = MapFrame(LocalMap(MapDatum(first.latitude, first.longitude, 0.0)))
         samples = self._all.at(scene_ns)
-        if isinstance(samples, Lacking):
+        if isinstance(samples, MissingTelemetry):
             return None
         pose = (self._antenna if at_antenna else self._posing).pose(samples)
         return None if isinstance(pose, Reason) else self._frame.pose(pose)

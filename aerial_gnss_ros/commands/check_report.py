@@ -13,7 +13,7 @@ from typing import Any
 from aerial_gnss_ros.adapters.feed import Subscription
 from aerial_gnss_ros.core.config.estimator import EstimatorConfig
 from aerial_gnss_ros.core.geometry.frames import heading_from_yaw, yaw_of
-from aerial_gnss_ros.core.telemetry.vertical_datum import explained
+from aerial_gnss_ros.core.telemetry.vertical_datum import describe_datums
 from aerial_gnss_ros.preflight.monitor import Moment, Watch
 from aerial_gnss_ros.preflight.pointing import Aim, aim, side
 from aerial_gnss_ros.preflight.sign_tests import SignTest, Verdict
@@ -92,7 +92,7 @@ def as_text(check: Check) -> str:
     lines += _clock_lines(check)
     moment = check.moment
     if moment is not None and moment.fix is not None:
-        datums = explained(moment.fix, check.config.fix, check.config.height)
+        datums = describe_datums(moment.fix, check.config.fix, check.config.height)
         lines.append(textwrap.fill(f"  {datums}", _WIDTH, subsequent_indent="  "))
     lines += ["", "sign tests"]
     for test in check.tests:

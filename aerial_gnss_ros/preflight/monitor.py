@@ -22,10 +22,15 @@ from aerial_gnss_ros.core.config.estimator import EstimatorConfig
 from aerial_gnss_ros.core.geometry.frames import matrix_from_quaternion
 from aerial_gnss_ros.core.geometry.magnetic import declination, true_from_magnetic
 from aerial_gnss_ros.core.telemetry.arrivals import Arrivals
-from aerial_gnss_ros.core.telemetry.buffers import CAMERA_INFO, WATER_LEVEL, Inputs, Lacking
+from aerial_gnss_ros.core.telemetry.buffers import (
+    CAMERA_INFO,
+    WATER_LEVEL,
+    MissingTelemetry,
+    TelemetryBuffers,
+)
 from aerial_gnss_ros.core.telemetry.clock import Clock, Decision
 from aerial_gnss_ros.core.telemetry.depths import depth_input
-from aerial_gnss_ros.core.telemetry.pose import Posing
+from aerial_gnss_ros.core.telemetry.pose import PoseBuilder
 from aerial_gnss_ros.core.telemetry.series import (
     Sample,
     fix_series,
@@ -98,7 +103,7 @@ class Heard:
         self.bad += 1
         self.trouble = trouble
 
-    def take_back(self) -> None:
+    def undo_refusal(self) -> None:
         """Take back a message that was refused: it is of use after all."""
         self.bad -= 1
         self.trouble = self.trouble if self.bad else ""
@@ -136,8 +141,8 @@ class Watch:
         self.camera: CameraModel | None = None
         self.troubles: set[str] = set()
         self._config = config
-        self._inputs = Inputs(config)
-        self._posing = Posing(config)
+        self._inputs = TelemetryBuffers(config)
+        self._posing = PoseBuilder(config)
         # The estimator keeps only what it needs; the sign tests want all there is.
         self._fixes = fix_series(config.fix.max_gap)
         self._bodies = orientation_series(config.attitude.max_gap)
@@ -233,11 +238,11 @@ class Watch:
         while self._next_ns <= newest:
             samples = self._inputs.at(self._next_ns)
             waits = newest - self._next_ns < self._wait_ns and not final
-            if isinstance(samples, Lacking) and samples.may_come and waits:
+            if isinstance(samples, MissingTelemetry) and samples.can_arrive and waits:
                 return
-            reason = samples.reason if isinstance(samples, Lacking) else None
+            reason = samples.reason if isinstance(samples, MissingTelemetry) else None
             pose = None
-            if not isinstance(samples, Lacking):
+            if not isinstance(samples, MissingTelemetry):
                 found = self._posing.pose(samples)
                 pose, reason = (found, None) if isinstance(found, CameraPose) else (None, found)
                 if self._posing.trouble:

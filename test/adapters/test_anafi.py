@@ -9,7 +9,7 @@ import numpy as np
 from aerial_gnss_ros.adapters import anafi
 from aerial_gnss_ros.bags.typestore import make
 from aerial_gnss_ros.core.config.estimator import estimator_config
-from aerial_gnss_ros.core.telemetry.validity import usable
+from aerial_gnss_ros.core.telemetry.validity import validate
 
 CONFIG = estimator_config({"fix.type": "anafi_fix"}).fix
 FIX = "sensor_msgs/msg/NavSatFix"
@@ -26,4 +26,4 @@ def test_east_comes_first():
 
 def test_a_position_that_the_drone_does_not_know_is_of_no_use():
     unknown = make(FIX, {"latitude": float("nan"), "longitude": float("nan")})
-    assert "no place on Earth" in usable(anafi.fix(unknown, 5, CONFIG))[0]
+    assert "no place on Earth" in validate(anafi.fix(unknown, 5, CONFIG))[0]

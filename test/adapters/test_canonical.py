@@ -15,7 +15,7 @@ from aerial_gnss_ros.adapters import canonical, psdk
 from aerial_gnss_ros.adapters.stamps import copied_header, nanoseconds, stamp_fields
 from aerial_gnss_ros.bags.typestore import serialize, typestore
 from aerial_gnss_ros.core.config.telemetry import GimbalConfig
-from aerial_gnss_ros.core.telemetry.validity import usable
+from aerial_gnss_ros.core.telemetry.validity import validate
 from aerial_gnss_ros.core.values.errors import CameraError
 
 NOW = 12
@@ -81,9 +81,9 @@ def test_a_stated_covariance_that_is_none_makes_no_fix(message, variance, kind):
     covariance = np.diag([variance] * 3).ravel().tolist()
     fields = {"latitude": 45.0, "position_covariance": covariance}
     stated = canonical.fix(message(FIX, fields | {"position_covariance_type": kind}), NOW)
-    assert usable(stated)[0]
+    assert validate(stated)[0]
     unknown = canonical.fix(message(FIX, fields | {"position_covariance_type": 0}), NOW)
-    assert usable(unknown) == ("", unknown)
+    assert validate(unknown) == ("", unknown)
 
 
 @pytest.mark.parametrize(("status", "valid"), [(-2, True), (-1, False), (0, True), (2, True)])
@@ -114,7 +114,7 @@ def test_orientations_of_all_types_agree(message):
 def test_an_imu_that_measures_no_orientation_is_not_taken_for_level_and_east(message, first, given):
     fields = {"orientation": {"w": 1.0}, "orientation_covariance": [first] + 8 * [0.0]}
     read = canonical.orientation(message("sensor_msgs/msg/Imu", fields), NOW, "imu")
-    trouble, _ = usable(read)
+    trouble, _ = validate(read)
     assert ("orientation_covariance[0] is -1" in trouble) != given
 
 
@@ -175,7 +175,7 @@ def test_an_angle_beyond_a_thousand_turns_is_none(message, kind, axis, angle, gi
         if kind == "vector3"
         else psdk.gimbal(read, NOW, GimbalConfig())
     )
-    trouble, _ = usable(orientation)
+    trouble, _ = validate(orientation)
     assert ("1,000 turns" in trouble) != given
 
 

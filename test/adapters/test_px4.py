@@ -12,7 +12,7 @@ import pytest
 
 from aerial_gnss_ros.adapters import px4
 from aerial_gnss_ros.core.config.estimator import estimator_config
-from aerial_gnss_ros.core.telemetry.validity import usable
+from aerial_gnss_ros.core.telemetry.validity import validate
 
 FIX = estimator_config(
     {"fix.type": "px4_global_position", "fix.stamp": "px4_us", "fix.altitude_datum": "ellipsoid"}
@@ -43,7 +43,7 @@ def test_no_accuracy_is_no_covariance():
 
 @pytest.mark.parametrize("eph", [math.nan, math.inf, -math.inf, -2.0])
 def test_an_accuracy_that_is_no_number_makes_no_fix(eph):
-    assert "its covariance" in usable(position(eph=eph))[0]
+    assert "its covariance" in validate(position(eph=eph))[0]
 
 
 def test_raw_gnss_without_a_fix_is_none():

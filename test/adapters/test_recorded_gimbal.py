@@ -20,8 +20,8 @@ import pytest
 from aerial_gnss_ros.adapters.feed import Feed
 from aerial_gnss_ros.bags.typestore import make
 from aerial_gnss_ros.core.config.estimator import estimator_config
-from aerial_gnss_ros.core.telemetry.buffers import Inputs, Samples
-from aerial_gnss_ros.core.telemetry.pose import Posing
+from aerial_gnss_ros.core.telemetry.buffers import SceneTelemetry, TelemetryBuffers
+from aerial_gnss_ros.core.telemetry.pose import PoseBuilder
 from aerial_gnss_ros.core.values.rejection import Input
 
 KEYS = {  # MISB ST 0601 in the words of a profile
@@ -45,7 +45,7 @@ class Telemetry:
     """Takes the feed's values as the estimator does, and gives poses."""
 
     def __init__(self, config):
-        self.inputs, self.posing = Inputs(config), Posing(config)
+        self.inputs, self.posing = TelemetryBuffers(config), PoseBuilder(config)
 
     def __getattr__(self, name):
         source = Input(name.removeprefix("add_"))
@@ -53,7 +53,7 @@ class Telemetry:
 
     def pose(self, stamp_ns):
         samples = self.inputs.at(stamp_ns)
-        return self.posing.pose(samples) if isinstance(samples, Samples) else None
+        return self.posing.pose(samples) if isinstance(samples, SceneTelemetry) else None
 
 
 def errors_deg(rows, platform_later_s, **changed):

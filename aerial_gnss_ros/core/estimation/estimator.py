@@ -29,11 +29,11 @@ from aerial_gnss_ros.core.telemetry.arrivals import Arrivals
 from aerial_gnss_ros.core.telemetry.buffers import (
     CAMERA_INFO,
     WATER_LEVEL,
-    Inputs,
     InputStatus,
-    Lacking,
-    Samples,
-    Tally,
+    MessageCounter,
+    MissingTelemetry,
+    SceneTelemetry,
+    TelemetryBuffers,
 )
 from aerial_gnss_ros.core.telemetry.clock import DETECTIONS, Clock, Decision
 from aerial_gnss_ros.core.telemetry.depths import depth_input
@@ -110,9 +110,9 @@ class Estimator:
         self._patience_ns = round(config.max_wait * 1e9) + early_ns
         self._names = NameKeeper(config.state_file, self._log, session)
         self._identity = Identity(config, self._names.load(), self._log)
-        self._inputs = Inputs(config)
-        self._tallies: dict[str, Tally] = {
-            name: Tally()
+        self._inputs = TelemetryBuffers(config)
+        self._tallies: dict[str, MessageCounter] = {
+            name: MessageCounter()
             for name in (
                 *(str(i) for i in Input),
                 WATER_LEVEL,
@@ -240,7 +240,7 @@ class Estimator:
             name: of the input.
             trouble: why, in words.
         """
-        self._tallies.setdefault(name, Tally()).refuse(trouble)
+        self._tallies.setdefault(name, MessageCounter()).refuse(trouble)
         self._tell_bad(name, trouble)
 
     def add_detections(self, frame: DetectionFrame) -> None:
@@ -327,7 +327,7 @@ class Estimator:
         if trouble:
             return trouble
         before = self._origin.local
-        lasted_s = self._inputs.plausibility.place_lasted_s
+        lasted_s = self._inputs.plausibility.agreed_s
         trouble = self._origin.accept(fix, lasted_s, bool(self._estimates))
         if before is not None and self._origin.local is not before:
             self._pipeline.reset()
@@ -383,7 +383,7 @@ class Estimator:
 
         One of the two was wrong, and with it everything that was seen from there.
         """
-        moved = self._inputs.plausibility.take_moved()
+        moved = self._inputs.plausibility.pop_relocation()
         if not moved:
             return
         robots = bool(self._estimates)
@@ -400,7 +400,7 @@ class Estimator:
         """Work on the oldest image; return False when it has to wait on."""
         frame = self._waiting[0].frame
         samples = self._samples(frame.stamp_ns)
-        if isinstance(samples, Lacking) and samples.may_come and not final:
+        if isinstance(samples, MissingTelemetry) and samples.can_arrive and not final:
             return False
         del self._waiting[0]
         result = self._guard.result(frame, samples)
@@ -425,7 +425,7 @@ class Estimator:
                 "state_file", f"state_file cannot be written ({type(error).__name__}: {error})."
             )
 
-    def _samples(self, stamp_ns: int) -> Samples | Lacking | Exception:
+    def _samples(self, stamp_ns: int) -> SceneTelemetry | MissingTelemetry | Exception:
         """Return the telemetry of an image, or why there is none."""
         try:
             return self._inputs.at(stamp_ns - self._pipeline.latency_ns)
@@ -446,7 +446,7 @@ class Estimator:
         self._forget_robots()
         self._last_stamp_ns = self._newest_image_ns = None
         for tally in self._tallies.values():
-            tally.begin_anew()
+            tally.reset_stamps()
         self._log.counts[f"time_went_{'backward' if decision.by_ns < 0 else 'forward'}"] += 1
         self._log.add(f"{decision}: telemetry and tracks are cleared, and robots get new names.")
 

@@ -24,15 +24,19 @@ from aerial_gnss_ros.core.identity.return_position import Whereabouts
 from aerial_gnss_ros.core.models.measurement_model import MapFrame
 from aerial_gnss_ros.core.models.motion_model import Motion
 from aerial_gnss_ros.core.models.platform_model import PlatformModel
-from aerial_gnss_ros.core.telemetry.buffers import Inputs, Lacking, Samples
+from aerial_gnss_ros.core.telemetry.buffers import (
+    MissingTelemetry,
+    SceneTelemetry,
+    TelemetryBuffers,
+)
 from aerial_gnss_ros.core.telemetry.map_origin import MapOrigin
-from aerial_gnss_ros.core.telemetry.pose import Posing
+from aerial_gnss_ros.core.telemetry.pose import PoseBuilder
 from aerial_gnss_ros.core.values.detection_frame import DetectionFrame
 from aerial_gnss_ros.core.values.estimates import FrameResult, RobotEstimate
 from aerial_gnss_ros.core.values.events import Events
 from aerial_gnss_ros.core.values.rejection import Reason
 
-_CONSTANT = (Inputs, MapFrame, Motion, PlatformModel, Posing, Whereabouts)
+_CONSTANT = (TelemetryBuffers, MapFrame, Motion, PlatformModel, PoseBuilder, Whereabouts)
 """Classes that images do not change; a snapshot need not look at them."""
 
 RESTART_AFTER = 5
@@ -66,7 +70,9 @@ class Guard:
         self._failed = 0
         self._last: tuple[RobotEstimate, ...] = ()
 
-    def result(self, frame: DetectionFrame, samples: Samples | Lacking | Exception) -> FrameResult:
+    def result(
+        self, frame: DetectionFrame, samples: SceneTelemetry | MissingTelemetry | Exception
+    ) -> FrameResult:
         """Return what an image gives; if that fails, refuse its boxes and change nothing.
 
         Args:
@@ -89,7 +95,7 @@ class Guard:
         self._failed, self._last = 0, ()
 
     def _worked_on(
-        self, frame: DetectionFrame, samples: Samples | Lacking | Exception
+        self, frame: DetectionFrame, samples: SceneTelemetry | MissingTelemetry | Exception
     ) -> FrameResult:
         if isinstance(samples, Exception):
             raise samples

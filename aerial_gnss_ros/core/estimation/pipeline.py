@@ -19,11 +19,17 @@ from aerial_gnss_ros.core.geometry.local_map import LocalMap
 from aerial_gnss_ros.core.georeferencing import detection_filter, localization, paper
 from aerial_gnss_ros.core.georeferencing.localization import WaterPoints
 from aerial_gnss_ros.core.models.measurement_model import MapFrame
-from aerial_gnss_ros.core.telemetry.buffers import Inputs, InputState, InputStatus, Lacking, Samples
+from aerial_gnss_ros.core.telemetry.buffers import (
+    InputState,
+    InputStatus,
+    MissingTelemetry,
+    SceneTelemetry,
+    TelemetryBuffers,
+)
 from aerial_gnss_ros.core.telemetry.corrections import scaled_camera
-from aerial_gnss_ros.core.telemetry.depths import widened
+from aerial_gnss_ros.core.telemetry.depths import inflate_by_depth
 from aerial_gnss_ros.core.telemetry.map_origin import MapOrigin
-from aerial_gnss_ros.core.telemetry.pose import Posing
+from aerial_gnss_ros.core.telemetry.pose import PoseBuilder
 from aerial_gnss_ros.core.tracker.box_account import Settled
 from aerial_gnss_ros.core.tracker.protocol import Tracking, TrackUpdate
 from aerial_gnss_ros.core.values.camera_pose import CameraPose
@@ -51,7 +57,7 @@ class Pipeline:
     def __init__(
         self,
         config: EstimatorConfig,
-        inputs: Inputs,
+        inputs: TelemetryBuffers,
         tracking: Tracking,
         origin: MapOrigin,
         log: Events,
@@ -62,7 +68,7 @@ class Pipeline:
         self._tracking = tracking
         self._origin = origin
         self._log = log
-        self._posing = Posing(config)
+        self._posing = PoseBuilder(config)
         self._latency = LatencySearch(config, inputs)
         self._crowd = detection_filter.Crowd()
         self._strangers = detection_filter.Strangers()
@@ -123,17 +129,21 @@ class Pipeline:
                 state = InputState.OK  # a camera or a level holds until replaced
         return status if state is None else replace(status, state=state)
 
-    def result(self, frame: DetectionFrame, samples: Samples | Lacking) -> FrameResult:
+    def result(
+        self, frame: DetectionFrame, samples: SceneTelemetry | MissingTelemetry
+    ) -> FrameResult:
         """Return what one image gives."""
         began = time.perf_counter_ns()
         reasons = detection_filter.refusals(frame, self.min_score, self._config.detections.classes)
         self._look_for_crowd(reasons.count(None))
         self._look_for_strangers(frame, reasons)
         camera = self._camera(frame.stamp_ns)
-        pose = self._refusal(samples) if isinstance(samples, Lacking) else self._pose(samples)
+        pose = (
+            self._refusal(samples) if isinstance(samples, MissingTelemetry) else self._pose(samples)
+        )
         posed = time.perf_counter_ns()
         local = self._origin.local
-        if isinstance(pose, CameraPose) and not self._origin.reaches(pose.latitude, pose.longitude):
+        if isinstance(pose, CameraPose) and not self._origin.covers(pose.latitude, pose.longitude):
             pose = Reason.BAD_FIX
         elif isinstance(pose, CameraPose) and isinstance(camera, CameraModel) and local is not None:
             use = [i for i, reason in enumerate(reasons) if reason is None]
@@ -160,7 +170,7 @@ class Pipeline:
                 reasons[i] = points.reasons[row] or _unused(update, row)
             estimates, platform = self._published(update, points), update.platform
             if self._config.method == "filter":  # other methods' points have it already
-                estimates = widened(estimates, pose, local, self._config.depth.sigma_m)
+                estimates = inflate_by_depth(estimates, pose, local, self._config.depth.sigma_m)
         if estimates:
             self._origin.settle()
         settled = self._tracking.settled()
@@ -264,7 +274,7 @@ class Pipeline:
             self._scaled = camera, scaled_camera(camera, scale)
         return self._scaled[1]
 
-    def _refusal(self, lacking: Lacking) -> Reason:
+    def _refusal(self, lacking: MissingTelemetry) -> Reason:
         """Return why there is no telemetry; say so where an input is of another time."""
         if lacking.later_s > self._config.max_wait:
             name = str(lacking.reason).removeprefix("no_")
@@ -277,7 +287,7 @@ class Pipeline:
             )
         return lacking.reason
 
-    def _pose(self, samples: Samples) -> CameraPose | Reason:
+    def _pose(self, samples: SceneTelemetry) -> CameraPose | Reason:
         pose = self._posing.pose(samples)
         if self._posing.trouble:
             self._log.warn_once(self._posing.trouble, self._posing.trouble)

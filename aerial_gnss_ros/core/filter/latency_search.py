@@ -25,8 +25,8 @@ from aerial_gnss_ros.core.geometry.local_map import LocalMap
 from aerial_gnss_ros.core.models.measurement_model import MapFrame, MapPose
 from aerial_gnss_ros.core.models.motion_model import motion_of
 from aerial_gnss_ros.core.models.platform_model import PlatformModel
-from aerial_gnss_ros.core.telemetry.buffers import Inputs, Lacking
-from aerial_gnss_ros.core.telemetry.pose import Posing
+from aerial_gnss_ros.core.telemetry.buffers import MissingTelemetry, TelemetryBuffers
+from aerial_gnss_ros.core.telemetry.pose import PoseBuilder
 from aerial_gnss_ros.core.values.rejection import Reason
 
 Array = NDArray[np.float64]
@@ -66,10 +66,10 @@ class LatencySearch:
         found: mean and sigma of the correction, s; None where it is not estimated.
     """
 
-    def __init__(self, config: EstimatorConfig, inputs: Inputs) -> None:
+    def __init__(self, config: EstimatorConfig, inputs: TelemetryBuffers) -> None:
         stated = config.camera.latency_s
         self._stated_ns = round(stated * 1e9)
-        self._inputs, self._posing = inputs, Posing(config)
+        self._inputs, self._posing = inputs, PoseBuilder(config)
         self._map: MapFrame | None = None
         self._sigma = config.noise.value("latency_s")
         reach = max(REACH_SIGMAS * self._sigma, REACH_STEPS * STEP_S)
@@ -179,7 +179,7 @@ class LatencySearch:
         """Return the camera at a time; where there is none, whether one may still come."""
         assert self._map is not None  # noqa: S101 - `take` sets it
         samples = self._inputs.at(stamp_ns)
-        if isinstance(samples, Lacking):
-            return samples.may_come
+        if isinstance(samples, MissingTelemetry):
+            return samples.can_arrive
         pose = self._posing.pose(samples)
         return False if isinstance(pose, Reason) else self._map.pose(pose)

@@ -24,7 +24,7 @@ class Counted(Protocol):
     def refuse(self, trouble: str) -> None:
         """Count a message that is no use; `trouble` says why."""
 
-    def take_back(self) -> None:
+    def undo_refusal(self) -> None:
         """Take back a message that was refused: it is of use after all."""
 
 
@@ -121,7 +121,7 @@ class Arrivals:
             if names is not None and name not in names:
                 self._held.append((name, stamp_ns, keep))
             else:
-                self._tallies[name].take_back()
+                self._tallies[name].undo_refusal()
                 self.take(name, stamp_ns, keep)
 
 

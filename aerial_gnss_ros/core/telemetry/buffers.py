@@ -27,7 +27,7 @@ from aerial_gnss_ros.core.telemetry.series import (
     orientation_series,
     scalar_series,
 )
-from aerial_gnss_ros.core.telemetry.validity import usable
+from aerial_gnss_ros.core.telemetry.validity import validate
 from aerial_gnss_ros.core.values.rejection import Input, Reason
 from aerial_gnss_ros.core.values.samples import Fix, Orientation, Scalar
 
@@ -73,7 +73,7 @@ class InputStatus:
 
 
 @dataclass
-class Tally:
+class MessageCounter:
     """Counts the messages of one input.
 
     `good_ns` is the last stamp of use, or the first one; `refused`: the last message does not even
@@ -106,13 +106,13 @@ class Tally:
         self.bad += 1
         self.trouble, self.refused = trouble, True
 
-    def take_back(self) -> None:
+    def undo_refusal(self) -> None:
         """Take back a message that was refused: it is of use after all."""
         self.count -= 1
         self.bad -= 1
         self.trouble, self.refused = "", False
 
-    def begin_anew(self) -> None:
+    def reset_stamps(self) -> None:
         """Forget stamps: time began anew."""
         self.last_stamp_ns = self.good_ns = None
 
@@ -139,7 +139,7 @@ class Tally:
 
 
 @dataclass(frozen=True)
-class Samples:
+class SceneTelemetry:
     """All telemetry at the time of one scene; what the configuration does not need is None.
 
     Attributes:
@@ -162,18 +162,18 @@ class Samples:
 
 
 @dataclass(frozen=True)
-class Lacking:
+class MissingTelemetry:
     """Why there is no telemetry for a scene.
 
     Attributes:
         reason: the refusal, with the input's name.
-        may_come: whether waiting makes sense.
+        can_arrive: whether waiting makes sense.
         later_s: how much later than the scene the input's oldest sample is, s; 0 where that is not
             the reason.
     """
 
     reason: Reason
-    may_come: bool
+    can_arrive: bool
     later_s: float = 0.0
 
 
@@ -185,7 +185,7 @@ class StampedCamera:
     camera: CameraModel | None
 
 
-class Inputs:
+class TelemetryBuffers:
     """Holds the telemetry and answers what it was at a time.
 
     Samples that are no use (NaN, no fix, a quaternion that is not unit) are kept as such: a scene
@@ -272,7 +272,7 @@ class Inputs:
             return self.plausibility.fix(value)
         if source is Input.HEIGHT and isinstance(value, Scalar):
             return self.plausibility.height(value)
-        return usable(value, self._config.limits)
+        return validate(value, self._config.limits)
 
     def add_level(self, level: Scalar) -> str:
         """Keep a level of the water until it is replaced; one that cannot be is ignored."""
@@ -311,29 +311,29 @@ class Inputs:
         if self._newest_camera is not None:
             self.cameras.add(replace(self._newest_camera, stamp_ns=-(2**62)))
 
-    def at(self, stamp_ns: int) -> Samples | Lacking:
+    def at(self, stamp_ns: int) -> SceneTelemetry | MissingTelemetry:
         """Return all telemetry at the time of a scene, or which input it lacks."""
         places: dict[Input, int] = {}
-        lacking: list[Lacking] = []
+        lacking: list[MissingTelemetry] = []
         for source, series in self._series.items():
-            place = series.place(stamp_ns)
+            place = series.index_at(stamp_ns)
             if place is Missing.BEFORE:
                 later_s = ((series.first_stamp_ns or 0) - stamp_ns) * 1e-9
-                lacking.append(Lacking(Reason.no(source), False, later_s))
+                lacking.append(MissingTelemetry(Reason.no(source), False, later_s))
             elif isinstance(place, Missing):
                 lacking.append(_lacking(source, place))
             else:
                 places[source] = place
         if lacking:  # one that can never come is the answer; the late ones need no wait then
-            return min(lacking, key=lambda one: one.may_come)
+            return min(lacking, key=lambda one: one.can_arrive)
         found: dict[Input, Sample[Fix] | Sample[Orientation] | Sample[Scalar]] = {
-            source: self._series[source].between(place, stamp_ns)
+            source: self._series[source].interpolated(place, stamp_ns)
             for source, place in places.items()
         }
         values = self._constants | {source: sample.value for source, sample in found.items()}
         level = self._level.latest(stamp_ns)
         height = cast("Scalar | None", values.get(Input.HEIGHT))
-        return Samples(
+        return SceneTelemetry(
             stamp_ns,
             cast("Fix", values[Input.FIX]),
             cast("Orientation | None", values.get(Input.ATTITUDE)),
@@ -345,5 +345,5 @@ class Inputs:
 
 
 @lru_cache(maxsize=64)  # asked for again whenever anything comes while an image waits
-def _lacking(source: Input, missing: Missing) -> Lacking:
-    return Lacking(missing.reason(source), missing.may_come)
+def _lacking(source: Input, missing: Missing) -> MissingTelemetry:
+    return MissingTelemetry(missing.reason(source), missing.can_arrive)

@@ -2,12 +2,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """Whether samples can follow one another: what no platform can have done is not believed.
 
-Samples form courses: each sample goes on the course that it can best have come from. Only one
-course is believed at a time. A sample that cannot have come from there begins another course or
-goes on one, and is refused. Time passing does not make it credible: a place that a course has
+Samples form runs: each sample goes on the run that it can best have come from. Only one
+run is believed at a time. A sample that cannot have come from there begins another run or
+goes on one, and is refused. Time passing does not make it credible: a place that a run has
 stayed at is no nearer to the believed one because the platform could by now have flown there.
 
-Two courses that contradict each other are decided by how long they lasted, since the sensor was
+Two runs that contradict each other are decided by how long they lasted, since the sensor was
 wrong in one of them: the newer one is believed when it has gone on without a break for longer than
 the older one had, at least `LEAST_S` and at most `settle_s`.
 """
@@ -21,17 +21,17 @@ from typing import Generic, TypeVar
 Place = TypeVar("Place")
 
 LEAST_S = 3.0
-"""A course that lasted for less is never believed against another one."""
+"""A run that lasted for less is never believed against another one."""
 
 MOST_STEP_S = 2.5
-"""Two samples of a course count for so much of its time at most: silence proves nothing."""
+"""Two samples of a run count for so much of its time at most: silence proves nothing."""
 
-COURSES = 4
-"""Courses kept; the one that is longest without a sample goes first."""
+MAX_RUNS = 4
+"""Runs kept; the one that is longest without a sample goes first."""
 
 
 @dataclass
-class Course(Generic[Place]):
+class SampleRun(Generic[Place]):
     """Samples that can have followed one another.
 
     Attributes:
@@ -53,8 +53,8 @@ class Course(Generic[Place]):
         """For how long its value has repeated exactly, s."""
         return (self.stamp_ns - self.changed_ns) * 1e-9
 
-    def go_on(self, stamp_ns: int, place: Place, unbroken: bool) -> None:
-        """Take in a sample; `unbroken`: the one before it was of this course, too."""
+    def extend(self, stamp_ns: int, place: Place, unbroken: bool) -> None:
+        """Take in a sample; `unbroken`: the one before it was of this run, too."""
         if stamp_ns <= self.stamp_ns:
             return
         if unbroken:
@@ -69,15 +69,15 @@ class Verdict:
     """What became of a sample.
 
     Attributes:
-        apart: how far it is from the last one that was believed.
-        passed_s: time since that one, s.
-        believed: whether it is used.
-        replaced: whether its course is believed from now on, and another one was until now.
+        distance: how far it is from the last one that was believed.
+        elapsed_s: time since that one, s.
+        accepted: whether it is used.
+        replaced: whether its run is believed from now on, and another one was until now.
     """
 
-    apart: float
-    passed_s: float
-    believed: bool
+    distance: float
+    elapsed_s: float
+    accepted: bool
     replaced: bool = False
 
 
@@ -88,10 +88,10 @@ class Continuity(Generic[Place]):
         distance: between two samples.
         step: by how much a sample may jump at once, in the unit of the distance.
         speed: how fast it may change, per second.
-        settle_s: a course that lasted for longer is believed whatever was before, s.
+        settle_s: a run that lasted for longer is believed whatever was before, s.
         frozen_s: a value that repeats exactly may have been wrong for so long while the platform
             moved, s.
-        must_vary: never believe a new course that repeats one exact value.
+        must_vary: never believe a new run that repeats one exact value.
     """
 
     def __init__(
@@ -110,69 +110,69 @@ class Continuity(Generic[Place]):
         self._settle_s = settle_s
         self._frozen_s = frozen_s
         self._must_vary = must_vary
-        self._courses: list[Course[Place]] = []
-        self._last: Course[Place] | None = None
+        self._runs: list[SampleRun[Place]] = []
+        self._last: SampleRun[Place] | None = None
 
     def clear(self) -> None:
         """Forget everything: the next sample is believed."""
-        self._courses.clear()
+        self._runs.clear()
         self._last = None
 
     @property
     def lasted_s(self) -> float:
-        """For how long samples of the believed course came, s."""
-        return self._courses[0].lasted_s if self._courses else 0.0
+        """For how long samples of the believed run came, s."""
+        return self._runs[0].lasted_s if self._runs else 0.0
 
-    def take(self, stamp_ns: int, place: Place) -> Verdict:
+    def update(self, stamp_ns: int, place: Place) -> Verdict:
         """Take in a sample; return whether it is believed."""
-        if not self._courses:
-            self._last = self._begun(stamp_ns, place)
+        if not self._runs:
+            self._last = self._start_run(stamp_ns, place)
             return Verdict(0.0, 0.0, True)
-        believed = self._courses[0]
+        believed = self._runs[0]
         apart = self._distance(believed.place, place)
         passed_s = (stamp_ns - believed.stamp_ns) * 1e-9
-        course = self._chosen(stamp_ns, place)
-        if self._share(course, stamp_ns, place) > 1.0:
-            course = self._begun(stamp_ns, place)
+        run = self._matching_run(stamp_ns, place)
+        if self._share(run, stamp_ns, place) > 1.0:
+            run = self._start_run(stamp_ns, place)
         else:
-            course.go_on(stamp_ns, place, unbroken=course is self._last)
-        self._last = course
-        if course is believed:
+            run.extend(stamp_ns, place, unbroken=run is self._last)
+        self._last = run
+        if run is believed:
             return Verdict(apart, passed_s, True)
-        if not self._outlasts(course, believed):
+        if not self._outlasts(run, believed):
             return Verdict(apart, passed_s, False)
-        self._courses.remove(course)
-        self._courses.insert(0, course)
+        self._runs.remove(run)
+        self._runs.insert(0, run)
         return Verdict(apart, passed_s, True, replaced=True)
 
-    def _chosen(self, stamp_ns: int, place: Place) -> Course[Place]:
-        """Return the course that a sample goes on, if it can go on any.
+    def _matching_run(self, stamp_ns: int, place: Place) -> SampleRun[Place]:
+        """Return the run that a sample goes on, if it can go on any.
 
         That is the one which has the least to explain. What lies within a step of the believed
-        course, or nearer to it than to the other one, is no evidence for another: the longer a
-        course had no samples, the farther it reaches, and noise would turn the scale.
+        run, or nearer to it than to the other one, is no evidence for another: the longer a
+        run had no samples, the farther it reaches, and noise would turn the scale.
         """
-        believed = self._courses[0]
+        believed = self._runs[0]
         if self._distance(believed.place, place) <= self._step:
             return believed
-        course = min(self._courses, key=lambda one: self._share(one, stamp_ns, place))
-        nearer = self._distance(believed.place, place) <= self._distance(course.place, place)
-        return believed if nearer and self._share(believed, stamp_ns, place) <= 1.0 else course
+        run = min(self._runs, key=lambda one: self._share(one, stamp_ns, place))
+        nearer = self._distance(believed.place, place) <= self._distance(run.place, place)
+        return believed if nearer and self._share(believed, stamp_ns, place) <= 1.0 else run
 
-    def _share(self, course: Course[Place], stamp_ns: int, place: Place) -> float:
+    def _share(self, run: SampleRun[Place], stamp_ns: int, place: Place) -> float:
         """Return how much of what is possible a sample would take; above 1 it cannot be."""
-        since_s = abs(stamp_ns - course.stamp_ns) * 1e-9 + min(self._frozen_s, course.frozen_s)
-        return self._distance(course.place, place) / (self._step + self._speed * since_s)
+        since_s = abs(stamp_ns - run.stamp_ns) * 1e-9 + min(self._frozen_s, run.frozen_s)
+        return self._distance(run.place, place) / (self._step + self._speed * since_s)
 
-    def _outlasts(self, course: Course[Place], believed: Course[Place]) -> bool:
-        if self._must_vary and not course.varied:
+    def _outlasts(self, run: SampleRun[Place], believed: SampleRun[Place]) -> bool:
+        if self._must_vary and not run.varied:
             return False
-        return course.lasted_s >= max(LEAST_S, min(believed.lasted_s, self._settle_s))
+        return run.lasted_s >= max(LEAST_S, min(believed.lasted_s, self._settle_s))
 
-    def _begun(self, stamp_ns: int, place: Place) -> Course[Place]:
-        course = Course(place, stamp_ns, stamp_ns)
-        self._courses.append(course)
-        if len(self._courses) > COURSES:
-            oldest = min(self._courses[1:-1], key=lambda one: one.stamp_ns)
-            self._courses = [one for one in self._courses if one is not oldest]
-        return course
+    def _start_run(self, stamp_ns: int, place: Place) -> SampleRun[Place]:
+        run = SampleRun(place, stamp_ns, stamp_ns)
+        self._runs.append(run)
+        if len(self._runs) > MAX_RUNS:
+            oldest = min(self._runs[1:-1], key=lambda one: one.stamp_ns)
+            self._runs = [one for one in self._runs if one is not oldest]
+        return run

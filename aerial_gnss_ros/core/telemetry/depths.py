@@ -88,7 +88,7 @@ class Depths:
             series.clear()
 
 
-def widened(
+def inflate_by_depth(
     estimates: tuple[RobotEstimate, ...], pose: CameraPose, local: LocalMap, sigma_m: float
 ) -> tuple[RobotEstimate, ...]:
     """Return robots with the share of an uncertain depth in their covariances.

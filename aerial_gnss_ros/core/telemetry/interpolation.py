@@ -14,12 +14,12 @@ def _linear(before: float, after: float, fraction: float) -> float:
     return before + fraction * (after - before)
 
 
-def between_scalars(before: Scalar, after: Scalar, fraction: float, stamp_ns: int) -> Scalar:
+def interpolate_scalars(before: Scalar, after: Scalar, fraction: float, stamp_ns: int) -> Scalar:
     """Return the value at `fraction` of the way."""
     return Scalar(stamp_ns, _linear(before.value, after.value, fraction))
 
 
-def between_orientations(
+def interpolate_orientations(
     before: Orientation, after: Orientation, fraction: float, stamp_ns: int
 ) -> Orientation:
     """Return the orientation at `fraction` of the shortest rotation.
@@ -32,7 +32,7 @@ def between_orientations(
     return Orientation(stamp_ns, turned, before.reference)
 
 
-def between_fixes(before: Fix, after: Fix, fraction: float, stamp_ns: int) -> Fix:
+def interpolate_fixes(before: Fix, after: Fix, fraction: float, stamp_ns: int) -> Fix:
     """Return the position at `fraction` of the way; it is valid only where both samples are.
 
     Longitude goes the shorter way, so a flight across 180 deg stays where it is. Within the metres

@@ -9,7 +9,7 @@ import math
 from aerial_gnss_ros.core.config.estimator import EstimatorConfig
 from aerial_gnss_ros.core.geometry.local_map import LocalMap
 from aerial_gnss_ros.core.telemetry.plausibility import distance
-from aerial_gnss_ros.core.telemetry.vertical_datum import ellipsoidal_altitude, explained
+from aerial_gnss_ros.core.telemetry.vertical_datum import describe_datums, ellipsoidal_altitude
 from aerial_gnss_ros.core.values.estimates import MapDatum
 from aerial_gnss_ros.core.values.events import Events
 from aerial_gnss_ros.core.values.samples import Fix
@@ -68,7 +68,7 @@ class MapOrigin:
             self._settle("as before the restart")
         if constant is not None:
             self._explained = True
-            log.add(explained(constant, config.fix, config.height))
+            log.add(describe_datums(constant, config.fix, config.height))
 
     @property
     def datum(self) -> MapDatum | None:
@@ -85,7 +85,7 @@ class MapOrigin:
         """
         if not self._explained:
             self._explained = True
-            self._log.add(explained(fix, self._config.fix, self._config.height))
+            self._log.add(describe_datums(fix, self._config.fix, self._config.height))
         if self.local is None:
             self._set(self._at(fix))
         away = self._away(fix.latitude, fix.longitude)
@@ -112,7 +112,7 @@ class MapOrigin:
         if self.local is not None and not self._settled:
             self._settle("the first accepted fix")
 
-    def reaches(self, latitude: float, longitude: float) -> bool:
+    def covers(self, latitude: float, longitude: float) -> bool:
         """Return whether a place (rad) is near enough to the origin for `map` to hold there."""
         return self._away(latitude, longitude) <= self._config.limits.origin_distance_m
 

@@ -13,7 +13,7 @@ from dataclasses import replace
 from aerial_gnss_ros.core.config.estimator import EstimatorConfig
 from aerial_gnss_ros.core.geometry.geodesy import SEMI_MAJOR_M
 from aerial_gnss_ros.core.telemetry.continuity import Continuity, Verdict
-from aerial_gnss_ros.core.telemetry.validity import usable
+from aerial_gnss_ros.core.telemetry.validity import validate
 from aerial_gnss_ros.core.values.samples import Fix, Scalar
 
 FROZEN_S = 10.0
@@ -68,7 +68,7 @@ class Plausibility:
         step, speed, settle_s = limits.height_step_m, limits.climb_mps, limits.height_settle_s
         return Continuity(_difference, step, speed, settle_s, must_vary=True)
 
-    def take_moved(self) -> str:
+    def pop_relocation(self) -> str:
         """Return why what was seen before was seen from a wrong place, in words, and forget it.
 
         Empty as a rule.
@@ -77,7 +77,7 @@ class Plausibility:
         return moved
 
     @property
-    def place_lasted_s(self) -> float:
+    def agreed_s(self) -> float:
         """For how long fixes have agreed on where the drone is, s."""
         return self._places.lasted_s
 
@@ -91,61 +91,62 @@ class Plausibility:
 
     def fix(self, fix: Fix) -> tuple[str, Fix]:
         """Return why a fix is no use (empty: it is), and the fix, marked where it is not."""
-        trouble, kept = usable(fix, self._limits)
-        trouble = trouble or self._jumped(fix)
+        trouble, kept = validate(fix, self._limits)
+        trouble = trouble or self._discontinuity(fix)
         assert isinstance(kept, Fix)  # noqa: S101 - of its own kind
         return trouble, replace(kept, valid=False) if trouble else kept
 
-    def _jumped(self, fix: Fix) -> str:
-        verdict = self._places.take(fix.stamp_ns, (fix.latitude, fix.longitude))
-        if not verdict.believed:
+    def _discontinuity(self, fix: Fix) -> str:
+        verdict = self._places.update(fix.stamp_ns, (fix.latitude, fix.longitude))
+        if not verdict.accepted:
             return _words("it is", verdict, "limits.speed_mps and fix_step_m")
         if verdict.replaced:
-            self._moved = f"The drone is {verdict.apart:,.0f} m from where its fixes were before"
+            self._moved = f"The drone is {verdict.distance:,.0f} m from where its fixes were before"
         if self._altitudes is None or not math.isfinite(fix.altitude):
             return ""
-        verdict = self._altitudes.take(fix.stamp_ns, fix.altitude)
-        if not verdict.believed:
+        verdict = self._altitudes.update(fix.stamp_ns, fix.altitude)
+        if not verdict.accepted:
             return _words("its altitude is", verdict, "limits.climb_mps and height_step_m")
         if verdict.replaced:
-            self._moved = f"The fix's altitude is {verdict.apart:.0f} m from what it was before"
+            self._moved = f"The fix's altitude is {verdict.distance:.0f} m from what it was before"
         return ""
 
     def height(self, height: Scalar) -> tuple[str, Scalar]:
         """Return why a height is no use, and the height, NaN where it is not."""
-        trouble, kept = usable(height, self._limits)
+        trouble, kept = validate(height, self._limits)
         assert isinstance(kept, Scalar)  # noqa: S101 - of its own kind
         if trouble:
             return trouble, kept
-        verdict = self._heights.take(height.stamp_ns, height.value)
-        if not verdict.believed:
+        verdict = self._heights.update(height.stamp_ns, height.value)
+        if not verdict.accepted:
             words = _words(f"{height.value:g} m is", verdict, "limits.climb_mps and height_step_m")
             return words, replace(height, value=math.nan)
         if verdict.replaced:
             self._moved = (
-                f"The height is {height.value:.1f} m, {verdict.apart:.0f} m from what it was before"
+                f"The height is {height.value:.1f} m, {verdict.distance:.0f} m from what it was "
+                "before"
             )
         return "", kept
 
     def level(self, level: Scalar) -> str:
         """Return why a level of the water is no use; it may stay the same for ever."""
-        trouble, _ = usable(level, self._limits)
+        trouble, _ = validate(level, self._limits)
         if trouble:
             return trouble
-        verdict = self._levels.take(level.stamp_ns, level.value)
+        verdict = self._levels.update(level.stamp_ns, level.value)
         if verdict.replaced:
-            self._moved = f"The water is {verdict.apart:.0f} m from where it was before"
-        if verdict.believed:
+            self._moved = f"The water is {verdict.distance:.0f} m from where it was before"
+        if verdict.accepted:
             return ""
         return (
-            f"{level.value:g} m is {verdict.apart:.0f} m from the level before it: water does not "
-            "move so (limits.water_step_m allows less); if it is right, go on sending it"
+            f"{level.value:g} m is {verdict.distance:.0f} m from the level before it: water does "
+            "not move so (limits.water_step_m allows less); if it is right, go on sending it"
         )
 
 
 def _words(what: str, verdict: Verdict, keys: str) -> str:
     """Return why a sample cannot have followed the one before it."""
     return (
-        f"{what} {verdict.apart:.0f} m from the last one that counts, {verdict.passed_s:.2g} s "
+        f"{what} {verdict.distance:.0f} m from the last one that counts, {verdict.elapsed_s:.2g} s "
         f"before: no platform moves so ({keys} allow less)"
     )

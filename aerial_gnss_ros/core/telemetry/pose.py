@@ -15,7 +15,7 @@ from aerial_gnss_ros.core.geometry.geodesy import geodetic_from_enu
 from aerial_gnss_ros.core.geometry.gimbal import enu_from_camera, mount_matrix
 from aerial_gnss_ros.core.geometry.magnetic import declination, true_from_magnetic
 from aerial_gnss_ros.core.numerics.small_arrays import all_finite
-from aerial_gnss_ros.core.telemetry.buffers import Samples
+from aerial_gnss_ros.core.telemetry.buffers import SceneTelemetry
 from aerial_gnss_ros.core.telemetry.corrections import corrected_camera
 from aerial_gnss_ros.core.telemetry.vertical_datum import ellipsoidal_altitude
 from aerial_gnss_ros.core.values.camera_pose import CameraPose
@@ -26,7 +26,7 @@ from aerial_gnss_ros.core.values.samples import Fix
 Array = NDArray[np.float64]
 
 
-class Posing:
+class PoseBuilder:
     """Puts the camera's pose together as the configuration says.
 
     Attributes:
@@ -46,7 +46,7 @@ class Posing:
         self._turned = bool(self._turn.any())
         self.trouble = ""
 
-    def pose(self, samples: Samples) -> CameraPose | Reason:
+    def pose(self, samples: SceneTelemetry) -> CameraPose | Reason:
         """Return where the camera was and how it stood.
 
         Args:
@@ -66,7 +66,7 @@ class Posing:
             return height
         return self._assemble(samples, height + self._lift, body, gimbal)
 
-    def height(self, samples: Samples, body: Array | None) -> float | Reason:
+    def height(self, samples: SceneTelemetry, body: Array | None) -> float | Reason:
         """Return the antenna's height above the water in m (DESIGN, Altitude)."""
         if samples.height is None:
             height = samples.fix.altitude - self._config.surface.altitude
@@ -87,7 +87,7 @@ class Posing:
         """Return the antenna's altitude above the ellipsoid in m, NaN where it cannot be known."""
         return ellipsoidal_altitude(fix, self._config.fix)
 
-    def _body(self, samples: Samples) -> Array | Reason | None:
+    def _body(self, samples: SceneTelemetry) -> Array | Reason | None:
         """Return body FLU in true ENU, (3, 3); None where nothing needs it."""
         if samples.attitude is None:
             return None
@@ -99,7 +99,7 @@ class Posing:
         turned = self._true_north(body, samples)
         return Reason.BAD_ATTITUDE if turned is None else turned
 
-    def _gimbal(self, samples: Samples) -> Array | Reason | None:
+    def _gimbal(self, samples: SceneTelemetry) -> Array | Reason | None:
         """Return camera FLU in its reference, (3, 3); None where there is no gimbal."""
         if samples.gimbal is None:
             return None
@@ -111,12 +111,12 @@ class Posing:
         turned = self._true_north(camera, samples)
         return Reason.BAD_GIMBAL if turned is None else turned
 
-    def _reference(self, samples: Samples) -> str:
+    def _reference(self, samples: SceneTelemetry) -> str:
         """Return what the gimbal's angles are relative to, which a message may say itself."""
         own = samples.gimbal.reference if samples.gimbal is not None else ""
         return own or self._config.gimbal.reference
 
-    def _true_north(self, from_magnetic: Array, samples: Samples) -> Array | None:
+    def _true_north(self, from_magnetic: Array, samples: SceneTelemetry) -> Array | None:
         """Return (3, 3) turned from magnetic to true north; None, with `trouble`, without model."""
         fix = samples.fix
         try:
@@ -129,7 +129,7 @@ class Posing:
         return true_from_magnetic(from_magnetic, east_of_north)
 
     def _assemble(
-        self, samples: Samples, height: float, body: Array | None, gimbal: Array | None
+        self, samples: SceneTelemetry, height: float, body: Array | None, gimbal: Array | None
     ) -> CameraPose | Reason:
         fix, altitude = samples.fix, self.altitude(samples.fix)
         latitude, longitude = fix.latitude, fix.longitude

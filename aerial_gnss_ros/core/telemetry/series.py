@@ -11,9 +11,9 @@ from enum import Enum
 from typing import Generic, Protocol, TypeVar
 
 from aerial_gnss_ros.core.telemetry.interpolation import (
-    between_fixes,
-    between_orientations,
-    between_scalars,
+    interpolate_fixes,
+    interpolate_orientations,
+    interpolate_scalars,
 )
 from aerial_gnss_ros.core.values.rejection import Input, Reason
 from aerial_gnss_ros.core.values.samples import Fix, Orientation, Scalar
@@ -47,7 +47,7 @@ class Missing(str, Enum):
     """The time lies before the oldest sample."""
 
     @property
-    def may_come(self) -> bool:
+    def can_arrive(self) -> bool:
         """Whether waiting for more samples makes sense."""
         return self in (Missing.NONE, Missing.WAIT, Missing.STALE)
 
@@ -80,7 +80,7 @@ class Series(Generic[T]):
     on average, a lookup logarithmic time.
 
     Args:
-        between: interpolates two samples at a fraction from 0 to 1 and stamps the result.
+        interpolated: interpolates two samples at a fraction from 0 to 1 and stamps the result.
         max_gap_s: neighbours farther apart are not interpolated, s.
         keep_s: samples older than the newest by more are forgotten, s.
         max_length: at most so many of the newest samples are kept.
@@ -143,10 +143,10 @@ class Series(Generic[T]):
 
     def at(self, stamp_ns: int) -> Sample[T] | Missing:
         """Return the value at a time, or why there is none."""
-        place = self.place(stamp_ns)
-        return place if isinstance(place, Missing) else self.between(place, stamp_ns)
+        place = self.index_at(stamp_ns)
+        return place if isinstance(place, Missing) else self.interpolated(place, stamp_ns)
 
-    def place(self, stamp_ns: int) -> int | Missing:
+    def index_at(self, stamp_ns: int) -> int | Missing:
         """Return where the first sample not before a time is, or why there is no value then."""
         stamps = self._stamps
         if self._start == len(stamps):
@@ -161,8 +161,8 @@ class Series(Generic[T]):
             return Missing.BEFORE
         return Missing.GAP if stamps[after] - stamps[after - 1] > self._max_gap_ns else after
 
-    def between(self, after: int, stamp_ns: int) -> Sample[T]:
-        """Return the value at a time before which `place` has told that there is one."""
+    def interpolated(self, after: int, stamp_ns: int) -> Sample[T]:
+        """Return the value at a time before which `index_at` has told that there is one."""
         stamps, values = self._stamps, self._values
         if stamps[after] == stamp_ns:
             return Sample(values[after], 0.0)
@@ -192,17 +192,17 @@ class Series(Generic[T]):
 
 def fix_series(max_gap_s: float, *, keep_s: float = 60.0) -> Series[Fix]:
     """Return a series of the drone's positions; interpolates on the shorter way round the Earth."""
-    return Series(between_fixes, max_gap_s, keep_s=keep_s)
+    return Series(interpolate_fixes, max_gap_s, keep_s=keep_s)
 
 
 def orientation_series(max_gap_s: float, *, keep_s: float = 60.0) -> Series[Orientation]:
     """Return a series of orientations; interpolates on the shortest rotation (slerp)."""
-    return Series(between_orientations, max_gap_s, keep_s=keep_s)
+    return Series(interpolate_orientations, max_gap_s, keep_s=keep_s)
 
 
 def scalar_series(max_gap_s: float, *, keep_s: float = 60.0) -> Series[Scalar]:
     """Return a series of heights or levels; interpolates linearly."""
-    return Series(between_scalars, max_gap_s, keep_s=keep_s)
+    return Series(interpolate_scalars, max_gap_s, keep_s=keep_s)
 
 
 def held_series(*, keep_s: float = 60.0) -> Series[T]:

@@ -31,7 +31,7 @@ _NO_ORIENTATION = (
 _DEFAULTS = LimitsConfig()
 
 
-def usable(
+def validate(
     value: Fix | Orientation | Scalar, limits: LimitsConfig = _DEFAULTS
 ) -> tuple[str, Fix | Orientation | Scalar]:
     """Return why a sample is no use (empty: it is), and the sample, marked as such where it is not.

@@ -27,7 +27,7 @@ def ellipsoidal_altitude(fix: Fix, config: FixConfig) -> float:
     return math.nan
 
 
-def explained(fix: Fix, config: FixConfig, height: HeightConfig) -> str:
+def describe_datums(fix: Fix, config: FixConfig, height: HeightConfig) -> str:
     """Return a sentence for the log: what altitudes are measured from, and where height is from.
 
     Args:

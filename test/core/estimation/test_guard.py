@@ -19,7 +19,7 @@ from aerial_gnss_ros.core.filter.plausible_state import (
     check_estimates,
     check_robots,
 )
-from aerial_gnss_ros.core.telemetry.buffers import Inputs
+from aerial_gnss_ros.core.telemetry.buffers import TelemetryBuffers
 from aerial_gnss_ros.core.values.errors import StateError
 from aerial_gnss_ros.core.values.estimates import State
 from aerial_gnss_ros.core.values.events import Events
@@ -43,7 +43,9 @@ def state(value, seen=None):  # noqa: PLR0911
     seen = {} if seen is None else seen
     if isinstance(value, (str, bytes, int, float, Enum, type(None), np.generic, np.ndarray)):
         return value.tobytes() if isinstance(value, np.ndarray) else repr(value)
-    if isinstance(value, (Inputs, Events)):  # images do not change the one; the other tells
+    if isinstance(
+        value, (TelemetryBuffers, Events)
+    ):  # images do not change the one; the other tells
         return ""
     if id(value) in seen:
         return seen[id(value)]

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from aerial_gnss_ros.core.config.estimator import estimator_config
-from aerial_gnss_ros.core.telemetry.buffers import Inputs, Samples
+from aerial_gnss_ros.core.telemetry.buffers import SceneTelemetry, TelemetryBuffers
 from aerial_gnss_ros.core.values.rejection import Input
 from aerial_gnss_ros.core.values.samples import Fix, Orientation, Scalar
 
@@ -17,7 +17,7 @@ from aerial_gnss_ros.core.values.samples import Fix, Orientation, Scalar
 def test_a_fix_and_a_height_that_are_stamped_late(latency_s) -> None:
     """They rise by 1e-6 rad and 1 m a second; stamped 0.25 s late, they stand that much farther."""
     late = {"latency_s": latency_s}
-    inputs = Inputs(estimator_config({"fix": late, "height": late}))
+    inputs = TelemetryBuffers(estimator_config({"fix": late, "height": late}))
     level = np.array([0.0, 0.0, 0.0, 1.0])
     for k in range(41):
         stamp = 10**18 + k * 100_000_000
@@ -25,6 +25,6 @@ def test_a_fix_and_a_height_that_are_stamped_late(latency_s) -> None:
         inputs.add(Input.FIX, Fix(stamp, 0.2 + 1e-7 * k, -1.0, 0.0))
         inputs.add(Input.HEIGHT, Scalar(stamp, 20.0 + 0.1 * k))
     found = inputs.at(10**18 + 2_000_000_000)
-    assert isinstance(found, Samples)
+    assert isinstance(found, SceneTelemetry)
     assert found.fix.latitude - 0.2 == pytest.approx(1e-6 * (2.0 + latency_s), abs=1e-10)
     assert found.height == pytest.approx(22.0 + latency_s)

@@ -24,7 +24,7 @@ def continuity(**values):
 def take(judge, values, begin=0.0, rate=10.0):
     """Return which of values, so many a second, are believed."""
     return [
-        judge.take(round((begin + i / rate) * 1e9), value).believed
+        judge.update(round((begin + i / rate) * 1e9), value).accepted
         for i, value in enumerate(values)
     ]
 
@@ -96,9 +96,9 @@ def test_it_says_nothing_for_as_long_as_it_was_frozen():
 def test_a_verdict_tells_how_far_and_how_soon():
     judge = continuity()
     take(judge, [20.0, 20.0])
-    verdict = judge.take(round(0.35e9), 62.5)
-    assert (verdict.apart, verdict.passed_s) == pytest.approx((42.5, 0.25))
-    assert not verdict.believed
+    verdict = judge.update(round(0.35e9), 62.5)
+    assert (verdict.distance, verdict.elapsed_s) == pytest.approx((42.5, 0.25))
+    assert not verdict.accepted
     assert not verdict.replaced
 
 
@@ -114,15 +114,15 @@ def test_a_new_course_of_one_exact_value_is_never_believed_where_it_must_vary():
 def test_late_samples_and_repeated_stamps_count_for_no_time():
     judge = continuity()
     take(judge, level(20.0, 1.0))
-    assert not any(judge.take(round(1e9), 60.0 + 0.01 * i).believed for i in range(100))
-    assert judge.take(round(0.5e9), 20.0).believed
+    assert not any(judge.update(round(1e9), 60.0 + 0.01 * i).accepted for i in range(100))
+    assert judge.update(round(0.5e9), 20.0).accepted
 
 
 def test_memory_is_bounded():
     judge = continuity()
     take(judge, level(20.0, 1.0))
     assert not any(take(judge, [1e3 * (i + 1) for i in range(1000)], begin=1.0))
-    assert len(judge._courses) == 4
+    assert len(judge._runs) == 4
     assert all(take(judge, level(20.0, 1.0), begin=101.0))
 
 
@@ -144,8 +144,8 @@ def test_noise_does_not_tell_for_a_course_that_is_over(jump, burst):
         value = 15.0 + 0.3 * math.sin(second) + 0.05 * math.sin(7.3 * i)
         value += jump if 20.0 <= second < 21.0 else 0.0
         stamp_s = (i // burst * burst) / 50 + (i % burst) * 1e-4 if burst > 1 else second
-        verdict = judge.take(round(stamp_s * 1e9), value)
+        verdict = judge.update(round(stamp_s * 1e9), value)
         replaced += verdict.replaced
-        refused += [] if verdict.believed else [second]
+        refused += [] if verdict.accepted else [second]
     assert replaced <= 1
     assert all(20.0 <= second < 21.0 + SETTLE_S + 0.5 for second in refused)

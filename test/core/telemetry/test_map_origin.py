@@ -59,8 +59,8 @@ def test_it_follows_the_drone_while_no_robot_is_known(agreed_s):
 def test_places_near_the_origin_only():
     one = origin()
     one.accept(fix(), 0.0, robots=False)
-    assert one.reaches(fix(19.0).latitude, fix().longitude)
-    assert not one.reaches(fix(21.0).latitude, fix().longitude)
+    assert one.covers(fix(19.0).latitude, fix().longitude)
+    assert not one.covers(fix(21.0).latitude, fix().longitude)
 
 
 def test_a_configured_origin_too_far_away_is_refused_in_a_sentence():

@@ -14,8 +14,8 @@ from aerial_gnss_ros.core.geometry.frames import matrix_from_rpy, quaternion_fro
 from aerial_gnss_ros.core.geometry.geodesy import enu_from_geodetic
 from aerial_gnss_ros.core.geometry.geoid import undulation
 from aerial_gnss_ros.core.geometry.magnetic import declination
-from aerial_gnss_ros.core.telemetry.buffers import Samples
-from aerial_gnss_ros.core.telemetry.pose import Posing
+from aerial_gnss_ros.core.telemetry.buffers import SceneTelemetry
+from aerial_gnss_ros.core.telemetry.pose import PoseBuilder
 from aerial_gnss_ros.core.values.camera_pose import CameraPose
 from aerial_gnss_ros.core.values.rejection import Reason
 from aerial_gnss_ros.core.values.samples import Fix, Orientation
@@ -31,7 +31,7 @@ def _orientation(roll=0.0, pitch=0.0, yaw=0.0):
 
 
 def _samples(*, altitude=-10.0, height=30.0, level=0.0, body=None, gimbal=None, **fix):
-    return Samples(
+    return SceneTelemetry(
         STAMP,
         Fix(STAMP, **{"latitude": LAT, "longitude": LON, "altitude": altitude} | fix),
         body,
@@ -43,7 +43,7 @@ def _samples(*, altitude=-10.0, height=30.0, level=0.0, body=None, gimbal=None, 
 
 
 def _pose(samples, **values):
-    return Posing(estimator_config(values)).pose(samples)
+    return PoseBuilder(estimator_config(values)).pose(samples)
 
 
 SEA = undulation(LAT, LON)
@@ -173,7 +173,7 @@ def test_a_sample_that_names_its_reference_has_it(reference, yaw_deg):
 
 
 def test_an_altitude_of_nan_that_the_height_is_made_of_is_explained():
-    posing = Posing(estimator_config(NONE | {"fix.altitude_datum": "ellipsoid"}))
+    posing = PoseBuilder(estimator_config(NONE | {"fix.altitude_datum": "ellipsoid"}))
     assert posing.pose(_samples(altitude=NAN, height=None)) is Reason.BAD_FIX
     assert "altitude is NaN" in posing.trouble
     posing.pose(_samples(altitude=-11.0, height=None))
@@ -181,9 +181,11 @@ def test_an_altitude_of_nan_that_the_height_is_made_of_is_explained():
 
 
 def test_a_clock_without_a_date_cannot_correct_magnetic_north():
-    posing = Posing(estimator_config({"gimbal.reference": "heading", "attitude.north": "magnetic"}))
+    posing = PoseBuilder(
+        estimator_config({"gimbal.reference": "heading", "attitude.north": "magnetic"})
+    )
     samples = _samples(body=_orientation())
-    early = Samples(0, samples.fix, samples.attitude, samples.gimbal, 30.0, 0.0, 0.0)
+    early = SceneTelemetry(0, samples.fix, samples.attitude, samples.gimbal, 30.0, 0.0, 0.0)
     assert posing.pose(early) is Reason.BAD_ATTITUDE
     assert "attitude.north" in posing.trouble
 

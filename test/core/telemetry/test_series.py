@@ -58,7 +58,7 @@ def test_nothing_is_extrapolated_and_the_reason_has_a_type(seconds, missing, rea
     got = series.at(round(seconds * SECOND))
     assert got is missing
     assert got.reason(Input.HEIGHT) is reason
-    assert got.may_come == (missing in (Missing.WAIT, Missing.STALE))
+    assert got.can_arrive == (missing in (Missing.WAIT, Missing.STALE))
 
 
 def test_neighbours_exactly_max_gap_apart_are_used():

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from aerial_gnss_ros.core.config.limits import LimitsConfig
-from aerial_gnss_ros.core.telemetry.validity import usable
+from aerial_gnss_ros.core.telemetry.validity import validate
 from aerial_gnss_ros.core.values.samples import Fix, Orientation, Scalar
 
 NAN = math.nan
@@ -57,9 +57,9 @@ def fix(east, shared, north, other=None):
     ],
 )
 def test_a_useless_sample_says_why_and_stays_useless(value, words):
-    trouble, kept = usable(value)
+    trouble, kept = validate(value)
     assert words in trouble
-    assert usable(kept)[0]
+    assert validate(kept)[0]
 
 
 @pytest.mark.parametrize(
@@ -76,14 +76,14 @@ def test_a_useless_sample_says_why_and_stays_useless(value, words):
     ],
 )
 def test_what_can_be_used_is_kept_as_it_is(value):
-    trouble, kept = usable(value)
+    trouble, kept = validate(value)
     assert trouble == ""
     assert kept is value
 
 
 def test_limits_are_those_of_the_configuration():
     limits = LimitsConfig(null_island_m=0.0, fix_sigma_m=10.0, height_max_m=50.0)
-    assert usable(Fix(1, 0.0, 0.0, 3.0), limits)[0] == ""
-    assert "limits.fix_sigma_m" in usable(fix(101.0, 0.0, 1.0), limits)[0]
-    assert usable(Scalar(1, 50.0), limits)[0] == ""
-    assert "50.1 m is more than" in usable(Scalar(1, 50.1), limits)[0]
+    assert validate(Fix(1, 0.0, 0.0, 3.0), limits)[0] == ""
+    assert "limits.fix_sigma_m" in validate(fix(101.0, 0.0, 1.0), limits)[0]
+    assert validate(Scalar(1, 50.0), limits)[0] == ""
+    assert "50.1 m is more than" in validate(Scalar(1, 50.1), limits)[0]
