@@ -19,6 +19,7 @@ from pathlib import Path
 
 from aerial_gnss_ros.core.camera.model import CameraModel
 from aerial_gnss_ros.core.config.estimator import EstimatorConfig
+from aerial_gnss_ros.core.estimation.attempt import attempt
 from aerial_gnss_ros.core.estimation.guard import Guard
 from aerial_gnss_ros.core.estimation.health import Health, RobotSummary, summary
 from aerial_gnss_ros.core.estimation.origin_file import OriginKeeper
@@ -358,12 +359,9 @@ class Estimator:
         self._arrivals.take(name, stamp_ns, lambda: self._keep(name, stamp_ns, keep))
 
     def _keep(self, name: str, stamp_ns: int, keep: Callable[[], str]) -> None:
-        try:
-            trouble = keep()
-        except MemoryError:
-            raise
-        except Exception as error:  # noqa: BLE001 - no message ends a flight
-            trouble = f"it cannot be kept ({type(error).__name__}: {error})"
+        trouble = attempt(keep)
+        if isinstance(trouble, Exception):
+            trouble = f"it cannot be kept ({type(trouble).__name__}: {trouble})"
         self._tallies[name].add(stamp_ns, trouble)
         if trouble:
             self._tell_bad(name, trouble)
@@ -414,25 +412,21 @@ class Estimator:
         return True
 
     def _keep_names(self, result: FrameResult) -> None:
-        """Save names where it is due; no file ends a flight."""
-        try:
+        """Save names where it is due; positions matter more than the file."""
+
+        def keep() -> None:
             self._kept_origin.keep(result.datum)
             self._names.keep(result, self._identity)
-        except MemoryError:
-            raise
-        except Exception as error:  # noqa: BLE001 - positions matter more than the file
+
+        error = attempt(keep)
+        if error is not None:
             self._log.warn_once(
                 "state_file", f"state_file cannot be written ({type(error).__name__}: {error})."
             )
 
     def _samples(self, stamp_ns: int) -> SceneTelemetry | MissingTelemetry | Exception:
         """Return the telemetry of an image, or why there is none."""
-        try:
-            return self._inputs.at(stamp_ns - self._pipeline.latency_ns)
-        except MemoryError:
-            raise
-        except Exception as error:  # noqa: BLE001 - the guard tells it
-            return error
+        return attempt(lambda: self._inputs.at(stamp_ns - self._pipeline.latency_ns))
 
     def _begin_anew(self, decision: Decision) -> None:
         """Forget what was before time began anew, or before the clock of an input was set."""

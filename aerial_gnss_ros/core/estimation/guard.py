@@ -15,6 +15,7 @@ from __future__ import annotations
 import traceback
 from pathlib import Path
 
+from aerial_gnss_ros.core.estimation.attempt import attempt
 from aerial_gnss_ros.core.estimation.pipeline import Pipeline
 from aerial_gnss_ros.core.estimation.snapshot import Plans, Snapshot
 from aerial_gnss_ros.core.filter.plausible_state import check_estimates
@@ -80,13 +81,10 @@ class Guard:
             samples: telemetry of its time, or why there is none.
         """
         before = self._snapshot()
-        try:
-            result = self._worked_on(frame, samples)
-        except MemoryError:
-            raise
-        except Exception as error:  # noqa: BLE001 - whatever it is, the flight goes on
+        result = attempt(lambda: self._worked_on(frame, samples))
+        if isinstance(result, Exception):
             before.restore()
-            return self._refused(frame, error)
+            return self._refused(frame, result)
         self._failed, self._last = 0, result.estimates
         return result
 
@@ -128,16 +126,16 @@ class Guard:
 
     def _coasting(self, stamp_ns: int) -> tuple[RobotEstimate, ...]:
         """Return the robots as predicted for a failed image; that, too, changes nothing."""
-        before = self._snapshot()
-        try:
+
+        def coast() -> tuple[RobotEstimate, ...]:
             estimates = self._pipeline.coast(stamp_ns)
             check_estimates(estimates)
-        except MemoryError:
-            raise
-        except Exception:  # noqa: BLE001 - the image's own failure has been told
-            estimates = ()
+            return estimates
+
+        before = self._snapshot()
+        found = attempt(coast)
         before.restore()
-        return estimates
+        return () if isinstance(found, Exception) else found
 
     def _restart(self) -> None:
         self._pipeline.reset()

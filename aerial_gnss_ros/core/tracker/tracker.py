@@ -137,11 +137,14 @@ class Tracker:
     def end(self) -> None:
         """Decide on all boxes (see `Tracking`)."""
         stamp_ns = self._stamp_ns or 0
-        old = [
-            one for one in self.tracks if stamp_ns - one.first_seen_ns > self._naming.pace.window_ns
-        ]
-        self._account.end(old, self._naming.pace.hits, self._naming.images, self._matcher.confused)
+        window_ns = self._naming.pace.window_ns
+        self._end([one for one in self.tracks if stamp_ns - one.first_seen_ns > window_ns])
         self._account.end(self.tracks)
+
+    def _end(self, tracks: list[Track]) -> None:
+        """Decide on the boxes of tracks that had their time."""
+        pace = self._naming.pace
+        self._account.end(tracks, pace.hits, self._naming.images, self._matcher.confused)
 
     def _note(self, measured: dict[int, int], boxes: DetectionFrame) -> None:
         """Take in which boxes measured or began which tracks."""
@@ -183,10 +186,7 @@ class Tracker:
 
     def _drop(self, rows: set[int]) -> None:
         if rows:
-            ended = [self.tracks[row] for row in rows]
-            self._account.end(
-                ended, self._naming.pace.hits, self._naming.images, self._matcher.confused
-            )
+            self._end([self.tracks[row] for row in rows])
             kept = [row for row in range(len(self.tracks)) if row not in rows]
             self.tracks = [self.tracks[row] for row in kept]
             self.filter.drop(np.array(sorted(rows), np.intp))
