@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""What to fly next, in words, for what a flight could not tell."""
+"""What to fly next for the constants that a flight did not determine."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ from aerial_gnss_ros.calibration.fit import Fit
 
 ORBIT = "orbit a still robot once, at a distance of one to two heights, looking at it"
 _ADVICE = {
-    "latency": "fly past a still robot to and fro at 3 m/s or more: what comes late leads one way "
-    "on the way out and the other way on the way back",
+    "latency": "fly past a still robot to and fro at 3 m/s or more: a delay shifts positions one "
+    "way on the way out and the other way on the way back",
     "fix_latency": "fly past a still robot to and fro at 3 m/s or more, near and far",
     "heading": ORBIT,
     "gimbal_pitch": ORBIT,
@@ -19,14 +19,14 @@ _ADVICE = {
     "that the robot crosses the image from top to bottom and back",
 }
 _AGAIN = {
-    "gimbal_pitch": "at twice the distance, which tells pitch from height",
+    "gimbal_pitch": "at twice the distance, which separates pitch from height",
     "gimbal_roll": "with the robot at the left of the image, then at the right",
-    "height": "at half the height, which tells height from pitch",
+    "height": "at half the height, which separates height from pitch",
 }
 
 
 def advice(fit: Fit) -> list[str]:
-    """Return what to fly next, one sentence for each way; none where all is determined."""
+    """Return one sentence for each flight that is needed; none if all is determined."""
     wanted: dict[str, list[str]] = {}
     for name in fit.names:
         if not fit.determined(name):

@@ -21,7 +21,7 @@ OUTLIERS = 0.08
 FASTER = 1.25
 """A path may be so much faster than `tracks.max_speed` by noise alone."""
 COARSE_BOXES = 0.006
-"""White noise of boxes beyond this share of the image's width is more than a detector's."""
+"""Greatest white noise of a detector's boxes, as a share of the image's width."""
 
 
 def disagreement(search: Search, best: Candidate, held: frozenset[int], delays: list[int]) -> Array:
@@ -41,7 +41,7 @@ def disagreement(search: Search, best: Candidate, held: frozenset[int], delays: 
 
 
 def misfit(best: Candidate, config: EstimatorConfig) -> tuple[str, ...]:
-    """Return why boxes do not fit, sentences; empty where they do."""
+    """Return sentences on why the boxes do not fit; empty if they do."""
     state, found = best.state, []
     share = float(np.mean(state.distances > HUBER * 1.4))
     width = max(camera.width for camera, _ in best.evidence.model.boxes.cameras)

@@ -37,7 +37,7 @@ Array = NDArray[np.float64]
 
 HUBER = 2.5
 UNSEEN = 30.0
-"""A box that the model does not see at all counts as so many sigma off."""
+"""Distance, in sigmas, of a box that the model does not see at all."""
 LONGEST_STEP_S = 0.25
 HELD = 1e12
 """Precision of a constant that keeps its value."""
@@ -45,7 +45,7 @@ HELD = 1e12
 
 @dataclass(frozen=True)
 class State:
-    """The unknowns and what follows from them at one point of a descent.
+    """One point of a descent.
 
     Attributes:
         unknowns: (size,).
@@ -95,7 +95,7 @@ class Evidence:
             state: to begin at.
             steps: most of them.
             held: constants that keep their value.
-            adapt: find noise and sigmas, too.
+            adapt: estimate noise and sigmas, too.
         """
         for _ in range(steps):
             before = state
@@ -108,7 +108,7 @@ class Evidence:
         return self.evaluated(state, held)
 
     def evaluated(self, state: State, held: frozenset[int]) -> State:
-        """Return the state with its likelihood, noise and sigmas being as they are."""
+        """Return the state with its likelihood, for its noise and sigmas."""
         found = self.model.predicted(state.unknowns)
         prior, log_det = self.prior.precision(state.sigmas)
         state = self._with_cost(state, found, prior)
@@ -128,7 +128,7 @@ class Evidence:
         return np.asarray(picks @ state.factor.solve(np.ascontiguousarray(picks.T)))
 
     def slopes(self, state: State, picks: Array, wanted: list[int], held: frozenset[int]) -> Array:
-        """Return how linear functions (k, size) of the best fit move with held constants (k, m)."""
+        """Return derivatives (k, m) of linear functions (k, size) of the fit by held constants."""
         assert state.factor is not None  # noqa: S101
         found = self.model.predicted(state.unknowns)
         prior, _ = self.prior.precision(state.sigmas)
@@ -156,10 +156,10 @@ class Evidence:
         return replace(state, factor=factor)
 
     def _along(self, state: State, prior: csc_matrix) -> State:
-        """Return the state with all but the constants solved for again.
+        """Return the state with the constants held and everything else solved for again.
 
-        A step in height or roll is a large one for the robots' places: what is left of it beyond
-        the straight line is theirs to follow.
+        A step in height or roll moves the robots' places far: beyond the linear prediction they
+        have to follow.
         """
         found = self.model.predicted(state.unknowns)
         information, gradient = self._normal(state, found, prior, frozenset(range(GLOBALS)))
@@ -184,7 +184,7 @@ class Evidence:
         return replace(state, sigmas=sigmas, pixel=pixel, effective=effective)
 
     def _with_cost(self, state: State, found: Predicted, prior: csc_matrix) -> State:
-        """Return the state with distances and cost of what the model says."""
+        """Return the state with distances and cost of a prediction."""
         off = np.linalg.norm(found.values, axis=1) / state.pixel
         distances = np.where(np.isfinite(off), off, UNSEEN)
         inner = np.minimum(distances, HUBER)
@@ -194,7 +194,7 @@ class Evidence:
         return replace(state, distances=distances, cost=robust + volume + float(x @ (prior @ x)))
 
     def _shares(self, state: State) -> Array:
-        """Return how many unknowns in metres each box tells, halved, (n,)."""
+        """Return half the effective number of unknowns in metres per box, (n,)."""
         if state.effective is None:
             return np.zeros(len(self.model.tracks))
         counts = np.bincount(self.model.tracks)

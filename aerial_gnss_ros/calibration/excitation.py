@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""How much a flight varied: what that leaves alike cannot be told apart."""
+"""How much a flight varied: errors with the same effect throughout cannot be separated."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ class Excitation:
     """How much a flight varied.
 
     Attributes:
-        travelled_m: horizontal way of the drone.
+        travelled_m: length of the drone's horizontal path.
         speed_mps: root mean square of its velocity.
         turned_dps: root mean square of the camera's turning, deg/s.
         heights_m: lowest and highest.
-        directions_deg: from how many degrees of the compass the best seen robot was looked at.
+        directions_deg: range of bearings, in sectors of 10 deg, from which one robot was seen.
         tilts_deg: least and greatest angle below the horizon at which robots were seen.
         ranges_m: least and greatest horizontal distance to robots.
     """
@@ -37,8 +37,8 @@ class Excitation:
     tilts_deg: tuple[float, float]
     ranges_m: tuple[float, float]
 
-    def words(self) -> list[str]:
-        """Return it as lines."""
+    def lines(self) -> list[str]:
+        """Return a description, one sentence a line."""
         return [
             (
                 f"the drone flew {self.travelled_m:.0f} m ({self.speed_mps:.1f} m/s), "

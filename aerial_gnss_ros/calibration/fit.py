@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""The constants that a calibration finds, and how well it found them."""
+"""The result of a calibration: constants, their covariance, and whether they are determined."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from aerial_gnss_ros.calibration.excitation import Excitation
 Array = NDArray[np.float64]
 
 STAYS_MPS = 0.02
-"""A robot that is slower stays."""
+"""A robot slower than this counts as one that stays."""
 
 
 @dataclass(frozen=True)
@@ -48,7 +48,7 @@ UNKNOWNS = (
 
 @dataclass(frozen=True)
 class Fit:
-    """What was found.
+    """Result of a calibration.
 
     Attributes:
         names: of the constants, in the order of `mean`.
@@ -56,10 +56,10 @@ class Fit:
         covariance: of `mean`.
         residual_px: one sigma of the boxes' white noise, px.
         boxes: used.
-        outliers: boxes far off, which counted less.
+        outliers: boxes far from the fit, which have less weight.
         images: used.
         robots: their names here: class and number, the most often seen first.
-        flown: how the flight varied.
+        flown: how much the flight varied.
         speeds_mps: root mean square of each robot's velocity.
         ambiguities: why a constant does not count as determined whatever its sigma, by its name.
         misfit: why boxes do not fit and nothing is to be used, sentences.

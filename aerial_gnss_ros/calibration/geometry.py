@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Where boxes should be, given poses, errors and robots' places; with derivatives."""
+"""Projects robots into images, given poses and their errors; with derivatives."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ Array = NDArray[np.float64]
 Index = NDArray[np.intp]
 
 HORIZON = -0.02
-"""Rays that fall by less than this per length do not meet the water near enough to count."""
+"""Rays less steep than this (down per length) are taken to miss the water."""
 
 
 @dataclass(frozen=True)
@@ -57,7 +57,7 @@ class Boxes:
 
 @dataclass(frozen=True)
 class Predicted:
-    """What the model says to boxes.
+    """The model's prediction of boxes.
 
     Attributes:
         values: (n, 2) measured less predicted, px; NaN where the model does not see the robot.
@@ -81,7 +81,7 @@ class Predicted:
 
 
 def predicted(boxes: Boxes, poses: Poses, errors: Array, places: Array, focal: float) -> Predicted:
-    """Return what the model says.
+    """Return the prediction of boxes.
 
     Args:
         boxes: n.
@@ -142,7 +142,7 @@ def _areas(offsets: Array, axes: Array) -> tuple[Array, Array]:
 
 
 def _surface(offsets: Array, depths: Array) -> Array:
-    """Return where the surface is seen in place of robots below it, (n, 3) from the camera."""
+    """Return the offsets (n, 3) of the points of the surface at which robots are seen."""
     seen = offsets.copy()
     for _ in range(3):
         rays = seen / np.linalg.norm(seen, axis=1, keepdims=True)
@@ -153,7 +153,7 @@ def _surface(offsets: Array, depths: Array) -> Array:
 def _projected(
     boxes: Boxes, offsets: Array, optical: Array, focal: float
 ) -> tuple[Array, Array, Array, NDArray[np.bool_]]:
-    """Return pixels (n, 2), derivatives by the offsets (n, 2, 3), by the focal, what is seen."""
+    """Return pixels (n, 2), derivatives by offset (n, 2, 3) and focal length, and visibility."""
     pixels, by_focal = np.zeros((2, len(offsets), 2))
     by_offset = np.zeros((len(offsets), 2, 3))
     seen = np.zeros(len(offsets), dtype=np.bool_)

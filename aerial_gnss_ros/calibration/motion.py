@@ -34,7 +34,7 @@ class Poses:
         rotation: (n, 3, 3) camera FLU in `map`.
         velocity: (n, 3) m/s.
         turning: (n, 3) about East, North, Up, rad/s.
-        known: (n,) False where telemetry lacks; the values there mean nothing.
+        known: (n,) False where there is no telemetry; the values there are meaningless.
     """
 
     position: Array
@@ -45,7 +45,7 @@ class Poses:
 
 
 class Motion:
-    """A recording's poses at any time, the delay of fixes being asked for separately.
+    """The camera's poses at any time, for any delay of fixes against orientations.
 
     Args:
         recording: after the replay.
@@ -123,7 +123,7 @@ class Motion:
         return np.asarray(np.sqrt(self._errors.turn_error.variance(t) + moved[:, None]))
 
     def _mast(self) -> list[int]:
-        """Return times for a camera of which everything is constant."""
+        """Return times for a camera whose pose is constant."""
         frames = sorted(self._recording.frames)
         if not frames:
             return []

@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""A recording as a fit sees it: poses, images and boxes; links and unknowns for assumed delays."""
+"""Sets up a fit: images and boxes, their association and the unknowns for assumed delays."""
 
 from __future__ import annotations
 
@@ -30,13 +30,13 @@ FIRST_PIXELS = 4.0
 
 @dataclass(frozen=True)
 class Linked:
-    """Boxes linked to robots.
+    """Boxes associated with robots.
 
     Attributes:
         evidence: what they say.
         state: a first guess.
-        clutter: what boxes of no robot cost: each may be anywhere in its image.
-        share: of all boxes, those with telemetry round their image at these delays.
+        clutter: negative log likelihood of the boxes without a robot, uniform over the image.
+        share: of all boxes, those whose image has telemetry at these delays.
     """
 
     evidence: Evidence
@@ -46,7 +46,7 @@ class Linked:
 
 
 class Problem:
-    """The images of a recording and what is to be found from them.
+    """The images of a recording, set up for a fit.
 
     Args:
         recording: after the replay.
@@ -80,7 +80,7 @@ class Problem:
     def evidence(
         self, latency_s: float, fix_delay_s: float, speed_mps: float = FIRST_SPEED
     ) -> Linked | None:
-        """Return boxes linked at assumed delays; None where no robot is seen often enough.
+        """Return the association at assumed delays; None if no robot is seen often enough.
 
         Args:
             latency_s: of the images.
@@ -120,12 +120,12 @@ class Problem:
         return Linked(evidence, state, self._clutter * (known - len(rows)), share)
 
     def _pointing(self, range_m: float) -> float:
-        """Return one sigma of white errors of the camera's pointing by the noise set, rad."""
+        """Return one sigma of white pointing errors by the noise set, rad."""
         turned = math.radians(self._noise.value("gimbal_white_deg"))
         return max(math.hypot(turned, self._noise.value("gnss_white_m") / max(range_m, 1.0)), 1e-5)
 
     def _first(self, model: MeasurementModel, places: Array, range_m: float) -> Array:
-        """Return unknowns without errors, robots where their boxes lie on the water."""
+        """Return initial unknowns: no errors, robots where their boxes lie on the water."""
         layout = model.layout
         unknowns = np.zeros(layout.size)
         off = places - model.places(unknowns)

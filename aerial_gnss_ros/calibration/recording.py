@@ -27,15 +27,15 @@ WHOLE_FLIGHT_S = 1e6
 
 
 class Recording(Estimator):
-    """An estimator that only remembers: drive it through a replay.
+    """An estimator that only records its inputs: drive it through a replay.
 
     Args:
-        config: the estimator's parameters; corrections in it are applied to what it tells.
+        config: the estimator's parameters; its corrections are applied to all poses.
 
     Attributes:
         config: these parameters.
-        frames: the boxes of each image that may be robots, by the image's stamp.
-        stamps: of the samples that came, by input, ns.
+        frames: the boxes of each image that are not refused, by the image's stamp.
+        stamps: of the samples received, by input, ns.
     """
 
     def __init__(self, config: EstimatorConfig) -> None:
@@ -95,7 +95,7 @@ class Recording(Estimator):
         self.frames[frame.stamp_ns] = frame.keep(np.array([one is None for one in reasons], bool))
 
     def advance(self, _now_ns: int) -> list[FrameResult]:
-        """Return nothing: a calibration looks at a recording as a whole."""
+        """Return nothing: a calibration uses the recording as a whole."""
         return []
 
     def flush(self) -> list[FrameResult]:
@@ -103,7 +103,7 @@ class Recording(Estimator):
         return []
 
     def camera(self, stamp_ns: int) -> CameraModel | None:
-        """Return the camera as it took an image, None where it is not known."""
+        """Return the camera model of an image; None if it is unknown."""
         found = self._fixed_camera
         if found is None:
             entry = self._all.cameras.latest(stamp_ns)

@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Finds the most likely delays wherever they are: from a grid of latencies to a fine fit."""
+"""Global search for the most likely delays: a grid of latencies, then refinement."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ SEPARATE_NATS = 5.0
 
 @dataclass(frozen=True)
 class Candidate:
-    """A fit at one mode of the delays.
+    """A fit at one local maximum of the likelihood of the delays.
 
     Attributes:
         evidence: the boxes linked there.
@@ -57,17 +57,17 @@ class Candidate:
 
     @property
     def latency_s(self) -> float:
-        """Of the images."""
+        """Latency of the images, s."""
         return float(self.state.unknowns[LATENCY])
 
     @property
     def fix_delay_s(self) -> float:
-        """By how much fixes and heights are later than orientations."""
+        """Delay of fixes and heights against orientations, s."""
         return float(self.state.unknowns[FIX_DELAY])
 
 
 class Search:
-    """All modes of a recording.
+    """Search over the delays of a recording.
 
     Args:
         recording: after the replay.
@@ -100,7 +100,7 @@ class Search:
         return self._base
 
     def grid(self, report: Callable[[int], None]) -> list[Candidate]:
-        """Return the modes that a grid of latencies leads to, the likeliest first."""
+        """Return the local maxima reached from a grid of latencies, the likeliest first."""
         found = []
         for done, latency in enumerate(np.arange(-LIMIT_S, LIMIT_S + 1e-9, GRID_S), start=1):
             one = self.fit(self.coarse, float(latency), 0.0, COARSE_STEPS, self.common)
@@ -117,7 +117,7 @@ class Search:
         held: frozenset[int],
         speed_mps: float = SPEEDS_MPS[0],
     ) -> Candidate | None:
-        """Return the fit that begins at some delays; None where no robot is seen."""
+        """Return the fit started at some delays; None if no robot is seen."""
         linked = problem.evidence(latency_s, fix_delay_s, speed_mps)
         if linked is None or linked.share < LEAST_SHARE:
             return None
@@ -127,14 +127,14 @@ class Search:
         return Candidate(linked.evidence, state, score)
 
     def best(self, modes: list[Candidate]) -> list[Candidate]:
-        """Return fine fits of the likeliest modes, the best first."""
+        """Return refined fits of the likeliest maxima, the best first."""
         top = modes[0].score
         tried = [one for one in modes[:RIVALS] if one.score > top - RIVAL_NATS]
         fits = [self.fit(self.fine, one.latency_s, 0.0, STEPS, self.common) for one in tried]
         return _distinct([one for one in fits if one is not None])
 
     def refined(self, one: Candidate, held: frozenset[int]) -> Candidate:
-        """Return a fit with links made anew at its delays."""
+        """Return a fit with the association repeated at its delays."""
         at = one.latency_s, one.fix_delay_s
         fits = [self.fit(self.fine, *at, LAST_STEPS, held, speed) for speed in SPEEDS_MPS]
         return max([one, *(fit for fit in fits if fit is not None)], key=lambda fit: fit.score)
@@ -164,7 +164,7 @@ class Search:
 
 
 def _distinct(found: list[Candidate]) -> list[Candidate]:
-    """Return fits that are not near a better one, the likeliest first."""
+    """Return fits that are not close to a better one, the likeliest first."""
     kept: list[Candidate] = []
     for one in sorted(found, key=lambda one: -one.score):
         if abs(one.latency_s) <= LIMIT_S + 0.3 and all(

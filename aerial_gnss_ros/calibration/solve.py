@@ -2,10 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """Finds the constants of a recording: delays first, then the platform's errors.
 
-Both come from the likelihood of the boxes (`evidence.py`), but a robot that swims is trusted with
-delays only. Where it swims is seen against how the camera turns and shakes, which it knows nothing
-of; how large its path is and how it bends is just what a wrong height or tilt changes, and no robot
-swims as a model says. For the platform's errors its path is therefore left free.
+Both come from the likelihood of the boxes (`evidence.py`). Robots that swim contribute to the
+delays only: their motion is independent of the camera's rotation and vibration. But a wrong height
+or tilt changes exactly the size and the curvature of their paths, and no robot follows the motion
+model exactly. Their paths are therefore left free when the platform's errors are estimated.
 """
 
 from __future__ import annotations
@@ -32,8 +32,7 @@ Array = NDArray[np.float64]
 SWIMS_MPS, FREE_MPS = 0.01, 10.0
 FREE_STEPS = 6
 CAUTION = 1.3
-"""Sigmas are so much larger than the likelihood has them: neither robots nor errors are as the
-model says."""
+"""Factor on the sigmas of the likelihood: neither robots nor errors follow the model exactly."""
 RIVAL_NATS = 6.0
 
 
@@ -134,7 +133,7 @@ def _with_platform(
 
 
 def _with_free_paths(state: State) -> State:
-    """Return the state with nothing known of how robots move that do not stay."""
+    """Return the state with the paths of all robots that swim left free."""
     sigmas = state.sigmas.copy()
     swims = sigmas[FIRST_ROBOT:] > SWIMS_MPS
     sigmas[FIRST_ROBOT:][swims] = FREE_MPS

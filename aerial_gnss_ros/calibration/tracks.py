@@ -1,10 +1,10 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Which boxes belong to one robot, at assumed delays: no tracker has to have confirmed it.
+"""Associates boxes with robots at assumed delays, without the tracker.
 
-Boxes are placed on the water and linked from image to image, the nearest to where it is expected,
-all pairs at once. A wrong latency shifts neighbouring images nearly alike, so that links hold far
-from the true one; they are made anew for each candidate.
+Boxes are placed on the water and assigned to tracks from image to image, by least distance from the
+expected places. A wrong latency shifts neighbouring images nearly alike, so that the association
+holds far from the true latency; it is repeated for each candidate.
 """
 
 from __future__ import annotations
@@ -22,14 +22,14 @@ LONGEST_GAP_S = 5.0
 LEAST_BOXES = 6
 MOST_TRACKS = 10
 SLACK_M, SLACK = 0.8, 0.02
-"""A box may lie so far from where it is expected besides what its robot swims: constant, and as a
-share of its distance from the camera (1 deg)."""
+"""Gate around the expected place, besides what a robot swims: constant, and as a share of the
+distance from the camera (1 deg)."""
 FAR = 1e6
 
 
 @dataclass
 class _Track:
-    """A robot so far: its boxes' rows, where and when it was last seen, and its velocity."""
+    """A track: rows of its boxes, place and time of the last one, and velocity."""
 
     kind: int
     place: Array
@@ -41,7 +41,7 @@ class _Track:
 def link(
     t: Array, images: Index, places: Array, ranges: Array, kinds: Index, max_speed: float
 ) -> Index:
-    """Return which track each box belongs to (n,), from 0 for the one with most boxes; -1 for none.
+    """Return the track of each box (n,): 0 is the one with most boxes, -1 none.
 
     Args:
         t: times of the images, s, increasing.
@@ -84,7 +84,7 @@ def _pairs(
     kinds: Index,
     max_speed: float,
 ) -> list[tuple[int, int]]:
-    """Return pairs of track and row: most pairs within the gates, nearest altogether."""
+    """Return pairs of track and row: the assignment of least total distance within the gates."""
     if not active:
         return []
     since = np.array([now - one.time for one in active])

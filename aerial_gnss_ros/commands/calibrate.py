@@ -42,11 +42,11 @@ KEYS = {
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the command's arguments."""
     parser.epilog = (
-        "Robots may swim, and tell the latency as they do; for angles and height at least one has "
-        "to stay. The best flight is an orbit round one, once at a near and once at a far "
-        "distance. A correction is what is added to the measured value, East-North-Up and "
-        "counter-clockwise. The GNSS offset cannot be told from such a flight. Ends with status 1, "
-        "and writes nothing, where boxes do not fit."
+        "Robots that swim suffice for the latency; angles and height need at least one that stays. "
+        "The best flight is an orbit around it, once at a near and once at a far distance. A "
+        "correction is what is added to the measured value, East-North-Up and counter-clockwise. "
+        "The GNSS offset cannot be determined from such a flight. If the boxes do not fit, nothing "
+        "is written and the exit status is 1."
     )
     parser.add_argument("bags", type=Path, nargs="+", metavar="BAG", help="as for replay")
     parser.add_argument(
@@ -55,9 +55,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--focal", action="store_true", help="estimate the focal length, too")
     parser.add_argument(
         "--robot-speed", type=float, default=0.0, metavar="MPS",
-        help="no longer needed: whether a robot swims is found out",
+        help="has no effect: whether a robot swims is estimated",
     )  # fmt: skip
-    parser.add_argument("--json", action="store_true", help="the result for machines")
+    parser.add_argument("--json", action="store_true", help="print the result as JSON")
     add_configuration(parser)
 
 
@@ -99,7 +99,7 @@ class Calibration:
     flown: Excitation
 
     def parameters(self) -> dict[str, float]:
-        """Return the parameters that were determined, by dotted name."""
+        """Return the parameters that were determined, by their dotted names."""
         corrected = corrected_config(self.given, self.fit)
         keys: dict[str, tuple[str, ...]] = {"latency": ("camera.latency_s",)}
         keys["focal"] = ("calibration.focal_scale",)
@@ -158,12 +158,12 @@ def _calibrate(
 
 
 def as_yaml(found: Calibration, bags: list[Path]) -> str:
-    """Return the parameter file; what was not determined is in it as a comment only."""
+    """Return the parameter file; values that were not determined are comments in it."""
     lines = [
         f"# Written by `aerial-gnss calibrate` from {', '.join(path.name for path in bags)}.",
-        "# What is added to the measured value to have the true one; ENU, counter-clockwise.",
+        "# True value = measured value + correction; ENU, counter-clockwise.",
         *(f"# {line}" for line in _table(found)),
-        *(f"# {line}" for line in found.flown.words()),
+        *(f"# {line}" for line in found.flown.lines()),
         "/**/estimator:",
         "  ros__parameters:",
     ]
@@ -204,24 +204,24 @@ def _as_text(found: Calibration) -> list[str]:
             f"{fit.residual_px:.1f} px, {counted(fit.outliers, 'outlier')}"
         ),
         f"robots: {fit.moved()}",
-        *found.flown.words(),
+        *found.flown.lines(),
         "",
     ]
     if fit.misfit:
         return [
             *lines,
-            "Boxes do not fit any delay and any error of the platform; nothing is written:",
+            "The boxes fit no delay and no error of the platform; nothing is written:",
             *(f"  {sentence}" for sentence in fit.misfit),
             (
-                "Boxes may be of things that move faster than robots, the focal length or the "
-                "gimbal's reference may be wrong (`aerial-gnss check` tells), or telemetry may be "
-                "of another flight."
+                "The boxes may show things that move faster than robots, the focal length or the "
+                "gimbal's reference may be wrong (see `aerial-gnss check`), or the telemetry may "
+                "be that of another flight."
             ),
         ]
     lines += [
         "correction (true = measured + correction), one sigma:",
         *(f"  {line}" for line in _table(found)),
-        "GNSS offset: cannot be told from the flight; it moves drone and robots alike.",
+        "GNSS offset: not determined by the flight; it moves drone and robots alike.",
     ]
     todo = advice(fit)
     if todo:

@@ -60,4 +60,4 @@ def test_excitation_of_a_square() -> None:
     assert found.ranges_m[0] == pytest.approx(math.hypot(5.0, 5.0))
     assert found.tilts_deg[0] == pytest.approx(math.degrees(math.atan2(10.0, math.hypot(5, 5))))
     assert found.directions_deg == 40.0  # four sectors of 10 deg
-    assert "10 to 7 m" not in " ".join(found.words())
+    assert "10 to 7 m" not in " ".join(found.lines())
