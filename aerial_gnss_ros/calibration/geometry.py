@@ -14,7 +14,7 @@ from aerial_gnss_ros.calibration.motion import Poses
 from aerial_gnss_ros.calibration.pose_errors import error_axes_of
 from aerial_gnss_ros.core.camera.model import CameraModel
 from aerial_gnss_ros.core.geometry.frames import FLU_FROM_OPTICAL, skew
-from aerial_gnss_ros.core.geometry.local_map import water_points
+from aerial_gnss_ros.core.geometry.local_map import on_water_surface
 from aerial_gnss_ros.core.geometry.refraction import submerged_offsets
 
 Array = NDArray[np.float64]
@@ -95,7 +95,7 @@ def predicted(boxes: Boxes, poses: Poses, errors: Array, places: Array, focal: f
     axes = error_axes_of(rotation)
     turn = Rotation.from_rotvec(np.einsum("nij,nj->ni", axes, errors[:, 3:])).as_matrix()
     optical = turn @ rotation @ FLU_FROM_OPTICAL
-    offsets = water_points(places) - poses.position[at] - errors[:, :3]
+    offsets = on_water_surface(places) - poses.position[at] - errors[:, :3]
     if boxes.depths.any():
         offsets = _surface(offsets, boxes.depths)
     pixels, by_offset, by_focal, seen = _projected(boxes, offsets, optical, focal)

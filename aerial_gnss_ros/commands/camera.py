@@ -72,7 +72,7 @@ def run(args: argparse.Namespace) -> int:
 def _print_known(as_json: bool) -> None:
     if as_json:
         rows = {
-            k.name: {"words": k.words, "equivalent_mm": k.equivalent_mm, "photo": list(k.photo),
+            k.name: {"words": k.product, "equivalent_mm": k.equivalent_mm, "photo": list(k.photo),
                      "source": k.source}
             for k in KNOWN.values()
         }  # fmt: skip
@@ -80,7 +80,7 @@ def _print_known(as_json: bool) -> None:
         return
     for known in KNOWN.values():
         photo = f"{known.photo[0]}x{known.photo[1]}"
-        print(f"{known.name:<18} {known.equivalent_mm:3.0f} mm  {photo:<10} {known.words}")
+        print(f"{known.name:<18} {known.equivalent_mm:3.0f} mm  {photo:<10} {known.product}")
     print("\nFocal lengths are the makers' equivalents on 35 mm film.")
 
 

@@ -153,7 +153,7 @@ def _from_table(known: KnownCamera, size: tuple[int, int] | None, zoom: float) -
         )
     if known.zooms or zoom != 1.0:
         warnings.append(_ZOOM)
-    return ChosenCamera(camera, known.name, f"{known.words}, table", [*warnings, _STABILISATION])
+    return ChosenCamera(camera, known.name, f"{known.product}, table", [*warnings, _STABILISATION])
 
 
 def _from_photo(path: Path, size: tuple[int, int] | None, zoom: float) -> ChosenCamera:

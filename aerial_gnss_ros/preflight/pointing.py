@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from aerial_gnss_ros.core.camera.model import CameraModel
 from aerial_gnss_ros.core.geometry.frames import FLU_FROM_OPTICAL, heading_from_yaw, wrap_angle
-from aerial_gnss_ros.core.geometry.water_surface import View
+from aerial_gnss_ros.core.geometry.water_surface import SurfaceView
 from aerial_gnss_ros.core.values.camera_pose import CameraPose
 
 Array = NDArray[np.float64]
@@ -53,7 +53,7 @@ def aim(pose: CameraPose, camera: CameraModel | None = None) -> Aim:
         rays, valid = camera.rays(middle)
         if valid[0]:
             direction = pose.enu_from_camera @ (FLU_FROM_OPTICAL @ rays[0])
-    view = View(pose)
+    view = SurfaceView(pose)
     distance = float(view.distances(direction[None])[0])
     heading = view_heading(pose.enu_from_camera)
     below = -math.asin(max(-1.0, min(1.0, float(direction[2]))))

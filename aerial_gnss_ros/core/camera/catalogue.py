@@ -26,7 +26,7 @@ class KnownCamera:
 
     Attributes:
         name: as on the command line.
-        words: the product's name.
+        product: the product's name.
         equivalent_mm: focal length of photos, equivalent on 35 mm film, mm, at zoom 1.
         photo: width and height of the full photo, px.
         video_equivalent_mm: where the maker states another one for video.
@@ -34,7 +34,7 @@ class KnownCamera:
     """
 
     name: str
-    words: str
+    product: str
     equivalent_mm: float
     photo: tuple[int, int]
     video_equivalent_mm: float | None = None
@@ -43,8 +43,8 @@ class KnownCamera:
     @property
     def source(self) -> str:
         """Where the figures come from."""
-        maker = self.words.split(" ", 1)[0]
-        return f"{maker}'s specifications of the {self.words}"
+        maker = self.product.split(" ", 1)[0]
+        return f"{maker}'s specifications of the {self.product}"
 
     def is_cropped(self, image: tuple[int, int]) -> bool:
         """Whether an image has another shape than the photo."""

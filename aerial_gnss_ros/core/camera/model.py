@@ -19,14 +19,14 @@ from aerial_gnss_ros.core.camera.distortion import BrownConrady, Equidistant
 from aerial_gnss_ros.core.camera.projection import plane_with_jacobian
 from aerial_gnss_ros.core.camera.rays import fisheye_rays, pinhole_rays
 from aerial_gnss_ros.core.camera.validation import (
+    as_matrix,
+    as_vector,
     check_size,
     check_whole_image,
     checked_coefficients,
     checked_matrix,
     checked_rotation,
-    flat,
-    named,
-    square,
+    model_name,
 )
 from aerial_gnss_ros.core.numerics.columns import columns
 from aerial_gnss_ros.core.values.errors import CameraError
@@ -67,7 +67,7 @@ class CameraModel:
         given = {
             "K": checked_matrix(self.K, "K"),
             "D": checked_coefficients(self.model, self.D),
-            "R": square(self.R, "R"),
+            "R": as_matrix(self.R, "R"),
         }
         for name, values in given.items():
             own = values.copy()
@@ -122,14 +122,16 @@ class CameraModel:
         check_size(width, height)
         check_whole_image(width, height, binning, roi)
         if not rectified:
-            return cls(width, height, named(distortion_model, d), square(k, "K"), flat(d))
+            return cls(
+                width, height, model_name(distortion_model, d), as_matrix(k, "K"), as_vector(d)
+            )
         if p is None:
             raise CameraError("Images are rectified, but the CameraInfo gives no P.")
         projection = np.asarray(p, dtype=np.float64)
         if projection.size != 12:
             raise CameraError(f"CameraInfo has P with {projection.size} numbers instead of 12.")
         left = projection.reshape(3, 4)[:, :3]
-        rotation = np.eye(3) if r is None else checked_rotation(square(r, "R"))
+        rotation = np.eye(3) if r is None else checked_rotation(as_matrix(r, "R"))
         return cls(
             width, height, "plumb_bob", checked_matrix(left, "P"), rectified=True, R=rotation
         )

@@ -44,12 +44,12 @@ def check_whole_image(
         )
 
 
-def flat(values: ArrayLike) -> Array:
+def as_vector(values: ArrayLike) -> Array:
     """Return numbers as (n,)."""
     return np.asarray(values, dtype=np.float64).reshape(-1)
 
 
-def square(values: ArrayLike, name: str) -> Array:
+def as_matrix(values: ArrayLike, name: str) -> Array:
     """Return nine numbers as (3, 3)."""
     matrix = np.asarray(values, dtype=np.float64)
     if matrix.size != 9:
@@ -57,11 +57,11 @@ def square(values: ArrayLike, name: str) -> Array:
     return matrix.reshape(3, 3)
 
 
-def named(model: str, d: ArrayLike) -> str:
+def model_name(model: str, d: ArrayLike) -> str:
     """Return the distortion model's name; empty means none, where the coefficients agree."""
     if model:
         return model
-    if np.any(flat(d) != 0.0):
+    if np.any(as_vector(d) != 0.0):
         raise CameraError(
             "CameraInfo has distortion coefficients but no distortion_model; it must be one of "
             f"{', '.join(MODELS)}."
@@ -100,7 +100,7 @@ def checked_rotation(matrix: Array) -> Array:
 
 def checked_coefficients(model: str, d: Sequence[float] | Array) -> Array:
     """Return distortion coefficients (n,) whose number fits the model."""
-    coefficients = flat(d)
+    coefficients = as_vector(d)
     if model not in MODELS:
         raise CameraError(
             f"CameraInfo has distortion model '{model}', which is not known; it must be one of "

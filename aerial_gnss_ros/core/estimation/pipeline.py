@@ -70,8 +70,8 @@ class Pipeline:
         self._log = log
         self._posing = PoseBuilder(config)
         self._latency = LatencySearch(config, inputs)
-        self._crowd = detection_filter.Crowd()
-        self._strangers = detection_filter.Strangers()
+        self._crowd = detection_filter.BoxCountMonitor()
+        self._strangers = detection_filter.UnknownClassMonitor()
         self._standstill = Standstill(config.noise.value("box_center_px"))
         self._frame_of_map: MapFrame | None = None
         self._fixed_camera = camera_of(config)
@@ -233,7 +233,7 @@ class Pipeline:
         return replace(exact, reasons=tuple(one or other for one, other in both))
 
     def _look_for_crowd(self, count: int) -> None:
-        usual = self._crowd.take(count)
+        usual = self._crowd.update(count)
         if usual is None:
             return
         self._log.counts["images_crowded"] += 1
@@ -245,7 +245,7 @@ class Pipeline:
         )
 
     def _look_for_strangers(self, frame: DetectionFrame, reasons: list[Reason | None]) -> None:
-        came = self._strangers.take(frame.class_ids, reasons)
+        came = self._strangers.update(frame.class_ids, reasons)
         if came:
             self._log.warn_once(
                 "strangers",

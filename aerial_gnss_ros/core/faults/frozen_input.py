@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from aerial_gnss_ros.core.camera.model import CameraModel
 from aerial_gnss_ros.core.geometry.frames import FLU_FROM_OPTICAL
-from aerial_gnss_ros.core.geometry.local_map import water_points
+from aerial_gnss_ros.core.geometry.local_map import on_water_surface
 from aerial_gnss_ros.core.models.measurement_model import MapPose, on_water
 from aerial_gnss_ros.core.values.detection_frame import DetectionFrame
 
@@ -138,8 +138,10 @@ def _shift_px(first: _Shown, camera: CameraModel, pose: MapPose) -> float:
     rays, inside = camera.rays(first.boxes[_numbers(first.boxes), :2])
     places = on_water(first.pose, rays[inside] @ (first.pose.rotation @ FLU_FROM_OPTICAL).T)
     places = places[np.isfinite(places).all(axis=1)]
-    before, _ = camera.project((water_points(places) - first.pose.position) @ first.pose.optical)
-    now, seen = camera.project((water_points(places) - pose.position) @ pose.optical)
+    before, _ = camera.project(
+        (on_water_surface(places) - first.pose.position) @ first.pose.optical
+    )
+    now, seen = camera.project((on_water_surface(places) - pose.position) @ pose.optical)
     if not len(places):
         return 0.0
     if not seen.all():

@@ -26,7 +26,7 @@ from aerial_gnss_ros.core.filter.linearization import (
 )
 from aerial_gnss_ros.core.filter.state import Indices, Joint
 from aerial_gnss_ros.core.filter.update import correct, linearise
-from aerial_gnss_ros.core.geometry.local_map import LocalMap, water_points
+from aerial_gnss_ros.core.geometry.local_map import LocalMap, on_water_surface
 from aerial_gnss_ros.core.georeferencing.measurements import Measurements
 from aerial_gnss_ros.core.models.camera_motion import MOVED_S, PoseMotion
 from aerial_gnss_ros.core.models.measurement_model import MapFrame, MapPose, level_axes, on_water
@@ -304,7 +304,7 @@ class JointFilter(Groups):
     def _body(self, seen: Measurements) -> Array:
         """Return the rays of detections in the axes of the camera as measured, (m, 3)."""
         measured = self._seen_from.measured
-        rays: Array = (water_points(seen.positions) - measured.position) @ measured.rotation
+        rays: Array = (on_water_surface(seen.positions) - measured.position) @ measured.rotation
         return rays
 
     def _place(self, group: Joint, body: Array) -> tuple[Array, Array]:

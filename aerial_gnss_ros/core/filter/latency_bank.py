@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from aerial_gnss_ros.core.camera.model import CameraModel
 from aerial_gnss_ros.core.geometry.frames import FLU_FROM_OPTICAL
-from aerial_gnss_ros.core.geometry.local_map import water_points
+from aerial_gnss_ros.core.geometry.local_map import on_water_surface
 from aerial_gnss_ros.core.models.measurement_model import level_axes, pose_jacobian
 from aerial_gnss_ros.core.models.motion_model import Motion
 from aerial_gnss_ros.core.models.platform_model import LATENCY, PlatformModel
@@ -220,7 +220,7 @@ class LatencyBank:
 
 def _offsets(places: Array, views: Views) -> Array:
     """Return (h, m, 3) from the cameras to places (h, m, 2) on the water, m."""
-    points = water_points(places.reshape(-1, 2)).reshape(*places.shape[:2], 3)
+    points = on_water_surface(places.reshape(-1, 2)).reshape(*places.shape[:2], 3)
     return np.asarray(points - views.positions[:, None])
 
 

@@ -27,7 +27,7 @@ from numpy.typing import NDArray
 
 from aerial_gnss_ros.core.camera.model import CameraModel
 from aerial_gnss_ros.core.filter.state import Indices, Joint
-from aerial_gnss_ros.core.geometry.local_map import water_points
+from aerial_gnss_ros.core.geometry.local_map import on_water_surface
 from aerial_gnss_ros.core.models.measurement_model import (
     MapPose,
     level_axes,
@@ -122,7 +122,7 @@ def follow(joint: Joint, sight: Sight) -> None:
     robots, k = joint.robots, len(joint.by_pose)
     camera = sight.standpoint(joint.mean[:COUNT])
     if len(joint):
-        points, velocities = water_points(robots[:, :2]), robots[:, 2:]
+        points, velocities = on_water_surface(robots[:, :2]), robots[:, 2:]
         points[:, 2] -= joint.mean[2]
         # From where the camera was, and from where it is.
         offsets = np.concatenate([points[:k] - joint.camera, points - camera])
@@ -138,7 +138,7 @@ def by_platform(joint: Joint, places: Array) -> Array:
 
     From where `follow` has gone.
     """
-    points = water_points(places)
+    points = on_water_surface(places)
     points[:, 2] -= joint.mean[2]
     moved: Array = pose_jacobian(points - joint.camera) @ joint.by_errors
     return moved

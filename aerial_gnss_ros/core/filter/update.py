@@ -17,7 +17,7 @@ from scipy.linalg.lapack import dpotrf
 
 from aerial_gnss_ros.core.filter.linearization import Sight, follow
 from aerial_gnss_ros.core.filter.state import Indices, Joint
-from aerial_gnss_ros.core.geometry.local_map import water_points
+from aerial_gnss_ros.core.geometry.local_map import on_water_surface
 from aerial_gnss_ros.core.models.measurement_model import pose_jacobian
 from aerial_gnss_ros.core.models.platform_model import COUNT, LATENCY, PlatformModel
 from aerial_gnss_ros.core.numerics.gaussian import mahalanobis
@@ -86,7 +86,7 @@ def linearise(
         by_pose: (m, 2, 6) `pose_jacobian` to be used; None: at the estimate itself.
     """
     pose = sight.pose(errors)
-    offsets = water_points(positions) - pose.position
+    offsets = on_water_surface(positions) - pose.position
     optical = pose.optical
     pixels, by_point, seen = sight.camera.project_with_jacobian(offsets @ optical)
     by_place = (by_point @ optical.T)[:, :, :2]

@@ -52,12 +52,12 @@ class LocalMap:
 
     def places(self, positions: Array) -> tuple[Array, Array]:
         """Return latitude and longitude in rad, (n,) each, of (n, 2) East, North in m."""
-        points = water_points(positions)
+        points = on_water_surface(positions)
         latitude, longitude, _ = geodetic_from_ecef(self.origin + points @ self.axes)
         return latitude, longitude
 
 
-def water_points(positions: Array) -> Array:
+def on_water_surface(positions: Array) -> Array:
     """Return (n, 3) East, North, Up of places (n, 2) on the water.
 
     The ellipsoid lies D²/2R below the tangent plane.

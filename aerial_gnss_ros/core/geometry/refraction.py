@@ -39,7 +39,7 @@ def submerged_offsets(
     return depths[:, None] * slope, (depths * inverse)[:, None, None] * by_level
 
 
-def slopes(directions: Array, index: float = WATER_INDEX) -> Array:
+def depth_slopes(directions: Array, index: float = WATER_INDEX) -> Array:
     """Return how far points move per metre of depth, (n, 2) East, North; 0 for rays not known."""
     offsets, _ = submerged_offsets(np.nan_to_num(directions), np.ones(len(directions)), index)
     return offsets

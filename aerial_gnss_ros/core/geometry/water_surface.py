@@ -32,7 +32,7 @@ from aerial_gnss_ros.core.values.camera_pose import CameraPose
 Array = NDArray[np.float64]
 
 
-class View:
+class SurfaceView:
     """A camera's place over the water. East, North, Up here have their origin at the camera.
 
     Args:
@@ -73,7 +73,7 @@ class View:
         """Return along unit directions (n, 3) ENU how far the water is, m; NaN where they miss."""
         return self._distances(directions @ self._turn)
 
-    def meet(self, directions: Array) -> tuple[Array, Array]:
+    def intersect(self, directions: Array) -> tuple[Array, Array]:
         """Return the distances (n,) and the water's gradients there (n, 3) ENU, outward.
 
         Args:

@@ -20,7 +20,7 @@ from aerial_gnss_ros.core.camera.model import CameraModel
 from aerial_gnss_ros.core.config.noise import Noise
 from aerial_gnss_ros.core.geometry.frames import skew
 from aerial_gnss_ros.core.geometry.gimbal import Reference, error_axes
-from aerial_gnss_ros.core.geometry.water_surface import View
+from aerial_gnss_ros.core.geometry.water_surface import SurfaceView
 from aerial_gnss_ros.core.numerics.small_arrays import all_finite, row_products
 from aerial_gnss_ros.core.values.camera_pose import CameraPose
 
@@ -60,7 +60,7 @@ class RayPoints:
     by_position: Array
 
 
-def ray_points(view: View, camera: CameraModel, pixels: Array) -> RayPoints:
+def ray_points(view: SurfaceView, camera: CameraModel, pixels: Array) -> RayPoints:
     """Return where the rays of pixels (n, 2) meet the water, with all derivatives.
 
     Args:
@@ -71,7 +71,7 @@ def ray_points(view: View, camera: CameraModel, pixels: Array) -> RayPoints:
     rays, rays_by_pixel, in_image = camera.rays_with_jacobian(pixels)
     directions = rays @ view.enu_from_optical.T
     by_pixel = view.enu_from_optical @ rays_by_pixel
-    distances, gradients = view.meet(directions)
+    distances, gradients = view.intersect(directions)
     gradients /= row_products(gradients, directions)[:, None]
     # (n, 2, 3): the horizontal rows of I - d n' / (n.d)
     slide = _LEVEL - directions[:, :2, None] * gradients[:, None, :]

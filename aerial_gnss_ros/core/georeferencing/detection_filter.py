@@ -9,28 +9,28 @@ import math
 from aerial_gnss_ros.core.values.detection_frame import DetectionFrame
 from aerial_gnss_ros.core.values.rejection import Reason, Rejection
 
-CROWD, CROWD_FACTOR = 30, 3.0
+MAX_USUAL_BOXES, MAX_USUAL_FACTOR = 30, 3.0
 """More boxes than these, the factor times the usual number, do not come with robots."""
 MEMORY_IMAGES = 30
 
-STRANGERS = 10
+UNKNOWN_BOXES = 10
 """Boxes of classes that are no robots from which on it is no chance that no other came."""
 
 
-class Crowd:
+class BoxCountMonitor:
     """Notices an image with far more boxes than those before it."""
 
     def __init__(self) -> None:
         self._usual: float | None = None
 
-    def take(self, count: int) -> float | None:
+    def update(self, count: int) -> float | None:
         """Take in an image's number of boxes; return the usual one if this is far more."""
         usual = count if self._usual is None else self._usual
         self._usual = usual + (count - usual) / MEMORY_IMAGES
-        return usual if count > CROWD + CROWD_FACTOR * usual else None
+        return usual if count > MAX_USUAL_BOXES + MAX_USUAL_FACTOR * usual else None
 
 
-class Strangers:
+class UnknownClassMonitor:
     """Notices that none of the boxes is of a class that is a robot."""
 
     def __init__(self) -> None:
@@ -38,7 +38,7 @@ class Strangers:
         self._names: dict[str, None] = {}
         self._known = False
 
-    def take(self, names: tuple[str, ...], reasons: list[Reason | None]) -> tuple[str, ...]:
+    def update(self, names: tuple[str, ...], reasons: list[Reason | None]) -> tuple[str, ...]:
         """Take in an image's boxes; return the classes that came when none of them is a robot's.
 
         Args:
@@ -53,7 +53,7 @@ class Strangers:
                 self._names[name] = None
             elif reason is None:
                 self._known = True
-        return tuple(self._names) if self._count >= STRANGERS and not self._known else ()
+        return tuple(self._names) if self._count >= UNKNOWN_BOXES and not self._known else ()
 
 
 def refusals(

@@ -14,8 +14,8 @@ from aerial_gnss_ros.core.camera.model import CameraModel
 from aerial_gnss_ros.core.config.estimator import EstimatorConfig
 from aerial_gnss_ros.core.config.noise import Noise
 from aerial_gnss_ros.core.geometry.frames import skew
-from aerial_gnss_ros.core.geometry.refraction import slopes, submerged_offsets
-from aerial_gnss_ros.core.geometry.water_surface import View
+from aerial_gnss_ros.core.geometry.refraction import depth_slopes, submerged_offsets
+from aerial_gnss_ros.core.geometry.water_surface import SurfaceView
 from aerial_gnss_ros.core.georeferencing.covariance import (
     RayPoints,
     covariances,
@@ -98,21 +98,21 @@ def locate(
     given = np.asarray(pixels, dtype=np.float64).reshape(-1, 2)
     bad = bad_pose(pose)
     if bad is not None:
-        return refused(len(given), bad)
-    view = View(pose)
+        return all_refused(len(given), bad)
+    view = SurfaceView(pose)
     points = ray_points(view, camera, given)
     if depths is not None and depths.any():
         points = submerged(points, depths)
     known = uncertainty(pose, noise, config.gimbal.reference)
     white, slow = covariances(points, known)
     if config.depth.sigma_m:
-        slope = config.depth.sigma_m * slopes(points.directions)
+        slope = config.depth.sigma_m * depth_slopes(points.directions)
         slow = slow + slope[:, :, None] * slope[:, None, :]
     depression = np.arcsin(np.minimum(np.maximum(-points.directions[:, 2], -1.0), 1.0))
     margin = depression - view.dip - HORIZON_SIGMAS * elevation_sigma(points, known)
     reasons = _reasons(given, points, margin, white + slow, config)
     latitude, longitude, _ = view.geodetic(points.offsets)
-    return masked(
+    return mask_refused(
         WaterPoints(
             latitude,
             longitude,
@@ -147,7 +147,7 @@ def submerged(points: RayPoints, depths: Array) -> RayPoints:
 
 
 def _seen_at_surface(
-    view: View, camera: CameraModel, given: Array, points: RayPoints, depths: Array | None
+    view: SurfaceView, camera: CameraModel, given: Array, points: RayPoints, depths: Array | None
 ) -> Array:
     if depths is None or not depths.any():
         return given
@@ -166,7 +166,7 @@ def located_jacobian(pose: CameraPose, camera: CameraModel, pixels: ArrayLike) -
         camera: its intrinsics.
         pixels: (n, 2) u, v.
     """
-    return ray_points(View(pose), camera, np.asarray(pixels, np.float64).reshape(-1, 2))
+    return ray_points(SurfaceView(pose), camera, np.asarray(pixels, np.float64).reshape(-1, 2))
 
 
 def project_to_image(
@@ -187,7 +187,7 @@ def project_to_image(
         longitude: (n,) rad.
         height: above the water, m.
     """
-    view = View(pose)
+    view = SurfaceView(pose)
     return camera.project(view.offsets(latitude, longitude, height) @ view.enu_from_optical)
 
 
@@ -234,7 +234,7 @@ def _reasons(
     return tuple(found)
 
 
-def masked(points: WaterPoints) -> WaterPoints:
+def mask_refused(points: WaterPoints) -> WaterPoints:
     """Return the points with NaN where there is a refusal, so that none is used by mistake."""
     if not any(points.reasons):
         return points
@@ -257,7 +257,7 @@ def masked(points: WaterPoints) -> WaterPoints:
     )
 
 
-def refused(count: int, reason: Reason) -> WaterPoints:
+def all_refused(count: int, reason: Reason) -> WaterPoints:
     """Return `count` points that are all refused for one reason."""
     line, plane, square = (np.full((count, *shape), np.nan) for shape in ((), (2,), (2, 2)))
     return WaterPoints(line, line, math.nan, plane, line, square, square, plane, (reason,) * count)

@@ -22,7 +22,12 @@ from aerial_gnss_ros.core.config.estimator import EstimatorConfig
 from aerial_gnss_ros.core.config.noise import Noise
 from aerial_gnss_ros.core.geometry.frames import wrap_angle
 from aerial_gnss_ros.core.geometry.gimbal import error_axes
-from aerial_gnss_ros.core.georeferencing.localization import WaterPoints, bad_pose, masked, refused
+from aerial_gnss_ros.core.georeferencing.localization import (
+    WaterPoints,
+    all_refused,
+    bad_pose,
+    mask_refused,
+)
 from aerial_gnss_ros.core.georeferencing.localization import locate as locate_exactly
 from aerial_gnss_ros.core.values.camera_pose import CameraPose
 from aerial_gnss_ros.core.values.rejection import Reason
@@ -88,7 +93,7 @@ def locate(
     given = np.asarray(pixels, dtype=np.float64).reshape(-1, 2)
     bad = bad_pose(pose)
     if bad is not None:
-        return refused(len(given), bad)
+        return all_refused(len(given), bad)
     exact = locate_exactly(pose, camera, given, noise, config)
     off_vertical, heading = view_angles(pose.enu_from_camera)
     offsets, below = ground_offsets(pose.height, off_vertical, heading, camera, given)
@@ -104,7 +109,7 @@ def locate(
         reason or _refusal(bool(seen), bool(close))
         for reason, seen, close in zip(exact.reasons, below, near, strict=True)
     )
-    return masked(
+    return mask_refused(
         WaterPoints(
             latitude,
             np.where(np.abs(longitude) > math.pi, wrap_angle(longitude), longitude),

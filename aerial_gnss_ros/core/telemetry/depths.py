@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from aerial_gnss_ros.core.config.corrections import DepthConfig
 from aerial_gnss_ros.core.geometry.local_map import LocalMap
-from aerial_gnss_ros.core.geometry.refraction import slopes
+from aerial_gnss_ros.core.geometry.refraction import depth_slopes
 from aerial_gnss_ros.core.telemetry.series import Series, held_series
 from aerial_gnss_ros.core.values.camera_pose import CameraPose
 from aerial_gnss_ros.core.values.estimates import RobotEstimate
@@ -106,7 +106,7 @@ def inflate_by_depth(
         return estimates
     camera = local.positions([pose.latitude], [pose.longitude])[0]
     rays = np.array([[*(one.position - camera), -pose.height] for one in estimates])
-    slope = sigma_m * slopes(rays / np.linalg.norm(rays, axis=1)[:, None])
+    slope = sigma_m * depth_slopes(rays / np.linalg.norm(rays, axis=1)[:, None])
     found = []
     for estimate, (east, north) in zip(estimates, slope, strict=True):
         covariance = estimate.covariance.copy()

@@ -14,13 +14,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from aerial_gnss_ros.core.geometry.frames import matrix_from_rpy, yaw_from_heading
-from aerial_gnss_ros.core.geometry.water_surface import View
+from aerial_gnss_ros.core.geometry.water_surface import SurfaceView
 from aerial_gnss_ros.core.values.camera_pose import CameraPose
 
 
 def _view(lat_deg, lon_deg, height, altitude=None):
     altitude = height if altitude is None else altitude
-    return View(
+    return SurfaceView(
         CameraPose(0, math.radians(lat_deg), math.radians(lon_deg), height, altitude, np.eye(3))
     )
 

@@ -14,7 +14,7 @@ from aerial_gnss_ros.core.filter.linearization import Sight
 from aerial_gnss_ros.core.filter.update import linearise
 from aerial_gnss_ros.core.geometry.frames import matrix_from_rpy
 from aerial_gnss_ros.core.geometry.geodesy import geodetic_from_enu
-from aerial_gnss_ros.core.geometry.local_map import LocalMap, water_points
+from aerial_gnss_ros.core.geometry.local_map import LocalMap, on_water_surface
 from aerial_gnss_ros.core.geometry.rotation_vectors import rotation_matrix, rotation_vector
 from aerial_gnss_ros.core.georeferencing.localization import located_jacobian, project_to_image
 from aerial_gnss_ros.core.models.measurement_model import MapFrame, on_water, pose_jacobian
@@ -111,7 +111,7 @@ def test_corrections_and_their_axes_mean_the_same_as_in_single_points():
     right = linearise(seen, ERRORS * [1, 1, 1, 1, 1, 1, 0], true).pixels
     assert np.abs(wrong - right).max() > 5.0
     pose = seen.pose(ERRORS * [1, 1, 1, 1, 1, 1, 0])
-    optical = (water_points(true) - pose.position) @ pose.optical
+    optical = (on_water_surface(true) - pose.position) @ pose.optical
     np.testing.assert_allclose(optical[:, :2] / optical[:, 2:] @ MATRIX[:2, :2].T + MATRIX[:2, 2],
                                right, atol=1e-9)  # fmt: skip
 
