@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Hands recorded telemetry to a watch; says what the bag lacks or has in another type."""
+"""Hands recorded telemetry to a monitor; says what the bag lacks or has in another type."""
 
 from __future__ import annotations
 
@@ -10,13 +10,13 @@ from aerial_gnss_ros.adapters.feed import Subscription
 from aerial_gnss_ros.bags.plan import recorded_name, resolve
 from aerial_gnss_ros.bags.reader import BagReader
 from aerial_gnss_ros.core.values.errors import InputError
-from aerial_gnss_ros.preflight.monitor import Watch
+from aerial_gnss_ros.preflight.monitor import InputMonitor
 
 
 def watch_bag(
     bag: BagReader,
     subscriptions: Sequence[Subscription],
-    watch: Watch,
+    monitor: InputMonitor,
     *,
     namespace: str = "",
     until_s: float | None = None,
@@ -26,8 +26,8 @@ def watch_bag(
 
     Args:
         bag: open.
-        subscriptions: of the feed that drives the watch.
-        watch: takes it.
+        subscriptions: of the feed that drives the monitor.
+        monitor: takes it.
         namespace: that relative topics were recorded in.
         until_s: read so much from the bag's start, s; None: all.
         on_message: takes the number of messages read so far.
@@ -54,11 +54,11 @@ def watch_bag(
         end_ns = recorded.log_ns
         message = recorded.message()
         for subscription in routes[recorded.topic]:
-            watch.arriving(subscription.name, recorded.log_ns)
+            monitor.arriving(subscription.name, recorded.log_ns)
             subscription.handle(message, recorded.log_ns)
-        watch.advance()
+        monitor.advance()
         on_message(done)
-    watch.advance(final=True)
+    monitor.advance(final=True)
     return end_ns, problems
 
 

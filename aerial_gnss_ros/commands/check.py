@@ -21,7 +21,7 @@ from aerial_gnss_ros.commands.progress import progress
 from aerial_gnss_ros.core.config.estimator import EstimatorConfig
 from aerial_gnss_ros.core.values.errors import InputError
 from aerial_gnss_ros.nodes import require_ros
-from aerial_gnss_ros.preflight.monitor import Watch
+from aerial_gnss_ros.preflight.monitor import InputMonitor
 from aerial_gnss_ros.preflight.sign_tests import sign_tests
 
 HELP = "say in words where the camera points, and test signs and references"
@@ -62,51 +62,51 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _of_bag(args: argparse.Namespace, config: EstimatorConfig) -> Check:
-    watch, notes = Watch(config), list[str]()
-    feed = Feed(config, watch, notes.append)
+    monitor, notes = InputMonitor(config), list[str]()
+    feed = Feed(config, monitor, notes.append)
     with open_bag(args.bags) as bag:
         total = message_count(bag, feed.subscriptions, args.namespace)
         with progress("reading", total, "messages") as report:
             end_ns, problems = watch_bag(
                 bag,
                 feed.subscriptions,
-                watch,
+                monitor,
                 namespace=args.namespace,
                 until_s=args.at,
                 on_message=report,
             )
-    return _judged(config, watch, feed.subscriptions, problems, end_ns, notes)
+    return _judged(config, monitor, feed.subscriptions, problems, end_ns, notes)
 
 
 def _live(args: argparse.Namespace, config: EstimatorConfig) -> Check:
     require_ros()
     from aerial_gnss_ros.nodes.listening import listen
 
-    watch, notes, newest = Watch(config), list[str](), [0]
-    feed = Feed(config, watch, notes.append)
+    monitor, notes, newest = InputMonitor(config), list[str](), [0]
+    feed = Feed(config, monitor, notes.append)
 
     def take(subscription: Subscription, message: Any, now_ns: int) -> None:
-        watch.arriving(subscription.name, now_ns)
+        monitor.arriving(subscription.name, now_ns)
         subscription.handle(message, now_ns)
-        watch.advance()
+        monitor.advance()
 
     def tick(now_ns: int) -> None:
         newest[0] = now_ns
-        print(one_line(watch), file=sys.stderr, flush=True)
+        print(one_line(monitor), file=sys.stderr, flush=True)
 
     problems = listen(feed.subscriptions, args.namespace, args.seconds, take, tick)
-    watch.advance(final=True)
-    return _judged(config, watch, feed.subscriptions, problems, newest[0], notes)
+    monitor.advance(final=True)
+    return _judged(config, monitor, feed.subscriptions, problems, newest[0], notes)
 
 
 def _judged(
     config: EstimatorConfig,
-    watch: Watch,
+    monitor: InputMonitor,
     subscriptions: tuple[Subscription, ...],
     problems: dict[str, str],
     now_ns: int,
     notes: list[str],
 ) -> Check:
-    tests = sign_tests(list(watch.moments))
-    all_notes = [*watch.events, *sorted(watch.troubles), *dict.fromkeys(notes)]
-    return Check(config, watch, subscriptions, problems, now_ns, tests, all_notes)
+    tests = sign_tests(list(monitor.states))
+    all_notes = [*monitor.events, *sorted(monitor.troubles), *dict.fromkeys(notes)]
+    return Check(config, monitor, subscriptions, problems, now_ns, tests, all_notes)

@@ -14,8 +14,8 @@ from aerial_gnss_ros.adapters.feed import Subscription
 from aerial_gnss_ros.core.config.estimator import EstimatorConfig
 from aerial_gnss_ros.core.geometry.frames import heading_from_yaw, yaw_of
 from aerial_gnss_ros.core.telemetry.vertical_datum import describe_datums
-from aerial_gnss_ros.preflight.monitor import Moment, Watch
-from aerial_gnss_ros.preflight.pointing import Aim, aim, side
+from aerial_gnss_ros.preflight.monitor import FlightState, InputMonitor
+from aerial_gnss_ros.preflight.pointing import ViewCenter, relative_direction, view_center
 from aerial_gnss_ros.preflight.sign_tests import SignTest, Verdict
 from aerial_gnss_ros.text.sentences import counted
 
@@ -32,7 +32,7 @@ class Check:
 
     Attributes:
         config: the estimator's parameters.
-        watch: what came.
+        monitor: what came.
         subscriptions: the inputs.
         problems: sentences by input about topics that cannot be heard.
         now_ns: arrival time that ages count from, ns.
@@ -41,7 +41,7 @@ class Check:
     """
 
     config: EstimatorConfig
-    watch: Watch
+    monitor: InputMonitor
     subscriptions: Sequence[Subscription]
     problems: Mapping[str, str]
     now_ns: int
@@ -49,36 +49,36 @@ class Check:
     notes: Sequence[str]
 
     @property
-    def moment(self) -> Moment | None:
+    def state(self) -> FlightState | None:
         """The newest state with a pose, or without one where there never was one."""
-        posed = (m for m in reversed(self.watch.moments) if m.pose is not None)
-        last = self.watch.moments[-1] if self.watch.moments else None
+        posed = (m for m in reversed(self.monitor.states) if m.pose is not None)
+        last = self.monitor.states[-1] if self.monitor.states else None
         return next(posed, last)
 
     @property
     def missing(self) -> list[str]:
         """The inputs without which there are no positions; detections come later."""
         needed = [s.name for s in self.subscriptions if s.required and s.name != "detections"]
-        return [name for name in needed if name not in self.watch.heard]
+        return [name for name in needed if name not in self.monitor.records]
 
     @property
     def good(self) -> bool:
         """Whether the camera's pose is known now, no input is missing and no test failed."""
-        last = self.watch.moments[-1] if self.watch.moments else None
+        last = self.monitor.states[-1] if self.monitor.states else None
         posed = last is not None and last.pose is not None
         passed = all(test.verdict is not Verdict.FAIL for test in self.tests)
         return posed and passed and not self.missing
 
 
-def one_line(watch: Watch) -> str:
+def one_line(monitor: InputMonitor) -> str:
     """Return the newest state in one line, for a pilot who turns the drone by hand."""
-    if not watch.moments:
+    if not monitor.states:
         return "nothing yet: waiting for telemetry"
-    moment = watch.moments[-1]
-    nose = "" if moment.body is None else f"nose {heading_words(_nose(moment))}, "
-    if moment.pose is None:
-        return f"{nose}camera unknown: {moment.reason}"
-    return nose + _sentence(moment, aim(moment.pose, watch.camera))
+    state = monitor.states[-1]
+    nose = "" if state.body is None else f"nose {heading_words(_nose(state))}, "
+    if state.pose is None:
+        return f"{nose}camera unknown: {state.reason}"
+    return nose + _sentence(state, view_center(state.pose, monitor.camera))
 
 
 def as_text(check: Check) -> str:
@@ -90,9 +90,9 @@ def as_text(check: Check) -> str:
             "  ! `aerial-gnss doctor` shows which topics there are and proposes a profile."
         )
     lines += _clock_lines(check)
-    moment = check.moment
-    if moment is not None and moment.fix is not None:
-        datums = describe_datums(moment.fix, check.config.fix, check.config.height)
+    state = check.state
+    if state is not None and state.fix is not None:
+        datums = describe_datums(state.fix, check.config.fix, check.config.height)
         lines.append(textwrap.fill(f"  {datums}", _WIDTH, subsequent_indent="  "))
     lines += ["", "sign tests"]
     for test in check.tests:
@@ -106,19 +106,19 @@ def as_text(check: Check) -> str:
 
 def as_json(check: Check) -> dict[str, Any]:
     """Return the report for machines."""
-    moment = check.moment
+    state = check.state
     found: dict[str, Any] = {"good": check.good, "drone": None, "camera": None}
-    if moment is not None and moment.fix is not None:
+    if state is not None and state.fix is not None:
         found["drone"] = {
-            "stamp_ns": moment.stamp_ns,
-            "latitude_deg": math.degrees(moment.fix.latitude),
-            "longitude_deg": math.degrees(moment.fix.longitude),
-            "altitude_m": _number(moment.fix.altitude),
-            "height_m": moment.pose.height if moment.pose else moment.height,
-            "nose_heading_deg": None if moment.body is None else math.degrees(_nose(moment)),
+            "stamp_ns": state.stamp_ns,
+            "latitude_deg": math.degrees(state.fix.latitude),
+            "longitude_deg": math.degrees(state.fix.longitude),
+            "altitude_m": _number(state.fix.altitude),
+            "height_m": state.pose.height if state.pose else state.height,
+            "nose_heading_deg": None if state.body is None else math.degrees(_nose(state)),
         }
-    if moment is not None and moment.pose is not None:
-        point = aim(moment.pose, check.watch.camera)
+    if state is not None and state.pose is not None:
+        point = view_center(state.pose, check.monitor.camera)
         found["camera"] = {
             "heading_deg": math.degrees(point.heading),
             "below_horizon_deg": math.degrees(point.below_horizon),
@@ -129,7 +129,7 @@ def as_json(check: Check) -> dict[str, Any]:
             "longitude_deg": _number(math.degrees(point.longitude)),
         }
     found["inputs"] = {s.name: _input_fields(check, s) for s in check.subscriptions}
-    found["no_pose"] = {str(reason): n for reason, n in sorted(check.watch.reasons.items())}
+    found["no_pose"] = {str(reason): n for reason, n in sorted(check.monitor.reasons.items())}
     found["tests"] = [
         {"name": t.name, "rule": t.rule, "verdict": str(t.verdict), "seen": t.seen}
         for t in check.tests
@@ -139,42 +139,42 @@ def as_json(check: Check) -> dict[str, Any]:
 
 
 def _place_lines(check: Check) -> list[str]:
-    moment, watch = check.moment, check.watch
-    if moment is None:
+    state, monitor = check.state, check.monitor
+    if state is None:
         return ["drone   unknown: no telemetry came"]
     lines = []
-    if moment.fix is None:
+    if state.fix is None:
         lines.append("drone   its position is unknown")
     else:
-        place = _place(moment.fix.latitude, moment.fix.longitude)
-        height = moment.pose.height if moment.pose is not None else moment.height
+        place = _place(state.fix.latitude, state.fix.longitude)
+        height = state.pose.height if state.pose is not None else state.height
         above = "" if height is None else f", {height:.1f} m above the water"
         lines.append(f"drone   {place}{above}")
-    if moment.body is not None:
-        tilt = math.degrees(math.acos(max(-1.0, min(1.0, float(moment.body[2, 2])))))
-        nose = heading_words(_nose(moment))
+    if state.body is not None:
+        tilt = math.degrees(math.acos(max(-1.0, min(1.0, float(state.body[2, 2])))))
+        nose = heading_words(_nose(state))
         over = ", upside down" if tilt > 90.0 else ""
         lines.append(f"nose    heading {nose}, body tilted by {tilt:.0f} deg{over}")
-    if moment.pose is None:
-        lines.append(f"camera  unknown: {moment.reason}")
+    if state.pose is None:
+        lines.append(f"camera  unknown: {state.reason}")
     else:
-        point = aim(moment.pose, watch.camera)
-        lines.append(f"camera  {_sentence(moment, point)}")
+        point = view_center(state.pose, monitor.camera)
+        lines.append(f"camera  {_sentence(state, point)}")
         if math.isfinite(point.distance):
             where = _place(point.latitude, point.longitude)
             lines.append(
                 f"        its middle meets the water at {where}, {point.range_m:.1f} m away"
             )
-    if watch.reasons:
-        total = len(watch.moments)
-        common = watch.reasons.most_common()
+    if monitor.reasons:
+        total = len(monitor.states)
+        common = monitor.reasons.most_common()
         parts = [f"{r} {n / total:.0%}" for r, n in common if n > 0.01 * total]
         if parts:
             lines.append(f"        no pose in a part of the time: {', '.join(parts)}")
     return lines
 
 
-def _sentence(moment: Moment, point: Aim) -> str:
+def _sentence(state: FlightState, point: ViewCenter) -> str:
     below = math.degrees(point.below_horizon)
     tilt = f"{abs(below):.0f} deg {'below' if below > 0.0 else 'above'} the horizon"
     tilt = "along the horizon" if abs(below) < 0.5 else tilt
@@ -185,27 +185,27 @@ def _sentence(moment: Moment, point: Aim) -> str:
         return f"heading {heading_words(point.heading)}, {tilt}: looks at no water"
     if point.distance < 0.05 * point.range_m:
         return f"straight below, image top to {heading_words(point.heading)}, {tilt}"
-    where = "out" if moment.body is None else side(point.bearing, _nose(moment))
+    where = "out" if state.body is None else relative_direction(point.bearing, _nose(state))
     return f"{point.distance:.0f} m {where}, heading {heading_words(point.bearing)}, {tilt}"
 
 
 def _input_fields(check: Check, subscription: Subscription) -> dict[str, Any]:
-    heard = check.watch.heard.get(subscription.name)
+    record = check.monitor.records.get(subscription.name)
     found: dict[str, Any] = {
         "topic": subscription.topic,
         "type": subscription.msgtype,
         "required": subscription.required,
         "uses": references(check.config, subscription.name),
         "problem": check.problems.get(subscription.name, ""),
-        "count": heard.count if heard else 0,
+        "count": record.count if record else 0,
     }
-    if heard:
+    if record:
         found |= {
-            "bad": heard.bad,
-            "trouble": heard.trouble,
-            "rate_hz": round(heard.rate, 2),
-            "age_s": round((check.now_ns - heard.last_arrival_ns) * 1e-9, 3),
-            "stamp_to_arrival_s": round(heard.delay_s, 4),
+            "bad": record.bad,
+            "trouble": record.trouble,
+            "rate_hz": round(record.rate, 2),
+            "age_s": round((check.now_ns - record.last_arrival_ns) * 1e-9, 3),
+            "stamp_to_arrival_s": round(record.delay_s, 4),
         }
     return found
 
@@ -241,9 +241,9 @@ def references(config: EstimatorConfig, name: str) -> dict[str, Any]:
 def _clock_lines(check: Check) -> list[str]:
     lines = []
     for subscription in check.subscriptions:
-        heard = check.watch.heard.get(subscription.name)
-        if heard and abs(heard.delay_s) > _CLOCK_S:
-            late = heard.delay_s
+        record = check.monitor.records.get(subscription.name)
+        if record and abs(record.delay_s) > _CLOCK_S:
+            late = record.delay_s
             text = (
                 f"  ! {subscription.name}: its stamps are {abs(late):.1f} s "
                 f"{'older' if late > 0 else 'newer'} than their arrival: another clock. Set "
@@ -257,9 +257,9 @@ def _place(latitude: float, longitude: float) -> str:
     return f"{math.degrees(latitude):.7f}, {math.degrees(longitude):.7f}"
 
 
-def _nose(moment: Moment) -> float:
-    assert moment.body is not None  # noqa: S101 - asked for only where there is one
-    return float(heading_from_yaw(yaw_of(moment.body)))
+def _nose(state: FlightState) -> float:
+    assert state.body is not None  # noqa: S101 - asked for only where there is one
+    return float(heading_from_yaw(yaw_of(state.body)))
 
 
 def heading_words(heading: float) -> str:

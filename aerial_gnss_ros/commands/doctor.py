@@ -30,7 +30,7 @@ from aerial_gnss_ros.core.values.errors import InputError
 from aerial_gnss_ros.detection.config import detector_config
 from aerial_gnss_ros.nodes import require_ros
 from aerial_gnss_ros.nodes.schemas import DETECTOR, ESTIMATOR, SCHEMAS
-from aerial_gnss_ros.preflight.monitor import Watch
+from aerial_gnss_ros.preflight.monitor import InputMonitor
 from aerial_gnss_ros.text.sentences import counted
 
 INCOMPLETE = 1
@@ -101,7 +101,7 @@ def _seen(args: argparse.Namespace) -> list[SeenTopic]:
 def _subscriptions(vehicle: str) -> Sequence[Subscription]:
     values = read([vehicle_file(vehicle)], SCHEMAS, "/")
     config = estimator_config({key: _given(value) for key, value in values[ESTIMATOR].items()})
-    return Feed(config, Watch(config)).subscriptions
+    return Feed(config, InputMonitor(config)).subscriptions
 
 
 def _given(value: Any) -> Any:

@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""A watched flight as arrays over time, and how its angles and lengths change."""
+"""A monitored flight as arrays over time, and the changes of its angles and lengths."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from aerial_gnss_ros.core.geometry.frames import heading_from_yaw, yaw_of
 from aerial_gnss_ros.core.geometry.geodesy import enu_from_geodetic
-from aerial_gnss_ros.preflight.monitor import STEP_NS, Moment
+from aerial_gnss_ros.preflight.monitor import STEP_NS, FlightState
 from aerial_gnss_ros.preflight.pointing import view_heading
 
 Array = NDArray[np.float64]
@@ -28,7 +28,7 @@ FAST = 1.5
 
 @dataclass(frozen=True)
 class FlightArrays:
-    """Moments as arrays (n,), NaN where unknown; angles in rad."""
+    """States as arrays (n,), NaN where unknown; angles in rad."""
 
     east_north: Array
     altitude: Array
@@ -40,22 +40,22 @@ class FlightArrays:
     velocity: Array
 
 
-def flight_arrays(moments: Sequence[Moment]) -> FlightArrays:
-    """Return moments in order of time, `STEP_NS` apart, as arrays."""
-    count = len(moments)
+def flight_arrays(states: Sequence[FlightState]) -> FlightArrays:
+    """Return states in order of time, `STEP_NS` apart, as arrays."""
+    count = len(states)
     places = np.full((count, 3), np.nan)
     up = np.full((count, 3), np.nan)
     height, nose, view, below = (np.full(count, np.nan) for _ in range(4))
-    for i, moment in enumerate(moments):
-        if moment.fix is not None:
-            places[i] = moment.fix.latitude, moment.fix.longitude, moment.fix.altitude
-        if moment.body is not None:
-            up[i] = moment.body[:, 2]
-            nose[i] = heading_from_yaw(yaw_of(moment.body))
-        if moment.height is not None:
-            height[i] = moment.height
-        if moment.pose is not None:
-            camera = moment.pose.enu_from_camera
+    for i, state in enumerate(states):
+        if state.fix is not None:
+            places[i] = state.fix.latitude, state.fix.longitude, state.fix.altitude
+        if state.body is not None:
+            up[i] = state.body[:, 2]
+            nose[i] = heading_from_yaw(yaw_of(state.body))
+        if state.height is not None:
+            height[i] = state.height
+        if state.pose is not None:
+            camera = state.pose.enu_from_camera
             view[i] = view_heading(camera)
             below[i] = -math.asin(max(-1.0, min(1.0, float(camera[2, 0]))))
     return FlightArrays(

@@ -1,10 +1,10 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Watches the estimator's inputs without looking for robots: what `aerial-gnss check` judges.
+"""Monitors the estimator's inputs without tracking robots: the basis of `aerial-gnss check`.
 
-It takes the same values as the estimator, through the same feed, believes the same stamps, and
-samples the drone's state a few times a second with the same interpolation and the same composition
-of the pose.
+The monitor receives the same values as the estimator, through the same feed, and trusts the same
+stamps. It samples the drone's state a few times a second, with the estimator's interpolation and
+pose computation.
 """
 
 from __future__ import annotations
@@ -48,16 +48,16 @@ Array = NDArray[np.float64]
 V = TypeVar("V", Orientation, Scalar)
 
 STEP_NS = 200_000_000
-KEPT = 18_000
-"""Moments that are kept: one hour."""
+MAX_STATES = 18_000
+"""States that are kept: one hour."""
 
 _JUMP_NS = 30_000_000_000
 _BACK_NS = 1_000_000_000
 
 
 @dataclass(frozen=True)
-class Moment:
-    """The drone at one time; what is not known is None.
+class FlightState:
+    """State of the drone at one time; None where it is unknown.
 
     Attributes:
         stamp_ns: ns.
@@ -77,8 +77,8 @@ class Moment:
 
 
 @dataclass
-class Heard:
-    """What came on one input.
+class InputRecord:
+    """Messages of one input.
 
     Attributes:
         count: messages.
@@ -120,23 +120,23 @@ class Heard:
         return float(np.median(self.delays_ns)) * 1e-9 if self.delays_ns else 0.0
 
 
-class Watch:
-    """Takes what the feed gives an estimator.
+class InputMonitor:
+    """Receives what the feed would give an estimator.
 
     Args:
         config: the estimator's parameters.
 
     Attributes:
-        heard: what came, by input.
-        moments: the drone's states, the oldest first.
+        records: what came, by input.
+        states: the drone's states, the oldest first.
         reasons: how often there was no pose, and why.
         camera: the newest description.
         troubles: sentences that say more about a reason.
     """
 
     def __init__(self, config: EstimatorConfig) -> None:
-        self.heard: dict[str, Heard] = {}
-        self.moments: deque[Moment] = deque(maxlen=KEPT)
+        self.records: dict[str, InputRecord] = {}
+        self.states: deque[FlightState] = deque(maxlen=MAX_STATES)
         self.reasons: Counter[Reason] = Counter()
         self.camera: CameraModel | None = None
         self.troubles: set[str] = set()
@@ -153,7 +153,7 @@ class Watch:
         held = (CAMERA_INFO, WATER_LEVEL, *map(depth_input, config.depth.by_topic()))
         self._log = Events()
         self._arrivals = Arrivals(
-            Clock(self._needed, held), self.heard, Counter(), self._log, self._begin_anew
+            Clock(self._needed, held), self.records, Counter(), self._log, self._begin_anew
         )
         self._next_ns: int | None = None
         self._arrival_ns = 0
@@ -167,9 +167,9 @@ class Watch:
     def arriving(self, name: str, arrival_ns: int) -> None:
         """Note that a message of an input is about to be handed to the feed."""
         self._name, self._arrival_ns = name, arrival_ns
-        heard = self.heard.setdefault(name, Heard(first_arrival_ns=arrival_ns))
-        heard.count += 1
-        heard.last_arrival_ns = arrival_ns
+        record = self.records.setdefault(name, InputRecord(first_arrival_ns=arrival_ns))
+        record.count += 1
+        record.last_arrival_ns = arrival_ns
 
     def add_fix(self, fix: Fix) -> None:
         """Take a position of the drone."""
@@ -216,7 +216,7 @@ class Watch:
 
     def refuse(self, _name: str, trouble: str) -> None:
         """Take note of a message that could not be read, and why."""
-        self.heard[self._name].refuse(trouble)
+        self.records[self._name].refuse(trouble)
 
     def advance(self, final: bool = False) -> None:
         """Sample the drone as far as its inputs allow.
@@ -229,8 +229,8 @@ class Watch:
             self._arrivals.flush()
         if self._next_ns is None:
             return
-        names = [name for name in self._needed if name in self.heard] or list(self.heard)
-        newest = max(self.heard[name].last_stamp_ns for name in names)
+        names = [name for name in self._needed if name in self.records] or list(self.records)
+        newest = max(self.records[name].last_stamp_ns for name in names)
         if self._next_ns - newest > _BACK_NS:  # every clock was set back, one by one
             self._sample_anew(newest)
         if newest - self._next_ns > _JUMP_NS:
@@ -256,8 +256,8 @@ class Watch:
         fix, body = self._fixes.at(stamp_ns), self._bodies.at(stamp_ns)
         height = self._heights.at(stamp_ns)
         place = fix.value if isinstance(fix, Sample) and fix.value.valid else None
-        self.moments.append(
-            Moment(
+        self.states.append(
+            FlightState(
                 stamp_ns,
                 place,
                 self._body(body.value, place) if isinstance(body, Sample) else None,
@@ -303,11 +303,11 @@ class Watch:
         name, arrival_ns = self._name, self._arrival_ns
 
         def let_in() -> None:
-            trouble, heard = keep(), self.heard[name]
+            trouble, record = keep(), self.records[name]
             if trouble:
-                heard.refuse(trouble)
-            heard.last_stamp_ns = max(stamp_ns, heard.last_stamp_ns)
-            heard.delays_ns.append(arrival_ns - stamp_ns)
+                record.refuse(trouble)
+            record.last_stamp_ns = max(stamp_ns, record.last_stamp_ns)
+            record.delays_ns.append(arrival_ns - stamp_ns)
             if self._next_ns is None and (name in self._needed or not self._needed):
                 self._sample_anew(stamp_ns)
 
@@ -317,9 +317,9 @@ class Watch:
         """Forget what was before time began anew, or before the clock of an input was set."""
         self._log.add(f"{decision}.")
         if decision.anew:
-            moved = set(self.heard) - set(decision.kept)
+            moved = set(self.records) - set(decision.kept)
             self._inputs.clear(decision.kept)
-            self.moments.clear()
+            self.states.clear()
             self._next_ns = None
         else:
             moved = set(decision.moved)
@@ -330,10 +330,10 @@ class Watch:
             self._bodies.clear()
         if Input.HEIGHT.value in moved:
             self._heights.clear()
-        for name in moved & set(self.heard):
-            self.heard[name].last_stamp_ns = 0
+        for name in moved & set(self.records):
+            self.records[name].last_stamp_ns = 0
 
     def _sample_anew(self, stamp_ns: int) -> None:
-        """Forget the moments, and go on at a time, rounded up."""
-        self.moments.clear()
+        """Forget the states and resume sampling at a time, rounded up."""
+        self.states.clear()
         self._next_ns = -(-stamp_ns // STEP_NS) * STEP_NS

@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Where a camera points and where the middle of its image meets the water, for people to read."""
+"""Where a camera points, and which point on the water its image centre shows."""
 
 from __future__ import annotations
 
@@ -23,8 +23,8 @@ _SIDES = ("ahead", "ahead to the right", "to the right", "behind to the right", 
 
 
 @dataclass(frozen=True)
-class Aim:
-    """Where the middle of the image points.
+class ViewCenter:
+    """Line of sight of the image centre, and its point on the water.
 
     Attributes:
         heading: compass heading of the view, rad; see `view_heading` for steep ones.
@@ -45,8 +45,8 @@ class Aim:
     longitude: float
 
 
-def aim(pose: CameraPose, camera: CameraModel | None = None) -> Aim:
-    """Return where the image's middle points; the optical axis where no camera is given."""
+def view_center(pose: CameraPose, camera: CameraModel | None = None) -> ViewCenter:
+    """Return the line of sight of the image centre, without a camera that of the optical axis."""
     direction = pose.enu_from_camera[:, 0]
     if camera is not None:
         middle = np.array([[0.5 * (camera.width - 1), 0.5 * (camera.height - 1)]])
@@ -58,10 +58,10 @@ def aim(pose: CameraPose, camera: CameraModel | None = None) -> Aim:
     heading = view_heading(pose.enu_from_camera)
     below = -math.asin(max(-1.0, min(1.0, float(direction[2]))))
     if math.isnan(distance):
-        return Aim(heading, below, math.nan, math.nan, math.nan, math.nan, math.nan)
+        return ViewCenter(heading, below, math.nan, math.nan, math.nan, math.nan, math.nan)
     offset = direction * distance
     latitude, longitude, _ = view.geodetic(offset[None])
-    return Aim(
+    return ViewCenter(
         heading,
         below,
         math.hypot(offset[0], offset[1]),
@@ -85,7 +85,7 @@ def view_heading(enu_from_camera: Array) -> float:
     return float(heading_from_yaw(math.atan2(axis[1], axis[0])))
 
 
-def side(bearing: float, nose: float) -> str:
+def relative_direction(bearing: float, nose: float) -> str:
     """Return a compass bearing (rad) in words, seen from the nose's heading (rad)."""
     relative = float(wrap_angle(bearing - nose))
     return _SIDES[round(relative / (math.pi / 4.0)) % 8]

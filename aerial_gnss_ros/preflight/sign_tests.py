@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Simple tests of signs and references on a watched flight: what physics says must hold.
+"""Simple tests of signs and references on a monitored flight: what physics requires.
 
 Each compares two inputs that know nothing of each other (where the GNSS moved, where the attitude
 says the nose is), so that a wrong sign shows. What the flight did not show, or what never
@@ -29,7 +29,7 @@ from aerial_gnss_ros.preflight.flight_arrays import (
     differences,
     flight_arrays,
 )
-from aerial_gnss_ros.preflight.monitor import Moment
+from aerial_gnss_ros.preflight.monitor import FlightState
 
 _ENOUGH = round(5.0 / STEP_S)
 _SAME = 1e-6
@@ -61,9 +61,9 @@ class SignTest:
     seen: str
 
 
-def sign_tests(moments: Sequence[Moment]) -> tuple[SignTest, ...]:
-    """Return all tests on moments in order of time, `STEP_NS` apart."""
-    flight = flight_arrays(moments)
+def sign_tests(states: Sequence[FlightState]) -> tuple[SignTest, ...]:
+    """Return all tests on states in order of time, `STEP_NS` apart."""
+    flight = flight_arrays(states)
     return (
         _level(flight),
         _camera_down(flight),

@@ -11,7 +11,7 @@ import pytest
 
 from aerial_gnss_ros.core.config.estimator import EstimatorConfig
 from aerial_gnss_ros.core.values.samples import Orientation
-from aerial_gnss_ros.preflight.monitor import Watch
+from aerial_gnss_ros.preflight.monitor import InputMonitor
 
 DAY = 86_400.0
 TELEMETRY = ("attitude", "fix", "gimbal", "height")
@@ -22,20 +22,20 @@ class Player:
 
     def __init__(self, sea):
         self.sea, self.world = sea, sea.World()
-        self.watch = Watch(EstimatorConfig())
+        self.monitor = InputMonitor(EstimatorConfig())
         self.t = self.now = 0.0
 
     def send(self, name, off=0.0):
         ns = self.sea.stamp(self.t + off)
-        self.watch.arriving(name, self.sea.stamp(self.now))
+        self.monitor.arriving(name, self.sea.stamp(self.now))
         if name == "attitude":
-            self.watch.add_attitude(Orientation(ns, np.array([0.0, 0.0, 0.0, 1.0])))
+            self.monitor.add_attitude(Orientation(ns, np.array([0.0, 0.0, 0.0, 1.0])))
         elif name == "detections":
-            self.watch.add_detections(replace(self.world.frame(self.t), stamp_ns=ns))
+            self.monitor.add_detections(replace(self.world.frame(self.t), stamp_ns=ns))
         else:
             value = getattr(self.world, name)(self.t)
-            getattr(self.watch, f"add_{name}")(replace(value, stamp_ns=ns))
-        self.watch.advance()
+            getattr(self.monitor, f"add_{name}")(replace(value, stamp_ns=ns))
+        self.monitor.advance()
 
     def play(self, seconds, off=None, names=(*TELEMETRY, "detections")):
         for _ in range(round(seconds * 10)):
@@ -47,8 +47,8 @@ class Player:
 
     def seconds(self, what="pose"):
         """Return the times since the start at which something was known."""
-        self.watch.advance(final=True)
-        known = [m.stamp_ns for m in self.watch.moments if getattr(m, what) is not None]
+        self.monitor.advance(final=True)
+        known = [m.stamp_ns for m in self.monitor.states if getattr(m, what) is not None]
         return [round((ns - self.sea.stamp(0.0)) * 1e-9, 1) for ns in known]
 
 
@@ -70,9 +70,9 @@ def test_one_wrong_stamp_costs_nothing(player, name, off, images):
     player.play(3.0, names=names).send(name, off)
     player.play(3.0, names=names)
     assert player.seconds() == player.seconds("body") == every(0.0, 6.0)
-    assert player.watch.heard[name].bad == 1
-    assert player.watch.heard[name].trouble.startswith("its stamp is 86")
-    (told,) = player.watch.events
+    assert player.monitor.records[name].bad == 1
+    assert player.monitor.records[name].trouble.startswith("its stamp is 86")
+    (told,) = player.monitor.events
     assert f"1 message on {name} refused" in told
 
 
@@ -80,8 +80,8 @@ def test_one_wrong_stamp_costs_nothing(player, name, off, images):
 def test_5_s_of_wrong_stamps_cost_these_5_s(player, off):
     player.play(3.0).play(5.0, off={"fix": off}).play(3.0)
     assert player.seconds() == every(0.0, 3.0) + every(8.0, 11.0)
-    assert player.watch.heard["fix"].bad == 50
-    (told,) = player.watch.events
+    assert player.monitor.records["fix"].bad == 50
+    (told,) = player.monitor.events
     assert "50 messages on fix refused" in told
 
 
@@ -92,12 +92,12 @@ def test_time_that_begins_anew_is_followed(player, images):
     player.t = 0.0
     player.play(4.0, names=names)
     assert player.seconds() == every(0.0 if images else 0.2, 4.0)
-    assert all(heard.bad == 0 for heard in player.watch.heard.values())
+    assert all(record.bad == 0 for record in player.monitor.records.values())
     if images:
-        (told,) = player.watch.events
+        (told,) = player.monitor.events
         assert told.startswith("Time went backward by 60.")
     else:  # nobody tells whether all clocks were set or time began anew
-        assert player.watch.events == [f"The clock of {name} was set." for name in TELEMETRY]
+        assert player.monitor.events == [f"The clock of {name} was set." for name in TELEMETRY]
 
 
 def test_a_pause_is_none(player):
@@ -107,5 +107,5 @@ def test_a_pause_is_none(player):
     player.play(3.0)
     assert player.seconds()[:14] == every(0.0, 2.8)
     assert player.seconds()[-14:] == every(103.2, 106.0)
-    assert player.watch.events == []
-    assert all(heard.bad == 0 for heard in player.watch.heard.values())
+    assert player.monitor.events == []
+    assert all(record.bad == 0 for record in player.monitor.records.values())

@@ -13,7 +13,7 @@ from aerial_gnss_ros.core.camera.model import CameraModel
 from aerial_gnss_ros.core.geometry.frames import matrix_from_rpy, yaw_from_heading
 from aerial_gnss_ros.core.geometry.geodesy import geodesic_inverse
 from aerial_gnss_ros.core.values.camera_pose import CameraPose
-from aerial_gnss_ros.preflight.pointing import aim, side, view_heading
+from aerial_gnss_ros.preflight.pointing import relative_direction, view_center, view_heading
 
 
 def pose(heading_deg, below_deg, height=10.0):
@@ -23,7 +23,7 @@ def pose(heading_deg, below_deg, height=10.0):
 
 
 def test_thirty_degrees_down_meets_the_water_at_height_times_root_three():
-    seen = aim(pose(231.0, 30.0))
+    seen = view_center(pose(231.0, 30.0))
     assert seen.distance == pytest.approx(10.0 * math.sqrt(3.0), rel=1e-4)
     assert seen.range_m == pytest.approx(20.0, rel=1e-4)
     assert math.degrees(seen.bearing) == pytest.approx(231.0)
@@ -38,13 +38,13 @@ def test_thirty_degrees_down_meets_the_water_at_height_times_root_three():
 def test_the_middle_of_the_image_is_not_the_principal_point():
     k = np.array([[500.0, 0, 499.5], [0, 500.0, 499.5 - 500.0 * math.tan(math.radians(10.0))],
                   [0, 0, 1]])  # fmt: skip
-    seen = aim(pose(0.0, 30.0), CameraModel(1000, 1000, "plumb_bob", k))
+    seen = view_center(pose(0.0, 30.0), CameraModel(1000, 1000, "plumb_bob", k))
     assert math.degrees(seen.below_horizon) == pytest.approx(40.0)
 
 
 def test_a_steep_view_has_the_heading_of_the_images_top_and_the_sky_no_water():
     assert math.degrees(view_heading(pose(120.0, 90.0).enu_from_camera)) == pytest.approx(120.0)
-    sky = aim(pose(45.0, -5.0))
+    sky = view_center(pose(45.0, -5.0))
     assert math.isnan(sky.distance)
     assert math.degrees(sky.below_horizon) == pytest.approx(-5.0)
 
@@ -55,4 +55,4 @@ def test_a_steep_view_has_the_heading_of_the_images_top_and_the_sky_no_water():
      (359, 315, "ahead to the right")],
 )  # fmt: skip
 def test_bearings_in_words(bearing, nose, words):
-    assert side(math.radians(bearing), math.radians(nose)) == words
+    assert relative_direction(math.radians(bearing), math.radians(nose)) == words

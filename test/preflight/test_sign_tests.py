@@ -15,7 +15,7 @@ from aerial_gnss_ros.core.geometry.frames import ENU_FROM_NWU, matrix_from_rpy
 from aerial_gnss_ros.core.geometry.geodesy import geodetic_from_enu
 from aerial_gnss_ros.core.values.camera_pose import CameraPose
 from aerial_gnss_ros.core.values.samples import Fix
-from aerial_gnss_ros.preflight.monitor import STEP_NS, Moment
+from aerial_gnss_ros.preflight.monitor import STEP_NS, FlightState
 from aerial_gnss_ros.preflight.sign_tests import Verdict, sign_tests
 
 LATITUDE, LONGITUDE = math.radians(13.2), math.radians(-59.6)
@@ -33,7 +33,7 @@ def flight(course_off_nose=0.0):
     place = np.cumsum(velocity) * step
     up = 30.0 + 6.0 * np.sin(0.15 * t)
     lean = DRAG * velocity + np.gradient(velocity, step) / 9.81
-    moments = []
+    states = []
     for i in range(len(t)):
         nose = course[i] + course_off_nose
         forward = lean[i] * np.exp(-1j * nose)  # along and across the nose
@@ -44,11 +44,11 @@ def flight(course_off_nose=0.0):
         fix = Fix(i * STEP_NS, float(latitude), float(longitude), up[i] - 40.0)
         camera = matrix_from_rpy(0.0, math.radians(30.0 + 2.0 * math.sin(0.3 * t[i])), nose)
         pose = CameraPose(i * STEP_NS, fix.latitude, fix.longitude, up[i], math.nan, camera)
-        moments.append(Moment(i * STEP_NS, fix, body, up[i], pose))
-    return moments
+        states.append(FlightState(i * STEP_NS, fix, body, up[i], pose))
+    return states
 
 
-def changed(moments, body=None, height=None, camera=None):
+def changed(states, body=None, height=None, camera=None):
     def one(m):
         pose = m.pose
         if camera is not None:
@@ -60,11 +60,11 @@ def changed(moments, body=None, height=None, camera=None):
             pose=pose,
         )
 
-    return [one(m) for m in moments]
+    return [one(m) for m in states]
 
 
-def verdicts(moments):
-    return {test.name: test.verdict for test in sign_tests(moments)}
+def verdicts(states):
+    return {test.name: test.verdict for test in sign_tests(states)}
 
 
 def test_a_right_flight_passes_everything():
@@ -136,8 +136,8 @@ def test_what_never_varied_is_not_tested():
     assert set(verdicts(still).values()) == {Verdict.NOT_TESTED}
     assert set(verdicts([]).values()) == {Verdict.NOT_TESTED}
     noisy = [
-        replace(moment, body=moment.body @ matrix_from_rpy(1e-4 * (i % 3), 0.0, 0.0))
-        for i, moment in enumerate(still)
+        replace(state, body=state.body @ matrix_from_rpy(1e-4 * (i % 3), 0.0, 0.0))
+        for i, state in enumerate(still)
     ]
     found = verdicts(noisy)
     assert found.pop("body is level") is Verdict.PASS  # at rest, with a working sensor
@@ -183,8 +183,8 @@ def test_an_altitude_that_is_stuck_is_named():
     ],
 )
 def test_up_and_down_have_their_names(below_deg, verdict, words):
-    def camera(moment):
-        wobble = 1e-4 * (moment.height % 1.0)
+    def camera(state):
+        wobble = 1e-4 * (state.height % 1.0)
         return matrix_from_rpy(0.0, math.radians(below_deg) + wobble, 0.0)
 
     tests = sign_tests(changed(flight(), camera=camera))
