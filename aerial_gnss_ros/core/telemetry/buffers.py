@@ -272,6 +272,8 @@ class TelemetryBuffers:
             return self.plausibility.fix(value)
         if source is Input.HEIGHT and isinstance(value, Scalar):
             return self.plausibility.height(value)
+        if isinstance(value, Orientation):
+            return self.plausibility.orientation(source, value)
         return validate(value, self._config.limits)
 
     def add_level(self, level: Scalar) -> str:

@@ -2,7 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """The estimator's door: samples that cannot be true are refused before anything is kept.
 
-`validity` judges each sample by itself, `continuity` those that follow one another.
+`validity` judges each sample by itself, `continuity` and `repetition` those that follow one
+another.
 """
 
 from __future__ import annotations
@@ -10,17 +11,26 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
+import numpy as np
+
 from aerial_gnss_ros.core.config.estimator import EstimatorConfig
 from aerial_gnss_ros.core.geometry.geodesy import SEMI_MAJOR_M
 from aerial_gnss_ros.core.telemetry.continuity import Continuity, Verdict
+from aerial_gnss_ros.core.telemetry.repetition import Repetition, Standing
 from aerial_gnss_ros.core.telemetry.validity import validate
-from aerial_gnss_ros.core.values.samples import Fix, Scalar
+from aerial_gnss_ros.core.values.rejection import Input
+from aerial_gnss_ros.core.values.samples import Fix, Orientation, Scalar
 
 FROZEN_S = 10.0
 """A receiver may repeat one position for so long while the drone flies on."""
 
 WATER_SETTLE_S = 10.0
 """Of two levels of the water that contradict each other, the new one counts after this time."""
+
+_REPEATS = (
+    "it repeats an old value to the last bit under a new stamp, which its noise does not do: its "
+    "source has frozen"
+)
 
 Place = tuple[float, float]
 
@@ -61,6 +71,8 @@ class Plausibility:
         self._levels: Continuity[float] = Continuity(
             _difference, limits.water_step_m, 0.0, WATER_SETTLE_S
         )
+        self._standing = Standing()
+        self._repetitions = {Input.ATTITUDE: Repetition(), Input.GIMBAL: Repetition()}
         self._moved = ""
 
     def _vertical(self) -> Continuity[float]:
@@ -88,13 +100,31 @@ class Plausibility:
         self._levels.clear()
         if self._altitudes is not None:
             self._altitudes.clear()
+        self._standing.clear()
+        for one in self._repetitions.values():
+            one.clear()
 
     def fix(self, fix: Fix) -> tuple[str, Fix]:
         """Return why a fix is no use (empty: it is), and the fix, marked where it is not."""
         trouble, kept = validate(fix, self._limits)
-        trouble = trouble or self._discontinuity(fix)
+        trouble = trouble or self._discontinuity(fix) or self._frozen(fix)
         assert isinstance(kept, Fix)  # noqa: S101 - of its own kind
         return trouble, replace(kept, valid=False) if trouble else kept
+
+    def orientation(self, source: Input, value: Orientation) -> tuple[str, Orientation]:
+        """Return why an orientation is no use, and the orientation, NaN where it is not."""
+        trouble, kept = validate(value, self._limits)
+        assert isinstance(kept, Orientation)  # noqa: S101 - of its own kind
+        if trouble:
+            return trouble, kept
+        if self._repetitions[source].take(value.stamp_ns, value.quaternion.tolist()):
+            return _REPEATS, replace(value, quaternion=np.full(4, np.nan))
+        return "", kept
+
+    def _frozen(self, fix: Fix) -> str:
+        metres = SEMI_MAJOR_M, SEMI_MAJOR_M * math.cos(fix.latitude)
+        place = fix.latitude, fix.longitude
+        return _REPEATS if self._standing.take(fix.stamp_ns, place, metres) else ""
 
     def _discontinuity(self, fix: Fix) -> str:
         verdict = self._places.update(fix.stamp_ns, (fix.latitude, fix.longitude))

@@ -1,0 +1,160 @@
+# Copyright 2026 aerial_gnss_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""A sensor that repeats its value to the last bit under new stamps, though its samples have noise.
+
+Many sensors repeat themselves and are right: a gimbal that holds still tells tenths of a degree, a
+receiver's positions are sent on more often than it measures. So a repetition says nothing until a
+sensor has shown that it cannot repeat itself: each of its last samples differed from the one before
+it in every component, and as only white noise makes them. Noise of n samples repeats all of its
+components once in far more than n² samples. From then on an old value under a new stamp is what it
+looks like, and is refused from the first one on until the value changes.
+
+A receiver smooths its positions, so its noise is not white. One that stands still may repeat them;
+one that is carried along at full speed does not stop from one sample to the next.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+SAMPLES = 40
+"""So many samples in a row must have shown noise."""
+
+SAME = 1e-9
+"""A component that changed by less has not changed: conversions round."""
+
+BEFORE = 5
+"""Steps before it over which a platform's motion is taken (median)."""
+
+SPEED_MPS = 1.0
+"""A platform that moves as fast as this does not stop from one sample to the next."""
+
+JITTER_M = 1e-3
+"""Median second difference of a real receiver's positions, m; a simulator's may have none."""
+
+
+class Repetition:
+    """Of the samples of one orientation.
+
+    Attributes:
+        repeats: whether the last sample was only a repetition of an old one.
+    """
+
+    def __init__(self) -> None:
+        self.clear()
+
+    def clear(self) -> None:
+        """Forget all samples."""
+        self.repeats = False
+        self._exact: tuple[float, ...] = ()
+        self._stamp_ns = -(2**62)
+        self._angles: deque[tuple[float, ...]] = deque(maxlen=SAMPLES)
+
+    def take(self, stamp_ns: int, quaternion: Sequence[float]) -> bool:
+        """Take in a sample; return whether it is only a repetition.
+
+        Args:
+            stamp_ns: ns; one that is no newer than the last one counts for nothing.
+            quaternion: x, y, z, w.
+        """
+        exact = tuple(quaternion)
+        if stamp_ns <= self._stamp_ns:
+            return self.repeats and exact == self._exact
+        self._stamp_ns = stamp_ns
+        if exact == self._exact:
+            self.repeats = self.repeats or self._has_noise()
+            if not self.repeats:
+                self._angles.clear()
+            return self.repeats
+        angles = _angles(exact)
+        if self._angles and not _all_differ(self._angles[-1], angles):
+            self._angles.clear()
+        self._angles.append(angles)
+        self._exact, self.repeats = exact, False
+        return False
+
+    def _has_noise(self) -> bool:
+        """Return whether the last samples differ as white noise makes them differ.
+
+        Second differences of white noise alternate (correlation -2/3: three in four change their
+        sign), those of a motion go on.
+        """
+        if len(self._angles) < SAMPLES:
+            return False
+        steps = np.diff(np.array(self._angles), axis=0)
+        bends = np.diff((steps + math.pi) % (2.0 * math.pi) - math.pi, axis=0)
+        return bool((np.sum(np.sign(bends[1:] * bends[:-1]), axis=0) < 0.0).all())
+
+
+class Standing:
+    """Of the positions of one receiver.
+
+    Attributes:
+        repeats: whether the last one was only a repetition of an old one.
+    """
+
+    def __init__(self) -> None:
+        self.clear()
+
+    def clear(self) -> None:
+        """Forget all samples."""
+        self.repeats = False
+        self._differed = 0
+        self._last: deque[tuple[int, tuple[float, float]]] = deque(maxlen=BEFORE + 1)
+
+    def take(self, stamp_ns: int, place: tuple[float, float], metres: tuple[float, float]) -> bool:
+        """Take in a sample; return whether it is only a repetition.
+
+        Args:
+            stamp_ns: ns; one that is no newer than the last one counts for nothing.
+            place: latitude and longitude, rad.
+            metres: of a radian of each.
+        """
+        last = self._last[-1] if self._last else (-(2**62), (math.nan, math.nan))
+        if stamp_ns <= last[0]:
+            return self.repeats and place == last[1]
+        if place == last[1]:
+            self.repeats = self.repeats or self._in_motion(metres)
+            if not self.repeats:
+                self._differed = 0
+                self._last.clear()
+                self._last.append((stamp_ns, place))
+            return self.repeats
+        differs = place[0] != last[1][0] and place[1] != last[1][1]
+        self._differed = self._differed + 1 if differs else 0
+        if self.repeats:  # the step out of the repetition is none
+            self._last.clear()
+        self._last.append((stamp_ns, place))
+        self.repeats = False
+        return False
+
+    def _in_motion(self, metres: tuple[float, float]) -> bool:
+        if self._differed < SAMPLES or len(self._last) <= BEFORE:
+            return False
+        times = np.array([stamp_ns for stamp_ns, _ in self._last]) * 1e-9
+        steps = np.diff(np.array([place for _, place in self._last]), axis=0) * np.array(metres)
+        speeds = np.linalg.norm(steps, axis=1) / np.maximum(np.diff(times), 1e-3)
+        jitter = np.linalg.norm(np.diff(steps, axis=0), axis=1)
+        speed = float(np.median(speeds))
+        fast = speed >= SPEED_MPS and float(speeds[-1]) >= 0.5 * speed
+        return fast and float(np.median(jitter)) >= JITTER_M
+
+
+def _angles(quaternion: tuple[float, ...]) -> tuple[float, ...]:
+    """Return roll, pitch and yaw, rad: what a sensor with coarse steps repeats one by one."""
+    x, y, z, w = quaternion
+    sine = max(-1.0, min(1.0, 2.0 * (w * y - z * x)))
+    roll = math.atan2(2.0 * (w * x + y * z), 1.0 - 2.0 * (x * x + y * y))
+    yaw = math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
+    return roll, math.asin(sine), yaw
+
+
+def _all_differ(one: tuple[float, ...], other: tuple[float, ...]) -> bool:
+    return all(abs(a - b) > SAME for a, b in zip(one, other, strict=True))
