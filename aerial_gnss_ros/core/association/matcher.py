@@ -59,6 +59,7 @@ class Matcher:
         fresh_s: time since a robot was seen up to which a single box may update it, s.
 
     Attributes:
+        threshold: likewise.
         fresh_s: likewise; longer where images come seldom.
         confused: whether an image was so unlike what was expected that none of it is used, and
             robots have not come back since.
@@ -66,7 +67,7 @@ class Matcher:
 
     def __init__(self, joint: JointFilter, threshold: float, fresh_s: float) -> None:
         self._filter = joint
-        self._threshold = threshold
+        self.threshold = threshold
         self.fresh_s = fresh_s
         self._clutter = Clutter()
         self.confused = False
@@ -82,11 +83,11 @@ class Matcher:
             self._clutter.take(stamp_ns, 0, 0, 0)
             return np.zeros(0, np.intp), np.zeros(0, np.intp)
         # Farther off, a pair is neither a near miss nor a robot that has swerved.
-        swerve = self._threshold * (SWERVE_S * self._filter.motion.speed_sigma) ** 2
-        pairs = self._filter.compare(seen, NEAR**2 * self._threshold, swerve)
+        swerve = self.threshold * (SWERVE_S * self._filter.motion.speed_sigma) ** 2
+        pairs = self._filter.compare(seen, NEAR**2 * self.threshold, swerve)
         kind = [self._kind(track, stamp_ns) for track in tracks]
         classes, ids = [track.class_id for track in tracks], seen.class_ids.tolist()
-        able = Candidates.of_image(pairs, kind, classes, ids, self._threshold)
+        able = Candidates.of_image(pairs, kind, classes, ids, self.threshold)
 
         # Robots choose first: a stray box of a robot must not grow up on that robot's own boxes.
         away_ns = stamp_ns - round(self._missed_s(stamp_ns) * 1e9)
@@ -195,7 +196,7 @@ class Matcher:
             return []
         speed = self._filter.motion.speed_sigma
         squared, _ = mahalanobis(pairs.offsets[left], pairs.spread[left] + swerved(speed))
-        near = [k for k, one in zip(left, squared.tolist(), strict=True) if one <= self._threshold]
+        near = [k for k, one in zip(left, squared.tolist(), strict=True) if one <= self.threshold]
         rows, columns = pairs.rows[near].tolist(), pairs.columns[near].tolist()
         own: list[int] = []
         for k, row, column, alone in zip(near, rows, columns, lone(rows, columns), strict=True):

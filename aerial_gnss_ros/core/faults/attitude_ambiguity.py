@@ -35,9 +35,6 @@ ALREADY_S = 0.3
 BACK = math.radians(3.0)
 """An orientation that jumped is back so near to where it would be."""
 
-BACK_SIGMAS = 3.0
-"""… so many sigmas."""
-
 WAS_WRONG = -3.0
 """Nats: an orientation that jumps and later jumps back was wrong meanwhile, rather than the camera
 has turned just then."""
@@ -88,8 +85,18 @@ class Unexplained:
         self.episodes: list[Episode] = []
         self._lasts = self._grown = 0.0
         self._jump, self._jumped_s = np.zeros(3), 0.0
-        self._turned, self._turned_spread = np.zeros(3), np.zeros((3, 3))
+        self._turned = np.zeros(3)
+        self._displaced = self._shifted = 0.0
         self.doubts = False
+
+    @property
+    def apart(self) -> float:
+        """Variance of each axis of robots that all were elsewhere at once, m².
+
+        What displaced them, a turn, a height, a zoom or a receiver, and so in which direction it
+        does by now, is not known: only how far it was.
+        """
+        return self._displaced + self._shifted
 
     @property
     def doubt(self) -> Array:
@@ -105,6 +112,8 @@ class Unexplained:
         """
         self._jumped_s += seconds
         self._earlier *= keep * keep
+        self._displaced *= keep * keep
+        self._shifted *= keep * keep
         for one in self.episodes:
             one.ago += seconds
             one.spread *= keep * keep
@@ -136,26 +145,31 @@ class Unexplained:
         self.episodes = [*told, Episode(ago=seconds)]
         self._lasts, self._grown = ALREADY_S + seconds, 0.0
 
-    def displaced(self, turn: Array, spread: Array) -> None:
+    def displaced(self, turn: Array, spread: Array, squared: float) -> None:
         """Take in that all robots are elsewhere, as a turn of the camera would have it.
 
         Either it has turned now, or it had before and is right again; so robots can be as far off
-        as the turn displaces them. Turns that add up to none undo one another: the camera is again
-        as it was when nothing was in doubt.
+        as they seem displaced.
 
         Args:
             turn: (3,) about the axes of roll, pitch, heading, rad.
             spread: (3, 3) covariance of that, rad².
+            squared: distance of a robot from where it was before any doubt, the largest, m².
         """
         self._turned = self._turned + turn
-        self._turned_spread = self._turned_spread + spread
-        tolerance = self._turned_spread + BACK**2 / BACK_SIGMAS**2 * np.eye(3)
-        back = bool(self._turned @ np.linalg.solve(tolerance, self._turned) < BACK_SIGMAS**2)
         self._lasts = 0.0
-        if back and len(self.episodes) > 1:
-            self.returned()
-        elif self.episodes:
+        self._displaced = squared
+        self.doubts = True
+        if self.episodes:
             self.episodes[-1].spread = np.outer(turn, turn) + spread
+
+    def shifted(self, squared: float) -> None:
+        """Take in how far the drone's position is from where it was before it jumped, m².
+
+        Nobody knows which of the two is right.
+        """
+        self._shifted = squared
+        self.doubts = self.doubts or squared > 0.0
 
     def suspect(self) -> None:
         """Take in that images count again, while the orientation has jumped and is not back.
@@ -171,8 +185,8 @@ class Unexplained:
         """Take in that the camera is again as it was when nothing was in doubt."""
         for one in self.episodes:
             one.spread = np.zeros((3, 3))
-        self._turned, self._turned_spread = np.zeros(3), np.zeros((3, 3))
-        self._lasts = 0.0
+        self._turned = np.zeros(3)
+        self._displaced = self._lasts = 0.0
 
     def jumped(self, turn: Array, seconds: float) -> bool:
         """Take in that the orientation has jumped; return whether it is back.

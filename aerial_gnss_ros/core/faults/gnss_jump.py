@@ -25,8 +25,8 @@ class PositionJumps:
 
     Attributes:
         offset: (3,) by how much positions are off those before the jump, m; 0 without one.
-        returned: whether the jump that was told of last led back to where positions were before all
-            others: then nothing is in doubt that was not before.
+        began: whether with the last image positions left where they had been until then.
+        returned: whether with the last image they came back there, after they had been believed.
     """
 
     def __init__(self, log: Events) -> None:
@@ -36,9 +36,14 @@ class PositionJumps:
     def reset(self) -> None:
         """Forget everything."""
         self.offset = np.zeros(3)
-        self.returned = False
-        self._believed: Array = np.zeros(3)  # sum of the jumps that are believed
+        self.began = self.returned = False
+        self._believed: Array = np.zeros(3)
         self._since_s = 0.0
+
+    @property
+    def believed(self) -> Array:
+        """(2,) how far positions are from those before jumps that are believed, m."""
+        return self._believed[:2]
 
     def take(
         self, position: Array, expected: Array | None, passed: float
@@ -51,6 +56,7 @@ class PositionJumps:
                 the past does not tell.
             passed: time since the image before, s.
         """
+        self.began = self.returned = False
         if expected is not None:
             step = position - self.offset - expected
             step[2] = 0.0
@@ -86,6 +92,7 @@ class PositionJumps:
         return math.hypot(east, north) < JUMP_M
 
     def _jumped(self, step: Array, length: float, passed: float) -> None:
+        self.began = not self.offset.any() and not self._believed.any()
         self.offset = self.offset + step
         self._since_s = 0.0
         if math.hypot(self.offset[0], self.offset[1]) < JUMP_M:

@@ -217,6 +217,7 @@ class Turning:
         across = by_angles.swapaxes(1, 2)
         rates = np.outer(self.rate, self.rate) + self._spread
         places, velocities = by_angles @ self.doubt @ across, by_angles @ rates @ across
+        places = places + self.unexplained.apart * np.eye(2)
         if not seen:
             before = np.trace(self.of_places[slots], axis1=1, axis2=2)
             grown = np.trace(places, axis1=1, axis2=2) > before

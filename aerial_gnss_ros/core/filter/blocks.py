@@ -55,6 +55,18 @@ class Groups:
         return self._count
 
     @property
+    def groups(self) -> list[Joint]:
+        """The joint laws."""
+        return self._groups
+
+    def take_back(self, groups: list[Joint]) -> None:
+        """Go on with joint laws as they once were."""
+        for group in groups:
+            group.turning.unexplained = self.unexplained
+        self._groups = groups
+        self._count = sum(len(group) for group in groups)
+
+    @property
     def platform(self) -> tuple[Array, Array]:
         """The platform's errors (7,) and their covariance (7, 7)."""
         first = self._groups[0]

@@ -85,6 +85,16 @@ class JointFilter(Groups):
         self.noise.reset()
 
     @property
+    def began(self) -> bool:
+        """Whether the drone's position jumped with the last image, from where it was right."""
+        return self._jumps.began
+
+    @property
+    def back(self) -> bool:
+        """Whether it is back there with the last image, after a time in which it was believed."""
+        return self._jumps.returned
+
+    @property
     def stationary(self) -> Array:
         """(7, 7) covariance of the platform's errors when nothing is known."""
         return self._stationary
@@ -128,8 +138,11 @@ class JointFilter(Groups):
         """Go over to a position that has jumped (3,), m, and is believed now."""
         self._motion.shift(jump)
         for group in self._groups:
-            group.shift(jump[:2], trusted=self._jumps.returned)
+            group.shift(jump[:2])
+        away = self._jumps.believed
+        self.unexplained.shifted(float(away @ away))
         self.unexplained.suspect()
+        self._spread_doubt()
 
     def _jumped(self, pose: MapPose, passed: float) -> bool:
         """Return whether the camera's orientation has jumped, and not back."""
@@ -168,6 +181,27 @@ class JointFilter(Groups):
             if len(group)
         ]
         return found[0] if len(found) == 1 else Comparison.of_groups(found)
+
+    def compare_with(self, groups: list[Joint], seen: Measurements, threshold: float) -> Comparison:
+        """Return how detections lie to the robots of other laws, as if these held.
+
+        Args:
+            groups: the laws.
+            seen: the image's boxes.
+            threshold: squared Mahalanobis distance beyond which nothing is asked.
+        """
+        body = self._body(seen)
+        found = [
+            compared(group, *self._place(group, body), seen.white, threshold, 1.0)
+            for group in groups
+            if len(group)
+        ]
+        return found[0] if len(found) == 1 else Comparison.of_groups(found)
+
+    def predict_with(self, groups: list[Joint], seconds: float) -> None:
+        """Move other laws on in time."""
+        for group in groups:
+            group.predict(seconds, self.model, self._stationary, self.motion)
 
     def correct(self, seen: Measurements, rows: Indices, columns: Indices) -> Indices:
         """Take in detections `columns` of robots `rows`; return the rows for which it refused.
@@ -246,10 +280,10 @@ class JointFilter(Groups):
             height * by_platform[:, :, HEIGHT], possible,
         )  # fmt: skip
 
-    def displaced(self, turn: Array, spread: Array) -> None:
+    def displaced(self, turn: Array, spread: Array, squared: float) -> None:
         """Take in by which turn of the camera all robots are elsewhere (see `Unexplained`)."""
         if not self._late:
-            self.unexplained.displaced(turn, spread)
+            self.unexplained.displaced(turn, spread, squared)
         self._spread_doubt()
 
     def returned(self) -> None:

@@ -271,23 +271,16 @@ class Joint:
         P[LATENCY, LATENCY] = latency
         P[own, own] = np.tile([WIDE_M**2, WIDE_M**2, speed**2, speed**2], len(slots))
 
-    def shift(self, jump: Array, trusted: bool = False) -> None:
-        """Go over to another GNSS position; nobody knows whether it or the old one is right.
+    def shift(self, jump: Array) -> None:
+        """Go over to another GNSS position: the robots move with it.
 
-        The robots move with it. Their common place, and with it the GNSS offset, become uncertain
-        by the jump itself; how robots lie to the drone and to one another stays as well known.
+        How they lie to the drone and to one another stays as well known. That either position may
+        be wrong is no business of this law, which would explain boxes by it (`Unexplained`).
 
         Args:
             jump: (2,) East, North, m.
-            trusted: whether it leads back to where positions were before an earlier jump: that is
-                in doubt already.
         """
-        common = np.zeros(len(self.mean))
-        common[:2] = jump
-        common[COUNT:].reshape(-1, 4)[:, :2] = jump
         self.robots[:, :2] += jump
-        if not trusted:
-            self.covariance += np.outer(common, common)
         self.camera[:2] += jump
 
     def drop(self, slots: Indices) -> None:

@@ -15,6 +15,7 @@ from collections import deque
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.optimize import linear_sum_assignment
 
 from aerial_gnss_ros.core.association.matcher import SWERVE_S, swerved
 from aerial_gnss_ros.core.association.track import Track
@@ -167,8 +168,26 @@ class Naming:
             return False
         offsets, spread = self._apart(rows, [row for _, row in pairs])
         every = np.arange(len(rows))
-        squared, _ = mahalanobis(offsets[every, every], spread[every, every])
-        return bool((squared <= self._threshold).all())
+        squared, log_det = mahalanobis(offsets.reshape(-1, 2), spread.reshape(-1, 2, 2))
+        squared, log_det = squared.reshape(len(rows), -1), log_det.reshape(len(rows), -1)
+        # Where the names would be at home the other way round, formation and places contradict.
+        likeliest = linear_sum_assignment(squared + log_det)[1]
+        inside = squared[every, every] <= self._threshold
+        return bool(inside.all() and (likeliest == every).all())
+
+    def displaced(self, tracks: list[Track], found: dict[int, int]) -> float:
+        """Return how far robots are from where they were before they seemed to move, m².
+
+        Of the robot that is the farthest.
+
+        Args:
+            tracks: all of them.
+            found: by row of a track that of the robot.
+        """
+        old = {track.once: row for row, track in enumerate(tracks) if track.once}
+        first = [old.get(tracks[robot].robot_id, robot) for robot in found.values()]
+        offsets = self._filter.mean[list(found), :2] - self._filter.mean[first, :2]
+        return float(np.sum(offsets**2, axis=1).max())
 
     def regroup(self, tracks: list[Track], found: dict[int, int], moved: bool) -> set[int]:
         """Let tracks go on under the names of the robots that they are.

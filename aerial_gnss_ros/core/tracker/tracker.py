@@ -40,6 +40,7 @@ from aerial_gnss_ros.core.models.platform_model import named_errors
 from aerial_gnss_ros.core.numerics.gaussian import gate_threshold
 from aerial_gnss_ros.core.tracker.box_account import Account, Settled
 from aerial_gnss_ros.core.tracker.confirmation import Naming
+from aerial_gnss_ros.core.tracker.fork import Fork
 from aerial_gnss_ros.core.tracker.protocol import TrackUpdate
 from aerial_gnss_ros.core.values.detection_frame import DetectionFrame
 from aerial_gnss_ros.core.values.estimates import RobotEstimate, State
@@ -86,6 +87,7 @@ class Tracker:
         self._water_altitude = np.nan
         self._height = np.nan
         self._matcher.confused = False
+        self._fork: Fork | None = None
         self._lost_ns: int | None = None
         self._lost_names: set[str] = set()
 
@@ -100,13 +102,17 @@ class Tracker:
         seen = measurements(frame, points, local, self.filter.noise.level)
         passed = 0.0 if self._stamp_ns is None else (stamp_ns - self._stamp_ns) * 1e-9
         self._advance(stamp_ns)
-        if not self.filter.look(frame, local):
+        usable = self.filter.look(frame, local)
+        self._choose(stamp_ns)
+        if not usable:
             unused = points.valid
             return TrackUpdate(self._estimates(stamp_ns), {}, unused, np.zeros_like(unused))
         if self.filter.turned:
             self._matcher.confuse()
         confused = self._matcher.confused
         rows, columns = self._matcher.match(self.tracks, seen, stamp_ns)
+        if self._matcher.confused and self._is_as_before(seen, stamp_ns):
+            rows, columns = self._matcher.match(self.tracks, seen, stamp_ns)
         before = self._strayed()
         rows, columns, refused = self._correct(seen, rows, columns, stamp_ns)
         self._doubt(rows, self._strayed() - before, stamp_ns, passed)
@@ -129,6 +135,48 @@ class Tracker:
         return TrackUpdate(
             self._estimates(stamp_ns), names, gated, too_fast, named_errors(*self.filter.platform)
         )
+
+    def _choose(self, stamp_ns: int) -> None:
+        """Keep robots as they are when telemetry jumps, and go on from there when it is back."""
+        if self._fork is not None and not self._fork.holds(stamp_ns):
+            self._fork = None
+        if self.filter.began:
+            self._fork = self._fork or self._forked(stamp_ns)
+            self._fork.jumped = True
+        if self.filter.back and self._fork is not None:
+            self._go_back(self._fork)
+
+    def _forked(self, stamp_ns: int) -> Fork:
+        return Fork.of(stamp_ns, self.tracks, self.filter.groups)
+
+    def _is_as_before(self, seen: Measurements, stamp_ns: int) -> bool:
+        """Take in an image that robots do not explain; return whether those of before do.
+
+        Args:
+            seen: its boxes.
+            stamp_ns: of it, ns.
+        """
+        if self._fork is None:
+            self._fork = self._forked(stamp_ns)
+        pairs = self.filter.compare_with(self._fork.groups, seen, self._matcher.threshold)
+        if not self._fork.take(pairs, len(seen.index), self._matcher.threshold):
+            return False
+        self._go_back(self._fork)
+        return True
+
+    def _go_back(self, fork: Fork) -> None:
+        """Forget what was seen since a fork."""
+        self._fork = None
+        self._drop(set(range(len(self.tracks))))
+        self.tracks = fork.tracks
+        self.filter.take_back(fork.groups)
+        unnamed = fork.unnamed
+        self.tracks = [track for track in self.tracks if track.robot_id]
+        self.filter.drop(np.array(unnamed, np.intp))
+        for track in self.tracks:
+            track.state = State.COASTING
+        self.filter.unexplained.returned()
+        self._matcher.confused, self._lost_ns = False, None
 
     def settled(self) -> Settled:
         """Return what has been decided of boxes since this was asked last (see `Tracking`)."""
@@ -169,7 +217,10 @@ class Tracker:
     def _advance(self, stamp_ns: int) -> None:
         """Predict all tracks to an image and drop those unseen for too long."""
         if self._stamp_ns is not None:
-            self.filter.predict((stamp_ns - self._stamp_ns) * 1e-9)
+            passed = (stamp_ns - self._stamp_ns) * 1e-9
+            self.filter.predict(passed)
+            if self._fork is not None:
+                self.filter.predict_with(self._fork.groups, passed)
         self._stamp_ns = stamp_ns
         waiting = [track.first_seen_ns for track in self.tracks if track.waits]
         came = min(waiting, default=stamp_ns)  # for what waits, robots stay until it is decided
@@ -247,6 +298,9 @@ class Tracker:
             self._lost_names = {
                 track.robot_id for track in self.tracks if stamp_ns - track.last_seen_ns < SOON_NS
             }
+        if self._fork is not None:
+            calm = self._lost_ns is None and not self.filter.unexplained.doubt.any()
+            self._fork.calm_s = self._fork.calm_s + passed if calm else 0.0
         if self._lost_ns is None:
             return
         if lost or not named:
@@ -365,7 +419,8 @@ class Tracker:
             self.filter.returned()
             self._give_up_doubtful()
         elif formation.moved:
-            self.filter.displaced(formation.turn, formation.spread)
+            away = self._naming.displaced(self.tracks, found)
+            self.filter.displaced(formation.turn, formation.spread, away)
         self._lost_ns = None
         replaced = self._naming.regroup(self.tracks, found, formation.moved)
         self._account.confirm(self.tracks)

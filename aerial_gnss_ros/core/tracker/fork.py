@@ -1,0 +1,100 @@
+# Copyright 2026 aerial_gnss_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Robots as they were when telemetry or boxes began to contradict them.
+
+That leaves two hypotheses: what comes is right since, or was right until then and is in error now.
+The filter goes on with the first one. This keeps the second one: robots that nobody has seen since.
+When a receiver jumps back to where it was, or boxes that the filter cannot explain fall image after
+image where these robots should be, it was the second one, and what was seen meanwhile was seen
+wrongly.
+"""
+
+from __future__ import annotations
+
+import copy
+from dataclasses import dataclass
+
+import numpy as np
+
+from aerial_gnss_ros.core.association.track import Track
+from aerial_gnss_ros.core.filter.innovation import Comparison
+from aerial_gnss_ros.core.filter.state import Joint
+from aerial_gnss_ros.core.numerics.gaussian import mahalanobis
+from aerial_gnss_ros.core.values.estimates import State
+
+LONGEST_S = 60.0
+"""After longer, robots that nobody saw can be anywhere, s."""
+
+CALM_S = 1.0
+"""The filter's own robots are right where nothing has contradicted them for so long, s."""
+
+IMAGES = 3
+"""So many images in a row must show robots where they should be."""
+
+RECENT_NS = 1_000_000_000
+"""Robots that were seen within this time before are in view, ns."""
+
+LEAST = 2
+"""… at least so many robots: by itself one may be anything."""
+
+
+@dataclass
+class Fork:
+    """Robots at the image from which on they were contradicted, before any of its boxes counted.
+
+    Attributes:
+        stamp_ns: of that image.
+        tracks: of the robots.
+        groups: their joint laws, predicted to the present image.
+        jumped: whether the drone's position had jumped.
+        agreed: images in a row that show robots where these should be.
+        calm_s: for how long nothing has contradicted the filter's own robots, s.
+    """
+
+    stamp_ns: int
+    tracks: list[Track]
+    groups: list[Joint]
+    jumped: bool = False
+    agreed: int = 0
+    calm_s: float = 0.0
+
+    @staticmethod
+    def of(stamp_ns: int, tracks: list[Track], groups: list[Joint]) -> Fork:
+        """Return it, with copies of all that changes."""
+        return Fork(stamp_ns, copy.deepcopy(tracks), [_copy(one) for one in groups])
+
+    def holds(self, stamp_ns: int) -> bool:
+        """Return whether it can still be gone back to at an image."""
+        if self.calm_s > CALM_S and not self.jumped:
+            return False
+        return 0 <= stamp_ns - self.stamp_ns <= LONGEST_S * 1e9
+
+    @property
+    def unnamed(self) -> list[int]:
+        """Rows of tracks that had no name."""
+        return [row for row, track in enumerate(self.tracks) if not track.robot_id]
+
+    def take(self, pairs: Comparison, boxes: int, threshold: float) -> bool:
+        """Take in an image that the filter cannot explain; return whether this explains it.
+
+        Args:
+            pairs: how boxes lie to these robots.
+            boxes: of the image.
+            threshold: squared Mahalanobis distance at the edge of a gate.
+        """
+        seen = [
+            row for row, one in enumerate(self.tracks) if one.state is not State.TENTATIVE
+            and one.robot_id and not one.leaving and self.stamp_ns - one.last_seen_ns <= RECENT_NS
+        ]  # fmt: skip
+        squared, _ = mahalanobis(pairs.offsets, pairs.spread)
+        near = (squared <= threshold) & np.isin(pairs.rows, seen)
+        rows, columns = set(pairs.rows[near].tolist()), set(pairs.columns[near].tolist())
+        fits = min(len(rows), len(columns)) >= max(LEAST, min(len(seen), boxes))
+        self.agreed = self.agreed + 1 if fits else 0
+        return self.agreed >= IMAGES
+
+
+def _copy(joint: Joint) -> Joint:
+    """Return a copy that shares nothing that changes but what is known of the camera's turns."""
+    shared = joint.sight, joint.turning.unexplained
+    return copy.deepcopy(joint, {id(one): one for one in shared})
