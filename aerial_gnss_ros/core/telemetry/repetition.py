@@ -31,7 +31,7 @@ SAME = 1e-9
 """A component that changed by less has not changed: conversions round."""
 
 BEFORE = 5
-"""Steps before it over which a platform's motion is taken (median)."""
+"""Steps before it over which a platform's motion is taken."""
 
 SPEED_MPS = 1.0
 """A platform that moves as fast as this does not stop from one sample to the next."""
@@ -140,11 +140,12 @@ class Standing:
             return False
         times = np.array([stamp_ns for stamp_ns, _ in self._last]) * 1e-9
         steps = np.diff(np.array([place for _, place in self._last]), axis=0) * np.array(metres)
-        speeds = np.linalg.norm(steps, axis=1) / np.maximum(np.diff(times), 1e-3)
+        way = steps.sum(axis=0)
+        length = math.hypot(*way)
+        speed = length / max(times[-1] - times[0], 1e-3)
+        last = float(steps[-1] @ way) / max(length * (times[-1] - times[-2]), 1e-6)
         jitter = np.linalg.norm(np.diff(steps, axis=0), axis=1)
-        speed = float(np.median(speeds))
-        fast = speed >= SPEED_MPS and float(speeds[-1]) >= 0.5 * speed
-        return fast and float(np.median(jitter)) >= JITTER_M
+        return speed >= SPEED_MPS and last >= 0.5 * speed and float(np.median(jitter)) >= JITTER_M
 
 
 def _angles(quaternion: tuple[float, ...]) -> tuple[float, ...]:

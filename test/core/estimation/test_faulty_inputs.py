@@ -21,12 +21,25 @@ BEGIN_S, END_S, LASTS_S = 9.0, 14.0, 20.0
 class Flight:
     """A drone that flies slowly east over robots that stay, with a fault in one input."""
 
-    def __init__(self, sea, name="", change=None, begin=BEGIN_S, end=END_S, values=None):
+    def __init__(
+        self, sea, name="", change=None, begin=BEGIN_S, end=END_S, values=None, too_high=0.0,
+        noise_px=0.0,
+    ):  # fmt: skip
         robots = {name: (lambda _t, place=place: place) for name, place in ROBOTS.items()}
         rng = np.random.default_rng(1)
         world = sea.World(drone=lambda t: (0.5 * t, 0.0, 30.0), robots=robots, pixel_sigma=1.0)
         height = world.height
-        world.height = lambda t: replace(height(t), value=30.0 + 0.03 * rng.standard_normal())
+        world.height = lambda t: replace(
+            height(t), value=30.0 + 0.03 * rng.standard_normal() + too_high * (begin <= t < end)
+        )
+        frame, more = world.frame, np.random.default_rng(2)
+
+        def noisy(t):
+            boxes = frame(t)
+            noise = noise_px * more.standard_normal(boxes.centers.shape)
+            return replace(boxes, centers=boxes.centers + noise) if begin <= t < end else boxes
+
+        world.frame = noisy
         if name:
             true = getattr(world, name)
             setattr(world, name, lambda t: change(true(t), t) if begin <= t < end else true(t))
@@ -172,3 +185,39 @@ def test_the_fixs_altitude_is_judged_where_height_is_made_of_it(sea):
     change = lambda fix, _t: replace(fix, altitude=1.0)  # noqa: E731
     Flight(sea, "fix", change, values=values).check("fix")
     Flight(sea, "fix", change).check("fix")  # not used, so nothing happens
+
+
+def test_a_receiver_and_a_height_that_jump_together_leave_robots_where_they_were(sea):
+    """Boxes then fit robots a quarter nearer, and the filter bent their places to fit."""
+    flight = Flight(sea, name="fix", change=_east(50.0))
+    low = Flight(sea, name="fix", change=_east(50.0), too_high=5.0)
+    for one in (flight, low):
+        assert one.wrong() == 0
+        late = [(row, best) for t, row, best in one.rows() if t > END_S + 3.0]
+        assert {row.robot_id for row, _ in late} == {"aqua_1", "aqua_2", "aqua_3"}
+        assert all(math.hypot(*best) < 1.0 for _, best in late)
+        # and they are as sure of it as if nothing had happened
+        assert all(np.trace(row.covariance[:2, :2]) < 2.0 * 1.5**2 for row, _ in late)
+    during = [row for t, row, _ in low.rows() if BEGIN_S + 3.5 < t < END_S]
+    assert all(np.trace(row.covariance[:2, :2]) > 2.0 * 49.0**2 for row in during)
+
+
+def _east(metres):
+    def change(fix, _t):
+        return replace(fix, longitude=fix.longitude + metres / 6.2e6)
+
+    return change
+
+
+def test_boxes_of_ten_times_the_noise_exchange_no_names(sea):
+    flight = Flight(sea, noise_px=20.0)
+    assert flight.wrong() == 0
+    places = flight.world.local.places(np.array(list(ROBOTS.values())))
+    own: dict[str, int] = {}
+    for t, row, _ in flight.rows():
+        apart = np.hypot(row.latitude - places[0], (row.longitude - places[1]) * math.cos(0.23))
+        nearest = int(np.argmin(apart))
+        if t < BEGIN_S:
+            own[row.robot_id] = nearest
+        elif t > END_S + 3.0:
+            assert own.get(row.robot_id, nearest) == nearest

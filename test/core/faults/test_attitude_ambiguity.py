@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from aerial_gnss_ros.core.faults.attitude_ambiguity import EPISODES, Unexplained
-from aerial_gnss_ros.core.faults.rotation_fault import MOST
+from aerial_gnss_ros.core.faults.rotation_fault import MOST, Turning
 from aerial_gnss_ros.core.models.measurement_model import pose_jacobian
 
 OFFSETS = np.array([[10.0, 60.0, -80.0], [-20.0, 30.0, -80.0]])
@@ -133,3 +133,28 @@ def test_many_times_are_kept_as_few():
     assert len(unexplained.episodes) == EPISODES
     # 12 deg each: 20 (0.3 + 0.3)
     assert _degrees(unexplained) == pytest.approx([12.0 * math.sqrt(20.0)] * 3)
+
+
+def test_robots_that_all_were_elsewhere_may_be_as_far_off_in_any_direction():
+    """What displaced them is not known: a turn, a height, a zoom or a picture of another time."""
+    unexplained = _lost(0.5)
+    unexplained.displaced(np.zeros(3), np.zeros((3, 3)), 36.0)
+    assert unexplained.apart == 36.0
+    turning = Turning(unexplained)
+    turning.add(2)
+    turning.spread(np.arange(2), BY_ANGLES, seen=False)
+    assert (np.linalg.eigvalsh(turning.of_places) >= 36.0 - 1e-9).all()
+    unexplained.predict(1.0, 0.9)
+    assert unexplained.apart == pytest.approx(0.81 * 36.0)
+    unexplained.returned()
+    assert unexplained.apart == 0.0
+
+
+def test_a_receiver_that_is_back_takes_its_own_doubt_away_and_no_other():
+    unexplained = Unexplained(MOST)
+    unexplained.shifted(2500.0)
+    assert unexplained.doubts
+    unexplained.displaced(np.zeros(3), np.zeros((3, 3)), 36.0)
+    assert unexplained.apart == 2536.0
+    unexplained.shifted(0.0)
+    assert unexplained.apart == 36.0

@@ -39,3 +39,17 @@ def test_another_jump_is_not_the_way_back():
     told = fly([0.0] * 3 + [50.0] * 35 + [100.0] * 3)
     assert [settled for settled, _, _ in told[38:]] == [False] * 3
     assert fly([0.0] * 3 + [50.0] * 5 + [0.0] * 3)[9] == (True, 0.0, False)
+
+
+def test_it_says_when_positions_leave_and_how_far_they_are():
+    jumps, told = PositionJumps(Events()), []
+    for east, expected in [(0.0, 0.0), (50.0, 0.0), (50.0, 0.0)]:
+        jumps.take(np.array([east, 0.0, 20.0]), np.array([expected, 0.0, 20.0]), 2.0)
+        told.append((jumps.began, float(jumps.believed[0])))
+    jumps.take(np.array([50.0, 0.0, 20.0]), np.array([0.0, 0.0, 20.0]), 2.0)
+    assert [*told, float(jumps.believed[0])] == [(False, 0.0), (True, 0.0), (False, 0.0), 50.0]
+    jumps.take(np.array([100.0, 0.0, 20.0]), np.array([50.0, 0.0, 20.0]), 2.0)
+    assert not jumps.began  # they had left before
+    jumps.take(np.array([0.0, 0.0, 20.0]), np.array([50.0, 0.0, 20.0]), 2.0)
+    assert jumps.returned
+    assert not jumps.believed.any()

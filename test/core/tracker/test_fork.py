@@ -1,0 +1,73 @@
+# Copyright 2026 aerial_gnss_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Robots as they were before they were contradicted: when they are gone back to."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from aerial_gnss_ros.core.association.track import Track
+from aerial_gnss_ros.core.filter.innovation import Comparison
+from aerial_gnss_ros.core.tracker.fork import CALM_S, IMAGES, LONGEST_S, Fork
+from aerial_gnss_ros.core.values.estimates import State
+
+SECOND = 1_000_000_000
+GATE = 9.0
+
+
+def _fork(count=3, **changes):
+    tracks = [Track("aqua", 0, SECOND, State.CONFIRMED, f"aqua_{k}") for k in range(count)]
+    for name, value in changes.items():
+        setattr(tracks[0], name, value)
+    return Fork.of(SECOND, tracks, [])
+
+
+def _pairs(*apart):
+    """Return an image of as many boxes, each so far from the robot of its number, m."""
+    every = np.arange(len(apart))
+    offsets = np.column_stack([apart, np.zeros(len(apart))])
+    return Comparison(every, every, offsets, np.tile(np.eye(2), (len(apart), 1, 1)))
+
+
+def _taken(fork, *images):
+    return [fork.take(_pairs(*apart), len(apart), GATE) for apart in images]
+
+
+def test_it_takes_images_in_a_row_that_show_all_robots_at_home():
+    good, bad = (0.0, 2.9, -1.0), (0.0, 3.1, 0.0)
+    assert _taken(_fork(), *[good] * IMAGES) == [False] * (IMAGES - 1) + [True]
+    assert not any(_taken(_fork(), *[good, good, bad] * 3))
+
+
+def test_one_robot_at_home_may_be_chance():
+    assert not any(_taken(_fork(1), *[(0.0,)] * 10))
+    assert not any(_taken(_fork(), *[(0.0,)] * 10))
+
+
+@pytest.mark.parametrize(
+    "change",
+    [{"robot_id": ""}, {"leaving": True}, {"last_seen_ns": -1}, {"state": State.TENTATIVE}],
+    ids=str,
+)
+def test_robots_that_were_not_in_view_need_not_come_back(change):
+    assert _taken(_fork(**change), *[(90.0, 0.0, 0.0)] * IMAGES)[-1]
+    assert not any(_taken(_fork(), *[(90.0, 0.0, 0.0)] * 10))
+
+
+def test_it_ends_when_nothing_contradicts_for_a_while():
+    fork = _fork()
+    assert fork.holds(2 * SECOND)
+    fork.calm_s = CALM_S + 0.01
+    assert not fork.holds(2 * SECOND)
+    fork.jumped = True  # a receiver that has jumped can jump back
+    assert fork.holds(2 * SECOND)
+    assert not fork.holds(round((LONGEST_S + 1.1) * SECOND))
+
+
+def test_what_it_keeps_does_not_change_with_the_tracks():
+    tracks = [Track("aqua", 0, 0, State.CONFIRMED, "aqua_1"), Track("aqua", 0, 0)]
+    fork = Fork.of(0, tracks, [])
+    tracks[0].robot_id = ""
+    assert fork.tracks[0].robot_id == "aqua_1"
+    assert fork.unnamed == [1]
