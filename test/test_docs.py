@@ -53,6 +53,59 @@ def test_every_link_leads_to_a_file_and_a_heading(page: Path) -> None:
 def test_every_page_named_in_code_or_configuration_exists() -> None:
     for file in _files(".py", ".yaml", ".xml", ".md", ".html", ".msg"):
         for name in re.findall(r"\bdocs/[\w/]+\.md", file.read_text(encoding="utf-8")):
-            assert name in GENERATED or (ROOT / name).is_file(), (
-                f"{file.relative_to(ROOT)} names {name}"
-            )
+            exists = name in GENERATED or Path(name).stem.isupper() or (ROOT / name).is_file()
+            assert exists, f"{file.relative_to(ROOT)} names {name}"
+
+
+DOCS = [page for page in PAGES if (ROOT / "docs") in page.parents or page.parent == ROOT]
+DOCS = [page for page in DOCS if str(page.relative_to(ROOT)) not in GENERATED]
+FOLDERS = "aerial_gnss_ros|benchmarks|config|docs|fuzz|launch|models|test|tools"
+PARTS = "|".join(path.name for path in (ROOT / "aerial_gnss_ros").iterdir() if path.is_dir())
+
+
+def _ids(page: Path) -> str:
+    return str(page.relative_to(ROOT))
+
+
+@pytest.mark.parametrize("page", DOCS, ids=_ids)
+def test_every_file_that_a_page_names_exists(page: Path) -> None:
+    """Paths from the root of the repository, or from that of the package."""
+    text = page.read_text(encoding="utf-8")
+    for name in re.findall(
+        rf"(?<![\w/.])((?:{FOLDERS}|{PARTS})/[\w/]+\.(?:py|md|yaml|xml))\b", text
+    ):
+        places = (ROOT / name, ROOT / "aerial_gnss_ros" / name, page.parent / name)
+        placeholder = Path(name).stem.isupper()  # PAGE.md stands for any page
+        assert placeholder or name in GENERATED or any(place.is_file() for place in places), name
+    for name in re.findall(r"python3? (?:-m )?(benchmarks/\w+\.py|aerial_gnss_ros[\w.]+)", text):
+        path = name if name.endswith(".py") else name.replace(".", "/") + ".py"
+        assert (ROOT / path).is_file(), name
+
+
+@pytest.mark.parametrize("page", DOCS, ids=_ids)
+def test_lines_are_short_enough_to_read(page: Path) -> None:
+    for number, line in enumerate(page.read_text(encoding="utf-8").splitlines(), start=1):
+        assert len(line) <= 120 or line.lstrip().startswith("|"), f"line {number}: {len(line)}"
+
+
+@pytest.mark.parametrize("page", DOCS, ids=_ids)
+def test_pages_say_what_is_and_not_what_was(page: Path) -> None:
+    """Hashes of commits and comparisons with an earlier state belong into the changelog."""
+    text = page.read_text(encoding="utf-8")
+    found = re.findall(r"\b(?=[0-9a-f]*[a-f])(?=[0-9a-f]*[0-9])[0-9a-f]{7,12}\b", text)
+    assert not found, found
+    assert not re.findall(r"\bcommit [0-9a-f]{7}", text)
+
+
+def test_every_measured_place_has_date_version_and_command() -> None:
+    places = 0
+    for page in (ROOT / "docs" / "results").glob("*.md"):
+        text = page.read_text(encoding="utf-8")
+        for name in re.findall(r"^<!-- (?!end of )(.*?) -->$", text, flags=re.MULTILINE):
+            begin, end = text.index(f"<!-- {name} -->"), text.index(f"<!-- end of {name} -->")
+            measured = text[begin:end]
+            assert re.search(r"Measured \d{4}-\d\d-\d\d\b", measured), f"{page.name}: {name}"
+            assert re.search(r"version \d+\.\d+\.\d+", measured), f"{page.name}: {name}"
+            assert name.split()[0] in measured, f"{page.name}: {name}"
+            places += 1
+    assert places > 8
