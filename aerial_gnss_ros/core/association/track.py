@@ -10,6 +10,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from aerial_gnss_ros.core.association.assignment.image_tracks import Labels
 from aerial_gnss_ros.core.faults.noise_level import Innovation
 from aerial_gnss_ros.core.values.estimates import State
 from aerial_gnss_ros.core.values.rejection import Cause
@@ -52,6 +53,7 @@ class Track:
             it has it again should they be back.
         doubtful: whether it was confirmed while robots were not where they should be: its place is
             that of a camera that may have been wrong.
+        labels: what the picture says of which robot it is, None where it says nothing.
         leaving: whether its last one is: should it vanish now, it has left the view, not dived.
     """
 
@@ -77,6 +79,7 @@ class Track:
     innovations: tuple[Innovation, ...] = ()
     once: str = ""
     doubtful: bool = False
+    labels: Labels | None = None
 
     def hit(
         self, stamp_ns: int, window_ns: int, velocity: Array, spread: Array, edge: bool = False
@@ -115,6 +118,7 @@ class Track:
         self.hits = deque(sorted({*self.hits, *other.hits}))
         self.waits |= other.waits
         self.pending, other.pending = self.pending + other.pending, ()
+        self.labels = self.labels or other.labels
 
     def exchange(self, other: Track) -> None:
         """Give each other's name: association had exchanged the two."""

@@ -151,8 +151,10 @@ class Pipeline:
         if isinstance(camera, Reason) or isinstance(pose, Reason) or local is None:
             refusal = camera if isinstance(camera, Reason) else pose
             assert isinstance(refusal, Reason)  # noqa: S101 - a pose needs a fix, that sets local
+            use = [i for i, reason in enumerate(reasons) if reason is None]
+            shown = _only(frame, use) if refusal is not Reason.BAD_DETECTIONS else None
             reasons = [reason or refusal for reason in reasons]
-            estimates = self._tracking.coast(frame.stamp_ns)
+            estimates = self._tracking.coast(frame.stamp_ns, shown)
             platform: tuple[PlatformError, ...] = ()
             located = posed
         else:

@@ -27,6 +27,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aerial_gnss_ros.core.association.assignment import CLEAR, cheapest
+from aerial_gnss_ros.core.association.assignment.image_tracks import UNTOLD
 from aerial_gnss_ros.core.association.track import Track
 from aerial_gnss_ros.core.identity.return_permutation import likeliest_order
 from aerial_gnss_ros.core.identity.return_position import Swims, Whereabouts
@@ -135,7 +136,9 @@ class Reacquisition:
         share = self._absences.share(gone, unseen)
         known, side = [tracks[row] for row in away], VIEW * max(height, 1.0)
         fresh = self._whereabouts.newcomer(known, between[0], side, swims)
-        each = newcomers * share * fresh
+        labelled, other = _labels(known, [tracks[row] for row in ready])
+        density, vague = density * labelled, vague * labelled
+        each = newcomers * share * fresh * other
         each = np.maximum(each, 1e-12)
         place = -2.0 * np.log(np.maximum(density, 1e-300) / each)
         rows, columns = cheapest(place - 2.0 * np.log(odds), possible, np.zeros(len(away)))
@@ -240,6 +243,13 @@ def twins(
         ):
             found[rows[1]] = rows[0]
     return found
+
+
+def _labels(known: list[Track], new: list[Track]) -> tuple[Array, Array]:
+    """Return how likely new tracks are robots (n, m), or others (m,), by the picture alone."""
+    told = [track.labels or UNTOLD for track in new]
+    factors = [[one.factor(robot.robot_id) for one in told] for robot in known]
+    return np.array(factors), np.array([one.factor("") for one in told])
 
 
 def _absence(old: Track, new: Track) -> float:

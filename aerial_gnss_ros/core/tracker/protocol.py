@@ -15,6 +15,7 @@ from aerial_gnss_ros.core.faults.consistency import InnovationMonitor
 from aerial_gnss_ros.core.geometry.local_map import LocalMap
 from aerial_gnss_ros.core.georeferencing.localization import WaterPoints
 from aerial_gnss_ros.core.tracker.box_account import Settled
+from aerial_gnss_ros.core.values.detection_frame import DetectionFrame
 from aerial_gnss_ros.core.values.estimates import PlatformError, RobotEstimate
 
 
@@ -53,8 +54,15 @@ class Tracking(Protocol):
     def monitor(self) -> InnovationMonitor:
         """Tells how well boxes fall where they are expected."""
 
-    def coast(self, stamp_ns: int) -> tuple[RobotEstimate, ...]:
-        """Return the predicted robots at an image that has no pose; nothing is measured."""
+    def coast(
+        self, stamp_ns: int, boxes: DetectionFrame | None = None
+    ) -> tuple[RobotEstimate, ...]:
+        """Return the predicted robots at an image that has no pose; nothing is measured.
+
+        Args:
+            stamp_ns: of the image, ns.
+            boxes: that it shows, where they are those of a picture: names may be kept by them.
+        """
 
     def settled(self) -> Settled:
         """Return what has been decided of boxes since this was asked last (see `Account`)."""

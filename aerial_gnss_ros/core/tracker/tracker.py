@@ -24,6 +24,7 @@ from collections import deque
 import numpy as np
 from numpy.typing import NDArray
 
+from aerial_gnss_ros.core.association.assignment.image_tracks import ImageTracks
 from aerial_gnss_ros.core.association.matcher import Matcher
 from aerial_gnss_ros.core.association.track import Track
 from aerial_gnss_ros.core.camera.posed_frame import PosedFrame
@@ -69,6 +70,9 @@ class Tracker:
         self._matcher = Matcher(self.filter, threshold, config.tracks.confirm_window_s)
         self._encounters = Encounters(self.filter)
         self._naming = Naming(self.filter, identity, self._encounters, config.tracks)
+        self._picture = ImageTracks(
+            config.noise.value("box_center_px"), self.filter.motion.speed_sigma
+        )
         self._account = Account()
         self.tracks: list[Track] = []
         self._identity = identity
@@ -83,6 +87,7 @@ class Tracker:
         self.filter.reset()
         self._encounters.reset()
         self._naming.reset()
+        self._picture.reset()
         self._stamp_ns = None
         self._water_altitude = np.nan
         self._height = np.nan
@@ -105,6 +110,7 @@ class Tracker:
         usable = self.filter.look(frame, local)
         self._choose(stamp_ns)
         if not usable:
+            self._picture.followed(frame.detections)
             unused = points.valid
             return TrackUpdate(self._estimates(stamp_ns), {}, unused, np.zeros_like(unused))
         if self.filter.turned:
@@ -121,6 +127,7 @@ class Tracker:
         started = self._start(seen, np.concatenate([columns, refused]), frame.detections)
         measured = dict(zip(rows.tolist(), seen.index[columns].tolist(), strict=True)) | started
         self._note(measured, frame.detections)
+        self._label(measured, frame)
         updated = self._confirm(len(seen.index), local, stamp_ns)
         gated, too_fast = np.zeros((2, len(frame.detections)), dtype=bool)
         gated[seen.index] = True
@@ -200,14 +207,31 @@ class Tracker:
         for row, index in measured.items():
             self._account.note(self.tracks[row], boxes.stamp_ns, centers[index])
 
+    def _label(self, measured: dict[int, int], frame: PosedFrame) -> None:
+        """Let new tracks know what the picture says of which robots they are."""
+        named = {
+            index: self.tracks[row].robot_id
+            for row, index in measured.items()
+            if self.tracks[row].robot_id
+        }
+        labels = self._picture.measured(frame.detections, frame.camera, frame.pose.height, named)
+        for row, index in measured.items():
+            track = self.tracks[row]
+            if index in labels and not track.robot_id and track.labels is None:
+                track.labels = labels[index]
+
     @property
     def monitor(self) -> InnovationMonitor:
         """How well boxes fall where they are expected (see `Tracking`)."""
         return self.filter.monitor
 
-    def coast(self, stamp_ns: int) -> tuple[RobotEstimate, ...]:
+    def coast(
+        self, stamp_ns: int, boxes: DetectionFrame | None = None
+    ) -> tuple[RobotEstimate, ...]:
         """Return the predicted robots at an image without a pose (see `Tracking`)."""
         self._advance(stamp_ns)
+        if boxes is not None:
+            self._picture.followed(boxes)
         return self._estimates(stamp_ns)
 
     def check(self) -> None:
