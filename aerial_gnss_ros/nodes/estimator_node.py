@@ -134,7 +134,7 @@ class EstimatorNode(SupervisedNode):
         if now_ns == 0:
             return
         started = time.perf_counter()
-        results = self._estimator.advance(now_ns)
+        results = self._estimator.advance(now_ns, self.steady_ns())
         spent_ms = (time.perf_counter() - started) * 1e3
         for result in results:
             waited_ms = self._waits.end(result.stamp_ns, started)

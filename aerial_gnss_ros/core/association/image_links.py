@@ -25,7 +25,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
-from aerial_gnss_ros.core.association.assignment.image_motion import (
+from aerial_gnss_ros.core.association.image_motion import (
     Motion,
     by_motion,
     fitted,

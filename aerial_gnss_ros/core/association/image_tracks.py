@@ -18,8 +18,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from aerial_gnss_ros.core.association.assignment.image_links import Links, links
-from aerial_gnss_ros.core.association.assignment.image_motion import (
+from aerial_gnss_ros.core.association.image_links import Links, links
+from aerial_gnss_ros.core.association.image_motion import (
     CHANGE,
     RATE,
     Motion,

@@ -20,11 +20,13 @@ from pathlib import Path
 from aerial_gnss_ros.core.camera.model import CameraModel
 from aerial_gnss_ros.core.config.estimator import EstimatorConfig
 from aerial_gnss_ros.core.estimation.attempt import attempt
+from aerial_gnss_ros.core.estimation.found_again import FoundAgain
 from aerial_gnss_ros.core.estimation.guard import Guard
 from aerial_gnss_ros.core.estimation.health import Health, RobotSummary, summary
 from aerial_gnss_ros.core.estimation.origin_file import OriginKeeper
 from aerial_gnss_ros.core.estimation.pipeline import Pipeline
 from aerial_gnss_ros.core.estimation.state_file import NameKeeper
+from aerial_gnss_ros.core.estimation.time_base import TimeBase
 from aerial_gnss_ros.core.identity.labels import Identity
 from aerial_gnss_ros.core.telemetry.arrivals import Arrivals
 from aerial_gnss_ros.core.telemetry.buffers import (
@@ -39,6 +41,7 @@ from aerial_gnss_ros.core.telemetry.buffers import (
 from aerial_gnss_ros.core.telemetry.clock import DETECTIONS, Clock, Decision
 from aerial_gnss_ros.core.telemetry.depths import depth_input
 from aerial_gnss_ros.core.telemetry.map_origin import MapOrigin
+from aerial_gnss_ros.core.telemetry.steady import Steady
 from aerial_gnss_ros.core.tracker.box_account import complaint
 from aerial_gnss_ros.core.tracker.protocol import Tracking
 from aerial_gnss_ros.core.tracker.tracker import Tracker
@@ -138,6 +141,10 @@ class Estimator:
         held = [name for name in self._tallies if name not in (*map(str, Input), DETECTIONS)]
         clock = Clock(needed, held)
         self._arrivals = Arrivals(clock, self._tallies, self.dropped, self._log, self._begin_anew)
+        self._time = TimeBase()
+        self._steady = Steady()
+        self._image_steady_ns: int | None = None
+        self._found_again = FoundAgain()
         self._waiting: list[_Waiting] = []
         self._ready: list[FrameResult] = []
         self._last_stamp_ns: int | None = None
@@ -221,8 +228,8 @@ class Estimator:
 
     def add_depth(self, class_id: str, depth: Scalar) -> None:
         """Take the depth that robots of a class send (empty: of all); it holds for a while."""
-        name = depth_input(class_id)
-        self._count(name, depth.stamp_ns, lambda: self._inputs.depths.add(class_id, depth))
+        name, of_time = depth_input(class_id), self._time.shifted
+        self._count(name, depth.stamp_ns, lambda: self._inputs.depths.add(class_id, of_time(depth)))
 
     def add_camera(self, stamp_ns: int, camera: CameraModel | None) -> None:
         """Take the camera's description; None when it could not be used."""
@@ -230,7 +237,7 @@ class Estimator:
         def keep() -> None:
             trouble = "" if camera is not None else "it describes no camera"
             self._tallies[CAMERA_INFO].add(stamp_ns, trouble)
-            self._inputs.add_camera(stamp_ns, camera)
+            self._inputs.add_camera(self._time.of(stamp_ns), camera)
 
         self._arrivals.take(CAMERA_INFO, stamp_ns, keep)
 
@@ -250,8 +257,12 @@ class Estimator:
 
     def _wait(self, frame: DetectionFrame) -> None:
         """Let an image wait for the telemetry of its time."""
+        self._tallies[DETECTIONS].add(frame.stamp_ns)
+        if self._newest_image_ns is None or frame.stamp_ns > self._newest_image_ns:
+            self._newest_image_ns = frame.stamp_ns
+        self._image_steady_ns = self._steady.now_ns
+        frame = self._time.shifted(frame)
         stamp_ns = frame.stamp_ns
-        self._tallies[DETECTIONS].add(stamp_ns)
         place = bisect_left(self._waiting, stamp_ns, key=_stamp)
         waits = place < len(self._waiting) and self._waiting[place].stamp_ns == stamp_ns
         if waits or stamp_ns == self._last_stamp_ns:
@@ -260,18 +271,18 @@ class Estimator:
             self.dropped["out_of_order"] += 1
         else:
             self._waiting.insert(place, _Waiting(stamp_ns, frame))
-            if self._newest_image_ns is None or stamp_ns > self._newest_image_ns:
-                self._newest_image_ns = stamp_ns
             if len(self._waiting) > MAX_WAITING:
                 self._finish_first()
 
-    def advance(self, now_ns: int) -> list[FrameResult]:
+    def advance(self, now_ns: int, steady_ns: int | None = None) -> list[FrameResult]:
         """Return the results that are due, in the order of their images' stamps.
 
         Args:
             now_ns: the node's clock, or the bag's log time; only its differences count.
+            steady_ns: a clock that nobody sets, where there is one: how much time has passed while
+                the node's clock was set, and all stamps with it.
         """
-        self._arrivals.tick(now_ns)
+        self._arrivals.tick(now_ns, self._steady.take(now_ns, steady_ns))
         for item in self._waiting:
             if item.since_ns is None or item.since_ns > now_ns:  # the node's clock was set back
                 item.since_ns = now_ns
@@ -295,11 +306,12 @@ class Estimator:
             The robots coasting, without those lost by then; None where no image was processed,
             or none after which there is time.
         """
+        stamp_ns += self._time.shift_ns
         if self._waiting:
             stamp_ns = min(stamp_ns, self._waiting[0].stamp_ns - 1)
         if self._last_stamp_ns is None or stamp_ns <= self._last_stamp_ns:
             return None
-        return self._pipeline.predicted(stamp_ns)
+        return self._time.stamped(self._pipeline.predicted(stamp_ns))
 
     def flush(self) -> list[FrameResult]:
         """Return results for all images that still wait: nothing more comes (end of a bag)."""
@@ -307,10 +319,10 @@ class Estimator:
         self._origin.settle()
         while self._waiting:
             self._finish_first()
-        self._names.save(self._identity)
+        self._names.save(self._identity, self._time.shift_ns)
         settled = self._pipeline.end()
         self._settle(settled.used, settled.refused)
-        self.ending = settled.refused
+        self.ending = self._time.refused(settled.refused)
         return self._take_ready()
 
     def _settle(self, used: int, refused: tuple[Rejection, ...]) -> None:
@@ -336,14 +348,14 @@ class Estimator:
 
     def _take_level(self, level: Scalar) -> str:
         """Keep a level of the water; return why it is no use, else empty."""
-        trouble = self._inputs.add_level(level)
+        trouble = self._inputs.add_level(self._time.shifted(level))
         if not trouble:
             self._begin_elsewhere()
         return trouble
 
     def _take(self, source: Input, value: Fix | Orientation | Scalar) -> str:
         """Keep a sample; return why it is no use, else empty."""
-        trouble = self._inputs.add(source, value)
+        trouble = self._inputs.add(source, self._time.shifted(value))
         if not trouble:
             self._begin_elsewhere()
         return trouble
@@ -403,12 +415,19 @@ class Estimator:
         del self._waiting[0]
         result = self._guard.result(frame, samples)
         self._last_stamp_ns = frame.stamp_ns
-        self._estimates = result.estimates
+        stamped = self._time.stamped(result)
+        self._estimates = stamped.estimates
         self._platform = result.platform or self._platform
         self.boxes += result.boxes
         self._settle(result.used, (*result.rejections, *result.late))
-        self._ready.append(result)
+        self._ready.append(stamped)
         self._keep_names(result)
+        if self._found_again.failed(result):
+            self._log.add(
+                "Robots are not found again where they were before time moved: it is another "
+                "scene, tracks are cleared, and robots get new names."
+            )
+            self._forget_robots()
         return True
 
     def _keep_names(self, result: FrameResult) -> None:
@@ -416,7 +435,7 @@ class Estimator:
 
         def keep() -> None:
             self._kept_origin.keep(result.datum)
-            self._names.keep(result, self._identity)
+            self._names.keep(result, self._identity, self._time.shift_ns)
 
         error = attempt(keep)
         if error is not None:
@@ -436,15 +455,39 @@ class Estimator:
             return
         while self._waiting:
             self._finish_first()
-        self._inputs.clear(decision.kept)
-        self._forget_robots()
-        self._last_stamp_ns = self._newest_image_ns = None
+        by_ns = self._moved_ns(decision)
+        if by_ns is None or self._pipeline.searches_latency:
+            cleared = "telemetry and tracks are cleared, and robots get new names"
+            self._inputs.clear(decision.kept)
+            self._forget_robots()
+            self._time.reset()
+            self._last_stamp_ns = None
+        else:
+            cleared = "telemetry is cleared; robots that are where they were keep their names"
+            self._inputs.clear()
+            self._time.step(by_ns, self._last_stamp_ns or 0)
+            self._found_again.expect(self._estimates)
+        self._newest_image_ns = None
         for tally in self._tallies.values():
             tally.reset_stamps()
         self._log.counts[f"time_went_{'backward' if decision.by_ns < 0 else 'forward'}"] += 1
-        self._log.add(f"{decision}: telemetry and tracks are cleared, and robots get new names.")
+        self._log.add(f"{decision}: {cleared}.")
+
+    def _moved_ns(self, decision: Decision) -> int | None:
+        """Return by how much stamps moved beyond the time that has passed, ns; None: unknown."""
+        by_ns = decision.by_ns
+        if not decision.timed:
+            passed_s = self._steady.since_s(self._image_steady_ns)
+            if not decision.stepped or passed_s is None:
+                return None
+            by_ns -= round(passed_s * 1e9)
+        if self._last_stamp_ns is None:
+            return None
+        # Arrivals vary: the first image comes after the last one all the same.
+        return min(by_ns, decision.first_ns + self._time.shift_ns - self._last_stamp_ns - 1)
 
     def _forget_robots(self) -> None:
+        self._found_again.reset()
         self._pipeline.reset()
         self._guard.reset()
         self._identity.release()

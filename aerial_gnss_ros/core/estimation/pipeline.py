@@ -89,6 +89,11 @@ class Pipeline:
         return self._tracking.monitor
 
     @property
+    def searches_latency(self) -> bool:
+        """Whether the latency is searched for, by telemetry of some time."""
+        return self._latency.searches
+
+    @property
     def constant(self) -> tuple[type, ...]:
         """Classes of its parts that images do not change, as it is configured."""
         return () if self._latency.searches else (LatencySearch,)

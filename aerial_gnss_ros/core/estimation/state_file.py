@@ -53,8 +53,14 @@ class NameKeeper:
             self._log.warn_once("session", f"Names from before the restart are lost: {error}")
             return SavedNames()
 
-    def keep(self, result: FrameResult, identity: Identity) -> None:
-        """Save when the robots of a result make it due."""
+    def keep(self, result: FrameResult, identity: Identity, shift_ns: int = 0) -> None:
+        """Save when the robots of a result make it due.
+
+        Args:
+            result: of the last image.
+            identity: knows the names.
+            shift_ns: time less stamps, see `Identity.saved`.
+        """
         if self._path is None:
             return
         stamp_ns = result.stamp_ns
@@ -63,14 +69,14 @@ class NameKeeper:
         if ids - self._saved_ids or (ids and due):
             self._saved_ids |= ids
             self._saved_ns = stamp_ns
-            self.save(identity)
+            self.save(identity, shift_ns)
 
-    def save(self, identity: Identity) -> None:
-        """Save now."""
+    def save(self, identity: Identity, shift_ns: int = 0) -> None:
+        """Save now (see `keep`)."""
         if self._path is None:
             return
         try:
-            save(self._path, identity.saved(), durable=not self._session)
+            save(self._path, identity.saved(shift_ns), durable=not self._session)
         except OutputError as error:
             self._log.warn_once("state_file", str(error))
 

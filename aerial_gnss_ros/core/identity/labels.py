@@ -6,7 +6,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -127,12 +127,18 @@ class Identity:
             self._waiting[estimate.robot_id] = _saved_robot(estimate)
         self._names.release(self._waiting)
 
-    def saved(self) -> SavedNames:
-        """Return everything that has to outlive the program."""
+    def saved(self, shift_ns: int = 0) -> SavedNames:
+        """Return everything that has to outlive the program.
+
+        Args:
+            shift_ns: time less stamps, ns: the clock may have been set (`TimeBase`).
+        """
         robots = tuple(
             known if isinstance(known, SavedRobot) else _saved_robot(known)
             for known in self._known.values()
         )
+        if shift_ns:
+            robots = tuple(replace(one, last_seen_ns=one.last_seen_ns - shift_ns) for one in robots)
         return SavedNames(robots, dict(self._names.numbers))
 
     def _take_up(self, sightings: list[Sighting], given: dict[int, str], local: LocalMap) -> None:

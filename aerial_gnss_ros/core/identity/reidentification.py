@@ -27,7 +27,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aerial_gnss_ros.core.association.assignment import CLEAR, cheapest
-from aerial_gnss_ros.core.association.assignment.image_tracks import UNTOLD
+from aerial_gnss_ros.core.association.image_tracks import UNTOLD
 from aerial_gnss_ros.core.association.track import Track
 from aerial_gnss_ros.core.identity.return_permutation import likeliest_order
 from aerial_gnss_ros.core.identity.return_position import Swims, Whereabouts

@@ -71,9 +71,16 @@ class Arrivals:
         else:
             self._hold(name, stamp_ns, keep)
 
-    def tick(self, now_ns: int) -> None:
-        """Take in the node's time."""
+    def tick(self, now_ns: int, stepped_ns: int = 0) -> None:
+        """Take in the node's time.
+
+        Args:
+            now_ns: it, ns.
+            stepped_ns: by how much it was set since it was taken in last, ns.
+        """
         self._clock.tick(now_ns)
+        if stepped_ns:
+            self._clock.step(stepped_ns)
         self._let_silent_in()
 
     def flush(self) -> None:

@@ -72,12 +72,18 @@ class Decision:
         moved: inputs whose rivals are believed from now on.
         kept: inputs whose lines are right as they are, although time began anew.
         by_ns: by how much time moved, ns.
+        first_ns: stamp of the first image of the new time, ns.
+        timed: whether this is beyond the time that has passed, by the node's clock.
+        stepped: whether the node's clock moved along, so that it does not tell.
     """
 
     anew: bool
     moved: tuple[str, ...]
     kept: tuple[str, ...] = ()
     by_ns: int = 0
+    first_ns: int = 0
+    timed: bool = False
+    stepped: bool = False
 
     def __str__(self) -> str:
         names = ", ".join(self.moved)
@@ -121,6 +127,18 @@ class Clock:
                     line.tell(now_ns)
         self._now_ns = now_ns
 
+    def step(self, by_ns: int) -> None:
+        """Take in that the node's time was set just now, by something that knows.
+
+        Args:
+            by_ns: by how much, ns.
+        """
+        self._stepped_ns = by_ns
+        for stamps in self._inputs.values():
+            for line in (stamps.believed, stamps.rival):
+                if line is not None:
+                    line.offset_ns = line.told_ns = None
+
     def silent(self) -> tuple[str, ...]:
         """Return the inputs that were only silent for as long as their stamps are ahead, or lead.
 
@@ -137,6 +155,8 @@ class Clock:
         line, rival = stamps.believed, stamps.rival
         if rival is None or rival.first_ns < line.newest_ns:
             return False
+        if line.offset_ns is None and self._stepped_ns > 0:
+            return False  # the node's clock was set: it tells no longer what time has passed
         if not rival.leads:
             return line.offset_ns is None or not line.is_behind(rival.newest_ns, self._now_ns)
         # Only at the time of its arrival: later any stamp that was ahead is ahead no more.
@@ -275,4 +295,5 @@ class Clock:
         if not anew:
             return None
         clock = ("clock",) if stepped else ()
-        return Decision(True, (*moved, *clock), tuple(kept), by_ns)
+        timed = not stepped and images.believed.told_ns is not None
+        return Decision(True, (*moved, *clock), tuple(kept), by_ns, rival.first_ns, timed, stepped)

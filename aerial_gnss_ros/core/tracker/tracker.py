@@ -24,7 +24,7 @@ from collections import deque
 import numpy as np
 from numpy.typing import NDArray
 
-from aerial_gnss_ros.core.association.assignment.image_tracks import ImageTracks
+from aerial_gnss_ros.core.association.image_tracks import ImageTracks
 from aerial_gnss_ros.core.association.matcher import Matcher
 from aerial_gnss_ros.core.association.track import Track
 from aerial_gnss_ros.core.camera.posed_frame import PosedFrame

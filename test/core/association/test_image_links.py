@@ -12,8 +12,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.stats import multivariate_normal
 
-from aerial_gnss_ros.core.association.assignment.image_links import links
-from aerial_gnss_ros.core.association.assignment.image_motion import (
+from aerial_gnss_ros.core.association.image_links import links
+from aerial_gnss_ros.core.association.image_motion import (
     Motion,
     by_motion,
     fitted,

@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from aerial_gnss_ros.core.association.assignment.image_tracks import UNMODELLED, ImageTracks
+from aerial_gnss_ros.core.association.image_tracks import UNMODELLED, ImageTracks
 
 START = np.array([[400.0, 300.0], [700.0, 350.0], [500.0, 500.0]])
 NAMES = ("a", "b", "c")

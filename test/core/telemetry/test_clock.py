@@ -11,13 +11,16 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from aerial_gnss_ros.core.estimation.state_file import load
 from aerial_gnss_ros.core.telemetry.buffers import InputState
+from aerial_gnss_ros.core.values.estimates import State
 from aerial_gnss_ros.core.values.rejection import Reason
 from aerial_gnss_ros.core.values.samples import Orientation, Scalar
 
 DAY = 86_400.0
 NEEDED = ("fix", "gimbal", "height", "detections")
 OTHERS = ("attitude", "camera_info", "water_level", "depth")
+ALL = (*NEEDED, *OTHERS)
 ROBOTS = {"a": (3.0, 22.0), "b": (-12.0, 25.0), "c": (14.0, 34.0)}
 NAMES = ["aqua_1", "aqua_2", "aqua_3"]
 
@@ -50,8 +53,11 @@ class Player:
         else:
             getattr(engine, f"add_{name}")(replace(getattr(world, name)(t), stamp_ns=ns))
 
-    def play(self, seconds, off=None, clock=0.0, without=()):
-        """Go on for so long; `off`: of stamps by input; `clock`: by how much the node's is off."""
+    def play(self, seconds, off=None, clock=0.0, without=(), steady=None):
+        """Go on for so long; `off`: of stamps by input; `clock`: by how much the node's is off.
+
+        `steady`: by how much one that nobody sets is off, None without such.
+        """
         off = off or {}
         for i in range(round(seconds * 20)):
             t = self.t + 0.05 * i
@@ -60,7 +66,8 @@ class Player:
                 rate = self.images if name in ("detections", "camera_info") else self.telemetry
                 if k % round(20 / rate) == 0 and name not in without:
                     self.send(name, t, off.get(name, 0.0))
-            self.results += self.engine.advance(self.sea.stamp(t + clock))
+            steady_ns = None if steady is None else round((t + steady) * 1e9)
+            self.results += self.engine.advance(self.sea.stamp(t + clock), steady_ns)
         self.t += seconds
         return self
 
@@ -155,12 +162,13 @@ def test_time_that_begins_anew_is_followed_within_a_second(player, telemetry, cl
     flight.play(2.85, clock=0.0 if clock else end).end()
     assert flight.engine.happened["time_went_backward"] == 1
     (told,) = flight.told("Time went backward by")
-    assert "robots get new names" in told
+    assert ("robots get new names" in told) == clock  # else the node's clock tells what passed
     stamps = [r.stamp_ns for r in flight.results]
     again = flight.results[stamps.index(flight.sea.stamp(0.0)) :]
     assert len(again) == 40  # nothing of the new pass is lost
     assert not any(r.rejections for r in again[:31])
-    assert [e.robot_id for e in again[-1].estimates] == ["aqua_4", "aqua_5", "aqua_6"]
+    names = ["aqua_4", "aqua_5", "aqua_6"] if clock else NAMES
+    assert [e.robot_id for e in again[-1].estimates] == names
     assert again[0].stamp_ns == flight.sea.stamp(0.0)
 
 
@@ -250,3 +258,91 @@ def test_what_waits_is_bounded(player):
     for i in range(6000):
         flight.send("fix", 0.001 * i, DAY)
     assert len(flight.engine._arrivals._held) <= 4096
+
+
+def swimming(flight):
+    """Robots at 1 m/s: two of them 2 m from one another, one behind the other."""
+    starts = {"a": (-6.0, 20.0), "b": (-8.0, 20.0), "c": (8.0, 30.0)}
+    flight.world.robots = {name: lambda t, at=at: (at[0] + t, at[1]) for name, at in starts.items()}
+    return flight
+
+
+def whose(flight, since):
+    """By name, the robot that it is on in every image from a stamp on."""
+    found = {}
+    for result, t in since:
+        for one in result.estimates:
+            if one.state is State.CONFIRMED:
+                apart = {
+                    name: np.hypot(*np.subtract(at(t), one.position))
+                    for name, at in flight.world.robots.items()
+                }
+                found.setdefault(one.robot_id, set()).add(min(apart, key=apart.get))
+    return found
+
+
+def seconds(sea, result):
+    return (result.stamp_ns - sea.stamp(0.0)) * 1e-9
+
+
+@pytest.mark.parametrize("by", [DAY, -DAY, 4.0, -4.0])
+@pytest.mark.parametrize("node", [True, False])
+def test_all_clocks_step_and_names_stay(player, sea, by, node):
+    """The node's clock goes along, and a steady one tells the time; or it does not."""
+    flight = swimming(player()).play(4.0, steady=70.0)
+    before = len(flight.results)
+    clock = by if node else 0.0
+    flight.play(4.0, off=dict.fromkeys(ALL, by), clock=clock, steady=70.0).end()
+    after = [(r, seconds(sea, r) - by) for r in flight.results[before:]]
+    after = [(r, t) for r, t in after if 4.3 < t < 9.0]
+    assert len(after) > 30
+    known = whose(flight, [(r, seconds(sea, r)) for r in flight.results[5:before]])
+    assert [len(robots) for robots in known.values()] == [1, 1, 1]
+    assert whose(flight, after) == known
+    assert len(flight.told("keep their names")) == 1
+    last = [(one.last_seen_ns, r.stamp_ns) for r, _ in after for one in r.estimates]
+    assert all(seen_ns == stamp_ns for seen_ns, stamp_ns in last)
+
+
+def test_a_node_s_clock_that_steps_along_tells_nothing(player):
+    """Nobody knows how long it took."""
+    flight = player().play(4.0).play(4.0, off=dict.fromkeys(ALL, -DAY), clock=-DAY)
+    names = {e.robot_id for e in flight.end()[-1].estimates}
+    assert names.isdisjoint(NAMES)
+
+
+def test_another_scene_has_new_names(player):
+    """A recording that begins again, while the node's clock goes on."""
+    flight = player().play(6.0)
+    flight.world.robots = {
+        name: lambda _t, at=at: at
+        for name, at in {"a": (8.0, 24.0), "b": (-3.0, 31.0), "c": (-8.0, 19.0)}.items()
+    }
+    flight.play(6.0, off=dict.fromkeys(ALL, -DAY)).end()
+    assert {e.robot_id for e in flight.results[-1].estimates}.isdisjoint(NAMES)
+    assert len(flight.told("it is another scene")) == 1
+    assert len(flight.results[-1].estimates) == 3
+
+
+def test_images_alone_lack_telemetry_of_their_time(player):
+    """Their arrival does not tell it well enough."""
+    flight = player().play(5.0).play(15.0, off={"detections": DAY}, steady=0.0)
+    flight.end()
+    assert {one.reason for r in flight.results[-20:] for one in r.rejections} == {Reason.STALE_FIX}
+
+
+def test_names_are_saved_as_they_are_stamped(player, tmp_path):
+    path = tmp_path / "names.json"
+    flight = player({"state_file": str(path)}).play(4.0)
+    flight.play(4.0, off=dict.fromkeys(ALL, DAY)).end()
+    seen = {one.last_seen_ns for one in load(path).robots}
+    assert seen == {flight.results[-1].stamp_ns}
+
+
+def test_predictions_are_stamped_like_images(player):
+    flight = player().play(4.0).play(4.0, off=dict.fromkeys(ALL, DAY))
+    last = flight.results[-1].stamp_ns
+    ahead = flight.engine.predicted(last + 2_000_000_000)
+    assert ahead.stamp_ns == last + 2_000_000_000
+    assert [one.last_seen_ns for one in ahead.estimates] == [last] * 3
+    assert flight.engine.predicted(last) is None

@@ -1,0 +1,46 @@
+# Copyright 2026 aerial_gnss_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Whether robots are where they were after the clock of everything was set."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from aerial_gnss_ros.core.estimation.found_again import TRIAL_IMAGES, FoundAgain
+from aerial_gnss_ros.core.values.camera_pose import CameraPose
+from aerial_gnss_ros.core.values.estimates import FrameResult, MapDatum, RobotEstimate, State
+
+SECOND = 1_000_000_000
+
+
+def result_at(stamp_ns, names=(), boxes=1, state=State.CONFIRMED):
+    robots = tuple(
+        RobotEstimate(
+            stamp_ns, name, "aqua", state, 0.2, -1.0, 0.0, np.zeros(2), np.zeros(2), np.eye(4),
+            stamp_ns - 1,
+        )
+        for name in names
+    )  # fmt: skip
+    pose = CameraPose(stamp_ns, 0.2, -1.0, 30.0, 30.0, np.eye(3))
+    return FrameResult(stamp_ns, "camera", robots, (), MapDatum(0.2, -1.0, 0.0), pose, boxes=boxes)
+
+
+def test_robots_found_again_or_not():
+    again = FoundAgain()
+    before = (
+        result_at(0, ["a", "b"]).estimates + result_at(0, ["c"], state=State.COASTING).estimates
+    )
+    again.expect(before)
+    for i in range(100):
+        assert not again.failed(result_at(i * SECOND, ["d"], boxes=0))  # nothing to be seen
+    assert not again.failed(result_at(100 * SECOND, ["c", "d", "e"], boxes=3))
+    assert not again.failed(result_at(103 * SECOND, ["a", "d"], boxes=3))  # half of them
+    assert not again.failed(result_at(110 * SECOND, ["d"]))
+    again.expect(before)
+    told = [
+        again.failed(result_at(i * SECOND, ["d", "c"], boxes=3)) for i in range(TRIAL_IMAGES + 1)
+    ]
+    assert told == [False] * (TRIAL_IMAGES - 1) + [True] * 2
+    again.expect(before)
+    told = [again.failed(result_at(i * SECOND // 10, ["d"], boxes=3)) for i in range(22)]
+    assert told == [False] * 21 + [True]
