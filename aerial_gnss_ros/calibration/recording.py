@@ -94,7 +94,7 @@ class Recording(Estimator):
         reasons = detection_filter.refusals(frame, wanted.min_score, wanted.classes)
         self.frames[frame.stamp_ns] = frame.keep(np.array([one is None for one in reasons], bool))
 
-    def advance(self, _now_ns: int) -> list[FrameResult]:
+    def advance(self, _now_ns: int, _steady_ns: int | None = None) -> list[FrameResult]:
         """Return nothing: a calibration uses the recording as a whole."""
         return []
 

@@ -94,7 +94,8 @@ def on_plane(centers: Array, camera: CameraModel) -> Array:
     """Return pixels (n, 2) on the plane 1 before the camera, without regard to its distortion."""
     K = camera.K
     plane = (centers - K[:2, 2]) / np.array([K[0, 0], K[1, 1]])
-    return np.clip(plane, -FAR, FAR)
+    near: Array = np.clip(plane, -FAR, FAR)
+    return near
 
 
 def in_picture(x: float, y: float, camera: CameraModel) -> bool:
