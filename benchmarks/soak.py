@@ -36,6 +36,7 @@ from aerial_gnss_ros.benchmarking.flight import flight, render
 from aerial_gnss_ros.benchmarking.machine import (
     descriptors,
     own_memory_mb,
+    processor_s,
     segments_mb,
     shared_memory_mb,
     threads,
@@ -124,6 +125,7 @@ def _note(minute: Minute, listener: Listener, nodes: subprocess.Popen[bytes], lo
             threads(pid),
             shared_memory_mb(pid),
             segments_mb(pid),
+            processor_s(pid),
         )
 
 

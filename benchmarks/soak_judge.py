@@ -12,8 +12,10 @@ that are gone: their size is judged in its place.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from itertools import pairwise
 from statistics import median, quantiles
 from typing import Any
 
@@ -34,6 +36,10 @@ DELAY_FACTOR, DELAY_MS = 1.25, 2.0
 minutes' medians are compared: what else runs on the machine only lengthens it, while a delay that
 grows does so in the best minutes, too."""
 
+WORK_FACTOR = 1.25
+"""How much more processor time a position may take at the end: a delay that grows because there is
+more to do shows here, whatever else the machine does."""
+
 
 @dataclass
 class Usage:
@@ -46,6 +52,7 @@ class Usage:
         threads: their number.
         shared_mb: shared memory that it has touched.
         segments_mb: shared memory that it maps, the most that it can touch.
+        processor_s: processor time since it was started; NaN: not told.
     """
 
     pid: int
@@ -54,6 +61,7 @@ class Usage:
     threads: int
     shared_mb: float = 0.0
     segments_mb: float = 0.0
+    processor_s: float = math.nan
 
 
 @dataclass
@@ -105,6 +113,11 @@ def verdict(minutes: Sequence[Minute]) -> list[Finding]:
             before, after = (_typical(part, name, field_name) for part in (first, last))
             words = f"{before:.1f} to {after:.1f}{unit}"
             found.append(Finding(f"{name}: {what}", words, after - before <= most))
+        before, after = (_work_ms(part, name) for part in (first, last))
+        if not math.isnan(before + after):
+            words = f"{before:.1f} to {after:.1f} ms"
+            label = f"{name}: processor time a position"
+            found.append(Finding(label, words, after <= WORK_FACTOR * before))
     before, after = (_best(part) for part in (first, last))
     allowed = DELAY_FACTOR * before + DELAY_MS
     words = f"{before:.1f} to {after:.1f} ms"
@@ -121,6 +134,19 @@ def verdict(minutes: Sequence[Minute]) -> list[Finding]:
 
 def _typical(minutes: Sequence[Minute], name: str, what: str) -> float:
     return median(getattr(minute.usage[name], what) for minute in minutes if name in minute.usage)
+
+
+def _work_ms(minutes: Sequence[Minute], name: str) -> float:
+    """Return the median of the minutes' processor times a position, ms; NaN where none is known.
+
+    A minute in which the process was started anew does not count.
+    """
+    spent = []
+    for one, other in pairwise(minutes):
+        before, after = one.usage.get(name), other.usage.get(name)
+        if before and after and before.pid == after.pid and other.positions_hz:
+            spent.append((after.processor_s - before.processor_s) / (60.0 * other.positions_hz))
+    return 1e3 * median(spent) if spent else math.nan
 
 
 def _best(minutes: Sequence[Minute]) -> float:

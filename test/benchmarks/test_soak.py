@@ -17,11 +17,14 @@ sys.path.insert(0, str(Path(__file__).parents[2] / "benchmarks"))
 from soak_judge import Minute, Usage, minute_of, verdict
 
 
-def minutes(count=30, growth_mb=0.0, segments_mb=0.0, threads=0.0, delay=0.0, noise=(0.0,), **last):
+def minutes(
+    count=30, growth_mb=0.0, segments_mb=0.0, threads=0.0, work=0.0, delay=0.0, noise=(0.0,), **last
+):
     """Return minutes in which something grows from the first to the last by so much."""
-    made = []
+    made, work_s = [], 0.0
     for i in range(count):
         share = i / (count - 1)
+        work_s += 60.0 * (0.5 + work * share)
         used = Usage(
             1,
             memory_mb=150.0 + growth_mb * share,
@@ -29,6 +32,7 @@ def minutes(count=30, growth_mb=0.0, segments_mb=0.0, threads=0.0, delay=0.0, no
             threads=14 + round(threads * share),
             shared_mb=30.0 * share,  # of what is mapped
             segments_mb=34.0 + segments_mb * share,
+            processor_s=work_s,
         )
         middle = 30.0 + delay * share + noise[i % len(noise)]
         made.append(Minute("none", {"estimator": used}, (middle, 2.0 * middle), (1.0, 2.0), 90.0))
@@ -52,6 +56,7 @@ def test_nothing_is_found_where_nothing_grows():
         ({"growth_mb": 10.0}, "estimator: memory"),
         ({"segments_mb": 10.0}, "estimator: shared memory that it maps"),
         ({"threads": 3.0}, "estimator: threads"),
+        ({"work": 0.3}, "estimator: processor time a position"),
         ({"delay": 30.0}, "delay, the best quarter of the minutes"),
         ({"delay": 30.0, "noise": (0.0, 40.0, 5.0)}, "delay, the best quarter of the minutes"),
         ({"ended": 2, "provoked": 1}, "restarts not provoked"),
