@@ -74,7 +74,7 @@ types: $(READY_DEV)
 	$(BIN)/mypy
 
 docs: $(READY_DOCS)
-	$(BIN)/python -m sphinx -W --keep-going -q -b html -d build/docs/doctrees docs build/docs/html
+	$(BIN)/python -m sphinx -E -W --keep-going -q -b html -d build/docs/doctrees docs build/docs/html
 	@echo "build/docs/html/index.html"
 
 colcon: $(READY_DEV)
