@@ -108,6 +108,7 @@ class Clock:
     _now_ns: int | None = None
     _stepped_ns: int = 0
     _led: tuple[int | None, int] | None = None
+    _heard: list[Line] = field(default_factory=list)  # since the last tick
 
     def newest(self, name: str) -> int | None:
         """Return the newest believed stamp of an input, ns."""
@@ -116,16 +117,16 @@ class Clock:
 
     def tick(self, now_ns: int) -> None:
         """Take in the node's time, which may step; it is that of the stamps that came last."""
-        back = self._now_ns is not None and now_ns < self._now_ns - EARLY_NS
-        if back and self._now_ns is not None and now_ns < self._now_ns - LATE_NS:
-            self._stepped_ns = now_ns - self._now_ns
-        for stamps in self._inputs.values():
-            for line in (stamps.believed, stamps.rival):
-                if line is not None and back:
-                    line.offset_ns = line.told_ns = None
-                if line is not None:
-                    line.tell(now_ns)
-        self._now_ns = now_ns
+        before, self._now_ns = self._now_ns, now_ns
+        if before is not None and now_ns < before - EARLY_NS:
+            self._stepped_ns = now_ns - before if now_ns < before - LATE_NS else self._stepped_ns
+            for stamps in self._inputs.values():
+                for line in (stamps.believed, stamps.rival):
+                    if line is not None:
+                        line.offset_ns, line.told_ns = None, now_ns
+        for line in self._heard:
+            line.tell(now_ns)
+        self._heard.clear()
 
     def step(self, by_ns: int) -> None:
         """Take in that the node's time was set just now, by something that knows.
@@ -144,6 +145,8 @@ class Clock:
 
         Theirs are leads that turn out to be right.
         """
+        if all(stamps.rival is None for stamps in self._inputs.values()):
+            return ()
         leads = self._leads_alike()
         return tuple(
             name
@@ -193,21 +196,26 @@ class Clock:
         stamps = self._inputs.get(name)
         if stamps is None:
             line = Line(stamp_ns, stamp_ns)
-            line.add(stamp_ns)
+            self._add(line, stamp_ns)
             self._inputs[name] = Stamps(line)
             return Verdict.GOES_ON
         line = stamps.believed
         old = name in self.held and stamp_ns < line.newest_ns
         if old or line.goes_on(stamp_ns, self._now_ns):
-            line.add(stamp_ns)
+            self._add(line, stamp_ns)
             returns, stamps.rival = stamps.rival is not None, None
             return Verdict.RETURNS if returns else Verdict.GOES_ON
         verdict = Verdict.FAR_OFF
         if stamps.rival is None or not stamps.rival.goes_on(stamp_ns, self._now_ns):
             verdict = Verdict.FAR_OFF if stamps.rival is None else Verdict.ELSEWHERE
             stamps.rival = Line(stamp_ns, stamp_ns, leads=line.is_led(stamp_ns, self._now_ns))
-        stamps.rival.add(stamp_ns)
+        self._add(stamps.rival, stamp_ns)
         return verdict
+
+    def _add(self, line: Line, stamp_ns: int) -> None:
+        line.add(stamp_ns)
+        if all(one is not line for one in self._heard):
+            self._heard.append(line)
 
     def apart_s(self, name: str) -> float:
         """Return by how much an input's rival is ahead of its line, s."""
