@@ -41,7 +41,7 @@ def read_camera_file(path: str | Path) -> CameraFile:
     """Read a CameraInfo YAML.
 
     Raises:
-        InputError: the file is missing or not YAML, or has no camera; found and expected are told.
+        InputError: the file is missing or not YAML, or has no camera; the message names both.
         CameraError: the description cannot be used (zeros, unknown distortion model, …).
     """
     path = Path(path)

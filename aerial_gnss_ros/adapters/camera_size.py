@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Whether images have the size that their CameraInfo describes: live and in bags."""
+"""Compares the size of images with their CameraInfo, live and in bags."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Any
 
 
 class CameraSize:
-    """Takes CameraInfo and judges images.
+    """Compares images with the newest CameraInfo.
 
     Args:
         remedy: what a user can do about two sizes, for the sentence.

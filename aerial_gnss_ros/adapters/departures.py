@@ -1,11 +1,10 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""The last message of a robot that is lost: its topic keeps that one for whoever subscribes later.
+"""The last message of a lost robot, which its latched topic keeps for later subscribers.
 
-A latched topic shows its newest message for ever. When a track ends, nothing more would be
-published, and the last message would go on stating a covariance that held at its stamp only. So
-one more is published: state LOST, for which NavSatFix says NO_FIX, and a covariance that says that
-nothing is known. The position stays the last one estimated.
+Without it, the topic would keep the last estimate, whose covariance was valid at its stamp only.
+The final message has the state LOST (NO_FIX in NavSatFix), the last estimated position, and a
+covariance that states that nothing is known.
 """
 
 from __future__ import annotations
@@ -19,7 +18,7 @@ from aerial_gnss_ros.core.values.estimates import FrameResult, RobotEstimate, St
 
 
 class Departures:
-    """Remembers the robots that are published, and adds the last message of those that end."""
+    """Remembers published robots and adds the final message of those whose tracks end."""
 
     def __init__(self) -> None:
         self._present: dict[str, RobotEstimate] = {}

@@ -47,7 +47,7 @@ def log_start_ns(columns: Columns, rows: Sequence[Sequence[str]], times: Array) 
 
 
 def _at_changes(clock: NDArray[np.int64], log: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Return (k,) when the log began as each change of a clock of whole seconds tells it, ns."""
+    """Return (k,) the start of the log by each change of a clock of whole seconds, ns."""
     steps = np.diff(log)
     usual = float(np.median(steps)) if len(steps) else 0.0
     changed = np.flatnonzero((np.diff(clock) > 0) & (steps < 1.5 * usual))  # not across a gap

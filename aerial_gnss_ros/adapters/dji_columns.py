@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Columns of flight-record CSV: what the exporters call them, and their units.
+"""Names and units of the columns of flight-record CSV, by exporter.
 
 Known are the flight records as decoded by the common viewers (`OSD.height [ft]`), by command-line
 parsers (`OSD.height`, metres) and AirData's (`height_above_takeoff(feet)`). All have DJI's angles.
@@ -51,7 +51,7 @@ _SHOWN = 60
 
 @dataclass(frozen=True)
 class Columns:
-    """Where things stand in a row.
+    """Positions of the values in a row.
 
     Attributes:
         header: the file's own names.
@@ -82,7 +82,7 @@ def match_columns(path: Path, header: Sequence[str]) -> Columns:
     """Return the columns of a header.
 
     Raises:
-        InputError: a required one is missing; what was found and what was expected is told.
+        InputError: a required one is missing; the message names both.
     """
     index: dict[str, int] = {}
     units: dict[str, str] = {}

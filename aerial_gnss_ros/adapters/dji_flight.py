@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""A flight as a DJI recorded it, in SI and this package's frames, whatever file it came from."""
+"""A flight recorded by a DJI drone, in SI units and this package's frames."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""DJI logs to core values: flight-record CSV, AirData CSV and SRT subtitles, told by the name."""
+"""DJI logs to core values: flight-record CSV, AirData CSV, SRT subtitles, by the file's name."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Routes messages into the estimator; live nodes and replay both go through exactly this."""
+"""Routes messages into the estimator, for live nodes and replay alike."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ DETECTIONS_DEPTH = 10
 
 
 class Inputs(Protocol):
-    """What the feed needs of `core.estimation.estimator.Estimator`."""
+    """What the feed needs from `core.estimation.estimator.Estimator`."""
 
     def add_fix(self, fix: Fix) -> None:
         """Take a position of the drone."""
@@ -78,7 +78,7 @@ class Subscription:
 
 
 class Feed:
-    """The estimator's inputs as the configuration wants them.
+    """Subscriptions of the estimator for one configuration.
 
     Args:
         config: the estimator's parameters.

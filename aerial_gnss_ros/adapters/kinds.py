@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""The types of message that each input can be, by the name that the configuration gives them."""
+"""Message types that each input accepts, by their names in the configuration."""
 
 from __future__ import annotations
 

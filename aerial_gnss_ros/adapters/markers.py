@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Robots as markers for RViz and Foxglove: an ellipse that holds each with 95 %, and its name."""
+"""Markers for RViz and Foxglove: a 95 % error ellipse and the label of each robot."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Which vehicle profile fits the topics that there are, by name and type, in which namespace."""
+"""Finds the vehicle profile and namespace that fit present topics, by name and type."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ class SeenTopic:
 
 @dataclass(frozen=True)
 class Fit:
-    """How a profile fits in a namespace.
+    """How well a profile fits in a namespace.
 
     Attributes:
         profile: its name.

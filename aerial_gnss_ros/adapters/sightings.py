@@ -79,7 +79,7 @@ def cursor_on_target(seen: Sighting, kind: str = "a-f-S", stale_s: float = 30.0)
         stale_s: after so long receivers show the position as outdated, s.
     """
     known = math.isfinite(seen.altitude)
-    # Robots of two drones may have the same name; receivers tell marks apart by uid alone.
+    # Robots of two drones may have the same name; receivers distinguish marks by uid alone.
     drone = [seen.namespace] if seen.namespace else []
     place = {
         "lat": f"{math.degrees(seen.latitude):.8f}",

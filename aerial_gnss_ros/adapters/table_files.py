@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Rows of CSV tables; a damaged one is a sentence."""
+"""Reads rows of CSV tables; a damaged table is reported in one sentence."""
 
 from __future__ import annotations
 

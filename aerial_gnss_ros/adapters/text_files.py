@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Text files of users: bounded in size, UTF-8, and a sentence where they are not."""
+"""Reads users' text files: bounded in size and UTF-8, else reported in one sentence."""
 
 from __future__ import annotations
 

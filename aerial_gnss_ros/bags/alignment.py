@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""When a video began in the time of a flight record; refuses a video of another flight."""
+"""Aligns a video with a flight record; refuses a video of another flight."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ def align(
         recording: which of the log's recordings it is, from 1, from the user.
 
     Raises:
-        InputError: the durations do not fit, or nothing tells when it began.
+        InputError: the durations do not fit, or its beginning is unknown.
     """
     if recording is not None and offset_s is not None:
         raise InputError("--recording and --offset contradict each other; give one.")

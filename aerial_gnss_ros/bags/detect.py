@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Finds robots in recorded images, as the detector node does in live ones."""
+"""Detects robots in recorded images as the detector node does in live ones."""
 
 from __future__ import annotations
 

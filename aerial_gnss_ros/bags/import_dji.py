@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""A DJI flight record, with its video or without, as a bag on the canonical topics."""
+"""Converts a DJI flight record, with or without video, to a bag on canonical topics."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ from aerial_gnss_ros.core.camera.model import CameraModel
 from aerial_gnss_ros.core.values.samples import Scalar
 
 START_NS = 1_735_689_600_000_000_000
-"""The log's first row, where nobody names a time: most logs tell no date. 2025-01-01, 0 h UTC."""
+"""Time of the log's first row if neither log nor user gives one: 2025-01-01, 0 h UTC."""
 
 IMAGE_TOPIC = "camera/image_raw/compressed"
 IMAGE_TYPE = "sensor_msgs/msg/CompressedImage"
@@ -40,7 +40,7 @@ Message = tuple[int, str, str, dict[str, Any]]
 
 @dataclass(frozen=True)
 class Footage:
-    """A video and how it goes into the bag.
+    """A video and the settings of its import.
 
     Attributes:
         video: the file.

@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Tracks for map programs: GeoJSON (QGIS, web, Foxglove), GPX (chart plotters), KML (Earth)."""
+"""Writes tracks as GeoJSON (QGIS, web, Foxglove), GPX (chart plotters) and KML (Google Earth)."""
 
 from __future__ import annotations
 

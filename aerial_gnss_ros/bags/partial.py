@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Results that appear whole or not at all: written beside their final name, renamed at the end."""
+"""Atomic results: written under a temporary name beside the final one, then renamed."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Drives the estimator with recorded messages: the same core as in flight, as fast as it goes."""
+"""Drives the estimator with recorded messages: the core that flies, as fast as possible."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""The folder that a replay leaves: tables, maps and the result topics as a bag."""
+"""Writes the result folder of a replay: tables, maps, and the result topics as a bag."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Lists a bag's topics with rates, and which of them nobody here can read."""
+"""Lists a bag's topics with their rates, and those of unknown types."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Positions over time, as `replay` writes them and as truth has them."""
+"""Tables of positions over time: those of a replay and of truth."""
 
 from __future__ import annotations
 

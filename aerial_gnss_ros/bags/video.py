@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Frames of a video, one at a time: hours of it need no more memory than a frame."""
+"""Reads frames of a video one at a time, in the memory of one frame."""
 
 from __future__ import annotations
 

@@ -88,7 +88,7 @@ def run(args: argparse.Namespace) -> int:
         args.starts,
     )
     for search in args.search:
-        load_detector(setting.detector(mode=search))  # what cannot be used is told before rendering
+        load_detector(setting.detector(mode=search))  # report an unusable detector before rendering
     figures: dict[str, Any] = {
         "when": time.strftime("%Y-%m-%d"),
         "command": shlex.join(["aerial-gnss", *sys.argv[1:]]),

@@ -35,7 +35,7 @@ _ZOOM = (
 
 @dataclass(frozen=True)
 class ChosenCamera:
-    """A camera and what is known of it.
+    """A camera and its warnings.
 
     Attributes:
         camera: the model.
@@ -161,7 +161,7 @@ def _from_photo(path: Path, size: tuple[int, int] | None, zoom: float) -> Chosen
     camera = from_equivalent(photo.equivalent_mm, photo.size, size or photo.size, zoom)
     guessed = (
         "Guessed from EXIF: the 35 mm focal length is taken by the photo's diagonal and is a whole "
-        "number, good to about 3 %, and no lens distortion is told. Calibrate for better."
+        "number, good to about 3 %, and no lens distortion is published. Calibrate for better."
     )
     warnings = [guessed]
     if camera.width * photo.size[1] != camera.height * photo.size[0]:

@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Arguments that name a labelled data set, and the look through it before anything is done."""
+"""Arguments that name a labelled data set, and its inspection before any work is done."""
 
 from __future__ import annotations
 

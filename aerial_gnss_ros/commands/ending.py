@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""A command that is told to end removes what it had half made."""
+"""A command that is interrupted removes its unfinished results."""
 
 from __future__ import annotations
 

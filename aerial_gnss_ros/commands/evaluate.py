@@ -43,7 +43,7 @@ ERROR_COLUMNS = (
 
 @dataclass(frozen=True)
 class _Found:
-    """What positions are compared with, and how it came about."""
+    """The truth that positions are compared with, and its source."""
 
     truth: Truth
     estimates: dict[str, EstimatedTrack]

@@ -102,7 +102,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _checked(args: argparse.Namespace) -> tuple[Path, str]:
-    """Return source and format, with everything refused that can be told beforehand."""
+    """Return source and format, after all checks that need no work."""
     source: Path = find_model(args.model)
     kind = args.format or (ENGINE if args.output.suffix.lower() == ".engine" else ONNX)
     if args.output.suffix.lower() != f".{kind}":

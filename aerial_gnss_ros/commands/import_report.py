@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""What an import says of itself: a table of what was read, guessed and refused."""
+"""Reports an import: what was read, guessed and refused."""
 
 from __future__ import annotations
 

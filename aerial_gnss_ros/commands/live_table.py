@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Robots and their errors while a flight goes on: a table on a terminal, plain lines elsewhere."""
+"""Live table of robots and their errors on a terminal, plain lines elsewhere."""
 
 from __future__ import annotations
 

@@ -17,7 +17,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.epilog = (
         "Use one with --vehicle NAME (run, replay) or vehicle:=NAME (launch). For a drone that "
         "differs: aerial-gnss profiles NAME > mine.yaml, change it, and give its path instead; "
-        "--keys tells what can be set."
+        "--keys explains what can be set."
     )
     parser.add_argument("name", nargs="?", metavar="NAME", help="print this profile")
     parser.add_argument(

@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""`aerial-gnss replay`: recorded bags to positions, through the core that flies."""
+"""`aerial-gnss replay`: localises the robots in recorded bags, through the core that flies."""
 
 from __future__ import annotations
 

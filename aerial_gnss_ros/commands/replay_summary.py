@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""What a replay did, in words and for machines: every box is used or refused, and why."""
+"""Summary of a replay, in words and as JSON: every box is used, or refused for a reason."""
 
 from __future__ import annotations
 

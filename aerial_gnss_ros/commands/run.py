@@ -116,7 +116,7 @@ def _supervised(args: argparse.Namespace, files: list[Path]) -> int:
 
 
 def _enclave(args: argparse.Namespace) -> list[str]:
-    """Return what tells ROS the enclave of this process."""
+    """Return the ROS arguments that set the enclave of this process."""
     if not args.enclave:
         return []
     return ["--enclave", "/".join(filter(None, (args.enclave.rstrip("/"), args.node)))]

@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""`aerial-gnss simulate`: a bag of a flight that never was, or of robots under one that was.
+"""`aerial-gnss simulate`: a bag of a simulated flight, or of robots under a recorded one.
 
 With `--dataset`, labelled pictures instead (simulate_dataset.py).
 """

@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""The arguments of `aerial-gnss simulate` that say what is flown."""
+"""Arguments of `aerial-gnss simulate` that describe the flight."""
 
 from __future__ import annotations
 

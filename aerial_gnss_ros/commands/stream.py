@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""`aerial-gnss stream`: hands live positions on to other programs, by UDP."""
+"""`aerial-gnss stream`: sends live positions to other programs by UDP."""
 
 from __future__ import annotations
 
@@ -100,7 +100,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 class Stream:
-    """Hands positions to the outputs, and tells once which robot goes where.
+    """Sends positions to the outputs, and says once which robot goes where.
 
     Args:
         cot: takes every robot; None: no such output.
@@ -121,7 +121,7 @@ class Stream:
         self.refused, self.why = 0, ""
 
     def refuse(self, why: str) -> None:
-        """Count a message that holds no position, and tell of the first one."""
+        """Count a message without a position, and report the first one."""
         if not self.refused:
             self.why = why
             print(f"not sent: {why}", file=sys.stderr, flush=True)

@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""The arguments of `aerial-gnss train`, and what of them has no meaning, alone or together."""
+"""Arguments of `aerial-gnss train`, and the refusal of contradictory ones."""
 
 from __future__ import annotations
 

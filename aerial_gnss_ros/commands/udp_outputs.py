@@ -18,7 +18,7 @@ CAMERA_COMPONENT = 100  # MAV_COMP_ID_CAMERA
 
 
 class Output(Protocol):
-    """Takes positions as they are published."""
+    """An output for published positions."""
 
     def send(self, seen: Sighting) -> None:
         """Send one position."""
@@ -28,7 +28,7 @@ class Output(Protocol):
 
 
 class _Udp:
-    """Datagrams to one address; where nobody listens they are lost, as datagrams are.
+    """Sends datagrams to one address.
 
     To this computer they are sent from its loopback address: a socket without an address of its
     own would take datagrams from the network, too.
@@ -93,7 +93,7 @@ class CursorOnTarget:
 
 
 class Mavlink:
-    """Sends each position as CAMERA_TRACKING_GEO_STATUS, which names one target and no robot.
+    """Sends each position as CAMERA_TRACKING_GEO_STATUS, which names one target.
 
     Args:
         host: receiver, such as a ground station.

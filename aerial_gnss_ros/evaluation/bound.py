@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""How well any estimator could know the robots of a flight: the posterior Cramér-Rao bound.
+"""The posterior Cramér-Rao bound of a flight: what any estimator could reach.
 
 Recursion of Tichavský, Muravchik and Nehorai (1998, IEEE Trans. Signal Processing 46(5)) with the
 filter's own states and dynamics, all derivatives on the true trajectory. With additive normal noise

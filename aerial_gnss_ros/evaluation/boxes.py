@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""A picture of the boxes that were found in an image."""
+"""Draws detected boxes into an image."""
 
 from __future__ import annotations
 

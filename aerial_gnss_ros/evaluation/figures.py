@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The paper's figures: error over frames, latitude and longitude error; error against range.
 
-All take a colour by the truth's name, so that a robot looks the same in every picture.
+Colours follow the names of the truth, so that a robot has one colour in all figures.
 """
 
 from __future__ import annotations

@@ -1,12 +1,12 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Truth as the paper takes it: a robot's place from the moments when the drone hovers over it.
+"""Truth as in the paper: a robot's position while the drone hovers above it.
 
-Seen straight down, compass and range cost nothing and a tilt error of 0.4 deg costs 7 cm at 10 m:
-what stays is the receiver's own offset. It is the same at the vantage point, so errors against this
-truth are relative to the drone's receiver, and tell nothing of its offset. The paper takes the
-drone's own position for the robot's; here the ray through the robot's box adds the little that the
-robot is off the vertical.
+Seen straight down, errors of compass and range vanish, and a tilt error of 0.4 deg is 7 cm at 10 m.
+What remains is the receiver's offset. It is the same elsewhere in the flight, so errors against
+this truth are relative to the drone's receiver and do not contain its offset. The paper takes the
+drone's own position for the robot's; here the ray through the robot's box adds the small distance
+by which the robot is off the vertical.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ LEAST_NS = 1_000_000_000
 
 @dataclass(frozen=True)
 class Hover:
-    """One stay over a robot.
+    """One hover above a robot.
 
     Attributes:
         robot: id that the single-image method gave.

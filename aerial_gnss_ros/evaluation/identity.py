@@ -1,11 +1,11 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Identity scores: whether a name stays with its robot (IDF1, switches, HOTA).
+"""Identity scores: how well labels stay with their robots (IDF1, switches, HOTA).
 
 IDF1, switches and misses come from motmetrics (MIT), a standard tool, where it is installed (extra
 `[identity]`). HOTA (Luiten et al., IJCV 2021) is computed here: the released motmetrics lacks it,
-and TrackEval would replace OpenCV and numpy. What all robots' errors have in common in an image
-(GNSS offset, compass) is taken out first: it says nothing about who is who.
+and TrackEval would replace OpenCV and numpy. The error that all robots share in an image (GNSS
+offset, compass) is removed first: it says nothing about identity.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ EXPLAINED = 13.8
 
 @dataclass(frozen=True)
 class Scene:
-    """Robots and names in one image.
+    """Robots and labels in one image.
 
     Attributes:
         robots: n true robots in view, by number.

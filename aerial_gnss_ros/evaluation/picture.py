@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""What all pictures of a result have in common: colours, the legend above, PNG."""
+"""Common parts of all figures: colours, the legend above, PNG."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from typing import Any
 from matplotlib.figure import Figure
 from matplotlib.layout_engine import ConstrainedLayoutEngine
 
-# Okabe and Ito's colours: told apart by the colour-blind too. Yellow is too pale for print.
+# Okabe and Ito's colours: distinguishable for the colour-blind too. Yellow is too pale for print.
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
 INK, GREY, FAINT = "#1b2733", "#5a6b78", "#dddddd"
 _COLUMNS = 4

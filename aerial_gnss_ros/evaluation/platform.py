@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""The platform's estimated errors over time, with their bands, where the filter wrote them.
+"""Reads the platform's estimated errors over time, with their sigmas, from platform.csv.
 
 A result folder may hold platform.csv with the columns `stamp_ns,error,value,sigma`: what has to be
 added to the measured value to have the true one, in SI units (rad, m, s).

@@ -160,7 +160,7 @@ def key_figures(
         (f"{s.median:.2f} m", "CEP", "half of the positions are nearer to truth"),
         (f"{s.ce90:.2f} m", "CE90", "nine in ten are nearer"),
         (f"{s.rmse:.2f} m", "RMSE", "root mean square of the distance"),
-        (f"{s.nees:.2f}", "NEES", "about 2 over many flights; one tells little"),
+        (f"{s.nees:.2f}", "NEES", "about 2 over many flights; a single one says little"),
         (f"{100 * coverage:.0f} %", "availability", "of the time has a position within 0.5 s"),
     ]
     if identity is not None and identity.idf1 is not None:

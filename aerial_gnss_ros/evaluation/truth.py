@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Truth from a bag (`truth/robots/<id>/fix`, the drone's path) or from a CSV.
 
-Truth is stamped with the time at which it held, results with the image's stamp. An image stamped t
+Truth is stamped with its time of validity, results with the image's stamp. An image stamped t
 shows the scene at t - latency, so truth is moved by the latency to the images' stamps.
 """
 
@@ -39,7 +39,7 @@ _FIX = "sensor_msgs/msg/NavSatFix"
 
 @dataclass(frozen=True)
 class Truth:
-    """Where everything really was, at the stamps of the images that show it.
+    """True positions, at the stamps of the images that show them.
 
     Attributes:
         robots: tracks by the truth's own names; empty where there is no truth.

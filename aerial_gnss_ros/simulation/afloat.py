@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Where other things float during a flight: seen, clear of the robots' paths and of each other."""
+"""Places floating objects in view, clear of the robots' paths and of one another."""
 
 from __future__ import annotations
 

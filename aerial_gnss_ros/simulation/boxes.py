@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Boxes without images: where robots project, and what a detector would make of it."""
+"""Simulated detections without images: projected robots with a detector's errors."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ class Boxes:
 
 @dataclass(frozen=True)
 class DetectorPlan:
-    """How a simulated detector fails.
+    """Errors of a simulated detector.
 
     Attributes:
         center_px: one sigma of a box's centre, each axis, px.

@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Seeded chance: independent streams by name, smooth wandering, Gauss-Markov drift."""
+"""Seeded random processes: independent streams by name, smooth wander, Gauss-Markov drift."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ class Wander:
 
 
 class Drift:
-    """A first-order Gauss-Markov process: a sensor's error that stays for minutes.
+    """A first-order Gauss-Markov process: a slow sensor error.
 
     It begins in its steady state, so that its standard deviation is the same at every time, and
     its correlation falls as exp(-|dt| / correlation time).

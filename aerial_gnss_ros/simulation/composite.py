@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Puts drawn bodies over the sea, and measures what that changes."""
+"""Composites drawn bodies over the sea, and measures their contrast."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from aerial_gnss_ros.simulation.view import Window
 
 @dataclass
 class Body:
-    """Something drawn: a robot (with state) or a prop (without)."""
+    """A drawn body: a robot (with state) or a prop (without)."""
 
     mesh: Mesh
     state: RobotState | None

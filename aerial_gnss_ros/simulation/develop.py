@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""From linear light to the 8-bit picture: exposure, colour, tone curve, lens softness, noise."""
+"""Develops linear light into an 8-bit picture: exposure, colour, tone curve, blur, noise."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ _CURVE = _tone_curve()
 
 
 class Developer:
-    """The camera's electronics for one scene."""
+    """Exposure and processing of the camera for one scene."""
 
     def __init__(self, scene: Scene) -> None:
         self._scene = scene

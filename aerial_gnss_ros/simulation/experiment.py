@@ -3,7 +3,7 @@
 """A simulated flight as a whole: true motion, robots, sensors and the camera's clock.
 
 All stamps are on one clock. With a latency L the image stamped t shows the scene at t - L, as
-`camera.latency_s` says. Truth is stamped with the time at which it held, so a result for the image
+`camera.latency_s` says. Truth is stamped with its time of validity, so a result for the image
 stamped t is to be compared with the truth at t - L.
 """
 
@@ -71,7 +71,7 @@ def default_camera(width: int, height: int, field_of_view: float = FIELD_OF_VIEW
 
 @dataclass(frozen=True)
 class CameraClock:
-    """When images are taken and when they come.
+    """When images are taken and when they arrive.
 
     Attributes:
         rate_hz: images a second.
@@ -94,7 +94,7 @@ class CameraClock:
 
 @dataclass(frozen=True)
 class Frame:
-    """One image to be.
+    """Times of one image.
 
     Attributes:
         stamp_ns: of the image.
@@ -111,7 +111,7 @@ class Frame:
 
 @dataclass
 class Experiment:
-    """Everything about one simulated flight; equal arguments give equal values.
+    """One simulated flight; equal arguments give equal values.
 
     Attributes:
         flight: true motion of drone and camera.

@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Hands a simulated flight's telemetry to an estimator, without a bag or a node in between."""
+"""Feeds a simulated flight's telemetry to an estimator without a bag or a node."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ EARTH_REFERENCED = (Input.FIX, Input.GIMBAL, Input.HEIGHT)
 
 
 class Receiver(Protocol):
-    """What takes telemetry: an estimator, or a calibration's recording."""
+    """Receives telemetry: an estimator or a calibration's recording."""
 
     def add_fix(self, fix: Fix) -> None:
         """Take a position of the drone."""

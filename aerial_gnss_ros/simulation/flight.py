@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""How the simulated drone truly moves: hover, orbit or transit, with its body and its camera.
+"""True motion of the simulated drone: hover, orbit or transit, with body and camera.
 
 The world of a simulated flight is a flat chart: East and North of the origin on the water, z the
 height above it. Latitude and longitude follow from the tangent plane at the origin; a kilometre
@@ -37,7 +37,7 @@ KINDS = ("hover", "orbit", "transit")
 
 @dataclass(frozen=True)
 class Motion:
-    """Where drone and camera truly are at n times.
+    """True pose of drone and camera at n times.
 
     Attributes:
         t: (n,) s since the flight's start.
@@ -136,7 +136,7 @@ class FlightPlan:
 
 
 class GeneratedFlight:
-    """A smooth flight after a plan; the same plan and seed fly the same way."""
+    """A smooth flight by a plan; the same plan and seed give the same flight."""
 
     def __init__(self, plan: FlightPlan, seed: int) -> None:
         self.plan = plan

@@ -1,10 +1,10 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Floating things of no kind: shapes and colours drawn at random.
+"""Floating objects of random shape and colour.
 
-A detector that has seen ten kinds of things that are no robots takes the eleventh for one. These
-have no kind that could be learnt, so only what a robot looks like is left to learn (domain
-randomisation, of Tobin and others 2017).
+A detector trained with ten kinds of distractors takes the eleventh for a robot. These belong to no
+kind that could be learnt, so that only the look of a robot remains to be learnt (domain
+randomisation: Tobin et al. 2017).
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""The robot that is rendered: an Aqua2-like hexapod, 0.65 x 0.45 x 0.13 m with its flippers."""
+"""The rendered robot: an Aqua2-like hexapod, 0.65 x 0.45 x 0.13 m with its flippers."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ LIVERIES: dict[str, Paint] = {
 
 @dataclass(frozen=True)
 class RobotState:
-    """One robot as it is to be rendered.
+    """Pose and look of one robot to render.
 
     Attributes:
         robot_id: Name in the truth, such as `aqua_1`.

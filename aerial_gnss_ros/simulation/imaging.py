@@ -30,7 +30,7 @@ AHEAD = 4
 
 @dataclass(frozen=True)
 class Picture:
-    """What is to be rendered.
+    """What to render.
 
     Attributes:
         pose: of the camera.
@@ -54,7 +54,7 @@ class Rendered:
 
 
 class Studio:
-    """One process's renderer and encoder."""
+    """Renderer and encoder of one process."""
 
     def __init__(self, scene: Scene, camera: CameraModel, jpeg_quality: int | None) -> None:
         """Set up.

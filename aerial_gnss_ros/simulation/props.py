@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Things at sea that are not robots, so that a detector learns to leave them alone."""
+"""Distractors: objects at sea that a detector must learn to ignore."""
 
 from __future__ import annotations
 

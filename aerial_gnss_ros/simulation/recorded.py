@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""A recorded DJI flight as the true motion of a simulation: path, attitude, gimbal as logged."""
+"""Uses a recorded DJI flight as the true motion of a simulation."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ LONGEST_GAP_S = 2.0
 
 
 class RecordedFlight:
-    """A piece of a DJI log. Between rows positions are linear, orientations turn evenly.
+    """A part of a DJI log, interpolated: positions linearly, orientations by slerp.
 
     The camera sits at the GNSS antenna: the log knows nothing else. Beyond the log's ends the
     drone stands still, so that the telemetry can begin a little earlier than the images.
@@ -42,7 +42,7 @@ class RecordedFlight:
             log: the recording.
             start_s: where the piece begins, s since the log's first row.
             duration_s: its length, s; None: to the log's end.
-            water_altitude_m: altitude of the water above the ellipsoid (the log does not tell).
+            water_altitude_m: altitude of the water above the ellipsoid (not in the log).
 
         Raises:
             InputError: the piece is not in the log, or rows are missing in it.

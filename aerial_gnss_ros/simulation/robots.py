@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""How the simulated robots truly swim: constant speed, smooth turns, near the surface."""
+"""True motion of the simulated robots: constant speed, smooth turns, near the surface."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ MOST_TURN = 0.5
 
 @dataclass(frozen=True)
 class SwimPlan:
-    """How robots swim.
+    """Parameters of the robots' motion.
 
     Attributes:
         slowest_mps, fastest_mps: each robot keeps one speed between these; both 0: they stay.
@@ -39,7 +39,7 @@ class SwimPlan:
         dive_every_s: from the middle of one dive to that of the next.
         shortest_dive_s: None: each dive lasts `dive_s`, at an even pace. Else each one's length is
             drawn evenly between the two, and its beginning evenly within its turn of
-            `dive_every_s`, so that neither tells the next.
+            `dive_every_s`, so that neither predicts the next.
         class_name: what a detector calls them; also the stem of their names.
     """
 
@@ -78,7 +78,7 @@ def fitted(plan: SwimPlan, view_width_m: float) -> SwimPlan:
 
 
 class Swarm:
-    """The true motion of all robots; the same plan, places and seed swim the same way.
+    """True motion of all robots; the same plan, places and seed give the same motion.
 
     Attributes:
         names: n names, `<class>_<i>` from 1.

@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Labelled pictures of random scenes: what a renderer gives, and the fast renderer giving it."""
+"""Labelled pictures of random scenes: their description, and the fast renderer as a source."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ _MOTION_PX = 2.0
 
 @dataclass(frozen=True)
 class DatasetConfig:
-    """What to make.
+    """What to render.
 
     Attributes:
         counts: Images per split name.
@@ -69,7 +69,7 @@ class Sample:
         image: (height, width, 3) uint8, blue, green, red.
         labels: Of every robot of which anything is to be seen, in pixels of `image`, whose first
             pixel has its centre at (0, 0).
-        about: What meta.csv tells of the picture: height_m, tilt_deg, wind_mps, sun_elevation_deg,
+        about: What meta.csv states of the picture: height_m, tilt_deg, wind_mps, sun_elevation_deg,
             sun_light.
     """
 

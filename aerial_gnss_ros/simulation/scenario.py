@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""What was simulated, every figure stated: as values for the bag and in words for the user."""
+"""Describes a simulated flight, as values for its bag and in words for the user."""
 
 from __future__ import annotations
 

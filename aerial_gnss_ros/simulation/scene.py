@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""How a rendered place looks: sun, sky, waves, water, camera; fixed or drawn at random."""
+"""The look of a rendered scene: sun, sky, waves, water, camera; fixed or random."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ Colour = tuple[float, float, float]
 
 @dataclass(frozen=True)
 class Scene:
-    """All look parameters of a rendered place; nothing about the camera's pose or the robots.
+    """All parameters of a scene's look, without the camera's pose and the robots.
 
     Angles are radians. Directions are yaw in ENU (0 = east, counter-clockwise). Colours are
     `Colour` (blue, green, red; linear).

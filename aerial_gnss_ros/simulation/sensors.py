@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""What the drone's sensors report of its true motion: rates, latencies, white noise, slow drift.
+"""Simulated sensors of the drone: rates, latencies, white noise, slow drift.
 
 Every error is stated in `core.config.noise`; a measured value is the true one plus its error.
 Heading is one error: body and earth-referenced camera take their yaw from the same compass.

@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""The sky of a scene as a picture that view and reflection directions are looked up in."""
+"""The sky of a scene as a radiance map, looked up by direction."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Draws random views of the water: lens, height, tilt, and where a robot is to be."""
+"""Draws random views of the water: lens, height, tilt, and the position of a robot."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ _LEAST_FLAT = np.radians(20.0)  # a camera straight down sees this far to the si
 
 @dataclass(frozen=True)
 class Variety:
-    """From which ranges views and what is in them are drawn.
+    """Ranges from which views and their contents are drawn.
 
     Attributes:
         height_m: of the camera above the water.

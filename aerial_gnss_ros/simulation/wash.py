@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""What a robot does to the water around it: shadow, wake, and foam at its waterline."""
+"""Effects of a robot on the water around it: shadow, wake, foam at the waterline."""
 
 from __future__ import annotations
 

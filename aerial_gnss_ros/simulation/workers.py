@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Work shared by processes that end with the one that began them, whatever ends it."""
+"""Worker processes that end with their parent, whatever ends it."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Pictures of one robot alone, glowing under clear water: what labels are checked against."""
+"""Renders one glowing robot under clear water, as a reference for labels."""
 
 from __future__ import annotations
 

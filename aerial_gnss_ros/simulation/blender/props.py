@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Things of a harbour that are not robots: of other shapes than those of `simulation.props`."""
+"""Distractors of other shapes than those of `simulation.props`."""
 
 from __future__ import annotations
 

@@ -48,7 +48,7 @@ class Sea:
 
 @dataclass(frozen=True)
 class Prop:
-    """Something that is not a robot, at a place of the surface."""
+    """A distractor at a position on the surface."""
 
     mesh: Mesh
     east: float

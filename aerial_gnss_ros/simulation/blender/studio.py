@@ -24,7 +24,7 @@ SENSOR_MM = 36.0
 
 @dataclass(frozen=True)
 class Set:
-    """What stands in Blender's scene.
+    """Objects of Blender's scene.
 
     Attributes:
         shot: what it was built from.

@@ -52,7 +52,7 @@ def main() -> None:
                 return
             try:
                 send(answers, take(order, Path(folder)))
-            except Exception as error:  # noqa: BLE001  (told to the parent, who knows what to do)
+            except Exception as error:  # noqa: BLE001  (reported to the parent, which decides)
                 send(answers, f"{type(error).__name__}: {error}")
 
 
