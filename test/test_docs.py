@@ -109,3 +109,16 @@ def test_every_measured_place_has_date_version_and_command() -> None:
             assert name.split()[0] in measured, f"{page.name}: {name}"
             places += 1
     assert places > 8
+
+
+@pytest.mark.parametrize(
+    "page", ["filter", "geometry", "association", "identity", "latency", "failures"]
+)
+def test_equations_use_the_names_of_the_code(page: str) -> None:
+    """A name in backticks is one of the code, of its parameters or of its file formats."""
+    sources = _files(".py", ".yaml")
+    words = {word for path in sources for word in re.findall(r"\w+", path.read_text("utf-8"))}
+    text = (ROOT / "docs" / "explanation" / f"{page}.md").read_text(encoding="utf-8")
+    for name in re.findall(r"`([A-Za-z_][\w.]*)`", text):
+        unknown = [word for word in name.split(".") if word and word not in words]
+        assert not unknown, f"{name}: nothing is called {unknown[0]}"
