@@ -13,6 +13,7 @@ from __future__ import annotations
 import argparse
 import importlib
 import os
+import re
 import sys
 from collections.abc import Iterable, Iterator
 from dataclasses import fields, is_dataclass, replace
@@ -29,6 +30,7 @@ from aerial_gnss_ros.bags.results import PLATFORM_COLUMNS, REJECTED_COLUMNS
 from aerial_gnss_ros.bags.tables import POSITION_COLUMNS
 from aerial_gnss_ros.cli import COMMANDS
 from aerial_gnss_ros.core.config.estimator import DepthConfig, EstimatorConfig, HeightConfig
+from aerial_gnss_ros.core.config.noise import SETS, Noise
 from aerial_gnss_ros.core.config.schema import Leaf, leaves, type_hints
 from aerial_gnss_ros.core.values.estimates import FrameResult, MapDatum, RobotEstimate, State
 from aerial_gnss_ros.core.values.rejection import Cause, Reason
@@ -129,6 +131,8 @@ def _groups(node: str, schema: type[Any], prefix: str) -> Iterator[str]:
         yield f"### {node}: {prefix.rstrip('.')}\n\n{' '.join(first.split())}"
     if own:
         yield table(("parameter", "default", "allowed", "meaning"), map(_parameter, own))
+    if schema is Noise:
+        yield noise_sets()
     for item in fields(schema):
         kind = hints[item.name]
         if is_dataclass(kind) and isinstance(kind, type):
@@ -149,8 +153,21 @@ def _parameter(leaf: Leaf) -> list[str]:
 
 
 def escaped(text: str) -> str:
-    """Return text that Markdown shows as it is."""
-    return "".join(f"\\{letter}" if letter in "*_<|`[" else letter for letter in text)
+    """Return text that Markdown shows as it is, but for code between backticks."""
+    parts = text.split("`")
+    parts[::2] = [re.sub(r"([*_<|\[])", r"\\\1", part) for part in parts[::2]]
+    return "`".join(parts)
+
+
+def noise_sets() -> str:
+    """Return the standard deviations of the named noise sets."""
+    names = list(next(iter(SETS.values())))
+    units = {leaf.name: leaf.key.unit for leaf in leaves(Noise)}
+    rows = (
+        [f"`noise.{name}`", units[name], *(f"{one[name]:g}" for one in SETS.values())]
+        for name in names
+    )
+    return table(("one sigma", "unit", *(f"`{name}`" for name in SETS)), rows)
 
 
 def commands() -> str:

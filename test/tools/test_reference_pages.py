@@ -60,3 +60,11 @@ def test_pages_are_written_once(tmp_path: Path) -> None:
     assert set(before) == set(reference_pages.PAGES)
     reference_pages.write(tmp_path)
     assert before == {path.name: path.stat().st_mtime_ns for path in tmp_path.iterdir()}
+
+
+def test_text_is_shown_as_it_is_and_code_as_code() -> None:
+    assert reference_pages.escaped("a_b of `c_d`, [x|y]") == r"a\_b of `c_d`, \[x\|y]"
+
+
+def test_noise_sets_have_their_figures() -> None:
+    assert "| `noise.gnss_offset_m` | m | 1.2 | 0.02 |" in reference_pages.parameters()
