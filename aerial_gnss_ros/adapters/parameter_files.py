@@ -18,6 +18,7 @@ from pathlib import Path
 from typing import Any
 
 from aerial_gnss_ros.adapters.yaml_files import read_yaml
+from aerial_gnss_ros.core.config.robot_classes import leaf_of
 from aerial_gnss_ros.core.config.schema import Leaf, build, check, flatten, leaves, type_hints
 from aerial_gnss_ros.core.values.errors import ConfigError, InputError
 from aerial_gnss_ros.text.sentences import shown
@@ -79,7 +80,7 @@ def is_ros_own(name: str) -> bool:
 
 
 def checked(schema: type[Any], values: Mapping[str, Any]) -> dict[str, Any]:
-    """Return flat values, each as its parameter's own type; free groups are left as they are.
+    """Return flat values, each as its parameter's own type; names in free groups are left.
 
     Raises:
         ConfigError: an unknown key, a wrong type or a value out of range.
@@ -87,9 +88,16 @@ def checked(schema: type[Any], values: Mapping[str, Any]) -> dict[str, Any]:
     known = {leaf.name: leaf for leaf in leaves(schema)}
     free = free_groups(schema)
     return {
-        name: value if _is_free(name, free) else _checked_value(schema, known, name, value)
+        name: _checked_free(name, value)
+        if _is_free(name, free)
+        else _checked_value(schema, known, name, value)
         for name, value in values.items()
     }
+
+
+def _checked_free(name: str, value: Any) -> Any:
+    leaf = leaf_of(name)
+    return value if leaf is None else check(leaf, value)
 
 
 def free_groups(schema: type[Any]) -> tuple[str, ...]:

@@ -5,12 +5,20 @@
 from __future__ import annotations
 
 import sys
+import textwrap
 from pathlib import Path
 
-from aerial_gnss_ros.adapters.parameter_documents import document
+from aerial_gnss_ros.adapters.parameter_documents import document, meaning
+from aerial_gnss_ros.core.config.robot_classes import RobotClass
+from aerial_gnss_ros.core.config.schema import leaves
 from aerial_gnss_ros.nodes.schemas import ESTIMATOR, SCHEMAS
 
 COMMAND = "`python3 -m aerial_gnss_ros.nodes.config_files config`"
+_CLASSES = """\
+Parameters of the robots of one class, by the class's name; what is absent is the global one.
+classes:
+  aqua: {max_speed: 1.5, coast_s: 120.0}
+  buoy: {max_speed: 0.3, acceleration: 0.01}"""
 _ROBOTS = """\
 Names bound to robots, so that each knows its own topic: the robot of that class that is first
 confirmed near `start` (latitude and longitude in degrees; within start_radius_m) is called so.
@@ -19,10 +27,21 @@ robots:
   follower: {class: aqua, start: [13.19401, -59.64160]}"""
 
 
+def _classes() -> str:
+    """Return an example of parameters by class, and what each means."""
+    meanings = [
+        textwrap.fill(f"{leaf.name}: {meaning(leaf)}", 94, subsequent_indent="  ")
+        for leaf in leaves(RobotClass)
+    ]
+    return "\n".join([_CLASSES, *meanings, ""])
+
+
 def texts() -> dict[str, str]:
     """Return file names with their contents."""
     return {
-        f"{node}.yaml": document(node, schema, COMMAND, _ROBOTS if node == ESTIMATOR else "")
+        f"{node}.yaml": document(
+            node, schema, COMMAND, _classes() + _ROBOTS if node == ESTIMATOR else ""
+        )
         for node, schema in SCHEMAS.items()
     }
 

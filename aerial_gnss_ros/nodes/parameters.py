@@ -19,6 +19,7 @@ from rclpy.parameter import Parameter
 
 from aerial_gnss_ros.adapters.parameter_documents import meaning
 from aerial_gnss_ros.adapters.parameter_files import checked, free_groups, is_ros_own
+from aerial_gnss_ros.core.config.robot_classes import leaf_of
 from aerial_gnss_ros.core.config.schema import Leaf, leaves
 from aerial_gnss_ros.core.values.errors import ConfigError
 from aerial_gnss_ros.nodes.schemas import SCHEMAS
@@ -81,8 +82,10 @@ def declare(node: Node, schema: type[Any], values: Mapping[str, Any]) -> None:
             node.declare_parameter(name, value, descriptor(leaf), ignore_override=True)
     for name, value in values.items():
         if name not in known:
-            fixed = ParameterDescriptor(description="Given by the user.", read_only=True)
-            node.declare_parameter(name, value, fixed, ignore_override=True)
+            free = leaf_of(name)
+            given = ParameterDescriptor(description="Given by the user.", read_only=True)
+            described = given if free is None else descriptor(free)
+            node.declare_parameter(name, value, described, ignore_override=True)
 
 
 def _declare_list(node: Node, leaf: Leaf, value: list[Any]) -> None:

@@ -14,11 +14,12 @@ from aerial_gnss_ros.core.values.errors import ConfigError
 
 rclpy = pytest.importorskip("rclpy", reason="ROS 2 is not installed")
 
+from rclpy.node import Node  # noqa: E402
 from rclpy.parameter import Parameter  # noqa: E402
 
 from aerial_gnss_ros.nodes import process  # noqa: E402
 from aerial_gnss_ros.nodes.estimator_node import EstimatorNode  # noqa: E402
-from aerial_gnss_ros.nodes.parameters import own_values  # noqa: E402
+from aerial_gnss_ros.nodes.parameters import declare, own_values  # noqa: E402
 from aerial_gnss_ros.nodes.supervised import Given  # noqa: E402
 
 
@@ -35,6 +36,16 @@ def test_every_parameter_is_declared_with_its_meaning(ros):
     assert "unit s; -3 to 3; default 0.0" in latency.description
     assert (latency.floating_point_range[0].from_value, latency.read_only) == (-3.0, True)
     assert node.describe_parameter("gimbal.reference").additional_constraints.startswith("one of ")
+
+
+def test_parameters_of_a_class_are_declared_with_their_meaning_and_kind(ros):
+    values = own_values("estimator", {"classes.aqua.max_speed": 1, "classes.aqua.coast_s": 60.0})
+    node = ros.add(Node("estimator"))
+    declare(node, EstimatorConfig, values)
+    assert node.get_parameter("classes.aqua.max_speed").type_ == Parameter.Type.DOUBLE
+    described = node.describe_parameter("classes.aqua.coast_s")
+    assert "longest dive" in described.description
+    assert described.read_only
 
 
 def test_a_running_node_takes_what_is_dynamic_and_says_why_not(ros):
@@ -87,6 +98,7 @@ WHOLE = "/**:\n  ros__parameters: {%s}\n"
         (WHOLE % "gimbal: {rpy_deg: [0.0, 90.0]}", "gimbal.rpy_deg must have 3 elements, not 2"),
         (WHOLE % "camera: {offset_m: [0, 0.0, 0.0]}", "write all numbers with a decimal point"),
         (WHOLE % "fix: {source: constant}", "fix.latitude_deg and fix.longitude_deg must be given"),
+        (WHOLE % "classes: {aqua: {max_sped: 1.0}}", "did you mean classes.aqua.max_speed?"),
         (WHOLE % "robots: {Leader: {class: aqua}}", "robots.Leader cannot be a topic name"),
         (WHOLE % 'fix: {topic: "a b"}', "'a b' cannot be a topic: "),
         ("/**:\n  ros__parameters: [1", "is not YAML"),

@@ -83,7 +83,7 @@ class Matcher:
             self._clutter.take(stamp_ns, 0, 0, 0)
             return np.zeros(0, np.intp), np.zeros(0, np.intp)
         # Farther off, a pair is neither a near miss nor a robot that has swerved.
-        swerve = self.threshold * (SWERVE_S * self._filter.motion.speed_sigma) ** 2
+        swerve = self.threshold * (SWERVE_S * self._filter.motions.largest) ** 2
         pairs = self._filter.compare(seen, NEAR**2 * self.threshold, swerve)
         kind = [self._kind(track, stamp_ns) for track in tracks]
         classes, ids = [track.class_id for track in tracks], seen.class_ids.tolist()
@@ -171,8 +171,9 @@ class Matcher:
         turning = [row for row, mean in strain.items() if mean > STRAINED]
         for row in turning:
             tracks[row].strain = 1.0
-        speed = TURN_SHARE * self._filter.motion.speed_sigma
-        self._filter.loosen(np.array(turning, np.intp), speed, SWERVE_S)
+        if turning:
+            speeds = TURN_SHARE * self._filter.speeds(turning)
+            self._filter.loosen(np.array(turning, np.intp), speeds, SWERVE_S)
         return False
 
     def _swerved(
@@ -194,8 +195,8 @@ class Matcher:
         """
         if not left:
             return []
-        speed = self._filter.motion.speed_sigma
-        squared, _ = mahalanobis(pairs.offsets[left], pairs.spread[left] + swerved(speed))
+        more = swerved(self._filter.speeds(pairs.rows[left]))
+        squared, _ = mahalanobis(pairs.offsets[left], pairs.spread[left] + more)
         near = [k for k, one in zip(left, squared.tolist(), strict=True) if one <= self.threshold]
         rows, columns = pairs.rows[near].tolist(), pairs.columns[near].tolist()
         own: list[int] = []
@@ -205,7 +206,7 @@ class Matcher:
                 continue
             if not self._clutter.heavy or any(_began(other, tracks[row]) for other in others):
                 own.append(k)
-        self._filter.loosen(pairs.rows[own], speed, SWERVE_S)
+        self._filter.loosen(pairs.rows[own], self._filter.speeds(pairs.rows[own]), SWERVE_S)
         return own
 
     def _is_confused(self, robots: int, boxes: int, matched: int) -> bool:
@@ -255,10 +256,11 @@ def _began(other: Track, robot: Track) -> bool:
     return other.first_seen_ns > robot.last_seen_ns
 
 
-def swerved(speed: float) -> Array:
-    """Return by how much a swerve that nobody has noticed moves a robot, covariance (2, 2), m².
+def swerved(speed: Array | float) -> Array:
+    """Return by how much a swerve that nobody has noticed moves a robot, covariance (…, 2, 2), m².
 
     Args:
-        speed: one sigma of the change of velocity, each axis, m/s.
+        speed: (…) one sigma of the change of velocity, each axis, m/s.
     """
-    return (SWERVE_S * speed) ** 2 * np.eye(2)
+    more: Array = np.square(SWERVE_S * np.asarray(speed))[..., None, None] * np.eye(2)
+    return more

@@ -20,6 +20,7 @@ from aerial_gnss_ros.core.config.processing import (
     SurfaceConfig,
     TracksConfig,
 )
+from aerial_gnss_ros.core.config.robot_classes import RobotClass, robot_classes
 from aerial_gnss_ros.core.config.schema import build, flatten, group, key
 from aerial_gnss_ros.core.config.telemetry import (
     HEADERLESS,
@@ -116,6 +117,19 @@ class EstimatorConfig:
     map: MapConfig = group(MapConfig)
     noise: Noise = group(Noise)
     robots: tuple[RobotBinding, ...] = field(default=())
+    classes: tuple[tuple[str, RobotClass], ...] = field(default=())
+
+    def robot_class(self, class_id: str) -> RobotClass:
+        """Return the parameters of a class, the global ones where it has none of its own."""
+        own = dict(self.classes).get(class_id, RobotClass())
+        given = (own.max_speed, own.acceleration, own.coast_s)
+        default = (
+            self.tracks.max_speed,
+            self.noise.value("robot_acceleration"),
+            self.tracks.coast_s,
+        )
+        both = zip(given, default, strict=True)
+        return RobotClass(*(other if math.isnan(one) else one for one, other in both))
 
     @property
     def needs_attitude(self) -> bool:
@@ -129,15 +143,18 @@ def estimator_config(values: Mapping[str, Any]) -> EstimatorConfig:
 
     Args:
         values: as in config/estimator.yaml; `robots` maps names to `class` and `start`
-            ([latitude, longitude] in degrees).
+            ([latitude, longitude] in degrees), `classes` maps classes to `RobotClass`.
 
     Raises:
         ConfigError: unknown key, wrong type, out of range, or keys that contradict one another.
     """
     flat = flatten(values)
     robots = {name: value for name, value in flat.items() if name.startswith("robots.")}
-    rest = {name: value for name, value in flat.items() if name not in robots and name != "robots"}
+    classes = {name: value for name, value in flat.items() if name.startswith("classes.")}
+    free = {*robots, *classes, "robots", "classes"}
+    rest = {name: value for name, value in flat.items() if name not in free}
     config = replace(build(EstimatorConfig, rest), robots=_bindings(robots))
+    config = replace(config, classes=robot_classes(classes, config.detections.classes))
     _check_together(config)
     return config
 

@@ -194,23 +194,24 @@ def _check_range(leaf: Leaf, value: Any) -> Any:
     return value
 
 
-def build(cls: type[T], values: Mapping[str, Any]) -> T:
+def build(cls: type[T], values: Mapping[str, Any], prefix: str = "") -> T:
     """Return a group of parameters from nested or dotted values; what is absent keeps its default.
 
     Args:
         cls: the group's dataclass.
         values: nested mapping, or one with dotted names.
+        prefix: of all names, ending in a dot.
 
     Raises:
         ConfigError: unknown key, or a value that `check` refuses.
     """
     flat = flatten(values)
-    known = {leaf.name: leaf for leaf in leaves(cls)}
+    known = {leaf.name: leaf for leaf in leaves(cls, prefix)}
     for name in flat:
         if name not in known:
             raise ConfigError(f"{cut(name)} is not a parameter{_suggest(name, known)}")
     checked = {name: check(known[name], value) for name, value in flat.items()}
-    return _assemble(cls, checked, "")
+    return _assemble(cls, checked, prefix)
 
 
 def _suggest(name: str, known: Mapping[str, Leaf]) -> str:

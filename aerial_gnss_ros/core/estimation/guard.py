@@ -23,7 +23,7 @@ from aerial_gnss_ros.core.georeferencing import detection_filter
 from aerial_gnss_ros.core.identity.labels import Identity
 from aerial_gnss_ros.core.identity.return_position import Whereabouts
 from aerial_gnss_ros.core.models.measurement_model import MapFrame
-from aerial_gnss_ros.core.models.motion_model import Motion
+from aerial_gnss_ros.core.models.motion_model import ClassMotions, MotionOf
 from aerial_gnss_ros.core.models.platform_model import PlatformModel
 from aerial_gnss_ros.core.telemetry.buffers import (
     MissingTelemetry,
@@ -37,7 +37,15 @@ from aerial_gnss_ros.core.values.estimates import FrameResult, RobotEstimate
 from aerial_gnss_ros.core.values.events import Events
 from aerial_gnss_ros.core.values.rejection import Reason
 
-_CONSTANT = (TelemetryBuffers, MapFrame, Motion, PlatformModel, PoseBuilder, Whereabouts)
+_CONSTANT = (
+    TelemetryBuffers,
+    MapFrame,
+    MotionOf,
+    ClassMotions,
+    PlatformModel,
+    PoseBuilder,
+    Whereabouts,
+)
 """Classes that images do not change; a snapshot need not look at them."""
 
 RESTART_AFTER = 5

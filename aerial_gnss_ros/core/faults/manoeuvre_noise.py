@@ -75,14 +75,14 @@ class Manoeuvres:
         """Let the last robot be known as well as robot `slot` of others is."""
         self.strength[-1], self._sums[:, -1] = other.strength[slot], other._sums[:, slot]
 
-    def predict(self, seconds: float, density: float) -> None:
+    def predict(self, seconds: float, density: Array | float) -> None:
         """Move on in time.
 
         Args:
             seconds: length of the step, s.
             density: stated spectral density of each axis' acceleration, m²/s³.
         """
-        if not density:
+        if not np.any(density):
             return
         fade = math.exp(-seconds / OVER_S)
         self._sums[:2] *= fade

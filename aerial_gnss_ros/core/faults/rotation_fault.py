@@ -192,7 +192,9 @@ class Turning:
             self._lasts += seconds
             self._run(seconds)
 
-    def judge(self, slots: Indices, by_angles: Array, unknown: Array, fastest: float) -> None:
+    def judge(
+        self, slots: Indices, by_angles: Array, unknown: Array, fastest: Array | float
+    ) -> None:
         """Judge the robots of an image, where it is due.
 
         Args:
@@ -225,7 +227,9 @@ class Turning:
         self.of_places[slots] = places
         self.of_velocities[slots] = velocities
 
-    def _weigh(self, slots: Indices, by_angles: Array, unknown: Array, fastest: float) -> None:
+    def _weigh(
+        self, slots: Indices, by_angles: Array, unknown: Array, fastest: Array | float
+    ) -> None:
         sums = self._sums[:2, slots].T
         # A loosened velocity that did not change is found again but for what is not known of it.
         stray = np.minimum(self._sums[3, slots], unknown)

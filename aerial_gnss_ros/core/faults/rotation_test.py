@@ -29,7 +29,7 @@ TURN = math.radians(5.0)
 
 
 def explained(
-    sums: Array, variances: Array, by_angles: Array, swerve: float
+    sums: Array, variances: Array, by_angles: Array, swerve: Array | float
 ) -> tuple[Array, Array, float]:
     """Return the turn (3,) that explains changes of velocity best, and by how much better (nats).
 

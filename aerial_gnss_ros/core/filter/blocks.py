@@ -128,16 +128,16 @@ class Groups:
             self._count += len(now)
             yield group, rows, now
 
-    def loosen(self, rows: Indices, speed: float, seconds: float) -> None:
+    def loosen(self, rows: Indices, speed: Array | float, seconds: float) -> None:
         """Allow for unforeseen changes of velocity of some robots (see `Joint.loosen`)."""
         if not len(rows):
             return
-        chosen = np.zeros(self._count, dtype=np.bool_)
-        chosen[rows] = True
+        speeds = np.full(self._count, np.nan)
+        speeds[rows] = speed
         for group in self._groups:
-            slots = np.flatnonzero(chosen[group.rows])
+            slots = np.flatnonzero(~np.isnan(speeds[group.rows]))
             if len(slots):
-                group.loosen(slots, speed, seconds)
+                group.loosen(slots, speeds[group.rows[slots]], seconds)
 
     def merge(self, old: int, new: int, told: bool = True) -> None:
         """Let robot `new` know what is known of `old`, which it turned out to be.
@@ -237,7 +237,7 @@ def _copy(source: Joint, slot: int, target: Joint) -> int:
     given = source.covariance[own, own] - by_platform @ cross.T
     state = source.mean[own] + by_platform @ (target.mean[:COUNT] - source.mean[:COUNT])
     target.append(source.rows[[slot]], state[None], by_platform[None], given[None])
-    target.unseen[-1] = source.unseen[slot]
+    target.unseen[-1], target.own[:, -1] = source.unseen[slot], source.own[:, slot]
     target.manoeuvres.copy(source.manoeuvres, slot)
     target.turning.copy(source.turning, slot)
     return len(target) - 1

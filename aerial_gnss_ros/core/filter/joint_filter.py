@@ -30,7 +30,7 @@ from aerial_gnss_ros.core.geometry.local_map import LocalMap, on_water_surface
 from aerial_gnss_ros.core.georeferencing.measurements import Measurements
 from aerial_gnss_ros.core.models.camera_motion import MOVED_S, PoseMotion
 from aerial_gnss_ros.core.models.measurement_model import MapFrame, MapPose, level_axes, on_water
-from aerial_gnss_ros.core.models.motion_model import motion_of
+from aerial_gnss_ros.core.models.motion_model import ClassMotions
 from aerial_gnss_ros.core.models.platform_model import ANGLES, COUNT, HEIGHT, LATENCY, PlatformModel
 from aerial_gnss_ros.core.values.events import Events
 from aerial_gnss_ros.text.sentences import counted
@@ -61,7 +61,8 @@ class JointFilter(Groups):
         self.log = log or Events()
         self.monitor = InnovationMonitor()
         self.model = PlatformModel(config.noise, config.gimbal.reference)
-        self.motion = motion_of(config)
+        self.motions = ClassMotions(config)
+        self.motion = self.motions.default
         self._latency_ns = round(config.camera.latency_s * 1e9)
         self.noise = NoiseLevel()
         self._map: MapFrame | None = None
@@ -98,6 +99,16 @@ class JointFilter(Groups):
     def stationary(self) -> Array:
         """(7, 7) covariance of the platform's errors when nothing is known."""
         return self._stationary
+
+    def speeds(self, rows: Indices | list[int]) -> Array | float:
+        """Return one sigma of robots' unknown velocities, each axis, m/s: (n,), or one of all."""
+        if self.motions.alike:
+            return self.motions.default_speed
+        speeds = np.empty(self._count)
+        for group in self._groups:
+            speeds[group.rows] = group.motion(self.motion).speed_sigma
+        chosen: Array = speeds[rows]
+        return chosen
 
     def predict(self, seconds: float) -> None:
         """Move on in time."""
@@ -221,23 +232,23 @@ class JointFilter(Groups):
                 if self._late or self._found:
                     follow(group, self._sight)
                     feigned = FEIGNED_MPS if self._late else 0.0  # else robots seem too fast
-                    group.forget(slots, self._stationary, self.motion.speed_sigma + feigned)
+                    speeds = group.motion(self.motion, slots).speed_sigma
+                    group.forget(slots, self._stationary, speeds + feigned)
                 outcome = correct(
                     group,
                     slots,
                     pixels,
                     self._sight,
                     self.model,
-                    self.motion.fastest,
+                    2.0 * self.motions.default_speed,
                     self.noise.level,
                 )
                 squared, count = squared + outcome.squared, count + outcome.count
                 if group.turning.due and not self._late:
                     variances = group.covariance.diagonal()[COUNT:].reshape(-1, 4)
                     unknown = variances[slots, 2:].sum(axis=1)
-                    group.turning.judge(
-                        slots, by_angles(group, slots), unknown, self.motion.fastest
-                    )
+                    fastest = group.motion(self.motion, slots).fastest
+                    group.turning.judge(slots, by_angles(group, slots), unknown, fastest)
                 refused.append(group.rows[outcome.refused])
         self._found = False
         if not self._late:
@@ -304,9 +315,8 @@ class JointFilter(Groups):
     def _tell(self, refused: int) -> None:
         if refused and not self._refusing:
             self.log.add(
-                f"Boxes would make {counted(refused, 'robot')} faster than tracks.max_speed "
-                f"({self.motion.fastest:g} m/s) and are not used: the compass, the "
-                "gimbal or camera.latency_s may be wrong."
+                f"Boxes would make {counted(refused, 'robot')} faster than {self.motions.words} "
+                "and are not used: the compass, the gimbal or camera.latency_s may be wrong."
             )
         self._refusing = bool(refused)
 
@@ -324,10 +334,11 @@ class JointFilter(Groups):
         """Add a robot for each of the detections `columns`, in rows after the present ones."""
         if not len(columns):
             return
-        body, white, speed = self._body(seen), seen.white, self.motion.speed_sigma
+        body, white, speed = self._body(seen), seen.white, self.motions.default_speed
         for group, rows, taken in self.room(np.asarray(columns, np.intp)):
             places, by_errors = self._place(group, body[taken])
-            group.add(rows, places, by_errors, white[taken], speed)
+            own = self.motions.of(seen.class_ids[taken].tolist())
+            group.add(rows, places, by_errors, white[taken], speed, own)
 
     def box_noise(self, places: Array) -> Array:
         """Return the covariances (m, 2, 2) of places on the water from boxes' own noise, m²."""

@@ -19,7 +19,7 @@ from aerial_gnss_ros.core.faults.attitude_ambiguity import Unexplained
 from aerial_gnss_ros.core.faults.manoeuvre_noise import Manoeuvres
 from aerial_gnss_ros.core.faults.rotation_fault import Turning
 from aerial_gnss_ros.core.models.measurement_model import POSE_COUNT
-from aerial_gnss_ros.core.models.motion_model import HELD_S, HELD_SEEN_S, Motion
+from aerial_gnss_ros.core.models.motion_model import HELD_S, HELD_SEEN_S, Motion, MotionOf
 from aerial_gnss_ros.core.models.platform_model import ANGLES, COUNT, LATENCY, PlatformModel
 
 Array = NDArray[np.float64]
@@ -41,6 +41,8 @@ def _own_places(n: int) -> Indices:
 
 WIDE_M = 1000.0
 """Sigma of a place of which nothing is known."""
+
+_ALL = slice(None)
 
 
 class Joint:
@@ -71,6 +73,7 @@ class Joint:
         self.covariance = covariance.copy()
         self.rows: Indices = np.zeros(0, np.intp)
         self.unseen: Array = np.zeros(0)
+        self.own: Array = np.zeros((2, 0))
         self.manoeuvres = Manoeuvres()
         self.turning = Turning(unexplained)
         self.by_pose = np.zeros((0, 4, POSE_COUNT))
@@ -89,6 +92,24 @@ class Joint:
     def blocks(self) -> Array:
         """Return the robots' own covariances (n, 4, 4)."""
         return self._own().copy()
+
+    def motion(self, default: Motion, slots: Indices | slice = _ALL) -> Motion | MotionOf[Array]:
+        """Return how some robots move.
+
+        Args:
+            default: of those whose class has no parameters of its own.
+            slots: their places in `rows`.
+        """
+        own = self.own[:, slots]
+        if np.isnan(own).all():
+            return default
+        both = (default.acceleration, default.speed_sigma)
+        accelerations, speeds = np.where(np.isnan(own), np.array(both)[:, None], own)
+        return MotionOf(accelerations, speeds)
+
+    def fastest(self, slots: Indices, default: float) -> Array | float:
+        """Return the fastest speeds of some robots; `default` where no class has its own, m/s."""
+        return self.motion(Motion(0.0, 0.5 * default), slots).fastest
 
     def places(self) -> Array:
         """Return the robots' own covariances of position (n, 2, 2); a view."""
@@ -121,13 +142,15 @@ class Joint:
         self.mean[:COUNT] *= keep
         P[:COUNT, :COUNT] *= both
         P[:COUNT, :COUNT] += (1.0 - both) * stationary
-        stated = motion.acceleration**2 * seconds * self.manoeuvres.strength
+        each = self.motion(motion)
+        density = each.acceleration**2
+        stated = density * seconds * self.manoeuvres.strength
         self.turning.predict(seconds, float(keep[ANGLES.start]), stated)
         n = len(self)
         if not n:
             return
-        self.manoeuvres.predict(seconds, motion.acceleration**2)
-        reach, kept, noise = motion.step(seconds, self.unseen, self.manoeuvres.strength)
+        self.manoeuvres.predict(seconds, density)
+        reach, kept, noise = each.step(seconds, self.unseen, self.manoeuvres.strength)
         P[:COUNT, COUNT:] *= keep[:, None]
         P[COUNT:, :COUNT] *= keep
         robots = self.robots
@@ -157,6 +180,7 @@ class Joint:
         by_platform: Array,
         white: Array,
         speed: float,
+        own: Array | None = None,
     ) -> None:
         """Take in robots, each from one measurement through the platform's errors.
 
@@ -166,12 +190,18 @@ class Joint:
             by_platform: (m, 2, 7) how these move with the platform's errors.
             white: (m, 2, 2) white covariance of the positions, m².
             speed: one sigma of the unknown velocity, each axis, m/s.
+            own: (2, m) accelerations and speed sigmas where classes have their own, else NaN.
         """
         m = len(rows)
-        state, through, own = np.zeros((m, 4)), np.zeros((m, 4, COUNT)), np.zeros((m, 4, 4))
-        state[:, :2], through[:, :2], own[:, :2, :2] = positions, by_platform, white
-        own[:, 2:, 2:] = speed**2 * np.eye(2)
-        self.append(rows, state, through, own)
+        state, through, alone = np.zeros((m, 4)), np.zeros((m, 4, COUNT)), np.zeros((m, 4, 4))
+        state[:, :2], through[:, :2], alone[:, :2, :2] = positions, by_platform, white
+        alone[:, 2:, 2:] = speed**2 * np.eye(2)
+        if own is not None:
+            speeds = np.where(np.isnan(own[1]), speed, own[1])
+            alone[:, 2:, 2:] = np.square(speeds)[:, None, None] * np.eye(2)
+        self.append(rows, state, through, alone)
+        if own is not None:
+            self.own[:, len(self) - m :] = own
 
     def append(self, rows: Indices, state: Array, by_platform: Array, own: Array) -> None:
         """Add robots whose law given the platform's errors is known.
@@ -196,6 +226,7 @@ class Joint:
         self.covariance = grown
         self.rows = np.concatenate([self.rows, rows])
         self.unseen = np.concatenate([self.unseen, np.zeros(m)])
+        self.own = np.concatenate([self.own, np.full((2, m), np.nan)], axis=1)
         self.manoeuvres.add(m)
         self.turning.add(m)
 
@@ -219,7 +250,7 @@ class Joint:
             self.turning.inherit(first, second, self.robots[second, 2:] - before, unknown)
         self.manoeuvres.inherit(first, second)
 
-    def loosen(self, slots: Indices, speed: float, seconds: float) -> None:
+    def loosen(self, slots: Indices, speed: Array | float, seconds: float) -> None:
         """Allow for a change of velocity that nobody has foreseen.
 
         Args:
@@ -253,7 +284,7 @@ class Joint:
         self.mean += (mean - float(self.mean[error])) * with_it
         self.covariance += (sigma**2 - variance) * np.outer(with_it, with_it)
 
-    def forget(self, slots: Indices, platform: Array, speed: float) -> None:
+    def forget(self, slots: Indices, platform: Array, speed: Array | float) -> None:
         """Forget the platform's errors but the latency, and some robots: the next image tells.
 
         Args:
@@ -269,7 +300,9 @@ class Joint:
         P[own] = P[:, own] = 0.0
         P[:COUNT, :COUNT] = platform
         P[LATENCY, LATENCY] = latency
-        P[own, own] = np.tile([WIDE_M**2, WIDE_M**2, speed**2, speed**2], len(slots))
+        variances = np.full((len(slots), 4), WIDE_M**2)
+        variances[:, 2] = variances[:, 3] = np.square(speed)
+        P[own, own] = variances.ravel()
 
     def shift(self, jump: Array) -> None:
         """Go over to another GNSS position: the robots move with it.
@@ -291,6 +324,7 @@ class Joint:
         self.mean = self.mean[index]
         self.covariance = self.covariance[np.ix_(index, index)]
         self.rows, self.unseen = self.rows[kept], self.unseen[kept]
+        self.own = self.own[:, kept]
         self.manoeuvres.drop(kept)
         self.turning.drop(kept)
         self.by_pose = self.by_pose[kept[: len(self.by_pose)]]

@@ -117,7 +117,7 @@ def correct(
         pixels: (m, 2) measured.
         sight: the camera.
         model: white noise of pose and boxes.
-        fastest: speed of a robot, m/s.
+        fastest: speed of a robot whose class has none of its own, m/s.
         level: factor by which that noise is larger than stated, see `noise_level`.
     """
     follow(joint, sight)
@@ -146,7 +146,7 @@ def correct(
     gain[:, LATENCY] = reduction[LATENCY, LATENCY] = 0.0
     joint.mean = before + white @ gain
     _iterate(joint, before, slots, pixels, sight, linear, root, gain)
-    possible = _possible(joint, slots, reduction, fastest)
+    possible = _possible(joint, slots, reduction, joint.fastest(slots, fastest))
     if possible is not None:
         joint.mean = before
         rest = correct(joint, slots[possible], pixels[possible], sight, model, fastest, level)
@@ -216,12 +216,12 @@ def _iterate(
 
 
 def _possible(
-    joint: Joint, slots: Indices, reduction: Array, fastest: float
+    joint: Joint, slots: Indices, reduction: Array, fastest: Array | float
 ) -> NDArray[np.bool_] | None:
     """Return which corrected robots (m,) are not too fast; None if all are."""
     velocities = joint.robots[slots, 2:]
     squared = row_products(velocities, velocities)
-    if max(squared.tolist()) <= fastest**2:
+    if max(squared.tolist()) <= float(np.min(fastest)) ** 2:
         return None
     speeds = np.sqrt(squared)
     own = COUNT + 4 * slots[:, None] + [2, 3]

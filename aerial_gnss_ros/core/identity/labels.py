@@ -72,8 +72,7 @@ class Identity:
         self._bindings = {binding.name: binding for binding in config.robots}
         self._start_radius_m = config.start_radius_m
         self._threshold = gate_threshold(config.tracks.gate_probability)
-        self._acceleration = config.noise.value("robot_acceleration")
-        self._max_speed = config.tracks.max_speed
+        self._class_of = config.robot_class
         self._coast_s = config.tracks.coast_s
         numbered = {robot.name for robot in saved.robots} - set(self._bindings)
         self._names = Names(frozenset(self._bindings), dict(saved.numbers), numbered)
@@ -171,8 +170,9 @@ class Identity:
         for i, robot in enumerate(waiting):
             for j, sighting in enumerate(sightings):
                 unseen = max(0.0, (sighting.stamp_ns - robot.last_seen_ns) * 1e-9)
-                wander = self._acceleration * math.sqrt(unseen**3 / 3.0)
-                motion = min(wander, self._max_speed * unseen)
+                moves = self._class_of(robot.class_id)
+                wander = moves.acceleration * math.sqrt(unseen**3 / 3.0)
+                motion = min(wander, moves.max_speed * unseen)
                 spread[i, j] = sighting.covariance + np.eye(2) * (robot.sigma_m**2 + motion**2)
                 same = robot.class_id == sighting.class_id
                 allowed[i, j] = same and unseen <= MAX_RESTART_S

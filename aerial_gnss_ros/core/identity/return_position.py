@@ -57,16 +57,17 @@ class Swims:
     spread: Array
 
     @classmethod
-    def of(cls, velocities: Array, spread: Array, speed: float) -> Swims:
+    def of(cls, velocities: Array, spread: Array, speed: Array | float) -> Swims:
         """Return what estimates say beyond what they began with.
 
         Args:
             velocities: (m, 2) estimates, which began with none, m/s.
             spread: (m, 2, 2) their covariances, m²/s².
-            speed: with which they began, one sigma, each axis, m/s.
+            speed: (m,) with which they began, one sigma, each axis, m/s.
         """
         values, axes = np.linalg.eigh(spread)
-        told = np.maximum(1.0 - values / speed**2, values / _UNSEEN)
+        began = np.square(np.asarray(speed))[..., None]
+        told = np.maximum(1.0 - values / began, values / _UNSEEN)
         alone = np.einsum("mij,mj,mkj->mik", axes, 1.0 / told, axes)
         own = np.einsum("mij,mj,mkj->mik", axes, values / told, axes)
         return cls(np.einsum("mij,mj->mi", alone, velocities), own)

@@ -4,12 +4,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from typing import Any, Generic, TypeVar
+
 import numpy as np
 from numpy.typing import NDArray
 
 from aerial_gnss_ros.core.config.estimator import EstimatorConfig
 
 Array = NDArray[np.float64]
+Numbers = TypeVar("Numbers", float, NDArray[np.float64])
 
 TURN_S = 2.0
 """Out of sight a robot's velocity loses its memory with this time constant, for so long, s."""
@@ -24,8 +28,8 @@ HELD_SEEN_S = 2.0
 """The same for one that the last image measured: images may be seconds apart."""
 
 
-class Motion:
-    """How robots move.
+class MotionOf(Generic[Numbers]):
+    """How robots move: all alike, or each as an element of arrays (n,) says.
 
     In sight: white acceleration. Out of sight the robot may turn, so that after a moment its
     velocity goes to zero mean and `speed_sigma` (Ornstein-Uhlenbeck): at first fast, that a robot
@@ -37,12 +41,12 @@ class Motion:
         speed_sigma: of an unknown velocity, each axis, m/s.
     """
 
-    def __init__(self, acceleration: float, speed_sigma: float) -> None:
-        self.acceleration = acceleration
-        self.speed_sigma = speed_sigma
+    def __init__(self, acceleration: Numbers, speed_sigma: Numbers) -> None:
+        self.acceleration: Numbers = acceleration
+        self.speed_sigma: Numbers = speed_sigma
 
     @property
-    def fastest(self) -> float:
+    def fastest(self) -> Numbers:
         """Fastest speed of a robot, m/s: `tracks.max_speed`."""
         return 2.0 * self.speed_sigma
 
@@ -83,9 +87,11 @@ class Motion:
         self, seconds: float, count: int, strength: Array | float
     ) -> tuple[Array, None, Array]:
         """Return the step of robots that were all in view just now."""
-        q = self.acceleration**2
+        q: Any = self.acceleration**2
         once = [q * seconds**3 / 3.0, q * seconds**2 / 2.0, q * seconds]
         reach = np.array([seconds] * count)
+        if isinstance(q, np.ndarray):
+            return reach, None, (strength * np.array(once)).T
         return reach, None, np.multiply.outer(np.zeros(count) + strength, once)
 
     def _forget(self, noise: Array, time: float, length: Array, keep: Array) -> None:
@@ -100,7 +106,47 @@ class Motion:
         noise[:, 2] += s2 * (1.0 - keep**2)
 
 
+Motion = MotionOf[float]
+"""Of robots that are all alike."""
+
+
+class ClassMotions:
+    """How robots move, by class.
+
+    Attributes:
+        default: of classes without parameters of their own.
+        default_speed: its `speed_sigma`, m/s.
+        words: the fastest speed as messages tell it.
+        largest: one sigma of an unknown velocity, each axis, of the fastest class, m/s.
+    """
+
+    def __init__(self, config: EstimatorConfig) -> None:
+        self.default = motion_of(config)
+        self.default_speed = _motion(config)[1]
+        self.words = f"tracks.max_speed ({2.0 * self.default_speed:g} m/s)"
+        if config.classes:
+            self.words += " or the max_speed of its class"
+        self._own = {name: _motion(config, name) for name, _ in config.classes}
+        self.largest = max(one[1] for one in (_motion(config), *self._own.values()))
+
+    @property
+    def alike(self) -> bool:
+        """Whether no class has parameters of its own."""
+        return not self._own
+
+    def of(self, class_ids: Sequence[str]) -> Array | None:
+        """Return accelerations and speed sigmas (2, n) by class, NaN: default; None: all are."""
+        if not self._own:
+            return None
+        found = [self._own.get(name, (np.nan, np.nan)) for name in class_ids]
+        return np.array(found).reshape(-1, 2).T
+
+
 def motion_of(config: EstimatorConfig) -> Motion:
     """Return how robots move by the parameters."""
-    speed = 0.5 * config.tracks.max_speed
-    return Motion(config.noise.value("robot_acceleration"), speed)
+    return Motion(*_motion(config))
+
+
+def _motion(config: EstimatorConfig, class_id: str = "") -> tuple[float, float]:
+    one = config.robot_class(class_id)
+    return one.acceleration, 0.5 * one.max_speed

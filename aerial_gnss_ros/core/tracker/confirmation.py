@@ -148,7 +148,8 @@ class Naming:
         if min(len(old), len(ready)) < LEAST:
             return None
         classes = [[tracks[a].class_id == tracks[b].class_id for b in ready] for a in old]
-        more = swerved(self._filter.motion.speed_sigma)
+        more = swerved(self._filter.speeds(old))
+        more = more if more.ndim == 2 else more[:, None]
         found = self._filter.formation(old, ready, more, np.array(classes, dtype=bool))
         if found is None:
             return None
@@ -281,7 +282,7 @@ class Naming:
 
     def _merge(self, old: int, new: int, told: bool = True) -> None:
         """Let a track know where the robot was that it turned out to be, which may have swerved."""
-        self._filter.loosen(np.array([old]), self._filter.motion.speed_sigma, SWERVE_S)
+        self._filter.loosen(np.array([old]), self._filter.speeds([old]), SWERVE_S)
         self._filter.merge(old, new, told)
 
     def _fold(self, tracks: list[Track], ready: list[int]) -> set[int]:
@@ -318,12 +319,13 @@ class Naming:
     def _apart(self, old: list[int], new: list[int]) -> tuple[Array, Array]:
         """Return offsets (n, m, 2) between tracks, which may have swerved, and covariances."""
         offsets, spread = self._filter.apart(np.array(old), np.array(new))
-        return offsets, spread + swerved(self._filter.motion.speed_sigma)
+        more = swerved(self._filter.speeds(old))
+        return offsets, spread + (more if more.ndim == 2 else more[:, None])
 
     def _swims(self, rows: list[int]) -> Swims:
         """Return how tracks without names swim, by their boxes."""
         velocities, spread = self._filter.mean[rows, 2:], self._filter.covariance[rows, 2:, 2:]
-        return Swims.of(velocities, spread, self._filter.motion.speed_sigma)
+        return Swims.of(velocities, spread, self._filter.speeds(rows))
 
     def _sighting(self, track: Track, row: int) -> Sighting:
         position, covariance = self._filter.mean[row, :2], self._filter.covariance[row, :2, :2]

@@ -66,6 +66,9 @@ class Tracker:
     ) -> None:
         self.filter = JointFilter(config, log)
         self._coast_ns = round(config.tracks.coast_s * 1e9)
+        self._coast_of_class = {
+            name: round(config.robot_class(name).coast_s * 1e9) for name, _ in config.classes
+        }
         threshold = gate_threshold(config.tracks.gate_probability)
         self._matcher = Matcher(self.filter, threshold, config.tracks.confirm_window_s)
         self._encounters = Encounters(self.filter)
@@ -251,7 +254,8 @@ class Tracker:
         gone = set()
         for row, track in enumerate(self.tracks):
             confirmed = track.state is not State.TENTATIVE
-            patience = self._coast_ns if confirmed else self._naming.pace.window_ns
+            coast_ns = self._coast_of_class.get(track.class_id, self._coast_ns)
+            patience = coast_ns if confirmed else self._naming.pace.window_ns
             if confirmed:
                 track.state = State.COASTING
             if (came if confirmed else stamp_ns) - track.last_seen_ns > patience:

@@ -31,7 +31,8 @@ def _joint(pairs, speed=0.0):
     """Return what a matcher asks of the joint filter, with these pairs of robots and boxes."""
     return SimpleNamespace(
         compare=lambda *_: pairs,
-        motion=SimpleNamespace(speed_sigma=speed),
+        motions=SimpleNamespace(largest=speed),
+        speeds=lambda _: speed,
         monitor=SimpleNamespace(take_matches=lambda *_: None),
         noise=NoiseLevel(),
         loosen=lambda *_: None,
