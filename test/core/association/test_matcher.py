@@ -194,4 +194,4 @@ def test_robots_that_left_the_picture_are_not_missing():
     rows, _ = matcher.match(tracks, seen, now)
     assert rows.tolist() == [0]
     assert not matcher.confused
-    assert joint.log.take() == []
+    assert joint.log.drain() == []
