@@ -5,8 +5,8 @@
 python benchmarks/accuracy.py --flights flights.jsonl --seeds 100 --markdown accuracy.md
 
 Root mean square of the horizontal error over all robots with a box, each second from 10 s on, of
-flights of 60 s with three robots; every method sees the same boxes and telemetry, and is told which
-box is which robot but for ours, which finds out. An error beyond 1 km counts as 1 km. The flights
+flights of 60 s with three robots; every method has the same boxes and telemetry, and all but ours
+are given the data association. An error beyond 1 km counts as 1 km. The flights
 are those of `consistency.py` and are kept in the same file (`flown.py`).
 """
 

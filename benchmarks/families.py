@@ -35,8 +35,9 @@ Image = tuple[Frame, Boxes, DetectionFrame]
 ACCELERATION = 0.05
 """Random-walk rate of the moving robots' velocity, m/s^1.5: the default that the filter states."""
 STILL_MPS = 0.01
-"""Greatest speed that the filter may be told. Robots that stay drift by up to as much: velocities
-even over the disc have the sigma that the filter supposes, half of that speed on each axis."""
+"""Smallest `tracks.max_speed` that can be stated, m/s. Robots that stay drift by up to as much:
+velocities even over the disc have the sigma that the filter assumes, half of that speed on each
+axis."""
 RTK_OFFSET_M = 0.02
 OWN_S = 5.0
 """For so long after its first image a name is on its own robot, s."""

@@ -120,7 +120,7 @@ def flown(kind: str, seed: int, aboard: str = "gimbal", sees: str = "detections"
         kind: orbit, hover or transit.
         seed: of all chance.
         aboard: what orients the camera: `gimbal` relative to earth (attitude is not used), or
-            `body`: the gimbal tells its angles in the body, and attitude is needed.
+            `body`: the gimbal reports its angles in the body, and attitude is needed.
         sees: `detections` as they are, or `images` through the detector's own decoding.
     """
     plan = FlightPlan(kind=kind, duration_s=DURATION_S, height_m=HEIGHT_M)

@@ -105,7 +105,7 @@ def fly(cell: Cell, seed: int, setting: Setting) -> Record:
 
 
 class Methods:
-    """The methods that take each image by itself; they are told which box is which robot."""
+    """The methods that take each image by itself; they are given the data association."""
 
     def __init__(self, made: Experiment, stated: object) -> None:
         self._made, self._stated = made, stated

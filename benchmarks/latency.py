@@ -4,7 +4,7 @@
 
 python benchmarks/latency.py --seeds 3 --markdown latency.md
 
-Still robots seen from 30 m with an RTK receiver, 60 s; the filter is told a sigma of 0.3 s, or as
+Still robots seen from 30 m with an RTK receiver, 60 s; the filter is given a sigma of 0.3 s, or as
 large as the latency. Given are the estimate's error and its own sigma at the end, after how long
 that sigma was below 0.1 s, and the NEES of the robots' positions: the median over robots and
 seconds (1.4 is expected), in the first 10 s, when little is known of the latency, and afterwards.
@@ -35,7 +35,7 @@ HEADS = (
 
 
 class Flight:
-    """What one flight told.
+    """Results of one flight.
 
     Attributes:
         error: of the estimated latency at the end, s.

@@ -6,11 +6,11 @@ python benchmarks/runaway.py --markdown runaway.md
 
 From 20 s on telemetry turns by itself for 10 s, about one axis, stays turned for 10 s, turns back
 as fast, and is right again; the camera does not turn (`--camera`: the camera turns so, and
-telemetry does not tell). Robots and sensors are else as stated; the receiver is RTK, the robots'
-acceleration and greatest speed are the defaults. NEES is e' P^-1 e of a robot's East and North;
-above 13.8 (one in a thousand of a right covariance) the position counts as wrong and confident. A
-row is of hovers and orbits, still and moving robots, and all three axes, each flight of a seed of
-its own. Errors are of robots in sight.
+telemetry does not report it). Robots and sensors are else as stated; the receiver is RTK, the
+robots' acceleration and greatest speed are the defaults. NEES is e' P^-1 e of a robot's East and
+North; above 13.8 (one in a thousand of a right covariance) the position counts as wrong and
+confident. A row is of hovers and orbits, still and moving robots, and all three axes, each flight
+of a seed of its own. Errors are of robots in sight.
 """
 
 from __future__ import annotations
@@ -55,7 +55,7 @@ class Case:
         robots: how many.
         axis: about which it turns.
         rate_deg_s: how fast.
-        camera: whether the camera turns and telemetry does not tell.
+        camera: whether the camera turns unnoticed by telemetry.
     """
 
     cell: Cell

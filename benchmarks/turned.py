@@ -31,7 +31,7 @@ AXES = {"roll": 0, "pitch": 1, "yaw": 2}
 CONFIDENT = 13.8
 """Squared distance that one in a thousand of a planar normal law exceeds."""
 STATED = {"noise.robot_acceleration": 0.05, "tracks.max_speed": 1.5}
-"""The defaults, also where robots stay: nobody told that they would."""
+"""The defaults, also where robots stay: the filter does not know that they do."""
 
 
 @dataclass(frozen=True)
@@ -68,11 +68,11 @@ class Turned:
 
 
 def tell(made: Experiment, flight: Flight, seed: int) -> None:
-    """Let a flight's telemetry tell of another flight; the camera shows its own.
+    """Let a flight's telemetry report another flight; the camera shows its own.
 
     Args:
         made: changed in place.
-        flight: of which telemetry tells.
+        flight: which telemetry reports.
         seed: of telemetry's errors.
     """
     margin = LEAD_S + abs(made.clock.latency_s)

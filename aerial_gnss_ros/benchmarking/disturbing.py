@@ -132,7 +132,7 @@ class Disturber:
         self._false.publish(message(DETECTIONS_TYPE, {"header": header, "detections": found}))
 
     def _silence(self) -> None:
-        """Give the publisher of false boxes back: a second one is told as such."""
+        """Give the publisher of false boxes back: a second one is reported as such."""
         if self._false is not None:
             self._node.destroy_publisher(self._false)
             self._false = None

@@ -32,7 +32,7 @@ def describe() -> dict[str, str | int | float]:
 
 
 def _device() -> str:
-    tree = _text(_PROC / "device-tree" / "model").rstrip("\0")  # a Jetson tells its name here
+    tree = _text(_PROC / "device-tree" / "model").rstrip("\0")  # a Jetson has its name here
     if tree:
         return tree
     match = re.search(r"^model name\s*:\s*(.+)$", _text(_PROC / "cpuinfo"), re.MULTILINE)
@@ -53,7 +53,7 @@ def _gpu() -> str:
 
 
 def processor_s(pid: int) -> float:
-    """Return the processor time that a process has used, s; NaN where nobody tells."""
+    """Return the processor time that a process has used, s; NaN where it is unknown."""
     text = _text(_PROC / str(pid) / "stat")
     if not text:
         return float("nan")
@@ -62,17 +62,17 @@ def processor_s(pid: int) -> float:
 
 
 def peak_memory_mb(pid: int) -> float:
-    """Return the most memory that a process has had at once, MB; NaN where nobody tells."""
+    """Return the most memory that a process has had at once, MB; NaN where it is unknown."""
     return _status_mb(pid, "VmHWM")
 
 
 def own_memory_mb(pid: int) -> float:
-    """Return a process's resident memory, MB, but for shared memory; NaN where nobody tells."""
+    """Return a process's resident memory, MB, but for shared memory; NaN where it is unknown."""
     return _status_mb(pid, "RssAnon") + _status_mb(pid, "RssFile")
 
 
 def shared_memory_mb(pid: int) -> float:
-    """Return the shared memory that a process has touched, MB; NaN where nobody tells.
+    """Return the shared memory that a process has touched, MB; NaN where it is unknown.
 
     Every process that maps it counts it, and it is there once.
     """
@@ -93,13 +93,13 @@ def segments_mb(pid: int) -> float:
 
 
 def threads(pid: int) -> int:
-    """Return how many threads a process has; 0 where nobody tells."""
+    """Return how many threads a process has; 0 where it is unknown."""
     match = re.search(r"^Threads:\s*(\d+)", _text(_PROC / str(pid) / "status"), re.MULTILINE)
     return int(match.group(1)) if match else 0
 
 
 def descriptors(pid: int) -> int:
-    """Return how many files and sockets a process has open; 0 where nobody tells."""
+    """Return how many files and sockets a process has open; 0 where it is unknown."""
     try:
         return sum(1 for _ in (_PROC / str(pid) / "fd").iterdir())
     except OSError:
@@ -117,7 +117,7 @@ def children(pid: int) -> dict[int, list[str]]:
 
 
 class Power:
-    """The device's mean power while in use, as far as it tells.
+    """The device's mean power while in use, as far as it is reported.
 
     Args:
         sys: where the kernel shows its sensors.
@@ -138,7 +138,7 @@ class Power:
             self._thread.start()
 
     def end(self) -> dict[str, float]:
-        """Return the mean power in W by where it was read; empty where nobody tells."""
+        """Return the mean power in W by where it was read; empty where it is unknown."""
         self._end.set()
         seconds = time.monotonic() - self._started
         found = {}

@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Both nodes in one process as `aerial-gnss run` has them; tells at its end what each stage took.
+"""Both nodes in one process as `aerial-gnss run` has them; reports the time of each stage.
 
     python3 -m aerial_gnss_ros.benchmarking.pair --samples FILE --ros-args -p search.mode:=roi
 

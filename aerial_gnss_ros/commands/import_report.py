@@ -134,10 +134,10 @@ def _read(done: Imported) -> Iterator[str]:
 
 
 def _guesses(done: Imported) -> Iterator[str]:
-    told = done.water_level is not None  # then nothing of the height is guessed
-    yield from (guess for guess in done.log.guesses if not (told and guess in _of_height(done)))
+    stated = done.water_level is not None  # then nothing of the height is guessed
+    yield from (guess for guess in done.log.guesses if not (stated and guess in _of_height(done)))
     under_water = done.log.lowest - (done.water_level or 0.0)
-    if told and under_water <= 0.0:
+    if stated and under_water <= 0.0:
         yield (
             f"height: down to {under_water:.1f} m above the water with this --water-level; images "
             "from there give no positions: is its sign right?"

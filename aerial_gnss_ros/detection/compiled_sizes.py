@@ -44,7 +44,7 @@ class CompiledSizes:
     equal boxes. Not for several threads.
 
     Args:
-        compiled: makes what runs a model, and is told whether that is for a size that comes beside
+        compiled: makes what runs a model, and is given whether that is for a size that comes beside
             the first one, such as of windows.
         model: takes any size; has `clone` and `reshape` as OpenVINO's.
         first: shape of the input that is likely, with which the model is tried.

@@ -31,7 +31,7 @@ class EngineCard:
         precision: fp32, fp16 or int8.
         source: name of the model that it was built of.
         source_sha256: of that file.
-        engine_sha256: of the engine: a copy that was cut off is told.
+        engine_sha256: of the engine: a copy that was cut off is recognised.
         metadata: names and task, as in the ONNX model.
     """
 
@@ -64,12 +64,12 @@ def read_card(engine: Path) -> EngineCard:
     path = card_path(engine)
     if not path.is_file():
         raise ModelError(
-            f"{engine} has no {path.name} beside it, so nothing tells which GPU it fits; {_REBUILD}"
+            f"{engine} has no {path.name} beside it, so the GPU that it fits is unknown; {_REBUILD}"
             ", or choose the back end ultralytics if that made it."
         )
     try:
-        told = parse_json(path.read_text(encoding="utf-8"))
-        return EngineCard(**{**told, "input_shape": tuple(told["input_shape"])})
+        stored = parse_json(path.read_text(encoding="utf-8"))
+        return EngineCard(**{**stored, "input_shape": tuple(stored["input_shape"])})
     except (OSError, ValueError, TypeError, KeyError, AttributeError) as error:
         raise ModelError(f"{path} cannot be read as an engine's sidecar; {_REBUILD}.") from error
 
@@ -87,7 +87,7 @@ def check_fits(
         compute_capability: of the GPU here.
 
     Raises:
-        ModelError: it does not fit; the sentence tells both sides.
+        ModelError: it does not fit; the sentence names both sides.
     """
     for what, built, here in (
         ("TensorRT", card.tensorrt, tensorrt),

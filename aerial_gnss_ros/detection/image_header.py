@@ -137,7 +137,7 @@ def _webp(data: bytes) -> tuple[int, int]:
 
 
 def _tiff(data: bytes) -> tuple[int, int]:
-    """Return the size that the first directory tells; BigTIFF too."""
+    """Return the size in the first directory; BigTIFF too."""
     order = "<" if data[:2] == b"II" else ">"
     (version,) = struct.unpack(f"{order}H", data[2:4])
     big = version == 43

@@ -109,7 +109,7 @@ class NetworkDetector:
         return f"{words} ({self.remark})" if self.remark else words
 
     def close(self) -> None:
-        """Give the device's memory back where the runtime must be told."""
+        """Release the device's memory where the runtime needs a request."""
         self._network.close()
 
     @property
@@ -210,7 +210,7 @@ class NetworkDetector:
 
 
 def _try(network: Network) -> tuple[int, ...]:
-    """Run once on black: tells the output's true shape, and makes the first image as fast."""
+    """Run once on black: finds the output's true shape, and makes the first image as fast."""
     width, height = network.size.fixed or network.trial
     try:
         outputs = network.run(network.prepare(np.zeros((height, width, 3), np.uint8)))

@@ -122,7 +122,7 @@ def open_session(path: Path, threads: int, *, cuda: bool = False) -> Any:
     options.log_severity_level = 3  # what is wrong reaches the reader as ModelError
     providers = [_CUDA, _CPU] if cuda else [_CPU]
     try:
-        with warnings.catch_warnings():  # what it says of providers is told below, by exception
+        with warnings.catch_warnings():  # what it says of providers is raised below
             warnings.simplefilter("ignore")
             session = onnxruntime.InferenceSession(str(path), options, providers=providers)
     except Exception as error:  # ONNX Runtime has no common error

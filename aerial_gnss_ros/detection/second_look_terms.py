@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Which boxes a second look is for, how large it sees them, and what it is told of them."""
+"""Which boxes a second look examines, at which size, and with which further inputs."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from aerial_gnss_ros.text.json_text import parse_json
 
 METADATA = "second_look"
 INPUTS, OUTPUT = ("views", "traits"), "scores"
-ODDS_UNIT = 3.0  # of log odds, as the network is told of them
+ODDS_UNIT = 3.0  # of log odds, as given to the network
 _MOST = 32  # boxes of an image; each costs about half a millisecond
 
 
@@ -48,16 +48,16 @@ class Terms:
             ModelError: there are none; the model is for something else.
         """
         try:
-            told = cls(**parse_json(metadata[METADATA]))
-            told.check()
-            told = replace(told, side=int(told.side))
+            stored = cls(**parse_json(metadata[METADATA]))
+            stored.check()
+            stored = replace(stored, side=int(stored.side))
         except (KeyError, TypeError, ValueError, OverflowError) as error:
             raise ModelError(
                 f"{where} is no network for a second look; give one that "
                 "aerial_gnss_ros.training.second_look made, or set second_look to off."
             ) from error
 
-        return told
+        return stored
 
     def check(self) -> None:
         """Raise ValueError where a value is none that any network was made for."""

@@ -62,7 +62,7 @@ class UltralyticsDetector:
         return self._class_names
 
     def close(self) -> None:
-        """Give the device's memory back: PyTorch keeps what it once got, unless it is told."""
+        """Give the device's memory back: PyTorch keeps what it once got until it is asked."""
         self._model = None
         gc.collect()
         torch = sys.modules.get("torch")

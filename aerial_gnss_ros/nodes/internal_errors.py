@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Errors of the program itself that reach a node's executor: counted, told once, survived."""
+"""Errors of the program itself that reach a node's executor: counted, logged once, survived."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ class InternalErrors:
         self._times: deque[float] = deque(maxlen=MOST_A_SECOND)
 
     def add(self, error: Exception) -> str:
-        """Count an error; return what to log: empty where the same one was told before.
+        """Count an error; return what to log: empty if the same one was logged before.
 
         Raises:
             Exception: the error itself, where there are too many to go on.
@@ -48,5 +48,5 @@ class InternalErrors:
         text = "".join(traceback.format_exception(error)).rstrip()
         return (
             "An error in the program; what it was about is left out, and the node goes on. It is "
-            f"told once and counted in /diagnostics; please report it:\n{text}"
+            f"logged once and counted in /diagnostics; please report it:\n{text}"
         )

@@ -3,7 +3,7 @@
 """Plays a bag into ROS in real time: images best effort, detections reliable, /clock with it.
 
 Recorded bytes are published as they are. As the messages carry the time of the recording, nodes
-that listen need `use_sim_time`; /clock then tells them the bag's time.
+that listen need `use_sim_time`; /clock then gives them the bag's time.
 """
 
 from __future__ import annotations

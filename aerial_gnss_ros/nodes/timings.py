@@ -66,5 +66,5 @@ class Waits:
         self._since[stamp_ns] = now_s
 
     def end(self, stamp_ns: int, now_s: float) -> float:
-        """Return how long it has waited, ms; NaN for one that nobody told of."""
+        """Return how long it has waited, ms; NaN for an unknown one."""
         return 1e3 * (now_s - self._since.pop(stamp_ns, math.nan))

@@ -201,7 +201,7 @@ def _copy(example: Example, folder: Path, split: str, stem: str) -> None:
 
 
 def _copy_meta(source: Inspection, folder: Path) -> None:
-    """Keep what a simulation told of the images that are not augmented."""
+    """Keep a simulation's record of the images that are not augmented."""
     meta = source.dataset.root / META
     if not meta.is_file():
         return

@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Images that tell an export to 8 bits which values a network's layers take."""
+"""Images that show an export to 8 bits the range of values in a network's layers."""
 
 from __future__ import annotations
 

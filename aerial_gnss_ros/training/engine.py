@@ -125,11 +125,11 @@ def _set_sizes(builder: Any, config: Any, item: Any, plan: EnginePlan) -> tuple[
 
 
 def _metadata(model: Path) -> dict[str, str]:
-    """Return the class names and the task that an ONNX model tells."""
+    """Return the class names and the task from an ONNX model's metadata."""
     import onnxruntime
 
     options = onnxruntime.SessionOptions()
     options.log_severity_level = 4
     session = onnxruntime.InferenceSession(str(model), options, providers=["CPUExecutionProvider"])
-    told = session.get_modelmeta().custom_metadata_map
-    return {key: told[key] for key in ("names", "task") if key in told}
+    stored = session.get_modelmeta().custom_metadata_map
+    return {key: stored[key] for key in ("names", "task") if key in stored}

@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""The images that tell how good a training was: those that it has not learnt from."""
+"""Held-out images, on which a training is scored."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def held_out_split(found: Inspection) -> str:
 
 
 def held_out_images(found: Inspection, split: str) -> Iterator[LabelledImage]:
-    """Yield the images of a split; with what a simulation told of them where it made them."""
+    """Yield the images of a split; with a simulation's record of them if it made them."""
     root = found.dataset.root
     folders = found.dataset.folders.get(split, ())
     if (root / META).is_file() and list(folders) == [root / "images" / split]:

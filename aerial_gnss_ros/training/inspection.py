@@ -118,7 +118,7 @@ def inspect(
     """Return what is in a data set, and all that is wrong with it.
 
     Args:
-        dataset: as its data.yaml tells.
+        dataset: as its data.yaml describes it.
         unlabelled_is_empty: whether an image without a label file shows no robot. Otherwise it is
             an error: a forgotten label teaches a network to overlook a robot.
         needed: splits that must have images.

@@ -103,7 +103,7 @@ def read_folder(folder: Path, split: str) -> Iterator[LabelledImage]:
 
 
 def _read_meta(path: Path, split: str) -> dict[str, list[dict[str, str]]] | None:
-    """Return the rows of each image; None where the simulation told nothing of this split."""
+    """Return the rows of each image; None if the simulation recorded none for this split."""
     if not path.is_file():
         return None
     rows: dict[str, list[dict[str, str]]] = {}
@@ -121,7 +121,7 @@ def _of_meta(path: Path, rows: Sequence[Mapping[str, Any]]) -> Truth:
 
 
 def truth_of_rows(rows: Sequence[Mapping[str, Any]]) -> Truth:
-    """Return what a simulation tells of the robots in one image, one row each.
+    """Return what a simulation recorded of the robots in one image, one row each.
 
     Args:
         rows: with the columns of meta.csv (`RobotLabel.figures`), as numbers or as text.

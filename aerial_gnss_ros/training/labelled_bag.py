@@ -33,9 +33,9 @@ def is_bag(path: Path) -> bool:
 def read_bag(path: Path) -> Iterator[LabelledImage]:
     """Yield the images of a bag, each with the true labels that have its stamp.
 
-    What counts is what counts in pictures of `simulation.dataset`: topic truth/labels tells of
-    every robot what meta.csv tells there. Bags made before it was there have only truth/detections,
-    which leaves out robots that are too faint or cut off: found, they count as false. In them
+    What counts is what counts in pictures of `simulation.dataset`: topic truth/labels states of
+    every robot what meta.csv states there. Bags without it have only truth/detections, which leaves
+    out robots that are too faint or cut off: found, they count as false. In them
     robots count whose box is at least 16 x 8 px.
 
     Raises:
@@ -76,7 +76,7 @@ def _from_labels(path: Path, text: str) -> tuple[int, Truth]:
         return int(about["stamp_ns"]), truth_of_rows(about["robots"])
     except (KeyError, TypeError, ValueError) as error:
         raise InputError(
-            f"{path}: {_LABELS} must tell stamp_ns and the robots' boxes as `aerial-gnss simulate` "
+            f"{path}: {_LABELS} must have stamp_ns and the robots' boxes as `aerial-gnss simulate` "
             f"writes them, not {text[:60]!r}."
         ) from error
 

@@ -22,7 +22,7 @@ NOT_LABELS = ("classes.txt",)  # label tools put it among the labels
 
 @dataclass(frozen=True)
 class Dataset:
-    """A data set as its data.yaml tells it.
+    """A data set as its data.yaml describes it.
 
     Attributes:
         file: data.yaml.
@@ -52,18 +52,18 @@ def open_dataset(path: Path) -> Dataset:
         raise InputError(
             f"{file} does not exist; give a folder in YOLO's layout (data.yaml, images/, labels/)."
         )
-    told = read_yaml(file)
-    if not isinstance(told, dict):
+    content = read_yaml(file)
+    if not isinstance(content, dict):
         raise InputError(f"{file} must have the keys train, val and names.")
-    root = (file.parent / str(told.get("path") or ".")).resolve()
+    root = (file.parent / str(content.get("path") or ".")).resolve()
     images: dict[str, tuple[Path, ...]] = {}
     folders: dict[str, tuple[Path, ...]] = {}
     for split in SPLITS:
-        if told.get(split):
-            images[split], folders[split] = _images(file, root, split, told[split])
+        if content.get(split):
+            images[split], folders[split] = _images(file, root, split, content[split])
     if "train" not in images:
         raise InputError(f"{file} has no train; write for example `train: images/train`.")
-    return Dataset(file, root, _names(file, told), images, folders)
+    return Dataset(file, root, _names(file, content), images, folders)
 
 
 def label_file(image: Path) -> Path:
@@ -84,12 +84,12 @@ def image_files(folder: Path) -> tuple[Path, ...]:
 
 def write_data_file(file: Path, names: Sequence[str], splits: dict[str, str]) -> None:
     """Write a data.yaml whose paths start from its own folder."""
-    told = {**splits, "names": dict(enumerate(names))}
-    file.write_text(yaml.safe_dump(told, sort_keys=False, allow_unicode=True), encoding="utf-8")
+    content = {**splits, "names": dict(enumerate(names))}
+    file.write_text(yaml.safe_dump(content, sort_keys=False, allow_unicode=True), encoding="utf-8")
 
 
-def _names(file: Path, told: dict[str, Any]) -> tuple[str, ...]:
-    names = told.get("names")
+def _names(file: Path, content: dict[str, Any]) -> tuple[str, ...]:
+    names = content.get("names")
     if isinstance(names, list):
         names = dict(enumerate(names))
     if not isinstance(names, dict) or not names:
@@ -98,19 +98,19 @@ def _names(file: Path, told: dict[str, Any]) -> tuple[str, ...]:
         raise InputError(
             f"{file}: names must be numbered 0, 1, 2 and so on, not {shown(list(names))}."
         )
-    if told.get("nc") not in (None, len(names)):
-        raise InputError(f"{file}: nc is {shown(told['nc'])}, but there are {len(names)} names.")
+    if content.get("nc") not in (None, len(names)):
+        raise InputError(f"{file}: nc is {shown(content['nc'])}, but there are {len(names)} names.")
     if len(set(map(str, names.values()))) != len(names):
         raise InputError(f"{file}: two classes have the same name.")
     return tuple(str(names[i]) for i in range(len(names)))
 
 
 def _images(
-    file: Path, root: Path, split: str, told: Any
+    file: Path, root: Path, split: str, content: Any
 ) -> tuple[tuple[Path, ...], tuple[Path, ...]]:
     images: list[Path] = []
     folders: list[Path] = []
-    for word in told if isinstance(told, list) else [told]:
+    for word in content if isinstance(content, list) else [content]:
         path = _path(root, str(word))
         if path.is_dir():
             folders.append(path)

@@ -37,7 +37,7 @@ class Split:
 
 @dataclass(frozen=True)
 class Card:
-    """Everything that the card tells.
+    """Contents of the card.
 
     Attributes:
         plan: of the training.
@@ -154,8 +154,8 @@ def _training(card: Card) -> list[str]:
     ):  # fmt: skip
         value = getattr(plan, name)
         lines.append(f"| {name} | {'automatic' if value in ('', None) else value} |")
-    told = ", ".join(f"{name} {number}" for name, number in card.versions.items())
-    return [*lines, "", f"Versions: {told}.", ""]
+    numbered = ", ".join(f"{name} {number}" for name, number in card.versions.items())
+    return [*lines, "", f"Versions: {numbered}.", ""]
 
 
 def _origin(weights: str) -> str:

@@ -66,7 +66,7 @@ class RunFolder:
     """The files of a training.
 
     Attributes:
-        path: the folder. Results (best.pt and what tells of it) appear at the end; until then
+        path: the folder. Results (best.pt and its description) appear at the end; until then
             it holds what a resumption needs.
     """
 
@@ -120,8 +120,8 @@ class RunFolder:
 
     def save(self, plan: Plan) -> None:
         """Write the plan."""
-        told = {"format": FORMAT, **asdict(plan), "dataset": str(plan.dataset)}
-        write_whole(self.plan_file, (json.dumps(told, indent=2) + "\n").encode())
+        stored = {"format": FORMAT, **asdict(plan), "dataset": str(plan.dataset)}
+        write_whole(self.plan_file, (json.dumps(stored, indent=2) + "\n").encode())
 
     def load(self) -> Plan:
         """Return the plan.
@@ -130,11 +130,11 @@ class RunFolder:
             InputError: the folder is none of a training.
         """
         try:
-            told: dict[str, Any] = parse_json(self.plan_file.read_text(encoding="utf-8"))
-            if told.pop("format") != FORMAT:
+            stored: dict[str, Any] = parse_json(self.plan_file.read_text(encoding="utf-8"))
+            if stored.pop("format") != FORMAT:
                 raise InputError(f"{self.path} was written by another version of this program.")
-            phases = tuple(Phase(**phase) for phase in told.pop("phases"))
-            return Plan(dataset=Path(told.pop("dataset")), phases=phases, **told)
+            phases = tuple(Phase(**phase) for phase in stored.pop("phases"))
+            return Plan(dataset=Path(stored.pop("dataset")), phases=phases, **stored)
         except FileNotFoundError as error:
             raise InputError(
                 f"{self.path} is no training that could be resumed: it has no plan.json."

@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""How ultralytics (AGPL-3.0, the extra [ultralytics]) is told to learn: options and callbacks."""
+"""Options and callbacks of ultralytics (AGPL-3.0, the extra [ultralytics])."""
 
 from __future__ import annotations
 

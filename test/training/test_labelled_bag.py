@@ -105,5 +105,5 @@ def test_an_image_without_robots_is_scored(tmp_path):
     "text", ["no JSON", "{}", "[]", '{"stamp_ns": 1, "robots": [{"left": 3}]}']
 )
 def test_labels_that_are_none_are_refused(tmp_path, text):
-    with pytest.raises(InputError, match="truth/labels must tell stamp_ns"):
+    with pytest.raises(InputError, match="truth/labels must have stamp_ns"):
         list(read_bag(write(tmp_path / "flight", text)))
