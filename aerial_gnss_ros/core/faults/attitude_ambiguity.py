@@ -128,6 +128,8 @@ class Unexplained:
         if not seconds:
             if self._lasts and over:
                 self.episodes[-1].spread = np.zeros((3, 3))
+                if not self._turned.any():
+                    self._displaced = 0.0
             self._lasts = 0.0
         elif not self._lasts:  # one image may be in error
             self._begin(seconds)
@@ -227,6 +229,10 @@ class Unexplained:
         if not since:
             return
         wide = spread + sum(by_angles @ one.spread @ by_angles.T for one in since)
+        # Something contradicted the robots, be it of a size that no turn would have. What is more
+        # than the robot can have swum is an estimate of it without bias.
+        beyond = float(apart @ apart) - float(np.trace(spread))
+        self._displaced = max(self._displaced, beyond)
         less = _log_density(apart, wide) - _log_density(apart, spread)
         for one in since:
             with_it = one.spread @ by_angles.T

@@ -327,7 +327,8 @@ class Tracker:
                 track.robot_id for track in self.tracks if stamp_ns - track.last_seen_ns < SOON_NS
             }
         if self._fork is not None:
-            calm = self._lost_ns is None and not self.filter.unexplained.doubt.any()
+            doubt = self.filter.unexplained
+            calm = self._lost_ns is None and not doubt.apart and not doubt.doubt.any()
             self._fork.calm_s = self._fork.calm_s + passed if calm else 0.0
         if self._lost_ns is None:
             return

@@ -158,3 +158,17 @@ def test_a_receiver_that_is_back_takes_its_own_doubt_away_and_no_other():
     assert unexplained.apart == 2536.0
     unexplained.shifted(0.0)
     assert unexplained.apart == 36.0
+
+
+def test_a_robot_found_farther_off_than_it_swims_was_displaced_by_something():
+    """Nothing so small is expected of a turn, and yet something contradicted the robots before."""
+    unexplained = _lost(2.0)
+    unexplained.found(2.0, BY_ANGLES[0], np.array([1.0, 1.0]), 1.1 * np.eye(2))
+    assert unexplained.apart == 0.0
+    unexplained.found(2.0, BY_ANGLES[0], np.array([3.0, 2.0]), 1.5 * np.eye(2))
+    assert unexplained.apart == pytest.approx(13.0 - 3.0)
+    unexplained.take(0.0, over=True)  # it was seen before, and most are where they should be
+    assert unexplained.apart == 0.0
+    later = _lost(2.0)
+    later.found(1.0, BY_ANGLES[0], np.array([3.0, 2.0]), 1.5 * np.eye(2))
+    assert later.apart == 0.0  # of times before it was last seen it tells nothing
