@@ -22,6 +22,7 @@ from aerial_gnss_ros.calibration.unknowns import BOX, FIX_DELAY, LATENCY, POINTI
 from aerial_gnss_ros.core.camera.model import CameraModel
 
 Array = NDArray[np.float64]
+Index = NDArray[np.intp]
 
 MARGIN_S = 0.5
 FIRST_SPEED = 0.2
@@ -96,28 +97,34 @@ class Problem:
         rows = np.flatnonzero(tracks >= 0)
         if not len(rows):
             return None
-        own, used = tracks[rows], self.boxes.only(rows)
-        white = self._pointing(float(np.median(ranges[rows])))
-        coarse = self._motion.interpolation(
-            self.stamps_ns[used.images], latency_s, np.maximum(ranges[rows], 1.0)
-        )
-        sizes = np.sqrt(1.0 + np.square(coarse / white))
-        layout = Layout(t[used.images], own, self._step_s, self._motion.smoothing_s, sizes)
-        centres = np.array(
-            [np.median(places[rows][own == r], axis=0) for r in range(own.max() + 1)]
-        )
-        kinds = [used.kinds[np.argmax(own == r)] for r in range(own.max() + 1)]
-        names = tuple(f"{self._names[kind]} {r + 1}" for r, kind in enumerate(kinds))
-        model = MeasurementModel(self._motion, self.stamps_ns, used, own, layout, centres, names)
-        evidence = Evidence(model, Prior(layout, self._noise))
-        unknowns = self._first(model, places[rows], float(np.median(ranges[rows])))
+        model = self._model(rows, tracks[rows], places[rows], ranges[rows], latency_s)
+        range_m = float(np.median(ranges[rows]))
+        unknowns = self._first(model, places[rows], range_m)
         unknowns[LATENCY], unknowns[FIX_DELAY] = latency_s, fix_delay_s
-        sigmas = np.full(layout.processes, speed_mps)
-        sigmas[POINTING], sigmas[BOX] = white, 0.5
+        sigmas = np.full(model.layout.processes, speed_mps)
+        sigmas[POINTING], sigmas[BOX] = self._pointing(range_m), 0.5
+        evidence = Evidence(model, Prior(model.layout, self._noise))
         state = evidence.start(unknowns, FIRST_PIXELS, sigmas)
         known = int(np.sum(poses.known[self.boxes.images]))
         share = known / len(self.boxes.images)
         return Linked(evidence, state, self._clutter * (known - len(rows)), share)
+
+    def _model(
+        self, rows: Index, tracks: Index, places: Array, ranges: Array, latency_s: float
+    ) -> MeasurementModel:
+        """Return the model of the boxes in some rows, with their tracks, places and ranges."""
+        used = self.boxes.only(rows)
+        stamps = self.stamps_ns[used.images]
+        coarse = self._motion.interpolation(stamps, latency_s, np.maximum(ranges, 1.0))
+        white = self._pointing(float(np.median(ranges)))
+        sizes = np.sqrt(1.0 + np.square(coarse / white))
+        t: Array = np.asarray((stamps - self._motion.start_ns) * 1e-9, dtype=np.float64)
+        layout = Layout(t, tracks, self._step_s, self._motion.smoothing_s, sizes)
+        robots = range(int(tracks.max()) + 1)
+        centres = np.array([np.median(places[tracks == r], axis=0) for r in robots])
+        kinds = [used.kinds[np.argmax(tracks == r)] for r in robots]
+        names = tuple(f"{self._names[kind]} {r + 1}" for r, kind in enumerate(kinds))
+        return MeasurementModel(self._motion, self.stamps_ns, used, tracks, layout, centres, names)
 
     def _pointing(self, range_m: float) -> float:
         """Return one sigma of white pointing errors by the noise set, rad."""
