@@ -31,6 +31,7 @@ from aerial_gnss_ros.bags.tables import POSITION_COLUMNS
 from aerial_gnss_ros.cli import COMMANDS
 from aerial_gnss_ros.core.config.estimator import DepthConfig, EstimatorConfig, HeightConfig
 from aerial_gnss_ros.core.config.noise import SETS, Noise
+from aerial_gnss_ros.core.config.robot_classes import RobotClass
 from aerial_gnss_ros.core.config.schema import Leaf, leaves, type_hints
 from aerial_gnss_ros.core.values.estimates import FrameResult, MapDatum, RobotEstimate, State
 from aerial_gnss_ros.core.values.rejection import Cause, Reason
@@ -91,6 +92,20 @@ PLATFORM_MEANINGS = {
     "value": "estimated correction (true = measured + correction); m, rad, s",
     "sigma": "its standard deviation",
 }
+PARAMETER_HEADS = ("parameter", "default", "allowed", "meaning")
+CLASSES = """\
+Parameters of the robots of one class, by the class's name: `classes: {buoy: {max_speed: 0.3}}`."""
+ROBOTS = """\
+### estimator: robots
+
+Labels bound to robots, so that each knows its own topic. The robot of that class that is first
+confirmed near `start` (latitude and longitude in degrees, within `start_radius_m`) gets the label.
+
+```yaml
+robots:
+  leader: {class: aqua, start: [13.19394, -59.64151]}
+  follower: {class: aqua, start: [13.19401, -59.64160]}
+```"""
 RESULT_FILES = {
     "positions.geojson": "a line and the last position of each robot (RFC 7946)",
     "positions.kml": "Google Earth",
@@ -120,6 +135,8 @@ def parameters() -> str:
     ]
     for node, schema in SCHEMAS.items():
         parts += [f"## {node.capitalize()}", *_groups(node, schema, "")]
+    by_class = table(PARAMETER_HEADS, map(_parameter, leaves(RobotClass, "classes.<name>.")))
+    parts += [f"### estimator: classes\n\n{CLASSES}", by_class, ROBOTS]
     return "\n\n".join(parts) + "\n"
 
 
@@ -130,7 +147,7 @@ def _groups(node: str, schema: type[Any], prefix: str) -> Iterator[str]:
         first = (schema.__doc__ or "").split("\n\n", maxsplit=1)[0]
         yield f"### {node}: {prefix.rstrip('.')}\n\n{' '.join(first.split())}"
     if own:
-        yield table(("parameter", "default", "allowed", "meaning"), map(_parameter, own))
+        yield table(PARAMETER_HEADS, map(_parameter, own))
     if schema is Noise:
         yield noise_sets()
     for item in fields(schema):

@@ -68,3 +68,9 @@ def test_text_is_shown_as_it_is_and_code_as_code() -> None:
 
 def test_noise_sets_have_their_figures() -> None:
     assert "| `noise.gnss_offset_m` | m | 1.2 | 0.02 |" in reference_pages.parameters()
+
+
+def test_parameters_of_classes_and_robots_are_there() -> None:
+    page = reference_pages.parameters()
+    assert "| `classes.<name>.max_speed` | `.nan` | 0.01 to 50 m/s |" in page
+    assert "\n### estimator: robots\n" in page
