@@ -217,7 +217,11 @@ class Tracker:
             for row, index in measured.items()
             if self.tracks[row].robot_id
         }
-        labels = self._picture.measured(frame.detections, frame.camera, frame.pose.height, named)
+        boxes = frame.detections
+        if named:
+            labels = self._picture.measured(boxes, frame.camera, frame.pose.height, named)
+        else:
+            labels = self._picture.followed(boxes)
         for row, index in measured.items():
             track = self.tracks[row]
             if index in labels and not track.robot_id and track.labels is None:

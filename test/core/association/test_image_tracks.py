@@ -159,7 +159,7 @@ def test_numbers_beyond_any_picture_do_no_harm(pictures):
 
 
 class _Pause:
-    """No fix for five seconds; two robots change places meanwhile, 2.4 m apart."""
+    """Five seconds without a fix, or off; two robots change places meanwhile, 2.4 m apart."""
 
     begin, end = 5.0, 10.0
 
@@ -175,14 +175,21 @@ class _Pause:
         }
 
     @classmethod
-    def world(cls, sea, hidden):
-        class Without(sea.World):
-            def fix(self, t):
-                return replace(super().fix(t), valid=not cls.begin <= t < cls.end)
+    def world(cls, sea, hidden=False, fault="fix"):
+        def fails(t):
+            return cls.begin <= t < cls.end
 
-        made = Without(robots=cls.robots(), pixel_sigma=1.0)
+        class Failing(sea.World):
+            def fix(self, t):
+                return replace(super().fix(t), valid=fault != "fix" or not fails(t))
+
+            def gimbal(self, t):
+                self.rpy_bias_deg = (0.0, -100.0 * (fault == "gimbal" and fails(t)), 0.0)
+                return super().gimbal(t)
+
+        made = Failing(robots=cls.robots(), pixel_sigma=1.0)
         if hidden:
-            made.hidden = lambda _name, t: cls.begin <= t < cls.end
+            made.hidden = lambda _name, t: fails(t)
         return made
 
 
@@ -197,8 +204,10 @@ def _whose(world, result):
     return found
 
 
-def test_names_are_kept_through_a_pause_of_telemetry_by_what_the_picture_shows(sea):
-    world = _Pause.world(sea, hidden=False)
+@pytest.mark.parametrize("fault", ["fix", "gimbal"])
+def test_names_are_kept_by_what_the_picture_shows(sea, fault):
+    """Without a fix; and while the camera seems to look into the sky."""
+    world = _Pause.world(sea, fault=fault)
     results = sea.play(sea.estimator(), world, 14.0)
     before = next(_whose(world, r) for r in results if len(r.estimates) == 3)
     assert set(before) == {"aqua_1", "aqua_2", "aqua_3"}
