@@ -58,6 +58,9 @@ LEAST = 1e-3
 UNMODELLED = 0.01
 """Probability that links have failed in a way that their model does not know."""
 
+CLEARLY = 0.95
+"""Probability from which a detection is one robot, and not another one."""
+
 REAL = 0.5
 """Probability that a detection where none was expected is of something that will be seen again."""
 
@@ -80,6 +83,10 @@ class Labels(NamedTuple):
     def factor(self, name: str) -> float:
         """Return the likelihood that it is a robot, but for a common factor."""
         return max(self.names.get(name, self.others), UNMODELLED)
+
+    def contradicts(self, name: str) -> bool:
+        """Return whether, of the robots that were followed, it is clearly another one."""
+        return self.names.get(name, 1.0) < 1.0 - CLEARLY and max(self.names.values()) > CLEARLY
 
 
 UNTOLD = Labels({}, 1.0)
@@ -175,6 +182,14 @@ class ImageTracks:
             history.popleft()
         return {index: one for index, one in labels.items() if index not in named}
 
+    def expected(self, frame: DetectionFrame) -> dict[int, Labels]:
+        """Return what the picture says of an image's boxes; nothing where poses go on.
+
+        Args:
+            frame: its boxes; `measured` or `followed` come next.
+        """
+        return {} if self._blind_ns is None else self.followed(frame, blind=False)
+
     def followed(self, frame: DetectionFrame, blind: bool = True) -> dict[int, Labels]:
         """Take in an image whose boxes measured no robots; return what the picture says of them.
 
@@ -182,13 +197,14 @@ class ImageTracks:
             frame: its boxes.
             blind: whether it measured none.
         """
-        if not self._history:
+        if not self._history or (self._blind_ns is None and not len(frame)):
             return {}
         if self._blind_ns is None:
             self._begin()
-        if blind:
+        if blind and len(frame):
             self._blind_ns = frame.stamp_ns
-        self._follow(frame)
+        if frame.stamp_ns != self._stamp_ns:
+            self._follow(frame)
         return self._labels(len(frame))
 
     def _begin(self) -> None:

@@ -122,6 +122,7 @@ class Tracker:
         rows, columns = self._matcher.match(self.tracks, seen, stamp_ns)
         if self._matcher.confused and self._is_as_before(seen, stamp_ns):
             rows, columns = self._matcher.match(self.tracks, seen, stamp_ns)
+        rows, columns = self._uncontradicted(frame.detections, seen, rows, columns)
         before = self._strayed()
         rows, columns, refused = self._correct(seen, rows, columns, stamp_ns)
         self._doubt(rows, self._strayed() - before, stamp_ns, passed)
@@ -130,7 +131,7 @@ class Tracker:
         started = self._start(seen, np.concatenate([columns, refused]), frame.detections)
         measured = dict(zip(rows.tolist(), seen.index[columns].tolist(), strict=True)) | started
         self._note(measured, frame.detections)
-        self._label(measured, frame)
+        self._label(measured, frame, unexplained=not len(seen.index))
         updated = self._confirm(len(seen.index), local, stamp_ns)
         gated, too_fast = np.zeros((2, len(frame.detections)), dtype=bool)
         gated[seen.index] = True
@@ -210,18 +211,43 @@ class Tracker:
         for row, index in measured.items():
             self._account.note(self.tracks[row], boxes.stamp_ns, centers[index])
 
-    def _label(self, measured: dict[int, int], frame: PosedFrame) -> None:
-        """Let new tracks know what the picture says of which robots they are."""
+    def _uncontradicted(
+        self, boxes: DetectionFrame, seen: Measurements, rows: Indices, columns: Indices
+    ) -> tuple[Indices, Indices]:
+        """Return the pairs of an assignment but for robots that the picture shows elsewhere.
+
+        While images have wrong poses, or none, one robot's box may lie where another robot is
+        expected.
+        """
+        labels = self._picture.expected(boxes)
+        if not labels:
+            return rows, columns
+        names = [self.tracks[row].robot_id for row in rows]
+        indices = seen.index[columns].tolist()
+        kept = [
+            not name or index not in labels or not labels[index].contradicts(name)
+            for name, index in zip(names, indices, strict=True)
+        ]
+        return rows[kept], columns[kept]
+
+    def _label(self, measured: dict[int, int], frame: PosedFrame, unexplained: bool) -> None:
+        """Let new tracks know what the picture says of which robots they are.
+
+        Args:
+            measured: boxes by row of the track that they measured or began.
+            frame: the image.
+            unexplained: whether no box lies on the water: the pose must be wrong.
+        """
         named = {
             index: self.tracks[row].robot_id
             for row, index in measured.items()
             if self.tracks[row].robot_id
         }
         boxes = frame.detections
-        if named:
-            labels = self._picture.measured(boxes, frame.camera, frame.pose.height, named)
-        else:
+        if not named and (unexplained or self._matcher.confused):
             labels = self._picture.followed(boxes)
+        else:
+            labels = self._picture.measured(boxes, frame.camera, frame.pose.height, named)
         for row, index in measured.items():
             track = self.tracks[row]
             if index in labels and not track.robot_id and track.labels is None:

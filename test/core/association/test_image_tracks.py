@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from aerial_gnss_ros.core.association.image_tracks import UNMODELLED, ImageTracks
+from aerial_gnss_ros.core.association.image_tracks import UNMODELLED, UNTOLD, ImageTracks, Labels
 
 START = np.array([[400.0, 300.0], [700.0, 350.0], [500.0, 500.0]])
 NAMES = ("a", "b", "c")
@@ -161,7 +161,7 @@ def test_numbers_beyond_any_picture_do_no_harm(pictures):
 class _Pause:
     """Five seconds without a fix, or off; two robots change places meanwhile, 2.4 m apart."""
 
-    begin, end = 5.0, 10.0
+    begin, end, arm = 5.0, 10.0, 1.2
 
     @classmethod
     def robots(cls):
@@ -169,8 +169,8 @@ class _Pause:
             return np.pi * min(max((t - cls.begin) / (cls.end - cls.begin), 0.0), 1.0)
 
         return {
-            "one": lambda t: (1.2 * np.cos(angle(t)), 20.0 + 1.2 * np.sin(angle(t))),
-            "other": lambda t: (-1.2 * np.cos(angle(t)), 20.0 - 1.2 * np.sin(angle(t))),
+            "one": lambda t: (cls.arm * np.cos(angle(t)), 20.0 + cls.arm * np.sin(angle(t))),
+            "other": lambda t: (-cls.arm * np.cos(angle(t)), 20.0 - cls.arm * np.sin(angle(t))),
             "third": lambda _t: (6.0, 24.0),
         }
 
@@ -224,3 +224,22 @@ def test_without_a_picture_nobody_knows(sea):
         if one.robot_id in before and after.get(one.robot_id) != before[one.robot_id]:
             off = np.subtract(world.robots[before[one.robot_id]](14.0), one.position)
             assert off @ np.linalg.solve(one.covariance[:2, :2], off) < 13.8
+
+
+def test_in_a_short_pause_no_box_goes_to_a_robot_that_the_picture_shows_elsewhere(sea, monkeypatch):
+    """Two robots exchange places within 1.5 s: after so little a box in the gate would do."""
+    monkeypatch.setattr(_Pause, "end", 6.5)
+    monkeypatch.setattr(_Pause, "arm", 0.6)
+    world = _Pause.world(sea)
+    results = sea.play(sea.estimator(), world, 14.0)
+    before = next(_whose(world, r) for r in results if len(r.estimates) == 3)
+    assert _whose(world, results[-1]) == before
+
+
+def test_a_detection_contradicts_a_name_where_it_is_clearly_another_one():
+    assert Labels({"a": 0.99, "b": 0.004}, 0.0).contradicts("b")
+    assert not Labels({"a": 0.99, "b": 0.004}, 0.0).contradicts("a")
+    assert not Labels({"a": 0.9, "b": 0.1}, 0.0).contradicts("b")
+    assert not Labels({"a": 0.99}, 0.01).contradicts("not followed")
+    assert not Labels({"a": 0.01}, 0.99).contradicts("a")  # nobody knows who it is
+    assert not UNTOLD.contradicts("a")
