@@ -118,7 +118,7 @@ def test_a_few_boxes_are_paired_as_many_are(monkeypatch):
     places = np.random.default_rng(1).uniform(0.0, 3.0, (8, 2))
     white = np.tile(0.1**2 * np.eye(2), (8, 1, 1))
     few = encounters._close(places, white)
-    monkeypatch.setattr(encounters, "FEW", 0)
+    monkeypatch.setattr(encounters, "MAX_ROWS", 0)
     assert few == encounters._close(places, white)
     assert 3 <= len(few) < 28  # some are close, some are not
     assert encounters._close(places[:0], white[:0]) == []
