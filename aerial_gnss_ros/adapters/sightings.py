@@ -16,7 +16,7 @@ from aerial_gnss_ros.core.values.errors import InputError
 from aerial_gnss_ros.text.plain_text import printable
 
 COT_UNKNOWN = 9_999_999.0
-"""What Cursor on Target writes for a height or an error that nobody knows."""
+"""Cursor on Target's value of an unknown height or error."""
 
 _SECOND_NS = 1_000_000_000
 

@@ -32,7 +32,7 @@ class Definitions:
         self._stores: dict[tuple[str, str], Typestore | None] = {}
 
     def store(self, connection: Connection) -> Typestore | None:
-        """Return the store that knows a connection's type, or None when nobody describes it."""
+        """Return the store that knows a connection's type, or None if it is not described."""
         key = (connection.msgtype, connection.msgdef.data)
         if key not in self._stores:
             self._stores[key] = _find(connection)
@@ -52,7 +52,7 @@ def _find(connection: Connection) -> Typestore | None:
         store = get_typestore(Stores.EMPTY)
         store.register(types)
         store.get_msgdef(connection.msgtype)  # fails where a nested type is missing
-    except (TypesysError, KeyError, AssertionError):  # a definition that nobody can parse
+    except (TypesysError, KeyError, AssertionError):  # a definition that cannot be parsed
         return known
     return store
 

@@ -36,7 +36,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument(
         "bags", type=Path, nargs="*", metavar="BAG",
-        help="recorded bags; without one the live topics are heard",
+        help="recorded bags; without one it listens to the live topics",
     )  # fmt: skip
     parser.add_argument(
         "--seconds", type=float, default=10.0, metavar="S",

@@ -34,7 +34,7 @@ class Check:
         config: the estimator's parameters.
         monitor: what came.
         subscriptions: the inputs.
-        problems: sentences by input about topics that cannot be heard.
+        problems: sentences by input about topics that cannot be received.
         now_ns: arrival time that ages count from, ns.
         tests: the sign tests.
         notes: other sentences.

@@ -28,7 +28,7 @@ def add_dataset_arguments(parser: argparse.ArgumentParser, optional: bool = Fals
 
 
 def inspected(args: argparse.Namespace, needed: tuple[str, ...]) -> Inspection:
-    """Return the data set that the arguments name, looked through and without problems.
+    """Return the data set that the arguments name, inspected and without problems.
 
     Raises:
         InputError: it cannot be read, or has errors; each file is named.

@@ -58,7 +58,7 @@ LIVE = "filter, live: what the nodes published"
 METHODS = {
     "filter": "filter, replayed: tracked over time",
     "single": "single: exact ray, each image alone",
-    "paper": "paper: the published equations, mended",
+    "paper": "paper: the published equations, corrected",
 }
 RELATIVE = " (relative)"
 RELATIVE_MEANS = (
@@ -199,7 +199,7 @@ def _fly(folder: Path, truth: Truth, rate: float) -> dict[str, EstimatedTrack]:
         rclpy.try_shutdown()
     if not heard.detections:
         raise RosError(
-            f"no detections were heard; see {folder / 'nodes.log'}, and check that no firewall "
+            f"no detections arrived; see {folder / 'nodes.log'}, and check that no firewall "
             "keeps processes on this machine from talking."
         )
     with BagWriter(folder / "detections") as boxes:

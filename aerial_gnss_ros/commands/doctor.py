@@ -49,7 +49,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument(
         "bags", type=Path, nargs="*", metavar="BAG",
-        help="recorded bags; without one the live topics are looked at",
+        help="recorded bags; without one it looks at the live topics",
     )  # fmt: skip
     parser.add_argument(
         "--seconds", type=float, default=5.0, metavar="S",

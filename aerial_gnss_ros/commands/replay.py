@@ -105,5 +105,5 @@ def write_replay_report(folder: Path, results: ResultFolder, replay: Replay, tru
 
 
 def say(sentence: str) -> None:
-    """Tell the user while work goes on; standard output is for the result."""
+    """Inform the user during the work; standard output is for the result."""
     print(sentence, file=sys.stderr)

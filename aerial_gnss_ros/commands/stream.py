@@ -105,7 +105,7 @@ class Stream:
     Args:
         cot: takes every robot; None: no such output.
         mavlink: takes one robot, for its message names none; None: no such output.
-        only: the robot to send; None: all, and of MAVLink the first one heard.
+        only: the robot to send; None: all, and of MAVLink the first one received.
 
     Attributes:
         sent: positions sent, by robot.

@@ -36,7 +36,7 @@ INTERRUPTED = 130
 
 
 def run(args: argparse.Namespace) -> int:
-    """Train, or go on, and say what came out.
+    """Train, or resume, and report the result.
 
     Raises:
         AerialGnssError: wrong arguments, a data set with errors, a training that ended early.
@@ -50,7 +50,7 @@ def run(args: argparse.Namespace) -> int:
             _follow(folder, plan)
         except TrainingError as error:
             if error.explained and not args.resume and not folder.has_learnt:
-                shutil.rmtree(folder.path)  # nothing to go on with, and the name is free again
+                shutil.rmtree(folder.path)  # nothing to resume; the name is free again
             raise
     scores = json.loads((folder.path / "scores.json").read_text(encoding="utf-8"))
     if args.json:
@@ -146,7 +146,7 @@ def _follow(folder: RunFolder, plan: Plan) -> None:
 
 @contextmanager
 def _stopped_politely(args: argparse.Namespace) -> Iterator[None]:
-    """Tell who stops a training how to go on; what it had learnt is not lost."""
+    """Say how to resume a stopped training; nothing learnt is lost."""
     try:
         with ended_cleanly():
             yield

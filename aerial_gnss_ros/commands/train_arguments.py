@@ -36,7 +36,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("-o", "--output", type=Path, metavar="RUN", help="new folder")
     parser.add_argument(
         "--resume", type=Path, metavar="RUN",
-        help="go on with a training that was killed; --batch, --threads and --device may differ",
+        help="resume an interrupted training; --batch, --threads and --device may differ",
     )  # fmt: skip
     parser.add_argument(
         "--check", action="store_true", help="only look through the data set, train nothing"
@@ -109,7 +109,7 @@ def _add_machine(parser: argparse.ArgumentParser) -> None:
 
 
 def plan_of(args: argparse.Namespace) -> Plan:
-    """Return what is to be trained; its data set is filled in when it has been looked through.
+    """Return the plan of a training; its data set is filled in after inspection.
 
     Raises:
         ConfigError: an argument is wrong, or two have no meaning together.
@@ -133,7 +133,7 @@ def plan_of(args: argparse.Namespace) -> Plan:
 
 
 def plan_resumed(plan: Plan, args: argparse.Namespace) -> Plan:
-    """Return the plan of a training that goes on, where batch, threads and device may be new.
+    """Return the plan of a resumed training, whose batch, threads and device may be new.
 
     Raises:
         ConfigError: an argument is wrong, or would alter what is trained.
@@ -143,7 +143,7 @@ def plan_resumed(plan: Plan, args: argparse.Namespace) -> Plan:
         given.append("unlabelled")
     if given:
         names = ", ".join(f"--{name.replace('_', '-')}" for name in given)
-        raise ConfigError(f"a training that is resumed goes on as it was begun: leave out {names}.")
+        raise ConfigError(f"a resumed training keeps its options: leave out {names}.")
     plan = replace(plan, **_given(args, *_MACHINE))
     _check(plan)
     return plan

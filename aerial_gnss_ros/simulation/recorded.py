@@ -19,7 +19,7 @@ from aerial_gnss_ros.simulation.flight import HOLETOWN, Motion
 Array = NDArray[np.float64]
 
 LONGEST_GAP_S = 2.0
-"""Rows farther apart are not joined: nobody knows what the drone did in between."""
+"""Rows farther apart are not joined: the motion in between is unknown."""
 
 
 class RecordedFlight:

@@ -138,7 +138,7 @@ def test_what_can_be_resumed(tmp_path, capsys):
     run = RunFolder(tmp_path)
     run.save(Plan(tmp_path / "data.yaml", "", False, (Phase("all", 1),), "yolo11n.yaml"))
     said = refused(capsys, "--resume", tmp_path, "--epochs", "3,3", "--seed", "1", "--one-phase")
-    assert "goes on as it was begun: leave out --epochs, --one-phase, --seed." in said
+    assert "a resumed training keeps its options: leave out --epochs, --one-phase, --seed." in said
     said = refused(capsys, "--resume", tmp_path, "--time", "2", "--unlabelled", "empty")
     assert "leave out --time, --unlabelled." in said
     assert "--batch must lie within" in refused(capsys, "--resume", tmp_path, "--batch", "0")
