@@ -12,15 +12,19 @@ wrongly.
 from __future__ import annotations
 
 import copy
+import math
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from aerial_gnss_ros.core.association.track import Track
 from aerial_gnss_ros.core.filter.innovation import Comparison
 from aerial_gnss_ros.core.filter.state import Joint
 from aerial_gnss_ros.core.numerics.gaussian import mahalanobis
 from aerial_gnss_ros.core.values.estimates import State
+
+Array = NDArray[np.float64]
 
 LONGEST_S = 60.0
 """After longer, robots that nobody saw can be anywhere, s."""
@@ -33,6 +37,9 @@ IMAGES = 3
 
 RECENT_NS = 1_000_000_000
 """Robots that were seen within this time before are in view, ns."""
+
+AGREES = -2.0 * math.log(0.05)
+"""Squared Mahalanobis distance that one in twenty robots of before exceeds that are still so."""
 
 LEAST = 2
 """… at least so many robots: by itself one may be anything."""
@@ -62,6 +69,37 @@ class Fork:
     def of(stamp_ns: int, tracks: list[Track], groups: list[Joint]) -> Fork:
         """Return it, with copies of all that changes."""
         return Fork(stamp_ns, copy.deepcopy(tracks), [_copy(one) for one in groups])
+
+    def again(self) -> Fork:
+        """Return a copy that can be gone back to, should robots be contradicted once more."""
+        return Fork(self.stamp_ns, copy.deepcopy(self.tracks), [_copy(one) for one in self.groups])
+
+    def apart(self, rows: dict[str, int], mean: Array) -> dict[str, Array]:
+        """Return how far robots are from where these should be, by name, (2,) m.
+
+        Args:
+            rows: by name.
+            mean: (n, 2) places of all rows, m.
+        """
+        found = {}
+        for group in self.groups:
+            for slot, row in enumerate(group.rows.tolist()):
+                name = self.tracks[row].robot_id
+                if name in rows:
+                    found[name] = mean[rows[name]] - group.robots[slot, :2]
+        return found
+
+    def agrees(self, apart: dict[str, Array]) -> bool:
+        """Return whether robots are where these should be, as far as these can tell."""
+        for group in self.groups:
+            places = group.places()
+            for slot, row in enumerate(group.rows.tolist()):
+                offset = apart.get(self.tracks[row].robot_id)
+                if offset is not None:
+                    squared, _ = mahalanobis(offset, places[slot])
+                    if squared > AGREES:
+                        return False
+        return True
 
     def holds(self, stamp_ns: int) -> bool:
         """Return whether it can still be gone back to at an image."""

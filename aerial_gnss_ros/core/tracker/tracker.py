@@ -176,8 +176,8 @@ class Tracker:
         return True
 
     def _go_back(self, fork: Fork) -> None:
-        """Forget what was seen since a fork."""
-        self._fork = None
+        """Forget what was seen since a fork, which stays until nothing contradicts robots."""
+        self._fork = fork.again()
         self._drop(set(range(len(self.tracks))))
         self.tracks = fork.tracks
         self.filter.take_back(fork.groups)
@@ -359,6 +359,8 @@ class Tracker:
         if self._fork is not None:
             doubt = self.filter.unexplained
             calm = self._lost_ns is None and not doubt.apart and not doubt.doubt.any()
+            own = {one.robot_id: row for row, one in enumerate(self.tracks) if one.robot_id}
+            calm = calm and self._fork.agrees(self._fork.apart(own, self.filter.mean[:, :2]))
             self._fork.calm_s = self._fork.calm_s + passed if calm else 0.0
         if self._lost_ns is None:
             return
@@ -502,6 +504,10 @@ class Tracker:
             }
             for name, more in self._encounters.doubts(spots).items():
                 covariance[names.index(name), :2, :2] += more
+        if self._fork is not None:  # either of the two may be right
+            rows = {name: i for i, name in enumerate(names)}
+            for name, apart in self._fork.apart(rows, mean[:, :2]).items():
+                covariance[rows[name], :2, :2] += np.outer(apart, apart)
         latitude, longitude = (values.tolist() for values in self._local.places(mean[:, :2]))
         altitude = float(self._water_altitude)
         estimates = tuple(

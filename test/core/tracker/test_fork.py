@@ -9,6 +9,7 @@ import pytest
 
 from aerial_gnss_ros.core.association.track import Track
 from aerial_gnss_ros.core.filter.innovation import Comparison
+from aerial_gnss_ros.core.filter.state import Joint
 from aerial_gnss_ros.core.tracker.fork import CALM_S, IMAGES, LONGEST_S, Fork
 from aerial_gnss_ros.core.values.estimates import State
 
@@ -71,3 +72,19 @@ def test_what_it_keeps_does_not_change_with_the_tracks():
     tracks[0].robot_id = ""
     assert fork.tracks[0].robot_id == "aqua_1"
     assert fork.unnamed == [1]
+
+
+def test_it_says_how_far_robots_are_from_where_these_should_be():
+    joint = Joint(np.diag([1.0, 1.0, 0.1, 1e-4, 1e-4, 1e-4, 0.0]))
+    joint.add(np.arange(3), np.zeros((3, 2)), np.zeros((3, 2, 7)), np.tile(np.eye(2), (3, 1, 1)), 1)
+    fork = Fork.of(SECOND, _fork().tracks, [joint])
+    joint.mean += 7.0  # of the filter, which goes on
+    mean = np.array([[9.0, 9.0], [2.4, 0.0], [0.0, -2.5]])
+    near, far = fork.apart({"aqua_0": 1}, mean), fork.apart({"aqua_2": 2, "aqua_9": 0}, mean)
+    np.testing.assert_allclose(near["aqua_0"], [2.4, 0.0])
+    assert list(far) == ["aqua_2"]
+    assert fork.agrees(near)
+    assert not fork.agrees(far)
+    again = fork.again()
+    fork.groups[0].mean += 1.0
+    np.testing.assert_allclose(again.apart({"aqua_0": 1}, mean)["aqua_0"], [2.4, 0.0])
