@@ -40,23 +40,25 @@ def arrows(core: Path) -> Counter[tuple[str, str]]:
 
 
 def ground_up(rooms: list[str], found: Counter[tuple[str, str]]) -> list[str]:
-    """Return the rooms so that each stands after all it imports.
+    """Return the rooms so that each stands right after those that it imports.
 
     Raises:
         ValueError: rooms import one another in a circle.
     """
     order: list[str] = []
-    while len(order) < len(rooms):
-        ready = [
-            room
-            for room in rooms
-            if room not in order
-            and all(other in order for importer, other in found if importer == room)
-        ]
-        if not ready:
-            circle = ", ".join(room for room in rooms if room not in order)
+
+    def put(room: str, through: tuple[str, ...]) -> None:
+        if room in through:
+            circle = ", ".join(sorted(through[through.index(room) :]))
             raise ValueError(f"these rooms import one another in a circle: {circle}")
-        order.append(min(ready))
+        if room not in order:
+            for other in sorted(rooms):
+                if found[room, other]:
+                    put(other, (*through, room))
+            order.append(room)
+
+    for room in sorted(rooms):
+        put(room, ())
     return order
 
 

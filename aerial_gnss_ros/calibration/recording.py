@@ -15,9 +15,10 @@ from aerial_gnss_ros.core.estimation.pipeline import camera_of
 from aerial_gnss_ros.core.geometry.local_map import LocalMap
 from aerial_gnss_ros.core.georeferencing import detection_filter
 from aerial_gnss_ros.core.models.measurement_model import MapFrame, MapPose
-from aerial_gnss_ros.core.telemetry.buffers import MissingTelemetry, TelemetryBuffers
+from aerial_gnss_ros.core.telemetry.buffers import TelemetryBuffers
 from aerial_gnss_ros.core.telemetry.corrections import scaled_camera
 from aerial_gnss_ros.core.telemetry.pose import PoseBuilder
+from aerial_gnss_ros.core.telemetry.scene import MissingTelemetry
 from aerial_gnss_ros.core.values.detection_frame import DetectionFrame
 from aerial_gnss_ros.core.values.estimates import FrameResult, MapDatum
 from aerial_gnss_ros.core.values.rejection import Input, Reason

@@ -24,7 +24,7 @@ from aerial_gnss_ros.core.association import assignment
 from aerial_gnss_ros.core.config.estimator import EstimatorConfig, estimator_config
 from aerial_gnss_ros.core.estimation.estimator import Estimator
 from aerial_gnss_ros.core.estimation.health import RobotSummary, summary
-from aerial_gnss_ros.core.telemetry.buffers import InputState
+from aerial_gnss_ros.core.telemetry.input_status import InputState
 from aerial_gnss_ros.core.values.estimates import FrameResult, State
 from aerial_gnss_ros.core.values.events import ErrorText, WarningText
 from aerial_gnss_ros.detection.background import begun

@@ -22,15 +22,11 @@ from aerial_gnss_ros.core.config.estimator import EstimatorConfig
 from aerial_gnss_ros.core.geometry.frames import matrix_from_quaternion
 from aerial_gnss_ros.core.geometry.magnetic import declination, true_from_magnetic
 from aerial_gnss_ros.core.telemetry.arrivals import Arrivals
-from aerial_gnss_ros.core.telemetry.buffers import (
-    CAMERA_INFO,
-    WATER_LEVEL,
-    MissingTelemetry,
-    TelemetryBuffers,
-)
+from aerial_gnss_ros.core.telemetry.buffers import CAMERA_INFO, WATER_LEVEL, TelemetryBuffers
 from aerial_gnss_ros.core.telemetry.clock import Clock, Decision
 from aerial_gnss_ros.core.telemetry.depths import depth_input
 from aerial_gnss_ros.core.telemetry.pose import PoseBuilder
+from aerial_gnss_ros.core.telemetry.scene import MissingTelemetry
 from aerial_gnss_ros.core.telemetry.series import (
     Sample,
     fix_series,

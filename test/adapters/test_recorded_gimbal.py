@@ -20,8 +20,9 @@ import pytest
 from aerial_gnss_ros.adapters.feed import Feed
 from aerial_gnss_ros.bags.typestore import make
 from aerial_gnss_ros.core.config.estimator import estimator_config
-from aerial_gnss_ros.core.telemetry.buffers import SceneTelemetry, TelemetryBuffers
+from aerial_gnss_ros.core.telemetry.buffers import TelemetryBuffers
 from aerial_gnss_ros.core.telemetry.pose import PoseBuilder
+from aerial_gnss_ros.core.telemetry.scene import SceneTelemetry
 from aerial_gnss_ros.core.values.rejection import Input
 
 KEYS = {  # MISB ST 0601 in the words of a profile

@@ -29,18 +29,12 @@ from aerial_gnss_ros.core.estimation.state_file import NameKeeper
 from aerial_gnss_ros.core.estimation.time_base import TimeBase
 from aerial_gnss_ros.core.identity.labels import Identity
 from aerial_gnss_ros.core.telemetry.arrivals import Arrivals
-from aerial_gnss_ros.core.telemetry.buffers import (
-    CAMERA_INFO,
-    WATER_LEVEL,
-    InputStatus,
-    MessageCounter,
-    MissingTelemetry,
-    SceneTelemetry,
-    TelemetryBuffers,
-)
+from aerial_gnss_ros.core.telemetry.buffers import CAMERA_INFO, WATER_LEVEL, TelemetryBuffers
 from aerial_gnss_ros.core.telemetry.clock import DETECTIONS, Clock, Decision
 from aerial_gnss_ros.core.telemetry.depths import depth_input
+from aerial_gnss_ros.core.telemetry.input_status import InputStatus, MessageCounter
 from aerial_gnss_ros.core.telemetry.map_origin import MapOrigin
+from aerial_gnss_ros.core.telemetry.scene import MissingTelemetry, SceneTelemetry
 from aerial_gnss_ros.core.telemetry.steady import Steady
 from aerial_gnss_ros.core.tracker.box_account import complaint
 from aerial_gnss_ros.core.tracker.protocol import Tracking

@@ -25,13 +25,10 @@ from aerial_gnss_ros.core.identity.return_position import Whereabouts
 from aerial_gnss_ros.core.models.measurement_model import MapFrame
 from aerial_gnss_ros.core.models.motion_model import ClassMotions, MotionOf
 from aerial_gnss_ros.core.models.platform_model import PlatformModel
-from aerial_gnss_ros.core.telemetry.buffers import (
-    MissingTelemetry,
-    SceneTelemetry,
-    TelemetryBuffers,
-)
+from aerial_gnss_ros.core.telemetry.buffers import TelemetryBuffers
 from aerial_gnss_ros.core.telemetry.map_origin import MapOrigin
 from aerial_gnss_ros.core.telemetry.pose import PoseBuilder
+from aerial_gnss_ros.core.telemetry.scene import MissingTelemetry, SceneTelemetry
 from aerial_gnss_ros.core.values.detection_frame import DetectionFrame
 from aerial_gnss_ros.core.values.estimates import FrameResult, RobotEstimate
 from aerial_gnss_ros.core.values.events import Events

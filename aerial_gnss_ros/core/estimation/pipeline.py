@@ -19,17 +19,13 @@ from aerial_gnss_ros.core.geometry.local_map import LocalMap
 from aerial_gnss_ros.core.georeferencing import detection_filter, localization, paper
 from aerial_gnss_ros.core.georeferencing.localization import WaterPoints
 from aerial_gnss_ros.core.models.measurement_model import MapFrame
-from aerial_gnss_ros.core.telemetry.buffers import (
-    InputState,
-    InputStatus,
-    MissingTelemetry,
-    SceneTelemetry,
-    TelemetryBuffers,
-)
+from aerial_gnss_ros.core.telemetry.buffers import TelemetryBuffers
 from aerial_gnss_ros.core.telemetry.corrections import scaled_camera
 from aerial_gnss_ros.core.telemetry.depths import inflate_by_depth
+from aerial_gnss_ros.core.telemetry.input_status import InputState, InputStatus
 from aerial_gnss_ros.core.telemetry.map_origin import MapOrigin
 from aerial_gnss_ros.core.telemetry.pose import PoseBuilder
+from aerial_gnss_ros.core.telemetry.scene import MissingTelemetry, SceneTelemetry
 from aerial_gnss_ros.core.tracker.box_account import Settled
 from aerial_gnss_ros.core.tracker.protocol import Tracking, TrackUpdate
 from aerial_gnss_ros.core.values.camera_pose import CameraPose

@@ -25,8 +25,9 @@ from aerial_gnss_ros.core.geometry.local_map import LocalMap
 from aerial_gnss_ros.core.models.measurement_model import MapFrame, MapPose
 from aerial_gnss_ros.core.models.motion_model import motion_of
 from aerial_gnss_ros.core.models.platform_model import PlatformModel
-from aerial_gnss_ros.core.telemetry.buffers import MissingTelemetry, TelemetryBuffers
+from aerial_gnss_ros.core.telemetry.buffers import TelemetryBuffers
 from aerial_gnss_ros.core.telemetry.pose import PoseBuilder
+from aerial_gnss_ros.core.telemetry.scene import MissingTelemetry
 from aerial_gnss_ros.core.values.rejection import Reason
 
 Array = NDArray[np.float64]

@@ -1,13 +1,12 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""The estimator's telemetry: one buffer an input, constants in their place, and what each says."""
+"""The estimator's telemetry: a buffer for each input, constants in place of missing topics."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Collection
 from dataclasses import dataclass, replace
-from enum import Enum
 from functools import lru_cache
 from typing import cast
 
@@ -17,7 +16,9 @@ from aerial_gnss_ros.core.camera.model import CameraModel
 from aerial_gnss_ros.core.config.estimator import EstimatorConfig
 from aerial_gnss_ros.core.geometry.frames import matrix_from_rpy, quaternion_from_matrix
 from aerial_gnss_ros.core.telemetry.depths import Depths
+from aerial_gnss_ros.core.telemetry.input_status import InputState
 from aerial_gnss_ros.core.telemetry.plausibility import Plausibility
+from aerial_gnss_ros.core.telemetry.scene import MissingTelemetry, SceneTelemetry
 from aerial_gnss_ros.core.telemetry.series import (
     Missing,
     Sample,
@@ -32,149 +33,6 @@ from aerial_gnss_ros.core.values.rejection import Input, Reason
 from aerial_gnss_ros.core.values.samples import Fix, Orientation, Scalar
 
 CAMERA_INFO, WATER_LEVEL = "camera_info", "water_level"
-
-
-class InputState(str, Enum):
-    """How an input does, in one word."""
-
-    UNUSED = "unused"
-    CONSTANT = "constant"
-    WAITING = "waiting"
-    OK = "ok"
-    STALE = "stale"
-    BAD = "bad"
-
-    def __str__(self) -> str:
-        return self.value
-
-
-@dataclass(frozen=True)
-class InputStatus:
-    """What came on one input.
-
-    Attributes:
-        name: fix, attitude, gimbal, height, water_level, camera_info or detections.
-        state: unused and constant need no message; waiting: none came yet; stale: the newest is
-            older than the newest image by more than `max_wait`; bad: the last one was no use.
-        count: messages.
-        bad: messages that were no use.
-        last_stamp_ns: newest stamp, ns; None before the first.
-        trouble: why the last one was no use, in words; empty where it was of use.
-        unordered: messages no newer than one before them: late, or a second one with its stamp.
-    """
-
-    name: str
-    state: InputState
-    count: int = 0
-    bad: int = 0
-    last_stamp_ns: int | None = None
-    trouble: str = ""
-    unordered: int = 0
-
-
-@dataclass
-class MessageCounter:
-    """Counts the messages of one input.
-
-    `good_ns` is the last stamp of use, or the first one; `refused`: the last message does not even
-    have a stamp of use.
-    """
-
-    count: int = 0
-    bad: int = 0
-    unordered: int = 0
-    trouble: str = ""
-    last_stamp_ns: int | None = None
-    good_ns: int | None = None
-    refused: bool = False
-
-    def add(self, stamp_ns: int, trouble: str = "") -> None:
-        """Count a message; `trouble` says why it is no use."""
-        self.count += 1
-        self.bad += bool(trouble)
-        self.trouble, self.refused = trouble, False
-        if not trouble or self.good_ns is None:
-            self.good_ns = stamp_ns
-        if self.last_stamp_ns is None or stamp_ns > self.last_stamp_ns:
-            self.last_stamp_ns = stamp_ns
-        else:
-            self.unordered += 1
-
-    def refuse(self, trouble: str) -> None:
-        """Count a message that could not be read, or has a wrong stamp; `trouble` says why."""
-        self.count += 1
-        self.bad += 1
-        self.trouble, self.refused = trouble, True
-
-    def undo_refusal(self) -> None:
-        """Take back a message that was refused: it is of use after all."""
-        self.count -= 1
-        self.bad -= 1
-        self.trouble, self.refused = "", False
-
-    def reset_stamps(self) -> None:
-        """Forget stamps: time began anew."""
-        self.last_stamp_ns = self.good_ns = None
-
-    @property
-    def bad_s(self) -> float:
-        """For how long messages have been of no use, s."""
-        if not self.trouble or self.last_stamp_ns is None or self.good_ns is None:
-            return 0.0
-        return (self.last_stamp_ns - self.good_ns) * 1e-9
-
-    def status(self, name: str, newest_ns: int | None, patience_ns: int) -> InputStatus:
-        """Return the input's status; it is stale when so far behind the newest image."""
-        state = InputState.OK
-        if self.last_stamp_ns is None:
-            state = InputState.WAITING
-        elif self.refused:
-            state = InputState.BAD
-        elif newest_ns is not None and newest_ns - self.last_stamp_ns > patience_ns:
-            state = InputState.STALE
-        elif self.trouble:
-            state = InputState.BAD
-        stamp_ns, trouble = self.last_stamp_ns, self.trouble
-        return InputStatus(name, state, self.count, self.bad, stamp_ns, trouble, self.unordered)
-
-
-@dataclass(frozen=True)
-class SceneTelemetry:
-    """All telemetry at the time of one scene; what the configuration does not need is None.
-
-    Attributes:
-        stamp_ns: time of the scene, ns.
-        fix: position of the antenna.
-        attitude: body FLU in ENU (or in magnetic ENU).
-        gimbal: camera FLU in the gimbal's reference.
-        height: above the height's reference, m.
-        water_level: above the same reference, m.
-        oldest_age_s: largest distance in time to a sample used, s.
-    """
-
-    stamp_ns: int
-    fix: Fix
-    attitude: Orientation | None
-    gimbal: Orientation | None
-    height: float | None
-    water_level: float
-    oldest_age_s: float
-
-
-@dataclass(frozen=True)
-class MissingTelemetry:
-    """Why there is no telemetry for a scene.
-
-    Attributes:
-        reason: the refusal, with the input's name.
-        can_arrive: whether waiting makes sense.
-        later_s: how much later than the scene the input's oldest sample is, s; 0 where that is not
-            the reason.
-    """
-
-    reason: Reason
-    can_arrive: bool
-    later_s: float = 0.0
 
 
 @dataclass(frozen=True)

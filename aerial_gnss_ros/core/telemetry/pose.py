@@ -15,8 +15,8 @@ from aerial_gnss_ros.core.geometry.geodesy import geodetic_from_enu
 from aerial_gnss_ros.core.geometry.gimbal import enu_from_camera, mount_matrix
 from aerial_gnss_ros.core.geometry.magnetic import declination, true_from_magnetic
 from aerial_gnss_ros.core.numerics.small_arrays import all_finite
-from aerial_gnss_ros.core.telemetry.buffers import SceneTelemetry
 from aerial_gnss_ros.core.telemetry.corrections import corrected_camera
+from aerial_gnss_ros.core.telemetry.scene import SceneTelemetry
 from aerial_gnss_ros.core.telemetry.vertical_datum import ellipsoidal_altitude
 from aerial_gnss_ros.core.values.camera_pose import CameraPose
 from aerial_gnss_ros.core.values.errors import InputError

@@ -10,7 +10,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from aerial_gnss_ros.core.telemetry.buffers import InputState
+from aerial_gnss_ros.core.telemetry.input_status import InputState
 from aerial_gnss_ros.core.values.samples import Scalar
 
 NO_ORIGIN = {"map.latitude_deg": math.nan, "map.longitude_deg": math.nan}

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from aerial_gnss_ros.core.config.estimator import estimator_config
-from aerial_gnss_ros.core.telemetry.buffers import SceneTelemetry, TelemetryBuffers
+from aerial_gnss_ros.core.telemetry.buffers import TelemetryBuffers
+from aerial_gnss_ros.core.telemetry.scene import SceneTelemetry
 from aerial_gnss_ros.core.values.rejection import Input
 from aerial_gnss_ros.core.values.samples import Fix, Orientation, Scalar
 

@@ -14,8 +14,8 @@ from aerial_gnss_ros.core.geometry.frames import matrix_from_rpy, quaternion_fro
 from aerial_gnss_ros.core.geometry.geodesy import enu_from_geodetic
 from aerial_gnss_ros.core.geometry.geoid import undulation
 from aerial_gnss_ros.core.geometry.magnetic import declination
-from aerial_gnss_ros.core.telemetry.buffers import SceneTelemetry
 from aerial_gnss_ros.core.telemetry.pose import PoseBuilder
+from aerial_gnss_ros.core.telemetry.scene import SceneTelemetry
 from aerial_gnss_ros.core.values.camera_pose import CameraPose
 from aerial_gnss_ros.core.values.rejection import Reason
 from aerial_gnss_ros.core.values.samples import Fix, Orientation
