@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from aerial_gnss_ros.core.association.assignment import NEAR, Pairs, lone
 from aerial_gnss_ros.core.association.clutter import Clutter, chance
+from aerial_gnss_ros.core.association.coherence import swerves, turns
 from aerial_gnss_ros.core.association.conflicts import kept, undisputed
 from aerial_gnss_ros.core.association.gating import NEITHER, NEW, ROBOT, Candidates
 from aerial_gnss_ros.core.association.track import Track
@@ -24,7 +25,7 @@ from aerial_gnss_ros.core.faults.noise_level import Innovation
 from aerial_gnss_ros.core.filter.innovation import Comparison
 from aerial_gnss_ros.core.filter.joint_filter import JointFilter
 from aerial_gnss_ros.core.georeferencing.measurements import Measurements
-from aerial_gnss_ros.core.models.motion_model import HELD_S
+from aerial_gnss_ros.core.models.motion_model import HELD_S, SWERVE_S, swerved
 from aerial_gnss_ros.core.numerics.gaussian import mahalanobis
 from aerial_gnss_ros.core.values.estimates import State
 
@@ -32,9 +33,6 @@ Array = NDArray[np.float64]
 
 LEAST_KNOWN = 3
 """Robots in view from which on most must agree with an image; of two, one of them."""
-
-SWERVE_S = 0.5
-"""How long ago a robot may have changed its velocity without anyone noticing, s."""
 
 HELD_IMAGES = 3
 """Images in a row that may miss a robot without more ado, however far apart they are."""
@@ -71,6 +69,7 @@ class Matcher:
         self.fresh_s = fresh_s
         self._clutter = Clutter()
         self.confused = False
+        self._told = False
         self._agreed = 0
 
     def confuse(self) -> None:
@@ -98,19 +97,24 @@ class Matcher:
         left = able.left(given)
         missed = {able.of[k] for k in able.near(left)}
         self._filter.monitor.take_matches(len(chosen), len(missed))
-        known = kind.count(ROBOT)
         # One that was at the picture's edge has left it.
         here = [one is ROBOT and not tracks[row].leaving for row, one in enumerate(kind)]
         back = sum(here[able.of[k]] for k in chosen)
-        if self._is_confused(sum(here), len(seen.index), back):
+        boxes = len(seen.index) - len(chosen) + back
+        known = min(sum(here), boxes)
+        if known > 1 and 2 * back < known and not self.confused:
+            stray = [k for k in left if here[able.of[k]]]
+            back += swerves(self._filter, pairs, stray, chosen, self.threshold)
+        if self._is_confused(sum(here), boxes, back):
             chosen = []
         elif not self._watch_strain(tracks, [(able.of[k], able.squared[k]) for k in chosen]):
             chosen = chosen + self._swerved(tracks, pairs, left, able.grown)
         self._filter.found(pairs.rows[chosen], pairs.offsets[chosen], pairs.spread[chosen])
         claimed = len(chosen)
         chosen = chosen + _new(tracks, able, chosen)
+        robots = kind.count(ROBOT)
         if not self.confused:
-            self._clutter.take(stamp_ns, known, known - claimed, len(seen.index) - len(chosen))
+            self._clutter.take(stamp_ns, robots, robots - claimed, len(seen.index) - len(chosen))
         return pairs.rows[chosen], pairs.columns[chosen]
 
     def _note_noise(
@@ -163,10 +167,11 @@ class Matcher:
             hits: rows of those with a box, and its squared distance.
 
         Returns:
-            Whether most are: then it is the platform, and no robot turns.
+            Whether most are, and one turn of the camera explains it better than robots that turn.
         """
         strain = {row: tracks[row].stress(squared) for row, squared in hits}
-        if len(strain) >= LEAST_KNOWN and median(strain.values()) > COMMON:
+        strained = len(strain) >= LEAST_KNOWN and median(strain.values()) > COMMON
+        if strained and turns(self._filter, tracks, list(strain)):
             return True
         turning = [row for row, mean in strain.items() if mean > STRAINED]
         for row in turning:
@@ -223,12 +228,14 @@ class Matcher:
             self.confused = self.confused and self._agreed < LEAST_KNOWN
             return False
         self._agreed = 0
-        if confused and not self.confused:
+        if confused and self.confused and not self._told:  # one image may be in error
+            self._told = True
             self._filter.log.add(
                 f"{known - matched} of {known} boxes are not where robots should be: the compass, "
                 "the gimbal or the fix may be wrong; robots are not updated by such images."
             )
         self.confused = confused
+        self._told &= confused
         return confused
 
 
@@ -254,13 +261,3 @@ def _new(tracks: list[Track], able: Candidates, chosen: list[int]) -> list[int]:
 def _began(other: Track, robot: Track) -> bool:
     """Return whether a track began when a robot was seen no more."""
     return other.first_seen_ns > robot.last_seen_ns
-
-
-def swerved(speed: Array | float) -> Array:
-    """Return by how much a swerve that nobody has noticed moves a robot, covariance (…, 2, 2), m².
-
-    Args:
-        speed: (…) one sigma of the change of velocity, each axis, m/s.
-    """
-    more: Array = np.square(SWERVE_S * np.asarray(speed))[..., None, None] * np.eye(2)
-    return more

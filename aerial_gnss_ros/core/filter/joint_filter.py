@@ -15,6 +15,7 @@ from aerial_gnss_ros.core.faults.consistency import InnovationMonitor
 from aerial_gnss_ros.core.faults.formation import Formation, formation
 from aerial_gnss_ros.core.faults.gnss_jump import PositionJumps
 from aerial_gnss_ros.core.faults.noise_level import NoiseLevel
+from aerial_gnss_ros.core.faults.rotation_test import explained
 from aerial_gnss_ros.core.filter.blocks import Groups
 from aerial_gnss_ros.core.filter.innovation import Comparison, compared
 from aerial_gnss_ros.core.filter.linearization import (
@@ -30,7 +31,7 @@ from aerial_gnss_ros.core.geometry.local_map import LocalMap, on_water_surface
 from aerial_gnss_ros.core.georeferencing.measurements import Measurements
 from aerial_gnss_ros.core.models.camera_motion import MOVED_S, PoseMotion
 from aerial_gnss_ros.core.models.measurement_model import MapFrame, MapPose, level_axes, on_water
-from aerial_gnss_ros.core.models.motion_model import ClassMotions
+from aerial_gnss_ros.core.models.motion_model import SWERVE_S, ClassMotions
 from aerial_gnss_ros.core.models.platform_model import ANGLES, COUNT, HEIGHT, LATENCY, PlatformModel
 from aerial_gnss_ros.core.values.events import Events
 from aerial_gnss_ros.text.sentences import counted
@@ -256,6 +257,21 @@ class JointFilter(Groups):
         gone = np.concatenate(refused)
         self._tell(len(gone))
         return gone
+
+    def turned_by(self, rows: Indices, offsets: Array, variances: Array) -> float:
+        """Return by how much likelier one turn of the camera displaces robots than swerves, nats.
+
+        Args:
+            rows: (m,) of the robots.
+            offsets: (m, 2) of their boxes from where they were expected, m.
+            variances: (m,) of that, each axis, m².
+        """
+        group_of, slot_of = self._places_of_rows()
+        moved = [
+            by_angles(self._groups[group_of[row]], slot_of[row : row + 1]) for row in rows.tolist()
+        ]
+        swerve = SWERVE_S * self.speeds(rows)
+        return explained(offsets, variances, np.concatenate(moved), swerve)[2]
 
     def doubt(self, seconds: float, over: bool = False) -> None:
         """Take in for how long boxes have been where no robots can be (see `Unexplained`).

@@ -27,6 +27,9 @@ HELD_S = 0.5
 HELD_SEEN_S = 2.0
 """The same for one that the last image measured: images may be seconds apart."""
 
+SWERVE_S = 0.5
+"""How long ago a robot may have changed its velocity without anyone noticing, s."""
+
 
 class MotionOf(Generic[Numbers]):
     """How robots move: all alike, or each as an element of arrays (n,) says.
@@ -150,3 +153,13 @@ def motion_of(config: EstimatorConfig) -> Motion:
 def _motion(config: EstimatorConfig, class_id: str = "") -> tuple[float, float]:
     one = config.robot_class(class_id)
     return one.acceleration, 0.5 * one.max_speed
+
+
+def swerved(speed: Array | float) -> Array:
+    """Return by how much a swerve that nobody has noticed moves a robot, covariance (…, 2, 2), m².
+
+    Args:
+        speed: (…) one sigma of the change of velocity, each axis, m/s.
+    """
+    more: Array = np.square(SWERVE_S * np.asarray(speed))[..., None, None] * np.eye(2)
+    return more

@@ -17,7 +17,6 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
-from aerial_gnss_ros.core.association.matcher import SWERVE_S, swerved
 from aerial_gnss_ros.core.association.track import Track
 from aerial_gnss_ros.core.config.processing import TracksConfig
 from aerial_gnss_ros.core.faults.formation import LEAST, Formation
@@ -28,6 +27,7 @@ from aerial_gnss_ros.core.identity.label_ambiguity import Spot, exchange
 from aerial_gnss_ros.core.identity.labels import Identity, Sighting
 from aerial_gnss_ros.core.identity.reidentification import Reacquisition, Returns, twins
 from aerial_gnss_ros.core.identity.return_position import Swims
+from aerial_gnss_ros.core.models.motion_model import SWERVE_S, swerved
 from aerial_gnss_ros.core.numerics.gaussian import gate_threshold, mahalanobis
 from aerial_gnss_ros.core.tracker.confirmation_rule import Pace
 from aerial_gnss_ros.core.values.estimates import State

@@ -195,3 +195,27 @@ def test_robots_that_left_the_picture_are_not_missing():
     assert rows.tolist() == [0]
     assert not matcher.confused
     assert joint.log.drain() == []
+
+
+def test_one_image_may_be_in_error_the_second_is_told_once():
+    joint = _joint(None)
+    matcher = Matcher(joint, 9.0, 2.0)
+    said = []
+    for inside in ([False] * 3, [False] * 3, [False] * 3, [True] * 3, [False] * 3, [False] * 3):
+        tracks, pairs, seen, now = _image(inside)
+        joint.compare = lambda *_, pairs=pairs: pairs
+        matcher.match(tracks, seen, now)
+        said.append(len(joint.log.drain()))
+    assert said == [0, 1, 0, 0, 0, 1]
+
+
+def test_the_box_of_a_robot_that_leaves_is_no_other_robots():
+    tracks, pairs, seen, now = _image([True, False, False], leaving=(0,))
+    joint = _joint(pairs)
+    seen = boxes(2)
+    kept = pairs.columns < 2  # the third robot has no box
+    pairs = Comparison(*(one[kept] for one in vars(pairs).values()))
+    joint.compare = lambda *_: pairs
+    matcher = Matcher(joint, 9.0, 2.0)
+    matcher.match(tracks, seen, now)
+    assert not matcher.confused

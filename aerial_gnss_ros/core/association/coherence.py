@@ -1,0 +1,73 @@
+# Copyright 2026 aerial_gnss_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Whether robots are off their predictions each by itself, or by one turn of the camera.
+
+Robots that steer harder than stated leave their gates, several at a time where images come seldom.
+A camera that turns moves all boxes at once, as the derivative of places by its angles has it.
+`turn_or_swim` weighs the two; robots that are where they should be speak against a turn.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from aerial_gnss_ros.core.association.track import Track
+from aerial_gnss_ros.core.filter.innovation import Comparison
+from aerial_gnss_ros.core.filter.joint_filter import JointFilter
+from aerial_gnss_ros.core.models.motion_model import swerved
+from aerial_gnss_ros.core.numerics.gaussian import mahalanobis
+
+SURE = math.log(20.0)
+"""Nats by which swerves of robots must be likelier than a turn of the camera, so that an image is
+used in which most robots are not where they should be."""
+
+
+def swerves(
+    joint: JointFilter, pairs: Comparison, left: list[int], chosen: list[int], threshold: float
+) -> int:
+    """Return how many robots that are not where they should be have each swerved by itself.
+
+    None, unless that is clearly likelier than a turn of the camera.
+
+    Args:
+        joint: where robots are.
+        pairs: of robots and boxes.
+        left: those left over, of robots that should be in the picture.
+        chosen: those of robots that are where they should be.
+        threshold: squared Mahalanobis distance at the edge of a gate.
+    """
+    spread = pairs.spread[left] + swerved(joint.speeds(pairs.rows[left]))
+    squared = mahalanobis(pairs.offsets[left], spread)[0].tolist()
+    rows: set[int] = set()
+    columns: set[int] = set()
+    own: list[int] = []
+    for near, k in sorted(zip(squared, left, strict=True)):
+        row, column = int(pairs.rows[k]), int(pairs.columns[k])
+        if near <= threshold and row not in rows and column not in columns:
+            rows.add(row)
+            columns.add(column)
+            own.append(k)
+    if not own:
+        return 0
+    both = own + chosen
+    variances = 0.5 * np.trace(pairs.spread[both], axis1=1, axis2=2)
+    turned = joint.turned_by(pairs.rows[both], pairs.offsets[both], variances)
+    return len(own) if turned < -SURE else 0
+
+
+def turns(joint: JointFilter, tracks: list[Track], rows: list[int]) -> bool:
+    """Return whether a turn of the camera explains better where boxes of the last images were.
+
+    Args:
+        joint: where robots are.
+        tracks: all of them.
+        rows: of the robots; each has innovations.
+    """
+    last = [tracks[row].innovations for row in rows]
+    offsets = [np.mean([(one.east, one.north) for one in seen], axis=0) for seen in last]
+    sums = [sum(one.variances[0] + one.variances[2] for one in seen) for seen in last]
+    means = [0.5 * total / len(seen) ** 2 for total, seen in zip(sums, last, strict=True)]
+    variances = joint.noise.level * np.array(means)
+    return joint.turned_by(np.array(rows), np.array(offsets), variances) > 0.0
