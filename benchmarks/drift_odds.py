@@ -33,7 +33,8 @@ from numpy.typing import NDArray
 from tables import columns, show
 
 from aerial_gnss_ros.core.faults import rotation_fault
-from aerial_gnss_ros.core.faults.rotation_test import SELDOM, explained
+from aerial_gnss_ros.core.faults.rotation_test import TUNING as ROTATION_TEST
+from aerial_gnss_ros.core.faults.rotation_test import explained
 
 Array = NDArray[np.float64]
 Sums = dict[int, tuple[Array, Array, float, float]]
@@ -79,7 +80,7 @@ def cost(sums: Array, variances: Array, swerve: float) -> float:
     stated = np.maximum(variances, 1e-8)
     wide = stated + swerve**2
     squared = 0.5 * np.einsum("ij,ij->i", sums, sums)
-    dear = np.log(wide / stated) - math.log(SELDOM)
+    dear = np.log(wide / stated) - math.log(ROTATION_TEST.swerve_probability)
     return float(np.minimum(squared / stated, squared / wide + dear).sum())
 
 

@@ -27,7 +27,8 @@ from families import ACCELERATION, RandomSwimmers
 from tables import columns, show
 
 from aerial_gnss_ros.core.association.track import Track
-from aerial_gnss_ros.core.identity.reidentification import LOOK_S, Reacquisition
+from aerial_gnss_ros.core.identity.reidentification import TUNING as REIDENTIFICATION
+from aerial_gnss_ros.core.identity.reidentification import Reacquisition
 from aerial_gnss_ros.core.identity.return_position import Swims
 from aerial_gnss_ros.core.models.motion_model import Motion
 from aerial_gnss_ros.core.numerics.gaussian import gate_threshold
@@ -78,7 +79,7 @@ def probability(kind: str, seed: int) -> tuple[float, bool] | None:
 
     place, velocity = known(SEEN_S, BEFORE_MPS)
     back, swims = (one[order] for one in known(SEEN_S + away, AFTER_MPS))
-    now, left = round((SEEN_S + away + LOOK_S) * 1e9), round(SEEN_S * 1e9)
+    now, left = round((SEEN_S + away + REIDENTIFICATION.look_s) * 1e9), round(SEEN_S * 1e9)
     tracks = [
         Track(
             "aqua", 0, left, State.COASTING, f"aqua_{i}", deque([left]),
@@ -87,7 +88,7 @@ def probability(kind: str, seed: int) -> tuple[float, bool] | None:
         )
         for i in range(2)
     ]  # fmt: skip
-    came = now - round(LOOK_S * 1e9)
+    came = now - round(REIDENTIFICATION.look_s * 1e9)
     tracks += [Track("aqua", came, now, hits=deque([came, now])) for _ in range(2)]
     reach, _, noise = MOTION.step(away, np.full(1, 1e-3))
     variance = 2.0 * PLACE_M**2 + float(reach[0]) ** 2 * BEFORE_MPS**2 + float(noise[0, 0])

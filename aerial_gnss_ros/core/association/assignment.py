@@ -11,6 +11,7 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Callable
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,11 +23,18 @@ Pairs = tuple[NDArray[np.intp], NDArray[np.intp]]
 _FORBIDDEN = 1e9
 
 
-NEAR = 3.0
-"""Just outside a gate: up to so many times its radius."""
+@dataclass(frozen=True)
+class AssignmentTuning:
+    """Chosen numbers of this module, with their units and where they come from."""
 
-CLEAR = 20.0
-"""Ratio of the likelihoods of two robots from which a new track is one of them, not the other."""
+    near_gate_radii: float = 3.0
+    """Just outside a gate: up to so many times its radius. Judged."""
+    clear_ratio: float = 20.0
+    """Ratio of the likelihoods of two robots from which a new track is one of them, not the other.
+    Odds of 20 to 1, as everywhere."""
+
+
+TUNING = AssignmentTuning()
 
 
 def assign(squared: Array, log_determinant: Array, allowed: Mask, threshold: float) -> Pairs:

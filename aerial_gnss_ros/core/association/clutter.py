@@ -5,26 +5,34 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
-from aerial_gnss_ros.core.association.assignment import NEAR
+from aerial_gnss_ros.core.association.assignment import TUNING as ASSIGNMENT
 
-IMAGES = 300
-"""Images after which what was counted has faded to a third."""
 
-RARE = 1e-3
-"""Product of the two rates from which a stray box beside a missing robot may well be a false one.
-Robots that swerve are counted in both; ten that cross reach 1e-4."""
+@dataclass(frozen=True)
+class ClutterTuning:
+    """Chosen numbers of this module, with their units and where they come from."""
+
+    fading_images: int = 300
+    """Images after which what was counted has faded to a third. Judged."""
+    rare_product: float = 1e-3
+    """Product of the two rates from which a stray box beside a missing robot may well be a false
+    one. Robots that swerve are counted in both; ten that cross reach 1e-4."""
+
+
+TUNING = ClutterTuning()
 
 
 def chance(beside: int, tracks: int) -> float:
     """Return the probability that a false box lies in the gate of a new track by chance.
 
     Args:
-        beside: boxes that belong to no track, within `NEAR` times a new track's gate; each counts
-            with every one.
+        beside: boxes that belong to no track, within `ASSIGNMENT.near_gate_radii` times a new
+            track's gate; each counts with every one.
         tracks: new ones.
     """
-    return -math.expm1(-beside / (NEAR**2 * max(tracks, 1)))
+    return -math.expm1(-beside / (ASSIGNMENT.near_gate_radii**2 * max(tracks, 1)))
 
 
 class Clutter:
@@ -48,7 +56,7 @@ class Clutter:
             stray: boxes that belong to no track.
         """
         self.stamp_ns = stamp_ns
-        fade = 1.0 - 1.0 / IMAGES
+        fade = 1.0 - 1.0 / TUNING.fading_images
         self._images = fade * self._images + 1.0
         self._stray = fade * self._stray + stray
         self._robots = fade * self._robots + robots
@@ -57,4 +65,4 @@ class Clutter:
     @property
     def heavy(self) -> bool:
         """Whether an image often enough misses a robot and shows a false box at once."""
-        return self._missed * self._stray > RARE * self._robots * self._images
+        return self._missed * self._stray > TUNING.rare_product * self._robots * self._images

@@ -10,6 +10,7 @@ A camera that turns moves all boxes at once, as the derivative of places by its 
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -19,9 +20,17 @@ from aerial_gnss_ros.core.filter.joint_filter import JointFilter
 from aerial_gnss_ros.core.models.motion_model import swerved
 from aerial_gnss_ros.core.numerics.gaussian import mahalanobis
 
-SURE = math.log(20.0)
-"""Nats by which swerves of robots must be likelier than a turn of the camera, so that an image is
-used in which most robots are not where they should be."""
+
+@dataclass(frozen=True)
+class CoherenceTuning:
+    """Chosen numbers of this module, with their units and where they come from."""
+
+    swerve_nats: float = math.log(20.0)
+    """Nats by which swerves of robots must be likelier than a turn of the camera, so that an image
+    is used in which most robots are not where they should be. Odds of 20 to 1, as everywhere."""
+
+
+TUNING = CoherenceTuning()
 
 
 def swerves(
@@ -54,7 +63,7 @@ def swerves(
     both = own + chosen
     variances = 0.5 * np.trace(pairs.spread[both], axis1=1, axis2=2)
     turned = joint.turned_by(pairs.rows[both], pairs.offsets[both], variances)
-    return len(own) if turned < -SURE else 0
+    return len(own) if turned < -TUNING.swerve_nats else 0
 
 
 def turns(joint: JointFilter, tracks: list[Track], rows: list[int]) -> bool:

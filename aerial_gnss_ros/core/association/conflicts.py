@@ -6,9 +6,9 @@ from __future__ import annotations
 
 import math
 
-from aerial_gnss_ros.core.association.assignment import CLEAR
+from aerial_gnss_ros.core.association.assignment import TUNING as ASSIGNMENT
 from aerial_gnss_ros.core.association.track import Track
-from aerial_gnss_ros.core.models.motion_model import HELD_S
+from aerial_gnss_ros.core.models.motion_model import TUNING as MOTION_MODEL
 
 
 def undisputed(
@@ -35,9 +35,11 @@ def undisputed(
         kind: of each track; "" is not updated by a single box.
         stamp_ns: of the image, ns.
     """
-    unsure = [k for k in chosen if stamp_ns - tracks[rows[k]].last_seen_ns > HELD_S * 1e9]
+    unsure = [
+        k for k in chosen if stamp_ns - tracks[rows[k]].last_seen_ns > MOTION_MODEL.held_s * 1e9
+    ]
     for k in unsure:
-        least = log[k] - math.log(CLEAR)
+        least = log[k] - math.log(ASSIGNMENT.clear_ratio)
         if any(
             log[i] > least and columns[i] == columns[k] and not kind[row]
             and tracks[row].robot_id and tracks[row].class_id == tracks[rows[k]].class_id

@@ -6,7 +6,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from aerial_gnss_ros.core.association.assignment import NEAR, likeliest
+from aerial_gnss_ros.core.association.assignment import TUNING as ASSIGNMENT
+from aerial_gnss_ros.core.association.assignment import likeliest
 from aerial_gnss_ros.core.filter.innovation import Comparison
 from aerial_gnss_ros.core.numerics.gaussian import mahalanobis
 
@@ -100,4 +101,6 @@ class Candidates:
 
     def near(self, pairs: list[int]) -> list[int]:
         """Return those of some pairs that are inside or just outside a gate."""
-        return [k for k in pairs if self.squared[k] <= NEAR**2 * self.threshold]
+        return [
+            k for k in pairs if self.squared[k] <= ASSIGNMENT.near_gate_radii**2 * self.threshold
+        ]

@@ -18,6 +18,7 @@ probability is shared among them.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from itertools import combinations
 from typing import NamedTuple
 
@@ -35,16 +36,27 @@ from aerial_gnss_ros.core.association.image_motion import (
 Array = NDArray[np.float64]
 Indices = NDArray[np.intp]
 
-GATE = 25.0
-"""Squared distance of a pair, by the motion's and its own variance, beyond which it cannot be."""
 
-ALL = 256
-"""Up to so many assignments all are compared: any four points and detections, or eight that are
-clear of one another."""
+@dataclass(frozen=True)
+class ImageLinksTuning:
+    """Chosen numbers of this module, with their units and where they come from."""
 
-SEEDS, BESIDE = 30, 4
-"""Of more, so many pairs suggest one each, the nearest ones first; and those beside so many of the
-likeliest are compared as well."""
+    gate_squared: float = 25.0
+    """Squared distance of a pair, by the motion's and its own variance, beyond which it cannot be.
+    Judged."""
+    compared_assignments: int = 256
+    """Up to so many assignments all are compared: any four points and detections, or eight that are
+    clear of one another. Judged."""
+    suggesting_pairs: int = 30
+    """Of more, so many pairs suggest one each, the nearest ones first; and those beside so many of
+    the likeliest are compared as well. Judged."""
+    beside_assignments: int = 4
+    """Of more, so many pairs suggest one each, the nearest ones first; and those beside so many of
+    the likeliest are compared as well. Judged."""
+
+
+TUNING = ImageLinksTuning()
+
 
 _FORBIDDEN = 1e6
 
@@ -85,7 +97,7 @@ def links(
     if not n or not m:
         return Links(np.zeros((n, m)), motion)
     law = _Law(points, found, variances, motion, detected, density)
-    able = possible & (law.squared <= GATE)
+    able = possible & (law.squared <= TUNING.gate_squared)
     every = _every(able)
     if every is None:
         every = _likely(law, able)
@@ -99,12 +111,12 @@ def links(
 
 
 def _every(able: NDArray[np.bool_]) -> Indices | None:
-    """Return all assignments (k, n); None if they are more than `ALL`."""
+    """Return all assignments (k, n); None if they are more than `TUNING.compared_assignments`."""
     partial: list[list[int]] = [[]]
     for row in able:
         reach = np.flatnonzero(row).tolist()
         partial = [[*one, j] for one in partial for j in (-1, *reach) if j < 0 or j not in one]
-        if len(partial) > ALL:
+        if len(partial) > TUNING.compared_assignments:
             return None
     return np.array(partial, np.intp)
 
@@ -112,11 +124,11 @@ def _every(able: NDArray[np.bool_]) -> Indices | None:
 def _likely(law: _Law, able: NDArray[np.bool_]) -> Indices:
     """Return assignments (k, n) that any pair suggests, and those beside the likeliest ones."""
     pairs = np.argwhere(able)
-    nearest = np.argsort(law.squared[able], kind="stable")[:SEEDS]
+    nearest = np.argsort(law.squared[able], kind="stable")[: TUNING.suggesting_pairs]
     found = [law.completed(int(i), int(j), able) for i, j in pairs[nearest]]
     every = np.unique([np.full(len(able), -1, np.intp), *found], axis=0)
     scores = law.scores(every)
-    best = every[np.argsort(-scores, kind="stable")[:BESIDE]]
+    best = every[np.argsort(-scores, kind="stable")[: TUNING.beside_assignments]]
     beside = [other for one in best for other in _others(one, able)]
     likely: Indices = np.unique([*every, *beside], axis=0)
     return likely

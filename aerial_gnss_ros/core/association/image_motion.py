@@ -13,6 +13,7 @@ axis, a change of the distance, and how the water's distance differs over the pi
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -22,16 +23,22 @@ from aerial_gnss_ros.core.camera.model import CameraModel
 
 Array = NDArray[np.float64]
 
-RATE = 0.35
-"""By how much the rates of the camera's motion change from image to image, one sigma, 1/s: turns of
-20 deg/s, or as large a share of the distance."""
 
-SHEAR = 0.25
-"""The same for what shears the picture or stretches it one way, as a share of RATE: that comes with
-a drone's acceleration, and slower."""
+@dataclass(frozen=True)
+class ImageMotionTuning:
+    """Chosen numbers of this module, with their units and where they come from."""
 
-FAR = 10.0
-"""Coordinates of a box that is nowhere in the picture are cut off there."""
+    rate_change_sigma: float = 0.35
+    """By how much the rates of the camera's motion change from image to image, one sigma, 1/s:
+    turns of 20 deg/s, or as large a share of the distance. Judged."""
+    shear_share: float = 0.25
+    """The same for what shears the picture or stretches it one way, as a share of RATE: that comes
+    with a drone's acceleration, and slower. Judged."""
+    cut_off_coordinates: float = 10.0
+    """Coordinates of a box that is nowhere in the picture are cut off there. Judged."""
+
+
+TUNING = ImageMotionTuning()
 
 
 class Motion(NamedTuple):
@@ -80,9 +87,11 @@ def _change_of_rates() -> Array:
     """Return the covariance (6, 6) of the changes of the camera's rates, 1/s²."""
     swap = np.array([[0.0, 0.0, 0.0, 1.0], [0.0, 0.0, -1.0, 0.0], [0.0, -1.0, 0.0, 0.0],
                      [1.0, 0.0, 0.0, 0.0]])  # fmt: skip
-    covariance = RATE**2 * np.eye(6)
+    covariance = TUNING.rate_change_sigma**2 * np.eye(6)
     alike = 0.5 * (np.eye(4) + swap)  # turns and scales; the rest shears
-    covariance[2:, 2:] = RATE**2 * (alike + SHEAR**2 * (np.eye(4) - alike))
+    covariance[2:, 2:] = TUNING.rate_change_sigma**2 * (
+        alike + TUNING.shear_share**2 * (np.eye(4) - alike)
+    )
     return covariance
 
 
@@ -94,7 +103,7 @@ def on_plane(centers: Array, camera: CameraModel) -> Array:
     """Return pixels (n, 2) on the plane 1 before the camera, without regard to its distortion."""
     K = camera.K
     plane = (centers - K[:2, 2]) / np.array([K[0, 0], K[1, 1]])
-    near: Array = np.clip(plane, -FAR, FAR)
+    near: Array = np.clip(plane, -TUNING.cut_off_coordinates, TUNING.cut_off_coordinates)
     return near
 
 

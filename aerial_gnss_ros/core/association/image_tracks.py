@@ -13,6 +13,7 @@ re-identification, together with places; positions are never taken from it.
 from __future__ import annotations
 
 from collections import deque
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -21,7 +22,6 @@ from numpy.typing import NDArray
 from aerial_gnss_ros.core.association.image_links import Links, links
 from aerial_gnss_ros.core.association.image_motion import (
     CHANGE,
-    RATE,
     Motion,
     by_motion,
     fitted,
@@ -29,44 +29,52 @@ from aerial_gnss_ros.core.association.image_motion import (
     moved,
     on_plane,
 )
+from aerial_gnss_ros.core.association.image_motion import TUNING as IMAGE_MOTION
 from aerial_gnss_ros.core.camera.model import CameraModel
 from aerial_gnss_ros.core.values.detection_frame import DetectionFrame
 
 Array = NDArray[np.float64]
 
-STEADY_S = 0.3
-"""Time constant over which these rates are averaged, s."""
 
-HISTORY_S = 1.0
-"""Images with a pose that are kept, s; and a point that is missed for so long is given up, s."""
+@dataclass(frozen=True)
+class ImageTracksTuning:
+    """Chosen numbers of this module, with their units and where they come from."""
 
-MISSED_IMAGES = 3
-"""… unless it were fewer images than that."""
+    steady_s: float = 0.3
+    """Time constant over which these rates are averaged, s. Judged."""
+    history_s: float = 1.0
+    """Images with a pose that are kept, s; and a point that is missed for so long is given up, s.
+    Judged."""
+    missed_images: int = 3
+    """A point that is missed is kept for so many images at least. Judged."""
+    link_s: float = 2.0
+    """Images farther apart than this are not linked, s. Judged."""
+    again_s: float = 1.0
+    """For so long after the last image without a pose new tracks get labels, s. Judged."""
+    most_points: int = 32
+    """Points or detections beyond which nothing is followed: the picture is full of false boxes.
+    Judged."""
+    least_label_probability: float = 1e-3
+    """Probability below which a label is forgotten. Judged."""
+    unmodelled_probability: float = 0.01
+    """Probability that links have failed in a way that their model does not know. Judged."""
+    clearly: float = 0.95
+    """Probability from which a detection is one robot, and not another one. Judged."""
+    real_probability: float = 0.5
+    """Probability that a detection where none was expected is of something that will be seen again.
+    Judged."""
+    prior_new_boxes: float = 0.1
+    """Detections of no known robot in an image, and how often robots are detected, in so many
+    images; both before any image has shown it. Judged."""
+    prior_hits: float = 9.0
+    """Detections of no known robot in an image, and how often robots are detected, in so many
+    images; both before any image has shown it. Judged."""
+    prior_misses: float = 1.0
+    """Detections of no known robot in an image, and how often robots are detected, in so many
+    images; both before any image has shown it. Judged."""
 
-LINK_S = 2.0
-"""Images farther apart than this are not linked, s."""
 
-AGAIN_S = 1.0
-"""For so long after the last image without a pose new tracks get labels, s."""
-
-MOST = 32
-"""Points or detections beyond which nothing is followed: the picture is full of false boxes."""
-
-LEAST = 1e-3
-"""Probability below which a label is forgotten."""
-
-UNMODELLED = 0.01
-"""Probability that links have failed in a way that their model does not know."""
-
-CLEARLY = 0.95
-"""Probability from which a detection is one robot, and not another one."""
-
-REAL = 0.5
-"""Probability that a detection where none was expected is of something that will be seen again."""
-
-NEW_BOXES, HITS, MISSES = 0.1, 9.0, 1.0
-"""Detections of no known robot in an image, and how often robots are detected, in so many images;
-both before any image has shown it."""
+TUNING = ImageTracksTuning()
 
 
 class Labels(NamedTuple):
@@ -82,11 +90,14 @@ class Labels(NamedTuple):
 
     def factor(self, name: str) -> float:
         """Return the likelihood that it is a robot, but for a common factor."""
-        return max(self.names.get(name, self.others), UNMODELLED)
+        return max(self.names.get(name, self.others), TUNING.unmodelled_probability)
 
     def contradicts(self, name: str) -> bool:
         """Return whether, of the robots that were followed, it is clearly another one."""
-        return self.names.get(name, 1.0) < 1.0 - CLEARLY and max(self.names.values()) > CLEARLY
+        return (
+            self.names.get(name, 1.0) < 1.0 - TUNING.clearly
+            and max(self.names.values()) > TUNING.clearly
+        )
 
 
 UNTOLD = Labels({}, 1.0)
@@ -172,13 +183,13 @@ class ImageTracks:
         stamp_ns, labels = frame.stamp_ns, {}
         if self._blind_ns is not None:
             labels = self.followed(frame, blind=False)
-            if stamp_ns - self._blind_ns > AGAIN_S * 1e9:
+            if stamp_ns - self._blind_ns > TUNING.again_s * 1e9:
                 self._blind_ns, self._points = None, []
             else:
                 self._name(named)
         history = self._history
         history.append(Seen(stamp_ns, frame.centers, frame.class_ids, named, camera, height))
-        while stamp_ns - history[0].stamp_ns > HISTORY_S * 1e9:
+        while stamp_ns - history[0].stamp_ns > TUNING.history_s * 1e9:
             history.popleft()
         return {index: one for index, one in labels.items() if index not in named}
 
@@ -249,7 +260,7 @@ class ImageTracks:
         last = self._history[-1]
         box = self._pixel_sigma / float(last.camera.K[0, 0])
         swum = self._speed_sigma * np.asarray(passed) / max(last.height, 1.0)
-        bent = RATE * np.asarray(passed) * (places**2).sum(axis=1)
+        bent = IMAGE_MOTION.rate_change_sigma * np.asarray(passed) * (places**2).sum(axis=1)
         variances: Array = 2.0 * box**2 + swum**2 + bent**2
         return variances
 
@@ -257,9 +268,13 @@ class ImageTracks:
         """Link the points to an image's boxes."""
         passed = (frame.stamp_ns - self._stamp_ns) * 1e-9
         self._stamp_ns = frame.stamp_ns
-        if passed <= 0.0 or passed > LINK_S or max(len(self._points), len(frame)) > MOST:
+        if (
+            passed <= 0.0
+            or passed > TUNING.link_s
+            or max(len(self._points), len(frame)) > TUNING.most_points
+        ):
             self._points = []
-            if len(frame) > MOST:
+            if len(frame) > TUNING.most_points:
                 return
         camera = self._history[-1].camera
         found = on_plane(frame.centers, camera)
@@ -278,7 +293,7 @@ class ImageTracks:
             density,
         )  # fmt: skip
         if self._points:
-            gain = 1.0 - np.exp(-passed / STEADY_S)
+            gain = 1.0 - np.exp(-passed / TUNING.steady_s)
             self._rates = self._rates + gain * (linked.motion.mean / passed - self._rates)
         hits = self._hits(linked.chances)
         missed = self._missed(linked, places, detected, passed)
@@ -286,7 +301,7 @@ class ImageTracks:
         claimed = linked.chances.sum(axis=0)
         self._points = [
             Point((x, y), frame.class_ids[j], _scaled(hits[j], scale), frame.stamp_ns,
-                  there=float(claimed[j] + (1.0 - claimed[j]) * REAL))
+                  there=float(claimed[j] + (1.0 - claimed[j]) * TUNING.real_probability))
             for j, (x, y) in enumerate(found.tolist())
         ]  # fmt: skip
         self._points += [one._replace(names=_scaled(one.names, scale)) for one in missed]
@@ -308,7 +323,7 @@ class ImageTracks:
         One that may not be there at all is the less likely to be, for not being detected.
         """
         camera = self._history[-1].camera
-        patience_ns = max(HISTORY_S, MISSED_IMAGES * passed) * 1e9
+        patience_ns = max(TUNING.history_s, TUNING.missed_images * passed) * 1e9
         after, by = moved(places, linked.motion), by_motion(places)
         found = []
         for i, one in enumerate(self._points):
@@ -316,7 +331,7 @@ class ImageTracks:
             left *= (1.0 - detected) / (1.0 - detected * one.there)
             x, y = after[i].tolist()
             gone = self._stamp_ns - one.seen_ns > patience_ns or not in_picture(x, y, camera)
-            if gone or left * one.there < LEAST:
+            if gone or left * one.there < TUNING.least_label_probability:
                 continue
             unsure = 0.5 * float(np.trace(by[i] @ linked.motion.covariance @ by[i].T))
             found.append(one._replace(
@@ -330,7 +345,9 @@ class ImageTracks:
         factors = {}
         for name in self._known:
             lost = max(0.0, 1.0 - sum(one.names.get(name, 0.0) for one in self._points))
-            factors[name] = 1.0 / max(lost + sum(one.get(name, 0.0) for one in found), LEAST)
+            factors[name] = 1.0 / max(
+                lost + sum(one.get(name, 0.0) for one in found), TUNING.least_label_probability
+            )
         return factors
 
     def _detected(self, camera: CameraModel) -> tuple[float, float]:
@@ -338,9 +355,11 @@ class ImageTracks:
         names = {name for seen in self._history for name in seen.named.values()}
         hits = sum(len(seen.named) for seen in self._history)
         others = sum(len(seen.centers) - len(seen.named) for seen in self._history)
-        share = (hits + HITS) / (len(names) * len(self._history) + HITS + MISSES)
+        share = (hits + TUNING.prior_hits) / (
+            len(names) * len(self._history) + TUNING.prior_hits + TUNING.prior_misses
+        )
         area = float(camera.width * camera.height / (camera.K[0, 0] * camera.K[1, 1]))
-        return min(share, 0.99), (NEW_BOXES + others / len(self._history)) / area
+        return min(share, 0.99), (TUNING.prior_new_boxes + others / len(self._history)) / area
 
     def _name(self, named: dict[int, str]) -> None:
         """Let boxes that measured robots be these for certain."""
@@ -373,4 +392,4 @@ class ImageTracks:
 def _scaled(names: dict[str, float], factors: dict[str, float]) -> dict[str, float]:
     """Return probabilities times a factor for each name, without those too small to matter."""
     scaled = {name: p * factors[name] for name, p in names.items()}
-    return {name: p for name, p in scaled.items() if p > LEAST}
+    return {name: p for name, p in scaled.items() if p > TUNING.least_label_probability}

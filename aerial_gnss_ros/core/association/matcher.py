@@ -10,12 +10,14 @@ filter would lag behind, the box would leave the gate and grow a second track on
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from statistics import median
 
 import numpy as np
 from numpy.typing import NDArray
 
-from aerial_gnss_ros.core.association.assignment import NEAR, Pairs, lone
+from aerial_gnss_ros.core.association.assignment import TUNING as ASSIGNMENT
+from aerial_gnss_ros.core.association.assignment import Pairs, lone
 from aerial_gnss_ros.core.association.clutter import Clutter, chance
 from aerial_gnss_ros.core.association.coherence import swerves, turns
 from aerial_gnss_ros.core.association.conflicts import kept, undisputed
@@ -25,27 +27,34 @@ from aerial_gnss_ros.core.faults.noise_level import Innovation
 from aerial_gnss_ros.core.filter.innovation import Comparison
 from aerial_gnss_ros.core.filter.joint_filter import JointFilter
 from aerial_gnss_ros.core.georeferencing.measurements import Measurements
-from aerial_gnss_ros.core.models.motion_model import HELD_S, SWERVE_S, swerved
+from aerial_gnss_ros.core.models.motion_model import TUNING as MOTION_MODEL
+from aerial_gnss_ros.core.models.motion_model import swerved
 from aerial_gnss_ros.core.numerics.gaussian import mahalanobis
 from aerial_gnss_ros.core.values.estimates import State
 
 Array = NDArray[np.float64]
 
-LEAST_KNOWN = 3
-"""Robots in view from which on most must agree with an image; of two, one of them."""
 
-HELD_IMAGES = 3
-"""Images in a row that may miss a robot without more ado, however far apart they are."""
+@dataclass(frozen=True)
+class MatcherTuning:
+    """Chosen numbers of this module, with their units and where they come from."""
 
-STRAINED = 3.0
-"""Fading mean of normalised squared innovations from which a robot turns harder than its model. One
-that obeys it gets there once in a million images (33 of 30 million draws of the law)."""
+    majority_robots: int = 3
+    """Robots in view from which on most must agree with an image; of two, one of them. Judged."""
+    held_images: int = 3
+    """Images in a row that may miss a robot without more ado, however far apart they are.
+    Judged."""
+    strained_mean: float = 3.0
+    """Fading mean of normalised squared innovations from which a robot turns harder than its model.
+    One that obeys it gets there once in a million images (33 of 30 million draws of the law)."""
+    common_median: float = 2.0
+    """Median of the robots' means from which they have a common cause: a latency, a wrong compass.
+    Judged."""
+    turn_share: float = 0.25
+    """Share of `Motion.speed_sigma` by which its velocity is then uncertain. Judged."""
 
-COMMON = 2.0
-"""Median of the robots' means from which they have a common cause: a latency, a wrong compass."""
 
-TURN_SHARE = 0.25
-"""Share of `Motion.speed_sigma` by which its velocity is then uncertain."""
+TUNING = MatcherTuning()
 
 
 class Matcher:
@@ -82,8 +91,8 @@ class Matcher:
             self._clutter.take(stamp_ns, 0, 0, 0)
             return np.zeros(0, np.intp), np.zeros(0, np.intp)
         # Farther off, a pair is neither a near miss nor a robot that has swerved.
-        swerve = self.threshold * (SWERVE_S * self._filter.motions.largest) ** 2
-        pairs = self._filter.compare(seen, NEAR**2 * self.threshold, swerve)
+        swerve = self.threshold * (MOTION_MODEL.swerve_s * self._filter.motions.largest) ** 2
+        pairs = self._filter.compare(seen, ASSIGNMENT.near_gate_radii**2 * self.threshold, swerve)
         kind = [self._kind(track, stamp_ns) for track in tracks]
         classes, ids = [track.class_id for track in tracks], seen.class_ids.tolist()
         able = Candidates.of_image(pairs, kind, classes, ids, self.threshold)
@@ -149,7 +158,8 @@ class Matcher:
     def _patience_s(self, stamp_ns: int) -> float:
         """Return the time since a robot was seen up to which a single box may update it.
 
-        Beyond `HELD_S` its gate grows fast. Where images are cluttered the box in it may be false.
+        Beyond `MOTION_MODEL.held_s` its gate grows fast. Where images are cluttered the box in it
+        may be false.
         """
         if not self._clutter.heavy:
             return self.fresh_s
@@ -157,7 +167,9 @@ class Matcher:
 
     def _missed_s(self, stamp_ns: int) -> float:
         """Return for how long images may miss a robot that is in view."""
-        return max(HELD_S, HELD_IMAGES * (stamp_ns - self._clutter.stamp_ns) * 1e-9)
+        return max(
+            MOTION_MODEL.held_s, TUNING.held_images * (stamp_ns - self._clutter.stamp_ns) * 1e-9
+        )
 
     def _watch_strain(self, tracks: list[Track], hits: list[tuple[int, float]]) -> bool:
         """Loosen the robots whose boxes are off by more than their model explains.
@@ -170,15 +182,17 @@ class Matcher:
             Whether most are, and one turn of the camera explains it better than robots that turn.
         """
         strain = {row: tracks[row].stress(squared) for row, squared in hits}
-        strained = len(strain) >= LEAST_KNOWN and median(strain.values()) > COMMON
+        strained = (
+            len(strain) >= TUNING.majority_robots and median(strain.values()) > TUNING.common_median
+        )
         if strained and turns(self._filter, tracks, list(strain)):
             return True
-        turning = [row for row, mean in strain.items() if mean > STRAINED]
+        turning = [row for row, mean in strain.items() if mean > TUNING.strained_mean]
         for row in turning:
             tracks[row].strain = 1.0
         if turning:
-            speeds = TURN_SHARE * self._filter.speeds(turning)
-            self._filter.loosen(np.array(turning, np.intp), speeds, SWERVE_S)
+            speeds = TUNING.turn_share * self._filter.speeds(turning)
+            self._filter.loosen(np.array(turning, np.intp), speeds, MOTION_MODEL.swerve_s)
         return False
 
     def _swerved(
@@ -211,7 +225,9 @@ class Matcher:
                 continue
             if not self._clutter.heavy or any(_began(other, tracks[row]) for other in others):
                 own.append(k)
-        self._filter.loosen(pairs.rows[own], self._filter.speeds(pairs.rows[own]), SWERVE_S)
+        self._filter.loosen(
+            pairs.rows[own], self._filter.speeds(pairs.rows[own]), MOTION_MODEL.swerve_s
+        )
         return own
 
     def _is_confused(self, robots: int, boxes: int, matched: int) -> bool:
@@ -222,10 +238,10 @@ class Matcher:
         """
         known = min(robots, boxes)
         confused = known > 1 and 2 * matched < known
-        if known < LEAST_KNOWN and not confused:
+        if known < TUNING.majority_robots and not confused:
             # Few robots are back when all of them are, and not once by chance.
             self._agreed = self._agreed + matched if 0 < matched == known else 0
-            self.confused = self.confused and self._agreed < LEAST_KNOWN
+            self.confused = self.confused and self._agreed < TUNING.majority_robots
             return False
         self._agreed = 0
         if confused and self.confused and not self._told:  # one image may be in error

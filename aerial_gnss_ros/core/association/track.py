@@ -17,11 +17,18 @@ from aerial_gnss_ros.core.values.rejection import Cause
 
 Array = NDArray[np.float64]
 
-HABIT_S = 5.0
-"""Velocities so far apart count as independent of one another."""
 
-STRAIN_IMAGES = 8
-"""Images over which a robot's normalised squared innovations are averaged."""
+@dataclass(frozen=True)
+class TrackTuning:
+    """Chosen numbers of this module, with their units and where they come from."""
+
+    habit_s: float = 5.0
+    """Velocities so far apart count as independent of one another. Judged."""
+    strain_images: int = 8
+    """Images over which a robot's normalised squared innovations are averaged. Judged."""
+
+
+TUNING = TrackTuning()
 
 
 @dataclass
@@ -38,7 +45,7 @@ class Track:
         strain: fading mean of its squared innovations by their expectation; 1 is right.
         velocity: (2,) East, North when last seen, m/s.
         velocity_spread: (2, 2) covariance of that, m²/s².
-        swum: sum of its squared velocities, mean of both axes, each `HABIT_S`, m²/s².
+        swum: sum of its squared velocities, mean of both axes, each `TUNING.habit_s`, m²/s².
         swum_count: how many independent ones.
         waits: whether it waits for its name, since it could be one of several robots.
         chance: probability that its boxes after the first are false ones, there by chance.
@@ -96,7 +103,7 @@ class Track:
         self.leaving = edge
         if self.state is not State.TENTATIVE:
             self.state = State.CONFIRMED
-            since = min((stamp_ns - self.last_seen_ns) * 1e-9 / HABIT_S, 1.0)
+            since = min((stamp_ns - self.last_seen_ns) * 1e-9 / TUNING.habit_s, 1.0)
             east, north = velocity.tolist()
             self.swum += since * 0.5 * (east * east + north * north)
             self.swum_count += since
@@ -128,7 +135,7 @@ class Track:
 
     def stress(self, squared: float) -> float:
         """Take in a squared Mahalanobis innovation; return the fading mean."""
-        self.strain += (0.5 * squared - self.strain) / STRAIN_IMAGES
+        self.strain += (0.5 * squared - self.strain) / TUNING.strain_images
         return self.strain
 
     def habit(self, speed: float) -> float:

@@ -22,25 +22,29 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 
-RATE = math.radians(20.0)
-"""One sigma of the rate at which a camera turns whose boxes no robots explain, each axis, rad/s."""
 
-NEGLIGIBLE = 1e-3
-"""Probability below which what the camera may have turned does not show in covariances."""
+@dataclass(frozen=True)
+class AttitudeAmbiguityTuning:
+    """Chosen numbers of this module, with their units and where they come from."""
 
-ALREADY_S = 0.3
-"""For so long it has turned when that is noticed, s."""
+    turn_rate_radps: float = math.radians(20.0)
+    """One sigma of the rate at which a camera turns whose boxes no robots explain, each axis,
+    rad/s. Judged."""
+    negligible_probability: float = 1e-3
+    """Probability below which what the camera may have turned does not show in covariances. Adds
+    less than 3 % to a sigma."""
+    already_s: float = 0.3
+    """For so long it has turned when that is noticed, s. Judged."""
+    back_rad: float = math.radians(3.0)
+    """An orientation that jumped is back so near to where it would be. Judged."""
+    was_wrong_nats: float = -3.0
+    """Nats: an orientation that jumps and later jumps back was wrong meanwhile, rather than the
+    camera has turned just then. Judged."""
+    episodes: int = 4
+    """Times that are told apart; of those before, all is one. Judged."""
 
 
-BACK = math.radians(3.0)
-"""An orientation that jumped is back so near to where it would be."""
-
-WAS_WRONG = -3.0
-"""Nats: an orientation that jumps and later jumps back was wrong meanwhile, rather than the camera
-has turned just then."""
-
-EPISODES = 4
-"""Times that are told apart; of those before, all is one."""
+TUNING = AttitudeAmbiguityTuning()
 
 
 @dataclass
@@ -61,7 +65,7 @@ class Episode:
     def doubt(self) -> Array:
         """(3, 3) covariance of the angles, rad²."""
         share = 1.0 if self.odds is None else 0.5 + 0.5 * math.tanh(0.5 * self.odds)
-        return share * self.spread if share > NEGLIGIBLE else 0.0 * self.spread
+        return share * self.spread if share > TUNING.negligible_probability else 0.0 * self.spread
 
     def told(self, nats: float) -> None:
         """Take in by how much likelier it is that D counts."""
@@ -80,7 +84,7 @@ class Unexplained:
     """
 
     def __init__(self, most: float) -> None:
-        self._most_s = most / RATE
+        self._most_s = most / TUNING.turn_rate_radps
         self._earlier: Array = np.zeros((3, 3))  # of times before the episodes
         self.episodes: list[Episode] = []
         self._lasts = self._grown = 0.0
@@ -136,16 +140,16 @@ class Unexplained:
         else:
             self._lasts += seconds
             before, self._grown = self._grown, min(self._lasts, self._most_s)
-            grown = RATE**2 * (self._grown**2 - before**2)
+            grown = TUNING.turn_rate_radps**2 * (self._grown**2 - before**2)
             self.episodes[-1].spread = self.episodes[-1].spread + grown * np.eye(3)
             self.doubts = True
 
     def _begin(self, seconds: float) -> None:
         told = [one for one in self.episodes if one.spread.any()]
-        if len(told) == EPISODES:
+        if len(told) == TUNING.episodes:
             self._earlier = self._earlier + told.pop(0).doubt
         self.episodes = [*told, Episode(ago=seconds)]
-        self._lasts, self._grown = ALREADY_S + seconds, 0.0
+        self._lasts, self._grown = TUNING.already_s + seconds, 0.0
 
     def displaced(self, turn: Array, spread: Array, squared: float) -> None:
         """Take in that all robots are elsewhere, as a turn of the camera would have it.
@@ -200,12 +204,12 @@ class Unexplained:
         if not self._jump.any():
             self._jumped_s = seconds
         self._jump = self._jump + turn
-        if math.sqrt(self._jump @ self._jump) > BACK:
+        if math.sqrt(self._jump @ self._jump) > TUNING.back_rad:
             return False
         for one in self.episodes:
             # Robots that went along are elsewhere now: `displaced` tells.
             if one.ago <= self._jumped_s + 1e-6 and not self._turned.any():
-                one.told(WAS_WRONG)
+                one.told(TUNING.was_wrong_nats)
         self._jump = np.zeros(3)
         return True
 

@@ -21,29 +21,33 @@ from aerial_gnss_ros.core.values.events import WarningText
 
 Array = NDArray[np.float64]
 
-WINDOW_IMAGES = 100
-LEAST_COUNT = 60
-"""Residuals below which nothing is said."""
 
-ALARM_SIGMAS = 4.5
-"""How far the mean may leave 1, in its own sigma. Residuals of one robot are not quite independent
-from image to image, and the gate cuts the tail."""
+@dataclass(frozen=True)
+class ConsistencyTuning:
+    """Chosen numbers of this module, with their units and where they come from."""
 
-CALM_SIGMAS = 2.5
-"""Below which an alarm ends."""
+    fit_images: int = 100
+    """Images over which residuals are compared with their covariance. Judged."""
+    least_residuals: int = 60
+    """Residuals below which nothing is said. Judged."""
+    alarm_sigmas: float = 4.5
+    """How far the mean may leave 1, in its own sigma. Residuals of one robot are not quite
+    independent from image to image, and the gate cuts the tail."""
+    calm_sigmas: float = 2.5
+    """Below which an alarm ends. Judged."""
+    platform_sigmas: float = 3.5
+    """An estimated platform error so many times its stated sigma is not credible. Judged."""
+    credible_sigmas: float = 3.0
+    """Below which it is again. Judged."""
+    outside_share: float = 0.03
+    """Share of the boxes that lie just outside their robot's gate from which that is a complaint.
+    It is ten times less by the gate's own probability where the noise is as stated."""
+    turned_rad: float = math.radians(1.0)
+    """A turn of the camera by itself that may be larger is a complaint. Judged."""
 
-PLATFORM_SIGMAS = 3.5
-"""An estimated platform error so many times its stated sigma is not credible."""
 
-CREDIBLE_SIGMAS = 3.0
-"""Below which it is again."""
+TUNING = ConsistencyTuning()
 
-OUTSIDE_SHARE = 0.03
-"""Share of the boxes that lie just outside their robot's gate from which that is a complaint. It is
-ten times less by the gate's own probability where the noise is as stated."""
-
-TURNED = math.radians(1.0)
-"""A turn of the camera by itself that may be larger is a complaint."""
 
 _WORDS = {
     "gnss_east": ("drone's east position", "noise.gnss_offset_m", 1.0, "m"),
@@ -80,7 +84,7 @@ class InnovationMonitor:
         self._alarm, self._level = False, 1.0
         self._told: set[str] = set()
         self._incredible: dict[str, str] = {}
-        self._matches: deque[tuple[int, int]] = deque(maxlen=WINDOW_IMAGES)
+        self._matches: deque[tuple[int, int]] = deque(maxlen=TUNING.fit_images)
         self._turned = ""
 
     def reset(self) -> None:
@@ -103,7 +107,9 @@ class InnovationMonitor:
     def _outside(self) -> tuple[str, ...]:
         matched = sum(item[0] for item in self._matches)
         missed = sum(item[1] for item in self._matches)
-        if matched + missed < LEAST_COUNT // 2 or missed <= OUTSIDE_SHARE * (matched + missed):
+        if matched + missed < TUNING.least_residuals // 2 or missed <= TUNING.outside_share * (
+            matched + missed
+        ):
             return ()
         words = (
             f"{missed} of {matched + missed} boxes lie outside their robot's gate, so that they "
@@ -116,7 +122,7 @@ class InnovationMonitor:
     def fit(self) -> Fit:
         """The fit over the last images."""
         count = self._count
-        if count < LEAST_COUNT:
+        if count < TUNING.least_residuals:
             return Fit(math.nan, 0.0, self._alarm)
         ratio = self._squared / count
         sigmas = (ratio - 1.0) / math.sqrt(2.0 / count)
@@ -134,14 +140,14 @@ class InnovationMonitor:
         squared *= level
         self._window.append((squared, count))
         self._squared, self._count = self._squared + squared, self._count + count
-        if len(self._window) > WINDOW_IMAGES:
+        if len(self._window) > TUNING.fit_images:
             old_squared, old_count = self._window.popleft()
             self._squared, self._count = self._squared - old_squared, self._count - old_count
         fit = self.fit
-        if not self._alarm and fit.sigmas > ALARM_SIGMAS:
+        if not self._alarm and fit.sigmas > TUNING.alarm_sigmas:
             self._alarm = True
             return WarningText(_misfit(fit.ratio, level))
-        if self._alarm and fit.sigmas < CALM_SIGMAS and not math.isnan(fit.ratio):
+        if self._alarm and fit.sigmas < TUNING.calm_sigmas and not math.isnan(fit.ratio):
             self._alarm = False
             return "Boxes lie where they are expected again, within the stated noise."
         return None
@@ -156,8 +162,8 @@ class InnovationMonitor:
         Returns:
             A sentence when that begins.
         """
-        begins = not self._turned and sigma > TURNED
-        self._turned = _turned(sigma) if sigma > TURNED else ""
+        begins = not self._turned and sigma > TUNING.turned_rad
+        self._turned = _turned(sigma) if sigma > TUNING.turned_rad else ""
         return WarningText(self._turned) if begins else None
 
     def check_platform(self, errors: Array, stationary: Array) -> str | None:
@@ -172,9 +178,9 @@ class InnovationMonitor:
         for name, error, variance in zip(PLATFORM, errors.tolist(), variances, strict=True):
             sigma = math.sqrt(variance)
             apart = abs(error) / max(sigma, 1e-12)
-            if self._incredible and apart < CREDIBLE_SIGMAS:
+            if self._incredible and apart < TUNING.credible_sigmas:
                 self._incredible.pop(name, None)
-            if not apart > PLATFORM_SIGMAS:
+            if not apart > TUNING.platform_sigmas:
                 continue
             self._incredible[name] = _incredible(name, error, sigma)
             if name not in self._told and news is None:

@@ -24,31 +24,37 @@ from scipy.optimize import linear_sum_assignment
 Array = NDArray[np.float64]
 Pairs = tuple[tuple[int, int], ...]
 
-LEAST = 2
-"""Robots from which on there is a formation, and more than half of those that were in view must be
-in it: one can be anywhere, and of many robots two lie to one another as others do."""
 
-TURN = math.radians(30.0)
-"""One sigma of each axis of the turn that displaces them."""
+@dataclass(frozen=True)
+class FormationTuning:
+    """Chosen numbers of this module, with their units and where they come from."""
 
-GROWN = 0.3
-"""Share of the height, one sigma, by which they are nearer or farther: a height that is wrong, or a
-zoom."""
+    least_robots: int = 2
+    """Robots from which on there is a formation, and more than half of those that were in view must
+    be in it: one can be anywhere, and of many robots two lie to one another as others do.
+    Judged."""
+    turn_sigma_rad: float = math.radians(30.0)
+    """One sigma of each axis of the turn that displaces them. Judged."""
+    height_share: float = 0.3
+    """Share of the height, one sigma, by which they are nearer or farther: a height that is wrong,
+    or a zoom. Judged."""
+    derivative_share: float = 0.15
+    """Share of an offset by which its derivative is wrong, one sigma: turns are not small.
+    Judged."""
+    clear_nats: float = math.log(20.0)
+    """Nats by which the likeliest assignment must be ahead of any other. Odds of 20 to 1, as
+    everywhere."""
+    widest_sigmas: float = 3.7
+    """Sigmas of a normal law beyond which a fit is none, by the chi-square law's approximation. One
+    in 10,000."""
+    every_assignment_robots: int = 3
+    """Up to so many robots all assignments are compared; of more, those that two robots suggest.
+    Judged."""
+    seed_pairs: int = 6
+    """Pairs of robots that suggest assignments; the farthest apart come first. Judged."""
 
-BENT = 0.15
-"""Share of an offset by which its derivative is wrong, one sigma: turns are not small."""
 
-CLEAR = math.log(20.0)
-"""Nats by which the likeliest assignment must be ahead of any other."""
-
-WIDEST = 3.7
-"""Sigmas of a normal law beyond which a fit is none, by the chi-square law's approximation."""
-
-EVERY = 3
-"""Up to so many robots all assignments are compared; of more, those that two robots suggest."""
-
-SEEDS = 6
-"""Pairs of robots that suggest assignments; the farthest apart come first."""
+TUNING = FormationTuning()
 
 
 @dataclass(frozen=True)
@@ -85,9 +91,11 @@ def formation(
         possible: (n, m) whether a robot can be a track at all.
     """
     n, m = possible.shape
-    if min(n, m) < LEAST or 2 * min(n, m) <= n:
+    if min(n, m) < TUNING.least_robots or 2 * min(n, m) <= n:
         return None
-    common = np.concatenate([TURN * by_angles, GROWN * by_height[:, :, None]], axis=2)
+    common = np.concatenate(
+        [TUNING.turn_sigma_rad * by_angles, TUNING.height_share * by_height[:, :, None]], axis=2
+    )
     ranked: list[tuple[float, bool, Pairs]] = []
     for pairs in _assignments(offsets, spread, common, possible):
         stays = _score(offsets, spread, None, pairs)
@@ -99,12 +107,14 @@ def formation(
         return None
     ranked.sort(key=lambda one: -one[0])
     best = ranked[0]
-    if len(ranked) > 1 and best[0] - ranked[1][0] < CLEAR:
+    if len(ranked) > 1 and best[0] - ranked[1][0] < TUNING.clear_nats:
         return None
     if not best[1]:
         return Formation(best[2], np.zeros(3), np.zeros((3, 3)), moved=False)
-    turn, law = _explained(offsets, spread, TURN * by_angles, best[2])
-    return Formation(best[2], TURN * turn, TURN**2 * law, moved=True)
+    turn, law = _explained(offsets, spread, TUNING.turn_sigma_rad * by_angles, best[2])
+    return Formation(
+        best[2], TUNING.turn_sigma_rad * turn, TUNING.turn_sigma_rad**2 * law, moved=True
+    )
 
 
 def _assignments(
@@ -112,7 +122,7 @@ def _assignments(
 ) -> Iterator[Pairs]:
     """Yield assignments of as many robots as there can be, each once."""
     n, m = possible.shape
-    if max(n, m) <= EVERY:
+    if max(n, m) <= TUNING.every_assignment_robots:
         wide = n <= m
         for order in permutations(range(max(n, m)), min(n, m)):
             pairs = tuple((k, j) if wide else (j, k) for k, j in enumerate(order))
@@ -123,7 +133,7 @@ def _assignments(
     places = -offsets[:, 0]  # of the robots, from the first track on
     apart = np.linalg.norm(places[:, None] - places[None], axis=2)
     seeds = np.column_stack(np.triu_indices(n, 1))
-    seeds = seeds[np.argsort(-apart[seeds[:, 0], seeds[:, 1]], kind="stable")][:SEEDS]
+    seeds = seeds[np.argsort(-apart[seeds[:, 0], seeds[:, 1]], kind="stable")][: TUNING.seed_pairs]
     for first, second in seeds.tolist():
         for a, b in permutations(range(m), 2):
             if not (possible[first, a] and possible[second, b]):
@@ -153,7 +163,7 @@ def _completed(
 
 def _bent(offsets: Array, spread: Array) -> Array:
     """Return covariances (n, m, 2, 2) that allow for derivatives that are not quite right."""
-    squared = BENT**2 * np.sum(offsets**2, axis=-1)
+    squared = TUNING.derivative_share**2 * np.sum(offsets**2, axis=-1)
     allowed: Array = spread + squared[..., None, None] * np.eye(2)
     return allowed
 
@@ -178,7 +188,7 @@ def _score(offsets: Array, spread: Array, common: Array | None, pairs: Pairs) ->
     freedom = len(error)
     # Wilson and Hilferty: the cube root of a chi-square over its freedom is nearly normal.
     narrow = 2.0 / (9.0 * freedom)
-    if (squared / freedom) ** (1.0 / 3.0) > 1.0 - narrow + WIDEST * math.sqrt(narrow):
+    if (squared / freedom) ** (1.0 / 3.0) > 1.0 - narrow + TUNING.widest_sigmas * math.sqrt(narrow):
         return -math.inf
     return -0.5 * (squared + float(np.linalg.slogdet(covariance)[1]))
 

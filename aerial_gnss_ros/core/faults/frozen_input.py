@@ -24,24 +24,29 @@ from aerial_gnss_ros.core.values.detection_frame import DetectionFrame
 
 Array = NDArray[np.float64]
 
-PICTURE_S = 0.3
-"""For so long boxes may repeat themselves: videos double single frames."""
 
-PICTURE_SIGMAS = 1.5
-"""Sigmas of a box's centre by which boxes would have moved in a picture that stands still."""
+@dataclass(frozen=True)
+class FrozenInputTuning:
+    """Chosen numbers of this module, with their units and where they come from."""
 
-TELEMETRY_S = 1.0
-"""For so long telemetry may repeat itself."""
+    picture_s: float = 0.3
+    """For so long boxes may repeat themselves: videos double single frames. Judged."""
+    picture_sigmas: float = 1.5
+    """Sigmas of a box's centre by which boxes would have moved in a picture that stands still.
+    Judged."""
+    telemetry_s: float = 1.0
+    """For so long telemetry may repeat itself. Judged."""
+    moving_images: int = 5
+    """In so many images before that the drone was in motion, see `speed_mps`. Judged."""
+    speed_mps: float = 1.0
+    """Median speed from which it was in motion, m/s: a drone does not stop within an image; a
+    gimbal may. Judged."""
+    jitter_m: float = 1e-3
+    """Noise of a real receiver, median second difference from image to image, m: with it no
+    position stays the same to the last bit. A simulator's may. Judged."""
 
-BEFORE = 5
-"""… and in so many images before that it was in motion, as fast as this or faster (median), m/s:"""
 
-SPEED_MPS = 1.0
-"""A drone does not stop within an image; a gimbal may."""
-
-JITTER_M = 1e-3
-"""Noise of a real receiver, median second difference from image to image, m: with it no position
-stays the same to the last bit. A simulator's may."""
+TUNING = FrozenInputTuning()
 
 
 @dataclass(frozen=True)
@@ -67,14 +72,14 @@ class Standstill:
     """
 
     def __init__(self, pixel_sigma: float) -> None:
-        self._shift_px = PICTURE_SIGMAS * pixel_sigma
+        self._shift_px = TUNING.picture_sigmas * pixel_sigma
         self.reset()
 
     def reset(self) -> None:
         """Forget all images."""
         self._first: _Shown | None = None
         self._stands = False
-        self._poses: deque[tuple[int, MapPose]] = deque(maxlen=BEFORE + 1)
+        self._poses: deque[tuple[int, MapPose]] = deque(maxlen=TUNING.moving_images + 1)
         self._moved = False
 
     def picture(self, frame: DetectionFrame, camera: CameraModel, pose: MapPose) -> bool:
@@ -90,7 +95,7 @@ class Standstill:
         if first is None or not len(boxes) or not np.array_equal(first.boxes, boxes):
             self._first, self._stands = _Shown(frame.stamp_ns, boxes, pose), False
             return False
-        if self._stands or frame.stamp_ns - first.stamp_ns <= PICTURE_S * 1e9:
+        if self._stands or frame.stamp_ns - first.stamp_ns <= TUNING.picture_s * 1e9:
             return self._stands
         self._stands = _shift_px(first, camera, pose) > self._shift_px
         return self._stands
@@ -107,7 +112,7 @@ class Standstill:
             poses.append((stamp_ns, pose))
             self._moved = False
             return False
-        if stamp_ns - poses[-1][0] <= TELEMETRY_S * 1e9:
+        if stamp_ns - poses[-1][0] <= TUNING.telemetry_s * 1e9:
             return False
         self._moved = self._moved or _in_motion(list(poses))
         return self._moved
@@ -118,13 +123,13 @@ def _in_motion(poses: list[tuple[int, MapPose]]) -> bool:
 
     One jump is no motion.
     """
-    if len(poses) <= BEFORE:
+    if len(poses) <= TUNING.moving_images:
         return False
     times = np.array([stamp_ns for stamp_ns, _ in poses]) * 1e-9
     steps = np.diff([pose.position for _, pose in poses], axis=0)
     speeds = np.linalg.norm(steps, axis=1) / np.maximum(np.diff(times), 1e-3)
     jitter = np.linalg.norm(np.diff(steps, axis=0), axis=1)
-    return bool(np.median(speeds) >= SPEED_MPS and np.median(jitter) >= JITTER_M)
+    return bool(np.median(speeds) >= TUNING.speed_mps and np.median(jitter) >= TUNING.jitter_m)
 
 
 def _same(one: MapPose, other: MapPose) -> bool:

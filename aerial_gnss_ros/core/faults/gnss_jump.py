@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,11 +14,22 @@ from aerial_gnss_ros.core.values.events import Events
 
 Array = NDArray[np.float64]
 
-JUMP_M, JUMP_MPS = 10.0, 10.0
-"""A drone so many metres, and metres a second, from where its past told has not flown there."""
 
-SETTLE_S = 3.0
-"""A position that has jumped is believed after so long."""
+@dataclass(frozen=True)
+class GnssJumpTuning:
+    """Chosen numbers of this module, with their units and where they come from."""
+
+    jump_m: float = 10.0
+    """A drone so many metres, and metres a second, from where its past told has not flown there.
+    Judged."""
+    jump_mps: float = 10.0
+    """A drone so many metres, and metres a second, from where its past told has not flown there.
+    Judged."""
+    settle_s: float = 3.0
+    """A position that has jumped is believed after so long. Judged."""
+
+
+TUNING = GnssJumpTuning()
 
 
 class PositionJumps:
@@ -61,7 +73,7 @@ class PositionJumps:
             step = position - self.offset - expected
             step[2] = 0.0
             length = math.hypot(step[0], step[1])
-            if length > JUMP_M + JUMP_MPS * passed:
+            if length > TUNING.jump_m + TUNING.jump_mps * passed:
                 self._jumped(step, length, passed)
                 if not self._is_home():
                     return False, None
@@ -72,7 +84,7 @@ class PositionJumps:
         if not self.offset.any():
             return True, None
         self._since_s += passed
-        if self._since_s < SETTLE_S:
+        if self._since_s < TUNING.settle_s:
             return False, None
         jump = self.offset
         believed = self._believed + jump
@@ -89,13 +101,13 @@ class PositionJumps:
         if not self._believed.any() or not self.offset.any():
             return False
         east, north, _ = (self._believed + self.offset).tolist()
-        return math.hypot(east, north) < JUMP_M
+        return math.hypot(east, north) < TUNING.jump_m
 
     def _jumped(self, step: Array, length: float, passed: float) -> None:
         self.began = not self.offset.any() and not self._believed.any()
         self.offset = self.offset + step
         self._since_s = 0.0
-        if math.hypot(self.offset[0], self.offset[1]) < JUMP_M:
+        if math.hypot(self.offset[0], self.offset[1]) < TUNING.jump_m:
             self._log.add("The drone's position is back where it was before it jumped.")
             self.offset = np.zeros(3)
             return

@@ -8,15 +8,16 @@ coarse for that; from 7 m they are not. Single residuals hardly show it, since t
 is most of them, but corrections of the velocity do: over some seconds they add up in one way, where
 those of a robot that obeys are independent of one another.
 
-If all is as stated, the corrections of `OVER_S` seconds have a sum of known covariance, which in
-the long run is that of the stated acceleration over this time. So the ratio of the squared sum to
-its expectation is that of the robot's spectral density to the supposed one (covariance matching:
-Mehra 1972; here of velocities and not of residuals).
+If all is as stated, the corrections of `TUNING.correction_sum_s` seconds have a sum of known
+covariance, which in the long run is that of the stated acceleration over this time. So the ratio of
+the squared sum to its expectation is that of the robot's spectral density to the supposed one
+(covariance matching: Mehra 1972; here of velocities and not of residuals).
 """
 
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,23 +25,27 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 Indices = NDArray[np.intp]
 
-OVER_S = 3.0
-"""Time constant with which corrections add up, s: about that of a turn."""
 
-MEMORY_S = 30.0
-"""Time constant of the mean over past turns, s."""
+@dataclass(frozen=True)
+class ManoeuvreNoiseTuning:
+    """Chosen numbers of this module, with their units and where they come from."""
 
-EVERY_S = 0.5
-"""How often strengths are looked at, s: sums change no faster."""
+    correction_sum_s: float = 3.0
+    """Time constant with which corrections add up, s: about that of a turn. Judged."""
+    turns_memory_s: float = 30.0
+    """Time constant of the mean over past turns, s. Judged."""
+    strength_every_s: float = 0.5
+    """How often strengths are looked at, s: sums change no faster. Judged."""
+    strength_sure_sigmas: float = 3.0
+    """Sigmas above 1 from which the mean counts: robots that obey are left alone. Judged."""
+    ratio_variance: float = 1.5
+    """Variance of one ratio: 1 where both axes are known alike, 2 where only one is known. By the
+    chi-square law."""
+    largest_strength: float = 100.0
+    """Largest strength: ten times the stated acceleration. Judged."""
 
-SURE = 3.0
-"""Sigmas above 1 from which the mean counts: robots that obey are left alone."""
 
-SPREAD = 1.5
-"""Variance of one ratio: 1 where both axes are known alike, 2 where only one is known."""
-
-MOST = 100.0
-"""Largest strength: ten times the stated acceleration."""
+TUNING = ManoeuvreNoiseTuning()
 
 
 class Manoeuvres:
@@ -84,7 +89,7 @@ class Manoeuvres:
         """
         if not np.any(density):
             return
-        fade = math.exp(-seconds / OVER_S)
+        fade = math.exp(-seconds / TUNING.correction_sum_s)
         self._sums[:2] *= fade
         self._sums[2:4] *= fade * fade
         self._sums[4] += 2.0 * density * seconds * self.strength
@@ -106,7 +111,7 @@ class Manoeuvres:
         sums[2:4] += usual**2 * (expected, sums[4])
         sums[4] = 0.0
         self._sums[:5, slots] = sums
-        if self._since >= EVERY_S:
+        if self._since >= TUNING.strength_every_s:
             self._since = 0.0
             self._judge(slots)
 
@@ -122,12 +127,17 @@ class Manoeuvres:
         whole = np.maximum(sums[2], 1e-12)
         ratio = (own[0] ** 2 + own[1] ** 2) / whole
         share = np.minimum(sums[3] / whole, 1.0)
-        fade, seconds = np.exp(-sums[7] / MEMORY_S), np.minimum(sums[7], OVER_S)
+        fade, seconds = (
+            np.exp(-sums[7] / TUNING.turns_memory_s),
+            np.minimum(sums[7], TUNING.correction_sum_s),
+        )
         strength = self.strength[slots]
         ratios = sums[5] * fade + seconds * share * strength * (share + ratio - 1.0)
         weights = sums[6] * fade + seconds * share * share
         self._sums[5:, slots] = ratios, weights, np.zeros(m)
         mean = ratios / np.maximum(weights, 1e-12)
-        sure = mean > 1.0 + SURE * np.sqrt(SPREAD * OVER_S / np.maximum(weights, 1e-12))
-        sure &= weights > OVER_S
-        self.strength[slots] = np.where(sure, np.minimum(mean, MOST), 1.0)
+        sure = mean > 1.0 + TUNING.strength_sure_sigmas * np.sqrt(
+            TUNING.ratio_variance * TUNING.correction_sum_s / np.maximum(weights, 1e-12)
+        )
+        sure &= weights > TUNING.correction_sum_s
+        self.strength[slots] = np.where(sure, np.minimum(mean, TUNING.largest_strength), 1.0)

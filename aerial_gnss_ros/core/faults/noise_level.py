@@ -23,23 +23,29 @@ from dataclasses import dataclass
 
 import numpy as np
 
-WINDOW_IMAGES = 100
-"""Images that the estimate rests on."""
 
-LEAST_IMAGES = 20
-"""Images without which there is none."""
+@dataclass(frozen=True)
+class NoiseLevelTuning:
+    """Chosen numbers of this module, with their units and where they come from."""
 
-EVERY_IMAGES = 5
-"""How often the estimate is made anew."""
+    level_images: int = 100
+    """Images that the estimate rests on. Judged."""
+    least_images: int = 20
+    """Images without which there is none. With fewer its own sigma is above 0.45."""
+    every_images: int = 5
+    """How often the estimate is made anew. Judged."""
+    level_sure_sigmas: float = 3.5
+    """Sigmas above 1 from which the estimate counts: noise that is as stated is left alone. One in
+    4,000 of a normal law."""
+    largest_level: float = 100.0
+    """Largest level: ten times the stated standard deviations. Judged."""
+    uneven_intervals: float = 1.5
+    """Successive intervals may differ by this factor; else what is linear in time does not cancel.
+    Judged."""
 
-SURE = 3.5
-"""Sigmas above 1 from which the estimate counts: noise that is as stated is left alone."""
 
-MOST = 100.0
-"""Largest level: ten times the stated standard deviations."""
+TUNING = NoiseLevelTuning()
 
-UNEVEN = 1.5
-"""Successive intervals may differ by this factor; else what is linear in time does not cancel."""
 
 _MEDIAN = math.log(2.0)
 """Of half a squared planar normal length, whose mean is 1."""
@@ -83,7 +89,7 @@ class NoiseLevel:
     def reset(self) -> None:
         """Forget everything."""
         self.level = 1.0
-        self._window: deque[tuple[float, ...]] = deque(maxlen=WINDOW_IMAGES)
+        self._window: deque[tuple[float, ...]] = deque(maxlen=TUNING.level_images)
         self._since = 0
 
     def take(self, seen: Iterable[tuple[Innovation, ...]]) -> None:
@@ -98,20 +104,20 @@ class NoiseLevel:
             return
         self._window.append(ratios)
         self._since += 1
-        if self._since >= EVERY_IMAGES and len(self._window) >= LEAST_IMAGES:
+        if self._since >= TUNING.every_images and len(self._window) >= TUNING.least_images:
             self._since = 0
             self._estimate()
 
     def _estimate(self) -> None:
         level = float(np.median([one for image in self._window for one in image])) / _MEDIAN
-        sure = level > 1.0 + SURE * _SPREAD / math.sqrt(len(self._window))
-        self.level = min(level, MOST) if sure else 1.0
+        sure = level > 1.0 + TUNING.level_sure_sigmas * _SPREAD / math.sqrt(len(self._window))
+        self.level = min(level, TUNING.largest_level) if sure else 1.0
 
 
 def _second_difference(one: Innovation, two: Innovation, three: Innovation) -> float | None:
     """Return half the normalised square, of mean 1; None where the intervals are not alike."""
     before, after = two.stamp_ns - one.stamp_ns, three.stamp_ns - two.stamp_ns
-    if not before / UNEVEN <= after <= before * UNEVEN:
+    if not before / TUNING.uneven_intervals <= after <= before * TUNING.uneven_intervals:
         return None
     x = one.east - 2.0 * two.east + three.east
     y = one.north - 2.0 * two.north + three.north

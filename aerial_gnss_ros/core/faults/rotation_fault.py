@@ -24,45 +24,47 @@ Boxes that no robots explain are the business of `attitude_ambiguity`, which add
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from aerial_gnss_ros.core.faults.attitude_ambiguity import Unexplained
-from aerial_gnss_ros.core.faults.rotation_test import SWERVE, explained
+from aerial_gnss_ros.core.faults.rotation_test import TUNING as ROTATION_TEST
+from aerial_gnss_ros.core.faults.rotation_test import explained
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.intp]
 
-OVER_S = 3.0
-"""Time constant with which corrections add up, s."""
 
-EVERY_S = 0.5
-"""How often it is judged, s."""
+@dataclass(frozen=True)
+class RotationFaultTuning:
+    """Chosen numbers of this module, with their units and where they come from."""
 
-BEGINS = 3.0
-"""Nats by which a turn must be the likelier explanation to be thought of."""
+    velocity_sum_s: float = 3.0
+    """Time constant with which corrections add up, s. Judged."""
+    judged_every_s: float = 0.5
+    """How often it is judged, s. Judged."""
+    begins_nats: float = 3.0
+    """Nats by which a turn must be the likelier explanation to be thought of. Judged."""
+    changes_nats: float = 1.0
+    """The same for a change of a turn that is thought of already. Judged."""
+    looked_s: float = 2.0
+    """How long it takes until a turn shows in the velocities, s. Judged."""
+    refined_s: float = 3.0
+    """How long a turn that began is made out better, s. Judged."""
+    ended_sigmas: float = 3.0
+    """A turn slower than so many sigmas has ended. Judged."""
+    rate_share: float = 0.3
+    """Share of a turn's rate, one sigma, by which it may be another one. Judged."""
+    uneven_share: float = 0.1
+    """The same of its angle once it has ended, and its rate is known better: turns are not even.
+    Judged."""
+    largest_angle_rad: float = math.radians(30.0)
+    """Angle, one sigma, up to which doubt grows: nothing is known by then. Judged."""
 
-ENDS = 1.0
-"""The same for a change of a turn that is thought of already."""
 
-LOOKED_S = 2.0
-"""How long it takes until a turn shows in the velocities, s."""
-
-REFINED_S = 3.0
-"""How long a turn that began is made out better, s."""
-
-SIGMAS = 3.0
-"""A turn slower than so many sigmas has ended."""
-
-SHARE = 0.3
-"""Share of a turn's rate, one sigma, by which it may be another one."""
-
-UNEVEN = 0.1
-"""The same of its angle once it has ended, and its rate is known better: turns are not even."""
-
-MOST = math.radians(30.0)
-"""Angle, one sigma, up to which doubt grows: nothing is known by then."""
+TUNING = RotationFaultTuning()
 
 
 class Turning:
@@ -86,7 +88,7 @@ class Turning:
         self._law: Array = np.zeros((6, 6))  # covariance of angle and rate
         self._doubted = False  # whether there ever was a doubt
         self._lasts = self._since = 0.0
-        self.unexplained = unexplained or Unexplained(MOST)
+        self.unexplained = unexplained or Unexplained(TUNING.largest_angle_rad)
         # Rows: sum of corrections east, north; its expected square as stated; the same by loosened
         # velocities; what of that is still to come; the stated one since the last image.
         self._sums: Array = np.zeros((6, 0))
@@ -100,7 +102,7 @@ class Turning:
     def doubt(self) -> Array:
         """(3, 3) covariance W of the angles, rad²."""
         turned = np.outer(self.angle, self.angle) + self._law[:3, :3]
-        most = 3.0 * MOST**2 / max(float(np.trace(turned)), 1e-12)
+        most = 3.0 * TUNING.largest_angle_rad**2 / max(float(np.trace(turned)), 1e-12)
         return turned * min(1.0, most) + self.unexplained.doubt
 
     @property
@@ -111,7 +113,7 @@ class Turning:
     @property
     def due(self) -> bool:
         """Whether an image's robots are to be judged."""
-        return self._since >= EVERY_S or self._doubtful
+        return self._since >= TUNING.judged_every_s or self._doubtful
 
     @property
     def _doubtful(self) -> bool:
@@ -179,7 +181,7 @@ class Turning:
             stated: (n,) by how much a velocity becomes uncertain in it as stated, each axis, m²/s².
         """
         self._since += seconds
-        fade = math.exp(-seconds / OVER_S)
+        fade = math.exp(-seconds / TUNING.velocity_sum_s)
         self._sums[:2] *= fade
         self._sums[2:4] *= fade * fade
         self._sums[5] += 2.0 * stated
@@ -203,7 +205,7 @@ class Turning:
             unknown: (n,) variance of their velocities, both axes, m²/s².
             fastest: speed of a robot, m/s.
         """
-        if self._since >= EVERY_S:
+        if self._since >= TUNING.judged_every_s:
             self._since = 0.0
             self._weigh(slots, by_angles, unknown, fastest)
         self.spread(slots, by_angles)
@@ -234,9 +236,11 @@ class Turning:
         # A loosened velocity that did not change is found again but for what is not known of it.
         stray = np.minimum(self._sums[3, slots], unknown)
         variances = 0.5 * (self._sums[2, slots] + stray)
-        change, spread, gain = explained(sums, variances, by_angles, SWERVE * fastest)
-        refines = self.turns and self._lasts < LOOKED_S + REFINED_S
-        if not refines and gain < (ENDS if self.turns else BEGINS):
+        change, spread, gain = explained(
+            sums, variances, by_angles, ROTATION_TEST.swerve_share * fastest
+        )
+        refines = self.turns and self._lasts < TUNING.looked_s + TUNING.refined_s
+        if not refines and gain < (TUNING.changes_nats if self.turns else TUNING.begins_nats):
             return
         begins, before = not self.turns, self.rate
         self._spread = self._spread + spread
@@ -247,18 +251,20 @@ class Turning:
             self._law[:3, 3:] += self._lasts * spread
             self._law[3:, :3] += self._lasts * spread
         self.rate = before + change
-        if self.rate @ np.linalg.solve(self._spread, self.rate) < SIGMAS**2:
+        if self.rate @ np.linalg.solve(self._spread, self.rate) < TUNING.ended_sigmas**2:
             self._end(before)
         elif begins:
-            self._law[3:, 3:] += SHARE**2 * np.outer(change, change)
-            self._lasts, self._doubted = LOOKED_S, True
-            self._run(LOOKED_S)
+            self._law[3:, 3:] += TUNING.rate_share**2 * np.outer(change, change)
+            self._lasts, self._doubted = TUNING.looked_s, True
+            self._run(TUNING.looked_s)
         self._sums[:2, slots] += (by_angles @ (self.rate - before)).T
 
     def _run(self, seconds: float) -> None:
         """Let the turn go on for so long."""
         angle = self.angle + seconds * self.rate
-        self.angle = angle * min(1.0, MOST / max(float(np.linalg.norm(angle)), 1e-9))
+        self.angle = angle * min(
+            1.0, TUNING.largest_angle_rad / max(float(np.linalg.norm(angle)), 1e-9)
+        )
         self._law[:3] += seconds * self._law[3:]
         self._law[:, :3] += seconds * self._law[:, 3:]
 
@@ -271,7 +277,7 @@ class Turning:
         if before.any():
             gain = np.linalg.solve(self._law[3:, 3:], self._law[3:, :3]).T
             self._law[:3, :3] -= gain @ self._law[3:, :3]
-            uneven = UNEVEN * self._lasts * before
+            uneven = TUNING.uneven_share * self._lasts * before
             self._law[:3, :3] += np.outer(uneven, uneven)
         self._law[3:] = self._law[:, 3:] = 0.0
         self.rate, self._spread, self._lasts = np.zeros(3), np.zeros((3, 3)), 0.0

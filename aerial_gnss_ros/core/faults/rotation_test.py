@@ -4,28 +4,35 @@
 
 Two explanations are weighed, in nats:
 
-    robots    sum over robots of the cheaper of: as stated; a swerve (`SWERVE`, `SELDOM`)
+    robots    sum over robots of the cheaper of: as stated; a swerve
     a turn    the same of what the best turn w leaves, its prior and how finely it must be chosen
 """
 
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 
-SWERVE = 0.25
-"""Change of velocity within seconds, one sigma of each axis, of a robot that swerves, as a share of
-the fastest speed."""
 
-SELDOM = 0.25
-"""Share of the time in which a robot swerves: of those that steer."""
+@dataclass(frozen=True)
+class RotationTestTuning:
+    """Chosen numbers of this module, with their units and where they come from."""
 
-TURN = math.radians(5.0)
-"""One sigma of the rate of a camera that turns by itself, each axis, rad/s."""
+    swerve_share: float = 0.25
+    """Change of velocity within seconds, one sigma of each axis, of a robot that swerves, as a
+    share of the fastest speed. Judged."""
+    swerve_probability: float = 0.25
+    """Share of the time in which a robot swerves: of those that steer. Judged."""
+    turn_rate_sigma_radps: float = math.radians(5.0)
+    """One sigma of the rate of a camera that turns by itself, each axis, rad/s. Judged."""
+
+
+TUNING = RotationTestTuning()
 
 
 def explained(
@@ -45,7 +52,7 @@ def explained(
     """
     stated = np.maximum(variances, 1e-8)
     wide = stated + swerve**2
-    dear = np.log(wide / stated) - math.log(SELDOM)
+    dear = np.log(wide / stated) - math.log(TUNING.swerve_probability)
 
     def costs(rest: Array) -> tuple[Array, NDArray[np.bool_]]:
         squared = 0.5 * np.einsum("ij,ij->i", rest, rest)
@@ -54,7 +61,10 @@ def explained(
 
     def fitted(weight: Array) -> tuple[Array, Array]:
         weighted = by_angles * weight[:, None, None]
-        information = np.einsum("nik,nil->kl", weighted, by_angles) + np.eye(3) / TURN**2
+        information = (
+            np.einsum("nik,nil->kl", weighted, by_angles)
+            + np.eye(3) / TUNING.turn_rate_sigma_radps**2
+        )
         told = -np.einsum("nik,ni->k", weighted, sums)
         return np.linalg.solve(information, told), information
 
@@ -63,7 +73,10 @@ def explained(
     for _ in range(3):  # robots that swerve beside count less
         swerves = costs(sums + by_angles @ turn)[1]
         turn, information = fitted(1.0 / np.where(swerves, wide, stated))
-    left = float(costs(sums + by_angles @ turn)[0].sum()) + 0.5 * float(turn @ turn) / TURN**2
-    finely = 0.5 * float(np.linalg.slogdet(information * TURN**2)[1])
+    left = (
+        float(costs(sums + by_angles @ turn)[0].sum())
+        + 0.5 * float(turn @ turn) / TUNING.turn_rate_sigma_radps**2
+    )
+    finely = 0.5 * float(np.linalg.slogdet(information * TUNING.turn_rate_sigma_radps**2)[1])
     spread: Array = np.asarray(np.linalg.inv(information), dtype=np.float64)
     return turn, spread, robots - left - finely

@@ -2,21 +2,23 @@
 # SPDX-License-Identifier: Apache-2.0
 """Robots kept in groups that share one covariance, and asked for row by row.
 
-The covariance of `GROUP` robots with the platform is carried whole, which costs the cube of their
-number; more robots are kept in further groups, each with its own copy of the platform's errors. No
-group uses another's measurements, so that none counts anything twice: what is lost is the little
-that the robots beyond the first `GROUP` would add on the platform. The cost is linear in robots.
+The covariance of `TUNING.block_robots` robots with the platform is carried whole, which costs the
+cube of their number; more robots are kept in further groups, each with its own copy of the
+platform's errors. No group uses another's measurements, so that none counts anything twice: what is
+lost is the little that the robots beyond the first `TUNING.block_robots` would add on the platform.
+The cost is linear in robots.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from aerial_gnss_ros.core.faults.attitude_ambiguity import Unexplained
-from aerial_gnss_ros.core.faults.rotation_fault import MOST
+from aerial_gnss_ros.core.faults.rotation_fault import TUNING as ROTATION_FAULT
 from aerial_gnss_ros.core.filter.linearization import by_angles
 from aerial_gnss_ros.core.filter.plausible_state import check_covariance, check_robots
 from aerial_gnss_ros.core.filter.state import Indices, Joint
@@ -24,11 +26,19 @@ from aerial_gnss_ros.core.models.platform_model import COUNT
 
 Array = NDArray[np.float64]
 
-GROUP = 32
-"""Robots that share one whole covariance."""
 
-SAME_PLACE_M = 0.1
-"""How well a robot that surfaced is at the place of its old track's prediction."""
+@dataclass(frozen=True)
+class BlocksTuning:
+    """Chosen numbers of this module, with their units and where they come from."""
+
+    block_robots: int = 32
+    """Robots that share one whole covariance. Beyond, the covariance costs more than what the
+    robots add on the platform."""
+    same_place_m: float = 0.1
+    """How well a robot that surfaced is at the place of its old track's prediction. Judged."""
+
+
+TUNING = BlocksTuning()
 
 
 class Groups:
@@ -47,7 +57,7 @@ class Groups:
         Args:
             platform: (7, 7) covariance of the platform's errors.
         """
-        self.unexplained = Unexplained(MOST)
+        self.unexplained = Unexplained(ROTATION_FAULT.largest_angle_rad)
         self._groups = [Joint(platform, self.unexplained)]
         self._count = 0
 
@@ -120,10 +130,13 @@ class Groups:
         """
         left = columns
         while len(left):
-            group = next((one for one in self._groups if len(one) < GROUP), None)
+            group = next((one for one in self._groups if len(one) < TUNING.block_robots), None)
             if group is None:
                 group = self._another_group()
-            now, left = left[: GROUP - len(group)], left[GROUP - len(group) :]
+            now, left = (
+                left[: TUNING.block_robots - len(group)],
+                left[TUNING.block_robots - len(group) :],
+            )
             rows = np.arange(self._count, self._count + len(now))
             self._count += len(now)
             yield group, rows, now
@@ -158,11 +171,11 @@ class Groups:
                 self.unexplained.found(unseen, moved[0], apart[0, 0], spread[0, 0])
             group.turning.spread(slots, moved)
         if before is group:
-            group.tie(first, second, SAME_PLACE_M)
+            group.tie(first, second, TUNING.same_place_m)
             return
         # The old robot joins the new one's group for the moment: its own history counts there.
         guest = _copy(before, first, group)
-        group.tie(guest, second, SAME_PLACE_M)
+        group.tie(guest, second, TUNING.same_place_m)
         group.drop(np.array([guest]))
 
     def found(self, rows: Indices, offsets: Array, spread: Array) -> None:

@@ -14,8 +14,16 @@ from aerial_gnss_ros.core.models.platform_model import COUNT
 
 Array = NDArray[np.float64]
 
-_FEW = 16
-"""Up to so many pairs are compared without looking first which are near."""
+
+@dataclass(frozen=True)
+class InnovationTuning:
+    """Chosen numbers of this module, with their units and where they come from."""
+
+    few_pairs: int = 16
+    """Up to so many pairs are compared without looking first which are near. Judged."""
+
+
+TUNING = InnovationTuning()
 
 
 @dataclass(frozen=True)
@@ -65,7 +73,7 @@ def compared(
     with_platform = by_errors @ group.covariance[:COUNT, :COUNT]
     own = with_platform @ by_errors.swapaxes(1, 2) + white
     robots, blocks, with_robots = group.robots[:, :2], group.places(), group.with_platform()
-    if n * m <= _FEW:
+    if n * m <= TUNING.few_pairs:
         slots, columns = np.divmod(np.arange(n * m), m)
     else:
         apart = robots[:, 0, None] - places[:, 0], robots[:, 1, None] - places[:, 1]

@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,20 +30,31 @@ from aerial_gnss_ros.core.filter.state import Indices, Joint
 from aerial_gnss_ros.core.filter.update import correct, linearise
 from aerial_gnss_ros.core.geometry.local_map import LocalMap, on_water_surface
 from aerial_gnss_ros.core.georeferencing.measurements import Measurements
-from aerial_gnss_ros.core.models.camera_motion import MOVED_S, PoseMotion
+from aerial_gnss_ros.core.models.camera_motion import TUNING as CAMERA_MOTION
+from aerial_gnss_ros.core.models.camera_motion import PoseMotion
 from aerial_gnss_ros.core.models.measurement_model import MapFrame, MapPose, level_axes, on_water
-from aerial_gnss_ros.core.models.motion_model import SWERVE_S, ClassMotions
+from aerial_gnss_ros.core.models.motion_model import TUNING as MOTION_MODEL
+from aerial_gnss_ros.core.models.motion_model import ClassMotions
 from aerial_gnss_ros.core.models.platform_model import ANGLES, COUNT, HEIGHT, LATENCY, PlatformModel
 from aerial_gnss_ros.core.values.events import Events
 from aerial_gnss_ros.text.sentences import counted
 
 Array = NDArray[np.float64]
 
-SURE_S, UNSURE_S = 0.1, 0.2
-"""The latency is known from the first sigma on, until it is above the second."""
 
-FEIGNED_MPS = 2.0
-"""What a wrong latency may feign of a robot's speed, one sigma."""
+@dataclass(frozen=True)
+class JointFilterTuning:
+    """Chosen numbers of this module, with their units and where they come from."""
+
+    sure_s: float = 0.1
+    """The latency is known from the first sigma on, until it is above the second. Judged."""
+    unsure_s: float = 0.2
+    """The latency is known from the first sigma on, until it is above the second. Judged."""
+    feigned_mps: float = 2.0
+    """What a wrong latency may feign of a robot's speed, one sigma. Judged."""
+
+
+TUNING = JointFilterTuning()
 
 
 class JointFilter(Groups):
@@ -75,7 +87,7 @@ class JointFilter(Groups):
         self._stationary = self.model.stationary(None)
         self.clear(self._stationary)
         self._fresh = True
-        self._late = self._stationary[LATENCY, LATENCY] > SURE_S**2
+        self._late = self._stationary[LATENCY, LATENCY] > TUNING.sure_s**2
         self._found = False
         self._refusing = False
         self._pose_ns: int | None = None
@@ -139,7 +151,9 @@ class JointFilter(Groups):
             self._follow_jump(jump)
         shown = MapPose(measured.position - self._jumps.offset, measured.rotation)
         applied = (frame.detections.stamp_ns - pose.stamp_ns - self._latency_ns) * 1e-9
-        elsewhen = self._sight is not None and abs(applied - self._sight.applied) > MOVED_S
+        elsewhen = (
+            self._sight is not None and abs(applied - self._sight.applied) > CAMERA_MOTION.moved_s
+        )
         foretold = self._motion.move(shown) if elsewhen else self._motion.take(shown, passed)
         self.turned = self._jumped(shown, passed)
         unsure = frame.latency[1] if self._late and frame.latency is not None else 0.0
@@ -176,7 +190,7 @@ class JointFilter(Groups):
         """Take over what is known of the latency."""
         for group in self._groups:
             group.settle(LATENCY, latency_s, sigma)
-        before, self._late = self._late, sigma > (SURE_S if self._late else UNSURE_S)
+        before, self._late = self._late, sigma > (TUNING.sure_s if self._late else TUNING.unsure_s)
         self._found = not self._late and (before or self._found)
 
     def compare(self, seen: Measurements, scale: float, floor: float) -> Comparison:
@@ -232,7 +246,7 @@ class JointFilter(Groups):
                 pixels = seen.pixels[column_of[group.rows[slots]]]
                 if self._late or self._found:
                     follow(group, self._sight)
-                    feigned = FEIGNED_MPS if self._late else 0.0  # else robots seem too fast
+                    feigned = TUNING.feigned_mps if self._late else 0.0  # else robots seem too fast
                     speeds = group.motion(self.motion, slots).speed_sigma
                     group.forget(slots, self._stationary, speeds + feigned)
                 outcome = correct(
@@ -270,7 +284,7 @@ class JointFilter(Groups):
         moved = [
             by_angles(self._groups[group_of[row]], slot_of[row : row + 1]) for row in rows.tolist()
         ]
-        swerve = SWERVE_S * self.speeds(rows)
+        swerve = MOTION_MODEL.swerve_s * self.speeds(rows)
         return explained(offsets, variances, np.concatenate(moved), swerve)[2]
 
     def doubt(self, seconds: float, over: bool = False) -> None:

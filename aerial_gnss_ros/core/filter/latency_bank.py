@@ -26,27 +26,29 @@ from aerial_gnss_ros.core.numerics.gaussian import inverse, mahalanobis
 
 Array = NDArray[np.float64]
 
-MOST_ROBOTS = 4
-"""More robots tell little more: what all have in common is the platform's."""
 
-FORGET_S = 2.0
-"""A robot unseen for longer begins anew."""
+@dataclass(frozen=True)
+class LatencyBankTuning:
+    """Chosen numbers of this module, with their units and where they come from."""
 
-DRIFT = 0.1
-"""Root of the spectral density of the acceleration that the platform's slow errors feign, m/s^1.5:
-robots seem to move when they are seen from elsewhere."""
+    most_robots: int = 4
+    """More robots tell little more: what all have in common is the platform's. Judged."""
+    forget_s: float = 2.0
+    """A robot unseen for longer begins anew. Judged."""
+    drift_density: float = 0.1
+    """Root of the spectral density of the acceleration that the platform's slow errors feign,
+    m/s^1.5: robots seem to move when they are seen from elsewhere. Judged."""
+    feigned_speed_mps: float = 0.3
+    """One sigma of the speed that they feign. Judged."""
+    huber_latency: float = 3.0
+    """Normalised residual from which a box counts less. Judged."""
+    out_of_view_cost: float = 30.0
+    """Cost of a latency by which a robot whose box was seen is out of view. Judged."""
+    most_squared: float = 25.0
+    """A normalised squared residual counts no more than this when noise is judged. Judged."""
 
-SPEED_MPS = 0.3
-"""One sigma of the speed that they feign."""
 
-HUBER = 3.0
-"""Normalised residual from which a box counts less."""
-
-UNSEEN = 30.0
-"""Cost of a latency by which a robot whose box was seen is out of view."""
-
-MOST_SQUARED = 25.0
-"""A normalised squared residual counts no more than this when noise is judged."""
+TUNING = LatencyBankTuning()
 
 
 @dataclass(frozen=True)
@@ -79,7 +81,8 @@ class Fit:
     """How boxes of one image fit each of h latencies, the mean over robots.
 
     Attributes:
-        cost: (h,) -2 log likelihood, but for a constant; beyond `HUBER` it grows linearly.
+        cost: (h,) -2 log likelihood, but for a constant; beyond `TUNING.huber_latency` it grows
+            linearly.
         squares: (h,) normalised squared residual; 2 is expected.
         noise: (h,) trace of the pose's white noise in units of the residual's covariance.
     """
@@ -100,8 +103,8 @@ class LatencyBank:
 
     def __init__(self, model: PlatformModel, motion: Motion, count: int) -> None:
         self._model = model
-        self._acceleration = math.hypot(motion.acceleration, DRIFT)
-        self._speed = math.hypot(motion.speed_sigma, SPEED_MPS)
+        self._acceleration = math.hypot(motion.acceleration, TUNING.drift_density)
+        self._speed = math.hypot(motion.speed_sigma, TUNING.feigned_speed_mps)
         self._count = count
         self.reset()
 
@@ -131,14 +134,16 @@ class LatencyBank:
             pixels = np.array([now.pixels[name] for name in known])
             fit = self._correct(now.camera, [names.index(one) for one in known], pixels, views)
             self._seen_ns.update(dict.fromkeys(known, now.stamp_ns))
-        fresh = [name for name in now.pixels if name not in names][: MOST_ROBOTS - len(names)]
+        fresh = [name for name in now.pixels if name not in names][
+            : TUNING.most_robots - len(names)
+        ]
         if fresh:
             self._begin(now, fresh, views)
         return fit
 
     def _forget(self, stamp_ns: int) -> None:
         since = [stamp_ns - seen for seen in self._seen_ns.values()]
-        kept = [i for i, unseen in enumerate(since) if unseen <= FORGET_S * 1e9]
+        kept = [i for i, unseen in enumerate(since) if unseen <= TUNING.forget_s * 1e9]
         if len(kept) < len(since):
             names = list(self._seen_ns)
             self._seen_ns = {names[i]: self._seen_ns[names[i]] for i in kept}
@@ -172,14 +177,19 @@ class LatencyBank:
         precision = inverse(spread)
         gain = cross @ precision
         distance = np.sqrt(squared)
-        far = distance > HUBER
-        cost = np.where(far, HUBER * (2.0 * distance - HUBER), squared) + log_determinant
-        weight = seen * np.where(far, HUBER / np.maximum(distance, HUBER), 1.0)
+        far = distance > TUNING.huber_latency
+        cost = (
+            np.where(far, TUNING.huber_latency * (2.0 * distance - TUNING.huber_latency), squared)
+            + log_determinant
+        )
+        weight = seen * np.where(
+            far, TUNING.huber_latency / np.maximum(distance, TUNING.huber_latency), 1.0
+        )
         self._state[:, slots] = x + weight[..., None] * (gain @ residual[..., None])[..., 0]
         self._covariance[:, slots] = P - weight[..., None, None] * (gain @ cross.swapaxes(2, 3))
         return Fit(
-            np.where(seen, cost, UNSEEN).mean(axis=1),
-            np.minimum(squared, MOST_SQUARED).mean(axis=1),
+            np.where(seen, cost, TUNING.out_of_view_cost).mean(axis=1),
+            np.minimum(squared, TUNING.most_squared).mean(axis=1),
             np.einsum("hmij,hmji->hm", precision, white).mean(axis=1),
         )
 

@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import math
 from collections import deque
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,28 +33,31 @@ from aerial_gnss_ros.core.values.rejection import Reason
 
 Array = NDArray[np.float64]
 
-MAX_LATENCY_S = 3.0
-"""Largest latency either way, configured and estimated together."""
 
-REACH_SIGMAS = 3.0
-"""Latencies are tried so far from the configured one, at least `REACH_STEPS`."""
+@dataclass(frozen=True)
+class LatencySearchTuning:
+    """Chosen numbers of this module, with their units and where they come from."""
 
-REACH_STEPS = 3
+    max_latency_s: float = 3.0
+    """Largest latency either way, configured and estimated together. The range of
+    camera.latency_s."""
+    reach_sigmas: float = 3.0
+    """Latencies are tried so far from the configured one, at least `reach_steps`. Judged."""
+    reach_steps: int = 3
+    """Least number of steps to either side. Judged."""
+    interval_s: float = 0.08
+    """Images that follow sooner are left out. Judged."""
+    images_memory_s: float = 300.0
+    """Time constant with which older images count less: the latency may change. Judged."""
+    max_step_m: float = 3.0
+    """A camera whose smoothed place goes on by more in a step has not flown there. Judged."""
+    posterior_steps: int = 20
+    """Steps of the posterior between two latencies tried. Judged."""
+    most_waiting: int = 100
+    """Images that wait for telemetry at most. Judged."""
 
-INTERVAL_S = 0.08
-"""Images that follow sooner are left out."""
 
-MEMORY_S = 300.0
-"""Time constant with which older images count less: the latency may change."""
-
-MAX_STEP_M = 3.0
-"""A camera whose smoothed place goes on by more in a step has not flown there."""
-
-FINE = 20
-"""Steps of the posterior between two latencies tried."""
-
-MOST_WAITING = 100
-"""Images that wait for telemetry at most."""
+TUNING = LatencySearchTuning()
 
 
 class LatencySearch:
@@ -73,12 +77,12 @@ class LatencySearch:
         self._inputs, self._posing = inputs, PoseBuilder(config)
         self._map: MapFrame | None = None
         self._sigma = config.noise.value("latency_s")
-        reach = max(REACH_SIGMAS * self._sigma, REACH_STEPS * STEP_S)
-        first = math.ceil(max(-MAX_LATENCY_S - stated, -reach) / STEP_S - 1e-9)
-        last = math.floor(min(MAX_LATENCY_S - stated, reach) / STEP_S + 1e-9)
+        reach = max(TUNING.reach_sigmas * self._sigma, TUNING.reach_steps * STEP_S)
+        first = math.ceil(max(-TUNING.max_latency_s - stated, -reach) / STEP_S - 1e-9)
+        last = math.floor(min(TUNING.max_latency_s - stated, reach) / STEP_S + 1e-9)
         self._first, self._last = first, last
         self.corrections: Array = np.arange(first, last + 1, dtype=np.float64) * STEP_S
-        self._lattice = PoseLattice(last - first + 2 * MOST_WAITING)
+        self._lattice = PoseLattice(last - first + 2 * TUNING.most_waiting)
         model = PlatformModel(config.noise, config.gimbal.reference)
         self._bank = LatencyBank(model, motion_of(config), len(self.corrections))
         self.reset()
@@ -115,7 +119,9 @@ class LatencySearch:
         """
         boxes = frame.detections
         newest, stamp_ns = self._newest_ns, boxes.stamp_ns - self._stated_ns
-        if self.found is None or (newest is not None and stamp_ns - newest < INTERVAL_S * 1e9):
+        if self.found is None or (
+            newest is not None and stamp_ns - newest < TUNING.interval_s * 1e9
+        ):
             return
         if self._map is None or self._map.local is not local:
             self._map = MapFrame(local)
@@ -130,13 +136,13 @@ class LatencySearch:
         """Take an image to the bank; return False where telemetry for it may still come."""
         node, rest = divmod(seen.stamp_ns, STEP_NS)
         first, last = node - self._last, node - self._first
-        late = len(self._waiting) > MOST_WAITING
+        late = len(self._waiting) > TUNING.most_waiting
         if not self._lattice.fill(first, last, self._pose, late):
             return False
         positions, rotations = self._lattice.between(first, last, rest / STEP_NS)
         steps = np.linalg.norm(np.diff(positions, axis=0), axis=1)
         # False for NaN: what telemetry lacks is not bridged.
-        if np.isfinite(rotations).all() and bool((steps <= MAX_STEP_M).all()):
+        if np.isfinite(rotations).all() and bool((steps <= TUNING.max_step_m).all()):
             passed = 0.0 if self._last_ns is None else (seen.stamp_ns - self._last_ns) * 1e-9
             self._last_ns = seen.stamp_ns
             # A larger latency is an earlier pose.
@@ -146,7 +152,7 @@ class LatencySearch:
         return True
 
     def _add(self, fit: Fit | None, passed: float) -> None:
-        fade = math.exp(-max(passed, 0.0) / MEMORY_S)
+        fade = math.exp(-max(passed, 0.0) / TUNING.images_memory_s)
         self._cost, self._squares = fade * self._cost, fade * self._squares
         self._images, self._slope = fade * self._images, fade * self._slope
         if fit is not None:
@@ -163,7 +169,7 @@ class LatencySearch:
         excess = max(1.0, squares / (2.0 * max(self._images, 1.0)))
         score = -0.5 * self._cost / excess - 0.5 * np.square(self.corrections / self._sigma)
         grid = self.corrections
-        fine: Array = np.linspace(grid[0], grid[-1], FINE * (len(grid) - 1) + 1)
+        fine: Array = np.linspace(grid[0], grid[-1], TUNING.posterior_steps * (len(grid) - 1) + 1)
         values = CubicSpline(grid, score)(fine)
         weight = np.exp(values - values.max())
         weight /= weight.sum()
@@ -174,7 +180,7 @@ class LatencySearch:
         # The poses' noise tilts the cost: its slope is wrong by so much beyond what boxes do.
         tilt = 0.25 * self._slope * variance**2
         wide = max(variance, self._sigma**2)
-        return mean, math.sqrt(min(variance + tilt + (STEP_S / FINE) ** 2, wide))
+        return mean, math.sqrt(min(variance + tilt + (STEP_S / TUNING.posterior_steps) ** 2, wide))
 
     def _pose(self, stamp_ns: int) -> MapPose | bool:
         """Return the camera at a time; where there is none, whether one may still come."""

@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,14 +16,20 @@ from aerial_gnss_ros.core.values.estimates import RobotEstimate
 
 Array = NDArray[np.float64]
 
-FARTHEST_M = 1e6
-"""A robot farther from the origin of `map` is none: no drone flies as far."""
 
-FASTEST_MPS = 1e3
-"""Nothing in the water comes near this speed."""
+@dataclass(frozen=True)
+class PlausibleStateTuning:
+    """Chosen numbers of this module, with their units and where they come from."""
 
-UNEVEN = 1e-6
-"""Share of its largest variance by which a covariance may differ from its transpose."""
+    farthest_m: float = 1e6
+    """A robot farther from the origin of `map` is none: no drone flies as far."""
+    fastest_mps: float = 1e3
+    """Nothing in the water comes near this speed."""
+    asymmetry_share: float = 1e-6
+    """Share of its largest variance by which a covariance may differ from its transpose. Judged."""
+
+
+TUNING = PlausibleStateTuning()
 
 
 def check_covariance(covariance: Array, what: str) -> None:
@@ -40,7 +47,7 @@ def check_covariance(covariance: Array, what: str) -> None:
     if least < 0.0:
         raise StateError(f"{what} have a variance of {least:g}")
     uneven = max(np.abs(down - across).tolist())
-    if uneven > UNEVEN * most:
+    if uneven > TUNING.asymmetry_share * most:
         raise StateError(f"the covariance of {what} is not symmetric: it differs by {uneven:g}")
 
 
@@ -54,7 +61,11 @@ def check_robots(robots: Array, what: str) -> None:
         return
     east, north, *velocity = np.abs(robots).max(axis=0).tolist()
     far, fast = max(east, north), max(velocity)
-    if math.isnan(east + north + sum(velocity)) or far > FARTHEST_M or fast > FASTEST_MPS:
+    if (
+        math.isnan(east + north + sum(velocity))
+        or far > TUNING.farthest_m
+        or fast > TUNING.fastest_mps
+    ):
         raise StateError(f"{what} are {far:g} m from the origin of map, at {fast:g} m/s")
 
 

@@ -10,6 +10,7 @@ robots correlated in ways that the present errors do not explain.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
@@ -19,7 +20,8 @@ from aerial_gnss_ros.core.faults.attitude_ambiguity import Unexplained
 from aerial_gnss_ros.core.faults.manoeuvre_noise import Manoeuvres
 from aerial_gnss_ros.core.faults.rotation_fault import Turning
 from aerial_gnss_ros.core.models.measurement_model import POSE_COUNT
-from aerial_gnss_ros.core.models.motion_model import HELD_S, HELD_SEEN_S, Motion, MotionOf
+from aerial_gnss_ros.core.models.motion_model import TUNING as MOTION_MODEL
+from aerial_gnss_ros.core.models.motion_model import Motion, MotionOf
 from aerial_gnss_ros.core.models.platform_model import ANGLES, COUNT, LATENCY, PlatformModel
 
 Array = NDArray[np.float64]
@@ -39,8 +41,16 @@ def _own_places(n: int) -> Indices:
     return flat
 
 
-WIDE_M = 1000.0
-"""Sigma of a place of which nothing is known."""
+@dataclass(frozen=True)
+class StateTuning:
+    """Chosen numbers of this module, with their units and where they come from."""
+
+    wide_m: float = 1000.0
+    """Sigma of a place of which nothing is known. Judged."""
+
+
+TUNING = StateTuning()
+
 
 _ALL = slice(None)
 
@@ -164,7 +174,7 @@ class Joint:
         if kept is not None:
             # A box or two that did not fit say nothing of the robot; later it may have turned.
             beyond = np.maximum(noise[:, 2] - stated, 0.0)
-            self.turning.loosened(slice(None), beyond * (self.unseen <= HELD_S))
+            self.turning.loosened(slice(None), beyond * (self.unseen <= MOTION_MODEL.held_s))
             robots[:, 2:] *= kept[:, None]
             by_pose[:, 2:] *= kept[:k, None, None]
             down[:, 2:] *= kept[:, None, None]
@@ -245,7 +255,7 @@ class Joint:
         before = self.robots[first, 2:].copy()
         self.mean -= (self.mean[a : a + 2] - self.mean[b : b + 2]) @ gain
         self.covariance -= apart.T @ gain
-        if self.unseen[first] <= HELD_SEEN_S:
+        if self.unseen[first] <= MOTION_MODEL.held_seen_s:
             unknown = float(self.covariance[b + 2, b + 2] + self.covariance[b + 3, b + 3])
             self.turning.inherit(first, second, self.robots[second, 2:] - before, unknown)
         self.manoeuvres.inherit(first, second)
@@ -300,7 +310,7 @@ class Joint:
         P[own] = P[:, own] = 0.0
         P[:COUNT, :COUNT] = platform
         P[LATENCY, LATENCY] = latency
-        variances = np.full((len(slots), 4), WIDE_M**2)
+        variances = np.full((len(slots), 4), TUNING.wide_m**2)
         variances[:, 2] = variances[:, 3] = np.square(speed)
         P[own, own] = variances.ravel()
 

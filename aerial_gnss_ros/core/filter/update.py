@@ -25,19 +25,28 @@ from aerial_gnss_ros.core.numerics.small_arrays import row_products
 
 Array = NDArray[np.float64]
 
-HUBER = 2.8
-"""Normalised residual (planar) from which a box counts less: 2 % of the good ones."""
 
-RELINEARISE = 0.02
-"""A robot that a correction moves by this share of its distance is corrected from there anew."""
+@dataclass(frozen=True)
+class UpdateTuning:
+    """Chosen numbers of this module, with their units and where they come from."""
 
-MAX_ITERATIONS = 3
+    huber_planar: float = 2.8
+    """Normalised residual (planar) from which a box counts less: 2 % of the good ones. From
+    exp(-2.8²/2) = 0.02."""
+    relinearise_share: float = 0.02
+    """A robot that a correction moves by this share of its distance is corrected from there anew.
+    Judged."""
+    max_iterations: int = 3
+    """Corrections of one image at most. Judged."""
+    too_fast_sigmas: float = 3.0
+    """Sigmas by which a robot must be faster than robots are for its box to be refused, and at most
+    half of that speed. Judged."""
+
+
+TUNING = UpdateTuning()
+
 
 _VELOCITY = np.array([2, 3])
-
-TOO_FAST = 3.0
-"""Sigmas by which a robot must be faster than robots are for its box to be refused, and at most
-half of that speed."""
 
 
 @dataclass(frozen=True)
@@ -138,7 +147,7 @@ def correct(
     root, white = _whitened(spread, residual)
     squared = float(white @ white)
     # No box is farther off by itself than all of them are together.
-    if squared > HUBER**2 and _soften(spread, residual, pixel):
+    if squared > TUNING.huber_planar**2 and _soften(spread, residual, pixel):
         root, white = _whitened(spread, residual)
     gain = _solved(root, by_state)
     reduction = gain.T @ gain
@@ -197,11 +206,11 @@ def _iterate(
 
     The derivatives stay: only the residual is taken anew, less what the step should have changed.
     """
-    far = RELINEARISE * float(sight.measured.position[2])
+    far = TUNING.relinearise_share * float(sight.measured.position[2])
     whole = joint.mean - before
     if whole @ whole <= far * far:  # most often: then no robot went farther
         return
-    for _ in range(MAX_ITERATIONS):
+    for _ in range(TUNING.max_iterations):
         robots = joint.robots[slots, :2]
         moved = robots - before[COUNT:].reshape(-1, 4)[slots, :2]
         if not (np.abs(moved) > far).any():
@@ -226,7 +235,7 @@ def _possible(
     speeds = np.sqrt(squared)
     own = COUNT + 4 * slots[:, None] + [2, 3]
     variance = (joint.covariance[own, own] - reduction[own, own]).sum(axis=1)
-    margin = np.minimum(TOO_FAST * np.sqrt(variance), 0.5 * fastest)
+    margin = np.minimum(TUNING.too_fast_sigmas * np.sqrt(variance), 0.5 * fastest)
     possible: NDArray[np.bool_] = speeds <= fastest + margin
     return None if possible.all() else possible
 
@@ -255,7 +264,7 @@ def _innovation(
 
 
 def _soften(spread: Array, residual: Array, pixel: float) -> bool:
-    """Give boxes far off their prediction a larger noise, so that they pull no more than at HUBER.
+    """Give boxes far off their prediction a larger noise: none pulls more than at `huber_planar`.
 
     Returns whether there was one.
 
@@ -266,9 +275,9 @@ def _soften(spread: Array, residual: Array, pixel: float) -> bool:
     every = np.arange(m)
     blocks = own[every, :, every]
     distance = np.sqrt(mahalanobis(residual, blocks)[0])
-    if max(distance.tolist()) <= HUBER:
+    if max(distance.tolist()) <= TUNING.huber_planar:
         return False
-    more = np.maximum(distance / HUBER - 1.0, 0.0)
+    more = np.maximum(distance / TUNING.huber_planar - 1.0, 0.0)
     # In units of the whole innovation: also a robot of which little is known is not pulled.
     for axis in (0, 1):
         own[every, axis, every, axis] += more * np.maximum(blocks[:, axis, axis], pixel)

@@ -14,6 +14,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from dataclasses import dataclass
 from functools import lru_cache
 from itertools import combinations
 from typing import Protocol
@@ -30,34 +31,37 @@ from aerial_gnss_ros.core.numerics.small_arrays import MAX_ROWS
 Array = NDArray[np.float64]
 Indices = NDArray[np.intp]
 
-NEAR = 8.0
-"""Distance, in one sigma of the vector between two boxes, from which a pair is followed."""
 
-PARTED = 12.0
-"""… and from which it no longer is."""
+@dataclass(frozen=True)
+class EncountersTuning:
+    """Chosen numbers of this module, with their units and where they come from."""
 
-MOST_PAIRS = 30
-"""Pairs followed at once; the nearest come first."""
+    followed_sigmas: float = 8.0
+    """Distance, in one sigma of the vector between two boxes, from which a pair is followed.
+    Judged."""
+    parted_sigmas: float = 12.0
+    """The same distance from which it is followed no longer. Judged."""
+    most_pairs: int = 30
+    """Pairs followed at once; the nearest come first. Judged."""
+    steering_ratio: float = 2.0
+    """Robots that meet speed up and slow down: as a multiple of the stated acceleration. Judged."""
+    least_acceleration: float = 0.02
+    """Least spectral density of the acceleration of robots that meet, root, m/s^1.5. Judged."""
+    velocity_lag_mps: float = 0.1
+    """A robot that turns is slower in the filter to change its velocity: one sigma, each axis, m/s.
+    Judged."""
+    exchange_probability: float = 0.9
+    """Probability from which names are exchanged while a pair is together: not at each turn of the
+    scales, for each exchange is a change of names, and until it has parted the published
+    covariances hold both robots. Then the likelier way is taken. Judged."""
+    lost_s: float = 3.0
+    """A pair that no image has shown together for so long has parted. Judged."""
+    remembered_probability: float = 0.01
+    """Probability that two names are exchanged from which it is remembered when the pair has
+    parted. Judged."""
 
-STEERING = 2.0
-"""Robots that meet speed up and slow down: as a multiple of the stated acceleration."""
 
-LEAST_ACCELERATION = 0.02
-"""m/s^1.5."""
-
-LAG = 0.1
-"""A robot that turns is slower in the filter to change its velocity: one sigma, each axis, m/s."""
-
-LIKELY = 0.9
-"""Probability from which names are exchanged while a pair is together: not at each turn of the
-scales, for each exchange is a change of names, and until it has parted the published covariances
-hold both robots. Then the likelier way is taken."""
-
-LOST_S = 3.0
-"""A pair that no image has shown together for so long has parted."""
-
-KEPT = 0.01
-"""Probability that two names are exchanged from which it is remembered when the pair has parted."""
+TUNING = EncountersTuning()
 
 
 class Known(Protocol):
@@ -95,13 +99,13 @@ def _close(positions: Array, white: Array) -> list[list[int]]:
         found = []
         for (a, ((east, north), own)), (b, ((x, y), theirs)) in combinations(boxes, 2):
             apart = math.hypot(east - x, north - y)
-            if apart < NEAR * max(own, theirs):
+            if apart < TUNING.followed_sigmas * max(own, theirs):
                 found.append((apart, a, b))
         return [[a, b] for _, a, b in sorted(found)]
     firsts, seconds = _every_pair(len(size))
     vectors = positions[firsts] - positions[seconds]
     distances = np.hypot(vectors[:, 0], vectors[:, 1])
-    near = distances < NEAR * np.maximum(size[firsts], size[seconds])
+    near = distances < TUNING.followed_sigmas * np.maximum(size[firsts], size[seconds])
     order = np.argsort(distances[near], kind="stable")
     pairs: list[list[int]] = np.stack([firsts[near], seconds[near]], axis=1)[order].tolist()
     return pairs
@@ -116,7 +120,9 @@ class Encounters:
 
     def __init__(self, known: Known) -> None:
         self._known = known
-        self._acceleration = max(STEERING * known.motion.acceleration, LEAST_ACCELERATION)
+        self._acceleration = max(
+            TUNING.steering_ratio * known.motion.acceleration, TUNING.least_acceleration
+        )
         self._pairs: list[Pair] = []
         self._parted = Doubts()
 
@@ -153,14 +159,14 @@ class Encounters:
                 if pair.step(stamp_ns, positions[both], own, common, self._acceleration) > 0.5:
                     boxes[a], boxes[b] = other, one
                     pair.exchange()
-                parted = float(apart @ np.linalg.solve(spread, apart)) > PARTED**2
-                if pair.exchanged > (0.5 if parted else LIKELY):
+                parted = float(apart @ np.linalg.solve(spread, apart)) > TUNING.parted_sigmas**2
+                if pair.exchanged > (0.5 if parted else TUNING.exchange_probability):
                     tracks[a].exchange(tracks[b])
                     shown[pair.names[0]], shown[pair.names[1]] = b, a
                     self._exchange(pair)
                 if parted:
                     self._part(pair)
-            elif stamp_ns - pair.seen_ns > LOST_S * 1e9:
+            elif stamp_ns - pair.seen_ns > TUNING.lost_s * 1e9:
                 self._part(pair)
         self._begin(tracks, rows, positions[boxes], white[boxes], stamp_ns)
         return boxes
@@ -202,7 +208,7 @@ class Encounters:
 
     def _part(self, pair: Pair) -> None:
         self._pairs.remove(pair)
-        if pair.exchanged > KEPT:
+        if pair.exchanged > TUNING.remembered_probability:
             self._parted = self._parted.mixed(*pair.names, pair.exchanged)
 
     def _begin(
@@ -214,7 +220,7 @@ class Encounters:
         close = _close(positions, white)
         followed = [{*pair.names} for pair in self._pairs]
         for both in close:
-            if len(self._pairs) >= MOST_PAIRS:
+            if len(self._pairs) >= TUNING.most_pairs:
                 return
             one, other = (tracks[k] for k in both)
             names = (one.robot_id, other.robot_id)
@@ -222,6 +228,8 @@ class Encounters:
                 continue
             spread = np.zeros((2, 4, 4))
             spread[:, :2, :2] = white[both]
-            spread[:, 2:, 2:] = self._known.covariance[rows[both], 2:, 2:] + LAG**2 * np.eye(2)
+            spread[:, 2:, 2:] = self._known.covariance[
+                rows[both], 2:, 2:
+            ] + TUNING.velocity_lag_mps**2 * np.eye(2)
             velocities = np.array([one.velocity, other.velocity])
             self._pairs.append(Pair.begin(names, positions[both], velocities, spread, stamp_ns))

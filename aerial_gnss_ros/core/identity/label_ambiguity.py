@@ -12,6 +12,7 @@ then and however little is known of it: it may be out of sight.
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 from typing import NamedTuple, TypeVar
 
 import numpy as np
@@ -20,8 +21,17 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 T = TypeVar("T")
 
-LEAST = 1e-3
-"""Probability of other tracks from which it shows in the covariance; below, it is forgotten."""
+
+@dataclass(frozen=True)
+class LabelAmbiguityTuning:
+    """Chosen numbers of this module, with their units and where they come from."""
+
+    least_probability: float = 1e-3
+    """Probability of other tracks from which it shows in the covariance; below, it is forgotten.
+    Judged."""
+
+
+TUNING = LabelAmbiguityTuning()
 
 
 class Spot(NamedTuple):
@@ -94,7 +104,7 @@ class Doubts:
         self.of = {
             name: law
             for name, law in self.of.items()
-            if name in spots and 1.0 - law.get(name, 0.0) > LEAST
+            if name in spots and 1.0 - law.get(name, 0.0) > TUNING.least_probability
         }
         meant = {track for law in self.of.values() for track in law}
         self._left = {name: spot for name, spot in self._left.items() if name in meant} | {
@@ -107,7 +117,7 @@ class Doubts:
         known = {**self._left, **spots}
         for name, law in self.of.items():
             away = {track: p for track, p in law.items() if track != name and track in known}
-            if name in spots and sum(away.values()) > LEAST:
+            if name in spots and sum(away.values()) > TUNING.least_probability:
                 apart = np.array([known[track].place - spots[name].place for track in away])
                 wider = np.array(
                     [known[track].covariance - spots[name].covariance for track in away]

@@ -22,17 +22,27 @@ from aerial_gnss_ros.core.values.events import Events
 
 Array = NDArray[np.float64]
 
-MAX_RESTART_S = 3600.0
-"""A name saved longer ago is not taken up: after that a robot can be anywhere. It stays used."""
 
-MAX_REMEMBERED = 1000
-"""Robots kept in mind for the state file; the longest unseen are forgotten first."""
+@dataclass(frozen=True)
+class LabelsTuning:
+    """Chosen numbers of this module, with their units and where they come from."""
+
+    max_restart_s: float = 3600.0
+    """A name saved longer ago is not taken up: after that a robot can be anywhere. It stays used.
+    Judged."""
+    max_remembered: int = 1000
+    """Robots kept in mind for the state file; the longest unseen are forgotten first. Judged."""
+    new_at_first: float = 1.0
+    """Robots never seen that are expected to come up in the picture in a time `tracks.coast_s`,
+    where nobody says which there are: for the first such time robots can be down since before the
+    first image, later hardly. Judged."""
+    new_later: float = 0.1
+    """Robots never seen that are expected to come up in the picture in a time `tracks.coast_s`,
+    where nobody says which there are: for the first such time robots can be down since before the
+    first image, later hardly. Judged."""
 
 
-NEW_AT_FIRST, NEW_LATER = 1.0, 0.1
-"""Robots never seen that are expected to come up in the picture in a time `tracks.coast_s`, where
-nobody says which there are: for the first such time robots can be down since before the first
-image, later hardly."""
+TUNING = LabelsTuning()
 
 
 @dataclass(frozen=True)
@@ -103,13 +113,13 @@ class Identity:
         """
         if self._bindings:
             return float(len(list(self._names.free_bound())))
-        return NEW_AT_FIRST if seconds <= self._coast_s else NEW_LATER
+        return TUNING.new_at_first if seconds <= self._coast_s else TUNING.new_later
 
     def remember(self, estimates: Iterable[RobotEstimate]) -> None:
         """Keep where the robots are now, for the state file."""
         for estimate in estimates:
             self._known[estimate.robot_id] = estimate
-        while len(self._known) > MAX_REMEMBERED:
+        while len(self._known) > TUNING.max_remembered:
             del self._known[min(self._known, key=lambda name: self._known[name].last_seen_ns)]
 
     def release(self) -> None:
@@ -175,7 +185,7 @@ class Identity:
                 motion = min(wander, moves.max_speed * unseen)
                 spread[i, j] = sighting.covariance + np.eye(2) * (robot.sigma_m**2 + motion**2)
                 same = robot.class_id == sighting.class_id
-                allowed[i, j] = same and unseen <= MAX_RESTART_S
+                allowed[i, j] = same and unseen <= TUNING.max_restart_s
         return spread, allowed
 
     def _tell(self, name: str, sighting: Sighting, local: LocalMap) -> None:

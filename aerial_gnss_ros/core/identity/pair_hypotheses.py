@@ -6,9 +6,9 @@ Each image doubles the hypotheses: its two boxes may be one way round or the oth
 by how robots swim: a robot that meets another one turns, but hardly changes its speed, and it goes
 on turning for a while. So its acceleration is that of `noise.robot_acceleration`, a few times, and
 across its course there is a rate of turn with a memory (the coordinated turn: Bar-Shalom, Li,
-Kirubarajan 2001, 11.7) and `TURN` besides. Whether two robots that came within a hull's length
-crossed or turned away from one another is told by their speeds, courses and rates of turn before
-and after, all at once.
+Kirubarajan 2001, 11.7) and `TUNING.course_density` besides. Whether two robots that came within a
+hull's length crossed or turned away from one another is told by their speeds, courses and rates of
+turn before and after, all at once.
 
 Errors that both boxes share drop out as far as they are white or drift; when they jump, nothing is
 learnt from them.
@@ -23,27 +23,33 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 
-MOST_WAYS = 12
-"""Hypotheses of one pair."""
 
-LEAST_LOG = -12.0
-"""Log weight, relative to the best, below which a hypothesis is dropped."""
+@dataclass(frozen=True)
+class PairHypothesesTuning:
+    """Chosen numbers of this module, with their units and where they come from."""
 
-RATE, RATE_S = 0.5, 1.5
-"""A robot's rate of turn, one sigma, rad/s, and how long it lasts, s. Chosen by the log likelihood
-of the right ways in `benchmarks/meetings.py --seeds 120 --first 500`."""
+    most_ways: int = 12
+    """Hypotheses of one pair. Judged."""
+    least_log: float = -12.0
+    """Log weight, relative to the best, below which a hypothesis is dropped. Judged."""
+    turn_rate_sigma: float = 0.5
+    """A robot's rate of turn, one sigma, rad/s, and how long it lasts, s. Chosen by the log
+    likelihood of the right ways in `benchmarks/meetings.py --seeds 120 --first 500`."""
+    turn_lasts_s: float = 1.5
+    """A robot's rate of turn, one sigma, rad/s, and how long it lasts, s. Chosen by the log
+    likelihood of the right ways in `benchmarks/meetings.py --seeds 120 --first 500`."""
+    course_density: float = 0.2
+    """Change of its course that has no memory, one sigma after a second, rad/s^0.5. Judged."""
+    place_density: float = 0.1
+    """The same of the place that the platform's slow errors give both robots, m/s^0.5. Judged."""
+    odd_sigmas: float = 3.0
+    """Sigmas of a move that both boxes share from which it is none of the robots'. Judged."""
+    same_squared: float = 0.5
+    """Squared Mahalanobis distance up to which two hypotheses have come to the same. Judged."""
 
-TURN = 0.2
-"""Change of its course that has no memory, one sigma after a second, rad/s^0.5."""
 
-DRIFT = 0.1
-"""… of the place that the platform's slow errors give both robots, m/s^0.5."""
+TUNING = PairHypothesesTuning()
 
-ODD = 3.0
-"""Sigmas of a move that both boxes share from which it is none of the robots'."""
-
-SAME = 0.5
-"""Squared Mahalanobis distance up to which two hypotheses have come to the same."""
 
 _PLACES = np.array([0, 1, 4, 5])
 _BOTH = np.vstack([np.eye(2), np.eye(2)])
@@ -85,7 +91,7 @@ class Pair:
         """
         covariance = np.zeros((1, 10, 10))
         covariance[0, :4, :4], covariance[0, 4:8, 4:8] = spread
-        covariance[0, 8:, 8:] = RATE**2 * np.eye(2)
+        covariance[0, 8:, 8:] = TUNING.turn_rate_sigma**2 * np.eye(2)
         way = np.zeros((1, 10))
         way[0, :8] = np.concatenate([places, velocities], axis=1).reshape(8)
         return cls(names, way, covariance, np.zeros(1), np.ones(1), stamp_ns)
@@ -141,7 +147,7 @@ class Pair:
         shared = 0.5 * (off[:2] + off[2:])
         spread = self.covariances[0][np.ix_(_PLACES, _PLACES)] + noise
         expected = 0.25 * _BOTH.T @ spread @ _BOTH + common
-        if shared @ np.linalg.solve(expected, shared) > ODD**2:
+        if shared @ np.linalg.solve(expected, shared) > TUNING.odd_sigmas**2:
             common = common + np.outer(shared, shared)
         return noise + _BOTH @ common @ _BOTH.T
 
@@ -149,7 +155,7 @@ class Pair:
         ways, k = self.ways.copy(), len(self.ways)
         move, noise = np.tile(np.eye(10), (k, 1, 1)), np.zeros((k, 10, 10))
         course = np.array([[seconds**2 / 3.0, seconds / 2.0], [seconds / 2.0, 1.0]]) * seconds
-        kept = np.exp(-seconds / RATE_S)
+        kept = np.exp(-seconds / TUNING.turn_lasts_s)
         for first, turn in ((0, 8), (4, 9)):
             place, swims = slice(first, first + 2), slice(first + 2, first + 4)
             turned = _turned(seconds * ways[:, turn])
@@ -163,12 +169,16 @@ class Pair:
             move[:, place, turn] = 0.5 * seconds**2 * across
             move[:, swims, turn] = seconds * across
             move[:, turn, turn] = kept
-            kicks = TURN**2 * across[:, :, None] * across[:, None] + acceleration**2 * np.eye(2)
+            kicks = TUNING.course_density**2 * across[:, :, None] * across[
+                :, None
+            ] + acceleration**2 * np.eye(2)
             both = np.einsum("pq,kij->kpiqj", course, kicks).reshape(-1, 4, 4)
             noise[:, first : first + 4, first : first + 4] = both
-            noise[:, turn, turn] = RATE**2 * (1.0 - kept**2)
+            noise[:, turn, turn] = TUNING.turn_rate_sigma**2 * (1.0 - kept**2)
         covariances = move @ self.covariances @ move.transpose(0, 2, 1) + noise
-        covariances[:, _PLACES[:, None], _PLACES] += DRIFT**2 * seconds * (_BOTH @ _BOTH.T)
+        covariances[:, _PLACES[:, None], _PLACES] += (
+            TUNING.place_density**2 * seconds * (_BOTH @ _BOTH.T)
+        )
         self.ways, self.covariances = ways, covariances
 
     def _keep(self, ways: Array, covariances: Array, weights: Array, signs: Array) -> None:
@@ -176,17 +186,20 @@ class Pair:
         kept: list[int] = []
         total: list[float] = []
         for i in np.argsort(-weights, kind="stable").tolist():
-            if weights[i] < LEAST_LOG:
+            if weights[i] < TUNING.least_log:
                 break
             rivals = [n for n, j in enumerate(kept) if signs[j] == signs[i]]
             if rivals:
                 off = ways[[kept[n] for n in rivals]] - ways[i]
-                near = np.einsum("na,na->n", off, np.linalg.solve(covariances[i], off.T).T) < SAME
+                near = (
+                    np.einsum("na,na->n", off, np.linalg.solve(covariances[i], off.T).T)
+                    < TUNING.same_squared
+                )
                 if near.any():
                     first = rivals[int(np.argmax(near))]
                     total[first] = float(np.logaddexp(total[first], weights[i]))
                     continue
-            if len(kept) < MOST_WAYS:
+            if len(kept) < TUNING.most_ways:
                 kept.append(i)
                 total.append(float(weights[i]))
         self.ways, self.covariances, self.signs = ways[kept], covariances[kept], signs[kept]

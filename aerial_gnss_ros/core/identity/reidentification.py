@@ -26,7 +26,8 @@ from itertools import combinations
 import numpy as np
 from numpy.typing import NDArray
 
-from aerial_gnss_ros.core.association.assignment import CLEAR, cheapest
+from aerial_gnss_ros.core.association.assignment import TUNING as ASSIGNMENT
+from aerial_gnss_ros.core.association.assignment import cheapest
 from aerial_gnss_ros.core.association.image_tracks import UNTOLD
 from aerial_gnss_ros.core.association.track import Track
 from aerial_gnss_ros.core.identity.return_permutation import likeliest_order
@@ -38,28 +39,36 @@ from aerial_gnss_ros.core.numerics.gaussian import mahalanobis
 Array = NDArray[np.float64]
 Indices = NDArray[np.intp]
 
-VIEW = 2.0
-"""Side of the water in view, as a multiple of the height."""
+
+@dataclass(frozen=True)
+class ReidentificationTuning:
+    """Chosen numbers of this module, with their units and where they come from."""
+
+    view_heights: float = 2.0
+    """Side of the water in view, as a multiple of the height. Judged."""
+    doubt_m: float = 0.5
+    """Both allow for a place that is wrong by so much more than the filter says, one sigma, m.
+    Judged."""
+    patience_s: float = 4.0
+    """How long a track waits for the other robot to come up, too, where that is not so: a fixed
+    time and a share of the time for which the nearest was out of sight. Those that come up one
+    after the other wait for the last of them. Judged."""
+    patience_share: float = 0.05
+    """How long a track waits for the other robot to come up, too, where that is not so: a fixed
+    time and a share of the time for which the nearest was out of sight. Those that come up one
+    after the other wait for the last of them. Judged."""
+    look_s: float = 1.0
+    """How long a track in doubt waits to show how it swims, s. Judged."""
+    naming_probability: float = 0.8
+    """Probability from which a new track gets a robot's name, against all other robots and those
+    that nobody has seen. Below, it gets a new one: a name on the wrong robot is a confident wrong
+    position, which is much worse. docs/results/identity.md has what other values give."""
+    unsure_probability: float = 0.05
+    """Probability from which it is remembered that a track may be another robot than it is named.
+    Judged."""
 
 
-DOUBT_M = 0.5
-"""… both allowing for a place that is wrong by so much more than the filter says, one sigma."""
-
-PATIENCE_S, PATIENCE = 4.0, 0.05
-"""How long a track waits for the other robot to come up, too, where that is not so: a fixed time
-and a share of the time for which the nearest was out of sight. Those that come up one after the
-other wait for the last of them."""
-
-LOOK_S = 1.0
-"""How long a track in doubt waits to show how it swims, s."""
-
-LIKELY = 0.8
-"""Probability from which a new track gets a robot's name, against all other robots and those that
-nobody has seen. Below, it gets a new one: a name on the wrong robot is a confident wrong position,
-which is much worse. docs/results/identity.md has what other values give."""
-
-UNSURE = 0.05
-"""Probability from which it is remembered that a track may be another robot than it is named."""
+TUNING = ReidentificationTuning()
 
 
 @dataclass
@@ -134,7 +143,7 @@ class Reacquisition:
         odds = self._absences.odds(gone)
         density, vague = self._densities(tracks, away, unseen, between, swims)
         share = self._absences.share(gone, unseen)
-        known, side = [tracks[row] for row in away], VIEW * max(height, 1.0)
+        known, side = [tracks[row] for row in away], TUNING.view_heights * max(height, 1.0)
         fresh = self._whereabouts.newcomer(known, between[0], side, swims)
         labelled, other = _labels(known, [tracks[row] for row in ready])
         density, vague = density * labelled, vague * labelled
@@ -152,18 +161,25 @@ class Reacquisition:
         if settled:
             _, chances = likeliest_order(place, possible, rows, columns, gone, self._absences)
             waits = np.zeros(len(ready), dtype=bool)
-            waits[columns] = chances.diagonal() < 1.0 - UNSURE
-            waits &= age[columns].min() < LOOK_S
+            waits[columns] = chances.diagonal() < 1.0 - TUNING.unsure_probability
+            waits &= age[columns].min() < TUNING.look_s
         else:
             nearest = unseen[np.where(possible, squared, np.inf).argmin(axis=0)]
             unclear, best = _waits(vague), likely.max(axis=0)
-            waits = (best > UNSURE) & (best < 1.0 - UNSURE) & (age < LOOK_S)
-            waits |= unclear & (age[unclear].min(initial=np.inf) < PATIENCE_S + PATIENCE * nearest)
+            waits = (
+                (best > TUNING.unsure_probability)
+                & (best < 1.0 - TUNING.unsure_probability)
+                & (age < TUNING.look_s)
+            )
+            waits |= unclear & (
+                age[unclear].min(initial=np.inf)
+                < TUNING.patience_s + TUNING.patience_share * nearest
+            )
         waiting = {row for row, one in zip(ready, waits, strict=True) if one}
         sure = [
             k
             for k, (i, j) in enumerate(zip(rows, columns, strict=True))
-            if ready[j] not in waiting and (settled or likely[i, j] > LIKELY)
+            if ready[j] not in waiting and (settled or likely[i, j] > TUNING.naming_probability)
         ]
         rows, columns = rows[sure], columns[sure]
         rows, chances = likeliest_order(place, possible, rows, columns, gone, self._absences)
@@ -175,7 +191,7 @@ class Reacquisition:
         new, old = [ready[column] for column in columns], [away[i] for i in rows]
         for k, law in enumerate(chances.tolist()):
             done.laws[old[k]] = dict(zip(new, law, strict=True))
-            if law[k] > LIKELY:
+            if law[k] > TUNING.naming_probability:
                 done.found[new[k]] = old[k]
             else:
                 done.ended.add(old[k])
@@ -195,10 +211,10 @@ class Reacquisition:
         for new in done.found:
             j = ready.index(new)
             for other, share in zip(away, likely[:, j].tolist(), strict=True):
-                if other not in done.laws and share > UNSURE:
+                if other not in done.laws and share > TUNING.unsure_probability:
                     done.other[new, other] = share
             unknown = 1.0 - float(likely[:, j].sum())
-            if unknown > UNSURE:
+            if unknown > TUNING.unsure_probability:
                 done.unknown[new] = unknown
 
     def _densities(
@@ -209,10 +225,10 @@ class Reacquisition:
         between: tuple[Array, Array],
         swims: Swims,
     ) -> tuple[Array, Array]:
-        """Return the densities (n, m) of places, 1/m²; as stated, and with `DOUBT_M` besides."""
+        """Return the densities (n, m) of places, 1/m²; as stated, and in doubt by `doubt_m`."""
         offsets, spread = between
         density, vague = np.empty((2, *offsets.shape[:2]))
-        more, find = DOUBT_M**2 * np.eye(2), self._whereabouts.density
+        more, find = TUNING.doubt_m**2 * np.eye(2), self._whereabouts.density
         for i, row in enumerate(away):
             density[i] = find(tracks[row], unseen[i], offsets[i], spread[i], swims)
             vague[i] = find(tracks[row], unseen[i], offsets[i], spread[i] + more, swims)
@@ -271,5 +287,5 @@ def _waits(density: Array) -> NDArray[np.bool_]:
     if len(density) < 2:
         return np.zeros(density.shape[1], dtype=bool)
     second, best = np.sort(density, axis=0)[-2:]
-    waits: NDArray[np.bool_] = (best > 0.0) & (best < CLEAR * second)
+    waits: NDArray[np.bool_] = (best > 0.0) & (best < ASSIGNMENT.clear_ratio * second)
     return waits

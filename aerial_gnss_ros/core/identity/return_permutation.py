@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from itertools import combinations, permutations
 
 import numpy as np
@@ -14,8 +15,16 @@ from aerial_gnss_ros.core.identity.return_time import Absences
 Array = NDArray[np.float64]
 Indices = NDArray[np.intp]
 
-MOST = 5
-"""Robots of which all orders are weighed; of more, only exchanges of two."""
+
+@dataclass(frozen=True)
+class ReturnPermutationTuning:
+    """Chosen numbers of this module, with their units and where they come from."""
+
+    permuted_robots: int = 5
+    """Robots of which all orders are weighed; of more, only exchanges of two. Judged."""
+
+
+TUNING = ReturnPermutationTuning()
 
 
 def likeliest_order(
@@ -55,7 +64,7 @@ def likeliest_order(
 
 
 def _orders(k: int) -> list[tuple[int, ...]]:
-    if k <= MOST:
+    if k <= TUNING.permuted_robots:
         return list(permutations(range(k)))
     every = list(range(k))
     found = [tuple(every)]

@@ -24,24 +24,28 @@ from aerial_gnss_ros.core.numerics.gaussian import mahalanobis
 
 Array = NDArray[np.float64]
 
-SHARE = 0.25
-"""Of each of the four parts of the mixture."""
 
-STAYS_MPS = 0.08
-"""Speed of a robot that stays where it went down, each axis, m/s."""
+@dataclass(frozen=True)
+class ReturnPositionTuning:
+    """Chosen numbers of this module, with their units and where they come from."""
 
-COURSE_KEPT = 0.3
-"""A robot that goes straight on is off by such a share of its way, one sigma; of the way at the
-speed that it is used to, where it was slower just then."""
+    part_share: float = 0.25
+    """Of each of the four parts of the mixture. Judged."""
+    stays_mps: float = 0.08
+    """Speed of a robot that stays where it went down, each axis, m/s. Judged."""
+    course_share: float = 0.3
+    """A robot that goes straight on is off by such a share of its way, one sigma; of the way at the
+    speed that it is used to, where it was slower just then. Judged."""
+    smallest_variance_m2: float = 1e-3
+    """Least variance of a place, m². Judged."""
+    moment_s: float = 1e-3
+    """A robot unseen for so long is no longer held on its course as one that was seen just now, s.
+    Judged."""
+    unseen_variance_m2ps2: float = 1e4
+    """Variance of a velocity that has not been seen, m²/s². Judged."""
 
-_SMALLEST = 1e-3
-"""Least variance of a place, m²."""
 
-_MOMENT_S = 1e-3
-"""A robot unseen for so long is no longer held on its course as one that was seen just now, s."""
-
-_UNSEEN = 1e4
-"""Variance of a velocity that has not been seen, m²/s²."""
+TUNING = ReturnPositionTuning()
 
 
 @dataclass(frozen=True)
@@ -67,7 +71,7 @@ class Swims:
         """
         values, axes = np.linalg.eigh(spread)
         began = np.square(np.asarray(speed))[..., None]
-        told = np.maximum(1.0 - values / began, values / _UNSEEN)
+        told = np.maximum(1.0 - values / began, values / TUNING.unseen_variance_m2ps2)
         alone = np.einsum("mij,mj,mkj->mik", axes, 1.0 / told, axes)
         own = np.einsum("mij,mj,mkj->mik", axes, values / told, axes)
         return cls(np.einsum("mij,mj->mi", alone, velocities), own)
@@ -130,11 +134,11 @@ class Whereabouts:
             swims: how the new tracks swim.
         """
         motion, eye = self._motion, np.eye(2)
-        unseen = max(unseen, _MOMENT_S)
-        reach, _, noise = motion.step(unseen, np.full(1, _MOMENT_S))
+        unseen = max(unseen, TUNING.moment_s)
+        reach, _, noise = motion.step(unseen, np.full(1, TUNING.moment_s))
         arm, grown = float(reach[0]), float(noise[0, 0])
         habit = track.habit(motion.speed_sigma)
-        slow = min(STAYS_MPS, motion.speed_sigma)
+        slow = min(TUNING.stays_mps, motion.speed_sigma)
         back = offsets + arm * track.velocity
         usual = swims.ratio(np.zeros(2), habit**2 * eye, motion.speed_sigma)
         further = (unseen**2 - arm**2) * track.velocity_spread
@@ -142,7 +146,7 @@ class Whereabouts:
             track, unseen, offsets - (unseen - arm) * track.velocity,
             _less(spread, grown) + further, swims,
         )  # fmt: skip
-        return SHARE * (
+        return TUNING.part_share * (
             usual * _normal(back, _less(spread, grown - self._wander(unseen, slow)))
             + usual * _normal(offsets, _less(spread, grown - self._wander(unseen, habit)))
             + straight
@@ -165,7 +169,7 @@ class Whereabouts:
             swims: how the new tracks swim.
         """
         speed = max(float(np.hypot(*track.velocity)), track.habit(self._motion.speed_sigma))
-        off, eye = (COURSE_KEPT * speed * unseen) ** 2, np.eye(2)
+        off, eye = (TUNING.course_share * speed * unseen) ** 2, np.eye(2)
         known, stated = track.velocity_spread, self._motion.acceleration**2 * unseen
         place = spread + off * eye
         with_it = 1.5 * off / unseen * eye + unseen * known
@@ -177,14 +181,14 @@ class Whereabouts:
     def _wander(self, unseen: float, speed: float) -> float:
         """Return the variance of a place after a time of wandering at a speed, each axis, m²."""
         motion = Motion(min(self._motion.acceleration, speed), speed)
-        return float(motion.step(unseen, np.full(1, _MOMENT_S))[2][0, 0])
+        return float(motion.step(unseen, np.full(1, TUNING.moment_s))[2][0, 0])
 
 
 def _less(spread: Array, variance: float) -> Array:
     """Return covariances (m, 2, 2) less a variance in every direction, still positive."""
     a, b, d = spread[:, 0, 0], spread[:, 0, 1], spread[:, 1, 1]
     least = 0.5 * (a + d) - np.hypot(0.5 * (a - d), b)
-    taken: Array = np.minimum(variance, least - _SMALLEST)
+    taken: Array = np.minimum(variance, least - TUNING.smallest_variance_m2)
     return spread - taken[:, None, None] * np.eye(2)
 
 

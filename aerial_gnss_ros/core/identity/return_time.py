@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Hashable, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,17 +21,24 @@ from scipy.special import ndtr
 
 Array = NDArray[np.float64]
 
-SHORT_S = 5.0
-"""A robot away for less has been missed by the detector, rather than dived, s."""
+
+@dataclass(frozen=True)
+class ReturnTimeTuning:
+    """Chosen numbers of this module, with their units and where they come from."""
+
+    short_s: float = 5.0
+    """A robot away for less has been missed by the detector, rather than dived, s. Judged."""
+    least_share: float = 0.01
+    """Share from which a robot may have been the one that came up. Judged."""
+    largest_weight: float = 10.0
+    """Weight of all absences together, against 1 for an even rate. Judged."""
+
+
+TUNING = ReturnTimeTuning()
+
 
 SCALES = np.array([0.01, 0.05, 0.2, 0.8])
 """Widths of bumps, of the logarithm of a time."""
-
-LEAST = 0.01
-"""Share from which a robot may have been the one that came up."""
-
-MOST = 10.0
-"""Weight of all absences together, against 1 for an even rate."""
 
 
 class Absences:
@@ -62,7 +70,7 @@ class Absences:
         """
         ended = dict(zip(dives, shares.tolist(), strict=False))
         self._weights *= [1.0 - ended.get(dive, 0.0) for dive in self._dives]
-        dived = (seconds >= SHORT_S) & (shares > LEAST)
+        dived = (seconds >= TUNING.short_s) & (shares > TUNING.least_share)
         seconds, shares = seconds[dived], shares[dived]
         if not len(seconds):
             return
@@ -104,8 +112,8 @@ class Absences:
         """
         if not len(self._logs):
             return np.ones(seconds.shape)
-        told = seconds >= SHORT_S
-        density, left = self._law(np.where(told, seconds, SHORT_S).reshape(-1))
+        told = seconds >= TUNING.short_s
+        density, left = self._law(np.where(told, seconds, TUNING.short_s).reshape(-1))
         share = np.exp(self._foretold)
         rate = share @ density / np.maximum(share @ left, 1e-12)
         odds: Array = np.where(told, (self._mean_s * rate).reshape(seconds.shape), 1.0)
@@ -122,19 +130,19 @@ class Absences:
             unseen: (n,) since it was seen, s.
         """
         missed = np.minimum(unseen / self._mean_s, 1.0)[:, None]
-        time = np.maximum(seconds, SHORT_S)
-        dived = 1.0 / (1.0 + self._mean_s / time * np.exp(-time / SHORT_S))
-        share: Array = np.where(seconds >= SHORT_S, dived, missed)
+        time = np.maximum(seconds, TUNING.short_s)
+        dived = 1.0 / (1.0 + self._mean_s / time * np.exp(-time / TUNING.short_s))
+        share: Array = np.where(seconds >= TUNING.short_s, dived, missed)
         return share
 
     def _law(self, seconds: Array) -> tuple[Array, Array]:
         """Return the density, 1/s, and the share still away, (scales, n), by width of the bumps."""
-        time = np.maximum(seconds, SHORT_S)
+        time = np.maximum(seconds, TUNING.short_s)
         off = (np.log(time)[:, None] - self._logs) / SCALES[:, None, None]
         total = float(self._weights.sum())
-        weights = self._weights * min(1.0, MOST / max(total, 1e-12))
+        weights = self._weights * min(1.0, TUNING.largest_weight / max(total, 1e-12))
         bumps = np.exp(-0.5 * off**2) @ weights / (math.sqrt(2.0 * math.pi) * SCALES[:, None])
-        even = np.exp(-(time - SHORT_S) / self._mean_s)
+        even = np.exp(-(time - TUNING.short_s) / self._mean_s)
         density = even / self._mean_s + bumps / time
         left = even + ndtr(-off) @ weights
         whole = 1.0 + float(weights.sum())

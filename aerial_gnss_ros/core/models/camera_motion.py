@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,21 +15,32 @@ from aerial_gnss_ros.core.models.measurement_model import MapPose
 
 Array = NDArray[np.float64]
 
-MEMORY_S = 0.5
-"""Time constant of the fading memory (critically damped, second order)."""
 
-MAX_GAP_S = 1.0
-"""After a longer pause the past tells nothing."""
+@dataclass(frozen=True)
+class CameraMotionTuning:
+    """Chosen numbers of this module, with their units and where they come from."""
 
-SHORTEST_S = 0.005
-"""Two poses closer in time tell no velocity: what differs between them is noise."""
+    fading_s: float = 0.5
+    """Time constant of the fading memory (critically damped, second order). Judged."""
+    max_gap_s: float = 1.0
+    """After a longer pause the past tells nothing. Judged."""
+    shortest_s: float = 0.005
+    """Two poses closer in time tell no velocity: what differs between them is noise. Telemetry
+    comes at 200 Hz at most."""
+    moved_s: float = 0.02
+    """A latency that is corrected by more puts the scene to another time (`PoseMotion.move`).
+    Judged."""
+    jump_rad: float = math.radians(10.0)
+    """A camera so far, and so far a second, from where it would be as it went on has not turned
+    there, rad. Cameras begin to turn by 100 deg/s from one image to the next, but not by 200. From
+    recorded DJI flights."""
+    jump_radps: float = math.radians(90.0)
+    """A camera so far, and so far a second, from where it would be as it went on has not turned
+    there, rad. Cameras begin to turn by 100 deg/s from one image to the next, but not by 200. From
+    recorded DJI flights."""
 
-MOVED_S = 0.02
-"""A latency that is corrected by more puts the scene to another time (`PoseMotion.move`)."""
 
-JUMP, JUMP_PER_S = math.radians(10.0), math.radians(90.0)
-"""A camera so far, and so far a second, from where it would be as it went on has not turned there,
-rad. Cameras begin to turn by 100 deg/s from one image to the next, but not by 200."""
+TUNING = CameraMotionTuning()
 
 
 class PoseMotion:
@@ -56,14 +68,14 @@ class PoseMotion:
 
     def predicted(self, seconds: float) -> Array | None:
         """Return the position (3,) expected after a time, None where the past does not tell."""
-        if self._pose is None or abs(seconds) > MAX_GAP_S:
+        if self._pose is None or abs(seconds) > TUNING.max_gap_s:
             return None
         position: Array = self._pose.position + self.velocity * seconds
         return position
 
     def foreseen(self, seconds: float) -> MapPose | None:
         """Return the pose expected after a time, None where the past does not tell."""
-        if self._pose is None or seconds > MAX_GAP_S:
+        if self._pose is None or seconds > TUNING.max_gap_s:
             return None
         turn = rotation_matrix(self.turn_rate * seconds)
         return MapPose(self._pose.position + self.velocity * seconds, turn @ self._pose.rotation)
@@ -125,12 +137,12 @@ class PoseMotion:
         right after another one adds next to nothing to what is known of the velocity.
         """
         k = 1.0 + self._lasted_s / seconds
-        fade = math.exp(-seconds / MEMORY_S)
+        fade = math.exp(-seconds / TUNING.fading_s)
         alpha = max(2.0 * (2.0 * k - 1.0) / (k * (k + 1.0)), 1.0 - fade * fade)
         beta = max(6.0 / (k * (k + 1.0)), (1.0 - fade) ** 2)
-        return min(alpha, 1.0), min(beta, seconds / SHORTEST_S, 1.0)
+        return min(alpha, 1.0), min(beta, seconds / TUNING.shortest_s, 1.0)
 
 
 def _too_far(turn: Array, seconds: float) -> bool:
     """Return whether a rotation vector (3,) is more than a camera turns within a time."""
-    return math.sqrt(turn @ turn) > JUMP + JUMP_PER_S * seconds
+    return math.sqrt(turn @ turn) > TUNING.jump_rad + TUNING.jump_radps * seconds

@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Any, Generic, TypeVar
 
 import numpy as np
@@ -15,20 +16,25 @@ from aerial_gnss_ros.core.config.estimator import EstimatorConfig
 Array = NDArray[np.float64]
 Numbers = TypeVar("Numbers", float, NDArray[np.float64])
 
-TURN_S = 2.0
-"""Out of sight a robot's velocity loses its memory with this time constant, for so long, s."""
 
-CRUISE_S = 10.0
-"""Time constant of the unknown velocity that it has from then on, s."""
+@dataclass(frozen=True)
+class MotionModelTuning:
+    """Chosen numbers of this module, with their units and where they come from."""
 
-HELD_S = 0.5
-"""A robot that an image missed holds its course so long, s."""
+    turn_s: float = 2.0
+    """Out of sight a robot's velocity loses its memory with this time constant, for so long, s. A
+    robot at 0.7 m/s turns back within about this time."""
+    cruise_s: float = 10.0
+    """Time constant of the unknown velocity that it has from then on, s. Judged."""
+    held_s: float = 0.5
+    """A robot that an image missed holds its course so long, s. Judged."""
+    held_seen_s: float = 2.0
+    """The same for one that the last image measured: images may be seconds apart. Judged."""
+    swerve_s: float = 0.5
+    """How long ago a robot may have changed its velocity without anyone noticing, s. Judged."""
 
-HELD_SEEN_S = 2.0
-"""The same for one that the last image measured: images may be seconds apart."""
 
-SWERVE_S = 0.5
-"""How long ago a robot may have changed its velocity without anyone noticing, s."""
+TUNING = MotionModelTuning()
 
 
 class MotionOf(Generic[Numbers]):
@@ -65,9 +71,9 @@ class MotionOf(Generic[Numbers]):
             unseen: (n,) time since each robot was measured at the step's beginning, s.
             strength: (n,) of their accelerations' densities, see `Manoeuvres`.
         """
-        if seconds <= HELD_SEEN_S and not np.count_nonzero(unseen):
+        if seconds <= TUNING.held_seen_s and not np.count_nonzero(unseen):
             return self._straight(seconds, len(unseen), strength)
-        held = np.where(unseen > 0.0, HELD_S, HELD_SEEN_S)
+        held = np.where(unseen > 0.0, TUNING.held_s, TUNING.held_seen_s)
         straight = np.clip(held - unseen, 0.0, seconds)
         q = self.acceleration**2 * strength
         noise = np.empty((len(unseen), 3))
@@ -77,9 +83,9 @@ class MotionOf(Generic[Numbers]):
         left = seconds - straight
         if not left.any():
             return straight, None, noise
-        turning = np.clip(held + TURN_S - unseen - straight, 0.0, left)
+        turning = np.clip(held + TUNING.turn_s - unseen - straight, 0.0, left)
         reach, kept = straight, np.ones(len(unseen))
-        for time, length in ((TURN_S, turning), (CRUISE_S, left - turning)):
+        for time, length in ((TUNING.turn_s, turning), (TUNING.cruise_s, left - turning)):
             keep = np.exp(-length / time)
             reach = reach + kept * time * (1.0 - keep)
             kept = kept * keep
@@ -161,5 +167,5 @@ def swerved(speed: Array | float) -> Array:
     Args:
         speed: (…) one sigma of the change of velocity, each axis, m/s.
     """
-    more: Array = np.square(SWERVE_S * np.asarray(speed))[..., None, None] * np.eye(2)
+    more: Array = np.square(TUNING.swerve_s * np.asarray(speed))[..., None, None] * np.eye(2)
     return more

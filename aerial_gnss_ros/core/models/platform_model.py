@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -39,8 +40,15 @@ def named_errors(mean: Array, covariance: Array) -> tuple[PlatformError, ...]:
     )
 
 
-LATENCY_TIME_S = 3600.0
-"""Correlation time of the latency: it comes from how camera and recorder are built."""
+@dataclass(frozen=True)
+class PlatformModelTuning:
+    """Chosen numbers of this module, with their units and where they come from."""
+
+    latency_time_s: float = 3600.0
+    """Correlation time of the latency: it comes from how camera and recorder are built."""
+
+
+TUNING = PlatformModelTuning()
 
 
 class PlatformModel:
@@ -87,5 +95,5 @@ class PlatformModel:
         kept = np.zeros(COUNT)
         if self.correlation_time_s > 0.0:
             kept[:] = math.exp(-seconds / self.correlation_time_s)
-        kept[-1] = math.exp(-seconds / LATENCY_TIME_S)
+        kept[-1] = math.exp(-seconds / TUNING.latency_time_s)
         return kept

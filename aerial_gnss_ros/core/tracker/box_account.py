@@ -15,12 +15,18 @@ from dataclasses import dataclass
 from aerial_gnss_ros.core.association.track import Track
 from aerial_gnss_ros.core.values.rejection import Cause, Reason, Rejection
 
-MOST_PENDING = 1000
-"""Boxes pending with a track; of one that is never decided the oldest are given up."""
+
+@dataclass(frozen=True)
+class BoxAccountTuning:
+    """Chosen numbers of this module, with their units and where they come from."""
+
+    most_pending: int = 1000
+    """Boxes pending with a track; of one that is never decided the oldest are given up. Judged."""
+    least_refused: int = 20
+    """Refused boxes from which it is told that most are. Judged."""
 
 
-LEAST = 20
-"""Refused boxes from which it is told that most are."""
+TUNING = BoxAccountTuning()
 
 
 @dataclass(frozen=True)
@@ -62,7 +68,7 @@ class Account:
             return
         u, v = pixel
         track.pending = (*track.pending, (stamp_ns, u, v))
-        if len(track.pending) > MOST_PENDING:
+        if len(track.pending) > TUNING.most_pending:
             self._refuse(track.pending[:1], Cause.CLUTTER)
             track.pending = track.pending[1:]
 
@@ -107,7 +113,10 @@ class Account:
 
 
 def complaint(
-    used: int, refused: Mapping[Reason, int], causes: Mapping[Cause, int], least: int = LEAST
+    used: int,
+    refused: Mapping[Reason, int],
+    causes: Mapping[Cause, int],
+    least: int = TUNING.least_refused,
 ) -> str:
     """Return what most boxes come to nothing for and why that may be; empty where most are used.
 

@@ -12,6 +12,7 @@ both: what is seen beside a robot is not that robot.
 from __future__ import annotations
 
 from collections import deque
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,7 +20,8 @@ from scipy.optimize import linear_sum_assignment
 
 from aerial_gnss_ros.core.association.track import Track
 from aerial_gnss_ros.core.config.processing import TracksConfig
-from aerial_gnss_ros.core.faults.formation import LEAST, Formation
+from aerial_gnss_ros.core.faults.formation import TUNING as FORMATION
+from aerial_gnss_ros.core.faults.formation import Formation
 from aerial_gnss_ros.core.filter.joint_filter import JointFilter
 from aerial_gnss_ros.core.geometry.local_map import LocalMap
 from aerial_gnss_ros.core.identity.encounters import Encounters
@@ -27,15 +29,25 @@ from aerial_gnss_ros.core.identity.label_ambiguity import Spot, exchange
 from aerial_gnss_ros.core.identity.labels import Identity, Sighting
 from aerial_gnss_ros.core.identity.reidentification import Reacquisition, Returns, twins
 from aerial_gnss_ros.core.identity.return_position import Swims
-from aerial_gnss_ros.core.models.motion_model import SWERVE_S, swerved
+from aerial_gnss_ros.core.models.motion_model import TUNING as MOTION_MODEL
+from aerial_gnss_ros.core.models.motion_model import swerved
 from aerial_gnss_ros.core.numerics.gaussian import gate_threshold, mahalanobis
 from aerial_gnss_ros.core.tracker.confirmation_rule import Pace
 from aerial_gnss_ros.core.values.estimates import State
 
 Array = NDArray[np.float64]
 
-GHOSTS = 0.05
-"""Tracks of false boxes alone that may be expected among those confirmed by an image."""
+
+@dataclass(frozen=True)
+class ConfirmationTuning:
+    """Chosen numbers of this module, with their units and where they come from."""
+
+    expected_false_tracks: float = 0.05
+    """Tracks of false boxes alone that may be expected among those confirmed by an image.
+    Judged."""
+
+
+TUNING = ConfirmationTuning()
 
 
 class Naming:
@@ -101,7 +113,9 @@ class Naming:
             return found
         new = sum(track.state is State.TENTATIVE for track in tracks)
         return [
-            row for row in found if len(tracks[row].hits) == 1 or new * tracks[row].chance < GHOSTS
+            row
+            for row in found
+            if len(tracks[row].hits) == 1 or new * tracks[row].chance < TUNING.expected_false_tracks
         ]
 
     def are_back(
@@ -145,7 +159,7 @@ class Naming:
             for row, track in enumerate(tracks)
             if track.robot_id in names and track.state is State.COASTING and not track.leaving
         ]
-        if min(len(old), len(ready)) < LEAST:
+        if min(len(old), len(ready)) < FORMATION.least_robots:
             return None
         classes = [[tracks[a].class_id == tracks[b].class_id for b in ready] for a in old]
         more = swerved(self._filter.speeds(old))
@@ -282,7 +296,7 @@ class Naming:
 
     def _merge(self, old: int, new: int, told: bool = True) -> None:
         """Let a track know where the robot was that it turned out to be, which may have swerved."""
-        self._filter.loosen(np.array([old]), self._filter.speeds([old]), SWERVE_S)
+        self._filter.loosen(np.array([old]), self._filter.speeds([old]), MOTION_MODEL.swerve_s)
         self._filter.merge(old, new, told)
 
     def _fold(self, tracks: list[Track], ready: list[int]) -> set[int]:

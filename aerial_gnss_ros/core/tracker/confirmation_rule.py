@@ -11,14 +11,23 @@ one more measurement is asked for (test_pace tells what that gives amid false bo
 from __future__ import annotations
 
 from collections import deque
+from dataclasses import dataclass
 
 from aerial_gnss_ros.core.config.processing import TracksConfig
 
-GAPS = 5
-"""The usual time between images is the median of so many."""
 
-MOST = 3.0
-"""The window is stretched to this multiple at most; images still rarer confirm nothing."""
+@dataclass(frozen=True)
+class ConfirmationRuleTuning:
+    """Chosen numbers of this module, with their units and where they come from."""
+
+    median_gaps: int = 5
+    """The usual time between images is the median of so many. Judged."""
+    largest_stretch: float = 3.0
+    """The window is stretched to this multiple at most; images still rarer confirm nothing.
+    Judged."""
+
+
+TUNING = ConfirmationRuleTuning()
 
 
 class Pace:
@@ -40,7 +49,7 @@ class Pace:
     def reset(self) -> None:
         """Forget all images."""
         self._last_ns: int | None = None
-        self._gaps_ns: deque[int] = deque(maxlen=GAPS)
+        self._gaps_ns: deque[int] = deque(maxlen=TUNING.median_gaps)
         self.hits, self.window_ns = self._stated_hits, self._stated_ns
 
     def note(self, stamp_ns: int) -> None:
@@ -53,7 +62,7 @@ class Pace:
     def _stretch(self, interval_ns: int) -> None:
         more = self._stated_hits + 1
         seldom = (self._stated_hits - 1) * interval_ns > self._stated_ns
-        if seldom and more * interval_ns <= MOST * self._stated_ns:
+        if seldom and more * interval_ns <= TUNING.largest_stretch * self._stated_ns:
             self.hits, self.window_ns = more, more * interval_ns
         else:
             self.hits, self.window_ns = self._stated_hits, self._stated_ns

@@ -26,23 +26,28 @@ from aerial_gnss_ros.core.values.estimates import State
 
 Array = NDArray[np.float64]
 
-LONGEST_S = 60.0
-"""After longer, robots that nobody saw can be anywhere, s."""
 
-CALM_S = 1.0
-"""The filter's own robots are right where nothing has contradicted them for so long, s."""
+@dataclass(frozen=True)
+class ForkTuning:
+    """Chosen numbers of this module, with their units and where they come from."""
 
-IMAGES = 3
-"""So many images in a row must show robots where they should be."""
+    longest_s: float = 60.0
+    """After longer, robots that nobody saw can be anywhere, s. Judged."""
+    calm_s: float = 1.0
+    """The filter's own robots are right where nothing has contradicted them for so long, s.
+    Judged."""
+    agreeing_images: int = 3
+    """So many images in a row must show robots where they should be. Judged."""
+    recent_ns: int = 1_000_000_000
+    """Robots that were seen within this time before are in view, ns. Judged."""
+    agrees: float = -2.0 * math.log(0.05)
+    """Squared Mahalanobis distance that one in twenty robots of before exceeds that are still so.
+    Judged."""
+    robots_in_view: int = 2
+    """At least so many robots must be in view: by itself one may be anything. Judged."""
 
-RECENT_NS = 1_000_000_000
-"""Robots that were seen within this time before are in view, ns."""
 
-AGREES = -2.0 * math.log(0.05)
-"""Squared Mahalanobis distance that one in twenty robots of before exceeds that are still so."""
-
-LEAST = 2
-"""… at least so many robots: by itself one may be anything."""
+TUNING = ForkTuning()
 
 
 @dataclass
@@ -97,15 +102,15 @@ class Fork:
                 offset = apart.get(self.tracks[row].robot_id)
                 if offset is not None:
                     squared, _ = mahalanobis(offset, places[slot])
-                    if squared > AGREES:
+                    if squared > TUNING.agrees:
                         return False
         return True
 
     def holds(self, stamp_ns: int) -> bool:
         """Return whether it can still be gone back to at an image."""
-        if self.calm_s > CALM_S and not self.jumped:
+        if self.calm_s > TUNING.calm_s and not self.jumped:
             return False
-        return 0 <= stamp_ns - self.stamp_ns <= LONGEST_S * 1e9
+        return 0 <= stamp_ns - self.stamp_ns <= TUNING.longest_s * 1e9
 
     @property
     def unnamed(self) -> list[int]:
@@ -121,15 +126,16 @@ class Fork:
             threshold: squared Mahalanobis distance at the edge of a gate.
         """
         seen = [
-            row for row, one in enumerate(self.tracks) if one.state is not State.TENTATIVE
-            and one.robot_id and not one.leaving and self.stamp_ns - one.last_seen_ns <= RECENT_NS
+            row for row, one in enumerate(self.tracks) if one.state is not State.TENTATIVE and
+            one.robot_id and not one.leaving and self.stamp_ns - one.last_seen_ns <=
+            TUNING.recent_ns
         ]  # fmt: skip
         squared, _ = mahalanobis(pairs.offsets, pairs.spread)
         near = (squared <= threshold) & np.isin(pairs.rows, seen)
         rows, columns = set(pairs.rows[near].tolist()), set(pairs.columns[near].tolist())
-        fits = min(len(rows), len(columns)) >= max(LEAST, min(len(seen), boxes))
+        fits = min(len(rows), len(columns)) >= max(TUNING.robots_in_view, min(len(seen), boxes))
         self.agreed = self.agreed + 1 if fits else 0
-        return self.agreed >= IMAGES
+        return self.agreed >= TUNING.agreeing_images
 
 
 def _copy(joint: Joint) -> Joint:

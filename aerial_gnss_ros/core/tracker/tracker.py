@@ -20,6 +20,7 @@ same error points the other way, does not lose it.
 from __future__ import annotations
 
 from collections import deque
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -51,11 +52,19 @@ from aerial_gnss_ros.core.values.rejection import Cause
 Array = NDArray[np.float64]
 Indices = NDArray[np.intp]
 
-MAX_TENTATIVE = 300
-"""Tentative tracks kept at once: a frame full of false boxes must not stop the program."""
 
-SOON_NS = 1_000_000_000
-"""A moment for which boxes may be where no robots can be, ns."""
+@dataclass(frozen=True)
+class TrackerTuning:
+    """Chosen numbers of this module, with their units and where they come from."""
+
+    max_tentative: int = 300
+    """Tentative tracks kept at once: a frame full of false boxes must not stop the program.
+    Judged."""
+    soon_ns: int = 1_000_000_000
+    """A moment for which boxes may be where no robots can be, ns. Judged."""
+
+
+TUNING = TrackerTuning()
 
 
 class Tracker:
@@ -354,7 +363,9 @@ class Tracker:
         if lost and self._lost_ns is None:
             self._lost_ns = stamp_ns
             self._lost_names = {
-                track.robot_id for track in self.tracks if stamp_ns - track.last_seen_ns < SOON_NS
+                track.robot_id
+                for track in self.tracks
+                if stamp_ns - track.last_seen_ns < TUNING.soon_ns
             }
         if self._fork is not None:
             doubt = self.filter.unexplained
@@ -368,7 +379,7 @@ class Tracker:
             self.filter.doubt(passed)
             return
         # What moved robots within a moment, so that they are found again, shows in velocities.
-        soon = stamp_ns - self._lost_ns < SOON_NS
+        soon = stamp_ns - self._lost_ns < TUNING.soon_ns
         old = sum(
             track.first_seen_ns < self._lost_ns or (soon and track.robot_id in self._lost_names)
             for track in named
@@ -384,9 +395,9 @@ class Tracker:
 
         A second box on a robot that has one already (its centre lies in that box, and the class is
         the same) would only follow the first: it begins nothing and counts as gated, and so does
-        what exceeds `MAX_TENTATIVE`. The best scores come first.
+        what exceeds `TUNING.max_tentative`. The best scores come first.
         """
-        room = MAX_TENTATIVE - sum(track.state is State.TENTATIVE for track in self.tracks)
+        room = TUNING.max_tentative - sum(track.state is State.TENTATIVE for track in self.tracks)
         used = seen.index[columns].tolist()
         begun: list[int] = []
         taken = set(columns.tolist())

@@ -14,7 +14,7 @@ from aerial_gnss_ros.core.association.track import Track
 from aerial_gnss_ros.core.faults.noise_level import Innovation, NoiseLevel
 from aerial_gnss_ros.core.faults.rotation_test import explained
 from aerial_gnss_ros.core.filter.innovation import Comparison
-from aerial_gnss_ros.core.models.motion_model import SWERVE_S
+from aerial_gnss_ros.core.models.motion_model import TUNING as MOTION_MODEL
 
 HEIGHT_M, SPEED = 20.0, 0.75
 PLACES = np.array([[-6.0, 3.0], [5.0, 4.0], [1.0, -7.0], [-3.0, -2.0]])
@@ -33,7 +33,7 @@ def filter_of(level=1.0):
     moved = np.array([by_angles(place) for place in PLACES])
 
     def turned_by(rows, offsets, variances):
-        return explained(offsets, variances, moved[rows], SWERVE_S * SPEED)[2]
+        return explained(offsets, variances, moved[rows], MOTION_MODEL.swerve_s * SPEED)[2]
 
     noise = NoiseLevel()
     noise.level = level

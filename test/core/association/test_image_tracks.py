@@ -9,7 +9,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from aerial_gnss_ros.core.association.image_tracks import UNMODELLED, UNTOLD, ImageTracks, Labels
+from aerial_gnss_ros.core.association.image_tracks import TUNING as IMAGE_TRACKS
+from aerial_gnss_ros.core.association.image_tracks import UNTOLD, ImageTracks, Labels
 
 START = np.array([[400.0, 300.0], [700.0, 350.0], [500.0, 500.0]])
 NAMES = ("a", "b", "c")
@@ -61,7 +62,7 @@ def test_robots_that_change_places_are_followed(pictures):
     for index, own in enumerate((1, 0, 2)):
         factors = told(labels, index)
         assert factors[own] > 0.99
-        assert sum(factors) == pytest.approx(factors[own] + 3 * UNMODELLED)
+        assert sum(factors) == pytest.approx(factors[own] + 3 * IMAGE_TRACKS.unmodelled_probability)
 
 
 def test_two_that_met_may_be_either(pictures):
@@ -91,7 +92,7 @@ def test_a_robot_gone_for_long_may_be_what_comes_up_anywhere(pictures):
         pictures.blind(START[1:])
     labels = pictures.blind(np.array([*START[1:], [900.0, 600.0]]))
     a, b, c, other = told(labels, 2)
-    assert b == c == UNMODELLED
+    assert b == c == IMAGE_TRACKS.unmodelled_probability
     assert a == pytest.approx(other, abs=0.01)
     assert other > 0.99  # a, or a robot never seen: its place must tell
 
@@ -112,7 +113,7 @@ def test_a_picture_that_jumps_tells_no_names(pictures):
 
 def test_robots_in_no_image_before_stay_unknown(pictures):
     labels = pictures.blind(np.array([*START, [900.0, 600.0]]))
-    assert told(labels, 3)[:3] == [UNMODELLED] * 3
+    assert told(labels, 3)[:3] == [IMAGE_TRACKS.unmodelled_probability] * 3
     assert told(labels, 3)[3] > 0.99
 
 

@@ -11,8 +11,10 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
-from aerial_gnss_ros.core.association.matcher import STRAINED, Matcher
-from aerial_gnss_ros.core.association.track import STRAIN_IMAGES, Track
+from aerial_gnss_ros.core.association.matcher import TUNING as MATCHER
+from aerial_gnss_ros.core.association.matcher import Matcher
+from aerial_gnss_ros.core.association.track import TUNING as TRACK
+from aerial_gnss_ros.core.association.track import Track
 from aerial_gnss_ros.core.faults.noise_level import NoiseLevel
 from aerial_gnss_ros.core.filter.innovation import Comparison
 from aerial_gnss_ros.core.georeferencing.measurements import Measurements
@@ -62,11 +64,11 @@ def test_a_near_miss_is_a_free_box_just_outside_the_gate_of_a_robot_without_one(
 def test_a_robot_that_obeys_its_model_is_loosened_once_in_a_million_images():
     """Half a squared planar innovation is exponential; `Track.stress` is its fading mean."""
     drawn = np.random.default_rng(0).exponential(size=3_000_000)
-    share = 1.0 / STRAIN_IMAGES
+    share = 1.0 / TRACK.strain_images
     strain = lfilter([share], [1.0, share - 1.0], drawn)
     track = Track("aqua", 0, 0, strain=0.0)
     assert [track.stress(2.0 * one) for one in drawn[:50]] == pytest.approx(strain[:50])
-    assert 0 < np.count_nonzero(strain > STRAINED) < 10
+    assert 0 < np.count_nonzero(strain > MATCHER.strained_mean) < 10
 
 
 @pytest.mark.parametrize(

@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 import itertools
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -96,7 +97,7 @@ def _ramp(t):
 
 def test_what_robots_tell_counts_for_those_of_other_groups(sea, monkeypatch):
     """One camera: the robots of all groups end the doubt about it."""
-    monkeypatch.setattr(blocks, "GROUP", 1)
+    monkeypatch.setattr(blocks, "TUNING", replace(blocks.TUNING, block_robots=1))
     right, _ = _flown(sea, (0.0, 0.0, 30.0), 0.0)
     results, _ = _flown(sea, (0.0, 0.0, 30.0), 1.0)
     known, found = _sigmas(right[-1]), _sigmas(results[-1])

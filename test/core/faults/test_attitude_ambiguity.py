@@ -9,8 +9,10 @@ import math
 import numpy as np
 import pytest
 
-from aerial_gnss_ros.core.faults.attitude_ambiguity import EPISODES, Unexplained
-from aerial_gnss_ros.core.faults.rotation_fault import MOST, Turning
+from aerial_gnss_ros.core.faults.attitude_ambiguity import TUNING as ATTITUDE_AMBIGUITY
+from aerial_gnss_ros.core.faults.attitude_ambiguity import Unexplained
+from aerial_gnss_ros.core.faults.rotation_fault import TUNING as ROTATION_FAULT
+from aerial_gnss_ros.core.faults.rotation_fault import Turning
 from aerial_gnss_ros.core.models.measurement_model import pose_jacobian
 
 OFFSETS = np.array([[10.0, 60.0, -80.0], [-20.0, 30.0, -80.0]])
@@ -23,7 +25,7 @@ def _degrees(unexplained):
 
 def _lost(seconds):
     """Return it after boxes that no robots explained, 10 a second."""
-    unexplained = Unexplained(MOST)
+    unexplained = Unexplained(ROTATION_FAULT.largest_angle_rad)
     for _ in range(round(10 * seconds)):
         unexplained.predict(0.1, 1.0)
         unexplained.take(0.1)
@@ -31,14 +33,14 @@ def _lost(seconds):
 
 
 def test_boxes_that_nobody_explains_make_the_angle_unknown_until_robots_are_back():
-    unexplained = Unexplained(MOST)
+    unexplained = Unexplained(ROTATION_FAULT.largest_angle_rad)
     unexplained.take(0.5)
     unexplained.take(0.5)
     # 20 deg/s for a second and what was not noticed at first
     assert _degrees(unexplained) == pytest.approx(26.0)
     for _ in range(10):
         unexplained.take(0.5)
-    assert _degrees(unexplained) == pytest.approx(math.degrees(MOST))
+    assert _degrees(unexplained) == pytest.approx(math.degrees(ROTATION_FAULT.largest_angle_rad))
     unexplained.take(0.0, over=True)
     assert not unexplained.doubt.any()
     unexplained.take(0.1)
@@ -103,7 +105,9 @@ def test_robots_tell_of_all_times_since_they_were_seen():
     spread = 0.1**2 * np.eye(2)
     # one seen between the two times tells of the second only
     unexplained.found(2.0, BY_ANGLES[0], np.zeros(2), spread)
-    assert _degrees(unexplained) == pytest.approx([math.degrees(MOST)] * 3, rel=1e-3)
+    assert _degrees(unexplained) == pytest.approx(
+        [math.degrees(ROTATION_FAULT.largest_angle_rad)] * 3, rel=1e-3
+    )
     # two seen before both: it has not turned, or as much back
     unexplained.found(8.0, BY_ANGLES[0], np.zeros(2), spread)
     unexplained.found(8.0, BY_ANGLES[1], np.zeros(2), spread)
@@ -112,7 +116,7 @@ def test_robots_tell_of_all_times_since_they_were_seen():
 
 @pytest.mark.parametrize(("back_deg", "share"), [(-30.0, 1.0 / (1.0 + math.exp(3.0))), (20.0, 1.0)])
 def test_telemetry_that_jumps_back_was_wrong_meanwhile(back_deg, share):
-    unexplained = Unexplained(MOST)
+    unexplained = Unexplained(ROTATION_FAULT.largest_angle_rad)
     assert not unexplained.jumped(np.radians([0.0, 0.0, 30.0]), 0.1)
     for _ in range(10):
         unexplained.take(0.1)
@@ -123,14 +127,14 @@ def test_telemetry_that_jumps_back_was_wrong_meanwhile(back_deg, share):
 
 
 def test_many_times_are_kept_as_few():
-    unexplained = Unexplained(MOST)
+    unexplained = Unexplained(ROTATION_FAULT.largest_angle_rad)
     for _ in range(20):
         for _ in range(3):
             unexplained.predict(0.1, 1.0)
             unexplained.take(0.1)
         unexplained.take(0.0)
         unexplained.predict(1.0, 1.0)
-    assert len(unexplained.episodes) == EPISODES
+    assert len(unexplained.episodes) == ATTITUDE_AMBIGUITY.episodes
     # 12 deg each: 20 (0.3 + 0.3)
     assert _degrees(unexplained) == pytest.approx([12.0 * math.sqrt(20.0)] * 3)
 
@@ -151,7 +155,7 @@ def test_robots_that_all_were_elsewhere_may_be_as_far_off_in_any_direction():
 
 
 def test_a_receiver_that_is_back_takes_its_own_doubt_away_and_no_other():
-    unexplained = Unexplained(MOST)
+    unexplained = Unexplained(ROTATION_FAULT.largest_angle_rad)
     unexplained.shifted(2500.0)
     assert unexplained.doubts
     unexplained.displaced(np.zeros(3), np.zeros((3, 3)), 36.0)

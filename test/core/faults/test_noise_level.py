@@ -8,15 +8,8 @@ import numpy as np
 import pytest
 from scipy.stats import chi2
 
-from aerial_gnss_ros.core.faults.noise_level import (
-    EVERY_IMAGES,
-    LEAST_IMAGES,
-    MOST,
-    SURE,
-    WINDOW_IMAGES,
-    Innovation,
-    NoiseLevel,
-)
+from aerial_gnss_ros.core.faults.noise_level import TUNING as NOISE_LEVEL
+from aerial_gnss_ros.core.faults.noise_level import Innovation, NoiseLevel
 
 STEP_NS = 100_000_000
 VARIANCES = 0.04, 0.01, 0.09
@@ -43,13 +36,15 @@ def white(images: int, robots: int, sigma: float, seed: int = 0) -> np.ndarray:
 
 @pytest.mark.parametrize(("sigma", "robots"), [(2.5, 3), (2.0, 1), (5.0, 2)])
 def test_finds_white_noise_larger_than_stated(sigma, robots):
-    found = fed(NoiseLevel(), white(WINDOW_IMAGES, robots, sigma)).level
+    found = fed(NoiseLevel(), white(NOISE_LEVEL.level_images, robots, sigma)).level
     # Overlapping differences of one robot: four sigmas of its median.
-    assert found == pytest.approx(sigma**2, rel=4.0 * 2.01 / np.sqrt(robots * WINDOW_IMAGES))
+    assert found == pytest.approx(
+        sigma**2, rel=4.0 * 2.01 / np.sqrt(robots * NOISE_LEVEL.level_images)
+    )
 
 
 def test_leaves_noise_alone_that_is_as_stated_or_less():
-    images = 20 * WINDOW_IMAGES
+    images = 20 * NOISE_LEVEL.level_images
     for seed, sigma in enumerate((1.0, 1.0, 1.0, 1.1, 0.3)):
         level = NoiseLevel()
         for part in np.split(white(images, 3, sigma, seed), 20):
@@ -57,51 +52,58 @@ def test_leaves_noise_alone_that_is_as_stated_or_less():
 
 
 def test_counts_robots_of_one_image_as_one_since_they_share_the_poses_noise():
-    shared = np.repeat(white(10 * WINDOW_IMAGES, 1, 1.15), 6, axis=1)
+    shared = np.repeat(white(10 * NOISE_LEVEL.level_images, 1, 1.15), 6, axis=1)
     assert fed(NoiseLevel(), shared).level == 1.0
 
 
 @pytest.mark.parametrize(
     "motion",
     [
-        np.linspace(0.0, 60.0, WINDOW_IMAGES),  # a camera that turns: 0.6 sigmas an image
-        np.where(np.arange(WINDOW_IMAGES) < 50, 0.0, 50.0),  # telemetry that jumps and stays
-        10.0 * np.sin(np.arange(WINDOW_IMAGES) / 15.0),  # robots that steer
+        np.linspace(
+            0.0, 60.0, NOISE_LEVEL.level_images
+        ),  # a camera that turns: 0.6 sigmas an image
+        np.where(
+            np.arange(NOISE_LEVEL.level_images) < 50, 0.0, 50.0
+        ),  # telemetry that jumps and stays
+        10.0 * np.sin(np.arange(NOISE_LEVEL.level_images) / 15.0),  # robots that steer
     ],
 )
 def test_what_lasts_several_images_is_no_noise(motion):
-    offsets = white(WINDOW_IMAGES, 3, 1.0) + motion[:, None, None]
+    offsets = white(NOISE_LEVEL.level_images, 3, 1.0) + motion[:, None, None]
     assert fed(NoiseLevel(), offsets).level == 1.0
 
 
 def test_single_images_that_are_wrong_do_not_move_it():
-    offsets = white(WINDOW_IMAGES, 3, 2.5)
+    offsets = white(NOISE_LEVEL.level_images, 3, 2.5)
     clean = fed(NoiseLevel(), offsets).level
     offsets[::15] += 40.0
     assert fed(NoiseLevel(), offsets).level == pytest.approx(clean, rel=0.5)
 
 
 def test_needs_images_enough_at_even_intervals():
-    noisy = white(WINDOW_IMAGES, 3, 2.5)
-    assert fed(NoiseLevel(), noisy[: LEAST_IMAGES + 1]).level == 1.0
-    assert fed(NoiseLevel(), noisy[: LEAST_IMAGES + 2 + EVERY_IMAGES]).level > 3.0
+    noisy = white(NOISE_LEVEL.level_images, 3, 2.5)
+    assert fed(NoiseLevel(), noisy[: NOISE_LEVEL.least_images + 1]).level == 1.0
+    assert (
+        fed(NoiseLevel(), noisy[: NOISE_LEVEL.least_images + 2 + NOISE_LEVEL.every_images]).level
+        > 3.0
+    )
     assert fed(NoiseLevel(), noisy, uneven=True).level == 1.0
 
 
 def test_is_bounded_and_forgets():
-    level = fed(NoiseLevel(), white(WINDOW_IMAGES, 3, 50.0))
-    assert level.level == MOST
-    fed(level, white(WINDOW_IMAGES, 3, 1.0))
+    level = fed(NoiseLevel(), white(NOISE_LEVEL.level_images, 3, 50.0))
+    assert level.level == NOISE_LEVEL.largest_level
+    fed(level, white(NOISE_LEVEL.level_images, 3, 1.0))
     assert level.level == 1.0
-    fed(level, white(WINDOW_IMAGES, 3, 2.5))
+    fed(level, white(NOISE_LEVEL.level_images, 3, 2.5))
     level.reset()
     assert level.level == 1.0
 
 
 def test_the_sum_of_second_differences_is_normalised():
     """Of white innovations half the normalised square is half a chi-square of two degrees."""
-    found = fed(NoiseLevel(), white(WINDOW_IMAGES, 3, 2.5))
+    found = fed(NoiseLevel(), white(NOISE_LEVEL.level_images, 3, 2.5))
     values = np.array([one for image in found._window for one in image])
     share = np.mean(values < 2.5**2 * chi2.ppf(0.9, 2) / 2.0)
     assert share == pytest.approx(0.9, abs=0.06)
-    assert SURE > 3.0
+    assert NOISE_LEVEL.level_sure_sigmas > 3.0

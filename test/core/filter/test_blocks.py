@@ -4,6 +4,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -15,7 +17,7 @@ from aerial_gnss_ros.core.models.platform_model import COUNT
 @pytest.fixture
 def five(monkeypatch):
     """Robot i stands at (i, 2 i), known to 1 m² + i; groups of two."""
-    monkeypatch.setattr(blocks, "GROUP", 2)
+    monkeypatch.setattr(blocks, "TUNING", replace(blocks.TUNING, block_robots=2))
     groups = Groups()
     groups.clear(np.eye(COUNT))
     for group, rows, columns in groups.room(np.arange(5)):
@@ -61,7 +63,7 @@ def _crowd(size, monkeypatch):
 
     Robot 0 has been followed for long: its velocity is known. Robot 4 is new.
     """
-    monkeypatch.setattr(blocks, "GROUP", size)
+    monkeypatch.setattr(blocks, "TUNING", replace(blocks.TUNING, block_robots=size))
     groups = Groups()
     groups.clear(np.diag([1.4, 1.4, 0.1, 1e-4, 1e-4, 7e-4, 0.0]))  # the latency is known
     rng = np.random.default_rng(7)

@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -52,7 +53,7 @@ def test_groups_of_robots_lose_little(sea, monkeypatch):
     """Two robots a group instead of all six in one: the same names, nearly the same covariance."""
     last = {}
     for size in (32, 2):
-        monkeypatch.setattr(blocks, "GROUP", size)
+        monkeypatch.setattr(blocks, "TUNING", replace(blocks.TUNING, block_robots=size))
         world = sea.World(robots=RING, rpy_bias_deg=(0.2, 0.3, 1.5), pixel_sigma=2.0, **ORBIT)
         engine = sea.estimator(RTK)
         results = sea.play(engine, world, 20.0)

@@ -14,10 +14,12 @@ from aerial_gnss_ros.core.camera.model import CameraModel
 from aerial_gnss_ros.core.config.noise import Noise
 from aerial_gnss_ros.core.filter.linearization import Sight
 from aerial_gnss_ros.core.filter.state import Joint
-from aerial_gnss_ros.core.filter.update import HUBER, correct, linearise
+from aerial_gnss_ros.core.filter.update import TUNING as UPDATE
+from aerial_gnss_ros.core.filter.update import correct, linearise
 from aerial_gnss_ros.core.geometry.frames import matrix_from_rpy
 from aerial_gnss_ros.core.models.measurement_model import MapPose
-from aerial_gnss_ros.core.models.motion_model import CRUISE_S, HELD_S, TURN_S, Motion
+from aerial_gnss_ros.core.models.motion_model import TUNING as MOTION_MODEL
+from aerial_gnss_ros.core.models.motion_model import Motion
 from aerial_gnss_ros.core.models.platform_model import LATENCY, PlatformModel
 
 MODEL = PlatformModel(Noise(latency_s=0.3), "earth")
@@ -43,11 +45,14 @@ def crowd() -> Joint:
 
 def textbook_step(unseen: float, seconds: float, motion: Motion) -> tuple[np.ndarray, np.ndarray]:
     """Van Loan's integral (1978) of one robot's motion: straight on, turning, cruising."""
-    held = 2.0 if unseen == 0.0 else HELD_S
+    held = 2.0 if unseen == 0.0 else MOTION_MODEL.held_s
     straight = min(max(held - unseen, 0.0), seconds)
     parts = [(straight, 0.0, motion.acceleration**2)]
-    turning = min(max(held + TURN_S - unseen - straight, 0.0), seconds - straight)
-    for time, length in ((TURN_S, turning), (CRUISE_S, seconds - straight - turning)):
+    turning = min(max(held + MOTION_MODEL.turn_s - unseen - straight, 0.0), seconds - straight)
+    for time, length in (
+        (MOTION_MODEL.turn_s, turning),
+        (MOTION_MODEL.cruise_s, seconds - straight - turning),
+    ):
         parts.append((length, 1.0 / time, 2.0 * motion.speed_sigma**2 / time))
     transition, noise = np.eye(2), np.zeros((2, 2))
     for length, rate, density in parts:
@@ -110,7 +115,7 @@ def test_an_outlier_pulls_no_more_than_at_the_edge_of_what_is_good():
         correct(joint, np.array([0]), pixels, sight(), MODEL)
         pulls.append(float(np.linalg.norm(joint.robots[0, :2] - before)))
     assert pulls[0] == 0.0
-    assert 0.0 < pulls[1] < pulls[2] < HUBER * 0.1
+    assert 0.0 < pulls[1] < pulls[2] < UPDATE.huber_planar * 0.1
     assert pulls[3] == pytest.approx(pulls[2], rel=0.2)
 
 

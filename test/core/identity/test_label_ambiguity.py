@@ -7,7 +7,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from aerial_gnss_ros.core.identity.label_ambiguity import LEAST, Doubts, Spot
+from aerial_gnss_ros.core.identity.label_ambiguity import TUNING as LABEL_AMBIGUITY
+from aerial_gnss_ros.core.identity.label_ambiguity import Doubts, Spot
 
 
 def _spot(east, variance=1.0):
@@ -60,7 +61,11 @@ def test_a_robot_that_may_be_one_out_of_sight_is_as_badly_known():
 
 
 def test_a_doubt_too_small_to_matter_is_forgotten():
-    met = Doubts().mixed("a", "b", 0.5 * LEAST).mixed("b", "c", 2.0 * LEAST)
+    met = (
+        Doubts()
+        .mixed("a", "b", 0.5 * LABEL_AMBIGUITY.least_probability)
+        .mixed("b", "c", 2.0 * LABEL_AMBIGUITY.least_probability)
+    )
     met.keep(SPOTS)
     assert set(met.of) == {"b", "c"}
 

@@ -10,7 +10,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import trapezoid
 
-from aerial_gnss_ros.core.identity.return_time import SHORT_S, Absences
+from aerial_gnss_ros.core.identity.return_time import TUNING as RETURN_TIME
+from aerial_gnss_ros.core.identity.return_time import Absences
 
 
 def _learnt(*seconds, weight=1.0):
@@ -71,10 +72,10 @@ def test_absences_of_any_length_tell_next_to_nothing():
 
 
 @settings(max_examples=30, deadline=None)
-@given(st.lists(st.floats(SHORT_S, 400.0), min_size=1, max_size=12))
+@given(st.lists(st.floats(RETURN_TIME.short_s, 400.0), min_size=1, max_size=12))
 def test_the_density_is_the_slope_of_what_is_left(seconds):
     law = _learnt(*seconds)
-    times = np.linspace(SHORT_S, 2000.0, 200_001)
+    times = np.linspace(RETURN_TIME.short_s, 2000.0, 200_001)
     density, left = law._law(times)
     fallen = trapezoid(density, times, axis=1)
     assert fallen == pytest.approx(left[:, 0] - left[:, -1], abs=1e-4)

@@ -10,7 +10,8 @@ from collections import Counter
 import pytest
 
 from aerial_gnss_ros.core.association.track import Track
-from aerial_gnss_ros.core.tracker.box_account import MOST_PENDING, Account, complaint
+from aerial_gnss_ros.core.tracker.box_account import TUNING as BOX_ACCOUNT
+from aerial_gnss_ros.core.tracker.box_account import Account, complaint
 from aerial_gnss_ros.core.values.rejection import Cause, Reason
 
 STILL = {"a": lambda _t: (-3.0, 18.0), "b": lambda _t: (3.0, 18.0)}
@@ -154,13 +155,13 @@ def test_most_boxes_that_come_to_nothing_are_told_with_the_likely_cause():
 
 def test_what_is_pending_with_a_track_is_bounded():
     account, track = Account(), Track("aqua", 0, 0)
-    for i in range(MOST_PENDING + 5):
+    for i in range(BOX_ACCOUNT.most_pending + 5):
         account.note(track, i, [float(i), 0.0])
     settled = account.take()
     assert [one.stamp_ns for one in settled.refused] == [0, 1, 2, 3, 4]
     track.robot_id = "aqua_1"
     account.confirm([track])
-    assert account.take().used == MOST_PENDING
+    assert account.take().used == BOX_ACCOUNT.most_pending
     assert account.take().used == 0
 
 

@@ -10,7 +10,8 @@ import pytest
 from aerial_gnss_ros.core.association.track import Track
 from aerial_gnss_ros.core.filter.innovation import Comparison
 from aerial_gnss_ros.core.filter.state import Joint
-from aerial_gnss_ros.core.tracker.fork import CALM_S, IMAGES, LONGEST_S, Fork
+from aerial_gnss_ros.core.tracker.fork import TUNING as FORK
+from aerial_gnss_ros.core.tracker.fork import Fork
 from aerial_gnss_ros.core.values.estimates import State
 
 SECOND = 1_000_000_000
@@ -37,7 +38,9 @@ def _taken(fork, *images):
 
 def test_it_takes_images_in_a_row_that_show_all_robots_at_home():
     good, bad = (0.0, 2.9, -1.0), (0.0, 3.1, 0.0)
-    assert _taken(_fork(), *[good] * IMAGES) == [False] * (IMAGES - 1) + [True]
+    assert _taken(_fork(), *[good] * FORK.agreeing_images) == [False] * (
+        FORK.agreeing_images - 1
+    ) + [True]
     assert not any(_taken(_fork(), *[good, good, bad] * 3))
 
 
@@ -52,18 +55,18 @@ def test_one_robot_at_home_may_be_chance():
     ids=str,
 )
 def test_robots_that_were_not_in_view_need_not_come_back(change):
-    assert _taken(_fork(**change), *[(90.0, 0.0, 0.0)] * IMAGES)[-1]
+    assert _taken(_fork(**change), *[(90.0, 0.0, 0.0)] * FORK.agreeing_images)[-1]
     assert not any(_taken(_fork(), *[(90.0, 0.0, 0.0)] * 10))
 
 
 def test_it_ends_when_nothing_contradicts_for_a_while():
     fork = _fork()
     assert fork.holds(2 * SECOND)
-    fork.calm_s = CALM_S + 0.01
+    fork.calm_s = FORK.calm_s + 0.01
     assert not fork.holds(2 * SECOND)
     fork.jumped = True  # a receiver that has jumped can jump back
     assert fork.holds(2 * SECOND)
-    assert not fork.holds(round((LONGEST_S + 1.1) * SECOND))
+    assert not fork.holds(round((FORK.longest_s + 1.1) * SECOND))
 
 
 def test_what_it_keeps_does_not_change_with_the_tracks():
