@@ -111,14 +111,17 @@ def test_every_measured_place_has_date_version_and_command() -> None:
     assert places > 8
 
 
+EQUATIONS = ("filter", "geometry", "association", "identity", "latency", "failures")
+
+
 @pytest.mark.parametrize(
-    "page", ["filter", "geometry", "association", "identity", "latency", "failures"]
+    "page", [*(f"explanation/{name}" for name in EQUATIONS), "reference/glossary"]
 )
 def test_equations_use_the_names_of_the_code(page: str) -> None:
     """A name in backticks is one of the code, of its parameters or of its file formats."""
     sources = _files(".py", ".yaml")
     words = {word for path in sources for word in re.findall(r"\w+", path.read_text("utf-8"))}
-    text = (ROOT / "docs" / "explanation" / f"{page}.md").read_text(encoding="utf-8")
+    text = (ROOT / "docs" / f"{page}.md").read_text(encoding="utf-8")
     for name in re.findall(r"`([A-Za-z_][\w.]*)`", text):
         unknown = [word for word in name.split(".") if word and word not in words]
         assert not unknown, f"{name}: nothing is called {unknown[0]}"
