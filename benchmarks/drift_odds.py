@@ -34,7 +34,7 @@ from tables import columns, show
 
 from aerial_gnss_ros.core.faults import rotation_fault
 from aerial_gnss_ros.core.faults.rotation_test import TUNING as ROTATION_TEST
-from aerial_gnss_ros.core.faults.rotation_test import explained
+from aerial_gnss_ros.core.faults.rotation_test import fit_rotation
 
 Array = NDArray[np.float64]
 Sums = dict[int, tuple[Array, Array, float, float]]
@@ -53,7 +53,7 @@ def judgements(case: Case, kind: str, seed: int, items: list[Item]) -> tuple[Sum
     def spy(
         sums: Array, variances: Array, by_angles: Array, swerve: float
     ) -> tuple[Array, Array, float]:
-        turn, spread, gain = explained(sums, variances, by_angles, swerve)
+        turn, spread, gain = fit_rotation(sums, variances, by_angles, swerve)
         if case.begin_s <= now[0] < case.end_s:
             found[round(10.0 * now[0])] = sums.copy(), variances.copy(), swerve, gain
         return turn, spread, gain

@@ -35,7 +35,7 @@ from aerial_gnss_ros.core.camera.posed_frame import PosedFrame
 from aerial_gnss_ros.core.config.estimator import EstimatorConfig, estimator_config
 from aerial_gnss_ros.core.geometry.local_map import LocalMap
 from aerial_gnss_ros.core.georeferencing.localization import WaterPoints
-from aerial_gnss_ros.core.identity.labels import Identity
+from aerial_gnss_ros.core.identity.labels import Labels
 from aerial_gnss_ros.core.tracker.protocol import TrackUpdate
 from aerial_gnss_ros.core.tracker.tracker import Tracker
 from aerial_gnss_ros.core.values.estimates import FrameResult, State
@@ -115,7 +115,7 @@ class Watched(Tracker):
     """A tracker that notes which box gave each name its position."""
 
     def __init__(self, stated: EstimatorConfig) -> None:
-        super().__init__(stated, Identity(stated))
+        super().__init__(stated, Labels(stated))
         self.boxes: dict[int, dict[str, tuple[float, ...]]] = {}
 
     def update(self, frame: PosedFrame, points: WaterPoints, local: LocalMap) -> TrackUpdate:

@@ -22,7 +22,7 @@ import one_thread  # noqa: F401 - before numpy
 import numpy as np
 from numpy.typing import NDArray
 
-from aerial_gnss_ros.core.identity.pair_hypotheses import Pair
+from aerial_gnss_ros.core.identity.pair_hypotheses import PairHypotheses
 from aerial_gnss_ros.simulation.chance import generator
 from aerial_gnss_ros.simulation.robots import Swarm, SwimPlan
 
@@ -88,7 +88,7 @@ def exchanged(meeting: Meeting) -> float:
     line = np.stack([np.ones(BEFORE), (np.arange(BEFORE) - BEFORE + 1) / RATE_HZ], axis=1)
     places, velocities = np.linalg.lstsq(line, first, rcond=None)[0].reshape(2, 2, 2)
     spread = np.tile(np.diag([0.1**2] * 4), (2, 1, 1))
-    pair = Pair.begin(("a", "b"), places, velocities, spread, 0)
+    pair = PairHypotheses.begin(("a", "b"), places, velocities, spread, 0)
     own = np.tile(BOX_M**2 * np.eye(2), (2, 1, 1))
     for i, both in enumerate(meeting.places[BEFORE:], 1):
         pair.step(i * step_ns, both, own, PLATFORM_M**2 * np.eye(2), ACCELERATION)

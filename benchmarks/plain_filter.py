@@ -28,20 +28,20 @@ from families import Setting
 from flown import Record, chosen, fly, rms
 from tables import columns, show
 
-from aerial_gnss_ros.core.filter.linearization import Sight
-from aerial_gnss_ros.core.filter.state import Joint
+from aerial_gnss_ros.core.filter.linearization import CameraView
+from aerial_gnss_ros.core.filter.state import JointState
 
 HARD = "hover,rtk,moving"
 """Cells in which little can be known of height and tilt, and nothing else hides what is claimed."""
 
-_of = Sight.of
+_of = CameraView.of
 
 
 def _nothing(*_: Any) -> None:
     """Leave the covariance as it is."""
 
 
-def _as_measured(camera: Any, measured: Any, rates: Any, applied: float, *rest: Any) -> Sight:
+def _as_measured(camera: Any, measured: Any, rates: Any, applied: float, *rest: Any) -> CameraView:
     return _of(camera, measured, rates, applied, None, *rest[1:])
 
 
@@ -56,8 +56,8 @@ def without(*parts: tuple[type, str, Callable[..., Any]]) -> Iterator[None]:
 
 VARIANTS = {
     "as it is": (),
-    "not carried": ((Joint, "carry", _nothing),),
-    "not foretold": ((Sight, "of", staticmethod(_as_measured)),),
+    "not carried": ((JointState, "carry", _nothing),),
+    "not foretold": ((CameraView, "of", staticmethod(_as_measured)),),
 }
 
 

@@ -28,9 +28,9 @@ from tables import columns, show
 
 from aerial_gnss_ros.core.association.track import Track
 from aerial_gnss_ros.core.identity.reidentification import TUNING as REIDENTIFICATION
-from aerial_gnss_ros.core.identity.reidentification import Reacquisition
-from aerial_gnss_ros.core.identity.return_position import Swims
-from aerial_gnss_ros.core.models.motion_model import Motion
+from aerial_gnss_ros.core.identity.reidentification import Reidentification
+from aerial_gnss_ros.core.identity.return_position import VelocityLikelihood
+from aerial_gnss_ros.core.models.motion_model import MotionModel
 from aerial_gnss_ros.core.numerics.gaussian import gate_threshold
 from aerial_gnss_ros.core.values.estimates import State
 from aerial_gnss_ros.simulation.chance import generator
@@ -41,7 +41,7 @@ PLAN = SwimPlan(0.2, 0.7, roam_m=5.0, apart_m=0.8)
 PLACE_M, BEFORE_MPS, AFTER_MPS = 0.05, 0.05, 0.15
 """What is known: places, m, velocities when they went, and when they are back for a moment, m/s."""
 
-MOTION = Motion(ACCELERATION, 0.75)
+MOTION = MotionModel(ACCELERATION, 0.75)
 HABITS = 4.0
 """Independent velocities of each seen before."""
 
@@ -84,7 +84,8 @@ def probability(kind: str, seed: int) -> tuple[float, bool] | None:
         Track(
             "aqua", 0, left, State.COASTING, f"aqua_{i}", deque([left]),
             velocity=velocity[i], velocity_spread=BEFORE_MPS**2 * np.eye(2),
-            swum=0.5 * HABITS * float(velocity[i] @ velocity[i]), swum_count=HABITS,
+            speed_history=0.5 * HABITS * float(velocity[i] @ velocity[i]),
+            speed_history_count=HABITS,
         )
         for i in range(2)
     ]  # fmt: skip
@@ -93,10 +94,10 @@ def probability(kind: str, seed: int) -> tuple[float, bool] | None:
     reach, _, noise = MOTION.step(away, np.full(1, 1e-3))
     variance = 2.0 * PLACE_M**2 + float(reach[0]) ** 2 * BEFORE_MPS**2 + float(noise[0, 0])
     offsets = back[None] - (place + reach[0] * velocity)[:, None]
-    found = Reacquisition(MOTION, gate_threshold(0.997), 180.0).pairs(
+    found = Reidentification(MOTION, gate_threshold(0.997), 180.0).pairs(
         tracks, [0, 1], [2, 3],
         (offsets, np.broadcast_to(variance * np.eye(2), (2, 2, 2, 2))),
-        Swims(swims, np.broadcast_to(AFTER_MPS**2 * np.eye(2), (2, 2, 2))),
+        VelocityLikelihood(swims, np.broadcast_to(AFTER_MPS**2 * np.eye(2), (2, 2, 2))),
         now, HEIGHT_M, 0.1,
     )  # fmt: skip
     if set(found.laws) != {0, 1}:

@@ -21,7 +21,7 @@ from aerial_gnss_ros.bags.results import position_row
 from aerial_gnss_ros.bags.tables import POSITION_COLUMNS
 from aerial_gnss_ros.bags.typestore import serialize
 from aerial_gnss_ros.core.config.estimator import estimator_config
-from aerial_gnss_ros.core.identity.label_format import Names, class_token
+from aerial_gnss_ros.core.identity.label_format import LabelRegistry, class_token
 from aerial_gnss_ros.core.values.estimates import FrameResult, MapDatum, RobotEstimate, State
 from fuzz import mutate
 from fuzz.engine import OUTPUT, Broken
@@ -44,7 +44,7 @@ class RobotNames:
         """Name robots of damaged classes."""
         class_id = mutate.text(rng, mutate.text(rng, rng.choice(("aqua", "boat_2", ""))))
         tell(repr(class_id[:200]))
-        names = Names(frozenset({"aqua_1"}))
+        names = LabelRegistry(frozenset({"aqua_1"}))
         given = [names.next(class_id) for _ in range(3)]
         for name in (class_token(class_id), *given):
             if not _ROBOT_ID.fullmatch(name):
@@ -72,7 +72,7 @@ class Written:
         """Write results and read them back."""
         class_id = mutate.text(rng, mutate.text(rng, "aqua"))
         tell(repr(class_id[:200]))
-        names = Names()
+        names = LabelRegistry()
         track = [_estimate(rng, names.next(class_id), class_id)]
         track += [_moved(rng, track[0]) for _ in range(rng.randrange(3))]
         datum = MapDatum(track[0].latitude, track[0].longitude, track[0].altitude)

@@ -19,13 +19,13 @@ from numpy.typing import NDArray
 
 from aerial_gnss_ros.core.camera.model import CameraModel
 from aerial_gnss_ros.core.config.estimator import EstimatorConfig
-from aerial_gnss_ros.core.filter.linearization import Sight
-from aerial_gnss_ros.core.filter.state import Indices, Joint
+from aerial_gnss_ros.core.filter.linearization import CameraView
+from aerial_gnss_ros.core.filter.state import Indices, JointState
 from aerial_gnss_ros.core.filter.update import Linear, correct, linearise
 from aerial_gnss_ros.core.geometry.local_map import LocalMap
 from aerial_gnss_ros.core.geometry.rotation_vectors import rotation_vector
 from aerial_gnss_ros.core.models.measurement_model import MapFrame, MapPose
-from aerial_gnss_ros.core.models.motion_model import Motion
+from aerial_gnss_ros.core.models.motion_model import MotionModel
 from aerial_gnss_ros.core.models.platform_model import PlatformModel
 from aerial_gnss_ros.core.values.camera_pose import CameraPose
 
@@ -59,20 +59,20 @@ def bound(
         local: the frame `map`.
     """
     model = PlatformModel(config.noise, config.gimbal.reference)
-    motion = Motion(config.noise.value("robot_acceleration"), 0.5 * config.tracks.max_speed)
+    motion = MotionModel(config.noise.value("robot_acceleration"), 0.5 * config.tracks.max_speed)
     chart = MapFrame(local)
     poses = [chart.pose(frame.pose) for frame in frames]
     stamps = [frame.pose.stamp_ns * 1e-9 for frame in frames]
     count = len(frames[0].positions) if frames else 0
     found = np.full((len(frames), count, 4, 4), np.nan)
-    joint = Joint(model.stationary(None))
+    joint = JointState(model.stationary(None))
     for k, frame in enumerate(frames):
         if k:
             joint.predict(stamps[k] - stamps[k - 1], model, model.stationary(None), motion)
         joint.mean[:] = 0.0
         joint.robots[:, :2] = frame.positions[joint.rows]
         joint.camera[:] = np.nan  # derivatives on the truth of each image, nothing is carried
-        sight = Sight.of(camera, poses[k], _rates(poses, stamps, k), 0.0)
+        sight = CameraView.of(camera, poses[k], _rates(poses, stamps, k), 0.0)
         slots = np.flatnonzero(frame.seen[joint.rows])
         if len(slots):
             places = joint.robots[slots, :2]
@@ -84,8 +84,8 @@ def bound(
 
 
 def _begin(
-    joint: Joint, rows: Indices, frame: TrueFrame, sight: Sight, model: PlatformModel,
-    motion: Motion,
+    joint: JointState, rows: Indices, frame: TrueFrame, sight: CameraView, model: PlatformModel,
+    motion: MotionModel,
 ) -> None:  # fmt: skip
     """Take in robots that are seen for the first time."""
     if not len(rows):

@@ -24,7 +24,7 @@ class ClutterTuning:
 TUNING = ClutterTuning()
 
 
-def chance(beside: int, tracks: int) -> float:
+def chance_probability(beside: int, tracks: int) -> float:
     """Return the probability that a false box lies in the gate of a new track by chance.
 
     Args:
@@ -46,7 +46,7 @@ class Clutter:
         self.stamp_ns = 0
         self._images = self._stray = self._robots = self._missed = 0.0
 
-    def take(self, stamp_ns: int, robots: int, missed: int, stray: int) -> None:
+    def update(self, stamp_ns: int, robots: int, missed: int, stray: int) -> None:
         """Take in an image.
 
         Args:

@@ -15,9 +15,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from aerial_gnss_ros.core.association.track import Track
-from aerial_gnss_ros.core.filter.innovation import Comparison
+from aerial_gnss_ros.core.filter.innovation import PairInnovations
 from aerial_gnss_ros.core.filter.joint_filter import JointFilter
-from aerial_gnss_ros.core.models.motion_model import swerved
+from aerial_gnss_ros.core.models.motion_model import manoeuvre_covariance
 from aerial_gnss_ros.core.numerics.gaussian import mahalanobis
 
 
@@ -34,7 +34,7 @@ TUNING = CoherenceTuning()
 
 
 def swerves(
-    joint: JointFilter, pairs: Comparison, left: list[int], chosen: list[int], threshold: float
+    joint: JointFilter, pairs: PairInnovations, left: list[int], chosen: list[int], threshold: float
 ) -> int:
     """Return how many robots that are not where they should be have each swerved by itself.
 
@@ -47,7 +47,7 @@ def swerves(
         chosen: those of robots that are where they should be.
         threshold: squared Mahalanobis distance at the edge of a gate.
     """
-    spread = pairs.spread[left] + swerved(joint.speeds(pairs.rows[left]))
+    spread = pairs.spread[left] + manoeuvre_covariance(joint.speeds(pairs.rows[left]))
     squared = mahalanobis(pairs.offsets[left], spread)[0].tolist()
     rows: set[int] = set()
     columns: set[int] = set()

@@ -11,7 +11,7 @@ from aerial_gnss_ros.core.association.track import Track
 from aerial_gnss_ros.core.models.motion_model import TUNING as MOTION_MODEL
 
 
-def undisputed(
+def without_disputed(
     tracks: list[Track],
     rows: list[int],
     columns: list[int],
@@ -49,7 +49,7 @@ def undisputed(
     return chosen
 
 
-def kept(
+def keep_established(
     tracks: list[Track],
     rows: list[int],
     columns: list[int],
@@ -86,7 +86,7 @@ def kept(
             for other in rivals[columns[k]]
             if rows[other] not in wearing
             and tracks[rows[other]].last_seen_ns > track.last_seen_ns
-            and (track.last_seen_ns < away_ns or not tracks[rows[other]].seen_beside(track))
+            and (track.last_seen_ns < away_ns or not tracks[rows[other]].coexisted(track))
         ]
         if wearers:
             found[place] = max(wearers, key=lambda other: tracks[rows[other]].last_seen_ns)

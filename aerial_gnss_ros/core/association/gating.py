@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 from aerial_gnss_ros.core.association.assignment import TUNING as ASSIGNMENT
 from aerial_gnss_ros.core.association.assignment import likeliest
-from aerial_gnss_ros.core.filter.innovation import Comparison
+from aerial_gnss_ros.core.filter.innovation import PairInnovations
 from aerial_gnss_ros.core.numerics.gaussian import mahalanobis
 
 ROBOT, NEW, NEITHER = "robot", "new", ""
@@ -17,7 +17,7 @@ and one that is neither gets none."""
 
 
 @dataclass(frozen=True)
-class Candidates:
+class CandidatePairs:
     """Pairs of an image, those that can be apart from those that are only near.
 
     Attributes:
@@ -45,12 +45,12 @@ class Candidates:
     @classmethod
     def of_image(
         cls,
-        pairs: Comparison,
+        pairs: PairInnovations,
         kind: list[str],
         tracks: list[str],
         boxes: list[str],
         threshold: float,
-    ) -> Candidates:
+    ) -> CandidatePairs:
         """Take the pairs of an image.
 
         Args:

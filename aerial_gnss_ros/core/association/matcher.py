@@ -18,17 +18,17 @@ from numpy.typing import NDArray
 
 from aerial_gnss_ros.core.association.assignment import TUNING as ASSIGNMENT
 from aerial_gnss_ros.core.association.assignment import Pairs, lone
-from aerial_gnss_ros.core.association.clutter import Clutter, chance
+from aerial_gnss_ros.core.association.clutter import Clutter, chance_probability
 from aerial_gnss_ros.core.association.coherence import swerves, turns
-from aerial_gnss_ros.core.association.conflicts import kept, undisputed
-from aerial_gnss_ros.core.association.gating import NEITHER, NEW, ROBOT, Candidates
+from aerial_gnss_ros.core.association.conflicts import keep_established, without_disputed
+from aerial_gnss_ros.core.association.gating import NEITHER, NEW, ROBOT, CandidatePairs
 from aerial_gnss_ros.core.association.track import Track
 from aerial_gnss_ros.core.faults.noise_level import Innovation
-from aerial_gnss_ros.core.filter.innovation import Comparison
+from aerial_gnss_ros.core.filter.innovation import PairInnovations
 from aerial_gnss_ros.core.filter.joint_filter import JointFilter
 from aerial_gnss_ros.core.georeferencing.measurements import Measurements
 from aerial_gnss_ros.core.models.motion_model import TUNING as MOTION_MODEL
-from aerial_gnss_ros.core.models.motion_model import swerved
+from aerial_gnss_ros.core.models.motion_model import manoeuvre_covariance
 from aerial_gnss_ros.core.numerics.gaussian import mahalanobis
 from aerial_gnss_ros.core.values.estimates import State
 
@@ -68,8 +68,8 @@ class Matcher:
     Attributes:
         threshold: likewise.
         fresh_s: likewise; longer where images come seldom.
-        confused: whether an image was so unlike what was expected that none of it is used, and
-            robots have not come back since.
+        scene_mismatch: whether an image was so unlike what was expected that none of it is used,
+            and robots have not come back since.
     """
 
     def __init__(self, joint: JointFilter, threshold: float, fresh_s: float) -> None:
@@ -77,57 +77,59 @@ class Matcher:
         self.threshold = threshold
         self.fresh_s = fresh_s
         self._clutter = Clutter()
-        self.confused = False
+        self.scene_mismatch = False
         self._told = False
         self._agreed = 0
 
-    def confuse(self) -> None:
+    def expect_mismatch(self) -> None:
         """Take in that robots will not be where they should be, by what telemetry says."""
-        self.confused, self._agreed = True, 0
+        self.scene_mismatch, self._agreed = True, 0
 
     def match(self, tracks: list[Track], seen: Measurements, stamp_ns: int) -> Pairs:
         """Return rows of tracks and columns of measurements that belong together."""
         if not tracks or not len(seen.index):
-            self._clutter.take(stamp_ns, 0, 0, 0)
+            self._clutter.update(stamp_ns, 0, 0, 0)
             return np.zeros(0, np.intp), np.zeros(0, np.intp)
         # Farther off, a pair is neither a near miss nor a robot that has swerved.
         swerve = self.threshold * (MOTION_MODEL.swerve_s * self._filter.motions.largest) ** 2
         pairs = self._filter.compare(seen, ASSIGNMENT.near_gate_radii**2 * self.threshold, swerve)
         kind = [self._kind(track, stamp_ns) for track in tracks]
         classes, ids = [track.class_id for track in tracks], seen.class_ids.tolist()
-        able = Candidates.of_image(pairs, kind, classes, ids, self.threshold)
+        able = CandidatePairs.of_image(pairs, kind, classes, ids, self.threshold)
 
         # Robots choose first: a stray box of a robot must not grow up on that robot's own boxes.
         away_ns = stamp_ns - round(self._missed_s(stamp_ns) * 1e9)
         self._note_noise(tracks, pairs, able, stamp_ns)
         inside = able.inside
-        given = kept(tracks, able.of, able.to, able.best(inside), inside, away_ns)
-        chosen = undisputed(tracks, able.of, able.to, given, able.log, kind, stamp_ns)
+        given = keep_established(tracks, able.of, able.to, able.best(inside), inside, away_ns)
+        chosen = without_disputed(tracks, able.of, able.to, given, able.log, kind, stamp_ns)
         left = able.left(given)
         missed = {able.of[k] for k in able.near(left)}
-        self._filter.monitor.take_matches(len(chosen), len(missed))
+        self._filter.monitor.update_matches(len(chosen), len(missed))
         # One that was at the picture's edge has left it.
         here = [one is ROBOT and not tracks[row].leaving for row, one in enumerate(kind)]
         back = sum(here[able.of[k]] for k in chosen)
         boxes = len(seen.index) - len(chosen) + back
         known = min(sum(here), boxes)
-        if known > 1 and 2 * back < known and not self.confused:
+        if known > 1 and 2 * back < known and not self.scene_mismatch:
             stray = [k for k in left if here[able.of[k]]]
             back += swerves(self._filter, pairs, stray, chosen, self.threshold)
-        if self._is_confused(sum(here), boxes, back):
+        if self._is_mismatch(sum(here), boxes, back):
             chosen = []
-        elif not self._watch_strain(tracks, [(able.of[k], able.squared[k]) for k in chosen]):
-            chosen = chosen + self._swerved(tracks, pairs, left, able.grown)
-        self._filter.found(pairs.rows[chosen], pairs.offsets[chosen], pairs.spread[chosen])
+        elif not self._inflate_manoeuvring(tracks, [(able.of[k], able.squared[k]) for k in chosen]):
+            chosen = chosen + self._manoeuvred_pairs(tracks, pairs, left, able.grown)
+        self._filter.update_reacquired(
+            pairs.rows[chosen], pairs.offsets[chosen], pairs.spread[chosen]
+        )
         claimed = len(chosen)
         chosen = chosen + _new(tracks, able, chosen)
         robots = kind.count(ROBOT)
-        if not self.confused:
-            self._clutter.take(stamp_ns, robots, robots - claimed, len(seen.index) - len(chosen))
+        if not self.scene_mismatch:
+            self._clutter.update(stamp_ns, robots, robots - claimed, len(seen.index) - len(chosen))
         return pairs.rows[chosen], pairs.columns[chosen]
 
     def _note_noise(
-        self, tracks: list[Track], pairs: Comparison, able: Candidates, stamp_ns: int
+        self, tracks: list[Track], pairs: PairInnovations, able: CandidatePairs, stamp_ns: int
     ) -> None:
         """Take in how far the boxes of robots in view are from where they are expected."""
         seen: list[tuple[Innovation, ...]] = []
@@ -144,13 +146,13 @@ class Matcher:
             one = Innovation(stamp_ns, east, north, (share * a, share * b, share * d))
             tracks[row].innovations = (*tracks[row].innovations[-2:], one)
             seen.append(tracks[row].innovations)
-        self._filter.noise.take(seen)
+        self._filter.noise.update(seen)
 
     def _kind(self, track: Track, stamp_ns: int) -> str:
         """Return whether a single box may update a track: as a robot, as a new one, not at all."""
         if track.state is State.TENTATIVE and not track.waits:
             return NEW
-        if track.strayed or track.once:
+        if track.rejected or track.once:
             return NEITHER
         fresh = (stamp_ns - track.last_seen_ns) * 1e-9 <= self._patience_s(stamp_ns) + 1e-9
         return ROBOT if fresh else NEITHER
@@ -171,7 +173,7 @@ class Matcher:
             MOTION_MODEL.held_s, TUNING.held_images * (stamp_ns - self._clutter.stamp_ns) * 1e-9
         )
 
-    def _watch_strain(self, tracks: list[Track], hits: list[tuple[int, float]]) -> bool:
+    def _inflate_manoeuvring(self, tracks: list[Track], hits: list[tuple[int, float]]) -> bool:
         """Loosen the robots whose boxes are off by more than their model explains.
 
         Args:
@@ -192,11 +194,13 @@ class Matcher:
             tracks[row].strain = 1.0
         if turning:
             speeds = TUNING.turn_share * self._filter.speeds(turning)
-            self._filter.loosen(np.array(turning, np.intp), speeds, MOTION_MODEL.swerve_s)
+            self._filter.inflate_velocities(
+                np.array(turning, np.intp), speeds, MOTION_MODEL.swerve_s
+            )
         return False
 
-    def _swerved(
-        self, tracks: list[Track], pairs: Comparison, left: list[int], grown: list[int]
+    def _manoeuvred_pairs(
+        self, tracks: list[Track], pairs: PairInnovations, left: list[int], grown: list[int]
     ) -> list[int]:
         """Return pairs of robots and boxes left over that can only belong together.
 
@@ -214,23 +218,23 @@ class Matcher:
         """
         if not left:
             return []
-        more = swerved(self._filter.speeds(pairs.rows[left]))
+        more = manoeuvre_covariance(self._filter.speeds(pairs.rows[left]))
         squared, _ = mahalanobis(pairs.offsets[left], pairs.spread[left] + more)
         near = [k for k, one in zip(left, squared.tolist(), strict=True) if one <= self.threshold]
         rows, columns = pairs.rows[near].tolist(), pairs.columns[near].tolist()
         own: list[int] = []
         for k, row, column, alone in zip(near, rows, columns, lone(rows, columns), strict=True):
             others = [tracks[pairs.rows[i]] for i in grown if pairs.columns[i] == column]
-            if not alone or any(tracks[row].seen_beside(other) for other in others):
+            if not alone or any(tracks[row].coexisted(other) for other in others):
                 continue
             if not self._clutter.heavy or any(_began(other, tracks[row]) for other in others):
                 own.append(k)
-        self._filter.loosen(
+        self._filter.inflate_velocities(
             pairs.rows[own], self._filter.speeds(pairs.rows[own]), MOTION_MODEL.swerve_s
         )
         return own
 
-    def _is_confused(self, robots: int, boxes: int, matched: int) -> bool:
+    def _is_mismatch(self, robots: int, boxes: int, matched: int) -> bool:
         """Return whether an image is so unlike what was expected that none of it is believed.
 
         A spinning compass or a jump carries robots' boxes onto other robots: the few that fall
@@ -241,21 +245,21 @@ class Matcher:
         if known < TUNING.majority_robots and not confused:
             # Few robots are back when all of them are, and not once by chance.
             self._agreed = self._agreed + matched if 0 < matched == known else 0
-            self.confused = self.confused and self._agreed < TUNING.majority_robots
+            self.scene_mismatch = self.scene_mismatch and self._agreed < TUNING.majority_robots
             return False
         self._agreed = 0
-        if confused and self.confused and not self._told:  # one image may be in error
+        if confused and self.scene_mismatch and not self._told:  # one image may be in error
             self._told = True
             self._filter.log.add(
                 f"{known - matched} of {known} boxes are not where robots should be: the compass, "
                 "the gimbal or the fix may be wrong; robots are not updated by such images."
             )
-        self.confused = confused
+        self.scene_mismatch = confused
         self._told &= confused
         return confused
 
 
-def _new(tracks: list[Track], able: Candidates, chosen: list[int]) -> list[int]:
+def _new(tracks: list[Track], able: CandidatePairs, chosen: list[int]) -> list[int]:
     """Return pairs of new tracks and boxes that are left; the more such boxes, the more chance."""
     if NEW not in able.kind:
         return []
@@ -265,7 +269,7 @@ def _new(tracks: list[Track], able: Candidates, chosen: list[int]) -> list[int]:
     near = [k for k in able.near(able.alike) if able.kind[able.of[k]] is NEW]
     beside = [k for k in near if able.to[k] not in taken]
     if new:
-        share = chance(len(beside), able.kind.count(NEW))
+        share = chance_probability(len(beside), able.kind.count(NEW))
         for k in new:
             tracks[able.of[k]].chance *= share
     found = {able.of[k] for k in new}

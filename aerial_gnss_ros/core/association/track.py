@@ -45,16 +45,17 @@ class Track:
         strain: fading mean of its squared innovations by their expectation; 1 is right.
         velocity: (2,) East, North when last seen, m/s.
         velocity_spread: (2, 2) covariance of that, m²/s².
-        swum: sum of its squared velocities, mean of both axes, each `TUNING.habit_s`, m²/s².
-        swum_count: how many independent ones.
+        speed_history: sum of its squared velocities, mean of both axes, each `TUNING.habit_s`,
+            m²/s².
+        speed_history_count: how many independent ones.
         waits: whether it waits for its name, since it could be one of several robots.
         chance: probability that its boxes after the first are false ones, there by chance.
-        strayed: whether a box was refused it, by which it would be faster than robots are, or it
+        rejected: whether a box was refused it, by which it would be faster than robots are, or it
             was only seen while telemetry was wrong.
         entered: whether its first box was at the edge of the picture: it came into view.
         pending: stamp (ns), u and v (px) of its boxes for as long as it has no name.
         near_misses: boxes just outside its gate that were no other's while it had no name.
-        stray_cause: of `strayed`, should it end without a name.
+        rejection_cause: of `rejected`, should it end without a name.
         innovations: of the last three images that showed it where it may be.
         once: its name until all robots were elsewhere at once and another track went on under it;
             it has it again should they be back.
@@ -73,16 +74,16 @@ class Track:
     strain: float = 1.0
     velocity: Array = field(default_factory=lambda: np.zeros(2))
     velocity_spread: Array = field(default_factory=lambda: np.zeros((2, 2)))
-    swum: float = 0.0
-    swum_count: float = 0.0
+    speed_history: float = 0.0
+    speed_history_count: float = 0.0
     waits: bool = False
     chance: float = 1.0
-    strayed: bool = False
+    rejected: bool = False
     entered: bool = False
     leaving: bool = False
     pending: tuple[tuple[int, float, float], ...] = ()
     near_misses: int = 0
-    stray_cause: Cause = Cause.TOO_FAST
+    rejection_cause: Cause = Cause.TOO_FAST
     innovations: tuple[Innovation, ...] = ()
     once: str = ""
     doubtful: bool = False
@@ -105,18 +106,21 @@ class Track:
             self.state = State.CONFIRMED
             since = min((stamp_ns - self.last_seen_ns) * 1e-9 / TUNING.habit_s, 1.0)
             east, north = velocity.tolist()
-            self.swum += since * 0.5 * (east * east + north * north)
-            self.swum_count += since
+            self.speed_history += since * 0.5 * (east * east + north * north)
+            self.speed_history_count += since
         self.velocity, self.velocity_spread = velocity, spread
         self.last_seen_ns = stamp_ns
         while self.hits and stamp_ns - self.hits[0] > window_ns:
             self.hits.popleft()
         self.hits.append(stamp_ns)
 
-    def take_over(self, other: Track) -> None:
+    def inherit_label(self, other: Track) -> None:
         """Go on under the name of a robot that this one turned out to be."""
         self.robot_id = other.robot_id
-        self.swum, self.swum_count = other.swum, other.swum_count
+        self.speed_history, self.speed_history_count = (
+            other.speed_history,
+            other.speed_history_count,
+        )
 
     def fold(self, other: Track) -> None:
         """Take in a track without a name that turned out to be of the same robot."""
@@ -130,22 +134,25 @@ class Track:
     def exchange(self, other: Track) -> None:
         """Give each other's name: association had exchanged the two."""
         self.robot_id, other.robot_id = other.robot_id, self.robot_id
-        self.swum, other.swum = other.swum, self.swum
-        self.swum_count, other.swum_count = other.swum_count, self.swum_count
+        self.speed_history, other.speed_history = other.speed_history, self.speed_history
+        self.speed_history_count, other.speed_history_count = (
+            other.speed_history_count,
+            self.speed_history_count,
+        )
 
     def stress(self, squared: float) -> float:
         """Take in a squared Mahalanobis innovation; return the fading mean."""
         self.strain += (0.5 * squared - self.strain) / TUNING.strain_images
         return self.strain
 
-    def habit(self, speed: float) -> float:
+    def typical_speed(self, speed: float) -> float:
         """Return one sigma of the velocity that it is used to, each axis, m/s.
 
         Args:
             speed: what is supposed of a robot of which nothing is known, m/s.
         """
-        return float(np.sqrt((speed**2 + self.swum) / (1.0 + self.swum_count)))
+        return float(np.sqrt((speed**2 + self.speed_history) / (1.0 + self.speed_history_count)))
 
-    def seen_beside(self, other: Track) -> bool:
+    def coexisted(self, other: Track) -> bool:
         """Return whether one image showed both: then they are two robots."""
         return not set(self.hits).isdisjoint(other.hits)

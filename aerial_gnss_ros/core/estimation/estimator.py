@@ -27,7 +27,7 @@ from aerial_gnss_ros.core.estimation.origin_file import OriginKeeper
 from aerial_gnss_ros.core.estimation.pipeline import Pipeline
 from aerial_gnss_ros.core.estimation.state_file import NameKeeper
 from aerial_gnss_ros.core.estimation.time_base import TimeBase
-from aerial_gnss_ros.core.identity.labels import Identity
+from aerial_gnss_ros.core.identity.labels import Labels
 from aerial_gnss_ros.core.telemetry.arrivals import Arrivals
 from aerial_gnss_ros.core.telemetry.buffers import CAMERA_INFO, WATER_LEVEL, TelemetryBuffers
 from aerial_gnss_ros.core.telemetry.clock import DETECTIONS, Clock, Decision
@@ -107,7 +107,7 @@ class Estimator:
         early_ns = round((max(0.0, -config.camera.latency_s) + late_s) * 1e9)
         self._patience_ns = round(config.max_wait * 1e9) + early_ns
         self._names = NameKeeper(config.state_file, self._log, session)
-        self._identity = Identity(config, self._names.load(), self._log)
+        self._identity = Labels(config, self._names.load(), self._log)
         self._inputs = TelemetryBuffers(config)
         self._tallies: dict[str, MessageCounter] = {
             name: MessageCounter()

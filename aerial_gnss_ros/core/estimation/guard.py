@@ -20,8 +20,8 @@ from aerial_gnss_ros.core.estimation.pipeline import Pipeline
 from aerial_gnss_ros.core.estimation.snapshot import Plans, Snapshot
 from aerial_gnss_ros.core.filter.plausible_state import check_estimates
 from aerial_gnss_ros.core.georeferencing import detection_filter
-from aerial_gnss_ros.core.identity.labels import Identity
-from aerial_gnss_ros.core.identity.return_position import Whereabouts
+from aerial_gnss_ros.core.identity.labels import Labels
+from aerial_gnss_ros.core.identity.return_position import ReturnPosition
 from aerial_gnss_ros.core.models.measurement_model import MapFrame
 from aerial_gnss_ros.core.models.motion_model import ClassMotions, MotionOf
 from aerial_gnss_ros.core.models.platform_model import PlatformModel
@@ -41,7 +41,7 @@ _CONSTANT = (
     ClassMotions,
     PlatformModel,
     PoseBuilder,
-    Whereabouts,
+    ReturnPosition,
 )
 """Classes that images do not change; a snapshot need not look at them."""
 
@@ -63,7 +63,7 @@ class Guard:
     def __init__(
         self,
         pipeline: Pipeline,
-        identity: Identity,
+        identity: Labels,
         origin: MapOrigin,
         log: Events,
         constant: tuple[type, ...] = (),

@@ -6,7 +6,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from aerial_gnss_ros.core.faults.consistency import Fit
+from aerial_gnss_ros.core.faults.consistency import InnovationStatistics
 from aerial_gnss_ros.core.values.estimates import PlatformError, RobotEstimate, State
 
 
@@ -39,7 +39,7 @@ class Health:
         platform: the platform's errors as estimated last; empty where they are not.
     """
 
-    fit: Fit
+    fit: InnovationStatistics
     complaints: tuple[str, ...]
     platform: tuple[PlatformError, ...]
 

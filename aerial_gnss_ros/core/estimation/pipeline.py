@@ -13,7 +13,7 @@ from aerial_gnss_ros.core.camera.model import CameraModel
 from aerial_gnss_ros.core.camera.posed_frame import PosedFrame
 from aerial_gnss_ros.core.config.estimator import EstimatorConfig
 from aerial_gnss_ros.core.faults.consistency import InnovationMonitor
-from aerial_gnss_ros.core.faults.frozen_input import Standstill
+from aerial_gnss_ros.core.faults.frozen_input import FrozenInputDetector
 from aerial_gnss_ros.core.filter.latency_search import LatencySearch
 from aerial_gnss_ros.core.geometry.local_map import LocalMap
 from aerial_gnss_ros.core.georeferencing import detection_filter, localization, paper
@@ -68,7 +68,7 @@ class Pipeline:
         self._latency = LatencySearch(config, inputs)
         self._crowd = detection_filter.BoxCountMonitor()
         self._strangers = detection_filter.UnknownClassMonitor()
-        self._standstill = Standstill(config.noise.value("box_center_px"))
+        self._standstill = FrozenInputDetector(config.noise.value("box_center_px"))
         self._frame_of_map: MapFrame | None = None
         self._fixed_camera = camera_of(config)
         self._scaled: tuple[CameraModel, CameraModel] | None = None
@@ -168,7 +168,7 @@ class Pipeline:
             )
             located = time.perf_counter_ns()
             update = self._tracking.update(seen, self._tracked(seen, points), local)
-            self._latency.take(seen, update.measured, local)
+            self._latency.update(seen, update.measured, local)
             for row, i in enumerate(use):
                 reasons[i] = points.reasons[row] or _unused(update, row)
             estimates, platform = self._published(update, points), update.platform

@@ -8,7 +8,7 @@ import contextlib
 import os
 from pathlib import Path
 
-from aerial_gnss_ros.core.identity.labels import Identity
+from aerial_gnss_ros.core.identity.labels import Labels
 from aerial_gnss_ros.core.identity.saved_labels import SavedNames, from_text, to_text
 from aerial_gnss_ros.core.values.errors import ConfigError, OutputError
 from aerial_gnss_ros.core.values.estimates import FrameResult
@@ -53,7 +53,7 @@ class NameKeeper:
             self._log.warn_once("session", f"Names from before the restart are lost: {error}")
             return SavedNames()
 
-    def keep(self, result: FrameResult, identity: Identity, shift_ns: int = 0) -> None:
+    def keep(self, result: FrameResult, identity: Labels, shift_ns: int = 0) -> None:
         """Save when the robots of a result make it due.
 
         Args:
@@ -71,7 +71,7 @@ class NameKeeper:
             self._saved_ns = stamp_ns
             self.save(identity, shift_ns)
 
-    def save(self, identity: Identity, shift_ns: int = 0) -> None:
+    def save(self, identity: Labels, shift_ns: int = 0) -> None:
         """Save now (see `keep`)."""
         if self._path is None:
             return

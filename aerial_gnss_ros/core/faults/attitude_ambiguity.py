@@ -72,7 +72,7 @@ class Episode:
         self.odds = (self.odds or 0.0) + nats
 
 
-class Unexplained:
+class AttitudeAmbiguity:
     """Of one camera.
 
     Args:
@@ -122,7 +122,7 @@ class Unexplained:
             one.ago += seconds
             one.spread *= keep * keep
 
-    def take(self, seconds: float, over: bool = False) -> None:
+    def update(self, seconds: float, over: bool = False) -> None:
         """Take in that for so long no robots explained the boxes, s; 0: some do.
 
         Args:
@@ -220,7 +220,9 @@ class Unexplained:
         """
         return [one for one in self.episodes if one.ago <= unseen + 1e-6 and one.spread.any()]
 
-    def found(self, unseen: float, by_angles: Array, apart: Array, spread: Array) -> None:
+    def update_reacquired(
+        self, unseen: float, by_angles: Array, apart: Array, spread: Array
+    ) -> None:
         """Take in where a robot was found again.
 
         Args:

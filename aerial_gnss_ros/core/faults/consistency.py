@@ -61,7 +61,7 @@ _WORDS = {
 
 
 @dataclass(frozen=True)
-class Fit:
+class InnovationStatistics:
     """How residuals compare with their stated covariance.
 
     Attributes:
@@ -119,16 +119,16 @@ class InnovationMonitor:
         return (words,)
 
     @property
-    def fit(self) -> Fit:
+    def fit(self) -> InnovationStatistics:
         """The fit over the last images."""
         count = self._count
         if count < TUNING.least_residuals:
-            return Fit(math.nan, 0.0, self._alarm)
+            return InnovationStatistics(math.nan, 0.0, self._alarm)
         ratio = self._squared / count
         sigmas = (ratio - 1.0) / math.sqrt(2.0 / count)
-        return Fit(ratio, sigmas, self._alarm)
+        return InnovationStatistics(ratio, sigmas, self._alarm)
 
-    def take(self, squared: float, count: int, level: float = 1.0) -> str | None:
+    def update(self, squared: float, count: int, level: float = 1.0) -> str | None:
         """Take in an image; return a sentence when an alarm begins or ends.
 
         Args:
@@ -152,11 +152,11 @@ class InnovationMonitor:
             return "Boxes lie where they are expected again, within the stated noise."
         return None
 
-    def take_matches(self, matched: int, missed: int) -> None:
+    def update_matches(self, matched: int, missed: int) -> None:
         """Take in how many robots have a box in their gate, and how many one just outside."""
         self._matches.append((matched, missed))
 
-    def take_turn(self, sigma: float) -> str | None:
+    def update_rotation(self, sigma: float) -> str | None:
         """Take in by what angle the camera may have turned by itself, one sigma, rad.
 
         Returns:

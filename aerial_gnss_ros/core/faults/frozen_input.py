@@ -64,7 +64,7 @@ class _Shown:
     pose: MapPose
 
 
-class Standstill:
+class FrozenInputDetector:
     """Takes in images one after the other.
 
     Args:

@@ -32,7 +32,7 @@ class GnssJumpTuning:
 TUNING = GnssJumpTuning()
 
 
-class PositionJumps:
+class GnssJumpDetector:
     """Takes in each image's position.
 
     Attributes:
@@ -57,7 +57,7 @@ class PositionJumps:
         """(2,) how far positions are from those before jumps that are believed, m."""
         return self._believed[:2]
 
-    def take(
+    def update(
         self, position: Array, expected: Array | None, passed: float
     ) -> tuple[bool, Array | None]:
         """Return whether a position can be used, and a jump (3,) that is now believed, or None.

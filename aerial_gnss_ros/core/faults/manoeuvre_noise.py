@@ -48,7 +48,7 @@ class ManoeuvreNoiseTuning:
 TUNING = ManoeuvreNoiseTuning()
 
 
-class Manoeuvres:
+class ManoeuvreNoise:
     """Of n robots.
 
     Attributes:
@@ -76,7 +76,7 @@ class Manoeuvres:
         self.strength[new] = self.strength[old]
         self._sums[5:7, new] = self._sums[5:7, old]
 
-    def copy(self, other: Manoeuvres, slot: int) -> None:
+    def copy(self, other: ManoeuvreNoise, slot: int) -> None:
         """Let the last robot be known as well as robot `slot` of others is."""
         self.strength[-1], self._sums[:, -1] = other.strength[slot], other._sums[:, slot]
 
@@ -96,7 +96,7 @@ class Manoeuvres:
         self._sums[7] += seconds
         self._since += seconds
 
-    def take(self, slots: Indices, changes: Array, expected: Array) -> None:
+    def update(self, slots: Indices, changes: Array, expected: Array) -> None:
         """Take in an image's corrections.
 
         Args:

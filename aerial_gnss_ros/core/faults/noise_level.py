@@ -92,7 +92,7 @@ class NoiseLevel:
         self._window: deque[tuple[float, ...]] = deque(maxlen=TUNING.level_images)
         self._since = 0
 
-    def take(self, seen: Iterable[tuple[Innovation, ...]]) -> None:
+    def update(self, seen: Iterable[tuple[Innovation, ...]]) -> None:
         """Take in an image.
 
         Args:

@@ -29,9 +29,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from aerial_gnss_ros.core.faults.attitude_ambiguity import Unexplained
+from aerial_gnss_ros.core.faults.attitude_ambiguity import AttitudeAmbiguity
 from aerial_gnss_ros.core.faults.rotation_test import TUNING as ROTATION_TEST
-from aerial_gnss_ros.core.faults.rotation_test import explained
+from aerial_gnss_ros.core.faults.rotation_test import fit_rotation
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.intp]
@@ -67,7 +67,7 @@ class RotationFaultTuning:
 TUNING = RotationFaultTuning()
 
 
-class Turning:
+class RotationFault:
     """Of the robots and the camera of one joint law.
 
     Attributes:
@@ -79,7 +79,7 @@ class Turning:
         unexplained: what it may have turned while no robots explained its boxes; one of a camera.
     """
 
-    def __init__(self, unexplained: Unexplained | None = None) -> None:
+    def __init__(self, unexplained: AttitudeAmbiguity | None = None) -> None:
         self.rate: Array = np.zeros(3)
         self.angle: Array = np.zeros(3)
         self.of_places: Array = np.zeros((0, 2, 2))
@@ -88,7 +88,7 @@ class Turning:
         self._law: Array = np.zeros((6, 6))  # covariance of angle and rate
         self._doubted = False  # whether there ever was a doubt
         self._lasts = self._since = 0.0
-        self.unexplained = unexplained or Unexplained(TUNING.largest_angle_rad)
+        self.unexplained = unexplained or AttitudeAmbiguity(TUNING.largest_angle_rad)
         # Rows: sum of corrections east, north; its expected square as stated; the same by loosened
         # velocities; what of that is still to come; the stated one since the last image.
         self._sums: Array = np.zeros((6, 0))
@@ -148,11 +148,11 @@ class Turning:
         self._sums[:2, new] = self._sums[:2, old] + change
         self._sums[2:, new] = *(self._sums[2:4, old] + [0.0, unknown]), unknown, 0.0
 
-    def copy(self, other: Turning, slot: int) -> None:
+    def copy(self, other: RotationFault, slot: int) -> None:
         """Let the last robot be known as well as robot `slot` of another group is."""
         self._sums[:, -1] = other._sums[:, slot]
 
-    def loosened(self, slots: Indices | slice, variance: Array | float) -> None:
+    def note_inflation(self, slots: Indices | slice, variance: Array | float) -> None:
         """Take in by how much each axis of some robots' velocities was made uncertain, m²/s²."""
         self._sums[4, slots] += 2.0 * variance
 
@@ -236,7 +236,7 @@ class Turning:
         # A loosened velocity that did not change is found again but for what is not known of it.
         stray = np.minimum(self._sums[3, slots], unknown)
         variances = 0.5 * (self._sums[2, slots] + stray)
-        change, spread, gain = explained(
+        change, spread, gain = fit_rotation(
             sums, variances, by_angles, ROTATION_TEST.swerve_share * fastest
         )
         refines = self.turns and self._lasts < TUNING.looked_s + TUNING.refined_s

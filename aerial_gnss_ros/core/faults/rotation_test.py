@@ -35,7 +35,7 @@ class RotationTestTuning:
 TUNING = RotationTestTuning()
 
 
-def explained(
+def fit_rotation(
     sums: Array, variances: Array, by_angles: Array, swerve: Array | float
 ) -> tuple[Array, Array, float]:
     """Return the turn (3,) that explains changes of velocity best, and by how much better (nats).

@@ -17,11 +17,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from aerial_gnss_ros.core.faults.attitude_ambiguity import Unexplained
+from aerial_gnss_ros.core.faults.attitude_ambiguity import AttitudeAmbiguity
 from aerial_gnss_ros.core.faults.rotation_fault import TUNING as ROTATION_FAULT
 from aerial_gnss_ros.core.filter.linearization import by_angles
 from aerial_gnss_ros.core.filter.plausible_state import check_covariance, check_robots
-from aerial_gnss_ros.core.filter.state import Indices, Joint
+from aerial_gnss_ros.core.filter.state import Indices, JointState
 from aerial_gnss_ros.core.models.platform_model import COUNT
 
 Array = NDArray[np.float64]
@@ -41,14 +41,14 @@ class BlocksTuning:
 TUNING = BlocksTuning()
 
 
-class Groups:
+class StateBlocks:
     """Robots in rows 0 to n - 1, and the platform's errors.
 
     Attributes:
         unexplained: what the camera may have turned while no robots explained its boxes.
     """
 
-    _groups: list[Joint]
+    _groups: list[JointState]
     _count: int
 
     def clear(self, platform: Array) -> None:
@@ -57,22 +57,22 @@ class Groups:
         Args:
             platform: (7, 7) covariance of the platform's errors.
         """
-        self.unexplained = Unexplained(ROTATION_FAULT.largest_angle_rad)
-        self._groups = [Joint(platform, self.unexplained)]
+        self.unexplained = AttitudeAmbiguity(ROTATION_FAULT.largest_angle_rad)
+        self._groups = [JointState(platform, self.unexplained)]
         self._count = 0
 
     def __len__(self) -> int:
         return self._count
 
     @property
-    def groups(self) -> list[Joint]:
+    def groups(self) -> list[JointState]:
         """The joint laws."""
         return self._groups
 
-    def take_back(self, groups: list[Joint]) -> None:
+    def take_back(self, groups: list[JointState]) -> None:
         """Go on with joint laws as they once were."""
         for group in groups:
-            group.turning.unexplained = self.unexplained
+            group.rotation_fault.unexplained = self.unexplained
         self._groups = groups
         self._count = sum(len(group) for group in groups)
 
@@ -112,14 +112,14 @@ class Groups:
             check_covariance(group.covariance, "robots and platform")
             check_robots(group.robots, "robots")
 
-    def add_doubts(self, covariance: Array) -> None:
+    def add_fault_covariances(self, covariance: Array) -> None:
         """Add to covariances (n, 4, 4) of all robots that the camera may have turned by itself."""
         for group in self._groups:
-            if group.turning.doubts:
-                covariance[group.rows, :2, :2] += group.turning.of_places
-                covariance[group.rows, 2:, 2:] += group.turning.of_velocities
+            if group.rotation_fault.doubts:
+                covariance[group.rows, :2, :2] += group.rotation_fault.of_places
+                covariance[group.rows, 2:, 2:] += group.rotation_fault.of_velocities
 
-    def room(self, columns: Indices) -> Iterator[tuple[Joint, Indices, Indices]]:
+    def room(self, columns: Indices) -> Iterator[tuple[JointState, Indices, Indices]]:
         """Give room to robots after the present ones.
 
         Args:
@@ -141,7 +141,7 @@ class Groups:
             self._count += len(now)
             yield group, rows, now
 
-    def loosen(self, rows: Indices, speed: Array | float, seconds: float) -> None:
+    def inflate_velocities(self, rows: Indices, speed: Array | float, seconds: float) -> None:
         """Allow for unforeseen changes of velocity of some robots (see `Joint.loosen`)."""
         if not len(rows):
             return
@@ -150,7 +150,7 @@ class Groups:
         for group in self._groups:
             slots = np.flatnonzero(~np.isnan(speeds[group.rows]))
             if len(slots):
-                group.loosen(slots, speeds[group.rows[slots]], seconds)
+                group.inflate_velocities(slots, speeds[group.rows[slots]], seconds)
 
     def merge(self, old: int, new: int, told: bool = True) -> None:
         """Let robot `new` know what is known of `old`, which it turned out to be.
@@ -168,8 +168,8 @@ class Groups:
             slots = np.array([second])
             moved, unseen = by_angles(group, slots), float(before.unseen[first])
             if told:
-                self.unexplained.found(unseen, moved[0], apart[0, 0], spread[0, 0])
-            group.turning.spread(slots, moved)
+                self.unexplained.update_reacquired(unseen, moved[0], apart[0, 0], spread[0, 0])
+            group.rotation_fault.spread(slots, moved)
         if before is group:
             group.tie(first, second, TUNING.same_place_m)
             return
@@ -178,7 +178,7 @@ class Groups:
         group.tie(guest, second, TUNING.same_place_m)
         group.drop(np.array([guest]))
 
-    def found(self, rows: Indices, offsets: Array, spread: Array) -> None:
+    def update_reacquired(self, rows: Indices, offsets: Array, spread: Array) -> None:
         """Take in where boxes of robots are, after images that no robots explained.
 
         Args:
@@ -193,7 +193,9 @@ class Groups:
             group, slot = self._groups[group_of[row]], slot_of[row : row + 1]
             unseen = float(group.unseen[slot[0]])
             if self.unexplained.since(unseen):
-                self.unexplained.found(unseen, by_angles(group, slot)[0], apart, covariance)
+                self.unexplained.update_reacquired(
+                    unseen, by_angles(group, slot)[0], apart, covariance
+                )
 
     def drop(self, rows: Indices) -> None:
         """Forget robots; those after them move up."""
@@ -221,9 +223,9 @@ class Groups:
                     spread[i, j] -= shared + shared.T
         return offsets, spread
 
-    def _another_group(self) -> Joint:
+    def _another_group(self) -> JointState:
         first = self._groups[0]
-        group = Joint(first.covariance[:COUNT, :COUNT], self.unexplained)
+        group = JointState(first.covariance[:COUNT, :COUNT], self.unexplained)
         group.mean[:] = first.mean[:COUNT]
         self._groups.append(group)
         return group
@@ -237,7 +239,7 @@ class Groups:
         return group_of, slot_of
 
 
-def _copy(source: Joint, slot: int, target: Joint) -> int:
+def _copy(source: JointState, slot: int, target: JointState) -> int:
     """Copy a robot into another group and return its slot there.
 
     What carries over is its law given the platform's errors, p(robot | errors), which rests on its
@@ -251,12 +253,12 @@ def _copy(source: Joint, slot: int, target: Joint) -> int:
     state = source.mean[own] + by_platform @ (target.mean[:COUNT] - source.mean[:COUNT])
     target.append(source.rows[[slot]], state[None], by_platform[None], given[None])
     target.unseen[-1], target.own[:, -1] = source.unseen[slot], source.own[:, slot]
-    target.manoeuvres.copy(source.manoeuvres, slot)
-    target.turning.copy(source.turning, slot)
+    target.manoeuvre_noise.copy(source.manoeuvre_noise, slot)
+    target.rotation_fault.copy(source.rotation_fault, slot)
     return len(target) - 1
 
 
-def _shared(group: Joint, a: int, b: int) -> Array:
+def _shared(group: JointState, a: int, b: int) -> Array:
     """Return the covariance (2, 2) of one robot's position with another's."""
     i, j = COUNT + 4 * a, COUNT + 4 * b
     return group.covariance[i : i + 2, j : j + 2]

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from aerial_gnss_ros.core.filter.state import Indices, Joint
+from aerial_gnss_ros.core.filter.state import Indices, JointState
 from aerial_gnss_ros.core.models.platform_model import COUNT
 
 Array = NDArray[np.float64]
@@ -27,7 +27,7 @@ TUNING = InnovationTuning()
 
 
 @dataclass(frozen=True)
-class Comparison:
+class PairInnovations:
     """k pairs of robots and detections, by row, then by column.
 
     Attributes:
@@ -43,7 +43,7 @@ class Comparison:
     spread: Array
 
     @classmethod
-    def of_groups(cls, parts: list[Comparison]) -> Comparison:
+    def of_groups(cls, parts: list[PairInnovations]) -> PairInnovations:
         """Return the pairs of several groups together."""
         rows = np.concatenate([part.rows for part in parts])
         columns = np.concatenate([part.columns for part in parts])
@@ -53,9 +53,9 @@ class Comparison:
         return cls(rows[order], columns[order], offsets[order], spread[order])
 
 
-def compared(
-    group: Joint, places: Array, by_errors: Array, white: Array, scale: float, floor: float
-) -> Comparison:
+def pair_innovations(
+    group: JointState, places: Array, by_errors: Array, white: Array, scale: float, floor: float
+) -> PairInnovations:
     """Return how detections lie to a group's robots.
 
     No pair's squared Mahalanobis distance is below its squared distance by the covariance's trace:
@@ -84,4 +84,4 @@ def compared(
         slots, columns = np.nonzero(near)
     common = with_robots[slots] @ by_errors[columns].swapaxes(1, 2)
     spread = blocks[slots] + own[columns] - common - common.swapaxes(1, 2)
-    return Comparison(group.rows[slots], columns, places[columns] - robots[slots], spread)
+    return PairInnovations(group.rows[slots], columns, places[columns] - robots[slots], spread)

@@ -14,24 +14,24 @@ from aerial_gnss_ros.core.camera.posed_frame import PosedFrame
 from aerial_gnss_ros.core.config.estimator import EstimatorConfig
 from aerial_gnss_ros.core.faults.consistency import InnovationMonitor
 from aerial_gnss_ros.core.faults.formation import Formation, formation
-from aerial_gnss_ros.core.faults.gnss_jump import PositionJumps
+from aerial_gnss_ros.core.faults.gnss_jump import GnssJumpDetector
 from aerial_gnss_ros.core.faults.noise_level import NoiseLevel
-from aerial_gnss_ros.core.faults.rotation_test import explained
-from aerial_gnss_ros.core.filter.blocks import Groups
-from aerial_gnss_ros.core.filter.innovation import Comparison, compared
+from aerial_gnss_ros.core.faults.rotation_test import fit_rotation
+from aerial_gnss_ros.core.filter.blocks import StateBlocks
+from aerial_gnss_ros.core.filter.innovation import PairInnovations, pair_innovations
 from aerial_gnss_ros.core.filter.linearization import (
-    Sight,
+    CameraView,
     by_angles,
     by_errors,
     by_platform,
-    follow,
+    relinearize,
 )
-from aerial_gnss_ros.core.filter.state import Indices, Joint
+from aerial_gnss_ros.core.filter.state import Indices, JointState
 from aerial_gnss_ros.core.filter.update import correct, linearise
 from aerial_gnss_ros.core.geometry.local_map import LocalMap, on_water_surface
 from aerial_gnss_ros.core.georeferencing.measurements import Measurements
 from aerial_gnss_ros.core.models.camera_motion import TUNING as CAMERA_MOTION
-from aerial_gnss_ros.core.models.camera_motion import PoseMotion
+from aerial_gnss_ros.core.models.camera_motion import CameraMotion
 from aerial_gnss_ros.core.models.measurement_model import MapFrame, MapPose, level_axes, on_water
 from aerial_gnss_ros.core.models.motion_model import TUNING as MOTION_MODEL
 from aerial_gnss_ros.core.models.motion_model import ClassMotions
@@ -57,7 +57,7 @@ class JointFilterTuning:
 TUNING = JointFilterTuning()
 
 
-class JointFilter(Groups):
+class JointFilter(StateBlocks):
     """Robots in rows 0 to n - 1, and the platform's errors, by what images show.
 
     Args:
@@ -79,7 +79,7 @@ class JointFilter(Groups):
         self._latency_ns = round(config.camera.latency_s * 1e9)
         self.noise = NoiseLevel()
         self._map: MapFrame | None = None
-        self._jumps = PositionJumps(self.log)
+        self._jumps = GnssJumpDetector(self.log)
         self.reset()
 
     def reset(self) -> None:
@@ -91,9 +91,9 @@ class JointFilter(Groups):
         self._found = False
         self._refusing = False
         self._pose_ns: int | None = None
-        self._motion = PoseMotion()
+        self._motion = CameraMotion()
         self._jumps.reset()
-        self._sight: Sight | None = None
+        self._sight: CameraView | None = None
         self.turned = False
         self.monitor.reset()
         self.noise.reset()
@@ -146,7 +146,7 @@ class JointFilter(Groups):
         passed = 0.0 if self._pose_ns is None else (pose.stamp_ns - self._pose_ns) * 1e-9
         self._pose_ns = pose.stamp_ns
         expected = self._motion.predicted(passed)
-        settled, jump = self._jumps.take(measured.position, expected, passed)
+        settled, jump = self._jumps.update(measured.position, expected, passed)
         if jump is not None:
             self._follow_jump(jump)
         shown = MapPose(measured.position - self._jumps.offset, measured.rotation)
@@ -154,10 +154,12 @@ class JointFilter(Groups):
         elsewhen = (
             self._sight is not None and abs(applied - self._sight.applied) > CAMERA_MOTION.moved_s
         )
-        foretold = self._motion.move(shown) if elsewhen else self._motion.take(shown, passed)
+        foretold = self._motion.move(shown) if elsewhen else self._motion.update(shown, passed)
         self.turned = self._jumped(shown, passed)
         unsure = frame.latency[1] if self._late and frame.latency is not None else 0.0
-        self._sight = Sight.of(frame.camera, shown, self._motion.rates, applied, foretold, unsure)
+        self._sight = CameraView.of(
+            frame.camera, shown, self._motion.rates, applied, foretold, unsure
+        )
         return settled
 
     def _follow_jump(self, jump: Array) -> None:
@@ -193,7 +195,7 @@ class JointFilter(Groups):
         before, self._late = self._late, sigma > (TUNING.sure_s if self._late else TUNING.unsure_s)
         self._found = not self._late and (before or self._found)
 
-    def compare(self, seen: Measurements, scale: float, floor: float) -> Comparison:
+    def compare(self, seen: Measurements, scale: float, floor: float) -> PairInnovations:
         """Return how detections lie to the robots that they may be of.
 
         Detections are placed by what is known of the platform's errors; the covariances allow for
@@ -202,13 +204,15 @@ class JointFilter(Groups):
         """
         body = self._body(seen)
         found = [
-            compared(group, *self._place(group, body), seen.white, scale, floor)
+            pair_innovations(group, *self._place(group, body), seen.white, scale, floor)
             for group in self._groups
             if len(group)
         ]
-        return found[0] if len(found) == 1 else Comparison.of_groups(found)
+        return found[0] if len(found) == 1 else PairInnovations.of_groups(found)
 
-    def compare_with(self, groups: list[Joint], seen: Measurements, threshold: float) -> Comparison:
+    def compare_with(
+        self, groups: list[JointState], seen: Measurements, threshold: float
+    ) -> PairInnovations:
         """Return how detections lie to the robots of other laws, as if these held.
 
         Args:
@@ -218,13 +222,13 @@ class JointFilter(Groups):
         """
         body = self._body(seen)
         found = [
-            compared(group, *self._place(group, body), seen.white, threshold, 1.0)
+            pair_innovations(group, *self._place(group, body), seen.white, threshold, 1.0)
             for group in groups
             if len(group)
         ]
-        return found[0] if len(found) == 1 else Comparison.of_groups(found)
+        return found[0] if len(found) == 1 else PairInnovations.of_groups(found)
 
-    def predict_with(self, groups: list[Joint], seconds: float) -> None:
+    def predict_with(self, groups: list[JointState], seconds: float) -> None:
         """Move other laws on in time."""
         for group in groups:
             group.predict(seconds, self.model, self._stationary, self.motion)
@@ -245,7 +249,7 @@ class JointFilter(Groups):
             if len(slots):
                 pixels = seen.pixels[column_of[group.rows[slots]]]
                 if self._late or self._found:
-                    follow(group, self._sight)
+                    relinearize(group, self._sight)
                     feigned = TUNING.feigned_mps if self._late else 0.0  # else robots seem too fast
                     speeds = group.motion(self.motion, slots).speed_sigma
                     group.forget(slots, self._stationary, speeds + feigned)
@@ -259,17 +263,17 @@ class JointFilter(Groups):
                     self.noise.level,
                 )
                 squared, count = squared + outcome.squared, count + outcome.count
-                if group.turning.due and not self._late:
+                if group.rotation_fault.due and not self._late:
                     variances = group.covariance.diagonal()[COUNT:].reshape(-1, 4)
                     unknown = variances[slots, 2:].sum(axis=1)
                     fastest = group.motion(self.motion, slots).fastest
-                    group.turning.judge(slots, by_angles(group, slots), unknown, fastest)
+                    group.rotation_fault.judge(slots, by_angles(group, slots), unknown, fastest)
                 refused.append(group.rows[outcome.refused])
         self._found = False
         if not self._late:
-            self._watch(squared, count)
+            self._monitor(squared, count)
         gone = np.concatenate(refused)
-        self._tell(len(gone))
+        self._report_refused(len(gone))
         return gone
 
     def turned_by(self, rows: Indices, offsets: Array, variances: Array) -> float:
@@ -285,15 +289,15 @@ class JointFilter(Groups):
             by_angles(self._groups[group_of[row]], slot_of[row : row + 1]) for row in rows.tolist()
         ]
         swerve = MOTION_MODEL.swerve_s * self.speeds(rows)
-        return explained(offsets, variances, np.concatenate(moved), swerve)[2]
+        return fit_rotation(offsets, variances, np.concatenate(moved), swerve)[2]
 
     def doubt(self, seconds: float, over: bool = False) -> None:
-        """Take in for how long boxes have been where no robots can be (see `Unexplained`).
+        """Take in for how long boxes have been where no robots can be (see `AttitudeAmbiguity`).
 
         Either the camera has turned, or it had before and is right again: so robots that these
         images do not show are as uncertain as those that begin by them.
         """
-        self.unexplained.take(0.0 if self._late else seconds, over)
+        self.unexplained.update(0.0 if self._late else seconds, over)
         self._spread_doubt()
 
     def formation(
@@ -312,7 +316,7 @@ class JointFilter(Groups):
         moved = []
         for row in old:
             group = self._groups[group_of[row]]
-            follow(group, self._seen_from)
+            relinearize(group, self._seen_from)
             moved.append(by_errors(group, slot_of[row : row + 1]))
         by_platform = np.concatenate(moved)
         height = float(self._seen_from.measured.position[2])
@@ -322,7 +326,7 @@ class JointFilter(Groups):
         )  # fmt: skip
 
     def displaced(self, turn: Array, spread: Array, squared: float) -> None:
-        """Take in by which turn of the camera all robots are elsewhere (see `Unexplained`)."""
+        """Take in the turn of the camera that displaces all robots (see `AttitudeAmbiguity`)."""
         if not self._late:
             self.unexplained.displaced(turn, spread, squared)
         self._spread_doubt()
@@ -338,11 +342,11 @@ class JointFilter(Groups):
         if not self.unexplained.doubts or self._sight is None:
             return
         for group in self._groups:
-            follow(group, self._sight)
+            relinearize(group, self._sight)
             known = np.arange(len(group.by_pose))  # but for robots that begin with this image
-            group.turning.spread(known, by_angles(group, known), seen=False)
+            group.rotation_fault.spread(known, by_angles(group, known), seen=False)
 
-    def _tell(self, refused: int) -> None:
+    def _report_refused(self, refused: int) -> None:
         if refused and not self._refusing:
             self.log.add(
                 f"Boxes would make {counted(refused, 'robot')} faster than {self.motions.words} "
@@ -350,11 +354,11 @@ class JointFilter(Groups):
             )
         self._refusing = bool(refused)
 
-    def _watch(self, squared: float, count: int) -> None:
-        angle = max(group.turning.sigma for group in self._groups)
+    def _monitor(self, squared: float, count: int) -> None:
+        angle = max(group.rotation_fault.sigma for group in self._groups)
         for sentence in (
-            self.monitor.take(squared, count, self.noise.level),
-            self.monitor.take_turn(angle),
+            self.monitor.update(squared, count, self.noise.level),
+            self.monitor.update_rotation(angle),
             self.monitor.check_platform(self._groups[0].mean[:COUNT], self._stationary),
         ):
             if sentence is not None:
@@ -382,19 +386,19 @@ class JointFilter(Groups):
         rays: Array = (on_water_surface(seen.positions) - measured.position) @ measured.rotation
         return rays
 
-    def _place(self, group: Joint, body: Array) -> tuple[Array, Array]:
+    def _place(self, group: JointState, body: Array) -> tuple[Array, Array]:
         """Return where rays meet the water by a group's platform (m, 2), and derivatives (m, 2, 7).
 
         Args:
             group: whose estimate of the platform's errors counts.
             body: (m, 3) rays, see `_body`.
         """
-        follow(group, self._seen_from)
+        relinearize(group, self._seen_from)
         pose = self._seen_from.pose(group.mean[:COUNT])
         places = on_water(pose, body @ pose.rotation.T)
         return places, by_platform(group, places)
 
     @property
-    def _seen_from(self) -> Sight:
+    def _seen_from(self) -> CameraView:
         assert self._sight is not None  # noqa: S101 - `look` came first
         return self._sight

@@ -20,7 +20,7 @@ from aerial_gnss_ros.core.camera.model import CameraModel
 from aerial_gnss_ros.core.geometry.frames import FLU_FROM_OPTICAL
 from aerial_gnss_ros.core.geometry.local_map import on_water_surface
 from aerial_gnss_ros.core.models.measurement_model import level_axes, pose_jacobian
-from aerial_gnss_ros.core.models.motion_model import Motion
+from aerial_gnss_ros.core.models.motion_model import MotionModel
 from aerial_gnss_ros.core.models.platform_model import LATENCY, PlatformModel
 from aerial_gnss_ros.core.numerics.gaussian import inverse, mahalanobis
 
@@ -52,7 +52,7 @@ TUNING = LatencyBankTuning()
 
 
 @dataclass(frozen=True)
-class Sighting:
+class BankObservation:
     """Boxes of named robots in one image.
 
     Attributes:
@@ -77,7 +77,7 @@ class Views:
 
 
 @dataclass(frozen=True)
-class Fit:
+class LatencyFit:
     """How boxes of one image fit each of h latencies, the mean over robots.
 
     Attributes:
@@ -101,7 +101,7 @@ class LatencyBank:
         count: h.
     """
 
-    def __init__(self, model: PlatformModel, motion: Motion, count: int) -> None:
+    def __init__(self, model: PlatformModel, motion: MotionModel, count: int) -> None:
         self._model = model
         self._acceleration = math.hypot(motion.acceleration, TUNING.drift_density)
         self._speed = math.hypot(motion.speed_sigma, TUNING.feigned_speed_mps)
@@ -114,7 +114,9 @@ class LatencyBank:
         self._state = np.zeros((self._count, 0, 4))
         self._covariance = np.zeros((self._count, 0, 4, 4))
 
-    def take(self, now: Sighting, passed: float, positions: Array, rotations: Array) -> Fit | None:
+    def update(
+        self, now: BankObservation, passed: float, positions: Array, rotations: Array
+    ) -> LatencyFit | None:
         """Take in an image; return how it fits, None where no robot was known before.
 
         Args:
@@ -166,7 +168,9 @@ class LatencyBank:
             slow = self._model.stationary(fix_covariance)[:LATENCY, :LATENCY]
             P[..., :2, :2] += moved @ slow @ moved.swapaxes(2, 3) * (2.0 * passed / time)
 
-    def _correct(self, camera: CameraModel, slots: list[int], pixels: Array, views: Views) -> Fit:
+    def _correct(
+        self, camera: CameraModel, slots: list[int], pixels: Array, views: Views
+    ) -> LatencyFit:
         x, P = self._state[:, slots], self._covariance[:, slots]
         predicted, by_place, white, seen = self._measured(camera, x[..., :2], views)
         cross = P[..., :2] @ by_place.swapaxes(2, 3)
@@ -187,7 +191,7 @@ class LatencyBank:
         )
         self._state[:, slots] = x + weight[..., None] * (gain @ residual[..., None])[..., 0]
         self._covariance[:, slots] = P - weight[..., None, None] * (gain @ cross.swapaxes(2, 3))
-        return Fit(
+        return LatencyFit(
             np.where(seen, cost, TUNING.out_of_view_cost).mean(axis=1),
             np.minimum(squared, TUNING.most_squared).mean(axis=1),
             np.einsum("hmij,hmji->hm", precision, white).mean(axis=1),
@@ -206,7 +210,7 @@ class LatencyBank:
         white = (moved * self._model.white) @ moved.swapaxes(2, 3)
         return pixels.reshape(*shape, 2), by_place, white, seen.reshape(shape)
 
-    def _begin(self, now: Sighting, names: list[str], views: Views) -> None:
+    def _begin(self, now: BankObservation, names: list[str], views: Views) -> None:
         """Add robots where their boxes are by each latency."""
         rays, valid = now.camera.rays(np.array([now.pixels[name] for name in names]))
         directions = np.einsum("hij,mj->hmi", views.optical, rays)

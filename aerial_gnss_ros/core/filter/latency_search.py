@@ -20,11 +20,11 @@ from numpy.typing import NDArray
 
 from aerial_gnss_ros.core.camera.posed_frame import PosedFrame
 from aerial_gnss_ros.core.config.estimator import EstimatorConfig
-from aerial_gnss_ros.core.filter.latency_bank import Fit, LatencyBank, Sighting
+from aerial_gnss_ros.core.filter.latency_bank import BankObservation, LatencyBank, LatencyFit
 from aerial_gnss_ros.core.filter.pose_lattice import SLOPE_NOISE, STEP_NS, STEP_S, PoseLattice
 from aerial_gnss_ros.core.geometry.local_map import LocalMap
 from aerial_gnss_ros.core.models.measurement_model import MapFrame, MapPose
-from aerial_gnss_ros.core.models.motion_model import motion_of
+from aerial_gnss_ros.core.models.motion_model import motion_model
 from aerial_gnss_ros.core.models.platform_model import PlatformModel
 from aerial_gnss_ros.core.telemetry.buffers import TelemetryBuffers
 from aerial_gnss_ros.core.telemetry.pose import PoseBuilder
@@ -84,12 +84,12 @@ class LatencySearch:
         self.corrections: Array = np.arange(first, last + 1, dtype=np.float64) * STEP_S
         self._lattice = PoseLattice(last - first + 2 * TUNING.most_waiting)
         model = PlatformModel(config.noise, config.gimbal.reference)
-        self._bank = LatencyBank(model, motion_of(config), len(self.corrections))
+        self._bank = LatencyBank(model, motion_model(config), len(self.corrections))
         self.reset()
 
     def reset(self) -> None:
         """Forget what images told."""
-        self._waiting: deque[Sighting] = deque()
+        self._waiting: deque[BankObservation] = deque()
         self._newest_ns: int | None = None
         self._last_ns: int | None = None
         self._cost = np.zeros(len(self.corrections))
@@ -109,7 +109,7 @@ class LatencySearch:
         """How long before an image's stamp its scene was, as far as it is known, ns."""
         return self._stated_ns + (0 if self.found is None else round(self.found[0] * 1e9))
 
-    def take(self, frame: PosedFrame, measured: dict[str, int], local: LocalMap) -> None:
+    def update(self, frame: PosedFrame, measured: dict[str, int], local: LocalMap) -> None:
         """Take in an image, and all of those before it whose telemetry has come by now.
 
         Args:
@@ -127,12 +127,14 @@ class LatencySearch:
             self._map = MapFrame(local)
         self._newest_ns = stamp_ns
         pixels = {name: boxes.centers[index] for name, index in measured.items()}
-        self._waiting.append(Sighting(stamp_ns, frame.camera, pixels, frame.pose.fix_covariance))
+        self._waiting.append(
+            BankObservation(stamp_ns, frame.camera, pixels, frame.pose.fix_covariance)
+        )
         while self._waiting and self._compare(self._waiting[0]):
             self._waiting.popleft()
         self.found = self._posterior()
 
-    def _compare(self, seen: Sighting) -> bool:
+    def _compare(self, seen: BankObservation) -> bool:
         """Take an image to the bank; return False where telemetry for it may still come."""
         node, rest = divmod(seen.stamp_ns, STEP_NS)
         first, last = node - self._last, node - self._first
@@ -146,12 +148,12 @@ class LatencySearch:
             passed = 0.0 if self._last_ns is None else (seen.stamp_ns - self._last_ns) * 1e-9
             self._last_ns = seen.stamp_ns
             # A larger latency is an earlier pose.
-            self._add(self._bank.take(seen, passed, positions[::-1], rotations[::-1]), passed)
+            self._add(self._bank.update(seen, passed, positions[::-1], rotations[::-1]), passed)
         else:
             self._bank.reset()
         return True
 
-    def _add(self, fit: Fit | None, passed: float) -> None:
+    def _add(self, fit: LatencyFit | None, passed: float) -> None:
         fade = math.exp(-max(passed, 0.0) / TUNING.images_memory_s)
         self._cost, self._squares = fade * self._cost, fade * self._squares
         self._images, self._slope = fade * self._images, fade * self._slope

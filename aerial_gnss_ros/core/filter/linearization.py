@@ -13,7 +13,7 @@ nothing is learnt. Only a camera that moves tells something: what is carried is 
 derivative with the robot's place, seen from where the camera was before. In other words robots are
 kept as the camera sees them and not where they are, so that what no camera can see stays unseen.
 
-And the camera's own place is that which earlier images foretell (`PoseMotion`): the noise of this
+And the camera's own place is that which earlier images foretell (`CameraMotion`): the noise of this
 image is not in it.
 """
 
@@ -26,7 +26,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aerial_gnss_ros.core.camera.model import CameraModel
-from aerial_gnss_ros.core.filter.state import Indices, Joint
+from aerial_gnss_ros.core.filter.state import Indices, JointState
 from aerial_gnss_ros.core.geometry.local_map import on_water_surface
 from aerial_gnss_ros.core.models.measurement_model import (
     MapPose,
@@ -43,7 +43,7 @@ _EAST_NORTH_UP = np.eye(3)
 
 
 @dataclass(frozen=True)
-class Sight:
+class CameraView:
     """One image's camera, ready for the filter.
 
     Attributes:
@@ -76,7 +76,7 @@ class Sight:
         applied: float,
         foretold: MapPose | None = None,
         unsure_s: float = 0.0,
-    ) -> Sight:
+    ) -> CameraView:
         """Return it with its axes; without a foretold pose the measured one serves.
 
         A camera that circles at the acceleration a = ω v is a t²/2 off the straight line that the
@@ -88,7 +88,7 @@ class Sight:
         bend = np.zeros(6)
         if unsure_s:
             bend[:3] = 0.75 * unsure_s**4 * np.square(np.cross(rates[3:], rates[:3]))
-        return Sight(camera, measured, pose.position, axes, rates, by_errors, applied, bend)
+        return CameraView(camera, measured, pose.position, axes, rates, by_errors, applied, bend)
 
     def pose(self, errors: Array) -> MapPose:
         """Return the pose with the platform's errors (7,) taken out; the last one is kept."""
@@ -112,7 +112,7 @@ class Sight:
         return place - late * self.rates[:3] if late else place
 
 
-def follow(joint: Joint, sight: Sight) -> None:
+def relinearize(joint: JointState, sight: CameraView) -> None:
     """Carry the covariance along with robots that moved, and go on to the camera's new place.
 
     Done once for an image, before anything is taken from it.
@@ -133,7 +133,7 @@ def follow(joint: Joint, sight: Sight) -> None:
     joint.camera, joint.by_errors, joint.sight = camera, sight.by_errors, sight
 
 
-def by_platform(joint: Joint, places: Array) -> Array:
+def by_platform(joint: JointState, places: Array) -> Array:
     """Return (m, 2, 7): how places (m, 2) on the water move with the platform's errors.
 
     From where `follow` has gone.
@@ -144,7 +144,7 @@ def by_platform(joint: Joint, places: Array) -> Array:
     return moved
 
 
-def by_angles(joint: Joint, slots: Indices) -> Array:
+def by_angles(joint: JointState, slots: Indices) -> Array:
     """Return (m, 2, 3): how the places of some robots move with the platform's angles, m/rad.
 
     From where `follow` has gone; robots that begin with this image are seen from there, too.
@@ -152,7 +152,7 @@ def by_angles(joint: Joint, slots: Indices) -> Array:
     return by_errors(joint, slots)[:, :, ANGLES]
 
 
-def by_errors(joint: Joint, slots: Indices) -> Array:
+def by_errors(joint: JointState, slots: Indices) -> Array:
     """Return (m, 2, 7): how the places of some robots move with the platform's errors.
 
     From where `follow` has gone; robots that begin with this image are seen from there, too.

@@ -16,12 +16,12 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from aerial_gnss_ros.core.faults.attitude_ambiguity import Unexplained
-from aerial_gnss_ros.core.faults.manoeuvre_noise import Manoeuvres
-from aerial_gnss_ros.core.faults.rotation_fault import Turning
+from aerial_gnss_ros.core.faults.attitude_ambiguity import AttitudeAmbiguity
+from aerial_gnss_ros.core.faults.manoeuvre_noise import ManoeuvreNoise
+from aerial_gnss_ros.core.faults.rotation_fault import RotationFault
 from aerial_gnss_ros.core.models.measurement_model import POSE_COUNT
 from aerial_gnss_ros.core.models.motion_model import TUNING as MOTION_MODEL
-from aerial_gnss_ros.core.models.motion_model import Motion, MotionOf
+from aerial_gnss_ros.core.models.motion_model import MotionModel, MotionOf
 from aerial_gnss_ros.core.models.platform_model import ANGLES, COUNT, LATENCY, PlatformModel
 
 Array = NDArray[np.float64]
@@ -55,7 +55,7 @@ TUNING = StateTuning()
 _ALL = slice(None)
 
 
-class Joint:
+class JointState:
     """The platform's errors and robots together.
 
     Attributes:
@@ -63,8 +63,8 @@ class Joint:
         covariance: (7 + 4 n, 7 + 4 n).
         rows: (n,) which robots of the whole program these are.
         unseen: (n,) time since each was measured, s.
-        manoeuvres: how hard each turns.
-        turning: whether the camera turns by itself.
+        manoeuvre_noise: how hard each turns.
+        rotation_fault: whether the camera turns by itself.
         by_pose: (k, 4, 6) `state_jacobian` of the first k robots with which the covariance goes,
             see `linearization`; those after them are new.
         camera: (3,) from where that was taken: place of the camera, m; NaN at first.
@@ -72,7 +72,7 @@ class Joint:
         sight: the image of that time.
     """
 
-    def __init__(self, covariance: Array, unexplained: Unexplained | None = None) -> None:
+    def __init__(self, covariance: Array, unexplained: AttitudeAmbiguity | None = None) -> None:
         """Begin without robots.
 
         Args:
@@ -84,8 +84,8 @@ class Joint:
         self.rows: Indices = np.zeros(0, np.intp)
         self.unseen: Array = np.zeros(0)
         self.own: Array = np.zeros((2, 0))
-        self.manoeuvres = Manoeuvres()
-        self.turning = Turning(unexplained)
+        self.manoeuvre_noise = ManoeuvreNoise()
+        self.rotation_fault = RotationFault(unexplained)
         self.by_pose = np.zeros((0, 4, POSE_COUNT))
         self.camera = np.full(3, np.nan)
         self.by_errors = np.zeros((POSE_COUNT, COUNT))
@@ -103,7 +103,9 @@ class Joint:
         """Return the robots' own covariances (n, 4, 4)."""
         return self._own().copy()
 
-    def motion(self, default: Motion, slots: Indices | slice = _ALL) -> Motion | MotionOf[Array]:
+    def motion(
+        self, default: MotionModel, slots: Indices | slice = _ALL
+    ) -> MotionModel | MotionOf[Array]:
         """Return how some robots move.
 
         Args:
@@ -119,7 +121,7 @@ class Joint:
 
     def fastest(self, slots: Indices, default: float) -> Array | float:
         """Return the fastest speeds of some robots; `default` where no class has its own, m/s."""
-        return self.motion(Motion(0.0, 0.5 * default), slots).fastest
+        return self.motion(MotionModel(0.0, 0.5 * default), slots).fastest
 
     def places(self) -> Array:
         """Return the robots' own covariances of position (n, 2, 2); a view."""
@@ -135,7 +137,7 @@ class Joint:
         return self.covariance[COUNT:, :COUNT].reshape(-1, 4, COUNT)[:, :2]
 
     def predict(
-        self, seconds: float, model: PlatformModel, stationary: Array, motion: Motion
+        self, seconds: float, model: PlatformModel, stationary: Array, motion: MotionModel
     ) -> None:
         """Move on in time.
 
@@ -154,13 +156,13 @@ class Joint:
         P[:COUNT, :COUNT] += (1.0 - both) * stationary
         each = self.motion(motion)
         density = each.acceleration**2
-        stated = density * seconds * self.manoeuvres.strength
-        self.turning.predict(seconds, float(keep[ANGLES.start]), stated)
+        stated = density * seconds * self.manoeuvre_noise.strength
+        self.rotation_fault.predict(seconds, float(keep[ANGLES.start]), stated)
         n = len(self)
         if not n:
             return
-        self.manoeuvres.predict(seconds, density)
-        reach, kept, noise = each.step(seconds, self.unseen, self.manoeuvres.strength)
+        self.manoeuvre_noise.predict(seconds, density)
+        reach, kept, noise = each.step(seconds, self.unseen, self.manoeuvre_noise.strength)
         P[:COUNT, COUNT:] *= keep[:, None]
         P[COUNT:, :COUNT] *= keep
         robots = self.robots
@@ -174,7 +176,9 @@ class Joint:
         if kept is not None:
             # A box or two that did not fit say nothing of the robot; later it may have turned.
             beyond = np.maximum(noise[:, 2] - stated, 0.0)
-            self.turning.loosened(slice(None), beyond * (self.unseen <= MOTION_MODEL.held_s))
+            self.rotation_fault.note_inflation(
+                slice(None), beyond * (self.unseen <= MOTION_MODEL.held_s)
+            )
             robots[:, 2:] *= kept[:, None]
             by_pose[:, 2:] *= kept[:k, None, None]
             down[:, 2:] *= kept[:, None, None]
@@ -237,8 +241,8 @@ class Joint:
         self.rows = np.concatenate([self.rows, rows])
         self.unseen = np.concatenate([self.unseen, np.zeros(m)])
         self.own = np.concatenate([self.own, np.full((2, m), np.nan)], axis=1)
-        self.manoeuvres.add(m)
-        self.turning.add(m)
+        self.manoeuvre_noise.add(m)
+        self.rotation_fault.add(m)
 
     def tie(self, first: int, second: int, sigma: float) -> None:
         """Take in that two robots are at one place: what is known of one is known of the other.
@@ -257,10 +261,10 @@ class Joint:
         self.covariance -= apart.T @ gain
         if self.unseen[first] <= MOTION_MODEL.held_seen_s:
             unknown = float(self.covariance[b + 2, b + 2] + self.covariance[b + 3, b + 3])
-            self.turning.inherit(first, second, self.robots[second, 2:] - before, unknown)
-        self.manoeuvres.inherit(first, second)
+            self.rotation_fault.inherit(first, second, self.robots[second, 2:] - before, unknown)
+        self.manoeuvre_noise.inherit(first, second)
 
-    def loosen(self, slots: Indices, speed: Array | float, seconds: float) -> None:
+    def inflate_velocities(self, slots: Indices, speed: Array | float, seconds: float) -> None:
         """Allow for a change of velocity that nobody has foreseen.
 
         Args:
@@ -268,7 +272,7 @@ class Joint:
             speed: one sigma of the change, each axis, m/s.
             seconds: how long ago it happened, s.
         """
-        self.turning.loosened(slots, speed**2)
+        self.rotation_fault.note_inflation(slots, speed**2)
         place = COUNT + 4 * np.asarray(slots, np.intp)
         for axis in (0, 1):
             p, v = place + axis, place + axis + 2
@@ -318,7 +322,7 @@ class Joint:
         """Go over to another GNSS position: the robots move with it.
 
         How they lie to the drone and to one another stays as well known. That either position may
-        be wrong is no business of this law, which would explain boxes by it (`Unexplained`).
+        be wrong is no business of this law, which would explain boxes by it (`AttitudeAmbiguity`).
 
         Args:
             jump: (2,) East, North, m.
@@ -335,8 +339,8 @@ class Joint:
         self.covariance = self.covariance[np.ix_(index, index)]
         self.rows, self.unseen = self.rows[kept], self.unseen[kept]
         self.own = self.own[:, kept]
-        self.manoeuvres.drop(kept)
-        self.turning.drop(kept)
+        self.manoeuvre_noise.drop(kept)
+        self.rotation_fault.drop(kept)
         self.by_pose = self.by_pose[kept[: len(self.by_pose)]]
 
     def carry(self, change: Array) -> None:

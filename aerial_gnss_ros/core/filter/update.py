@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 from scipy.linalg.blas import dtrsm
 from scipy.linalg.lapack import dpotrf
 
-from aerial_gnss_ros.core.filter.linearization import Sight, follow
-from aerial_gnss_ros.core.filter.state import Indices, Joint
+from aerial_gnss_ros.core.filter.linearization import CameraView, relinearize
+from aerial_gnss_ros.core.filter.state import Indices, JointState
 from aerial_gnss_ros.core.geometry.local_map import on_water_surface
 from aerial_gnss_ros.core.models.measurement_model import pose_jacobian
 from aerial_gnss_ros.core.models.platform_model import COUNT, LATENCY, PlatformModel
@@ -84,7 +84,7 @@ class Outcome:
 
 
 def linearise(
-    sight: Sight, errors: Array, positions: Array, by_pose: Array | None = None
+    sight: CameraView, errors: Array, positions: Array, by_pose: Array | None = None
 ) -> Linear:
     """Return predicted pixels and all derivatives at an estimate.
 
@@ -107,10 +107,10 @@ def linearise(
 
 
 def correct(
-    joint: Joint,
+    joint: JointState,
     slots: Indices,
     pixels: Array,
-    sight: Sight,
+    sight: CameraView,
     model: PlatformModel,
     fastest: float = np.inf,
     level: float = 1.0,
@@ -129,7 +129,7 @@ def correct(
         fastest: speed of a robot whose class has none of its own, m/s.
         level: factor by which that noise is larger than stated, see `noise_level`.
     """
-    follow(joint, sight)
+    relinearize(joint, sight)
     before = joint.mean
     linear = linearise(sight, before[:COUNT], joint.robots[slots, :2], joint.by_pose[slots, :2])
     if np.count_nonzero(linear.seen) < len(slots):
@@ -165,8 +165,8 @@ def correct(
     joint.unseen[slots] = 0.0
     velocity = COUNT + 4 * slots[:, None] + _VELOCITY
     corrections, expected = joint.mean[velocity] - before[velocity], reduction[velocity, velocity]
-    joint.manoeuvres.take(slots, corrections, expected.sum(axis=1))
-    joint.turning.note(slots, corrections, expected.sum(axis=1))
+    joint.manoeuvre_noise.update(slots, corrections, expected.sum(axis=1))
+    joint.rotation_fault.note(slots, corrections, expected.sum(axis=1))
     return Outcome(squared, 2 * m)
 
 
@@ -193,11 +193,11 @@ def _solved(root: Array, right: Array) -> Array:
 
 
 def _iterate(
-    joint: Joint,
+    joint: JointState,
     before: Array,
     slots: Indices,
     pixels: Array,
-    sight: Sight,
+    sight: CameraView,
     linear: Linear,
     root: Array,
     gain: Array,
@@ -225,7 +225,7 @@ def _iterate(
 
 
 def _possible(
-    joint: Joint, slots: Indices, reduction: Array, fastest: Array | float
+    joint: JointState, slots: Indices, reduction: Array, fastest: Array | float
 ) -> NDArray[np.bool_] | None:
     """Return which corrected robots (m,) are not too fast; None if all are."""
     velocities = joint.robots[slots, 2:]
@@ -240,7 +240,7 @@ def _possible(
     return None if possible.all() else possible
 
 
-def _times_covariance(joint: Joint, slots: Indices, linear: Linear) -> Array:
+def _times_covariance(joint: JointState, slots: Indices, linear: Linear) -> Array:
     """Return H P, (2 m, D); H has the platform's columns and two of one robot in a row."""
     P, m = joint.covariance, len(slots)
     product: Array = linear.by_platform.reshape(2 * m, COUNT) @ P[:COUNT]
@@ -250,7 +250,7 @@ def _times_covariance(joint: Joint, slots: Indices, linear: Linear) -> Array:
 
 
 def _innovation(
-    joint: Joint, slots: Indices, linear: Linear, by_state: Array, white: Array
+    joint: JointState, slots: Indices, linear: Linear, by_state: Array, white: Array
 ) -> Array:
     """Return the covariance (2 m, 2 m) of the residual but for the boxes' own noise."""
     m = len(slots)

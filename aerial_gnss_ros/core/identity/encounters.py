@@ -23,9 +23,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aerial_gnss_ros.core.association.track import Track
-from aerial_gnss_ros.core.identity.label_ambiguity import Doubts, Spot
-from aerial_gnss_ros.core.identity.pair_hypotheses import Pair
-from aerial_gnss_ros.core.models.motion_model import Motion
+from aerial_gnss_ros.core.identity.label_ambiguity import LabelAmbiguity, Position
+from aerial_gnss_ros.core.identity.pair_hypotheses import PairHypotheses
+from aerial_gnss_ros.core.models.motion_model import MotionModel
 from aerial_gnss_ros.core.numerics.small_arrays import MAX_ROWS
 
 Array = NDArray[np.float64]
@@ -68,7 +68,7 @@ class Known(Protocol):
     """What is known of the robots near one another: the joint filter."""
 
     @property
-    def motion(self) -> Motion:
+    def motion(self) -> MotionModel:
         """How robots move."""
 
     @property
@@ -123,15 +123,15 @@ class Encounters:
         self._acceleration = max(
             TUNING.steering_ratio * known.motion.acceleration, TUNING.least_acceleration
         )
-        self._pairs: list[Pair] = []
-        self._parted = Doubts()
+        self._pairs: list[PairHypotheses] = []
+        self._parted = LabelAmbiguity()
 
     def reset(self) -> None:
         """Forget all pairs and doubts."""
         self._pairs.clear()
-        self._parted = Doubts()
+        self._parted = LabelAmbiguity()
 
-    def take(
+    def update(
         self, tracks: list[Track], rows: Indices, positions: Array, white: Array, stamp_ns: int
     ) -> Indices:
         """Take in the boxes of the named robots of one image; put exchanged names right.
@@ -175,7 +175,7 @@ class Encounters:
         """Take in which robot may be on which track, by the names of these (`Doubts.mapped`)."""
         self._parted = self._parted.mapped(laws)
 
-    def leave(self, name: str, spot: Spot, share: float) -> None:
+    def leave(self, name: str, spot: Position, share: float) -> None:
         """Take in that a name's robot may have stayed at a spot, by this probability."""
         self._parted = self._parted.left(name, spot, share)
 
@@ -184,7 +184,7 @@ class Encounters:
         """Whether there are names that may be another's."""
         return bool(self._pairs or self._parted.of)
 
-    def doubts(self, spots: dict[str, Spot]) -> dict[str, Array]:
+    def doubts(self, spots: dict[str, Position]) -> dict[str, Array]:
         """Return covariances (2, 2) to be added for names that may be another's, m².
 
         Args:
@@ -197,7 +197,7 @@ class Encounters:
                 now = now.mixed(*pair.names, pair.exchanged)
         return now.covariances(spots)
 
-    def _exchange(self, decided: Pair) -> None:
+    def _exchange(self, decided: PairHypotheses) -> None:
         """Let all other pairs follow the same tracks as before, under exchanged names."""
         decided.exchange()
         other = dict(zip(decided.names, decided.names[::-1], strict=True))
@@ -206,7 +206,7 @@ class Encounters:
                 first, second = pair.names
                 pair.names = other.get(first, first), other.get(second, second)
 
-    def _part(self, pair: Pair) -> None:
+    def _part(self, pair: PairHypotheses) -> None:
         self._pairs.remove(pair)
         if pair.exchanged > TUNING.remembered_probability:
             self._parted = self._parted.mixed(*pair.names, pair.exchanged)
@@ -232,4 +232,6 @@ class Encounters:
                 rows[both], 2:, 2:
             ] + TUNING.velocity_lag_mps**2 * np.eye(2)
             velocities = np.array([one.velocity, other.velocity])
-            self._pairs.append(Pair.begin(names, positions[both], velocities, spread, stamp_ns))
+            self._pairs.append(
+                PairHypotheses.begin(names, positions[both], velocities, spread, stamp_ns)
+            )

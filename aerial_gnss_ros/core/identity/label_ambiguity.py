@@ -34,7 +34,7 @@ class LabelAmbiguityTuning:
 TUNING = LabelAmbiguityTuning()
 
 
-class Spot(NamedTuple):
+class Position(NamedTuple):
     """Where a track is.
 
     Attributes:
@@ -46,7 +46,7 @@ class Spot(NamedTuple):
     covariance: Array
 
 
-class Doubts:
+class LabelAmbiguity:
     """Where the robot of each name may be.
 
     Attributes:
@@ -56,16 +56,16 @@ class Doubts:
     def __init__(
         self,
         of: Mapping[str, Mapping[str, float]] | None = None,
-        left: Mapping[str, Spot] | None = None,
+        left: Mapping[str, Position] | None = None,
     ) -> None:
         self.of = dict(of or {})
         self._left = dict(left or {})
 
-    def mixed(self, one: str, other: str, exchanged: float) -> Doubts:
+    def mixed(self, one: str, other: str, exchanged: float) -> LabelAmbiguity:
         """Return what is known after two tracks have exchanged their robots with a probability."""
-        return self.mapped(exchange(one, other, exchanged))
+        return self.mapped(exchange_probabilities(one, other, exchanged))
 
-    def mapped(self, laws: Mapping[str, Mapping[str, float]]) -> Doubts:
+    def mapped(self, laws: Mapping[str, Mapping[str, float]]) -> LabelAmbiguity:
         """Return what is known after some tracks may have exchanged their robots among them.
 
         Args:
@@ -79,9 +79,9 @@ class Doubts:
                     law[track] = law.get(track, 0.0) + share * chance
             if law != {name: 1.0}:
                 of[name] = law
-        return Doubts(of, self._left)
+        return LabelAmbiguity(of, self._left)
 
-    def left(self, name: str, spot: Spot, share: float) -> Doubts:
+    def left(self, name: str, spot: Position, share: float) -> LabelAmbiguity:
         """Return what is known after a robot has stayed at a spot with a probability.
 
         Args:
@@ -91,9 +91,9 @@ class Doubts:
         """
         place = f"{name} at {spot.place[0]:.1f}, {spot.place[1]:.1f}"  # no track has such a name
         of = self.mapped({name: {name: 1.0 - share, place: share}}).of
-        return Doubts(of, {**self._left, place: spot})
+        return LabelAmbiguity(of, {**self._left, place: spot})
 
-    def keep(self, spots: Mapping[str, Spot]) -> None:
+    def keep(self, spots: Mapping[str, Position]) -> None:
         """Forget names without a track, and doubts too small to matter.
 
         Tracks that end stay where they are in others' laws.
@@ -111,7 +111,7 @@ class Doubts:
             name: spots[name] for name in meant if name in spots
         }
 
-    def covariances(self, spots: Mapping[str, Spot]) -> dict[str, Array]:
+    def covariances(self, spots: Mapping[str, Position]) -> dict[str, Array]:
         """Return what is to be added to the covariances (2, 2) of names in doubt, m²."""
         found: dict[str, Array] = {}
         known = {**self._left, **spots}
@@ -129,7 +129,7 @@ class Doubts:
         return found
 
 
-def exchange(one: T, other: T, share: float) -> dict[T, dict[T, float]]:
+def exchange_probabilities(one: T, other: T, share: float) -> dict[T, dict[T, float]]:
     """Return the laws (`Doubts.mapped`) of two tracks that have exchanged their robots.
 
     Args:

@@ -24,7 +24,7 @@ def class_token(class_id: str) -> str:
 
 
 @dataclass
-class Names:
+class LabelRegistry:
     """Gives out names, each once.
 
     Args:
@@ -47,7 +47,7 @@ class Names:
         self.taken.add(name)
         return name
 
-    def take(self, name: str) -> None:
+    def reserve(self, name: str) -> None:
         """Mark a name as given."""
         self.taken.add(name)
 

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from aerial_gnss_ros.core.association.assignment import assign
 from aerial_gnss_ros.core.config.estimator import EstimatorConfig, RobotBinding
 from aerial_gnss_ros.core.geometry.local_map import LocalMap
-from aerial_gnss_ros.core.identity.label_format import Names, class_token
+from aerial_gnss_ros.core.identity.label_format import LabelRegistry, class_token
 from aerial_gnss_ros.core.identity.saved_labels import SavedNames, SavedRobot
 from aerial_gnss_ros.core.numerics.gaussian import gate_threshold, mahalanobis
 from aerial_gnss_ros.core.values.estimates import RobotEstimate
@@ -46,7 +46,7 @@ TUNING = LabelsTuning()
 
 
 @dataclass(frozen=True)
-class Sighting:
+class ConfirmedTrack:
     """A robot that has just been confirmed.
 
     Attributes:
@@ -62,7 +62,7 @@ class Sighting:
     covariance: Array
 
 
-class Identity:
+class Labels:
     """Gives names to robots and remembers where each was.
 
     Args:
@@ -85,11 +85,11 @@ class Identity:
         self._class_of = config.robot_class
         self._coast_s = config.tracks.coast_s
         numbered = {robot.name for robot in saved.robots} - set(self._bindings)
-        self._names = Names(frozenset(self._bindings), dict(saved.numbers), numbered)
+        self._names = LabelRegistry(frozenset(self._bindings), dict(saved.numbers), numbered)
         self._waiting = {robot.name: robot for robot in saved.robots}
         self._known: dict[str, SavedRobot | RobotEstimate] = dict(self._waiting)
 
-    def names(self, sightings: list[Sighting], local: LocalMap) -> list[str]:
+    def names(self, sightings: list[ConfirmedTrack], local: LocalMap) -> list[str]:
         """Return a name for each robot confirmed in one image.
 
         A name from before the restart goes before the one of a start, and that before a number.
@@ -150,7 +150,9 @@ class Identity:
             robots = tuple(replace(one, last_seen_ns=one.last_seen_ns - shift_ns) for one in robots)
         return SavedNames(robots, dict(self._names.numbers))
 
-    def _take_up(self, sightings: list[Sighting], given: dict[int, str], local: LocalMap) -> None:
+    def _take_up(
+        self, sightings: list[ConfirmedTrack], given: dict[int, str], local: LocalMap
+    ) -> None:
         waiting = list(self._waiting.values())
         if not waiting or not sightings:
             return
@@ -164,11 +166,11 @@ class Identity:
         for row, column in zip(rows, columns, strict=True):
             name = waiting[row].name
             given[int(column)] = name
-            self._names.take(name)
+            self._names.reserve(name)
             del self._waiting[name]
 
     def _reach(
-        self, waiting: list[SavedRobot], sightings: list[Sighting]
+        self, waiting: list[SavedRobot], sightings: list[ConfirmedTrack]
     ) -> tuple[Array, NDArray[np.bool_]]:
         """Return (n, m, 2, 2) covariances of old to new places, and which pairs can be at all.
 
@@ -188,7 +190,7 @@ class Identity:
                 allowed[i, j] = same and unseen <= TUNING.max_restart_s
         return spread, allowed
 
-    def _tell(self, name: str, sighting: Sighting, local: LocalMap) -> None:
+    def _tell(self, name: str, sighting: ConfirmedTrack, local: LocalMap) -> None:
         """Say which start still waits when a robot gets a number, once for each start."""
         free = [self._bindings[bound] for bound in self._names.free_bound()]
         if not free:
@@ -205,7 +207,9 @@ class Identity:
             f"is {start.name}, correct robots.{start.name} in the parameters.",
         )
 
-    def _bind(self, sightings: list[Sighting], given: dict[int, str], local: LocalMap) -> None:
+    def _bind(
+        self, sightings: list[ConfirmedTrack], given: dict[int, str], local: LocalMap
+    ) -> None:
         free = [self._bindings[name] for name in self._names.free_bound()]
         open_ones = [i for i in range(len(sightings)) if i not in given]
         if not free or not open_ones:
@@ -218,11 +222,11 @@ class Identity:
         for row, column in zip(rows, columns, strict=True):
             name = free[row].name
             given[open_ones[column]] = name
-            self._names.take(name)
+            self._names.reserve(name)
             self._waiting.pop(name, None)
 
 
-def _same_class(binding: RobotBinding, sighting: Sighting) -> bool:
+def _same_class(binding: RobotBinding, sighting: ConfirmedTrack) -> bool:
     return class_token(binding.class_id) == class_token(sighting.class_id)
 
 
@@ -234,7 +238,7 @@ def _starts(bindings: list[RobotBinding], local: LocalMap) -> Array:
     )
 
 
-def _offsets(places: Array, sightings: list[Sighting]) -> Array:
+def _offsets(places: Array, sightings: list[ConfirmedTrack]) -> Array:
     """Return (n, m, 2) from each place to each sighting, m."""
     offsets: Array = np.array([one.position for one in sightings])[None] - places[:, None]
     return offsets

@@ -56,7 +56,7 @@ _BOTH = np.vstack([np.eye(2), np.eye(2)])
 
 
 @dataclass(eq=False)
-class Pair:
+class PairHypotheses:
     """Two robots near one another.
 
     Attributes:
@@ -79,7 +79,7 @@ class Pair:
     @classmethod
     def begin(
         cls, names: tuple[str, str], places: Array, velocities: Array, spread: Array, stamp_ns: int
-    ) -> Pair:
+    ) -> PairHypotheses:
         """Return a pair whose names are certain.
 
         Args:

@@ -30,10 +30,10 @@ from aerial_gnss_ros.core.association.assignment import TUNING as ASSIGNMENT
 from aerial_gnss_ros.core.association.assignment import cheapest
 from aerial_gnss_ros.core.association.image_tracks import UNTOLD
 from aerial_gnss_ros.core.association.track import Track
-from aerial_gnss_ros.core.identity.return_permutation import likeliest_order
-from aerial_gnss_ros.core.identity.return_position import Swims, Whereabouts
-from aerial_gnss_ros.core.identity.return_time import Absences
-from aerial_gnss_ros.core.models.motion_model import Motion
+from aerial_gnss_ros.core.identity.return_permutation import likeliest_permutation
+from aerial_gnss_ros.core.identity.return_position import ReturnPosition, VelocityLikelihood
+from aerial_gnss_ros.core.identity.return_time import AbsenceTimes
+from aerial_gnss_ros.core.models.motion_model import MotionModel
 from aerial_gnss_ros.core.numerics.gaussian import mahalanobis
 
 Array = NDArray[np.float64]
@@ -92,7 +92,7 @@ class Returns:
     unknown: dict[int, float] = field(default_factory=dict)
 
 
-class Reacquisition:
+class Reidentification:
     """Compares newly confirmed tracks with robots out of sight.
 
     Args:
@@ -101,10 +101,10 @@ class Reacquisition:
         coast_s: for how long a robot may be out of sight, s.
     """
 
-    def __init__(self, motion: Motion, threshold: float, coast_s: float) -> None:
-        self._whereabouts = Whereabouts(motion)
+    def __init__(self, motion: MotionModel, threshold: float, coast_s: float) -> None:
+        self._whereabouts = ReturnPosition(motion)
         self._threshold = threshold
-        self._absences = Absences(coast_s)
+        self._absences = AbsenceTimes(coast_s)
 
     def reset(self) -> None:
         """Forget how long robots were away."""
@@ -116,7 +116,7 @@ class Reacquisition:
         away: list[int],
         ready: list[int],
         between: tuple[Array, Array],
-        swims: Swims,
+        swims: VelocityLikelihood,
         stamp_ns: int,
         height: float,
         newcomers: float,
@@ -155,11 +155,11 @@ class Reacquisition:
         # Where as many have come up as could be meant, their lie to one another decides.
         settled = (possible.any(axis=1).sum() <= len(columns)) and len(columns) > 1
         came = [tracks[ready[column]] for column in columns]
-        settled &= all(a.seen_beside(b) for a, b in combinations(came, 2))
+        settled &= all(a.coexisted(b) for a, b in combinations(came, 2))
         likely = vague / (vague.sum(axis=0) + each)
         age = np.array([(stamp_ns - tracks[row].first_seen_ns) * 1e-9 for row in ready])
         if settled:
-            _, chances = likeliest_order(place, possible, rows, columns, gone, self._absences)
+            _, chances = likeliest_permutation(place, possible, rows, columns, gone, self._absences)
             waits = np.zeros(len(ready), dtype=bool)
             waits[columns] = chances.diagonal() < 1.0 - TUNING.unsure_probability
             waits &= age[columns].min() < TUNING.look_s
@@ -182,7 +182,7 @@ class Reacquisition:
             if ready[j] not in waiting and (settled or likely[i, j] > TUNING.naming_probability)
         ]
         rows, columns = rows[sure], columns[sure]
-        rows, chances = likeliest_order(place, possible, rows, columns, gone, self._absences)
+        rows, chances = likeliest_permutation(place, possible, rows, columns, gone, self._absences)
         dives = [(tracks[row].robot_id, tracks[row].last_seen_ns) for row in away]
         for column, row in enumerate(ready):
             if row not in waiting:
@@ -223,7 +223,7 @@ class Reacquisition:
         away: list[int],
         unseen: Array,
         between: tuple[Array, Array],
-        swims: Swims,
+        swims: VelocityLikelihood,
     ) -> tuple[Array, Array]:
         """Return the densities (n, m) of places, 1/m²; as stated, and in doubt by `doubt_m`."""
         offsets, spread = between
@@ -235,7 +235,7 @@ class Reacquisition:
         return density, vague
 
 
-def twins(
+def duplicate_tracks(
     tracks: list[Track], ready: list[int], between: tuple[Array, Array], threshold: float
 ) -> dict[int, int]:
     """Return tracks that are of one robot: by row of the one to go on, the row of the other.
@@ -279,7 +279,7 @@ def _absence(old: Track, new: Track) -> float:
 
 
 def _can_be(old: Track, new: Track) -> bool:
-    return old.class_id == new.class_id and not old.seen_beside(new)
+    return old.class_id == new.class_id and not old.coexisted(new)
 
 
 def _waits(density: Array) -> NDArray[np.bool_]:

@@ -10,7 +10,7 @@ from itertools import combinations, permutations
 import numpy as np
 from numpy.typing import NDArray
 
-from aerial_gnss_ros.core.identity.return_time import Absences
+from aerial_gnss_ros.core.identity.return_time import AbsenceTimes
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.intp]
@@ -27,13 +27,13 @@ class ReturnPermutationTuning:
 TUNING = ReturnPermutationTuning()
 
 
-def likeliest_order(
+def likeliest_permutation(
     cost: Array,
     possible: NDArray[np.bool_],
     rows: Indices,
     columns: Indices,
     gone: Array,
-    absences: Absences,
+    absences: AbsenceTimes,
 ) -> tuple[Indices, Array]:
     """Return the likeliest rows (k,) for the columns of an assignment.
 

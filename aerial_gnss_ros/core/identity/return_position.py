@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aerial_gnss_ros.core.association.track import Track
-from aerial_gnss_ros.core.models.motion_model import Motion
+from aerial_gnss_ros.core.models.motion_model import MotionModel
 from aerial_gnss_ros.core.numerics.gaussian import mahalanobis
 
 Array = NDArray[np.float64]
@@ -49,7 +49,7 @@ TUNING = ReturnPositionTuning()
 
 
 @dataclass(frozen=True)
-class Swims:
+class VelocityLikelihood:
     """How m new tracks swim, by their boxes alone.
 
     Attributes:
@@ -61,7 +61,7 @@ class Swims:
     spread: Array
 
     @classmethod
-    def of(cls, velocities: Array, spread: Array, speed: Array | float) -> Swims:
+    def of(cls, velocities: Array, spread: Array, speed: Array | float) -> VelocityLikelihood:
         """Return what estimates say beyond what they began with.
 
         Args:
@@ -88,17 +88,19 @@ class Swims:
         return np.exp(log - _log_normal(self.velocities, self.spread + speed**2 * np.eye(2)))
 
 
-class Whereabouts:
+class ReturnPosition:
     """Says how likely robots out of sight are where something came up, swimming as it does.
 
     Args:
         motion: of robots out of sight, as the filter has it.
     """
 
-    def __init__(self, motion: Motion) -> None:
+    def __init__(self, motion: MotionModel) -> None:
         self._motion = motion
 
-    def newcomer(self, tracks: list[Track], offsets: Array, side: float, swims: Swims) -> Array:
+    def newcomer(
+        self, tracks: list[Track], offsets: Array, side: float, swims: VelocityLikelihood
+    ) -> Array:
         """Return the density (m,) of places of a robot never seen, times the ratio of velocities.
 
         Robots of one mission are near one another, and swim alike. So half of the law is that of
@@ -116,13 +118,13 @@ class Whereabouts:
         apart = offsets[:, 0] - middle[0]
         spread = (side**2 / 12.0 * np.eye(2) + apart.T @ apart) / n
         near = _normal(middle, np.tile(spread, (len(middle), 1, 1)))
-        swum, count = (sum(getattr(one, key) for one in tracks) for key in ("swum", "swum_count"))
-        usual = (speed**2 + swum) / (1.0 + count)
+        squares = sum(one.speed_history for one in tracks)
+        usual = (speed**2 + squares) / (1.0 + sum(one.speed_history_count for one in tracks))
         alike = swims.ratio(np.zeros(2), usual * np.eye(2), speed)
         return 0.5 * (side**-2 + near) * alike
 
     def density(
-        self, track: Track, unseen: float, offsets: Array, spread: Array, swims: Swims
+        self, track: Track, unseen: float, offsets: Array, spread: Array, swims: VelocityLikelihood
     ) -> Array:
         """Return the density (m,) of places, 1/m², times the ratio of velocities.
 
@@ -137,7 +139,7 @@ class Whereabouts:
         unseen = max(unseen, TUNING.moment_s)
         reach, _, noise = motion.step(unseen, np.full(1, TUNING.moment_s))
         arm, grown = float(reach[0]), float(noise[0, 0])
-        habit = track.habit(motion.speed_sigma)
+        habit = track.typical_speed(motion.speed_sigma)
         slow = min(TUNING.stays_mps, motion.speed_sigma)
         back = offsets + arm * track.velocity
         usual = swims.ratio(np.zeros(2), habit**2 * eye, motion.speed_sigma)
@@ -154,7 +156,7 @@ class Whereabouts:
         )
 
     def _straight(
-        self, track: Track, unseen: float, ahead: Array, spread: Array, swims: Swims
+        self, track: Track, unseen: float, ahead: Array, spread: Array, swims: VelocityLikelihood
     ) -> Array:
         """Return the same of a robot that goes straight on.
 
@@ -168,7 +170,7 @@ class Whereabouts:
             spread: (m, 2, 2) covariances of these, but for what it is off its course, m².
             swims: how the new tracks swim.
         """
-        speed = max(float(np.hypot(*track.velocity)), track.habit(self._motion.speed_sigma))
+        speed = max(float(np.hypot(*track.velocity)), track.typical_speed(self._motion.speed_sigma))
         off, eye = (TUNING.course_share * speed * unseen) ** 2, np.eye(2)
         known, stated = track.velocity_spread, self._motion.acceleration**2 * unseen
         place = spread + off * eye
@@ -180,7 +182,7 @@ class Whereabouts:
 
     def _wander(self, unseen: float, speed: float) -> float:
         """Return the variance of a place after a time of wandering at a speed, each axis, m²."""
-        motion = Motion(min(self._motion.acceleration, speed), speed)
+        motion = MotionModel(min(self._motion.acceleration, speed), speed)
         return float(motion.step(unseen, np.full(1, TUNING.moment_s))[2][0, 0])
 
 

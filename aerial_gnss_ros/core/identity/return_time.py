@@ -41,7 +41,7 @@ SCALES = np.array([0.01, 0.05, 0.2, 0.8])
 """Widths of bumps, of the logarithm of a time."""
 
 
-class Absences:
+class AbsenceTimes:
     """The law of absences of robots.
 
     Args:
@@ -88,7 +88,7 @@ class Absences:
         Each foretells the next: robots that dived one after the other come up in that order.
         NaN: one that tells nothing.
         """
-        law, total = Absences(self._mean_s), 0.0
+        law, total = AbsenceTimes(self._mean_s), 0.0
         law._logs, law._weights = self._logs, self._weights.copy()
         law._dives = [None] * len(self._dives)
         law._foretold = self._foretold.copy()

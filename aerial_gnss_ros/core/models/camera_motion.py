@@ -43,7 +43,7 @@ class CameraMotionTuning:
 TUNING = CameraMotionTuning()
 
 
-class PoseMotion:
+class CameraMotion:
     """A fading-memory straight-line fit of position and rotation.
 
     Attributes:
@@ -90,7 +90,7 @@ class PoseMotion:
         self._pose, self._shown, self.jump = measured, [], None
         return measured
 
-    def take(self, measured: MapPose, seconds: float) -> MapPose:
+    def update(self, measured: MapPose, seconds: float) -> MapPose:
         """Take in the pose of an image so many seconds after the one before.
 
         Returns:

@@ -69,7 +69,7 @@ class MotionOf(Generic[Numbers]):
         Args:
             seconds: length of the step, s.
             unseen: (n,) time since each robot was measured at the step's beginning, s.
-            strength: (n,) of their accelerations' densities, see `Manoeuvres`.
+            strength: (n,) of their accelerations' densities, see `ManoeuvreNoise`.
         """
         if seconds <= TUNING.held_seen_s and not np.count_nonzero(unseen):
             return self._straight(seconds, len(unseen), strength)
@@ -115,7 +115,7 @@ class MotionOf(Generic[Numbers]):
         noise[:, 2] += s2 * (1.0 - keep**2)
 
 
-Motion = MotionOf[float]
+MotionModel = MotionOf[float]
 """Of robots that are all alike."""
 
 
@@ -130,7 +130,7 @@ class ClassMotions:
     """
 
     def __init__(self, config: EstimatorConfig) -> None:
-        self.default = motion_of(config)
+        self.default = motion_model(config)
         self.default_speed = _motion(config)[1]
         self.words = f"tracks.max_speed ({2.0 * self.default_speed:g} m/s)"
         if config.classes:
@@ -151,9 +151,9 @@ class ClassMotions:
         return np.array(found).reshape(-1, 2).T
 
 
-def motion_of(config: EstimatorConfig) -> Motion:
+def motion_model(config: EstimatorConfig) -> MotionModel:
     """Return how robots move by the parameters."""
-    return Motion(*_motion(config))
+    return MotionModel(*_motion(config))
 
 
 def _motion(config: EstimatorConfig, class_id: str = "") -> tuple[float, float]:
@@ -161,7 +161,7 @@ def _motion(config: EstimatorConfig, class_id: str = "") -> tuple[float, float]:
     return one.acceleration, 0.5 * one.max_speed
 
 
-def swerved(speed: Array | float) -> Array:
+def manoeuvre_covariance(speed: Array | float) -> Array:
     """Return by how much a swerve that nobody has noticed moves a robot, covariance (…, 2, 2), m².
 
     Args:

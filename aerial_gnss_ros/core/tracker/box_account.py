@@ -42,14 +42,14 @@ class Settled:
     refused: tuple[Rejection, ...] = ()
 
 
-class Account:
+class BoxAccount:
     """Keeps what has been decided until somebody asks."""
 
     def __init__(self) -> None:
         self._used = 0
         self._refused: list[Rejection] = []
 
-    def take(self) -> Settled:
+    def drain(self) -> Settled:
         """Return what was decided since this was asked last."""
         settled = Settled(self._used, tuple(self._refused))
         self._used, self._refused = 0, []
@@ -101,8 +101,8 @@ class Account:
 
     def _cause(self, track: Track, hits: int, images: int, confused: bool) -> Cause:
         """Return the likeliest reason why a track was not confirmed."""
-        if track.strayed:
-            return track.stray_cause
+        if track.rejected:
+            return track.rejection_cause
         if not hits:
             return Cause.CUT_SHORT
         if len(track.hits) >= hits:

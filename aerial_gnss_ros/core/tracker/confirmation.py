@@ -25,14 +25,18 @@ from aerial_gnss_ros.core.faults.formation import Formation
 from aerial_gnss_ros.core.filter.joint_filter import JointFilter
 from aerial_gnss_ros.core.geometry.local_map import LocalMap
 from aerial_gnss_ros.core.identity.encounters import Encounters
-from aerial_gnss_ros.core.identity.label_ambiguity import Spot, exchange
-from aerial_gnss_ros.core.identity.labels import Identity, Sighting
-from aerial_gnss_ros.core.identity.reidentification import Reacquisition, Returns, twins
-from aerial_gnss_ros.core.identity.return_position import Swims
+from aerial_gnss_ros.core.identity.label_ambiguity import Position, exchange_probabilities
+from aerial_gnss_ros.core.identity.labels import ConfirmedTrack, Labels
+from aerial_gnss_ros.core.identity.reidentification import (
+    Reidentification,
+    Returns,
+    duplicate_tracks,
+)
+from aerial_gnss_ros.core.identity.return_position import VelocityLikelihood
 from aerial_gnss_ros.core.models.motion_model import TUNING as MOTION_MODEL
-from aerial_gnss_ros.core.models.motion_model import swerved
+from aerial_gnss_ros.core.models.motion_model import manoeuvre_covariance
 from aerial_gnss_ros.core.numerics.gaussian import gate_threshold, mahalanobis
-from aerial_gnss_ros.core.tracker.confirmation_rule import Pace
+from aerial_gnss_ros.core.tracker.confirmation_rule import ConfirmationRule
 from aerial_gnss_ros.core.values.estimates import State
 
 Array = NDArray[np.float64]
@@ -50,7 +54,7 @@ class ConfirmationTuning:
 TUNING = ConfirmationTuning()
 
 
-class Naming:
+class TrackConfirmation:
     """Confirms tracks and names them.
 
     Args:
@@ -66,16 +70,16 @@ class Naming:
     def __init__(
         self,
         joint: JointFilter,
-        identity: Identity,
+        identity: Labels,
         encounters: Encounters,
         rules: TracksConfig,
     ) -> None:
         self._filter = joint
         self._identity = identity
         self._encounters = encounters
-        self.pace = Pace(rules)
+        self.pace = ConfirmationRule(rules)
         self._threshold = gate_threshold(rules.gate_probability)
-        self._reacquisition = Reacquisition(joint.motion, self._threshold, rules.coast_s)
+        self._reacquisition = Reidentification(joint.motion, self._threshold, rules.coast_s)
         self.reset()
 
     def reset(self) -> None:
@@ -106,7 +110,7 @@ class Naming:
             stamp_ns: of the image, ns.
             lasting: whether they must have lasted `tracks.confirm_window_s`.
         """
-        lasting = lasting or any(track.strayed for track in tracks)
+        lasting = lasting or any(track.rejected for track in tracks)
         begun_ns = stamp_ns - (self.pace.window_ns if lasting else 0)
         found = [row for row, track in enumerate(tracks) if self._is_ready(track, begun_ns)]
         if not found:
@@ -162,7 +166,7 @@ class Naming:
         if min(len(old), len(ready)) < FORMATION.least_robots:
             return None
         classes = [[tracks[a].class_id == tracks[b].class_id for b in ready] for a in old]
-        more = swerved(self._filter.speeds(old))
+        more = manoeuvre_covariance(self._filter.speeds(old))
         more = more if more.ndim == 2 else more[:, None]
         found = self._filter.formation(old, ready, more, np.array(classes, dtype=bool))
         if found is None:
@@ -218,7 +222,7 @@ class Naming:
             The rows that are no longer needed.
         """
         for row, old in found.items():
-            tracks[row].take_over(tracks[old])
+            tracks[row].inherit_label(tracks[old])
             tracks[row].state = State.CONFIRMED
             tracks[row].waits = False
             if moved:
@@ -262,16 +266,16 @@ class Naming:
         for row, name in zip(unknown, names, strict=True):
             tracks[row].robot_id = name
         for row, old in came.found.items():
-            tracks[row].take_over(tracks[old])
-        self._doubt(tracks, came)
+            tracks[row].inherit_label(tracks[old])
+        self._record_alternatives(tracks, came)
         for row, old in came.found.items():
             self._merge(old, row, told)
         for row in ready:
             tracks[row].state = State.CONFIRMED
-        self._tell(tracks, came)
+        self._report_ended(tracks, came)
         return {*came.found.values(), *came.ended, *folded}
 
-    def _tell(self, tracks: list[Track], came: Returns) -> None:
+    def _report_ended(self, tracks: list[Track], came: Returns) -> None:
         """Say which names have ended."""
         for old in sorted(came.ended):
             likely = {p: tracks[new].robot_id for new, p in came.laws[old].items()}
@@ -281,29 +285,33 @@ class Naming:
                 f"its name ends. It is {likely[p]} with a probability of {p:.2f}."
             )
 
-    def _doubt(self, tracks: list[Track], came: Returns) -> None:
+    def _record_alternatives(self, tracks: list[Track], came: Returns) -> None:
         """Let it be known whose the names of robots that came up may be instead."""
         called = {row: track.robot_id for row, track in enumerate(tracks)}
-        exchanges = [exchange(one, other, p) for (one, other), p in came.other.items()]
+        exchanges = [
+            exchange_probabilities(one, other, p) for (one, other), p in came.other.items()
+        ]
         for law in [came.laws, *exchanges]:
             self._encounters.doubt(
                 {called[a]: {called[b]: p for b, p in of.items() if p} for a, of in law.items()}
             )
         for row, share in came.unknown.items():
             old = came.found[row]
-            spot = Spot(self._filter.mean[old, :2], self._filter.covariance[old, :2, :2])
+            spot = Position(self._filter.mean[old, :2], self._filter.covariance[old, :2, :2])
             self._encounters.leave(tracks[row].robot_id, spot, share)
 
     def _merge(self, old: int, new: int, told: bool = True) -> None:
         """Let a track know where the robot was that it turned out to be, which may have swerved."""
-        self._filter.loosen(np.array([old]), self._filter.speeds([old]), MOTION_MODEL.swerve_s)
+        self._filter.inflate_velocities(
+            np.array([old]), self._filter.speeds([old]), MOTION_MODEL.swerve_s
+        )
         self._filter.merge(old, new, told)
 
     def _fold(self, tracks: list[Track], ready: list[int]) -> set[int]:
         """Make one of tracks without names that are of one robot; return the rows that go."""
         if len(ready) < 2:
             return set()
-        pairs = twins(tracks, ready, self._apart(ready, ready), self._threshold)
+        pairs = duplicate_tracks(tracks, ready, self._apart(ready, ready), self._threshold)
         for new, old in pairs.items():
             self._merge(old, new)
             tracks[new].fold(tracks[old])
@@ -313,7 +321,7 @@ class Naming:
         """Return whether a track can get a name; it must have begun by then."""
         if track.state is not State.TENTATIVE or len(track.hits) < self.pace.hits:
             return False
-        if track.strayed or track.first_seen_ns > begun_ns:
+        if track.rejected or track.first_seen_ns > begun_ns:
             return False
         since = sum(image >= track.hits[0] for image in self._images)
         return 2 * len(track.hits) >= since
@@ -326,21 +334,21 @@ class Naming:
         if not away:
             return Returns()
         return self._reacquisition.pairs(
-            tracks, away, ready, self._apart(away, ready), self._swims(ready), stamp_ns, height,
-            self._identity.newcomers((stamp_ns - self._first_ns) * 1e-9),
+            tracks, away, ready, self._apart(away, ready), self._velocity_likelihood(ready),
+            stamp_ns, height, self._identity.newcomers((stamp_ns - self._first_ns) * 1e-9),
         )  # fmt: skip
 
     def _apart(self, old: list[int], new: list[int]) -> tuple[Array, Array]:
         """Return offsets (n, m, 2) between tracks, which may have swerved, and covariances."""
         offsets, spread = self._filter.apart(np.array(old), np.array(new))
-        more = swerved(self._filter.speeds(old))
+        more = manoeuvre_covariance(self._filter.speeds(old))
         return offsets, spread + (more if more.ndim == 2 else more[:, None])
 
-    def _swims(self, rows: list[int]) -> Swims:
+    def _velocity_likelihood(self, rows: list[int]) -> VelocityLikelihood:
         """Return how tracks without names swim, by their boxes."""
         velocities, spread = self._filter.mean[rows, 2:], self._filter.covariance[rows, 2:, 2:]
-        return Swims.of(velocities, spread, self._filter.speeds(rows))
+        return VelocityLikelihood.of(velocities, spread, self._filter.speeds(rows))
 
-    def _sighting(self, track: Track, row: int) -> Sighting:
+    def _sighting(self, track: Track, row: int) -> ConfirmedTrack:
         position, covariance = self._filter.mean[row, :2], self._filter.covariance[row, :2, :2]
-        return Sighting(track.class_id, track.last_seen_ns, position, covariance)
+        return ConfirmedTrack(track.class_id, track.last_seen_ns, position, covariance)

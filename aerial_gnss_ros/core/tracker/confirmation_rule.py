@@ -30,7 +30,7 @@ class ConfirmationRuleTuning:
 TUNING = ConfirmationRuleTuning()
 
 
-class Pace:
+class ConfirmationRule:
     """Follows how often images come.
 
     Args:

@@ -19,8 +19,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aerial_gnss_ros.core.association.track import Track
-from aerial_gnss_ros.core.filter.innovation import Comparison
-from aerial_gnss_ros.core.filter.state import Joint
+from aerial_gnss_ros.core.filter.innovation import PairInnovations
+from aerial_gnss_ros.core.filter.state import JointState
 from aerial_gnss_ros.core.numerics.gaussian import mahalanobis
 from aerial_gnss_ros.core.values.estimates import State
 
@@ -65,13 +65,13 @@ class Fork:
 
     stamp_ns: int
     tracks: list[Track]
-    groups: list[Joint]
+    groups: list[JointState]
     jumped: bool = False
     agreed: int = 0
     calm_s: float = 0.0
 
     @staticmethod
-    def of(stamp_ns: int, tracks: list[Track], groups: list[Joint]) -> Fork:
+    def of(stamp_ns: int, tracks: list[Track], groups: list[JointState]) -> Fork:
         """Return it, with copies of all that changes."""
         return Fork(stamp_ns, copy.deepcopy(tracks), [_copy(one) for one in groups])
 
@@ -117,7 +117,7 @@ class Fork:
         """Rows of tracks that had no name."""
         return [row for row, track in enumerate(self.tracks) if not track.robot_id]
 
-    def take(self, pairs: Comparison, boxes: int, threshold: float) -> bool:
+    def take(self, pairs: PairInnovations, boxes: int, threshold: float) -> bool:
         """Take in an image that the filter cannot explain; return whether this explains it.
 
         Args:
@@ -138,7 +138,7 @@ class Fork:
         return self.agreed >= TUNING.agreeing_images
 
 
-def _copy(joint: Joint) -> Joint:
+def _copy(joint: JointState) -> JointState:
     """Return a copy that shares nothing that changes but what is known of the camera's turns."""
-    shared = joint.sight, joint.turning.unexplained
+    shared = joint.sight, joint.rotation_fault.unexplained
     return copy.deepcopy(joint, {id(one): one for one in shared})

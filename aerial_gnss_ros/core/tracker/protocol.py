@@ -65,7 +65,7 @@ class Tracking(Protocol):
         """
 
     def settled(self) -> Settled:
-        """Return what has been decided of boxes since this was asked last (see `Account`)."""
+        """Return what has been decided of boxes since this was asked last (see `BoxAccount`)."""
 
     def end(self) -> None:
         """Decide on all boxes: nothing more comes."""

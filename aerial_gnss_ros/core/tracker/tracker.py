@@ -36,12 +36,12 @@ from aerial_gnss_ros.core.geometry.local_map import LocalMap
 from aerial_gnss_ros.core.georeferencing.localization import WaterPoints
 from aerial_gnss_ros.core.georeferencing.measurements import Measurements, inside_any, measurements
 from aerial_gnss_ros.core.identity.encounters import Encounters
-from aerial_gnss_ros.core.identity.label_ambiguity import Spot
-from aerial_gnss_ros.core.identity.labels import Identity
+from aerial_gnss_ros.core.identity.label_ambiguity import Position
+from aerial_gnss_ros.core.identity.labels import Labels
 from aerial_gnss_ros.core.models.platform_model import named_errors
 from aerial_gnss_ros.core.numerics.gaussian import gate_threshold
-from aerial_gnss_ros.core.tracker.box_account import Account, Settled
-from aerial_gnss_ros.core.tracker.confirmation import Naming
+from aerial_gnss_ros.core.tracker.box_account import BoxAccount, Settled
+from aerial_gnss_ros.core.tracker.confirmation import TrackConfirmation
 from aerial_gnss_ros.core.tracker.fork import Fork
 from aerial_gnss_ros.core.tracker.protocol import TrackUpdate
 from aerial_gnss_ros.core.values.detection_frame import DetectionFrame
@@ -71,7 +71,7 @@ class Tracker:
     """Associates points on the water with robots and filters each robot (see the module)."""
 
     def __init__(
-        self, config: EstimatorConfig, identity: Identity, log: Events | None = None
+        self, config: EstimatorConfig, identity: Labels, log: Events | None = None
     ) -> None:
         self.filter = JointFilter(config, log)
         self._coast_ns = round(config.tracks.coast_s * 1e9)
@@ -81,11 +81,11 @@ class Tracker:
         threshold = gate_threshold(config.tracks.gate_probability)
         self._matcher = Matcher(self.filter, threshold, config.tracks.confirm_window_s)
         self._encounters = Encounters(self.filter)
-        self._naming = Naming(self.filter, identity, self._encounters, config.tracks)
+        self._naming = TrackConfirmation(self.filter, identity, self._encounters, config.tracks)
         self._picture = ImageTracks(
             config.noise.value("box_center_px"), self.filter.motion.speed_sigma
         )
-        self._account = Account()
+        self._account = BoxAccount()
         self.tracks: list[Track] = []
         self._identity = identity
         self._local: LocalMap | None = None
@@ -103,7 +103,7 @@ class Tracker:
         self._stamp_ns = None
         self._water_altitude = np.nan
         self._height = np.nan
-        self._matcher.confused = False
+        self._matcher.scene_mismatch = False
         self._fork: Fork | None = None
         self._lost_ns: int | None = None
         self._lost_names: set[str] = set()
@@ -126,17 +126,17 @@ class Tracker:
             unused = points.valid
             return TrackUpdate(self._estimates(stamp_ns), {}, unused, np.zeros_like(unused))
         if self.filter.turned:
-            self._matcher.confuse()
-        confused = self._matcher.confused
+            self._matcher.expect_mismatch()
+        confused = self._matcher.scene_mismatch
         rows, columns = self._matcher.match(self.tracks, seen, stamp_ns)
-        if self._matcher.confused and self._is_as_before(seen, stamp_ns):
+        if self._matcher.scene_mismatch and self._is_as_before(seen, stamp_ns):
             rows, columns = self._matcher.match(self.tracks, seen, stamp_ns)
         rows, columns = self._uncontradicted(frame.detections, seen, rows, columns)
-        before = self._strayed()
+        before = self._rejected_count()
         rows, columns, refused = self._correct(seen, rows, columns, stamp_ns)
-        self._doubt(rows, self._strayed() - before, stamp_ns, passed)
-        if confused and not self._matcher.confused:
-            self._come_back(stamp_ns)
+        self._update_ambiguity(rows, self._rejected_count() - before, stamp_ns, passed)
+        if confused and not self._matcher.scene_mismatch:
+            self._reject_unlabelled(stamp_ns)
         started = self._start(seen, np.concatenate([columns, refused]), frame.detections)
         measured = dict(zip(rows.tolist(), seen.index[columns].tolist(), strict=True)) | started
         self._note(measured, frame.detections)
@@ -149,7 +149,7 @@ class Tracker:
         too_fast[seen.index[refused]] = True
         names = {self.tracks[row].robot_id: index for row, index in measured.items()}
         names.pop("", None)
-        stray = {row for row, one in enumerate(self.tracks) if one.strayed and not one.robot_id}
+        stray = {row for row, one in enumerate(self.tracks) if one.rejected and not one.robot_id}
         stray -= {row for row, one in enumerate(self.tracks) if one.once}
         self._drop(updated | stray)
         return TrackUpdate(
@@ -196,11 +196,11 @@ class Tracker:
         for track in self.tracks:
             track.state = State.COASTING
         self.filter.unexplained.returned()
-        self._matcher.confused, self._lost_ns = False, None
+        self._matcher.scene_mismatch, self._lost_ns = False, None
 
     def settled(self) -> Settled:
         """Return what has been decided of boxes since this was asked last (see `Tracking`)."""
-        return self._account.take()
+        return self._account.drain()
 
     def end(self) -> None:
         """Decide on all boxes (see `Tracking`)."""
@@ -212,7 +212,7 @@ class Tracker:
     def _end(self, tracks: list[Track]) -> None:
         """Decide on the boxes of tracks that had their time."""
         pace = self._naming.pace
-        self._account.end(tracks, pace.hits, self._naming.images, self._matcher.confused)
+        self._account.end(tracks, pace.hits, self._naming.images, self._matcher.scene_mismatch)
 
     def _note(self, measured: dict[int, int], boxes: DetectionFrame) -> None:
         """Take in which boxes measured or began which tracks."""
@@ -253,7 +253,7 @@ class Tracker:
             if self.tracks[row].robot_id
         }
         boxes = frame.detections
-        if not named and (unexplained or self._matcher.confused):
+        if not named and (unexplained or self._matcher.scene_mismatch):
             labels = self._picture.followed(boxes)
         else:
             labels = self._picture.measured(boxes, frame.camera, frame.pose.height, named)
@@ -317,7 +317,7 @@ class Tracker:
         named = [i for i, row in enumerate(rows.tolist()) if self.tracks[row].robot_id]
         boxes = columns[named]
         columns[named] = boxes[
-            self._encounters.take(
+            self._encounters.update(
                 [self.tracks[rows[i]] for i in named],
                 rows[named],
                 seen.positions[boxes],
@@ -331,7 +331,7 @@ class Tracker:
             fast = np.isin(rows, impossible)
             rows, columns, refused = rows[~fast], columns[~fast], columns[fast]
             for row in impossible:
-                self.tracks[row].strayed = True
+                self.tracks[row].rejected = True
         velocities, edges = self.filter.mean[:, 2:], seen.edge.tolist()
         spread = self.filter.covariance[:, 2:, 2:]
         for row, column in zip(rows.tolist(), columns.tolist(), strict=True):
@@ -339,17 +339,17 @@ class Tracker:
             self.tracks[row].hit(stamp_ns, self._naming.pace.window_ns, *swims, edges[column])
         return rows, columns, refused
 
-    def _come_back(self, stamp_ns: int) -> None:
+    def _reject_unlabelled(self, stamp_ns: int) -> None:
         """Give up what was only seen while robots were not where they should be."""
         for track in self.tracks:
             if not track.robot_id and not track.waits and track.last_seen_ns < stamp_ns:
-                track.strayed, track.stray_cause = True, Cause.LOST_PLATFORM
+                track.rejected, track.rejection_cause = True, Cause.LOST_PLATFORM
 
-    def _strayed(self) -> int:
+    def _rejected_count(self) -> int:
         """Return how many robots with names were refused a box since they were seen."""
-        return sum(track.strayed for track in self.tracks if track.robot_id)
+        return sum(track.rejected for track in self.tracks if track.robot_id)
 
-    def _doubt(self, rows: Indices, refused: int, stamp_ns: int, passed: float) -> None:
+    def _update_ambiguity(self, rows: Indices, refused: int, stamp_ns: int, passed: float) -> None:
         """Take in whether robots explain an image's boxes: one or two cannot outvote a camera.
 
         Args:
@@ -359,7 +359,7 @@ class Tracker:
             passed: time since the last one, s.
         """
         named = [self.tracks[row] for row in rows if self.tracks[row].robot_id]
-        lost = self._matcher.confused or (refused and refused >= len(named))
+        lost = self._matcher.scene_mismatch or (refused and refused >= len(named))
         if lost and self._lost_ns is None:
             self._lost_ns = stamp_ns
             self._lost_names = {
@@ -387,7 +387,7 @@ class Tracker:
         over = 2 * old > len(named)
         self.filter.doubt(0.0, over=over)
         if over:
-            self._give_up_doubtful()
+            self._drop_unverified()
         self._lost_ns = None
 
     def _start(self, seen: Measurements, columns: Indices, frame: DetectionFrame) -> dict[int, int]:
@@ -419,19 +419,19 @@ class Tracker:
     def _confirm(self, boxes: int, local: LocalMap, stamp_ns: int) -> set[int]:
         """Name the tracks that have hits enough; return the rows that they replace."""
         ready = self._naming.ready(self.tracks, stamp_ns)
-        if self._matcher.confused:
+        if self._matcher.scene_mismatch:
             regrouped = self._regroup(ready)
             if regrouped is not None:
                 return regrouped
-        self._return(ready, boxes)
-        back = not self._matcher.confused or self._naming.are_back(self.tracks, ready, boxes)
+        self._restore_labels(ready, boxes)
+        back = not self._matcher.scene_mismatch or self._naming.are_back(self.tracks, ready, boxes)
         if not back:
             ready = self._naming.ready(self.tracks, stamp_ns, lasting=True)
         if not ready:
             return set()
-        if self._matcher.confused and back:
-            self._give_up_doubtful()
-        self._matcher.confused = False
+        if self._matcher.scene_mismatch and back:
+            self._drop_unverified()
+        self._matcher.scene_mismatch = False
         known = {track.robot_id for track in self.tracks}
         replaced = self._naming.name(self.tracks, ready, stamp_ns, self._height, local, back)
         if not back or self.filter.unexplained.doubt.any():
@@ -440,17 +440,17 @@ class Tracker:
         self._account.confirm(self.tracks)
         return replaced
 
-    def _give_up_doubtful(self) -> None:
+    def _drop_unverified(self) -> None:
         """Give up what was confirmed while robots were elsewhere and is not in view: they are back.
 
         Its place is that of boxes that were wrong.
         """
         for track in self.tracks:
             if track.doubtful and track.state is State.COASTING:
-                track.robot_id, track.strayed = "", True
+                track.robot_id, track.rejected = "", True
             track.doubtful = False
 
-    def _return(self, ready: list[int], boxes: int) -> None:
+    def _restore_labels(self, ready: list[int], boxes: int) -> None:
         """Give robots their old places again where boxes show them there, and nowhere else.
 
         Args:
@@ -465,10 +465,10 @@ class Tracker:
             if track.once:
                 for other in self.tracks:
                     if other.robot_id == track.once:
-                        other.robot_id, other.strayed = "", True
+                        other.robot_id, other.rejected = "", True
                 track.robot_id, track.once = track.once, ""
         self.filter.returned()
-        self._give_up_doubtful()
+        self._drop_unverified()
 
     def _regroup(self, ready: list[int]) -> set[int] | None:
         """Name tracks by how they lie to one another where all robots are elsewhere.
@@ -483,13 +483,13 @@ class Tracker:
         if regrouped is None:
             return None
         found, formation = regrouped
-        self._matcher.confused = False
+        self._matcher.scene_mismatch = False
         self.filter.doubt(0.0, over=not formation.moved)
         if not formation.moved:
-            self._give_up_doubtful()
+            self._drop_unverified()
         if formation.moved and self._naming.at_home(self.tracks, found):
             self.filter.returned()
-            self._give_up_doubtful()
+            self._drop_unverified()
         elif formation.moved:
             away = self._naming.displaced(self.tracks, found)
             self.filter.displaced(formation.turn, formation.spread, away)
@@ -504,13 +504,13 @@ class Tracker:
             return ()
         named.sort(key=lambda row: self.tracks[row].robot_id)
         mean, covariance = self.filter.mean, self.filter.covariance
-        self.filter.add_doubts(covariance)
+        self.filter.add_fault_covariances(covariance)
         if named != list(range(len(mean))):
             mean, covariance = mean[named], covariance[named]
         names = [self.tracks[row].robot_id for row in named]
         if self._encounters.doubtful:
             spots = {
-                name: Spot(mean[i, :2].copy(), covariance[i, :2, :2].copy())
+                name: Position(mean[i, :2].copy(), covariance[i, :2, :2].copy())
                 for i, name in enumerate(names)
             }
             for name, more in self._encounters.doubts(spots).items():

@@ -6,7 +6,7 @@ from __future__ import annotations
 
 import pytest
 
-from aerial_gnss_ros.core.association.clutter import chance
+from aerial_gnss_ros.core.association.clutter import chance_probability
 
 
 @pytest.mark.parametrize(
@@ -15,4 +15,4 @@ from aerial_gnss_ros.core.association.clutter import chance
 )
 def test_the_chance_of_a_false_box_in_a_gate(beside, tracks, share):
     """Boxes within three times the gate are in it by 1/9 each: 1 - exp(-expected number)."""
-    assert chance(beside, tracks) == pytest.approx(share, abs=1e-3)
+    assert chance_probability(beside, tracks) == pytest.approx(share, abs=1e-3)

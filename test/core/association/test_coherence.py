@@ -12,8 +12,8 @@ import pytest
 from aerial_gnss_ros.core.association.coherence import swerves, turns
 from aerial_gnss_ros.core.association.track import Track
 from aerial_gnss_ros.core.faults.noise_level import Innovation, NoiseLevel
-from aerial_gnss_ros.core.faults.rotation_test import explained
-from aerial_gnss_ros.core.filter.innovation import Comparison
+from aerial_gnss_ros.core.faults.rotation_test import fit_rotation
+from aerial_gnss_ros.core.filter.innovation import PairInnovations
 from aerial_gnss_ros.core.models.motion_model import TUNING as MOTION_MODEL
 
 HEIGHT_M, SPEED = 20.0, 0.75
@@ -33,7 +33,7 @@ def filter_of(level=1.0):
     moved = np.array([by_angles(place) for place in PLACES])
 
     def turned_by(rows, offsets, variances):
-        return explained(offsets, variances, moved[rows], MOTION_MODEL.swerve_s * SPEED)[2]
+        return fit_rotation(offsets, variances, moved[rows], MOTION_MODEL.swerve_s * SPEED)[2]
 
     noise = NoiseLevel()
     noise.level = level
@@ -44,7 +44,7 @@ def pairs_of(offsets):
     """Return a box for each robot, so far from where it was expected (n, 2)."""
     every = np.arange(len(offsets))
     spread = np.tile(SIGMA**2 * np.eye(2), (len(offsets), 1, 1))
-    return Comparison(every, every, np.array(offsets, dtype=float), spread)
+    return PairInnovations(every, every, np.array(offsets, dtype=float), spread)
 
 
 def turned(degrees):
@@ -70,7 +70,7 @@ def test_robots_off_by_themselves_have_swerved(offsets, left, chosen, count):
 
 def test_a_box_is_one_robots():
     one = pairs_of([[0.5, 0.1], [-0.4, 0.3], [0.0, 0.0], [0.1, 0.0]])
-    shared = Comparison(one.rows, np.array([0, 0, 2, 3]), one.offsets, one.spread)
+    shared = PairInnovations(one.rows, np.array([0, 0, 2, 3]), one.offsets, one.spread)
     assert swerves(filter_of(), shared, [0, 1], [2, 3], THRESHOLD) == 1
 
 

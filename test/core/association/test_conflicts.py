@@ -8,7 +8,7 @@ from collections import deque
 
 import pytest
 
-from aerial_gnss_ros.core.association.conflicts import kept, undisputed
+from aerial_gnss_ros.core.association.conflicts import keep_established, without_disputed
 from aerial_gnss_ros.core.association.track import Track
 from aerial_gnss_ros.core.values.estimates import State
 
@@ -25,7 +25,7 @@ def test_a_box_stays_with_the_robot_that_wears_it(beside, away_ns, wears):
         Track("aqua", 0, last, State.COASTING, f"aqua_{last}", deque(sorted(hits)))
         for last, hits in ((9, {9, *both}), (7, {5, 7}))
     ]
-    rows = kept(tracks, [0, 1], [0, 0], [1], [0, 1], away_ns)
+    rows = keep_established(tracks, [0, 1], [0, 0], [1], [0, 1], away_ns)
     assert rows == [wears]
 
 
@@ -47,4 +47,4 @@ def test_a_box_that_may_be_of_a_robot_out_of_sight_for_longer_updates_nobody(gon
     ]
     kind = ["robot" if gone <= 2.0 else "" for gone in gone_s]
     log = [-0.5 * one**2 for one in off]
-    assert undisputed(tracks, [0, 1], [0, 0], [0], log, kind, now) == kept_by
+    assert without_disputed(tracks, [0, 1], [0, 0], [0], log, kind, now) == kept_by

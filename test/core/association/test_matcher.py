@@ -16,7 +16,7 @@ from aerial_gnss_ros.core.association.matcher import Matcher
 from aerial_gnss_ros.core.association.track import TUNING as TRACK
 from aerial_gnss_ros.core.association.track import Track
 from aerial_gnss_ros.core.faults.noise_level import NoiseLevel
-from aerial_gnss_ros.core.filter.innovation import Comparison
+from aerial_gnss_ros.core.filter.innovation import PairInnovations
 from aerial_gnss_ros.core.georeferencing.measurements import Measurements
 from aerial_gnss_ros.core.values.estimates import State
 from aerial_gnss_ros.core.values.events import Events
@@ -35,10 +35,10 @@ def _joint(pairs, speed=0.0):
         compare=lambda *_: pairs,
         motions=SimpleNamespace(largest=speed),
         speeds=lambda _: speed,
-        monitor=SimpleNamespace(take_matches=lambda *_: None),
+        monitor=SimpleNamespace(update_matches=lambda *_: None),
         noise=NoiseLevel(),
-        loosen=lambda *_: None,
-        found=lambda *_: None,
+        inflate_velocities=lambda *_: None,
+        update_reacquired=lambda *_: None,
         log=Events(),
     )
 
@@ -52,9 +52,9 @@ def test_a_near_miss_is_a_free_box_just_outside_the_gate_of_a_robot_without_one(
     counted = []
     rows, columns = np.divmod(np.arange(9), 3)
     offsets = np.column_stack([np.sqrt(squared.ravel()), np.zeros(9)])
-    pairs = Comparison(rows, columns, offsets, np.tile(np.eye(2), (9, 1, 1)))
+    pairs = PairInnovations(rows, columns, offsets, np.tile(np.eye(2), (9, 1, 1)))
     joint = _joint(pairs)
-    joint.monitor.take_matches = lambda *both: counted.append(both)
+    joint.monitor.update_matches = lambda *both: counted.append(both)
     tracks = [Track("aqua", 0, 9, State.COASTING, f"aqua_{i}", deque([9])) for i in range(3)]
     seen = boxes(3)
     Matcher(joint, 9.0, 2.0).match(tracks, seen, 10)
@@ -95,7 +95,7 @@ def test_a_robot_swerves_with_two_boxes_where_one_may_be_false(stray, began, hit
         tracks.append(Track("aqua", began, max(hits), State.TENTATIVE, "", deque(hits)))
         offsets.append((0.05, 0.0))
     every = np.arange(len(tracks))
-    pairs = Comparison(
+    pairs = PairInnovations(
         every,
         np.zeros_like(every),
         np.array(offsets),
@@ -105,8 +105,8 @@ def test_a_robot_swerves_with_two_boxes_where_one_may_be_false(stray, began, hit
     seen = boxes(1)
     matcher = Matcher(joint, 11.6, 2.0)
     for _ in range(99):
-        matcher._clutter.take(0, 1, 0, 0)
-    matcher._clutter.take(8, 20, 20, stray)
+        matcher._clutter.update(0, 1, 0, 0)
+    matcher._clutter.update(8, 20, 20, stray)
     rows, columns = matcher.match(tracks, seen, 9)
     assert list(zip(rows.tolist(), columns.tolist(), strict=True)) == taken
 
@@ -123,13 +123,13 @@ def test_one_box_in_a_wide_gate_is_not_the_robots_where_it_may_be_false(
     now = 1000 * second
     left = now - round(unseen_s * second)
     joint = _joint(
-        Comparison(np.zeros(1, int), np.zeros(1, int), np.array([[1.0, 0.0]]), np.eye(2)[None])
+        PairInnovations(np.zeros(1, int), np.zeros(1, int), np.array([[1.0, 0.0]]), np.eye(2)[None])
     )
     matcher = Matcher(joint, 11.6, 2.0)
-    matcher._clutter.take(0, 80, 0, 0)
+    matcher._clutter.update(0, 80, 0, 0)
     for _ in range(99):
-        matcher._clutter.take(0, 0, 0, 0)
-    matcher._clutter.take(now - round(image_s * second), 20, 20, stray)
+        matcher._clutter.update(0, 0, 0, 0)
+    matcher._clutter.update(now - round(image_s * second), 20, 20, stray)
     seen = boxes(1)
     robot = Track("aqua", 0, left, State.COASTING, "aqua_1", deque([left]))
     rows, _ = matcher.match([robot], seen, now)
@@ -155,7 +155,9 @@ def _image(inside, leaving=()):
     ]
     every = np.arange(len(inside))
     offsets = [[0.0 if one else 9.0, 0.0] for one in inside]
-    pairs = Comparison(every, every, np.array(offsets), np.tile(np.eye(2), (len(inside), 1, 1)))
+    pairs = PairInnovations(
+        every, every, np.array(offsets), np.tile(np.eye(2), (len(inside), 1, 1))
+    )
     return tracks, pairs, boxes(len(inside)), now
 
 
@@ -179,14 +181,14 @@ def _image(inside, leaving=()):
 def test_images_are_believed_again_when_robots_are_where_they_should_be(images, confused):
     found = []
     joint = _joint(None)
-    joint.found = lambda rows, *_: found.append(len(rows))
+    joint.update_reacquired = lambda rows, *_: found.append(len(rows))
     matcher = Matcher(joint, 9.0, 2.0)
     for inside in images:
         tracks, pairs, seen, now = _image(inside)
         joint.compare = lambda *_, pairs=pairs: pairs
         rows, _ = matcher.match(tracks, seen, now)
         assert len(rows) == found[-1]
-    assert matcher.confused is confused
+    assert matcher.scene_mismatch is confused
 
 
 def test_robots_that_left_the_picture_are_not_missing():
@@ -195,7 +197,7 @@ def test_robots_that_left_the_picture_are_not_missing():
     matcher = Matcher(joint, 9.0, 2.0)
     rows, _ = matcher.match(tracks, seen, now)
     assert rows.tolist() == [0]
-    assert not matcher.confused
+    assert not matcher.scene_mismatch
     assert joint.log.drain() == []
 
 
@@ -216,8 +218,8 @@ def test_the_box_of_a_robot_that_leaves_is_no_other_robots():
     joint = _joint(pairs)
     seen = boxes(2)
     kept = pairs.columns < 2  # the third robot has no box
-    pairs = Comparison(*(one[kept] for one in vars(pairs).values()))
+    pairs = PairInnovations(*(one[kept] for one in vars(pairs).values()))
     joint.compare = lambda *_: pairs
     matcher = Matcher(joint, 9.0, 2.0)
     matcher.match(tracks, seen, now)
-    assert not matcher.confused
+    assert not matcher.scene_mismatch

@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 
 from aerial_gnss_ros.core.faults.attitude_ambiguity import TUNING as ATTITUDE_AMBIGUITY
-from aerial_gnss_ros.core.faults.attitude_ambiguity import Unexplained
+from aerial_gnss_ros.core.faults.attitude_ambiguity import AttitudeAmbiguity
 from aerial_gnss_ros.core.faults.rotation_fault import TUNING as ROTATION_FAULT
-from aerial_gnss_ros.core.faults.rotation_fault import Turning
+from aerial_gnss_ros.core.faults.rotation_fault import RotationFault
 from aerial_gnss_ros.core.models.measurement_model import pose_jacobian
 
 OFFSETS = np.array([[10.0, 60.0, -80.0], [-20.0, 30.0, -80.0]])
@@ -25,30 +25,30 @@ def _degrees(unexplained):
 
 def _lost(seconds):
     """Return it after boxes that no robots explained, 10 a second."""
-    unexplained = Unexplained(ROTATION_FAULT.largest_angle_rad)
+    unexplained = AttitudeAmbiguity(ROTATION_FAULT.largest_angle_rad)
     for _ in range(round(10 * seconds)):
         unexplained.predict(0.1, 1.0)
-        unexplained.take(0.1)
+        unexplained.update(0.1)
     return unexplained
 
 
 def test_boxes_that_nobody_explains_make_the_angle_unknown_until_robots_are_back():
-    unexplained = Unexplained(ROTATION_FAULT.largest_angle_rad)
-    unexplained.take(0.5)
-    unexplained.take(0.5)
+    unexplained = AttitudeAmbiguity(ROTATION_FAULT.largest_angle_rad)
+    unexplained.update(0.5)
+    unexplained.update(0.5)
     # 20 deg/s for a second and what was not noticed at first
     assert _degrees(unexplained) == pytest.approx(26.0)
     for _ in range(10):
-        unexplained.take(0.5)
+        unexplained.update(0.5)
     assert _degrees(unexplained) == pytest.approx(math.degrees(ROTATION_FAULT.largest_angle_rad))
-    unexplained.take(0.0, over=True)
+    unexplained.update(0.0, over=True)
     assert not unexplained.doubt.any()
-    unexplained.take(0.1)
-    unexplained.take(0.0)  # one image
+    unexplained.update(0.1)
+    unexplained.update(0.0)  # one image
     assert not unexplained.doubt.any()
-    unexplained.take(0.5)
-    unexplained.take(0.5)
-    unexplained.take(0.0)  # others than before, or elsewhere
+    unexplained.update(0.5)
+    unexplained.update(0.5)
+    unexplained.update(0.0)  # others than before, or elsewhere
     assert unexplained.doubt.any()
 
 
@@ -56,8 +56,8 @@ def test_robots_found_where_they_should_be_end_the_doubt():
     """One box beside a lone robot, which then needs 2 s until it is that robot again."""
     unexplained = _lost(2.0)
     spread = 1.8**2 * np.eye(2)  # m², of a robot unseen for 2 s
-    unexplained.found(2.0, BY_ANGLES[0], np.array([0.3, -0.5]), spread)
-    unexplained.take(0.0)
+    unexplained.update_reacquired(2.0, BY_ANGLES[0], np.array([0.3, -0.5]), spread)
+    unexplained.update(0.0)
     assert (_degrees(unexplained) < 1.0).all()
     # of a robot far from it too, though about the sight of the first one all angles are possible
     assert (
@@ -65,7 +65,7 @@ def test_robots_found_where_they_should_be_end_the_doubt():
     )
     unexplained.predict(1.0, 1.0)
     before = unexplained.doubt
-    unexplained.found(3.0, BY_ANGLES[1], np.array([2.0, 1.0]), 6.0 * np.eye(2))
+    unexplained.update_reacquired(3.0, BY_ANGLES[1], np.array([2.0, 1.0]), 6.0 * np.eye(2))
     assert np.trace(unexplained.doubt) <= 0.3 * np.trace(before)
 
 
@@ -73,53 +73,53 @@ def test_robots_found_elsewhere_or_anew_do_not():
     """A camera that turned by 20 deg shows a robot 34 m off; at its gate's edge it is in doubt."""
     turned = BY_ANGLES[0] @ np.radians([0.0, 20.0, 0.0])
     unexplained = _lost(2.0)
-    unexplained.found(2.0, BY_ANGLES[0], turned, 1.8**2 * np.eye(2))
+    unexplained.update_reacquired(2.0, BY_ANGLES[0], turned, 1.8**2 * np.eye(2))
     assert _degrees(unexplained)[1] > 10.0
     # the same in a gate as wide: neither
     unexplained = _lost(2.0)
-    unexplained.found(60.0, BY_ANGLES[0], turned, 40.0**2 * np.eye(2))
+    unexplained.update_reacquired(60.0, BY_ANGLES[0], turned, 40.0**2 * np.eye(2))
     assert _degrees(unexplained)[1] > 10.0
     # last seen when the camera had already turned
     unexplained = _lost(2.0)
     before = unexplained.doubt
-    unexplained.found(1.0, BY_ANGLES[0], np.zeros(2), 1.8**2 * np.eye(2))
+    unexplained.update_reacquired(1.0, BY_ANGLES[0], np.zeros(2), 1.8**2 * np.eye(2))
     assert unexplained.doubt == pytest.approx(before)
 
 
 def test_any_number_of_robots_may_be_found():
     unexplained = _lost(2.0)
     for _ in range(1000):
-        unexplained.found(2.0, BY_ANGLES[0], np.zeros(2), 1e-4 * np.eye(2))
-        unexplained.found(2.0, BY_ANGLES[1], np.array([50.0, 0.0]), 1e-4 * np.eye(2))
+        unexplained.update_reacquired(2.0, BY_ANGLES[0], np.zeros(2), 1e-4 * np.eye(2))
+        unexplained.update_reacquired(2.0, BY_ANGLES[1], np.array([50.0, 0.0]), 1e-4 * np.eye(2))
         assert np.isfinite(unexplained.doubt).all()
         assert np.linalg.eigvalsh(unexplained.doubt).min() > -1e-12
 
 
 def test_robots_tell_of_all_times_since_they_were_seen():
     unexplained = _lost(2.0)
-    unexplained.take(0.0)
+    unexplained.update(0.0)
     unexplained.predict(5.0, 1.0)
     for _ in range(10):
         unexplained.predict(0.1, 1.0)
-        unexplained.take(0.1)
+        unexplained.update(0.1)
     spread = 0.1**2 * np.eye(2)
     # one seen between the two times tells of the second only
-    unexplained.found(2.0, BY_ANGLES[0], np.zeros(2), spread)
+    unexplained.update_reacquired(2.0, BY_ANGLES[0], np.zeros(2), spread)
     assert _degrees(unexplained) == pytest.approx(
         [math.degrees(ROTATION_FAULT.largest_angle_rad)] * 3, rel=1e-3
     )
     # two seen before both: it has not turned, or as much back
-    unexplained.found(8.0, BY_ANGLES[0], np.zeros(2), spread)
-    unexplained.found(8.0, BY_ANGLES[1], np.zeros(2), spread)
+    unexplained.update_reacquired(8.0, BY_ANGLES[0], np.zeros(2), spread)
+    unexplained.update_reacquired(8.0, BY_ANGLES[1], np.zeros(2), spread)
     assert not unexplained.doubt.any()
 
 
 @pytest.mark.parametrize(("back_deg", "share"), [(-30.0, 1.0 / (1.0 + math.exp(3.0))), (20.0, 1.0)])
 def test_telemetry_that_jumps_back_was_wrong_meanwhile(back_deg, share):
-    unexplained = Unexplained(ROTATION_FAULT.largest_angle_rad)
+    unexplained = AttitudeAmbiguity(ROTATION_FAULT.largest_angle_rad)
     assert not unexplained.jumped(np.radians([0.0, 0.0, 30.0]), 0.1)
     for _ in range(10):
-        unexplained.take(0.1)
+        unexplained.update(0.1)
         unexplained.predict(0.1, 1.0)
     before = unexplained.doubt
     assert unexplained.jumped(np.radians([0.5, 0.0, back_deg]), 0.1) is (share < 1.0)
@@ -127,12 +127,12 @@ def test_telemetry_that_jumps_back_was_wrong_meanwhile(back_deg, share):
 
 
 def test_many_times_are_kept_as_few():
-    unexplained = Unexplained(ROTATION_FAULT.largest_angle_rad)
+    unexplained = AttitudeAmbiguity(ROTATION_FAULT.largest_angle_rad)
     for _ in range(20):
         for _ in range(3):
             unexplained.predict(0.1, 1.0)
-            unexplained.take(0.1)
-        unexplained.take(0.0)
+            unexplained.update(0.1)
+        unexplained.update(0.0)
         unexplained.predict(1.0, 1.0)
     assert len(unexplained.episodes) == ATTITUDE_AMBIGUITY.episodes
     # 12 deg each: 20 (0.3 + 0.3)
@@ -144,7 +144,7 @@ def test_robots_that_all_were_elsewhere_may_be_as_far_off_in_any_direction():
     unexplained = _lost(0.5)
     unexplained.displaced(np.zeros(3), np.zeros((3, 3)), 36.0)
     assert unexplained.apart == 36.0
-    turning = Turning(unexplained)
+    turning = RotationFault(unexplained)
     turning.add(2)
     turning.spread(np.arange(2), BY_ANGLES, seen=False)
     assert (np.linalg.eigvalsh(turning.of_places) >= 36.0 - 1e-9).all()
@@ -155,7 +155,7 @@ def test_robots_that_all_were_elsewhere_may_be_as_far_off_in_any_direction():
 
 
 def test_a_receiver_that_is_back_takes_its_own_doubt_away_and_no_other():
-    unexplained = Unexplained(ROTATION_FAULT.largest_angle_rad)
+    unexplained = AttitudeAmbiguity(ROTATION_FAULT.largest_angle_rad)
     unexplained.shifted(2500.0)
     assert unexplained.doubts
     unexplained.displaced(np.zeros(3), np.zeros((3, 3)), 36.0)
@@ -167,12 +167,12 @@ def test_a_receiver_that_is_back_takes_its_own_doubt_away_and_no_other():
 def test_a_robot_found_farther_off_than_it_swims_was_displaced_by_something():
     """Nothing so small is expected of a turn, and yet something contradicted the robots before."""
     unexplained = _lost(2.0)
-    unexplained.found(2.0, BY_ANGLES[0], np.array([1.0, 1.0]), 1.1 * np.eye(2))
+    unexplained.update_reacquired(2.0, BY_ANGLES[0], np.array([1.0, 1.0]), 1.1 * np.eye(2))
     assert unexplained.apart == 0.0
-    unexplained.found(2.0, BY_ANGLES[0], np.array([3.0, 2.0]), 1.5 * np.eye(2))
+    unexplained.update_reacquired(2.0, BY_ANGLES[0], np.array([3.0, 2.0]), 1.5 * np.eye(2))
     assert unexplained.apart == pytest.approx(13.0 - 3.0)
-    unexplained.take(0.0, over=True)  # it was seen before, and most are where they should be
+    unexplained.update(0.0, over=True)  # it was seen before, and most are where they should be
     assert unexplained.apart == 0.0
     later = _lost(2.0)
-    later.found(1.0, BY_ANGLES[0], np.array([3.0, 2.0]), 1.5 * np.eye(2))
+    later.update_reacquired(1.0, BY_ANGLES[0], np.array([3.0, 2.0]), 1.5 * np.eye(2))
     assert later.apart == 0.0  # of times before it was last seen it tells nothing

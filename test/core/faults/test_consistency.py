@@ -17,7 +17,7 @@ STATED = np.diag([1.44, 1.44, 0.09, *[math.radians(0.4) ** 2] * 2, math.radians(
 
 def fed(monitor: InnovationMonitor, ratio: float, images: int = 100) -> list[str]:
     """Return what it says to images of one robot that fit so well."""
-    said = [monitor.take(2.0 * ratio, 2) for _ in range(images)]
+    said = [monitor.update(2.0 * ratio, 2) for _ in range(images)]
     return [sentence for sentence in said if sentence]
 
 
@@ -40,7 +40,7 @@ def test_complains_while_boxes_lie_too_far_off():
 
 def test_says_where_the_filter_allows_for_noise_larger_than_stated():
     monitor = InnovationMonitor()
-    said = [monitor.take(2.0, 2, 4.0) for _ in range(100)]
+    said = [monitor.update(2.0, 2, 4.0) for _ in range(100)]
     (begin,) = filter(None, said)
     assert "Boxes lie 2.0 times" in begin
     assert "less certain than published" not in begin
@@ -77,12 +77,12 @@ def test_several_errors_at_once_are_told_one_after_the_other():
 def test_boxes_just_outside_their_gates_are_a_complaint_while_they_are_many():
     monitor = InnovationMonitor()
     for _ in range(50):
-        monitor.take_matches(97, 3)
+        monitor.update_matches(97, 3)
     assert monitor.complaints == ()  # three in a hundred, and no more
     for _ in range(50):
-        monitor.take_matches(5, 5)
+        monitor.update_matches(5, 5)
     (words,) = monitor.complaints
     assert "400 of 5500 boxes lie outside" in words
     for _ in range(100):
-        monitor.take_matches(10, 0)
+        monitor.update_matches(10, 0)
     assert monitor.complaints == ()

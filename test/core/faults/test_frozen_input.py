@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from aerial_gnss_ros.core.camera.model import CameraModel
-from aerial_gnss_ros.core.faults.frozen_input import Standstill
+from aerial_gnss_ros.core.faults.frozen_input import FrozenInputDetector
 from aerial_gnss_ros.core.geometry.frames import matrix_from_rpy
 from aerial_gnss_ros.core.models.measurement_model import MapPose
 from aerial_gnss_ros.core.values.detection_frame import DetectionFrame
@@ -31,7 +31,7 @@ def frame(i, u=500.0, score=0.8):
 
 
 def pictures(frames, poses):
-    still = Standstill(2.0)
+    still = FrozenInputDetector(2.0)
     return [still.picture(one, CAMERA, at) for one, at in zip(frames, poses, strict=True)]
 
 
@@ -60,7 +60,7 @@ def test_images_without_boxes_tell_nothing():
 
 
 def told(easts, rate=10):
-    still = Standstill(2.0)
+    still = FrozenInputDetector(2.0)
     return [still.telemetry(i * 10**9 // rate, pose(east)) for i, east in enumerate(easts)]
 
 

@@ -6,16 +6,16 @@ from __future__ import annotations
 
 import numpy as np
 
-from aerial_gnss_ros.core.faults.gnss_jump import PositionJumps
+from aerial_gnss_ros.core.faults.gnss_jump import GnssJumpDetector
 from aerial_gnss_ros.core.values.events import Events
 
 
 def fly(easts):
     """Positions each 0.1 s of a drone that hovers, but for jumps; what each image was told."""
-    jumps, place, told = PositionJumps(Events()), 0.0, []
+    jumps, place, told = GnssJumpDetector(Events()), 0.0, []
     for east in easts:
         now = np.array([east, 0.0, 20.0])
-        settled, jump = jumps.take(now, np.array([place, 0.0, 20.0]), 0.1)
+        settled, jump = jumps.update(now, np.array([place, 0.0, 20.0]), 0.1)
         place += 0.0 if jump is None else jump[0]
         told.append((settled, 0.0 if jump is None else float(jump[0]), jumps.returned))
     return told
@@ -42,14 +42,14 @@ def test_another_jump_is_not_the_way_back():
 
 
 def test_it_says_when_positions_leave_and_how_far_they_are():
-    jumps, told = PositionJumps(Events()), []
+    jumps, told = GnssJumpDetector(Events()), []
     for east, expected in [(0.0, 0.0), (50.0, 0.0), (50.0, 0.0)]:
-        jumps.take(np.array([east, 0.0, 20.0]), np.array([expected, 0.0, 20.0]), 2.0)
+        jumps.update(np.array([east, 0.0, 20.0]), np.array([expected, 0.0, 20.0]), 2.0)
         told.append((jumps.began, float(jumps.believed[0])))
-    jumps.take(np.array([50.0, 0.0, 20.0]), np.array([0.0, 0.0, 20.0]), 2.0)
+    jumps.update(np.array([50.0, 0.0, 20.0]), np.array([0.0, 0.0, 20.0]), 2.0)
     assert [*told, float(jumps.believed[0])] == [(False, 0.0), (True, 0.0), (False, 0.0), 50.0]
-    jumps.take(np.array([100.0, 0.0, 20.0]), np.array([50.0, 0.0, 20.0]), 2.0)
+    jumps.update(np.array([100.0, 0.0, 20.0]), np.array([50.0, 0.0, 20.0]), 2.0)
     assert not jumps.began  # they had left before
-    jumps.take(np.array([0.0, 0.0, 20.0]), np.array([50.0, 0.0, 20.0]), 2.0)
+    jumps.update(np.array([0.0, 0.0, 20.0]), np.array([50.0, 0.0, 20.0]), 2.0)
     assert jumps.returned
     assert not jumps.believed.any()

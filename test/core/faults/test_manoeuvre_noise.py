@@ -8,8 +8,8 @@ import math
 
 import numpy as np
 
-from aerial_gnss_ros.core.faults.manoeuvre_noise import Manoeuvres
-from aerial_gnss_ros.core.models.motion_model import Motion
+from aerial_gnss_ros.core.faults.manoeuvre_noise import ManoeuvreNoise
+from aerial_gnss_ros.core.models.motion_model import MotionModel
 
 DT, STATED, BOX_M = 0.1, 0.05, 0.03
 
@@ -21,9 +21,9 @@ def followed(paths: np.ndarray, seed: int = 0) -> list[np.ndarray]:
     """
     boxes = paths + BOX_M * np.random.default_rng(seed).standard_normal(paths.shape)
     n = paths.shape[1]
-    found = Manoeuvres()
+    found = ManoeuvreNoise()
     found.add(n)
-    motion, state = Motion(STATED, 0.75), np.zeros((n, 2, 2))  # robot; place, velocity; axis
+    motion, state = MotionModel(STATED, 0.75), np.zeros((n, 2, 2))  # robot; place, velocity; axis
     spread = np.tile(np.diag([100.0, 0.56]), (n, 1, 1))
     step = np.array([[1.0, DT], [0.0, 1.0]])
     strengths = []
@@ -36,7 +36,7 @@ def followed(paths: np.ndarray, seed: int = 0) -> list[np.ndarray]:
         change = gain[:, :, None] * (seen - state[:, 0])[:, None, :]
         less = gain[:, :, None] * spread[:, None, 0, :]
         state, spread = state + change, spread - less
-        found.take(np.arange(n), change[:, 1], 2.0 * less[:, 1, 1])
+        found.update(np.arange(n), change[:, 1], 2.0 * less[:, 1, 1])
         strengths.append(found.strength.copy())
     return strengths
 
@@ -70,7 +70,7 @@ def test_what_all_robots_seem_to_do_is_the_cameras():
 
 
 def test_a_robot_that_turned_out_to_be_another_keeps_its_strength():
-    found = Manoeuvres()
+    found = ManoeuvreNoise()
     found.add(3)
     found.strength[:] = 1.0, 5.0, 1.0
     found.inherit(1, 2)

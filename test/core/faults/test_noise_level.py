@@ -25,7 +25,7 @@ def fed(level: NoiseLevel, offsets: np.ndarray, uneven: bool = False) -> NoiseLe
     for stamp_ns, image in zip(stamps.tolist(), (offsets @ ROOT.T).tolist(), strict=True):
         now = [Innovation(stamp_ns, east, north, VARIANCES) for east, north in image]
         last = [(*before[-2:], one) for before, one in zip(last, now, strict=True)]
-        level.take(last)
+        level.update(last)
     return level
 
 

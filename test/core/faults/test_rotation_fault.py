@@ -11,12 +11,12 @@ import numpy as np
 import pytest
 
 from aerial_gnss_ros.core.faults.rotation_fault import TUNING as ROTATION_FAULT
-from aerial_gnss_ros.core.faults.rotation_fault import Turning
+from aerial_gnss_ros.core.faults.rotation_fault import RotationFault
 from aerial_gnss_ros.core.faults.rotation_test import TUNING as ROTATION_TEST
-from aerial_gnss_ros.core.faults.rotation_test import explained
-from aerial_gnss_ros.core.filter.state import Joint
+from aerial_gnss_ros.core.faults.rotation_test import fit_rotation
+from aerial_gnss_ros.core.filter.state import JointState
 from aerial_gnss_ros.core.models.measurement_model import pose_jacobian
-from aerial_gnss_ros.core.models.motion_model import Motion
+from aerial_gnss_ros.core.models.motion_model import MotionModel
 from aerial_gnss_ros.core.values.estimates import State
 
 STATED = 0.06**2
@@ -29,7 +29,7 @@ SWERVES = ROTATION_TEST.swerve_share * 1.5
 @pytest.mark.parametrize("axis", [0, 1, 2])
 def test_robots_that_all_move_as_one_turn_would_have_it_are_a_turn(axis):
     turn = np.radians(2.0) * np.eye(3)[axis]
-    found, spread, gain = explained(-BY_ANGLES @ turn, np.full(3, STATED), BY_ANGLES, SWERVES)
+    found, spread, gain = fit_rotation(-BY_ANGLES @ turn, np.full(3, STATED), BY_ANGLES, SWERVES)
     assert found == pytest.approx(turn, abs=math.radians(0.05))  # drawn a little to none
     assert gain > 2.0 * ROTATION_FAULT.begins_nats
     # 0.06 m/s at 36 m is 0.1 deg/s; three robots tell it somewhat better
@@ -41,7 +41,7 @@ def test_robots_that_obey_are_no_turn(count):
     """50 000 seconds' worth: none by chance."""
     rng = np.random.default_rng(count)
     most = max(
-        explained(sums, np.full(count, STATED), BY_ANGLES[:count], SWERVES)[2]
+        fit_rotation(sums, np.full(count, STATED), BY_ANGLES[:count], SWERVES)[2]
         for sums in 0.06 * rng.standard_normal((5000, count, 2))
     )
     assert most < ROTATION_FAULT.begins_nats - 3.0
@@ -49,14 +49,14 @@ def test_robots_that_obey_are_no_turn(count):
 
 def test_robots_that_swerve_each_by_itself_are_no_turn():
     changes = np.array([[0.7, 0.0], [-0.3, 0.5], [0.0, -0.6]])
-    assert explained(changes, np.full(3, STATED), BY_ANGLES, SWERVES)[2] < 0.0
+    assert fit_rotation(changes, np.full(3, STATED), BY_ANGLES, SWERVES)[2] < 0.0
     one = np.array([[0.7, 0.3], [0.0, 0.02], [-0.03, 0.0]])
-    assert explained(one, np.full(3, STATED), BY_ANGLES, SWERVES)[2] < 0.0
+    assert fit_rotation(one, np.full(3, STATED), BY_ANGLES, SWERVES)[2] < 0.0
 
 
 @pytest.mark.parametrize(("speed", "turns"), [(0.6, False), (1.6, True)])
 def test_of_one_robot_alone_only_its_speed_tells(speed, turns):
-    gain = explained(np.array([[0.0, speed]]), np.full(1, STATED), BY_ANGLES[:1], SWERVES)[2]
+    gain = fit_rotation(np.array([[0.0, speed]]), np.full(1, STATED), BY_ANGLES[:1], SWERVES)[2]
     assert (gain > ROTATION_FAULT.begins_nats) is turns
 
 
@@ -74,7 +74,7 @@ def test_the_least_turn_that_is_told(count, least, most, axis, height):
         moved = -by_angles[:, :, axis]
         moved *= speed / np.linalg.norm(moved, axis=1).mean()
         if (
-            explained(moved, np.full(count, STATED), by_angles, SWERVES)[2]
+            fit_rotation(moved, np.full(count, STATED), by_angles, SWERVES)[2]
             > ROTATION_FAULT.begins_nats
         ):
             break
@@ -108,7 +108,7 @@ def _flown(turning, by_angles, changed, loosened, seconds, rng):
         turning.predict(dt, 1.0, q * dt * ones)
         hit = loosened.get(image, [])
         P[hit] += 0.75**2 * np.array([[0.25, 0.5], [0.5, 1.0]])
-        turning.loosened(np.array(hit, np.intp), 0.75**2)
+        turning.note_inflation(np.array(hit, np.intp), 0.75**2)
         gain = P[:, :, 0] / (P[:, 0, 0] + of_box)[:, None]
         off = place + 0.05 * rng.standard_normal((count, 2)) - mean[:, :, 0]
         expected = 2.0 * gain[:, 1] * P[:, 1, 0]
@@ -132,14 +132,14 @@ def test_robots_that_were_taken_for_swerving_are_no_turn(monkeypatch):
     near, gains = BY_ANGLES[:2] / 3.0, []
 
     def heard(*given):
-        found = explained(*given)
+        found = fit_rotation(*given)
         gains.append(found[2])
         return found
 
-    monkeypatch.setattr("aerial_gnss_ros.core.faults.rotation_fault.explained", heard)
+    monkeypatch.setattr("aerial_gnss_ros.core.faults.rotation_fault.fit_rotation", heard)
     for seed in range(10):
         rng = np.random.default_rng(seed)
-        list(_flown(Turning(), near, lambda _t: 0.0, STRAYS, 100.0, rng))
+        list(_flown(RotationFault(), near, lambda _t: 0.0, STRAYS, 100.0, rng))
     assert len(gains) > 1500
     assert max(gains) < 0.0
 
@@ -148,7 +148,7 @@ def test_robots_that_were_taken_for_swerving_are_no_turn(monkeypatch):
 def test_a_turn_is_told_from_robots_that_were_loosened_when_it_began(axis):
     """What they are loosened by when their boxes begin to be off does not explain it."""
     turn = np.radians(2.0 * np.eye(3)[axis])
-    turning, loosened = Turning(), STRAYS | {104: [0, 1, 2]}
+    turning, loosened = RotationFault(), STRAYS | {104: [0, 1, 2]}
     times = _flown(
         turning,
         BY_ANGLES,
@@ -171,7 +171,7 @@ def test_a_turn_that_went_back_and_ended_leaves_little_doubt(axis):
     def changed(t):
         return -BY_ANGLES @ turn * (float(10.0 < t <= 18.0) - float(18.0 < t <= 26.0))
 
-    turning, sigmas = Turning(), {}
+    turning, sigmas = RotationFault(), {}
     for t in _flown(turning, BY_ANGLES, changed, {}, 40.0, np.random.default_rng(axis)):
         sigmas[round(t, 1)] = np.linalg.norm(turning.of_places, axis=(1, 2)).max() ** 0.5
     assert not sigmas[9.9]
@@ -183,14 +183,14 @@ def test_a_turn_that_went_back_and_ended_leaves_little_doubt(axis):
 
 def test_robots_in_sight_are_judged_as_stated_while_another_is_not():
     """The noise of a step in which one robot loses its course allows the others nothing."""
-    joint = Joint(np.eye(7) * 1e-6)
+    joint = JointState(np.eye(7) * 1e-6)
     places = np.array([[0.0, 20.0], [5.0, 22.0], [9.0, 18.0]])
     joint.add(np.arange(3), places, np.zeros((3, 2, 7)), np.tile(np.eye(2), (3, 1, 1)), 0.75)
     joint.unseen = np.array([0.0, 0.0, 0.45])
     noise = SimpleNamespace(keep=lambda _s: np.ones(7))
     heard = []
-    joint.turning.loosened = lambda _slots, variance: heard.append(variance)
-    joint.predict(0.1, noise, np.eye(7) * 1e-6, Motion(0.05, 0.75))
+    joint.rotation_fault.note_inflation = lambda _slots, variance: heard.append(variance)
+    joint.predict(0.1, noise, np.eye(7) * 1e-6, MotionModel(0.05, 0.75))
     assert heard[0] == pytest.approx([0.0, 0.0, 0.75**2 * (1.0 - np.exp(-0.05))], abs=2e-4)
 
 

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from aerial_gnss_ros.core.filter import blocks
-from aerial_gnss_ros.core.filter.blocks import Groups
+from aerial_gnss_ros.core.filter.blocks import StateBlocks
 from aerial_gnss_ros.core.models.platform_model import COUNT
 
 
@@ -18,7 +18,7 @@ from aerial_gnss_ros.core.models.platform_model import COUNT
 def five(monkeypatch):
     """Robot i stands at (i, 2 i), known to 1 m² + i; groups of two."""
     monkeypatch.setattr(blocks, "TUNING", replace(blocks.TUNING, block_robots=2))
-    groups = Groups()
+    groups = StateBlocks()
     groups.clear(np.eye(COUNT))
     for group, rows, columns in groups.room(np.arange(5)):
         places = np.stack([columns, 2.0 * columns], axis=1)
@@ -54,7 +54,7 @@ def test_offsets_between_groups_add_what_is_unsure(five):
 
 
 def test_only_robots_named_are_loosened(five):
-    five.loosen(np.array([3]), 1.0, 2.0)
+    five.inflate_velocities(np.array([3]), 1.0, 2.0)
     assert five.covariance[:, 0, 0] == pytest.approx([1, 2, 3, 4 + 4, 5])
 
 
@@ -64,7 +64,7 @@ def _crowd(size, monkeypatch):
     Robot 0 has been followed for long: its velocity is known. Robot 4 is new.
     """
     monkeypatch.setattr(blocks, "TUNING", replace(blocks.TUNING, block_robots=size))
-    groups = Groups()
+    groups = StateBlocks()
     groups.clear(np.diag([1.4, 1.4, 0.1, 1e-4, 1e-4, 7e-4, 0.0]))  # the latency is known
     rng = np.random.default_rng(7)
     state, by_platform = rng.normal(size=(5, 4)), rng.normal(size=(5, 4, COUNT))
@@ -74,8 +74,8 @@ def _crowd(size, monkeypatch):
     for group, rows, columns in groups.room(np.arange(5)):
         group.append(rows, state[columns], by_platform[columns], own[columns])
     first = groups._groups[0]
-    first.unseen[0], first.manoeuvres.strength[0] = 1.5, 4.0
-    first.turning._sums[:, 0] = np.arange(6.0)
+    first.unseen[0], first.manoeuvre_noise.strength[0] = 1.5, 4.0
+    first.rotation_fault._sums[:, 0] = np.arange(6.0)
     return groups
 
 
@@ -88,8 +88,8 @@ def test_a_robot_takes_over_its_history_from_another_group_as_within_one(monkeyp
         assert len(groups._groups) == (1 if size == 5 else 3)
         assert len(groups) == 5
         group = groups._groups[-1]
-        found.append((groups.mean[4], groups.covariance[4], group.manoeuvres.strength[-1],
-                      group.turning._sums[:, -1], group.mean[:COUNT],
+        found.append((groups.mean[4], groups.covariance[4], group.manoeuvre_noise.strength[-1],
+                      group.rotation_fault._sums[:, -1], group.mean[:COUNT],
                       group.covariance[:COUNT, :COUNT]))  # fmt: skip
     for whole, parted in zip(*found, strict=True):
         np.testing.assert_allclose(parted, whole, rtol=1e-9, atol=1e-12)

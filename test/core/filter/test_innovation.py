@@ -9,14 +9,14 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from aerial_gnss_ros.core.filter.innovation import Comparison, compared
-from aerial_gnss_ros.core.filter.state import Joint
+from aerial_gnss_ros.core.filter.innovation import PairInnovations, pair_innovations
+from aerial_gnss_ros.core.filter.state import JointState
 from aerial_gnss_ros.core.models.platform_model import COUNT
 from aerial_gnss_ros.core.numerics.gaussian import mahalanobis
 
 
 def _group(rng, robots):
-    group = Joint(np.eye(COUNT))
+    group = JointState(np.eye(COUNT))
     root = rng.normal(size=(COUNT + 4 * robots, COUNT + 4 * robots))
     group.covariance = root @ root.T / len(root)
     group.mean = np.concatenate([np.zeros(COUNT), rng.normal(0.0, 30.0, 4 * robots)])
@@ -30,8 +30,8 @@ def test_no_pair_within_the_bound_is_left_out(n, m, seed):
     rng = np.random.default_rng(seed)
     group, places = _group(rng, n), rng.normal(0.0, 30.0, (m, 2))
     seen = places, rng.normal(size=(m, 2, COUNT)), np.tile(0.1 * np.eye(2), (m, 1, 1))
-    everything = compared(group, *seen, np.inf, np.inf)
-    near = compared(group, *seen, 11.6, 0.0)
+    everything = pair_innovations(group, *seen, np.inf, np.inf)
+    near = pair_innovations(group, *seen, 11.6, 0.0)
     squared, _ = mahalanobis(everything.offsets, everything.spread)
     inside = squared <= 11.6
     wanted = set(zip(everything.rows[inside], everything.columns[inside], strict=True))
@@ -42,12 +42,12 @@ def test_no_pair_within_the_bound_is_left_out(n, m, seed):
 def test_pairs_of_groups_come_by_row_then_by_column():
     def part(rows, columns):
         count = len(rows)
-        return Comparison(
+        return PairInnovations(
             np.array(rows), np.array(columns), np.array([rows, columns], float).T,
             np.zeros((count, 2, 2)),
         )  # fmt: skip
 
-    whole = Comparison.of_groups([part([0, 3, 3], [1, 0, 2]), part([1, 2], [5, 4])])
+    whole = PairInnovations.of_groups([part([0, 3, 3], [1, 0, 2]), part([1, 2], [5, 4])])
     assert whole.rows.tolist() == [0, 1, 2, 3, 3]
     assert whole.columns.tolist() == [1, 5, 4, 0, 2]
     assert whole.offsets[:, 1].tolist() == pytest.approx([1, 5, 4, 0, 2])

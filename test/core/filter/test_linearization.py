@@ -11,12 +11,17 @@ import pytest
 
 from aerial_gnss_ros.core.camera.model import CameraModel
 from aerial_gnss_ros.core.config.noise import Noise
-from aerial_gnss_ros.core.filter.linearization import Sight, by_angles, by_platform, follow
-from aerial_gnss_ros.core.filter.state import Joint
+from aerial_gnss_ros.core.filter.linearization import (
+    CameraView,
+    by_angles,
+    by_platform,
+    relinearize,
+)
+from aerial_gnss_ros.core.filter.state import JointState
 from aerial_gnss_ros.core.filter.update import correct, linearise
 from aerial_gnss_ros.core.geometry.frames import matrix_from_rpy
 from aerial_gnss_ros.core.models.measurement_model import MapPose, state_jacobian
-from aerial_gnss_ros.core.models.motion_model import Motion
+from aerial_gnss_ros.core.models.motion_model import MotionModel
 from aerial_gnss_ros.core.models.platform_model import PlatformModel
 
 MODEL = PlatformModel(Noise(correlation_time_s=1e12), "earth")
@@ -25,16 +30,16 @@ CAMERA = CameraModel(
 )
 
 
-def sight(place: tuple[float, float, float]) -> Sight:
+def sight(place: tuple[float, float, float]) -> CameraView:
     pose = MapPose(np.array(place), matrix_from_rpy(0.0, math.radians(50), math.pi / 2))
-    return Sight.of(CAMERA, pose, np.zeros(6), 0.0)
+    return CameraView.of(CAMERA, pose, np.zeros(6), 0.0)
 
 
 def known_platform(speed_mps: float) -> np.ndarray:
     """Return sigmas of the platform's errors over those before, after 10 s of noisy images."""
-    rng, joint = np.random.default_rng(4), Joint(MODEL.stationary(None))
+    rng, joint = np.random.default_rng(4), JointState(MODEL.stationary(None))
     swimmer, velocity = np.array([-4.0, 24.0]), np.array([0.9, -0.4])
-    motion = Motion(0.05, 0.75)
+    motion = MotionModel(0.05, 0.75)
     for k in range(100):
         if k:
             joint.predict(0.1, MODEL, MODEL.stationary(None), motion)
@@ -42,7 +47,7 @@ def known_platform(speed_mps: float) -> np.ndarray:
         seen = sight((0.1 * k * speed_mps, 0.0, 30.0))
         pixels = linearise(seen, np.zeros(7), swimmer[None]).pixels + rng.normal(0.0, 2.0, 2)
         if not k:
-            follow(joint, seen)
+            relinearize(joint, seen)
             start = swimmer[None] + 0.3
             white = 0.01 * np.eye(2)[None]
             joint.add(np.arange(1), start, by_platform(joint, start), white, 0.75)
@@ -78,13 +83,13 @@ def test_a_robot_seems_farther_and_faster_by_the_same_share():
 
 
 def test_a_robot_that_begins_with_an_image_is_carried_by_its_angles_like_those_before():
-    joint, places = Joint(MODEL.stationary(None)), np.array([[-4.0, 24.0], [3.0, 27.0]])
+    joint, places = JointState(MODEL.stationary(None)), np.array([[-4.0, 24.0], [3.0, 27.0]])
     seen = sight((0.0, 0.0, 30.0))
-    follow(joint, seen)
+    relinearize(joint, seen)
     white = np.tile(0.01 * np.eye(2), (2, 1, 1))
     joint.add(np.arange(2), places, by_platform(joint, places), white, 0.75)
     both = np.arange(2)
     as_new = by_angles(joint, both)
-    follow(joint, sight((0.0, 0.0, 30.0)))
+    relinearize(joint, sight((0.0, 0.0, 30.0)))
     np.testing.assert_allclose(as_new, by_angles(joint, both), rtol=1e-9)
     assert np.abs(as_new).max() > 1.0

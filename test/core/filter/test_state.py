@@ -12,14 +12,14 @@ from scipy.linalg import block_diag, expm
 
 from aerial_gnss_ros.core.camera.model import CameraModel
 from aerial_gnss_ros.core.config.noise import Noise
-from aerial_gnss_ros.core.filter.linearization import Sight
-from aerial_gnss_ros.core.filter.state import Joint
+from aerial_gnss_ros.core.filter.linearization import CameraView
+from aerial_gnss_ros.core.filter.state import JointState
 from aerial_gnss_ros.core.filter.update import TUNING as UPDATE
 from aerial_gnss_ros.core.filter.update import correct, linearise
 from aerial_gnss_ros.core.geometry.frames import matrix_from_rpy
 from aerial_gnss_ros.core.models.measurement_model import MapPose
 from aerial_gnss_ros.core.models.motion_model import TUNING as MOTION_MODEL
-from aerial_gnss_ros.core.models.motion_model import Motion
+from aerial_gnss_ros.core.models.motion_model import MotionModel
 from aerial_gnss_ros.core.models.platform_model import LATENCY, PlatformModel
 
 MODEL = PlatformModel(Noise(latency_s=0.3), "earth")
@@ -29,21 +29,23 @@ CAMERA = CameraModel(
 PLACES = np.array([[-3.0, 20.0], [5.0, 24.0], [1.0, 31.0]])
 
 
-def sight() -> Sight:
+def sight() -> CameraView:
     pose = MapPose(np.array([0.0, 0.0, 30.0]), matrix_from_rpy(0.0, math.radians(50), math.pi / 2))
-    return Sight.of(CAMERA, pose, np.array([2.0, 1.0, 0, 0, 0, 0.05]), 0.0)
+    return CameraView.of(CAMERA, pose, np.array([2.0, 1.0, 0, 0, 0, 0.05]), 0.0)
 
 
-def crowd() -> Joint:
+def crowd() -> JointState:
     """Three robots with a covariance that is nowhere zero."""
-    joint = Joint(MODEL.stationary(None))
+    joint = JointState(MODEL.stationary(None))
     by_platform = np.random.default_rng(3).normal(size=(3, 2, 7))
     joint.add(np.arange(3), PLACES, by_platform, np.tile(0.04 * np.eye(2), (3, 1, 1)), 0.7)
     joint.mean[:] += 0.01 * np.arange(len(joint.mean))
     return joint
 
 
-def textbook_step(unseen: float, seconds: float, motion: Motion) -> tuple[np.ndarray, np.ndarray]:
+def textbook_step(
+    unseen: float, seconds: float, motion: MotionModel
+) -> tuple[np.ndarray, np.ndarray]:
     """Van Loan's integral (1978) of one robot's motion: straight on, turning, cruising."""
     held = 2.0 if unseen == 0.0 else MOTION_MODEL.held_s
     straight = min(max(held - unseen, 0.0), seconds)
@@ -67,7 +69,7 @@ def textbook_step(unseen: float, seconds: float, motion: Motion) -> tuple[np.nda
 
 @pytest.mark.parametrize("seconds", [0.033, 0.7, 5.0])
 def test_prediction_is_that_of_the_textbook(seconds):
-    joint, motion = crowd(), Motion(0.05, 0.75)
+    joint, motion = crowd(), MotionModel(0.05, 0.75)
     joint.unseen = np.array([0.0, 0.3, 20.0])
     steps = [textbook_step(float(unseen), seconds, motion) for unseen in joint.unseen]
     keep = np.exp(-seconds / np.array([300.0] * 6 + [3600.0]))
@@ -108,7 +110,7 @@ def test_correction_is_that_of_the_textbook():
 def test_an_outlier_pulls_no_more_than_at_the_edge_of_what_is_good():
     pulls = []
     for distance in (0.0, 20.0, 1000.0, 10000.0):
-        joint = Joint(MODEL.stationary(None))
+        joint = JointState(MODEL.stationary(None))
         joint.add(np.arange(1), PLACES[:1], np.zeros((1, 2, 7)), 0.01 * np.eye(2)[None], 0.0)
         pixels = linearise(sight(), np.zeros(7), PLACES[:1]).pixels + np.array([distance, 0.0])
         before = joint.robots[0, :2].copy()
@@ -142,10 +144,10 @@ def test_adding_and_dropping_leaves_the_others_as_they_are():
 
 def test_an_error_that_is_switched_off_stays_zero():
     model = PlatformModel(Noise(), "earth")
-    joint = Joint(model.stationary(None))
+    joint = JointState(model.stationary(None))
     joint.add(np.arange(1), PLACES[:1], np.ones((1, 2, 7)), np.eye(2)[None], 0.5)
     for _ in range(3):
-        joint.predict(0.1, model, model.stationary(None), Motion(0.05, 0.75))
+        joint.predict(0.1, model, model.stationary(None), MotionModel(0.05, 0.75))
         pixels = linearise(sight(), joint.mean[:7], joint.robots[:, :2]).pixels + 3.0
         correct(joint, np.arange(1), pixels, sight(), model)
     assert joint.mean[6] == 0.0

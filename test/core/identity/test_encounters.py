@@ -12,8 +12,8 @@ from hypothesis import strategies as st
 from aerial_gnss_ros.core.association.track import Track
 from aerial_gnss_ros.core.identity import encounters
 from aerial_gnss_ros.core.identity.encounters import Encounters
-from aerial_gnss_ros.core.identity.label_ambiguity import Spot
-from aerial_gnss_ros.core.models.motion_model import Motion
+from aerial_gnss_ros.core.identity.label_ambiguity import Position
+from aerial_gnss_ros.core.models.motion_model import MotionModel
 from aerial_gnss_ros.core.values.estimates import State
 
 SECOND = 1_000_000_000
@@ -23,7 +23,7 @@ SIGMA = 0.1
 class Water:
     """Stands in for the filter: boxes exact to SIGMA, velocities known to 5 cm/s."""
 
-    motion = Motion(0.05, 0.5)
+    motion = MotionModel(0.05, 0.5)
     covariance = np.tile(np.diag([1.0, 1.0, 0.05**2, 0.05**2]), (6, 1, 1))
 
     def box_noise(self, places):
@@ -32,7 +32,7 @@ class Water:
 
 
 def _spot(place):
-    return Spot(place, 0.01 * np.eye(2))
+    return Position(place, 0.01 * np.eye(2))
 
 
 def _meet(seed, closest, swap_from=None, seconds=10.0):
@@ -54,7 +54,7 @@ def _meet(seed, closest, swap_from=None, seconds=10.0):
         if swap_from is not None and abs(t - swap_from) < 0.01:
             order = order[::-1]
         order = order[
-            meeting.take([one, other], np.arange(2), places[order], white, i * SECOND // 10)
+            meeting.update([one, other], np.arange(2), places[order], white, i * SECOND // 10)
         ]
         named = dict(zip((one.robot_id, other.robot_id), order, strict=True))
         doubt = meeting.doubts({name: _spot(places[robot]) for name, robot in named.items()})
@@ -90,7 +90,9 @@ def test_a_meeting_that_nobody_can_decide_stays_in_doubt(together):
         places += SIGMA * rng.standard_normal((2, 2))
         shown = 2 if together or t < 6.0 else 1  # one leaves the picture
         places = places[
-            meeting.take(tracks[:shown], np.arange(shown), places[:shown], white, i * SECOND // 10)
+            meeting.update(
+                tracks[:shown], np.arange(shown), places[:shown], white, i * SECOND // 10
+            )
         ]
     named = {track.robot_id: _spot(np.array([0.0, 6.0 * i])) for i, track in enumerate(tracks)}
     for doubt in meeting.doubts(named).values():
@@ -110,7 +112,7 @@ def test_names_stay_a_permutation(seed, count):
         shown = rng.permutation(count)[: rng.integers(1, count + 1)]
         places = 0.3 * rng.standard_normal((len(shown), 2))
         stamp_ns = i * SECOND // 10
-        meeting.take([tracks[j] for j in shown], shown, places, white[: len(shown)], stamp_ns)
+        meeting.update([tracks[j] for j in shown], shown, places, white[: len(shown)], stamp_ns)
         assert sorted(track.robot_id for track in tracks) == [f"aqua_{j}" for j in range(count)]
 
 

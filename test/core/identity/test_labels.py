@@ -11,7 +11,7 @@ import pytest
 
 from aerial_gnss_ros.core.config.estimator import estimator_config
 from aerial_gnss_ros.core.geometry.local_map import LocalMap
-from aerial_gnss_ros.core.identity.labels import Identity, Sighting
+from aerial_gnss_ros.core.identity.labels import ConfirmedTrack, Labels
 from aerial_gnss_ros.core.identity.saved_labels import SavedNames, SavedRobot
 from aerial_gnss_ros.core.values.estimates import MapDatum, RobotEstimate, State
 from aerial_gnss_ros.core.values.events import Events
@@ -36,7 +36,7 @@ def _identity(bindings=(), saved=(), log=None):
         entries.append(
             SavedRobot(name, "aqua", float(latitude[0]), float(longitude[0]), seen_ns, 1.5)
         )
-    return Identity(
+    return Labels(
         estimator_config({"robots": robots}),
         SavedNames(tuple(entries), {"aqua": len(entries)}),
         log,
@@ -44,7 +44,7 @@ def _identity(bindings=(), saved=(), log=None):
 
 
 def _seen(east, north, class_id="aqua", t=100):
-    return Sighting(class_id, t * SECOND, np.array([east, north]), np.eye(2) * 2.0)
+    return ConfirmedTrack(class_id, t * SECOND, np.array([east, north]), np.eye(2) * 2.0)
 
 
 STARTS = (("leader", "aqua", (0.0, 0.0)), ("second", "Aqua", (12.0, 0.0)))

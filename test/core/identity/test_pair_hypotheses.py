@@ -7,7 +7,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from aerial_gnss_ros.core.identity.pair_hypotheses import Pair
+from aerial_gnss_ros.core.identity.pair_hypotheses import PairHypotheses
 
 SIGMA = 0.08
 """Of a box's centre on the water, each axis, m."""
@@ -32,7 +32,7 @@ def _meet(seed, speeds, turn, within=4.0, thrown=(0.0, 0.0)):
     ways = np.stack([speeds[0] * path, -speeds[1] * path + [0.0, 0.05]], axis=1)
     velocities = np.array([[speeds[0], 0.0], [-speeds[1], 0.0]])
     spread = np.tile(np.diag([0.05**2] * 4), (2, 1, 1))
-    pair = Pair.begin(("a", "b"), ways[0], velocities, spread, 0)
+    pair = PairHypotheses.begin(("a", "b"), ways[0], velocities, spread, 0)
     noise, shared = np.tile(SIGMA**2 * np.eye(2), (2, 1, 1)), 0.05**2 * np.eye(2)
     for i, places in enumerate(ways[1:], 1):
         seen = places + SIGMA * rng.standard_normal((2, 2)) + np.sin(times[i]) * np.array(thrown)

@@ -11,18 +11,18 @@ import pytest
 
 from aerial_gnss_ros.core.association.track import Track
 from aerial_gnss_ros.core.identity import reidentification
-from aerial_gnss_ros.core.identity.reidentification import Reacquisition, twins
-from aerial_gnss_ros.core.identity.return_position import Swims
-from aerial_gnss_ros.core.models.motion_model import Motion
+from aerial_gnss_ros.core.identity.reidentification import Reidentification, duplicate_tracks
+from aerial_gnss_ros.core.identity.return_position import VelocityLikelihood
+from aerial_gnss_ros.core.models.motion_model import MotionModel
 from aerial_gnss_ros.core.values.estimates import State
 
 SECOND = 1_000_000_000
-MOTION = Motion(0.05, 0.75)
+MOTION = MotionModel(0.05, 0.75)
 
 
 def _unseen(count):
     """Return velocities that nobody has seen."""
-    return Swims(np.zeros((count, 2)), np.broadcast_to(1e4 * np.eye(2), (count, 2, 2)))
+    return VelocityLikelihood(np.zeros((count, 2)), np.broadcast_to(1e4 * np.eye(2), (count, 2, 2)))
 
 
 def _pairs(*places, **more):
@@ -35,7 +35,16 @@ def _pairs_and_odds(down, up, unseen_s, newcomers=0.1, waited_s=0.2, beside=True
     now = 1000 * SECOND
     left, came = now - round(unseen_s * SECOND), now - round(waited_s * SECOND)
     tracks = [
-        Track("aqua", 0, left, State.COASTING, f"aqua_{i}", deque([left]), swum=0.4, swum_count=9.0)
+        Track(
+            "aqua",
+            0,
+            left,
+            State.COASTING,
+            f"aqua_{i}",
+            deque([left]),
+            speed_history=0.4,
+            speed_history_count=9.0,
+        )
         for i in range(len(down))
     ]
     tracks += [
@@ -46,7 +55,7 @@ def _pairs_and_odds(down, up, unseen_s, newcomers=0.1, waited_s=0.2, beside=True
     variance = MOTION.step(unseen_s, np.full(1, 1e-3))[2][0, 0] + 0.1
     spread = np.broadcast_to(variance * np.eye(2), (*offsets.shape, 2))
     n = len(down)
-    came = Reacquisition(MOTION, 11.6, 180.0).pairs(
+    came = Reidentification(MOTION, 11.6, 180.0).pairs(
         tracks, list(range(n)), list(range(n, len(tracks))), (offsets, spread),
         _unseen(len(up)), now, 30.0, newcomers,
     )  # fmt: skip
@@ -131,7 +140,7 @@ def test_those_that_come_up_one_after_the_other_wait_for_the_last():
     spread = np.broadcast_to(9.0 * np.eye(2), (3, 2, 2, 2))
     for ready, waits in (([3, 4], {3, 4}), ([3], set())):
         between = offsets[:, : len(ready)], spread[:, : len(ready)]
-        came = Reacquisition(MOTION, 11.6, 180.0).pairs(
+        came = Reidentification(MOTION, 11.6, 180.0).pairs(
             tracks, [0, 1, 2], ready, between, _unseen(len(ready)), now, 30.0, 0.1
         )
         assert came.waiting == waits
@@ -151,7 +160,7 @@ def test_a_second_track_on_one_robot_is_folded_into_the_first(apart, hits, found
     tracks = [Track("aqua", one[0], one[-1], hits=deque(one)) for one in ((0, 2), tuple(hits))]
     offsets = np.array([[[0.0, 0.0], [apart, 0.0]], [[-apart, 0.0], [0.0, 0.0]]])
     spread = np.broadcast_to(0.1 * np.eye(2), (2, 2, 2, 2))
-    assert twins(tracks, [0, 1], (offsets, spread), 11.6) == found
+    assert duplicate_tracks(tracks, [0, 1], (offsets, spread), 11.6) == found
 
 
 def test_absences_of_robots_that_left_the_view_tell_nothing():

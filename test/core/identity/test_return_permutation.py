@@ -7,16 +7,16 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from aerial_gnss_ros.core.identity.return_permutation import likeliest_order
-from aerial_gnss_ros.core.identity.return_time import Absences
+from aerial_gnss_ros.core.identity.return_permutation import likeliest_permutation
+from aerial_gnss_ros.core.identity.return_time import AbsenceTimes
 
 ROWS = np.arange(3)
 
 
 def _order(cost, gone):
     possible = np.ones((3, 3), dtype=bool)
-    law = Absences(180.0)
-    return likeliest_order(np.array(cost), possible, ROWS, ROWS, np.array(gone), law)
+    law = AbsenceTimes(180.0)
+    return likeliest_permutation(np.array(cost), possible, ROWS, ROWS, np.array(gone), law)
 
 
 def test_places_decide_where_absences_are_alike():

@@ -10,11 +10,11 @@ import numpy as np
 import pytest
 
 from aerial_gnss_ros.core.association.track import Track
-from aerial_gnss_ros.core.identity.return_position import Swims, Whereabouts
-from aerial_gnss_ros.core.models.motion_model import Motion
+from aerial_gnss_ros.core.identity.return_position import ReturnPosition, VelocityLikelihood
+from aerial_gnss_ros.core.models.motion_model import MotionModel
 from aerial_gnss_ros.core.values.estimates import State
 
-MOTION = Motion(0.05, 0.75)
+MOTION = MotionModel(0.05, 0.75)
 GONE_S = 10.0
 VELOCITY = np.array([0.5, 0.0])
 STRAIGHT = 0.25 / (2.0 * np.pi * (0.3 * 0.5 * GONE_S) ** 2)
@@ -37,14 +37,16 @@ def _density(place, swims):
     """Return the density at a place relative to that where a robot went down, m."""
     reach, variance = _coasted()
     last = State.COASTING, "aqua_1", deque([0])
-    track = Track("aqua", 0, 0, *last, velocity=VELOCITY, swum=0.4, swum_count=3.0)
+    track = Track(
+        "aqua", 0, 0, *last, velocity=VELOCITY, speed_history=0.4, speed_history_count=3.0
+    )
     offsets = (np.array(place) - reach * VELOCITY)[None]
     spread = (variance * np.eye(2))[None]
-    return float(Whereabouts(MOTION).density(track, GONE_S, offsets, spread, swims)[0])
+    return float(ReturnPosition(MOTION).density(track, GONE_S, offsets, spread, swims)[0])
 
 
 def _seen(velocity, sigma=0.05):
-    return Swims(np.array([velocity], float), sigma**2 * np.eye(2)[None])
+    return VelocityLikelihood(np.array([velocity], float), sigma**2 * np.eye(2)[None])
 
 
 UNSEEN = _seen((0.0, 0.0), 100.0)
@@ -74,7 +76,7 @@ def test_what_boxes_alone_say_of_a_velocity():
     """0.4 m/s measured with 0.3 m/s, put together with 0 at 0.75 m/s; and one not seen at all."""
     prior, box = 0.75**2, 0.3**2
     left = prior * box / (prior + box)
-    found = Swims.of(
+    found = VelocityLikelihood.of(
         np.array([[left / box * 0.4, 0.0], [0.0, 0.0]]),
         np.array([left, prior])[:, None, None] * np.eye(2),
         0.75,
@@ -91,8 +93,19 @@ def test_a_robot_never_seen_swims_as_the_others_do():
 
     A slow track then is no sign that it is one of those that are known.
     """
-    slow = Track("aqua", 0, 0, State.COASTING, "aqua_1", deque([0]), swum=1.9875, swum_count=50.0)
-    found = Whereabouts(MOTION).newcomer([slow], np.full((1, 1, 2), 1e3), 60.0, _seen((0.1, 0.1)))
+    slow = Track(
+        "aqua",
+        0,
+        0,
+        State.COASTING,
+        "aqua_1",
+        deque([0]),
+        speed_history=1.9875,
+        speed_history_count=50.0,
+    )
+    found = ReturnPosition(MOTION).newcomer(
+        [slow], np.full((1, 1, 2), 1e3), 60.0, _seen((0.1, 0.1))
+    )
     expected = 0.565 / 0.0525 * np.exp(-0.5 * 0.02 * (1 / 0.0525 - 1 / 0.565))
     assert 2.0 * 60.0**2 * found == pytest.approx([expected])
 
@@ -102,8 +115,8 @@ def test_a_robot_never_seen_comes_up_amid_the_others():
     three = [Track("aqua", 0, 0, State.COASTING, f"aqua_{i}", deque([0])) for i in range(3)]
     places = np.array([[0.0, 0.0], [3.0, 0.0], [-3.0, 0.0]])
     offsets = np.array([[0.0, 5.0], [0.0, 1000.0]]) - places[:, None]
-    unseen = Swims(np.zeros((2, 2)), 1e9 * np.tile(np.eye(2), (2, 1, 1)))
-    near, far = Whereabouts(MOTION).newcomer(three, offsets, 60.0, unseen)
+    unseen = VelocityLikelihood(np.zeros((2, 2)), 1e9 * np.tile(np.eye(2), (2, 1, 1)))
+    near, far = ReturnPosition(MOTION).newcomer(three, offsets, 60.0, unseen)
     amid = np.exp(-0.5 * 25.0 / 100.0) / (2.0 * np.pi * np.sqrt(106.0 * 100.0))
     assert near == pytest.approx(0.5 / 3600.0 + 0.5 * amid, rel=1e-3)
     assert far == pytest.approx(0.5 / 3600.0, rel=1e-3)

@@ -11,18 +11,18 @@ from hypothesis import strategies as st
 from scipy.integrate import trapezoid
 
 from aerial_gnss_ros.core.identity.return_time import TUNING as RETURN_TIME
-from aerial_gnss_ros.core.identity.return_time import Absences
+from aerial_gnss_ros.core.identity.return_time import AbsenceTimes
 
 
 def _learnt(*seconds, weight=1.0):
-    law = Absences(180.0)
+    law = AbsenceTimes(180.0)
     for one in seconds:
         law.add(np.array([one]), np.array([weight]))
     return law
 
 
 def test_nothing_learnt_favours_nobody():
-    assert Absences(180.0).odds(np.array([[1.0, 60.0], [170.0, 5.0]])) == pytest.approx(1.0)
+    assert AbsenceTimes(180.0).odds(np.array([[1.0, 60.0], [170.0, 5.0]])) == pytest.approx(1.0)
 
 
 def test_an_absence_that_tells_nothing_favours_nobody():
@@ -34,7 +34,7 @@ def test_an_absence_that_tells_nothing_favours_nobody():
 def test_robots_that_dived_come_back_at_the_even_rate_and_missed_ones_at_once():
     """exp(-10 / 5) * 180 / 10 = 2.44; after 60 s it is 2e-5. Those that left the view: 60 / 180."""
     gone = np.array([[10.0, np.nan], [60.0, np.nan], [1.0, 300.0]])
-    share = Absences(180.0).share(gone, np.array([10.0, 60.0, 1.0]))
+    share = AbsenceTimes(180.0).share(gone, np.array([10.0, 60.0, 1.0]))
     wanted = [[1.0 / 3.436, 10.0 / 180.0], [1.0, 1.0 / 3.0], [1.0 / 180.0, 1.0]]
     assert share == pytest.approx(np.array(wanted), rel=1e-3)
 
@@ -54,7 +54,7 @@ def test_one_absence_tells_little_and_an_unsure_one_less():
 
 def test_a_dive_ends_once_so_what_was_taken_for_its_end_before_no_longer_counts():
     """Two came up after 86 s; of one it had been thought that it was back after 41 s."""
-    law = Absences(180.0)
+    law = AbsenceTimes(180.0)
     for seconds, share, dive in ((41.0, 0.5, "a"), (86.0, 1.0, "a"), (86.0, 1.0, "b")):
         law.add(np.array([seconds]), np.array([share]), [dive])
     assert law.odds(np.array([41.0, 86.0])) == pytest.approx(

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from aerial_gnss_ros.core.geometry.rotation_vectors import rotation_matrix
-from aerial_gnss_ros.core.models.camera_motion import PoseMotion
+from aerial_gnss_ros.core.models.camera_motion import CameraMotion
 from aerial_gnss_ros.core.models.measurement_model import MapPose
 
 STEP_S = 0.1
@@ -17,10 +17,10 @@ UP = np.array([0.0, 0.0, 1.0])
 
 def _jumps(degrees):
     """Return by image the yaws, deg, by which an orientation jumped, of measured yaws, deg."""
-    motion, found = PoseMotion(), {}
+    motion, found = CameraMotion(), {}
     for i, yaw in enumerate(degrees):
         pose = MapPose(np.zeros(3), rotation_matrix(np.radians(yaw) * UP))
-        motion.take(pose, STEP_S if i else 0.0)
+        motion.update(pose, STEP_S if i else 0.0)
         if motion.jump is not None:
             found[i] = round(float(np.degrees(motion.jump @ UP)))
     return found
@@ -47,19 +47,19 @@ def test_an_orientation_that_jumps_is_told_from_a_camera_that_turns(degrees, jum
 
 
 def test_after_a_jump_it_goes_on_as_before():
-    motion = PoseMotion()
+    motion = CameraMotion()
     for i in range(40):
         yaw = np.radians(5.0 * i + (30.0 if i >= 30 else 0.0))
-        motion.take(MapPose(np.array([0.2 * i, 0.0, 30.0]), rotation_matrix(yaw * UP)), STEP_S)
+        motion.update(MapPose(np.array([0.2 * i, 0.0, 30.0]), rotation_matrix(yaw * UP)), STEP_S)
     assert motion.rates == pytest.approx([2.0, 0.0, 0.0, *np.radians(50.0) * UP], abs=1e-6)
 
 
 def test_a_latency_that_is_found_moves_the_pose_and_is_no_jump():
-    motion = PoseMotion()
+    motion = CameraMotion()
     for i in range(10):
-        motion.take(MapPose(np.zeros(3), rotation_matrix(np.radians(5.0 * i) * UP)), STEP_S)
+        motion.update(MapPose(np.zeros(3), rotation_matrix(np.radians(5.0 * i) * UP)), STEP_S)
     motion.move(MapPose(np.zeros(3), rotation_matrix(np.radians(20.0) * UP)))
-    motion.take(MapPose(np.zeros(3), rotation_matrix(np.radians(60.0) * UP)), STEP_S)
+    motion.update(MapPose(np.zeros(3), rotation_matrix(np.radians(60.0) * UP)), STEP_S)
     assert motion.jump is None
 
 
@@ -67,11 +67,11 @@ def test_a_latency_that_is_found_moves_the_pose_and_is_no_jump():
 @pytest.mark.parametrize("before", [1, 2, 100])
 def test_an_image_right_after_another_one_moves_no_camera(before, apart_s):
     """A stamp may be wrong by a few bits; between the two poses there is only noise."""
-    motion, t, noise_m = PoseMotion(), 0.0, 0.02
+    motion, t, noise_m = CameraMotion(), 0.0, 0.02
     times = [STEP_S * i for i in range(before)]
     for i, at in enumerate([*times, times[-1] + apart_s, *(times[-1] + STEP_S * np.arange(1, 4))]):
         position = np.array([3.0 * at + noise_m * (-1) ** i, 0.0, 30.0])
-        motion.take(MapPose(position, np.eye(3)), at - t)
+        motion.update(MapPose(position, np.eye(3)), at - t)
         t = at
         assert abs(motion.velocity[0] - 3.0) < 3.0 + 2.5 * noise_m / 0.005
     assert motion.velocity[0] == pytest.approx(3.0, abs=6.0 * noise_m / STEP_S)

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from aerial_gnss_ros.core.camera.model import CameraModel
-from aerial_gnss_ros.core.filter.linearization import Sight
+from aerial_gnss_ros.core.filter.linearization import CameraView
 from aerial_gnss_ros.core.filter.update import linearise
 from aerial_gnss_ros.core.geometry.frames import matrix_from_rpy
 from aerial_gnss_ros.core.geometry.geodesy import geodetic_from_enu
@@ -47,9 +47,9 @@ def camera_pose(east: float = 700.0, north: float = -500.0, height: float = 30.0
     return CameraPose(0, float(latitude), float(longitude), height, height, rotation)
 
 
-def sight(camera: CameraModel, applied: float = 0.0) -> Sight:
+def sight(camera: CameraModel, applied: float = 0.0) -> CameraView:
     pose = MapFrame(LOCAL).pose(camera_pose())
-    return Sight.of(camera, pose, RATES, applied)
+    return CameraView.of(camera, pose, RATES, applied)
 
 
 def places(camera: CameraModel) -> np.ndarray:
@@ -127,7 +127,7 @@ def test_an_applied_latency_is_not_applied_twice():
     before = type(pose)(
         pose.position - 0.4 * RATES[:3], rotation_matrix(-0.4 * RATES[3:]) @ pose.rotation
     )
-    earlier = Sight.of(camera, before, RATES, 0.0)
+    earlier = CameraView.of(camera, before, RATES, 0.0)
     np.testing.assert_allclose(moved, linearise(earlier, np.zeros(7), where).pixels, atol=1e-9)
 
 

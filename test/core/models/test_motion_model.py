@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from aerial_gnss_ros.core.models.motion_model import Motion, MotionOf
+from aerial_gnss_ros.core.models.motion_model import MotionModel, MotionOf
 from aerial_gnss_ros.core.values.estimates import State
 from aerial_gnss_ros.core.values.rejection import Reason
 
@@ -103,6 +103,6 @@ def test_each_robots_step_is_that_of_its_own_motion():
     for away in (np.zeros(3), unseen):
         _, _, noise = both.step(0.1, away, strength)
         for i in range(3):
-            alone = Motion(float(both.acceleration[i]), float(both.speed_sigma[i]))
+            alone = MotionModel(float(both.acceleration[i]), float(both.speed_sigma[i]))
             _, _, own = alone.step(0.1, away[i : i + 1], strength[i : i + 1])
             assert noise[i] == pytest.approx(own[0], rel=1e-12)

@@ -11,7 +11,7 @@ import pytest
 
 from aerial_gnss_ros.core.association.track import Track
 from aerial_gnss_ros.core.tracker.box_account import TUNING as BOX_ACCOUNT
-from aerial_gnss_ros.core.tracker.box_account import Account, complaint
+from aerial_gnss_ros.core.tracker.box_account import BoxAccount, complaint
 from aerial_gnss_ros.core.values.rejection import Cause, Reason
 
 STILL = {"a": lambda _t: (-3.0, 18.0), "b": lambda _t: (3.0, 18.0)}
@@ -154,24 +154,24 @@ def test_most_boxes_that_come_to_nothing_are_told_with_the_likely_cause():
 
 
 def test_what_is_pending_with_a_track_is_bounded():
-    account, track = Account(), Track("aqua", 0, 0)
+    account, track = BoxAccount(), Track("aqua", 0, 0)
     for i in range(BOX_ACCOUNT.most_pending + 5):
         account.note(track, i, [float(i), 0.0])
-    settled = account.take()
+    settled = account.drain()
     assert [one.stamp_ns for one in settled.refused] == [0, 1, 2, 3, 4]
     track.robot_id = "aqua_1"
     account.confirm([track])
-    assert account.take().used == BOX_ACCOUNT.most_pending
-    assert account.take().used == 0
+    assert account.drain().used == BOX_ACCOUNT.most_pending
+    assert account.drain().used == 0
 
 
 def test_a_folded_track_hands_over_its_boxes():
-    account, one, other = Account(), Track("aqua", 0, 0), Track("aqua", 0, 0)
+    account, one, other = BoxAccount(), Track("aqua", 0, 0), Track("aqua", 0, 0)
     account.note(one, 1, [0.0, 0.0])
     account.note(other, 1, [1.0, 0.0])
     one.fold(other)
     account.end([other], 3, 10)
     one.robot_id = "aqua_1"
     account.confirm([one, other])
-    settled = account.take()
+    settled = account.drain()
     assert (settled.used, settled.refused) == (2, ())

@@ -11,8 +11,8 @@ import pytest
 
 from aerial_gnss_ros.core.association.track import Track
 from aerial_gnss_ros.core.config.estimator import estimator_config
-from aerial_gnss_ros.core.identity.labels import Identity
-from aerial_gnss_ros.core.identity.return_position import Swims
+from aerial_gnss_ros.core.identity.labels import Labels
+from aerial_gnss_ros.core.identity.return_position import VelocityLikelihood
 from aerial_gnss_ros.core.tracker.tracker import Tracker
 from aerial_gnss_ros.core.values.estimates import State
 
@@ -63,10 +63,12 @@ def test_confirmed_after_the_third_measurement_within_the_window(sea):
 def test_what_was_seen_beside_a_robot_is_not_that_robot(sea, hits, resumed):
     """Even where one image alone showed both; what no image showed beside it may be it."""
     config = estimator_config({})
-    tracker = Tracker(config, Identity(config))
+    tracker = Tracker(config, Labels(config))
     near = np.zeros((1, 1, 2)), np.eye(2)[None, None]
     tracker.filter.apart = lambda _old, _new: near
-    tracker._naming._swims = lambda _rows: Swims(np.zeros((1, 2)), 1e4 * np.eye(2)[None])
+    tracker._naming._velocity_likelihood = lambda _rows: VelocityLikelihood(
+        np.zeros((1, 2)), 1e4 * np.eye(2)[None]
+    )
     tracker._naming._first_ns = sea.stamp(0.0)
     seen = deque(sea.stamp(t) for t in (4.0, 5.0))
     came = deque(sea.stamp(t) for t in hits)

@@ -9,13 +9,13 @@ import math
 import pytest
 
 from aerial_gnss_ros.core.config.processing import TracksConfig
-from aerial_gnss_ros.core.tracker.confirmation_rule import Pace
+from aerial_gnss_ros.core.tracker.confirmation_rule import ConfirmationRule
 
 SECOND = 1_000_000_000
 
 
 def paced(*gaps_s):
-    pace, stamp_ns = Pace(TracksConfig()), 0
+    pace, stamp_ns = ConfirmationRule(TracksConfig()), 0
     pace.note(0)
     for gap_s in gaps_s:
         stamp_ns += round(gap_s * SECOND)
@@ -43,7 +43,7 @@ def test_the_window_is_stretched_to_images_that_come_seldom(gaps_s, hits, window
 
 
 def test_a_reset_forgets_how_often_images_came():
-    pace = Pace(TracksConfig())
+    pace = ConfirmationRule(TracksConfig())
     for i in range(5):
         pace.note(round(1.25 * SECOND) * i)
     assert pace.hits == 4

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from aerial_gnss_ros.core.association.track import Track
-from aerial_gnss_ros.core.filter.innovation import Comparison
-from aerial_gnss_ros.core.filter.state import Joint
+from aerial_gnss_ros.core.filter.innovation import PairInnovations
+from aerial_gnss_ros.core.filter.state import JointState
 from aerial_gnss_ros.core.tracker.fork import TUNING as FORK
 from aerial_gnss_ros.core.tracker.fork import Fork
 from aerial_gnss_ros.core.values.estimates import State
@@ -29,7 +29,7 @@ def _pairs(*apart):
     """Return an image of as many boxes, each so far from the robot of its number, m."""
     every = np.arange(len(apart))
     offsets = np.column_stack([apart, np.zeros(len(apart))])
-    return Comparison(every, every, offsets, np.tile(np.eye(2), (len(apart), 1, 1)))
+    return PairInnovations(every, every, offsets, np.tile(np.eye(2), (len(apart), 1, 1)))
 
 
 def _taken(fork, *images):
@@ -78,7 +78,7 @@ def test_what_it_keeps_does_not_change_with_the_tracks():
 
 
 def test_it_says_how_far_robots_are_from_where_these_should_be():
-    joint = Joint(np.diag([1.0, 1.0, 0.1, 1e-4, 1e-4, 1e-4, 0.0]))
+    joint = JointState(np.diag([1.0, 1.0, 0.1, 1e-4, 1e-4, 1e-4, 0.0]))
     joint.add(np.arange(3), np.zeros((3, 2)), np.zeros((3, 2, 7)), np.tile(np.eye(2), (3, 1, 1)), 1)
     fork = Fork.of(SECOND, _fork().tracks, [joint])
     joint.mean += 7.0  # of the filter, which goes on
