@@ -12,7 +12,6 @@ wrongly.
 from __future__ import annotations
 
 import copy
-import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -40,9 +39,6 @@ class ForkTuning:
     """So many images in a row must show robots where they should be. Judged."""
     recent_ns: int = 1_000_000_000
     """Robots that were seen within this time before are in view, ns. Judged."""
-    agrees: float = -2.0 * math.log(0.05)
-    """Squared Mahalanobis distance that one in twenty robots of before exceeds that are still so.
-    Judged."""
     robots_in_view: int = 2
     """At least so many robots must be in view: by itself one may be anything. Judged."""
 
@@ -93,18 +89,6 @@ class Fork:
                 if name in rows:
                     found[name] = mean[rows[name]] - group.robots[slot, :2]
         return found
-
-    def agrees(self, apart: dict[str, Array]) -> bool:
-        """Return whether robots are where these should be, as far as these can tell."""
-        for group in self.groups:
-            places = group.places()
-            for slot, row in enumerate(group.rows.tolist()):
-                offset = apart.get(self.tracks[row].robot_id)
-                if offset is not None:
-                    squared, _ = mahalanobis(offset, places[slot])
-                    if squared > TUNING.agrees:
-                        return False
-        return True
 
     def holds(self, stamp_ns: int) -> bool:
         """Return whether it can still be gone back to at an image."""

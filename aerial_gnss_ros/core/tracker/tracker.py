@@ -105,6 +105,7 @@ class Tracker:
         self._height = np.nan
         self._matcher.scene_mismatch = False
         self._fork: Fork | None = None
+        self._went_back = False
         self._lost_ns: int | None = None
         self._lost_names: set[str] = set()
 
@@ -197,6 +198,7 @@ class Tracker:
             track.state = State.COASTING
         self.filter.unexplained.returned()
         self._matcher.scene_mismatch, self._lost_ns = False, None
+        self._went_back = True
 
     def settled(self) -> Settled:
         """Return what has been decided of boxes since this was asked last (see `Tracking`)."""
@@ -242,6 +244,9 @@ class Tracker:
     def _label(self, measured: dict[int, int], frame: PosedFrame, unexplained: bool) -> None:
         """Let new tracks know what the picture says of which robots they are.
 
+        Robots that were gone back to are nowhere yet; the tracks that were given up for them knew
+        until the last image which is which, and the picture goes on from there.
+
         Args:
             measured: boxes by row of the track that they measured or began.
             frame: the image.
@@ -253,10 +258,11 @@ class Tracker:
             if self.tracks[row].robot_id
         }
         boxes = frame.detections
-        if not named and (unexplained or self._matcher.scene_mismatch):
+        if not named and (unexplained or self._matcher.scene_mismatch or self._went_back):
             labels = self._picture.followed(boxes)
         else:
             labels = self._picture.measured(boxes, frame.camera, frame.pose.height, named)
+        self._went_back = False
         for row, index in measured.items():
             track = self.tracks[row]
             if index in labels and not track.robot_id and track.labels is None:
@@ -370,8 +376,6 @@ class Tracker:
         if self._fork is not None:
             doubt = self.filter.unexplained
             calm = self._lost_ns is None and not doubt.apart and not doubt.doubt.any()
-            own = {one.robot_id: row for row, one in enumerate(self.tracks) if one.robot_id}
-            calm = calm and self._fork.agrees(self._fork.apart(own, self.filter.mean[:, :2]))
             self._fork.calm_s = self._fork.calm_s + passed if calm else 0.0
         if self._lost_ns is None:
             return
