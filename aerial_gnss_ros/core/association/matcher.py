@@ -51,7 +51,7 @@ class MatcherTuning:
     """Median of the robots' means from which they have a common cause: a latency, a wrong compass.
     Judged."""
     turn_share: float = 0.25
-    """Share of `Motion.speed_sigma` by which its velocity is then uncertain. Judged."""
+    """Share of `MotionModel.speed_sigma` by which its velocity is then uncertain. Judged."""
 
 
 TUNING = MatcherTuning()

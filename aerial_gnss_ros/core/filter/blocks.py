@@ -142,7 +142,7 @@ class StateBlocks:
             yield group, rows, now
 
     def inflate_velocities(self, rows: Indices, speed: Array | float, seconds: float) -> None:
-        """Allow for unforeseen changes of velocity of some robots (see `Joint.loosen`)."""
+        """Allow for unforeseen changes of robots' velocities (`JointState.inflate_velocities`)."""
         if not len(rows):
             return
         speeds = np.full(self._count, np.nan)

@@ -8,10 +8,11 @@ nobody has (docs/results/consistency.md has the figures). Two things stop it:
 
 The derivative by a robot's place belongs to the robot's own state: an error of height by 1 % makes
 a robot 1 % farther and its speed 1 % larger, wherever it swims. So when a robot's estimate moves,
-by swimming or by a correction, its covariance with the platform moves along (`Joint.carry`), and
-nothing is learnt. Only a camera that moves tells something: what is carried is the change of the
-derivative with the robot's place, seen from where the camera was before. In other words robots are
-kept as the camera sees them and not where they are, so that what no camera can see stays unseen.
+by swimming or by a correction, its covariance with the platform moves along (`JointState.carry`),
+and nothing is learnt. Only a camera that moves tells something: what is carried is the change of
+the derivative with the robot's place, seen from where the camera was before. In other words robots
+are kept as the camera sees them and not where they are, so that what no camera can see stays
+unseen.
 
 And the camera's own place is that which earlier images foretell (`CameraMotion`): the noise of this
 image is not in it.

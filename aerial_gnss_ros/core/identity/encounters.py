@@ -172,7 +172,7 @@ class Encounters:
         return boxes
 
     def doubt(self, laws: Mapping[str, Mapping[str, float]]) -> None:
-        """Take in which robot may be on which track, by the names of these (`Doubts.mapped`)."""
+        """Take in which robot may be on which track, by label (`LabelAmbiguity.mapped`)."""
         self._parted = self._parted.mapped(laws)
 
     def leave(self, name: str, spot: Position, share: float) -> None:

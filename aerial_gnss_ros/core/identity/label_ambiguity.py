@@ -130,7 +130,7 @@ class LabelAmbiguity:
 
 
 def exchange_probabilities(one: T, other: T, share: float) -> dict[T, dict[T, float]]:
-    """Return the laws (`Doubts.mapped`) of two tracks that have exchanged their robots.
+    """Return the laws (`LabelAmbiguity.mapped`) of two tracks that have exchanged their robots.
 
     Args:
         one: of the tracks.

@@ -28,7 +28,7 @@ class CameraMotionTuning:
     """Two poses closer in time tell no velocity: what differs between them is noise. Telemetry
     comes at 200 Hz at most."""
     moved_s: float = 0.02
-    """A latency that is corrected by more puts the scene to another time (`PoseMotion.move`).
+    """A latency that is corrected by more puts the scene to another time (`CameraMotion.move`).
     Judged."""
     jump_rad: float = math.radians(10.0)
     """A camera so far, and so far a second, from where it would be as it went on has not turned
