@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -35,7 +36,9 @@ LACKING = (
 LEAST_SHARE = 0.4
 """Delays are tried if at least this share of the boxes has telemetry there."""
 HALF_STEPS, LEAST_HALF = 10, 8
-RIVALS, RIVAL_NATS = 3, 60.0
+RIVAL_NATS = 60.0
+"""What a coarse or short fit may gain against others when it is refined: it is far from converged,
+and with few images a wrong latency is fitted nearly as well as the right one."""
 FIX_DELAYS_S = (-0.8, -0.4, 0.4, 0.8)
 SEPARATE_NATS = 5.0
 """Fixes have a delay of their own if the logarithm of the likelihood grows by more."""
@@ -127,11 +130,20 @@ class Search:
         return Candidate(linked.evidence, state, score)
 
     def best(self, modes: list[Candidate]) -> list[Candidate]:
-        """Return refined fits of the likeliest maxima, the best first."""
+        """Return fits of all maxima that may be the likeliest, the best first and refined.
+
+        Others are refined, too, unless they stay behind by more than refinement can gain: a latency
+        is told from another by fits that have both converged.
+        """
         top = modes[0].score
-        tried = [one for one in modes[:RIVALS] if one.score > top - RIVAL_NATS]
+        tried = [one for one in modes if one.score > top - RIVAL_NATS]
         fits = [self.fit(self.fine, one.latency_s, 0.0, STEPS, self.common) for one in tried]
-        return _distinct([one for one in fits if one is not None])
+        rough = _distinct([one for one in fits if one is not None])
+        done: list[Candidate] = []
+        for one in rough:
+            least = max((other.score for other in done), default=-math.inf) - RIVAL_NATS
+            done.append(self.refined(one, self.common) if one.score > least else one)
+        return _distinct(done)
 
     def refined(self, one: Candidate, held: frozenset[int]) -> Candidate:
         """Return a fit with the association repeated at its delays."""

@@ -68,7 +68,7 @@ def calibrate(
             "that is seen for longer, with more images a second."
         )
     fits = search.best(modes)
-    best = search.refined(fits[0], search.common)
+    best = fits[0]
     separate = search.separate_fit(best)
     if separate is not None:
         best, fits = search.refined(separate, search.separate), [separate]
