@@ -163,9 +163,9 @@ def test_one_bad_neighbour_refuses_the_scene_between(sea):
 
 def test_what_can_never_come_is_told_at_once_and_waits_for_nothing_late(sea):
     scene = sea.Scene()
-    scene.samples |= {"fix": (0.9,), "height": (-2.0, 2.0)}
+    scene.samples |= {"fix": (0.9,), "height": (0.2, 2.0)}
     scene.feed()
-    result = scene.engine.advance(sea.stamp(1.2))[0]
+    result = scene.engine.advance(sea.stamp(2.0))[0]
     assert [r.reason for r in result.rejections] == [Reason.GAP_HEIGHT]
 
 

@@ -344,7 +344,7 @@ def test_estimates_that_cannot_be(sea, change):
 def test_a_state_file_that_fails_in_any_way_is_told_and_ends_nothing(sea, monkeypatch):
     engine, world, _ = ready(sea)
 
-    def failing(_result, _identity):
+    def failing(*_):
         raise UnicodeEncodeError("utf-8", "\ud800", 0, 1, "surrogates not allowed")
 
     monkeypatch.setattr(engine._names, "keep", failing)
