@@ -37,8 +37,8 @@ LEAST_SHARE = 0.4
 """Delays are tried if at least this share of the boxes has telemetry there."""
 HALF_STEPS, LEAST_HALF = 10, 8
 RIVAL_NATS = 60.0
-"""What a coarse or short fit may gain against others when it is refined: it is far from converged,
-and with few images a wrong latency is fitted nearly as well as the right one."""
+"""Coarse or short fits that are so far behind are tried still: they are far from converged, and
+with few images a wrong latency is fitted nearly as well as the right one."""
 FIX_DELAYS_S = (-0.8, -0.4, 0.4, 0.8)
 SEPARATE_NATS = 5.0
 """Fixes have a delay of their own if the logarithm of the likelihood grows by more."""
@@ -132,8 +132,8 @@ class Search:
     def best(self, modes: list[Candidate]) -> list[Candidate]:
         """Return fits of all maxima that may be the likeliest, the best first and refined.
 
-        Others are refined, too, unless they stay behind by more than refinement can gain: a latency
-        is told from another by fits that have both converged.
+        Others are refined, too, where they are within `RIVAL_NATS` of a refined one. Where robots
+        stay, a fit that begins with ones that swim may gain more, and is then missed.
         """
         top = modes[0].score
         tried = [one for one in modes if one.score > top - RIVAL_NATS]
