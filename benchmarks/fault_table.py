@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import textwrap
 from typing import Any
 
 from tables import columns
@@ -89,13 +90,14 @@ def counts(flights: list[Record]) -> str:
     )
     wrong, rows = (sum(one[name] for one in flights) for name in ("wrong", "rows"))
     late = sum("late" in one for one in off)
-    return (
+    sentence = (
         f"{len(flights)} flights: {sum('died' in one for one in off)} died; "
         f"{sum('wrong' in one for one in off)} with confident wrong positions beyond 0.1 %, "
         f"{wrong} of all {rows} positions; {kept} of {names} names kept; "
         f"{late} right again later than after {RIGHT_S:g} s; "
-        f"{sum('changed' in one for one in off)} changed by an input that is not used.\n"
+        f"{sum('changed' in one for one in off)} changed by an input that is not used."
     )
+    return textwrap.fill(sentence, 120) + "\n"
 
 
 def _share(part: int, whole: int) -> str:
