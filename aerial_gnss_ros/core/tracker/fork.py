@@ -73,7 +73,7 @@ class Fork:
 
     def again(self) -> Fork:
         """Return a copy that can be gone back to, should robots be contradicted once more."""
-        return Fork(self.stamp_ns, copy.deepcopy(self.tracks), [_copy(one) for one in self.groups])
+        return Fork.of(self.stamp_ns, self.tracks, self.groups)
 
     def apart(self, rows: dict[str, int], mean: Array) -> dict[str, Array]:
         """Return how far robots are from where these should be, by name, (2,) m.
