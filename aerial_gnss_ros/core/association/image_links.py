@@ -48,11 +48,10 @@ class ImageLinksTuning:
     """Up to so many assignments all are compared: any four points and detections, or eight that are
     clear of one another. Judged."""
     suggesting_pairs: int = 30
-    """Of more, so many pairs suggest one each, the nearest ones first; and those beside so many of
-    the likeliest are compared as well. Judged."""
+    """Of more pairs only so many, the nearest ones, suggest an assignment each. Judged."""
     beside_assignments: int = 4
-    """Of more, so many pairs suggest one each, the nearest ones first; and those beside so many of
-    the likeliest are compared as well. Judged."""
+    """For so many of the likeliest assignments, those that differ a little are compared as well.
+    Judged."""
 
 
 TUNING = ImageLinksTuning()

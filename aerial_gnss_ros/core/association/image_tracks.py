@@ -64,14 +64,11 @@ class ImageTracksTuning:
     """Probability that a detection where none was expected is of something that will be seen again.
     Judged."""
     prior_new_boxes: float = 0.1
-    """Detections of no known robot in an image, and how often robots are detected, in so many
-    images; both before any image has shown it. Judged."""
+    """Detections of no known robot in an image, before any image has shown how many. Judged."""
     prior_hits: float = 9.0
-    """Detections of no known robot in an image, and how often robots are detected, in so many
-    images; both before any image has shown it. Judged."""
+    """Detections of known robots that are counted before the first image: nine of ten. Judged."""
     prior_misses: float = 1.0
-    """Detections of no known robot in an image, and how often robots are detected, in so many
-    images; both before any image has shown it. Judged."""
+    """Misses of known robots that are counted before the first image: one of ten. Judged."""
 
 
 TUNING = ImageTracksTuning()

@@ -20,11 +20,10 @@ class GnssJumpTuning:
     """Chosen numbers of this module, with their units and where they come from."""
 
     jump_m: float = 10.0
-    """A drone so many metres, and metres a second, from where its past told has not flown there.
+    """A drone that is farther from its predicted position, plus `jump_mps`, did not fly there, m.
     Judged."""
     jump_mps: float = 10.0
-    """A drone so many metres, and metres a second, from where its past told has not flown there.
-    Judged."""
+    """By how much that distance grows with the time since the last fix, m/s. Judged."""
     settle_s: float = 3.0
     """A position that has jumped is believed after so long. Judged."""
 

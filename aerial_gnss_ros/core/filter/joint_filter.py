@@ -47,9 +47,9 @@ class JointFilterTuning:
     """Chosen numbers of this module, with their units and where they come from."""
 
     sure_s: float = 0.1
-    """The latency is known from the first sigma on, until it is above the second. Judged."""
+    """An unknown latency counts as known once its sigma is at most this, s. Judged."""
     unsure_s: float = 0.2
-    """The latency is known from the first sigma on, until it is above the second. Judged."""
+    """A known latency counts as unknown once its sigma is above this, s. Judged."""
     feigned_mps: float = 2.0
     """What a wrong latency may feign of a robot's speed, one sigma. Judged."""
 

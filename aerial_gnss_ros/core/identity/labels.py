@@ -33,13 +33,10 @@ class LabelsTuning:
     max_remembered: int = 1000
     """Robots kept in mind for the state file; the longest unseen are forgotten first. Judged."""
     new_at_first: float = 1.0
-    """Robots never seen that are expected to come up in the picture in a time `tracks.coast_s`,
-    where nobody says which there are: for the first such time robots can be down since before the
-    first image, later hardly. Judged."""
+    """Robots never seen that are expected to come up in the first `tracks.coast_s` seconds, where
+    nobody says which there are: they can be down since before the first image. Judged."""
     new_later: float = 0.1
-    """Robots never seen that are expected to come up in the picture in a time `tracks.coast_s`,
-    where nobody says which there are: for the first such time robots can be down since before the
-    first image, later hardly. Judged."""
+    """The same in any later `tracks.coast_s` seconds, when hardly any can still be down. Judged."""
 
 
 TUNING = LabelsTuning()

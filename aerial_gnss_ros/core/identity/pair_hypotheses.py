@@ -33,11 +33,10 @@ class PairHypothesesTuning:
     least_log: float = -12.0
     """Log weight, relative to the best, below which a hypothesis is dropped. Judged."""
     turn_rate_sigma: float = 0.5
-    """A robot's rate of turn, one sigma, rad/s, and how long it lasts, s. Chosen by the log
-    likelihood of the right ways in `benchmarks/meetings.py --seeds 120 --first 500`."""
+    """A robot's rate of turn, one sigma, rad/s. Chosen by the log likelihood of the right
+    ways in `benchmarks/meetings.py --seeds 120 --first 500`."""
     turn_lasts_s: float = 1.5
-    """A robot's rate of turn, one sigma, rad/s, and how long it lasts, s. Chosen by the log
-    likelihood of the right ways in `benchmarks/meetings.py --seeds 120 --first 500`."""
+    """How long a turn lasts, s. Chosen in the same way."""
     course_density: float = 0.2
     """Change of its course that has no memory, one sigma after a second, rad/s^0.5. Judged."""
     place_density: float = 0.1

@@ -50,13 +50,11 @@ class ReidentificationTuning:
     """Both allow for a place that is wrong by so much more than the filter says, one sigma, m.
     Judged."""
     patience_s: float = 4.0
-    """How long a track waits for the other robot to come up, too, where that is not so: a fixed
-    time and a share of the time for which the nearest was out of sight. Those that come up one
-    after the other wait for the last of them. Judged."""
+    """How long a track waits for the other robot to come up, too, s; those that come up one after
+    the other wait for the last of them. Judged."""
     patience_share: float = 0.05
-    """How long a track waits for the other robot to come up, too, where that is not so: a fixed
-    time and a share of the time for which the nearest was out of sight. Those that come up one
-    after the other wait for the last of them. Judged."""
+    """It waits longer by this share of the time for which the nearest robot was out of sight.
+    Judged."""
     look_s: float = 1.0
     """How long a track in doubt waits to show how it swims, s. Judged."""
     naming_probability: float = 0.8

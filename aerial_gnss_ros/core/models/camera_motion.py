@@ -31,13 +31,11 @@ class CameraMotionTuning:
     """A latency that is corrected by more puts the scene to another time (`CameraMotion.move`).
     Judged."""
     jump_rad: float = math.radians(10.0)
-    """A camera so far, and so far a second, from where it would be as it went on has not turned
-    there, rad. Cameras begin to turn by 100 deg/s from one image to the next, but not by 200. From
-    recorded DJI flights."""
+    """A camera that is farther from its predicted orientation, plus `jump_radps`, did not turn
+    there, rad. From recorded DJI flights."""
     jump_radps: float = math.radians(90.0)
-    """A camera so far, and so far a second, from where it would be as it went on has not turned
-    there, rad. Cameras begin to turn by 100 deg/s from one image to the next, but not by 200. From
-    recorded DJI flights."""
+    """By how much that angle grows with the time since the last image, rad/s. Cameras begin to turn
+    by 100 deg/s from one image to the next, but not by 200. From recorded DJI flights."""
 
 
 TUNING = CameraMotionTuning()
