@@ -4,28 +4,13 @@
 
 from __future__ import annotations
 
-import numpy as np
-
 from aerial_gnss_ros.core.estimation.found_again import TRIAL_IMAGES, FoundAgain
-from aerial_gnss_ros.core.values.camera_pose import CameraPose
-from aerial_gnss_ros.core.values.estimates import FrameResult, MapDatum, RobotEstimate, State
+from aerial_gnss_ros.core.values.estimates import State
 
 SECOND = 1_000_000_000
 
 
-def result_at(stamp_ns, names=(), boxes=1, state=State.CONFIRMED):
-    robots = tuple(
-        RobotEstimate(
-            stamp_ns, name, "aqua", state, 0.2, -1.0, 0.0, np.zeros(2), np.zeros(2), np.eye(4),
-            stamp_ns - 1,
-        )
-        for name in names
-    )  # fmt: skip
-    pose = CameraPose(stamp_ns, 0.2, -1.0, 30.0, 30.0, np.eye(3))
-    return FrameResult(stamp_ns, "camera", robots, (), MapDatum(0.2, -1.0, 0.0), pose, boxes=boxes)
-
-
-def test_robots_found_again_or_not():
+def test_robots_found_again_or_not(result_at):
     again = FoundAgain()
     before = (
         result_at(0, ["a", "b"]).estimates + result_at(0, ["c"], state=State.COASTING).estimates

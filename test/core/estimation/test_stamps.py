@@ -1,321 +1,348 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""The limits by which stamps are judged, one by one."""
+"""Stamps that are wrong, clocks that are set, and time that begins anew."""
 
 from __future__ import annotations
 
+import math
+from collections import Counter
+from dataclasses import replace
+
+import numpy as np
 import pytest
 
-from aerial_gnss_ros.core.telemetry.clock import Clock, Decision, Verdict
+from aerial_gnss_ros.core.estimation.state_file import load
+from aerial_gnss_ros.core.telemetry.input_status import InputState
+from aerial_gnss_ros.core.values.estimates import State
+from aerial_gnss_ros.core.values.rejection import Reason
+from aerial_gnss_ros.core.values.samples import Orientation, Scalar
 
-ON, BACK, OFF, ELSEWHERE = Verdict.GOES_ON, Verdict.RETURNS, Verdict.FAR_OFF, Verdict.ELSEWHERE
-TELEMETRY = ("fix", "gimbal", "height")
+DAY = 86_400.0
+NEEDED = ("fix", "gimbal", "height", "detections")
+OTHERS = ("attitude", "camera_info", "water_level", "depth")
+ALL = (*NEEDED, *OTHERS)
+ROBOTS = {"a": (3.0, 22.0), "b": (-12.0, 25.0), "c": (14.0, 34.0)}
+NAMES = ["aqua_1", "aqua_2", "aqua_3"]
 
 
-def ns(seconds):
-    return round(seconds * 1e9)
+class Player:
+    """Plays a hover with all inputs into an estimator; stamps and the node's clock may be off."""
 
+    def __init__(self, sea, values=None, images=10, telemetry=20):
+        robots = {name: (lambda _t, place=place: place) for name, place in ROBOTS.items()}
+        self.sea, self.images, self.telemetry = sea, images, telemetry
+        self.world = sea.World(robots=robots)
+        self.engine = sea.estimator({"depth.topics": ["depth"]} | (values or {}))
+        self.results = []
+        self.t = 0.0
 
-class Times:
-    """A clock with seconds."""
+    def send(self, name, t, off=0.0):
+        """Send one message, stamped so many seconds off."""
+        engine, world = self.engine, self.world
+        ns = self.sea.stamp(t + off)
+        if name == "detections":
+            engine.add_detections(replace(world.frame(t), stamp_ns=ns))
+        elif name == "camera_info":
+            engine.add_camera(ns, self.sea.camera)
+        elif name == "attitude":
+            engine.add_attitude(Orientation(ns, np.array([0.0, 0.0, 0.0, 1.0])))
+        elif name == "water_level":
+            engine.add_water_level(Scalar(ns, 0.0))
+        elif name == "depth":
+            engine.add_depth("", Scalar(ns, 0.0))
+        else:
+            getattr(engine, f"add_{name}")(replace(getattr(world, name)(t), stamp_ns=ns))
 
-    def __init__(self, needed=TELEMETRY, held=()):
-        self.clock = Clock(needed, held)
+    def play(self, seconds, off=None, clock=0.0, without=(), steady=None):
+        """Go on for so long; `off`: of stamps by input; `clock`: by how much the node's is off.
 
-    def take(self, name, *stamps):
-        return [self.clock.take(name, ns(stamp)) for stamp in stamps]
-
-    def tick(self, now):
-        self.clock.tick(ns(now))
-        return self.clock.silent()
-
-    def run(self, begin, end, names=(*TELEMETRY, "detections"), off=0.0):
-        """Let 10 stamps a second come, whatever they are."""
-        for i in range(round((end - begin) * 10)):
-            for name in names:
-                self.take(name, begin + 0.1 * i + off)
-            self.tick(begin + 0.1 * i)
+        `steady`: by how much one that nobody sets is off, None without such.
+        """
+        off = off or {}
+        for i in range(round(seconds * 20)):
+            t = self.t + 0.05 * i
+            k = round(t * 20)
+            for name in ("camera_info", "water_level", "depth", "attitude", *NEEDED):
+                rate = self.images if name in ("detections", "camera_info") else self.telemetry
+                if k % round(20 / rate) == 0 and name not in without:
+                    self.send(name, t, off.get(name, 0.0))
+            steady_ns = None if steady is None else round((t + steady) * 1e9)
+            self.results += self.engine.advance(self.sea.stamp(t + clock), steady_ns)
+        self.t += seconds
         return self
 
-    def decision(self, name):
-        return self.clock.decision(name)
+    def end(self):
+        """Take what is left; return the results."""
+        self.results += self.engine.flush()
+        return self.results
+
+    def names(self, since):
+        """Return the robots measured in each image stamped later."""
+        return [
+            [e.robot_id for e in r.estimates if str(e.state) == "confirmed"]
+            for r in self.results
+            if r.stamp_ns >= self.sea.stamp(since)
+        ]
+
+    def told(self, words):
+        return [sentence for sentence in self.engine.events if words in sentence]
 
 
-@pytest.mark.parametrize(
-    ("stamp", "verdict"), [(8.1, ON), (7.8, OFF), (10.4, ON), (10.6, OFF), (12.1, OFF), (9.9, ON)]
-)
-def test_a_stamp_may_be_2_s_late_or_half_a_second_early(stamp, verdict):
-    times = Times().run(0.0, 10.0)  # the newest is 9.9, the next one 10.0
-    assert times.take("fix", stamp) == [verdict]
+@pytest.fixture
+def player(sea):
+    return lambda *args, **kwargs: Player(sea, *args, **kwargs)
 
 
-@pytest.mark.parametrize(("stamp", "verdict"), [(60.4, ON), (60.6, OFF), (62.2, OFF)])
-def test_and_as_much_later_as_time_has_passed(stamp, verdict):
-    times = Times().run(0.0, 10.0)
-    times.tick(60.0)
-    assert times.take("fix", stamp) == [verdict]
+@pytest.mark.parametrize("off", [DAY, -DAY, 3.0])
+@pytest.mark.parametrize("name", [*NEEDED, *OTHERS])
+def test_one_wrong_stamp_renames_nobody(player, name, off):
+    flight = player().play(3.0)
+    before = flight.engine.inputs[name]
+    flight.send(name, 3.0, off)
+    flight.play(3.0).end()
+    assert flight.names(1.0) == [NAMES] * 50  # no image is lost either
+    assert flight.engine.happened == Counter()
+    harmless = off < 0.0 and name in ("camera_info", "water_level", "depth")  # sent long ago
+    assert flight.engine.inputs[name].bad - before.bad == (not harmless)
+    assert len(flight.told(f"1 message on {name} refused")) == (not harmless)
+    assert flight.engine.dropped == ({"wrong_stamp": 1} if name == "detections" else {})
 
 
-def test_a_pause_is_known_when_the_node_s_time_is_told():
-    times = Times().run(0.0, 10.0)
-    assert times.take("fix", 60.0) == [OFF]
-    assert times.tick(10.0) == ()
-    assert times.tick(59.4) == ()
-    assert times.tick(59.6) == ("fix",)
-    times.clock.goes_on("fix")
-    assert times.take("fix", 60.0, 60.1) == [ON, ON]
+@pytest.mark.parametrize("off", [DAY, -DAY, 5.0])
+@pytest.mark.parametrize("name", [*NEEDED, "attitude", "camera_info"])
+def test_one_input_with_wrong_stamps_for_5_s_renames_nobody(player, name, off):
+    flight = player().play(6.0).play(2.0, off={name: off})
+    harmless = off < 0.0 and name in ("camera_info", "water_level", "depth")
+    if not harmless and name != "attitude":  # which is not used
+        assert flight.engine.inputs[name].state is InputState.BAD
+        assert "its stamp is" in flight.engine.inputs[name].trouble
+    flight.play(3.0, off={name: off}).play(4.0).end()
+    assert flight.names(12.0) == [NAMES] * 30
+    assert flight.engine.happened == Counter()
+    if name in OTHERS:
+        assert flight.names(1.0) == [NAMES] * 140
 
 
-def test_what_is_behind_was_no_pause():
-    times = Times().run(0.0, 10.0)
-    assert times.take("fix", 3.0) == [OFF]
-    assert times.tick(60.0) == ()
+@pytest.mark.parametrize("off", [1.0, 1.8])
+@pytest.mark.parametrize("name", NEEDED)
+def test_early_stamps_of_one_input_rename_nobody(player, name, off):
+    """Between the last right sample and the first early one the drone would seem to stand."""
+    flight = player()
+    flight.world.drone = lambda t: (4.0 * math.sin(t), 0.0, 30.0 + 2.0 * math.sin(1.5 * t))
+    flight.world.rpy_deg = lambda t: (0.0, 60.0, 90.0 + 6.0 * math.sin(2.5 * t))
+    flight.play(6.0).play(2.0, off={name: off})
+    assert flight.engine.inputs[name].state is InputState.BAD
+    assert "s ahead of those before" in flight.engine.inputs[name].trouble
+    flight.play(5.0).end()
+    found = {e.robot_id for r in flight.results for e in r.estimates}
+    assert (found, flight.names(9.0)) == (set(NAMES), [NAMES] * 40)
 
 
-def test_delays_of_the_first_messages_do_not_count():
-    """The largest lead over the node's clock does: a first message may have been on its way."""
-    times = Times()
-    times.tick(5.0)
-    times.take("fix", 0.0)
-    for i in range(1, 40):
-        times.take("fix", 0.1 * i)
-        times.tick(5.0 + 0.02 * i)  # catches up
-    assert times.tick(20.0) == ()
-    assert times.take("fix", 18.7) == [OFF]  # the last one was 1.88 s late
-    assert times.take("fix", 18.5) == [BACK]
+@pytest.mark.parametrize("off", [DAY, -DAY])
+@pytest.mark.parametrize("name", ["fix", "detections", "attitude", "camera_info"])
+def test_a_wrong_first_stamp_costs_moments(player, name, off):
+    flight = player()
+    flight.send(name, 0.0, off)
+    flight.play(3.0).end()
+    assert flight.names(1.0)[-20:] == [NAMES] * 20
+    assert {e.robot_id for r in flight.results for e in r.estimates} == set(NAMES)
 
 
-def test_a_node_s_clock_that_is_set_is_followed():
-    times = Times().run(0.0, 10.0)
-    for i in range(20):  # an hour later by the node's clock alone
-        times.tick(3610.0 + 0.1 * i)
-        assert times.take("fix", 10.0 + 0.1 * i) == [ON]
-    assert times.take("fix", 1000.0) == [OFF]
-    assert times.tick(3612.1) == ()
+@pytest.mark.parametrize("telemetry", [20, 1])
+@pytest.mark.parametrize("clock", [True, False])
+@pytest.mark.parametrize("back", [100.0, 3.5])
+def test_time_that_begins_anew_is_followed_within_a_second(player, telemetry, clock, back):
+    """A bag in a loop; the node's clock goes along (`--clock`) or not."""
+    flight = player(telemetry=telemetry, values={"height.max_gap": 2.5, "gimbal.max_gap": 2.5})
+    flight.t = back
+    flight.play(4.0 if back > 4.0 else 3.5, without=OTHERS[:1])
+    end, flight.t = flight.t, 0.0
+    flight.play(1.15, clock=0.0 if clock else end)
+    assert flight.engine.happened["time_went_backward"] == 1
+    flight.play(2.85, clock=0.0 if clock else end).end()
+    assert flight.engine.happened["time_went_backward"] == 1
+    (told,) = flight.told("Time went backward by")
+    assert ("robots get new names" in told) == clock  # else the node's clock tells what passed
+    stamps = [r.stamp_ns for r in flight.results]
+    again = flight.results[stamps.index(flight.sea.stamp(0.0)) :]
+    assert len(again) == 40  # nothing of the new pass is lost
+    assert not any(r.rejections for r in again[:31])
+    names = ["aqua_4", "aqua_5", "aqua_6"] if clock else NAMES
+    assert [e.robot_id for e in again[-1].estimates] == names
+    assert again[0].stamp_ns == flight.sea.stamp(0.0)
 
 
-def test_until_a_stamp_came_after_the_node_s_clock_was_set_leads_are_unknown():
-    times = Times().run(0.0, 10.0)
-    assert times.tick(-90.0) == ()
-    assert times.take("fix", 60.0) == [OFF]
-    assert times.tick(-90.0) == ("fix",)  # nothing speaks against it
-    assert times.take("gimbal", 10.0) == [ON]
-    assert times.take("gimbal", 60.0) == [OFF]
-    assert times.tick(-90.0) == ("fix",)
+@pytest.mark.parametrize("hours", [3.0, -3.0])
+@pytest.mark.parametrize("clock", [True, False])
+def test_a_clock_that_steps_for_all_is_followed(player, hours, clock):
+    flight = player().play(5.0)
+    off = dict.fromkeys((*NEEDED, *OTHERS), 3600.0 * hours)
+    seen = len(flight.results)
+    flight.play(5.0, off=off, clock=3600.0 * hours if clock else 0.0).end()
+    after = [r for r in flight.results[seen:] if abs(r.stamp_ns - flight.sea.stamp(7.5)) > 9e12]
+    assert len(after) == 50
+    assert sum(bool(r.rejections) for r in after) <= 10
+    assert len(after[-1].estimates) == 3
 
 
-def test_stamps_that_return_or_are_elsewhere_end_a_rival():
-    times = Times().run(0.0, 10.0)
-    assert times.take("fix", 500.0, 500.1, 700.0, 10.0, 10.1) == [OFF, OFF, ELSEWHERE, BACK, ON]
-    assert times.clock.newest("fix") == ns(10.1)
+@pytest.mark.parametrize("step", [3600.0, -3600.0])
+def test_the_node_s_clock_alone_may_be_set(player, step):
+    flight = player().play(5.0).play(5.0, clock=step)
+    flight.send("fix", 10.0, DAY)
+    flight.play(2.0, clock=step).end()
+    assert flight.engine.happened == Counter()
+    assert flight.names(6.0) == [NAMES] * 60
 
 
-def test_values_that_hold_may_be_stamped_long_ago():
-    times = Times(held=("camera_info",))
-    assert times.take("camera_info", 100.0, 0.0, 100.0, 103.0) == [ON, ON, ON, OFF]
-    assert times.clock.apart_s("camera_info") == pytest.approx(3.0)
+def test_telemetry_whose_clock_comes_right_is_used(player):
+    """An autopilot before its receiver told it the time."""
+    flight = player().play(3.0, off={"fix": -DAY, "gimbal": -DAY})
+    assert not any(r.estimates for r in flight.results)
+    flight.play(4.0).end()
+    assert flight.names(4.0) == [NAMES] * 30
+    assert len(flight.told("was set")) == 2
+    assert flight.engine.happened == Counter()
 
 
-def begun_anew(times, off, names, images=2):
-    """Return the decision after messages of some inputs, then images, moved."""
-    for name in names:
-        times.take(name, 10.0 + off)
-        assert times.decision(name) is None
-    for i in range(images):
-        assert times.take("detections", 10.0 + off + 0.1 * i)[0] is OFF
-    return times.decision("detections")
+def test_images_whose_clock_comes_right_are_used(player):
+    flight = player().play(4.0, off={"detections": -DAY}).play(4.0).end()
+    assert [[e.robot_id for e in r.estimates] for r in flight[-30:]] == [NAMES] * 30
 
 
-@pytest.mark.parametrize(
-    ("names", "images", "anew"),
-    [
-        (TELEMETRY, 2, True),
-        (TELEMETRY, 1, False),
-        (TELEMETRY[:2], 2, True),
-        (TELEMETRY[:1], 2, False),
-        (("attitude", "camera_info"), 5, False),  # nobody needs them
-        ((), 20, False),
-    ],
-)
-@pytest.mark.parametrize("off", [-5.0, -100.0, 100.0])
-def test_most_needed_inputs_decide_whether_time_began_anew(names, images, anew, off):
-    times = Times().run(0.0, 10.0, (*TELEMETRY, "attitude", "camera_info", "detections"))
-    decision = begun_anew(times, off, names, images)
-    assert (decision is not None) == anew
-    if anew:
-        assert decision.anew
-        assert set(decision.moved) == {"detections", *names}
-        assert decision.by_ns == pytest.approx(ns(off), abs=ns(0.3))
+def test_a_clock_that_stays_elsewhere_is_reported_as_such(player):
+    flight = player().play(5.0).play(15.0, off={"detections": DAY}).end()
+    assert {one.reason for r in flight[-20:] for one in r.rejections} == {Reason.STALE_FIX}
 
 
-@pytest.mark.parametrize(("apart", "anew"), [(2.5, True), (3.5, False)])
-def test_what_moved_otherwise_is_no_witness(apart, anew):
-    times = Times(("fix",)).run(0.0, 10.0, ("fix", "detections"))
-    times.take("fix", 110.0 + apart)
-    times.take("detections", 110.0, 110.1)
-    assert (times.decision("detections") is not None) == anew
+@pytest.mark.parametrize("name", NEEDED)
+def test_an_input_may_be_silent(player, name):
+    flight = player().play(4.0).play(20.0, without=(name,)).play(4.0)
+    results = flight.end()
+    assert {e.robot_id for r in results[-10:] for e in r.estimates} == set(NAMES)
+    assert flight.engine.inputs[name].bad == 0
+    assert flight.told("refused: stamped") == []
 
 
-@pytest.mark.parametrize(("seconds", "anew"), [(9.5, False), (10.5, True)])
-def test_images_alone_are_followed_after_10_s(seconds, anew):
-    times = Times().run(0.0, 10.0)
-    times.run(10.0, 10.0 + seconds, TELEMETRY)
-    times.take("detections", 110.0)
-    for i in range(round(seconds * 10)):
-        times.take("detections", 110.0 + 0.1 * i)
-    assert (times.decision("detections") is not None) == anew
+def test_all_may_be_silent_and_messages_may_come_in_a_burst(sea):
+    """Nothing tells the time between: a recording with a gap."""
+    engine, world = sea.estimator(), sea.World(robots={"a": lambda _t: (3.0, 22.0)})
+    sea.play(engine, world, 3.0, until_flush=False)
+    results = sea.play(engine, world, 3.0, begin=40.0)
+    assert all(not r.rejections for r in results)
+    assert engine.happened == Counter()
+    assert engine.inputs["fix"].bad == 0
 
 
-@pytest.mark.parametrize(("images", "anew"), [(3, False), (4, True)])
-def test_without_other_inputs_four_images_decide(images, anew):
-    times = Times(()).run(0.0, 10.0, ("detections",))
-    times.take("detections", *(1000.0 + 0.1 * i for i in range(images)))
-    assert (times.decision("detections") is not None) == anew
-
-
-@pytest.mark.parametrize(("step", "anew"), [(-100.0, True), (-96.0, False), (-104.0, False)])
-def test_the_node_s_clock_is_a_witness_where_it_steps_along(step, anew):
-    times = Times().run(0.0, 10.0)
-    times.tick(9.9 + step)
-    times.take("detections", -90.0)
-    decision = times.decision("detections")
-    assert (decision is not None) == anew
-    if anew:
-        assert "clock" in decision.moved
-
-
-def test_inputs_that_went_on_speak_against_the_node_s_clock():
-    times = Times().run(0.0, 10.0)
-    times.tick(-90.1)
-    for name in TELEMETRY:
-        times.take(name, 10.0)
-    times.take("detections", -90.0)
-    assert times.decision("detections") is None
-
-
-def test_images_that_come_to_the_time_of_telemetry():
-    times = Times().run(0.0, 10.0, TELEMETRY).run(9.0, 10.0, ("detections",), off=-500.0)
-    times.take("detections", 10.0)
-    assert times.decision("detections") is None
-    times.take("detections", 10.1)
-    decision = times.decision("detections")
-    assert (set(decision.moved), set(decision.kept)) == ({"detections"}, set(TELEMETRY))
-    times.clock.believe(decision)
-    assert times.take("fix", 10.1, 500.0) == [ON, OFF]  # its line is still there
-    assert times.take("detections", 10.2) == [ON]
-
-
-def test_telemetry_that_comes_to_the_time_of_images():
-    times = Times().run(0.0, 10.0, ("detections",)).run(9.0, 10.0, ("fix",), off=-500.0)
-    times.take("fix", 10.0, 10.1)
-    assert times.decision("fix") is None
-    times.take("fix", 10.2)
-    decision = times.decision("fix")
-    assert decision == Decision(False, ("fix",))
-    times.clock.believe(decision)
-    assert times.take("fix", 10.2) == [ON]
-    assert times.take("detections", 10.0) == [ON]
-
-
-def test_telemetry_that_leaves_the_images_is_followed_after_10_s():
-    times = Times().run(0.0, 10.0)
-    times.take("fix", *(500.0 + 0.1 * i for i in range(100)))
-    assert times.decision("fix") is None
-    times.take("fix", 510.1)
-    assert times.decision("fix") == Decision(False, ("fix",))
-
-
-def test_a_wrong_first_stamp_is_outvoted_by_two():
-    times = Times()
-    times.take("fix", 500.0, 0.0)
-    assert times.decision("fix") is None
-    times.take("fix", 0.1)
-    assert times.decision("fix") == Decision(False, ("fix",))
-
-
-def leading(by, *, seconds=10.0, names=("fix",), every=0.1, begin=10.0, run=10.0, now=0.0):
-    """Return for each of some inputs when its stamps, early by so much, were believed, s."""
-    times, believed = Times().run(begin - run, begin), {}
-    for i in range(round(seconds / 0.1)):
-        t = begin + 0.1 * i
-        for name in (*TELEMETRY, "detections"):
-            step = every if name in names else 0.1
-            if round(t / step, 6) != round(t / step):
-                continue
-            times.take(name, t + (by if name in names else 0.0))
-            for silent in times.tick(t + now):
-                times.clock.goes_on(silent)
-                believed.setdefault(silent, round(t - begin, 1))
-            assert times.decision(name) is None  # nothing is cleared
-    return believed
-
-
-@pytest.mark.parametrize("name", [*TELEMETRY, "detections"])
-@pytest.mark.parametrize("by", [0.65, 1.9])
-def test_early_stamps_of_one_input_wait_until_they_outlast_those_before(name, by):
-    assert leading(by, names=(name,), seconds=9.9) == {}
-    assert leading(by, names=(name,), seconds=11.0) == {name: 9.9}
-    assert leading(by, names=(name,), run=2.0) == {name: 1.9}
-    assert leading(by, names=(name,), every=1.0, seconds=9.9) == {}
-
-
-def test_early_stamps_leave_the_line_where_it_is():
-    times = Times().run(0.0, 10.0)
-    for i in range(5):
-        assert times.take("fix", 11.5 + 0.1 * i)[0] is OFF
-        assert times.tick(10.0 + 0.1 * i) == ()
-    assert times.take("fix", 10.5, 10.6) == [BACK, ON]
-    assert times.tick(10.6) == ()
-    assert times.take("fix", 12.1) == [OFF]  # their lead was not learned
-
-
-@pytest.mark.parametrize("by", [0.65, 1.9])
-def test_where_all_inputs_lead_alike_they_go_on(by):
-    """The clock that stamps them was set, or a piece of a recording is cut out."""
-    believed = leading(by, names=(*TELEMETRY, "detections"))
-    assert set(believed) == {*TELEMETRY, "detections"}
-    assert max(believed.values()) <= 0.2
-
-
-def test_one_that_comes_seldom_goes_on_as_the_others_did():
-    times, every = Times(), (*TELEMETRY, "detections")
-    times.run(0.0, 10.0)
+def test_a_camera_on_a_mast_needs_several_images(sea):
+    values = {"fix.source": "constant", "fix.latitude_deg": 13.194, "fix.longitude_deg": -59.6415}
+    values |= {"gimbal.source": "constant", "height.source": "constant", "height.value_m": 30.0}
+    engine = sea.estimator(values)
+    engine.add_camera(sea.stamp(0.0), sea.camera)
     for i in range(30):
-        t = 10.0 + 0.1 * i
-        for name in every:
-            if name == "height" and i not in (9, 19):
-                continue
-            times.take(name, t + 1.5)
-            for silent in times.tick(t):
-                times.clock.goes_on(silent)
-        assert (times.clock.newest("height") > ns(12.0)) == (i >= 9)
+        engine.add_detections(sea.boxes(0.1 * i, [sea.middle]))
+        engine.advance(sea.stamp(0.1 * i))
+    engine.add_detections(sea.boxes(DAY, [sea.middle]))
+    for i in range(30, 40):
+        engine.add_detections(sea.boxes(0.1 * i, [sea.middle]))
+        engine.advance(sea.stamp(0.1 * i))
+    assert engine.happened == Counter()
+    for i in range(10):
+        engine.add_detections(sea.boxes(-50.0 + 0.1 * i, [sea.middle]))
+        engine.advance(sea.stamp(4.0 + 0.1 * i))
+    assert engine.happened == {"time_went_backward": 1}
+    assert math.isclose(engine.robots[0].last_seen_ns, sea.stamp(-49.1), abs_tol=2.0)
 
 
-def test_telemetry_that_leads_without_the_images_waits():
-    assert leading(1.5, names=TELEMETRY, seconds=5.0) == {}
+def test_what_waits_is_bounded(player):
+    flight = player().play(2.0)
+    for i in range(6000):
+        flight.send("fix", 0.001 * i, DAY)
+    assert len(flight.engine._arrivals._held) <= 4096
 
 
-def test_the_node_s_clock_may_be_set_back_by_a_second():
-    assert leading(0.0, names=(), now=-1.0) == {}
-    times = Times().run(0.0, 10.0)
-    times.tick(8.9)
-    assert times.take("fix", 10.0) == [ON]
-    times.tick(8.9)
-    assert times.take("fix", 10.1, 11.5) == [ON, OFF]
+def swimming(flight):
+    """Robots at 1 m/s: two of them 2 m from one another, one behind the other."""
+    starts = {"a": (-6.0, 20.0), "b": (-8.0, 20.0), "c": (8.0, 30.0)}
+    flight.world.robots = {name: lambda t, at=at: (at[0] + t, at[1]) for name, at in starts.items()}
+    return flight
 
 
-@pytest.mark.parametrize(("apart", "rate"), [(0.1, 2.0), (1.0, 5.0), (1.9, 3.0)])
-def test_stamps_that_come_as_far_apart_as_ever_are_not_early(apart, rate):
-    """A recording that is played fast, and the node's clock does not know."""
-    times = Times()
-    for i in range(60):
-        assert times.take("fix", apart * i) == [ON]
-        times.tick(apart * i / rate)
+def whose(flight, since):
+    """By name, the robot that it is on in every image from a stamp on."""
+    found = {}
+    for result, t in since:
+        for one in result.estimates:
+            if one.state is State.CONFIRMED:
+                apart = {
+                    name: np.hypot(*np.subtract(at(t), one.position))
+                    for name, at in flight.world.robots.items()
+                }
+                found.setdefault(one.robot_id, set()).add(min(apart, key=apart.get))
+    return found
 
 
-def test_a_network_that_recovers_brings_nothing_early():
-    """What it held comes at once, with losses; nothing is nearer to its stamp than at first."""
-    times = Times().run(0.0, 10.0)
-    for stamp, now in ((10.0, 12.0), (10.5, 13.0), (11.0, 13.5), (13.0, 13.6), (13.6, 13.6)):
-        times.tick(now)
-        assert times.take("fix", stamp) == [ON]
+def seconds(sea, result):
+    return (result.stamp_ns - sea.stamp(0.0)) * 1e-9
+
+
+@pytest.mark.parametrize("by", [DAY, -DAY, 4.0, -4.0])
+@pytest.mark.parametrize("node", [True, False])
+def test_all_clocks_step_and_names_stay(player, sea, by, node):
+    """The node's clock goes along, and a steady one tells the time; or it does not."""
+    flight = swimming(player()).play(4.0, steady=70.0)
+    before = len(flight.results)
+    clock = by if node else 0.0
+    flight.play(4.0, off=dict.fromkeys(ALL, by), clock=clock, steady=70.0).end()
+    after = [(r, seconds(sea, r) - by) for r in flight.results[before:]]
+    after = [(r, t) for r, t in after if 4.3 < t < 9.0]
+    assert len(after) > 30
+    known = whose(flight, [(r, seconds(sea, r)) for r in flight.results[5:before]])
+    assert [len(robots) for robots in known.values()] == [1, 1, 1]
+    assert whose(flight, after) == known
+    assert len(flight.told("keep their names")) == 1
+    last = [(one.last_seen_ns, r.stamp_ns) for r, _ in after for one in r.estimates]
+    assert all(seen_ns == stamp_ns for seen_ns, stamp_ns in last)
+
+
+def test_a_node_s_clock_that_steps_along_tells_nothing(player):
+    """Nobody knows how long it took."""
+    flight = player().play(4.0).play(4.0, off=dict.fromkeys(ALL, -DAY), clock=-DAY)
+    names = {e.robot_id for e in flight.end()[-1].estimates}
+    assert names.isdisjoint(NAMES)
+
+
+def test_another_scene_has_new_names(player):
+    """A recording that begins again, while the node's clock goes on."""
+    flight = player().play(6.0)
+    flight.world.robots = {
+        name: lambda _t, at=at: at
+        for name, at in {"a": (8.0, 24.0), "b": (-3.0, 31.0), "c": (-8.0, 19.0)}.items()
+    }
+    flight.play(6.0, off=dict.fromkeys(ALL, -DAY)).end()
+    assert {e.robot_id for e in flight.results[-1].estimates}.isdisjoint(NAMES)
+    assert len(flight.told("it is another scene")) == 1
+    assert len(flight.results[-1].estimates) == 3
+
+
+def test_images_alone_lack_telemetry_of_their_time(player):
+    """Their arrival does not tell it well enough."""
+    flight = player().play(5.0).play(15.0, off={"detections": DAY}, steady=0.0)
+    flight.end()
+    assert {one.reason for r in flight.results[-20:] for one in r.rejections} == {Reason.STALE_FIX}
+
+
+def test_names_are_saved_as_they_are_stamped(player, tmp_path):
+    path = tmp_path / "names.json"
+    flight = player({"state_file": str(path)}).play(4.0)
+    flight.play(4.0, off=dict.fromkeys(ALL, DAY)).end()
+    seen = {one.last_seen_ns for one in load(path).robots}
+    assert seen == {flight.results[-1].stamp_ns}
+
+
+def test_predictions_are_stamped_like_images(player):
+    flight = player().play(4.0).play(4.0, off=dict.fromkeys(ALL, DAY))
+    last = flight.results[-1].stamp_ns
+    ahead = flight.engine.predicted(last + 2_000_000_000)
+    assert ahead.stamp_ns == last + 2_000_000_000
+    assert [one.last_seen_ns for one in ahead.estimates] == [last] * 3
+    assert flight.engine.predicted(last) is None

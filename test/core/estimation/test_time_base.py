@@ -6,28 +6,12 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-import numpy as np
-
 from aerial_gnss_ros.core.estimation.time_base import TimeBase
-from aerial_gnss_ros.core.values.camera_pose import CameraPose
-from aerial_gnss_ros.core.values.estimates import FrameResult, MapDatum, RobotEstimate, State
 from aerial_gnss_ros.core.values.rejection import Reason, Rejection
 from aerial_gnss_ros.core.values.samples import Scalar
 
 
-def result_at(stamp_ns, names=(), boxes=1, state=State.CONFIRMED):
-    robots = tuple(
-        RobotEstimate(
-            stamp_ns, name, "aqua", state, 0.2, -1.0, 0.0, np.zeros(2), np.zeros(2), np.eye(4),
-            stamp_ns - 1,
-        )
-        for name in names
-    )  # fmt: skip
-    pose = CameraPose(stamp_ns, 0.2, -1.0, 30.0, 30.0, np.eye(3))
-    return FrameResult(stamp_ns, "camera", robots, (), MapDatum(0.2, -1.0, 0.0), pose, boxes=boxes)
-
-
-def test_what_came_before_a_step_keeps_its_stamp():
+def test_what_came_before_a_step_keeps_its_stamp(result_at):
     base = TimeBase()
     value, result = Scalar(7, 1.0), result_at(7, ["a"])
     assert base.shifted(value) is value
