@@ -37,7 +37,7 @@ from aerial_gnss_ros.core.faults.rotation_test import TUNING as ROTATION_TEST
 from aerial_gnss_ros.core.faults.rotation_test import fit_rotation
 
 Array = NDArray[np.float64]
-Sums = dict[int, tuple[Array, Array, float, float]]
+Sums = dict[int, tuple[Array, Array, Array, float]]
 """By number of the judgement: sums, their variances, a swerve's sigma, gain of the best turn."""
 
 HEADS = ["drift", "flight", "seed", "wrong", "speed, m/s", "known, nats", "found, nats"]
@@ -51,7 +51,7 @@ def judgements(case: Case, kind: str, seed: int, items: list[Item]) -> tuple[Sum
     start_ns = flight.boxes[0].stamp_ns - round(float(flight.times[0]) * 1e9)
 
     def spy(
-        sums: Array, variances: Array, by_angles: Array, swerve: float
+        sums: Array, variances: Array, by_angles: Array, swerve: Array
     ) -> tuple[Array, Array, float]:
         turn, spread, gain = fit_rotation(sums, variances, by_angles, swerve)
         if case.begin_s <= now[0] < case.end_s:
@@ -65,14 +65,14 @@ def judgements(case: Case, kind: str, seed: int, items: list[Item]) -> tuple[Sum
         now[0] = (item.arrival_ns - start_ns) * 1e-9
         handle(item)
 
-    with mock.patch.object(rotation_fault, "explained", spy), mock.patch.object(
+    with mock.patch.object(rotation_fault, "fit_rotation", spy), mock.patch.object(
         run, "_handle", timed
     ):  # fmt: skip
         run.take(items)
     return found, run
 
 
-def cost(sums: Array, variances: Array, swerve: float) -> float:
+def cost(sums: Array, variances: Array, swerve: Array) -> float:
     """Return the negative logarithm of the density of robots' own changes of velocity.
 
     As `rotation_test` has it: as stated, or a swerve, whichever is cheaper.
