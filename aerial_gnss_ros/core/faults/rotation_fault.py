@@ -7,9 +7,8 @@ place under its box: by -A w, A the derivative of places by the platform's angle
 is slower than robots are, no single image tells it from robots that swim. What tells is the
 beginning: robots that change their velocities each by itself do not by chance all do it as one
 turn would have it. If all is as stated, the corrections of a robot's velocity over some seconds
-have a sum of known covariance (see `manoeuvre_noise`), and `rotation_test` weighs the two. What a
-velocity was loosened by, since boxes did not fit, is no allowance: boxes do not fit while a camera
-turns. Only as much of it counts as is not yet known again of that velocity.
+have a sum of known covariance (`velocity_changes`), and `rotation_test` weighs the two. One camera
+has one such test, whatever joint laws its robots are kept in.
 
 A fleet that sets out in formation looks the same. So nothing is decided: the filter goes on with
 robots that swim, and what would be wrong if it is the camera is published beside its covariance:
@@ -24,6 +23,7 @@ Boxes that no robots explain are the business of `attitude_ambiguity`, which add
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -32,6 +32,7 @@ from numpy.typing import NDArray
 from aerial_gnss_ros.core.faults.attitude_ambiguity import AttitudeAmbiguity
 from aerial_gnss_ros.core.faults.rotation_test import TUNING as ROTATION_TEST
 from aerial_gnss_ros.core.faults.rotation_test import fit_rotation
+from aerial_gnss_ros.core.faults.velocity_changes import VelocityChanges
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.intp]
@@ -41,8 +42,6 @@ Indices = NDArray[np.intp]
 class RotationFaultTuning:
     """Chosen numbers of this module, with their units and where they come from."""
 
-    velocity_sum_s: float = 3.0
-    """Time constant with which corrections add up, s. Judged."""
     judged_every_s: float = 0.5
     """How often it is judged, s. Judged."""
     begins_nats: float = 3.0
@@ -67,31 +66,43 @@ class RotationFaultTuning:
 TUNING = RotationFaultTuning()
 
 
+@dataclass(frozen=True)
+class RobotsInView:
+    """Robots of one joint law that an image shows.
+
+    Attributes:
+        changes: of all robots of that law.
+        slots: (n,) the robots.
+        by_angles: (n, 2, 3) how their places move with the platform's angles, m/rad.
+        unknown: (n,) variance of their velocities, both axes, m²/s².
+        fastest: (n,) speed of such a robot, m/s; or one of all.
+    """
+
+    changes: VelocityChanges
+    slots: Indices
+    by_angles: Array
+    unknown: Array
+    fastest: Array | float
+
+
 class RotationFault:
-    """Of the robots and the camera of one joint law.
+    """Whether one camera turns by itself, by all robots that it sees.
 
     Attributes:
         rate: (3,) of the turn that is thought of, rad/s, about the axes of roll, pitch, heading;
             0 without one.
         angle: (3,) by which it may have turned so far, rad.
-        of_places: (n, 2, 2) by how much more the places of robots are uncertain, m².
-        of_velocities: (n, 2, 2) likewise, m²/s².
-        unexplained: what it may have turned while no robots explained its boxes; one of a camera.
+        unexplained: what it may have turned while no robots explained its boxes.
     """
 
     def __init__(self, unexplained: AttitudeAmbiguity | None = None) -> None:
         self.rate: Array = np.zeros(3)
         self.angle: Array = np.zeros(3)
-        self.of_places: Array = np.zeros((0, 2, 2))
-        self.of_velocities: Array = np.zeros((0, 2, 2))
         self._spread: Array = np.zeros((3, 3))
         self._law: Array = np.zeros((6, 6))  # covariance of angle and rate
         self._doubted = False  # whether there ever was a doubt
         self._lasts = self._since = 0.0
         self.unexplained = unexplained or AttitudeAmbiguity(TUNING.largest_angle_rad)
-        # Rows: sum of corrections east, north; its expected square as stated; the same by loosened
-        # velocities; what of that is still to come; the stated one since the last image.
-        self._sums: Array = np.zeros((6, 0))
 
     @property
     def turns(self) -> bool:
@@ -108,83 +119,26 @@ class RotationFault:
     @property
     def sigma(self) -> float:
         """Angle by which it may have turned, one sigma, rad."""
-        return math.sqrt(np.trace(self.doubt)) if self._doubtful else 0.0
+        return math.sqrt(np.trace(self.doubt)) if self.doubts else 0.0
 
     @property
     def due(self) -> bool:
         """Whether an image's robots are to be judged."""
-        return self._since >= TUNING.judged_every_s or self._doubtful
-
-    @property
-    def _doubtful(self) -> bool:
-        return self._doubted or self.unexplained.doubts
+        return self._since >= TUNING.judged_every_s or self.doubts
 
     @property
     def doubts(self) -> bool:
-        """Whether any robot is more uncertain for it."""
-        return self._doubtful and bool(self.of_places.any())
+        """Whether it may have turned."""
+        return self._doubted or self.unexplained.doubts
 
-    def add(self, count: int) -> None:
-        """Take in robots after the present ones."""
-        self._sums = np.concatenate([self._sums, np.zeros((6, count))], axis=1)
-        more = np.zeros((count, 2, 2))
-        self.of_places = np.concatenate([self.of_places, more])
-        self.of_velocities = np.concatenate([self.of_velocities, more])
-
-    def drop(self, kept: NDArray[np.bool_]) -> None:
-        """Forget those that are not kept (n,)."""
-        self._sums = self._sums[:, kept]
-        self.of_places, self.of_velocities = self.of_places[kept], self.of_velocities[kept]
-
-    def inherit(self, old: int, new: int, change: Array, unknown: float) -> None:
-        """Let robot `new` go on as `old`, which it turned out to be after a moment.
-
-        Args:
-            old: its place.
-            new: likewise.
-            change: (2,) of the velocity from the one to the other, m/s.
-            unknown: variance of its velocity, both axes, m²/s².
-        """
-        self._sums[:2, new] = self._sums[:2, old] + change
-        self._sums[2:, new] = *(self._sums[2:4, old] + [0.0, unknown]), unknown, 0.0
-
-    def copy(self, other: RotationFault, slot: int) -> None:
-        """Let the last robot be known as well as robot `slot` of another group is."""
-        self._sums[:, -1] = other._sums[:, slot]
-
-    def note_inflation(self, slots: Indices | slice, variance: Array | float) -> None:
-        """Take in by how much each axis of some robots' velocities was made uncertain, m²/s²."""
-        self._sums[4, slots] += 2.0 * variance
-
-    def note(self, slots: Indices, changes: Array, expected: Array) -> None:
-        """Take in an image's corrections.
-
-        Args:
-            slots: (m,) the robots.
-            changes: (m, 2) of their velocities, m/s.
-            expected: (m,) mean squares of these, m²/s².
-        """
-        sums = self._sums[:, slots]
-        # In the long run corrections are as large as what the stated acceleration adds.
-        allowed = np.minimum(np.maximum(expected - sums[5], 0.0), sums[4])
-        sums[:2] += changes.T
-        sums[2:5] += expected - allowed, allowed, -allowed
-        sums[5] = 0.0
-        self._sums[:, slots] = sums
-
-    def predict(self, seconds: float, keep: float, stated: Array | float = 0.0) -> None:
+    def predict(self, seconds: float, keep: float) -> None:
         """Move on in time.
 
         Args:
             seconds: length of the step, s.
             keep: factor by which the angles' errors still count after it.
-            stated: (n,) by how much a velocity becomes uncertain in it as stated, each axis, m²/s².
         """
         self._since += seconds
-        fade = math.exp(-seconds / TUNING.velocity_sum_s)
-        self._sums[:2] *= fade
-        self._sums[2:4] *= fade * fade
-        self._sums[5] += 2.0 * stated
         if not self._doubted:
             return
         self.angle *= keep
@@ -194,27 +148,22 @@ class RotationFault:
             self._lasts += seconds
             self._run(seconds)
 
-    def judge(
-        self, slots: Indices, by_angles: Array, unknown: Array, fastest: Array | float
-    ) -> None:
-        """Judge the robots of an image, where it is due.
-
-        Args:
-            slots: (n,) the robots.
-            by_angles: (n, 2, 3) how their places move with the platform's angles, m/rad.
-            unknown: (n,) variance of their velocities, both axes, m²/s².
-            fastest: speed of a robot, m/s.
-        """
+    def judge(self, seen: Sequence[RobotsInView]) -> None:
+        """Judge the robots that an image shows, of all joint laws together, where it is due."""
         if self._since >= TUNING.judged_every_s:
             self._since = 0.0
-            self._weigh(slots, by_angles, unknown, fastest)
-        self.spread(slots, by_angles)
+            self._weigh(seen)
+        for one in seen:
+            self.spread(one.changes, one.slots, one.by_angles)
 
-    def spread(self, slots: Indices, by_angles: Array, seen: bool = True) -> None:
+    def spread(
+        self, changes: VelocityChanges, slots: Indices, by_angles: Array, seen: bool = True
+    ) -> None:
         """Let robots be as uncertain as the doubt makes them (see `judge`).
 
         Args:
-            slots: (n,) the robots.
+            changes: of the joint law that they are in.
+            slots: the robots.
             by_angles: (n, 2, 3) m/rad.
             seen: whether the image shows them; one that it does not show is no surer for it.
         """
@@ -222,22 +171,15 @@ class RotationFault:
         rates = np.outer(self.rate, self.rate) + self._spread
         places, velocities = by_angles @ self.doubt @ across, by_angles @ rates @ across
         places = places + self.unexplained.apart * np.eye(2)
-        if not seen:
-            before = np.trace(self.of_places[slots], axis1=1, axis2=2)
-            grown = np.trace(places, axis1=1, axis2=2) > before
-            slots, places, velocities = slots[grown], places[grown], velocities[grown]
-        self.of_places[slots] = places
-        self.of_velocities[slots] = velocities
+        changes.widen(slots, places, velocities, seen)
 
-    def _weigh(
-        self, slots: Indices, by_angles: Array, unknown: Array, fastest: Array | float
-    ) -> None:
-        sums = self._sums[:2, slots].T
-        # A loosened velocity that did not change is found again but for what is not known of it.
-        stray = np.minimum(self._sums[3, slots], unknown)
-        variances = 0.5 * (self._sums[2, slots] + stray)
+    def _weigh(self, seen: Sequence[RobotsInView]) -> None:
+        swerve = ROTATION_TEST.swerve_share
         change, spread, gain = fit_rotation(
-            sums, variances, by_angles, ROTATION_TEST.swerve_share * fastest
+            np.concatenate([one.changes.sums(one.slots) for one in seen]),
+            np.concatenate([one.changes.variances(one.slots, one.unknown) for one in seen]),
+            np.concatenate([one.by_angles for one in seen]),
+            np.concatenate([np.full(len(one.slots), swerve * one.fastest) for one in seen]),
         )
         refines = self.turns and self._lasts < TUNING.looked_s + TUNING.refined_s
         if not refines and gain < (TUNING.changes_nats if self.turns else TUNING.begins_nats):
@@ -257,7 +199,8 @@ class RotationFault:
             self._law[3:, 3:] += TUNING.rate_share**2 * np.outer(change, change)
             self._lasts, self._doubted = TUNING.looked_s, True
             self._run(TUNING.looked_s)
-        self._sums[:2, slots] += (by_angles @ (self.rate - before)).T
+        for one in seen:
+            one.changes.explain(one.slots, one.by_angles @ (self.rate - before))
 
     def _run(self, seconds: float) -> None:
         """Let the turn go on for so long."""

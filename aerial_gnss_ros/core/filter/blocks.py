@@ -17,8 +17,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from aerial_gnss_ros.core.faults.attitude_ambiguity import AttitudeAmbiguity
-from aerial_gnss_ros.core.faults.rotation_fault import TUNING as ROTATION_FAULT
+from aerial_gnss_ros.core.faults.rotation_fault import RotationFault
 from aerial_gnss_ros.core.filter.linearization import by_angles
 from aerial_gnss_ros.core.filter.plausible_state import check_covariance, check_robots
 from aerial_gnss_ros.core.filter.state import Indices, JointState
@@ -45,7 +44,8 @@ class StateBlocks:
     """Robots in rows 0 to n - 1, and the platform's errors.
 
     Attributes:
-        unexplained: what the camera may have turned while no robots explained its boxes.
+        rotation_fault: whether the camera turns by itself.
+        unexplained: what it may have turned while no robots explained its boxes.
     """
 
     _groups: list[JointState]
@@ -57,8 +57,9 @@ class StateBlocks:
         Args:
             platform: (7, 7) covariance of the platform's errors.
         """
-        self.unexplained = AttitudeAmbiguity(ROTATION_FAULT.largest_angle_rad)
-        self._groups = [JointState(platform, self.unexplained)]
+        self.rotation_fault = RotationFault()
+        self.unexplained = self.rotation_fault.unexplained
+        self._groups = [JointState(platform, self.rotation_fault)]
         self._count = 0
 
     def __len__(self) -> int:
@@ -71,8 +72,8 @@ class StateBlocks:
 
     def take_back(self, groups: list[JointState]) -> None:
         """Go on with joint laws as they once were."""
-        for group in groups:
-            group.rotation_fault.unexplained = self.unexplained
+        self.rotation_fault = groups[0].rotation_fault
+        self.rotation_fault.unexplained = self.unexplained
         self._groups = groups
         self._count = sum(len(group) for group in groups)
 
@@ -114,10 +115,10 @@ class StateBlocks:
 
     def add_fault_covariances(self, covariance: Array) -> None:
         """Add to covariances (n, 4, 4) of all robots that the camera may have turned by itself."""
-        for group in self._groups:
-            if group.rotation_fault.doubts:
-                covariance[group.rows, :2, :2] += group.rotation_fault.of_places
-                covariance[group.rows, 2:, 2:] += group.rotation_fault.of_velocities
+        if self.rotation_fault.doubts:
+            for group in self._groups:
+                covariance[group.rows, :2, :2] += group.velocity_changes.of_places
+                covariance[group.rows, 2:, 2:] += group.velocity_changes.of_velocities
 
     def room(self, columns: Indices) -> Iterator[tuple[JointState, Indices, Indices]]:
         """Give room to robots after the present ones.
@@ -169,7 +170,7 @@ class StateBlocks:
             moved, unseen = by_angles(group, slots), float(before.unseen[first])
             if told:
                 self.unexplained.update_reacquired(unseen, moved[0], apart[0, 0], spread[0, 0])
-            group.rotation_fault.spread(slots, moved)
+            self.rotation_fault.spread(group.velocity_changes, slots, moved)
         if before is group:
             group.tie(first, second, TUNING.same_place_m)
             return
@@ -225,7 +226,7 @@ class StateBlocks:
 
     def _another_group(self) -> JointState:
         first = self._groups[0]
-        group = JointState(first.covariance[:COUNT, :COUNT], self.unexplained)
+        group = JointState(first.covariance[:COUNT, :COUNT], self.rotation_fault)
         group.mean[:] = first.mean[:COUNT]
         self._groups.append(group)
         return group
@@ -254,7 +255,7 @@ def _copy(source: JointState, slot: int, target: JointState) -> int:
     target.append(source.rows[[slot]], state[None], by_platform[None], given[None])
     target.unseen[-1], target.own[:, -1] = source.unseen[slot], source.own[:, slot]
     target.manoeuvre_noise.copy(source.manoeuvre_noise, slot)
-    target.rotation_fault.copy(source.rotation_fault, slot)
+    target.velocity_changes.copy(source.velocity_changes, slot)
     return len(target) - 1
 
 

@@ -16,6 +16,7 @@ from aerial_gnss_ros.core.faults.consistency import InnovationMonitor
 from aerial_gnss_ros.core.faults.formation import Formation, formation
 from aerial_gnss_ros.core.faults.gnss_jump import GnssJumpDetector
 from aerial_gnss_ros.core.faults.noise_level import NoiseLevel
+from aerial_gnss_ros.core.faults.rotation_fault import RobotsInView
 from aerial_gnss_ros.core.faults.rotation_test import fit_rotation
 from aerial_gnss_ros.core.filter.blocks import StateBlocks
 from aerial_gnss_ros.core.filter.innovation import PairInnovations, pair_innovations
@@ -125,8 +126,7 @@ class JointFilter(StateBlocks):
 
     def predict(self, seconds: float) -> None:
         """Move on in time."""
-        for group in self._groups:
-            group.predict(seconds, self.model, self._stationary, self.motion)
+        self.predict_with(self._groups, seconds)
         if self.unexplained.episodes and seconds > 0.0:
             keep = float(self.model.keep(seconds)[ANGLES.start])
             self.unexplained.predict(seconds, keep)
@@ -229,7 +229,10 @@ class JointFilter(StateBlocks):
         return found[0] if len(found) == 1 else PairInnovations.of_groups(found)
 
     def predict_with(self, groups: list[JointState], seconds: float) -> None:
-        """Move other laws on in time."""
+        """Move other laws of one camera on in time."""
+        if seconds > 0.0:
+            keep = float(self.model.keep(seconds)[ANGLES.start])
+            groups[0].rotation_fault.predict(seconds, keep)
         for group in groups:
             group.predict(seconds, self.model, self._stationary, self.motion)
 
@@ -244,6 +247,7 @@ class JointFilter(StateBlocks):
         column_of = np.full(self._count, -1, np.intp)
         column_of[rows] = columns
         squared, count = 0.0, 0
+        judged: list[RobotsInView] = []
         for group in self._groups:
             slots = np.flatnonzero(column_of[group.rows] >= 0)
             if len(slots):
@@ -263,18 +267,23 @@ class JointFilter(StateBlocks):
                     self.noise.level,
                 )
                 squared, count = squared + outcome.squared, count + outcome.count
-                if group.rotation_fault.due and not self._late:
-                    variances = group.covariance.diagonal()[COUNT:].reshape(-1, 4)
-                    unknown = variances[slots, 2:].sum(axis=1)
-                    fastest = group.motion(self.motion, slots).fastest
-                    group.rotation_fault.judge(slots, by_angles(group, slots), unknown, fastest)
+                if self.rotation_fault.due and not self._late:
+                    judged.append(self._in_view(group, slots))
                 refused.append(group.rows[outcome.refused])
         self._found = False
+        if judged:
+            self.rotation_fault.judge(judged)
         if not self._late:
             self._monitor(squared, count)
         gone = np.concatenate(refused)
         self._report_refused(len(gone))
         return gone
+
+    def _in_view(self, group: JointState, slots: Indices) -> RobotsInView:
+        unknown = group.covariance.diagonal()[COUNT:].reshape(-1, 4)[slots, 2:].sum(axis=1)
+        fastest = group.motion(self.motion, slots).fastest
+        moved = by_angles(group, slots)
+        return RobotsInView(group.velocity_changes, slots, moved, unknown, fastest)
 
     def turned_by(self, rows: Indices, offsets: Array, variances: Array) -> float:
         """Return by how much likelier one turn of the camera displaces robots than swerves, nats.
@@ -344,7 +353,8 @@ class JointFilter(StateBlocks):
         for group in self._groups:
             relinearize(group, self._sight)
             known = np.arange(len(group.by_pose))  # but for robots that begin with this image
-            group.rotation_fault.spread(known, by_angles(group, known), seen=False)
+            moved = by_angles(group, known)
+            self.rotation_fault.spread(group.velocity_changes, known, moved, seen=False)
 
     def _report_refused(self, refused: int) -> None:
         if refused and not self._refusing:
@@ -355,10 +365,9 @@ class JointFilter(StateBlocks):
         self._refusing = bool(refused)
 
     def _monitor(self, squared: float, count: int) -> None:
-        angle = max(group.rotation_fault.sigma for group in self._groups)
         for sentence in (
             self.monitor.update(squared, count, self.noise.level),
-            self.monitor.update_rotation(angle),
+            self.monitor.update_rotation(self.rotation_fault.sigma),
             self.monitor.check_platform(self._groups[0].mean[:COUNT], self._stationary),
         ):
             if sentence is not None:

@@ -16,13 +16,13 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from aerial_gnss_ros.core.faults.attitude_ambiguity import AttitudeAmbiguity
 from aerial_gnss_ros.core.faults.manoeuvre_noise import ManoeuvreNoise
 from aerial_gnss_ros.core.faults.rotation_fault import RotationFault
+from aerial_gnss_ros.core.faults.velocity_changes import VelocityChanges
 from aerial_gnss_ros.core.models.measurement_model import POSE_COUNT
 from aerial_gnss_ros.core.models.motion_model import TUNING as MOTION_MODEL
 from aerial_gnss_ros.core.models.motion_model import MotionModel, MotionOf
-from aerial_gnss_ros.core.models.platform_model import ANGLES, COUNT, LATENCY, PlatformModel
+from aerial_gnss_ros.core.models.platform_model import COUNT, LATENCY, PlatformModel
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.intp]
@@ -64,6 +64,7 @@ class JointState:
         rows: (n,) which robots of the whole program these are.
         unseen: (n,) time since each was measured, s.
         manoeuvre_noise: how hard each turns.
+        velocity_changes: of each, lately.
         rotation_fault: whether the camera turns by itself.
         by_pose: (k, 4, 6) `state_jacobian` of the first k robots with which the covariance goes,
             see `linearization`; those after them are new.
@@ -72,12 +73,12 @@ class JointState:
         sight: the image of that time.
     """
 
-    def __init__(self, covariance: Array, unexplained: AttitudeAmbiguity | None = None) -> None:
+    def __init__(self, covariance: Array, rotation_fault: RotationFault | None = None) -> None:
         """Begin without robots.
 
         Args:
             covariance: (7, 7) of the platform's errors.
-            unexplained: of the camera, which it shares with others.
+            rotation_fault: of the camera, which it shares with others.
         """
         self.mean = np.zeros(COUNT)
         self.covariance = covariance.copy()
@@ -85,7 +86,8 @@ class JointState:
         self.unseen: Array = np.zeros(0)
         self.own: Array = np.zeros((2, 0))
         self.manoeuvre_noise = ManoeuvreNoise()
-        self.rotation_fault = RotationFault(unexplained)
+        self.velocity_changes = VelocityChanges()
+        self.rotation_fault = rotation_fault or RotationFault()
         self.by_pose = np.zeros((0, 4, POSE_COUNT))
         self.camera = np.full(3, np.nan)
         self.by_errors = np.zeros((POSE_COUNT, COUNT))
@@ -157,7 +159,7 @@ class JointState:
         each = self.motion(motion)
         density = each.acceleration**2
         stated = density * seconds * self.manoeuvre_noise.strength
-        self.rotation_fault.predict(seconds, float(keep[ANGLES.start]), stated)
+        self.velocity_changes.predict(seconds, stated)
         n = len(self)
         if not n:
             return
@@ -176,7 +178,7 @@ class JointState:
         if kept is not None:
             # A box or two that did not fit say nothing of the robot; later it may have turned.
             beyond = np.maximum(noise[:, 2] - stated, 0.0)
-            self.rotation_fault.note_inflation(
+            self.velocity_changes.note_inflation(
                 slice(None), beyond * (self.unseen <= MOTION_MODEL.held_s)
             )
             robots[:, 2:] *= kept[:, None]
@@ -242,7 +244,7 @@ class JointState:
         self.unseen = np.concatenate([self.unseen, np.zeros(m)])
         self.own = np.concatenate([self.own, np.full((2, m), np.nan)], axis=1)
         self.manoeuvre_noise.add(m)
-        self.rotation_fault.add(m)
+        self.velocity_changes.add(m)
 
     def tie(self, first: int, second: int, sigma: float) -> None:
         """Take in that two robots are at one place: what is known of one is known of the other.
@@ -261,7 +263,7 @@ class JointState:
         self.covariance -= apart.T @ gain
         if self.unseen[first] <= MOTION_MODEL.held_seen_s:
             unknown = float(self.covariance[b + 2, b + 2] + self.covariance[b + 3, b + 3])
-            self.rotation_fault.inherit(first, second, self.robots[second, 2:] - before, unknown)
+            self.velocity_changes.inherit(first, second, self.robots[second, 2:] - before, unknown)
         self.manoeuvre_noise.inherit(first, second)
 
     def inflate_velocities(self, slots: Indices, speed: Array | float, seconds: float) -> None:
@@ -272,7 +274,7 @@ class JointState:
             speed: one sigma of the change, each axis, m/s.
             seconds: how long ago it happened, s.
         """
-        self.rotation_fault.note_inflation(slots, speed**2)
+        self.velocity_changes.note_inflation(slots, speed**2)
         place = COUNT + 4 * np.asarray(slots, np.intp)
         for axis in (0, 1):
             p, v = place + axis, place + axis + 2
@@ -340,7 +342,7 @@ class JointState:
         self.rows, self.unseen = self.rows[kept], self.unseen[kept]
         self.own = self.own[:, kept]
         self.manoeuvre_noise.drop(kept)
-        self.rotation_fault.drop(kept)
+        self.velocity_changes.drop(kept)
         self.by_pose = self.by_pose[kept[: len(self.by_pose)]]
 
     def carry(self, change: Array) -> None:

@@ -69,7 +69,7 @@ class Fork:
     @staticmethod
     def of(stamp_ns: int, tracks: list[Track], groups: list[JointState]) -> Fork:
         """Return it, with copies of all that changes."""
-        return Fork(stamp_ns, copy.deepcopy(tracks), [_copy(one) for one in groups])
+        return Fork(stamp_ns, copy.deepcopy(tracks), _copy(groups))
 
     def again(self) -> Fork:
         """Return a copy that can be gone back to, should robots be contradicted once more."""
@@ -122,7 +122,7 @@ class Fork:
         return self.agreed >= TUNING.agreeing_images
 
 
-def _copy(joint: JointState) -> JointState:
-    """Return a copy that shares nothing that changes but what is known of the camera's turns."""
-    shared = joint.sight, joint.rotation_fault.unexplained
-    return copy.deepcopy(joint, {id(one): one for one in shared})
+def _copy(groups: list[JointState]) -> list[JointState]:
+    """Return copies that share nothing that changes but what no robots explained of the camera."""
+    shared = [thing for one in groups for thing in (one.sight, one.rotation_fault.unexplained)]
+    return copy.deepcopy(groups, {id(thing): thing for thing in shared})

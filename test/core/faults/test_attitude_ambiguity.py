@@ -13,6 +13,7 @@ from aerial_gnss_ros.core.faults.attitude_ambiguity import TUNING as ATTITUDE_AM
 from aerial_gnss_ros.core.faults.attitude_ambiguity import AttitudeAmbiguity
 from aerial_gnss_ros.core.faults.rotation_fault import TUNING as ROTATION_FAULT
 from aerial_gnss_ros.core.faults.rotation_fault import RotationFault
+from aerial_gnss_ros.core.faults.velocity_changes import VelocityChanges
 from aerial_gnss_ros.core.models.measurement_model import pose_jacobian
 
 OFFSETS = np.array([[10.0, 60.0, -80.0], [-20.0, 30.0, -80.0]])
@@ -144,10 +145,10 @@ def test_robots_that_all_were_elsewhere_may_be_as_far_off_in_any_direction():
     unexplained = _lost(0.5)
     unexplained.displaced(np.zeros(3), np.zeros((3, 3)), 36.0)
     assert unexplained.apart == 36.0
-    turning = RotationFault(unexplained)
-    turning.add(2)
-    turning.spread(np.arange(2), BY_ANGLES, seen=False)
-    assert (np.linalg.eigvalsh(turning.of_places) >= 36.0 - 1e-9).all()
+    changes = VelocityChanges()
+    changes.add(2)
+    RotationFault(unexplained).spread(changes, np.arange(2), BY_ANGLES, seen=False)
+    assert (np.linalg.eigvalsh(changes.of_places) >= 36.0 - 1e-9).all()
     unexplained.predict(1.0, 0.9)
     assert unexplained.apart == pytest.approx(0.81 * 36.0)
     unexplained.returned()

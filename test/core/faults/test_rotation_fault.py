@@ -5,15 +5,18 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from aerial_gnss_ros.core.faults.rotation_fault import TUNING as ROTATION_FAULT
-from aerial_gnss_ros.core.faults.rotation_fault import RotationFault
+from aerial_gnss_ros.core.faults.rotation_fault import RobotsInView, RotationFault
 from aerial_gnss_ros.core.faults.rotation_test import TUNING as ROTATION_TEST
 from aerial_gnss_ros.core.faults.rotation_test import fit_rotation
+from aerial_gnss_ros.core.faults.velocity_changes import VelocityChanges
+from aerial_gnss_ros.core.filter import blocks
 from aerial_gnss_ros.core.filter.state import JointState
 from aerial_gnss_ros.core.models.measurement_model import pose_jacobian
 from aerial_gnss_ros.core.models.motion_model import MotionModel
@@ -81,11 +84,20 @@ def test_the_least_turn_that_is_told(count, least, most, axis, height):
     assert least <= speed <= most
 
 
-def _flown(turning, by_angles, changed, loosened, seconds, rng):
+def _laws(*counts):
+    """Return what is known of the velocities of so many robots in each of some joint laws."""
+    laws = [VelocityChanges() for _ in counts]
+    for law, count in zip(laws, counts, strict=True):
+        law.add(count)
+    return laws
+
+
+def _flown(turning, laws, by_angles, changed, loosened, seconds, rng):
     """Yield the time while a plain filter follows robots whose boxes are off by 5 cm.
 
     Args:
-        turning: is told of it, as `joint_update` does.
+        turning: is told of it, as the joint filter does.
+        laws: of the robots one after another; told of it, too.
         by_angles: (n, 2, 3) how places move with the camera's angles, m/rad.
         changed: (n, 2) of time (s): by how much velocities have changed, m/s.
         loosened: robots whose velocities become uncertain by 0.75 m/s, by image.
@@ -93,30 +105,36 @@ def _flown(turning, by_angles, changed, loosened, seconds, rng):
         rng: of the stated acceleration and the boxes.
     """
     dt, count, of_box, q = 0.1, len(by_angles), 0.05**2, 0.05**2
-    slots, ones = np.arange(count), np.ones(count)
+    ends = np.cumsum([len(law.of_places) for law in laws])
+    shares = [np.arange(end - len(law.of_places), end) for law, end in zip(laws, ends, strict=True)]
+    assert ends[-1] == count
     step = np.array([[1.0, dt], [0.0, 1.0]])
     noise = q * np.array([[dt**3 / 3, dt**2 / 2], [dt**2 / 2, dt]])
     P = np.tile(np.diag([of_box, 0.05**2]), (count, 1, 1))
     place, velocity = np.zeros((count, 2)), np.zeros((count, 2))
     mean = np.zeros((count, 2, 2))  # of each robot and axis: place, velocity
-    turning.add(count)
     for image in range(round(seconds / dt)):
         more = math.sqrt(q * dt) * rng.standard_normal((count, 2))
         place += dt * (velocity + 0.5 * more + changed(image * dt))
         velocity += more
         P, mean = step @ P @ step.T + noise, mean @ step.T
-        turning.predict(dt, 1.0, q * dt * ones)
+        turning.predict(dt, 1.0)
         hit = loosened.get(image, [])
         P[hit] += 0.75**2 * np.array([[0.25, 0.5], [0.5, 1.0]])
-        turning.note_inflation(np.array(hit, np.intp), 0.75**2)
         gain = P[:, :, 0] / (P[:, 0, 0] + of_box)[:, None]
         off = place + 0.05 * rng.standard_normal((count, 2)) - mean[:, :, 0]
         expected = 2.0 * gain[:, 1] * P[:, 1, 0]
         mean += off[:, :, None] * gain[:, None, :]
         P = P - gain[:, :, None] * P[:, :1, :]
-        turning.note(slots, gain[:, 1, None] * off, expected)
+        seen = []
+        for law, share in zip(laws, shares, strict=True):
+            slots = share - share[0]
+            law.predict(dt, q * dt)
+            law.note_inflation(slots[np.isin(share, hit)], 0.75**2)
+            law.note(slots, gain[share, 1, None] * off[share], expected[share])
+            seen.append(RobotsInView(law, slots, by_angles[share], 2.0 * P[share, 1, 1], 1.5))
         if turning.due:
-            turning.judge(slots, by_angles, 2.0 * P[:, 1, 1], 1.5)
+            turning.judge(seen)
         yield image * dt
 
 
@@ -139,7 +157,7 @@ def test_robots_that_were_taken_for_swerving_are_no_turn(monkeypatch):
     monkeypatch.setattr("aerial_gnss_ros.core.faults.rotation_fault.fit_rotation", heard)
     for seed in range(10):
         rng = np.random.default_rng(seed)
-        list(_flown(RotationFault(), near, lambda _t: 0.0, STRAYS, 100.0, rng))
+        list(_flown(RotationFault(), _laws(2), near, lambda _t: 0.0, STRAYS, 100.0, rng))
     assert len(gains) > 1500
     assert max(gains) < 0.0
 
@@ -151,6 +169,7 @@ def test_a_turn_is_told_from_robots_that_were_loosened_when_it_began(axis):
     turning, loosened = RotationFault(), STRAYS | {104: [0, 1, 2]}
     times = _flown(
         turning,
+        _laws(3),
         BY_ANGLES,
         lambda t: -BY_ANGLES @ turn * (t > 10.0),
         loosened,
@@ -171,14 +190,51 @@ def test_a_turn_that_went_back_and_ended_leaves_little_doubt(axis):
     def changed(t):
         return -BY_ANGLES @ turn * (float(10.0 < t <= 18.0) - float(18.0 < t <= 26.0))
 
-    turning, sigmas = RotationFault(), {}
-    for t in _flown(turning, BY_ANGLES, changed, {}, 40.0, np.random.default_rng(axis)):
-        sigmas[round(t, 1)] = np.linalg.norm(turning.of_places, axis=(1, 2)).max() ** 0.5
+    turning, laws, sigmas = RotationFault(), _laws(3), {}
+    for t in _flown(turning, laws, BY_ANGLES, changed, {}, 40.0, np.random.default_rng(axis)):
+        sigmas[round(t, 1)] = np.linalg.norm(laws[0].of_places, axis=(1, 2)).max() ** 0.5
     assert not sigmas[9.9]
     far = np.linalg.norm(BY_ANGLES @ turn, axis=1).max() * 8.0
     assert 0.8 * far < sigmas[18.0] < 2.0 * far
     assert sigmas[30.0] < 0.5 * sigmas[18.0]
     assert not turning.turns
+
+
+@pytest.mark.parametrize("counts", [(1, 1, 1), (2, 1)])
+def test_robots_in_several_laws_tell_of_one_camera_as_in_one(counts):
+    """None of the laws has robots enough to tell this turn by itself."""
+    turn, found = np.radians([0.0, 0.0, 1.2]), []
+
+    def told(laws, share=BY_ANGLES):
+        turning, moves = RotationFault(), -share @ turn
+        rng = np.random.default_rng(2)
+        list(_flown(turning, laws, share, lambda t: moves * (t > 10.0), {}, 14.0, rng))
+        return turning
+
+    for law, share in zip(_laws(*counts), np.split(BY_ANGLES, np.cumsum(counts)[:-1]), strict=True):
+        assert not told([law], share).turns
+    for laws in (_laws(3), _laws(*counts)):
+        turning = told(laws)
+        found.append((turning.rate, np.concatenate([law.of_places for law in laws]),
+                      np.concatenate([law.of_velocities for law in laws])))  # fmt: skip
+    assert found[0][0] == pytest.approx(turn, abs=np.radians(0.4))
+    for whole, parted in zip(*found, strict=True):
+        np.testing.assert_allclose(parted, whole, rtol=1e-9, atol=1e-15)
+
+
+def test_one_law_whose_robots_swim_as_a_turn_would_have_it_is_no_turn():
+    """Those of another law stay where they are: by themselves the first would tell a turn."""
+    turn = np.radians([0.0, 0.0, 2.0])
+    moves = np.array([1.0, 1.0, 1.0, 0.0, 0.0, 0.0])[:, None]
+    by_angles = np.concatenate([BY_ANGLES, BY_ANGLES[::-1] * 1.1])
+    turns = []
+    for laws, taken in ((_laws(3), 3), (_laws(3, 3), 6)):
+        turning, share = RotationFault(), by_angles[:taken]
+        swims = -moves[:taken] * (share @ turn)
+        list(_flown(turning, laws, share, lambda t, swims=swims: swims * (t > 10.0), {}, 14.0,
+                    np.random.default_rng(4)))  # fmt: skip
+        turns.append(turning.turns)
+    assert turns == [True, False]
 
 
 def test_robots_in_sight_are_judged_as_stated_while_another_is_not():
@@ -189,7 +245,7 @@ def test_robots_in_sight_are_judged_as_stated_while_another_is_not():
     joint.unseen = np.array([0.0, 0.0, 0.45])
     noise = SimpleNamespace(keep=lambda _s: np.ones(7))
     heard = []
-    joint.rotation_fault.note_inflation = lambda _slots, variance: heard.append(variance)
+    joint.velocity_changes.note_inflation = lambda _slots, variance: heard.append(variance)
     joint.predict(0.1, noise, np.eye(7) * 1e-6, MotionModel(0.05, 0.75))
     assert heard[0] == pytest.approx([0.0, 0.0, 0.75**2 * (1.0 - np.exp(-0.05))], abs=2e-4)
 
@@ -214,9 +270,12 @@ def _squares(world, results, sea, of):
     return np.array(squares), np.array(sigmas)
 
 
-@pytest.mark.parametrize("axis", [1, 2], ids=["pitch", "yaw"])
-def test_a_runaway_slower_than_robots_is_published_as_doubt(sea, axis):
+@pytest.mark.parametrize(
+    ("axis", "robots_a_law"), [(1, 32), (2, 32), (2, 1)], ids=["pitch", "yaw", "yaw, many laws"]
+)
+def test_a_runaway_slower_than_robots_is_published_as_doubt(sea, axis, robots_a_law, monkeypatch):
     """2 deg/s for 8 s at 34 m is some 10 m: robots seem to swim, and nobody can say it is wrong."""
+    monkeypatch.setattr(blocks, "TUNING", replace(blocks.TUNING, block_robots=robots_a_law))
     world = sea.World(robots=ROBOTS, pixel_sigma=1.5)
     engine = sea.estimator({"noise.gnss_offset_m": 0.02})
     before = sea.play(engine, world, 8.0, until_flush=False)

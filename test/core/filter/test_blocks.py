@@ -75,7 +75,7 @@ def _crowd(size, monkeypatch):
         group.append(rows, state[columns], by_platform[columns], own[columns])
     first = groups._groups[0]
     first.unseen[0], first.manoeuvre_noise.strength[0] = 1.5, 4.0
-    first.rotation_fault._sums[:, 0] = np.arange(6.0)
+    first.velocity_changes._sums[:, 0] = np.arange(6.0)
     return groups
 
 
@@ -89,7 +89,7 @@ def test_a_robot_takes_over_its_history_from_another_group_as_within_one(monkeyp
         assert len(groups) == 5
         group = groups._groups[-1]
         found.append((groups.mean[4], groups.covariance[4], group.manoeuvre_noise.strength[-1],
-                      group.rotation_fault._sums[:, -1], group.mean[:COUNT],
+                      group.velocity_changes._sums[:, -1], group.mean[:COUNT],
                       group.covariance[:COUNT, :COUNT]))  # fmt: skip
     for whole, parted in zip(*found, strict=True):
         np.testing.assert_allclose(parted, whole, rtol=1e-9, atol=1e-12)

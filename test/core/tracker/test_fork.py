@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from aerial_gnss_ros.core.association.track import Track
+from aerial_gnss_ros.core.faults.rotation_fault import RotationFault
 from aerial_gnss_ros.core.filter.innovation import PairInnovations
 from aerial_gnss_ros.core.filter.state import JointState
 from aerial_gnss_ros.core.tracker.fork import TUNING as FORK
@@ -89,3 +90,13 @@ def test_it_says_how_far_robots_are_from_where_these_should_be():
     again = fork.again()
     fork.groups[0].mean += 1.0
     np.testing.assert_allclose(again.apart({"aqua_0": 1}, mean)["aqua_0"], [2.4, 0.0])
+
+
+def test_its_robots_have_one_camera_and_not_that_of_the_filter():
+    camera = RotationFault()
+    groups = [JointState(np.eye(7), camera), JointState(np.eye(7), camera)]
+    fork = Fork.of(SECOND, [], groups)
+    kept = fork.groups[0].rotation_fault
+    assert kept is fork.groups[1].rotation_fault
+    assert kept is not camera
+    assert kept.unexplained is camera.unexplained  # what no robots explained, none of them did

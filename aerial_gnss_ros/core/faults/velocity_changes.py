@@ -1,0 +1,147 @@
+# Copyright 2026 aerial_gnss_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""By how much the velocities of robots have changed lately, and by how much they should have.
+
+If all is as stated, the corrections of a robot's velocity over some seconds have a sum of known
+covariance (see `manoeuvre_noise`). What a velocity was loosened by, since boxes did not fit, is no
+allowance: boxes do not fit while a camera turns. Only as much of it counts as is not yet known
+again of that velocity.
+
+`rotation_fault` asks whether one turn of the camera explains these changes, and says by how much
+more uncertain the robots are for it.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+Indices = NDArray[np.intp]
+
+
+@dataclass(frozen=True)
+class VelocityChangesTuning:
+    """Chosen numbers of this module, with their units and where they come from."""
+
+    sum_s: float = 3.0
+    """Time constant with which corrections add up, s. Judged."""
+
+
+TUNING = VelocityChangesTuning()
+
+
+class VelocityChanges:
+    """Of the robots of one joint law.
+
+    Attributes:
+        of_places: (n, 2, 2) by how much more the places of robots are uncertain, m².
+        of_velocities: (n, 2, 2) likewise, m²/s².
+    """
+
+    def __init__(self) -> None:
+        self.of_places: Array = np.zeros((0, 2, 2))
+        self.of_velocities: Array = np.zeros((0, 2, 2))
+        # Rows: sum of corrections east, north; its expected square as stated; the same by loosened
+        # velocities; what of that is still to come; the stated one since the last image.
+        self._sums: Array = np.zeros((6, 0))
+
+    def sums(self, slots: Indices) -> Array:
+        """Return the sums of corrections of some robots (m, 2), m/s."""
+        sums: Array = self._sums[:2, slots].T
+        return sums
+
+    def variances(self, slots: Indices, unknown: Array) -> Array:
+        """Return what is expected of the sums, squared, each axis (m,), m²/s².
+
+        Args:
+            slots: (m,) the robots.
+            unknown: (m,) variance of their velocities, both axes, m²/s².
+        """
+        # A loosened velocity that did not change is found again but for what is not known of it.
+        stray = np.minimum(self._sums[3, slots], unknown)
+        expected: Array = 0.5 * (self._sums[2, slots] + stray)
+        return expected
+
+    def explain(self, slots: Indices, changes: Array) -> None:
+        """Take out of the sums of some robots what is explained (m, 2), m/s."""
+        self._sums[:2, slots] += changes.T
+
+    def widen(self, slots: Indices, places: Array, velocities: Array, seen: bool) -> None:
+        """Let some robots be so much more uncertain.
+
+        Args:
+            slots: (m,) the robots.
+            places: (m, 2, 2) m².
+            velocities: (m, 2, 2) m²/s².
+            seen: whether the image shows them; one that it does not show is no surer for it.
+        """
+        if not seen:
+            before = np.trace(self.of_places[slots], axis1=1, axis2=2)
+            grown = np.trace(places, axis1=1, axis2=2) > before
+            slots, places, velocities = slots[grown], places[grown], velocities[grown]
+        self.of_places[slots] = places
+        self.of_velocities[slots] = velocities
+
+    def predict(self, seconds: float, stated: Array | float) -> None:
+        """Move on in time.
+
+        Args:
+            seconds: length of the step, s.
+            stated: (n,) by how much a velocity becomes uncertain in it as stated, each axis, m²/s².
+        """
+        fade = math.exp(-seconds / TUNING.sum_s)
+        self._sums[:2] *= fade
+        self._sums[2:4] *= fade * fade
+        self._sums[5] += 2.0 * stated
+
+    def add(self, count: int) -> None:
+        """Take in robots after the present ones."""
+        self._sums = np.concatenate([self._sums, np.zeros((6, count))], axis=1)
+        more = np.zeros((count, 2, 2))
+        self.of_places = np.concatenate([self.of_places, more])
+        self.of_velocities = np.concatenate([self.of_velocities, more])
+
+    def drop(self, kept: NDArray[np.bool_]) -> None:
+        """Forget those that are not kept (n,)."""
+        self._sums = self._sums[:, kept]
+        self.of_places, self.of_velocities = self.of_places[kept], self.of_velocities[kept]
+
+    def inherit(self, old: int, new: int, change: Array, unknown: float) -> None:
+        """Let robot `new` go on as `old`, which it turned out to be after a moment.
+
+        Args:
+            old: its place.
+            new: likewise.
+            change: (2,) of the velocity from the one to the other, m/s.
+            unknown: variance of its velocity, both axes, m²/s².
+        """
+        self._sums[:2, new] = self._sums[:2, old] + change
+        self._sums[2:, new] = *(self._sums[2:4, old] + [0.0, unknown]), unknown, 0.0
+
+    def copy(self, other: VelocityChanges, slot: int) -> None:
+        """Let the last robot be known as well as robot `slot` of another group is."""
+        self._sums[:, -1] = other._sums[:, slot]
+
+    def note_inflation(self, slots: Indices | slice, variance: Array | float) -> None:
+        """Take in by how much each axis of some robots' velocities was made uncertain, m²/s²."""
+        self._sums[4, slots] += 2.0 * variance
+
+    def note(self, slots: Indices, changes: Array, expected: Array) -> None:
+        """Take in an image's corrections.
+
+        Args:
+            slots: (m,) the robots.
+            changes: (m, 2) of their velocities, m/s.
+            expected: (m,) mean squares of these, m²/s².
+        """
+        sums = self._sums[:, slots]
+        # In the long run corrections are as large as what the stated acceleration adds.
+        allowed = np.minimum(np.maximum(expected - sums[5], 0.0), sums[4])
+        sums[:2] += changes.T
+        sums[2:5] += expected - allowed, allowed, -allowed
+        sums[5] = 0.0
+        self._sums[:, slots] = sums
