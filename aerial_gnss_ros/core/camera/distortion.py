@@ -12,14 +12,15 @@ from __future__ import annotations
 
 import math
 from bisect import bisect_right
-from typing import Any, TypeVar
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from aerial_gnss_ros.core.numerics.small_arrays import Rows
+
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
-Numbers = TypeVar("Numbers", float, NDArray[np.float64])
 
 _STEPS = 15
 _FEW = 12
@@ -60,7 +61,7 @@ class BrownConrady:
         # Short of the edge, which may be a pole.
         widest = min(0.9999 * math.atan(self.max_radius), _WIDEST)
         radius = np.tan(np.linspace(0.0, widest, _KNOTS))
-        self._table = radius, self._radial(radius * radius)[0] * radius
+        self._table = radius, self._radial(radius * radius) * radius
         self._listed: tuple[list[float], ...] = tuple(one.tolist() for one in self._table)
 
     def _monotonic_square(self) -> float:
@@ -78,57 +79,71 @@ class BrownConrady:
     def distort(self, points: Array) -> tuple[Array, Array]:
         """Return distorted points (n, 2) and the Jacobian (n, 2, 2) of undistorted ones (n, 2)."""
         if len(points) <= _FEW:
-            rows = [self._values(x, y) for x, y in points.tolist()]
+            rows = self._values(points.tolist())
             table = np.array([(u, v, a, b, b, d) for u, v, a, b, d in rows]).reshape(-1, 6)
             return table[:, :2], table[:, 2:].reshape(-1, 2, 2)
-        u, v, a, b, d = self._values(points[:, 0], points[:, 1])
+        ((u, v, a, b, d),) = self._values([points.T])
         return _beside(u, v), _symmetric(a, b, d)
 
-    def through(self, x: Any, y: Any, z: Any) -> tuple[Any, ...]:
-        """Return the distorted image of a point, numbers or arrays (n,), and its derivative.
+    def through(self, points: Rows) -> list[tuple[Any, ...]]:
+        """Return the distorted images of points x, y, z and their derivatives, row by row.
 
         Returns:
             u and v; their derivatives by x, y and z; the squared undistorted radius and the
             determinant of `distort`, which say whether the lens folds over there.
         """
-        inverse = 1.0 / z
-        px, py = x * inverse, y * inverse
-        u, v, a, b, d = self._values(px, py)
-        along = -(a * px + b * py) * inverse, -(b * px + d * py) * inverse
-        return (
-            u, v, a * inverse, b * inverse, along[0], b * inverse, d * inverse, along[1],
-            px * px + py * py, a * d - b * b,
-        )  # fmt: skip
+        plane: list[tuple[Any, Any]] = []
+        inverses: list[Any] = []
+        for x, y, z in points:
+            inverse = 1.0 / z
+            plane.append((x * inverse, y * inverse))
+            inverses.append(inverse)
+        found: list[tuple[Any, ...]] = []
+        distorted = self._values(plane)
+        for (x, y), inverse, (u, v, a, b, d) in zip(plane, inverses, distorted, strict=True):
+            along = -(a * x + b * y) * inverse, -(b * x + d * y) * inverse
+            found.append((
+                u, v, a * inverse, b * inverse, along[0], b * inverse, d * inverse, along[1],
+                x * x + y * y, a * d - b * b,
+            ))  # fmt: skip
+        return found
 
-    def _values(self, x: Numbers, y: Numbers) -> tuple[Numbers, Numbers, Numbers, Numbers, Numbers]:
-        """Return distorted x and y, and the Jacobian's xx, xy = yx and yy.
+    def _values(self, plane: Rows) -> list[tuple[Any, Any, Any, Any, Any]]:
+        """Return distorted x and y, and the Jacobian's xx, xy = yx and yy, row by row.
 
-        Of arrays (n,), or of numbers: for a few points these are ten times as fast.
+        Of points x, y as numbers, or of all as one row of arrays: for a few points numbers are ten
+        times as fast.
         """
-        xx, xy, yy = x * x, x * y, y * y
-        s = xx + yy
-        radial, slope = self._radial(s)
         p1, p2 = self._p1, self._p2
-        twice = 2.0 * slope
-        return (
-            x * radial + 2.0 * p1 * xy + p2 * (s + 2.0 * xx),
-            y * radial + p1 * (s + 2.0 * yy) + 2.0 * p2 * xy,
-            radial + twice * xx + 2.0 * p1 * y + 6.0 * p2 * x,
-            twice * xy + 2.0 * p1 * x + 2.0 * p2 * y,
-            radial + twice * yy + 6.0 * p1 * y + 2.0 * p2 * x,
-        )
-
-    def _radial(self, s: Numbers) -> tuple[Numbers, Numbers]:
-        """Return the radial factor at squared radii and its derivative by them."""
         n1, n2, n3 = self._over[1:]
-        radial = 1.0 + s * (n1 + s * (n2 + s * n3))
-        slope = n1 + s * (2.0 * n2 + s * (3.0 * n3))
-        if self._rational:
-            d1, d2, d3 = self._under[1:]
-            under = 1.0 + s * (d1 + s * (d2 + s * d3))
-            radial = radial / under
-            slope = (slope - radial * (d1 + s * (2.0 * d2 + s * (3.0 * d3)))) / under
-        return radial, slope
+        d1, d2, d3 = self._under[1:]
+        found: list[tuple[Any, Any, Any, Any, Any]] = []
+        for x, y in plane:
+            xx, xy, yy = x * x, x * y, y * y
+            s = xx + yy
+            radial = 1.0 + s * (n1 + s * (n2 + s * n3))
+            slope = n1 + s * (2.0 * n2 + s * (3.0 * n3))  # of the radial factor by s
+            if self._rational:
+                under = 1.0 + s * (d1 + s * (d2 + s * d3))
+                radial = radial / under
+                slope = (slope - radial * (d1 + s * (2.0 * d2 + s * (3.0 * d3)))) / under
+            twice = 2.0 * slope
+            found.append(
+                (
+                    x * radial + 2.0 * p1 * xy + p2 * (s + 2.0 * xx),
+                    y * radial + p1 * (s + 2.0 * yy) + 2.0 * p2 * xy,
+                    radial + twice * xx + 2.0 * p1 * y + 6.0 * p2 * x,
+                    twice * xy + 2.0 * p1 * x + 2.0 * p2 * y,
+                    radial + twice * yy + 6.0 * p1 * y + 2.0 * p2 * x,
+                )
+            )
+        return found
+
+    def _radial(self, squares: Array) -> Array:
+        """Return the radial factor (n,) at squared radii (n,)."""
+        polyval = np.polynomial.polynomial.polyval
+        factor: Array = polyval(squares, self._over) / polyval(squares, self._under)
+        return factor
 
     def undistort(self, points: Array) -> tuple[Array, Array, Mask]:
         """Invert by Newton's method, kept inside the monotonic radius.
@@ -146,7 +161,7 @@ class BrownConrady:
         stretch = self._start(np.hypot(wanted_x, wanted_y))
         x, y = wanted_x * stretch, wanted_y * stretch
         for _ in range(_STEPS):
-            u, v, a, b, d = self._values(x, y)
+            ((u, v, a, b, d),) = self._values([(x, y)])
             right, down = u - wanted_x, v - wanted_y
             wrong = np.maximum(np.abs(right), np.abs(down))
             if not (wrong >= _TOLERANCE).any():
@@ -165,30 +180,40 @@ class BrownConrady:
 
     def _undistort_few(self, points: Array) -> tuple[Array, Array, Mask]:
         """Return the same, point by point in plain numbers."""
-        rows, valid = [], []
-        for wanted_x, wanted_y in points.tolist():
-            factor = self._start_at(math.hypot(wanted_x, wanted_y))
-            x, y = wanted_x * factor, wanted_y * factor
-            for _ in range(_STEPS):
-                u, v, a, b, d = self._values(x, y)
-                right, down = u - wanted_x, v - wanted_y
+        wanted = points.tolist()
+        places = self._starts(wanted)
+        shapes = [(math.nan,) * 4] * len(wanted)  # Jacobian, distance from what is wanted
+        moving: list[int] = list(range(len(wanted)))
+        for _ in range(_STEPS):
+            still: list[int] = []
+            distorted = self._values(map(places.__getitem__, moving))
+            for i, (u, v, a, b, d) in zip(moving, distorted, strict=True):
+                right, down = u - wanted[i][0], v - wanted[i][1]
                 wrong = max(abs(right), abs(down))
+                shapes[i] = a, b, d, wrong
                 if wrong < _TOLERANCE:
-                    break
+                    continue
                 determinant = a * d - b * b
                 scale = 1.0 / determinant if determinant else 0.0
-                before = x, y
-                x -= (d * right - b * down) * scale
-                y -= (a * down - b * right) * scale
+                before = places[i]
+                x = before[0] - (d * right - b * down) * scale
+                y = before[1] - (a * down - b * right) * scale
                 beyond = math.hypot(x, y)
                 if beyond >= self.max_radius:
                     halfway = 0.5 * (math.hypot(*before) + self.max_radius)
                     x, y = x * halfway / beyond, y * halfway / beyond
+                places[i] = x, y
+                still.append(i)
+            moving = still
+            if not moving:
+                break
+        rows, valid = [], []
+        for (x, y), (a, b, d, wrong), goal in zip(places, shapes, wanted, strict=True):
             determinant = a * d - b * b
             scale = 1.0 / determinant if determinant > 0.0 else math.nan
             rows.append((x, y, d * scale, -b * scale, -b * scale, a * scale))
             valid.append(
-                wrong < _ACCEPT * (1.0 + max(abs(wanted_x), abs(wanted_y)))
+                wrong < _ACCEPT * (1.0 + max(abs(goal[0]), abs(goal[1])))
                 and math.hypot(x, y) < self.max_radius
                 and determinant > 0.0
             )
@@ -201,14 +226,20 @@ class BrownConrady:
         ratio: Array = found / np.where(distorted > 0.0, distorted, 1.0)
         return ratio
 
-    def _start_at(self, distorted: float) -> float:
-        """Return the same of one radius, in plain numbers."""
+    def _starts(self, wanted: Rows) -> list[tuple[float, float]]:
+        """Return distorted points x, y stretched by the same, in plain numbers."""
         undistorted, radii = self._listed
-        if not 0.0 < distorted < radii[-1]:
-            return undistorted[-1] / distorted if distorted else 0.0
-        i = bisect_right(radii, distorted)
-        slope = (undistorted[i] - undistorted[i - 1]) / (radii[i] - radii[i - 1])
-        return (undistorted[i - 1] + slope * (distorted - radii[i - 1])) / distorted
+        found: list[tuple[float, float]] = []
+        for x, y in wanted:
+            distorted = math.hypot(x, y)
+            if 0.0 < distorted < radii[-1]:
+                i = bisect_right(radii, distorted)
+                slope = (undistorted[i] - undistorted[i - 1]) / (radii[i] - radii[i - 1])
+                stretch = (undistorted[i - 1] + slope * (distorted - radii[i - 1])) / distorted
+            else:
+                stretch = undistorted[-1] / distorted if distorted else 0.0
+            found.append((x * stretch, y * stretch))
+        return found
 
     def monotonic(self, points: Array, jacobian: Array) -> Mask:
         """Return whether undistorted points (n, 2) lie where the lens does not fold, (n,)."""

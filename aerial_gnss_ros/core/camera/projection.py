@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from aerial_gnss_ros.core.camera.distortion import BrownConrady, Equidistant
 from aerial_gnss_ros.core.numerics.columns import columns
-from aerial_gnss_ros.core.numerics.small_arrays import evaluate_rows
+from aerial_gnss_ros.core.numerics.small_arrays import Rows, evaluate_rows
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -43,11 +43,14 @@ def plane_with_jacobian(
     return table[:, :2], table[:, 2:8].reshape(-1, 2, 3), seen
 
 
-def _pinhole(x: Any, y: Any, z: Any) -> tuple[Any, ...]:
-    """Return the place on the plane and its derivative by the point, row by row."""
-    inverse = 1.0 / z
-    u, v = x * inverse, y * inverse
-    return u, v, inverse, 0.0, -u * inverse, 0.0, inverse, -v * inverse
+def _pinhole(points: Rows) -> list[tuple[Any, ...]]:
+    """Return places on the plane, each with its derivative by the point, row by row."""
+    found: list[tuple[Any, ...]] = []
+    for x, y, z in points:
+        inverse = 1.0 / z
+        u, v = x * inverse, y * inverse
+        found.append((u, v, inverse, 0.0, -u * inverse, 0.0, inverse, -v * inverse))
+    return found
 
 
 def _fisheye(lens: Equidistant, points: Array) -> tuple[Array, Array, Mask]:

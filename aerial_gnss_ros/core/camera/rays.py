@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aerial_gnss_ros.core.camera.distortion import BrownConrady, Equidistant
-from aerial_gnss_ros.core.numerics.small_arrays import evaluate_rows
+from aerial_gnss_ros.core.numerics.small_arrays import Rows, evaluate_rows
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -24,24 +24,28 @@ def pinhole_rays(lens: BrownConrady | None, plane: Array) -> tuple[Array, Array,
         plane: (n, 2) on the normalised image plane.
     """
     if lens is None:
-        table = evaluate_rows(_ray, plane, 9)
+        table = evaluate_rows(_unit_rays, plane, 9)
         valid: Mask = np.ones(len(plane), dtype=np.bool_)
         return table[:, :3], table[:, 3:].reshape(-1, 3, 2), valid
     plane, inverse, valid = lens.undistort(plane)
-    table = evaluate_rows(_ray, plane, 9)
+    table = evaluate_rows(_unit_rays, plane, 9)
     return table[:, :3], table[:, 3:].reshape(-1, 3, 2) @ inverse, valid
 
 
-def _ray(x: Any, y: Any) -> tuple[Any, ...]:
-    """Return the unit ray through a place on the plane and its derivative, row by row."""
-    shorten = (1.0 + x * x + y * y) ** -0.5
-    rx, ry = x * shorten, y * shorten
-    return (
-        rx, ry, shorten,
-        (1.0 - rx * rx) * shorten, -rx * ry * shorten,
-        -rx * ry * shorten, (1.0 - ry * ry) * shorten,
-        -shorten * rx * shorten, -shorten * ry * shorten,
-    )  # fmt: skip
+def _unit_rays(places: Rows) -> list[tuple[Any, ...]]:
+    """Return the unit rays through places on the plane, each with its derivative, row by row."""
+    found: list[tuple[Any, ...]] = []
+    for x, y in places:
+        shorten = (1.0 + x * x + y * y) ** -0.5
+        rx, ry = x * shorten, y * shorten
+        crossed = -rx * ry * shorten
+        found.append((
+            rx, ry, shorten,
+            (1.0 - rx * rx) * shorten, crossed,
+            crossed, (1.0 - ry * ry) * shorten,
+            -shorten * rx * shorten, -shorten * ry * shorten,
+        ))  # fmt: skip
+    return found
 
 
 def fisheye_rays(lens: Equidistant, plane: Array) -> tuple[Array, Array, Mask]:

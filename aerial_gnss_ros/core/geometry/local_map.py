@@ -18,7 +18,7 @@ from aerial_gnss_ros.core.geometry.geodesy import (
     enu_axes,
     geodetic_from_ecef,
 )
-from aerial_gnss_ros.core.numerics.small_arrays import evaluate_rows
+from aerial_gnss_ros.core.numerics.small_arrays import Rows, evaluate_rows
 from aerial_gnss_ros.core.values.estimates import MapDatum
 
 Array = NDArray[np.float64]
@@ -65,5 +65,8 @@ def on_water_surface(positions: Array) -> Array:
     return evaluate_rows(_on_water, positions, 3)
 
 
-def _on_water(east: Any, north: Any) -> tuple[Any, Any, Any]:
-    return east, north, (east * east + north * north) * (-0.5 / SEMI_MAJOR_M)
+def _on_water(places: Rows) -> list[tuple[Any, ...]]:
+    found: list[tuple[Any, ...]] = []
+    for east, north in places:
+        found.append((east, north, (east * east + north * north) * (-0.5 / SEMI_MAJOR_M)))
+    return found

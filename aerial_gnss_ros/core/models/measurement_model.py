@@ -22,7 +22,7 @@ from aerial_gnss_ros.core.geometry.geodesy import SEMI_MAJOR_M, ecef_of_place, e
 from aerial_gnss_ros.core.geometry.gimbal import error_axes
 from aerial_gnss_ros.core.geometry.local_map import LocalMap
 from aerial_gnss_ros.core.geometry.rotation_vectors import rotation_matrix
-from aerial_gnss_ros.core.numerics.small_arrays import MAX_ROWS, evaluate_rows
+from aerial_gnss_ros.core.numerics.small_arrays import MAX_ROWS, Rows, evaluate_rows
 from aerial_gnss_ros.core.values.camera_pose import CameraPose
 
 Array = NDArray[np.float64]
@@ -108,15 +108,18 @@ def pose_jacobian(offsets: Array) -> Array:
     Args:
         offsets: (n, 3) from the camera, m.
     """
-    return evaluate_rows(_by_pose, offsets, 12).reshape(-1, 2, POSE_COUNT)
+    return evaluate_rows(_places_by_pose, offsets, 12).reshape(-1, 2, POSE_COUNT)
 
 
-def _by_pose(x: Any, y: Any, z: Any) -> tuple[Any, ...]:
-    xz, yz = x / z, y / z
-    return (
-        1.0, 0.0, -xz, -xz * y, z + xz * x, -y,
-        0.0, 1.0, -yz, -z - yz * y, xz * y, x,
-    )  # fmt: skip
+def _places_by_pose(offsets: Rows) -> list[tuple[Any, ...]]:
+    found: list[tuple[Any, ...]] = []
+    for x, y, z in offsets:
+        xz, yz = x / z, y / z
+        found.append((
+            1.0, 0.0, -xz, -xz * y, z + xz * x, -y,
+            0.0, 1.0, -yz, -z - yz * y, xz * y, x,
+        ))  # fmt: skip
+    return found
 
 
 def state_jacobian(offsets: Array, velocities: Array) -> Array:
@@ -130,17 +133,21 @@ def state_jacobian(offsets: Array, velocities: Array) -> Array:
         velocities: (n, 2) on the water, m/s.
     """
     states = np.concatenate([offsets, velocities], axis=1)
-    return evaluate_rows(_state_by_pose, states, 24).reshape(-1, 4, POSE_COUNT)
+    return evaluate_rows(_states_by_pose, states, 24).reshape(-1, 4, POSE_COUNT)
 
 
-def _state_by_pose(x: Any, y: Any, z: Any, east: Any, north: Any) -> tuple[Any, ...]:
-    xz, yz = x / z, y / z
-    crossed = xz * north + yz * east
-    return (
-        *_by_pose(x, y, z),
-        0.0, 0.0, -east / z, -crossed, 2.0 * xz * east, -north,
-        0.0, 0.0, -north / z, -2.0 * yz * north, crossed, east,
-    )  # fmt: skip
+def _states_by_pose(states: Rows) -> list[tuple[Any, ...]]:
+    found: list[tuple[Any, ...]] = []
+    for x, y, z, east, north in states:
+        xz, yz = x / z, y / z
+        crossed = xz * north + yz * east
+        found.append((
+            1.0, 0.0, -xz, -xz * y, z + xz * x, -y,
+            0.0, 1.0, -yz, -z - yz * y, xz * y, x,
+            0.0, 0.0, -east / z, -crossed, 2.0 * xz * east, -north,
+            0.0, 0.0, -north / z, -2.0 * yz * north, crossed, east,
+        ))  # fmt: skip
+    return found
 
 
 def pose_by_errors(axes: Array, rates: Array) -> Array:

@@ -9,13 +9,15 @@ all at once where they are many.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
+Rows = Iterable[Any]
+"""Rows of numbers, or one row of columns (n,) of all of them: a formula takes either."""
 
 MAX_ROWS = 8
 """Up to so many rows are computed one by one."""
@@ -31,20 +33,24 @@ def row_products(one: Array, other: Array) -> Array:
     return (one[:, None, :] @ other[:, :, None]).reshape(-1)
 
 
-def evaluate_rows(formula: Callable[..., tuple[Any, ...]], given: Array, count: int) -> Array:
+def evaluate_rows(
+    formula: Callable[[Rows], list[tuple[Any, ...]]], given: Array, count: int
+) -> Array:
     """Return what a formula makes of rows (n, k) of numbers, (n, count).
 
     Args:
-        formula: takes k numbers, or k arrays (n,); returns `count` of these.
+        formula: takes rows of k numbers, or one row of k arrays (n,); returns `count` values for
+            each. It goes through all rows in one call.
         given: (n, k).
         count: of the formula's values.
     """
     if 0 < len(given) <= MAX_ROWS:
         try:
-            return np.array([formula(*row) for row in given.tolist()])
+            return np.array(formula(given.tolist()))
         except ZeroDivisionError:
             pass  # arrays know what one by zero is
     table = np.empty((len(given), count))
-    for i, values in enumerate(formula(*given.T)):
+    (columns,) = formula([given.T])
+    for i, values in enumerate(columns):
         table[:, i] = values
     return table

@@ -58,7 +58,7 @@ def test_the_fold_is_where_the_radial_part_stops_growing(rational):
         if not 0.1 < lens.max_radius < 3.0:
             continue
         radius = np.linspace(0.0, 1.01 * lens.max_radius, 2000)
-        radial, _ = lens._radial(radius**2)
+        radial = lens._radial(radius**2)
         steps = np.diff(radius * radial)
         first = radius[np.argmax(steps <= 0.0)]
         assert (steps <= 0.0).any()

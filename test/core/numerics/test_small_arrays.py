@@ -10,8 +10,8 @@ import pytest
 from aerial_gnss_ros.core.numerics.small_arrays import MAX_ROWS, evaluate_rows, row_products
 
 
-def _formula(x, y):
-    return x * y, 1.0, x / y
+def _formula(rows):
+    return [(x * y, 1.0, x / y) for x, y in rows]
 
 
 def test_few_rows_give_what_they_give_among_many():
