@@ -35,10 +35,9 @@ def without_disputed(
         kind: of each track; "" is not updated by a single box.
         stamp_ns: of the image, ns.
     """
-    unsure = [
-        k for k in chosen if stamp_ns - tracks[rows[k]].last_seen_ns > MOTION_MODEL.held_s * 1e9
-    ]
-    for k in unsure:
+    for k in list(chosen):
+        if stamp_ns - tracks[rows[k]].last_seen_ns <= MOTION_MODEL.held_s * 1e9:
+            continue
         least = log[k] - math.log(ASSIGNMENT.clear_ratio)
         if any(
             log[i] > least and columns[i] == columns[k] and not kind[row]

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 from aerial_gnss_ros.core.association.assignment import TUNING as ASSIGNMENT
 from aerial_gnss_ros.core.association.assignment import likeliest
+from aerial_gnss_ros.core.association.track import Track
 from aerial_gnss_ros.core.filter.innovation import PairInnovations
 from aerial_gnss_ros.core.numerics.gaussian import mahalanobis
 
@@ -21,25 +22,31 @@ class CandidatePairs:
     """Pairs of an image, those that can be apart from those that are only near.
 
     Attributes:
+        pairs: how boxes lie to tracks, k pairs.
         of: row of each pair's track.
         to: column of its box.
         squared: its squared Mahalanobis distance.
         wide: log determinant of the covariance that it was taken with.
+        log: log likelihood of each pair, but for a constant.
         kind: of each track, not of each pair.
         threshold: squared distance at the edge of a gate.
-        alike: pairs of one class whose track may have a box.
-        robots: those of robots.
-        grown: those of new tracks, with boxes inside their gates.
+        robots: pairs of a robot and a box of its class.
+        inside: those with boxes inside the robots' gates.
+        beside: pairs of a new track and a box of its class inside its gate or just outside.
+        grown: those with boxes inside the gates.
     """
 
+    pairs: PairInnovations
     of: list[int]
     to: list[int]
     squared: list[float]
     wide: list[float]
+    log: list[float]
     kind: list[str]
     threshold: float
-    alike: list[int]
     robots: list[int]
+    inside: list[int]
+    beside: list[int]
     grown: list[int]
 
     @classmethod
@@ -47,7 +54,7 @@ class CandidatePairs:
         cls,
         pairs: PairInnovations,
         kind: list[str],
-        tracks: list[str],
+        tracks: list[Track],
         boxes: list[str],
         threshold: float,
     ) -> CandidatePairs:
@@ -56,51 +63,82 @@ class CandidatePairs:
         Args:
             pairs: tracks and boxes that are near one another.
             kind: of each track.
-            tracks: class of each track.
+            tracks: all of them.
             boxes: class of each box.
             threshold: squared distance at the edge of a gate.
         """
         distances, log_determinant = mahalanobis(pairs.offsets, pairs.spread)
-        squared = distances.tolist()
+        log = (-0.5 * (distances + log_determinant)).tolist()
+        squared, wide = distances.tolist(), log_determinant.tolist()
         of, to = pairs.rows.tolist(), pairs.columns.tolist()
-        alike = [
-            k
-            for k, (row, column) in enumerate(zip(of, to, strict=True))
-            if kind[row] and tracks[row] == boxes[column]
-        ]
-        robots = [k for k in alike if kind[of[k]] is ROBOT]
-        grown = [k for k in alike if kind[of[k]] is NEW and squared[k] <= threshold]
-        wide = log_determinant.tolist()
-        return cls(of, to, squared, wide, kind, threshold, alike, robots, grown)
+        robots: list[int] = []
+        inside: list[int] = []
+        beside: list[int] = []
+        grown: list[int] = []
+        reach = ASSIGNMENT.near_gate_radii**2 * threshold
+        for k, far in enumerate(squared):
+            one = kind[of[k]]
+            if one is NEITHER or tracks[of[k]].class_id != boxes[to[k]]:
+                continue
+            if one is ROBOT:
+                robots.append(k)
+                if far <= threshold:
+                    inside.append(k)
+            elif far <= reach:
+                beside.append(k)
+                if far <= threshold:
+                    grown.append(k)
+        return cls(
+            pairs, of, to, squared, wide, log, kind, threshold, robots, inside, beside, grown
+        )
 
     @property
-    def inside(self) -> list[int]:
-        """Pairs of robots with boxes inside their gates."""
-        return [k for k in self.robots if self.squared[k] <= self.threshold]
-
-    @property
-    def log(self) -> list[float]:
-        """Log likelihood of each pair, but for a constant."""
-        return [-0.5 * (near + area) for near, area in zip(self.squared, self.wide, strict=True)]
+    def reach(self) -> float:
+        """Squared distance up to which a box is just outside a gate."""
+        return ASSIGNMENT.near_gate_radii**2 * self.threshold
 
     def best(self, pairs: list[int]) -> list[int]:
-        """Return those of some pairs that are the likeliest assignment."""
-        found = likeliest(
-            [self.of[k] for k in pairs],
-            [self.to[k] for k in pairs],
-            [self.squared[k] for k in pairs],
-            [self.wide[k] for k in pairs],
-            self.threshold,
-        )
+        """Return those of some pairs inside gates that are the likeliest assignment."""
+        rows, columns = [self.of[k] for k in pairs], [self.to[k] for k in pairs]
+        if len({*rows}) == len({*columns}) == len(rows):  # nothing to weigh
+            return pairs
+        squared, wide = [self.squared[k] for k in pairs], [self.wide[k] for k in pairs]
+        found = likeliest(rows, columns, squared, wide, self.threshold)
         return [pairs[k] for k in found]
 
-    def left(self, chosen: list[int]) -> list[int]:
-        """Return the pairs of robots and boxes that some chosen pairs leave over."""
-        rows, columns = {self.of[k] for k in chosen}, {self.to[k] for k in chosen}
-        return [k for k in self.robots if self.of[k] not in rows and self.to[k] not in columns]
+    def nearest(self) -> list[int]:
+        """Return pairs of robots with boxes inside their gates or just outside, nearest first.
 
-    def near(self, pairs: list[int]) -> list[int]:
-        """Return those of some pairs that are inside or just outside a gate."""
-        return [
-            k for k in pairs if self.squared[k] <= ASSIGNMENT.near_gate_radii**2 * self.threshold
-        ]
+        Each robot and each box is in one at most.
+        """
+        rows: set[int] = set()
+        columns: set[int] = set()
+        found: list[int] = []
+        reach = self.reach
+        for k in sorted(self.robots, key=self.squared.__getitem__):
+            row, column = self.of[k], self.to[k]
+            if self.squared[k] > reach or row in rows or column in columns:
+                continue
+            rows.add(row)
+            columns.add(column)
+            found.append(k)
+        return found
+
+    def left(self, chosen: list[int]) -> tuple[list[int], int]:
+        """Return the pairs of robots and boxes that some chosen pairs leave over.
+
+        Also how many of these robots have a box just outside their gates.
+        """
+        rows: set[int] = set()
+        columns: set[int] = set()
+        for k in chosen:
+            rows.add(self.of[k])
+            columns.add(self.to[k])
+        found: list[int] = []
+        missed: set[int] = set()
+        for k in self.robots:
+            if self.of[k] not in rows and self.to[k] not in columns:
+                found.append(k)
+                if self.squared[k] <= self.reach:
+                    missed.add(self.of[k])
+        return found, len(missed)

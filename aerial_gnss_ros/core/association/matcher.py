@@ -4,27 +4,27 @@
 
 Robots choose first, all at once, those that wait for their names among them; then those that have
 swerved; what is left goes to the tentative tracks. A robot whose boxes keep falling further off
-than its model explains is turning harder than stated: its velocity is loosened. Left alone, the
-filter would lag behind, the box would leave the gate and grow a second track on the same robot.
+than its model explains is turning harder than stated: its velocity is to be inflated. Left alone,
+the filter would lag behind, the box would leave the gate and grow a second track on the same robot.
+
+All this is decided and nothing of it done: tracks and filter are the tracker's to change.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from statistics import median
 
 import numpy as np
 from numpy.typing import NDArray
 
 from aerial_gnss_ros.core.association.assignment import TUNING as ASSIGNMENT
-from aerial_gnss_ros.core.association.assignment import Pairs, lone
+from aerial_gnss_ros.core.association.assignment import lone
 from aerial_gnss_ros.core.association.clutter import Clutter, chance_probability
 from aerial_gnss_ros.core.association.coherence import swerves, turns
 from aerial_gnss_ros.core.association.conflicts import keep_established, without_disputed
 from aerial_gnss_ros.core.association.gating import NEITHER, NEW, ROBOT, CandidatePairs
 from aerial_gnss_ros.core.association.track import Track
-from aerial_gnss_ros.core.faults.noise_level import Innovation
-from aerial_gnss_ros.core.filter.innovation import PairInnovations
 from aerial_gnss_ros.core.filter.joint_filter import JointFilter
 from aerial_gnss_ros.core.georeferencing.measurements import Measurements
 from aerial_gnss_ros.core.models.motion_model import TUNING as MOTION_MODEL
@@ -33,6 +33,7 @@ from aerial_gnss_ros.core.numerics.gaussian import mahalanobis
 from aerial_gnss_ros.core.values.estimates import State
 
 Array = NDArray[np.float64]
+Indices = NDArray[np.intp]
 
 
 @dataclass(frozen=True)
@@ -57,11 +58,39 @@ class MatcherTuning:
 TUNING = MatcherTuning()
 
 
+@dataclass
+class Association:
+    """What is decided of an image's boxes; rows are those of tracks.
+
+    Attributes:
+        rows: (m,) of the tracks that get a box.
+        columns: (m,) of their boxes.
+        claimed: which pairs of `CandidatePairs` are robots with their boxes.
+        matched: how many robots have a box inside their gates.
+        strain: new fading means of robots' squared innovations, by row.
+        inflations: rows of robots that manoeuvre, and by how much, m/s, their velocities are
+            uncertain.
+        chances: factors of `Track.chance`, by row.
+        near_misses: rows of new tracks with boxes just outside their gates.
+        outside: how many robots have a box just outside their gates, and none inside.
+    """
+
+    rows: Indices = field(default_factory=lambda: np.zeros(0, np.intp))
+    columns: Indices = field(default_factory=lambda: np.zeros(0, np.intp))
+    claimed: list[int] = field(default_factory=list)
+    strain: dict[int, float] = field(default_factory=dict)
+    inflations: list[tuple[Indices, Array | float]] = field(default_factory=list)
+    chances: dict[int, float] = field(default_factory=dict)
+    near_misses: set[int] = field(default_factory=set)
+    matched: int = 0
+    outside: int = 0
+
+
 class Matcher:
-    """Assigns boxes to tracks.
+    """Decides which boxes belong to which tracks.
 
     Args:
-        joint: where robots are.
+        joint: where robots are; it is only asked.
         threshold: squared Mahalanobis distance at the edge of a gate.
         fresh_s: time since a robot was seen up to which a single box may update it, s.
 
@@ -85,87 +114,67 @@ class Matcher:
         """Take in that robots will not be where they should be, by what telemetry says."""
         self.scene_mismatch, self._agreed = True, 0
 
-    def match(self, tracks: list[Track], seen: Measurements, stamp_ns: int) -> Pairs:
-        """Return rows of tracks and columns of measurements that belong together."""
+    def gate(self, tracks: list[Track], seen: Measurements, stamp_ns: int) -> CandidatePairs | None:
+        """Return which boxes may be of which tracks; None where there is nothing to choose."""
         if not tracks or not len(seen.index):
             self._clutter.update(stamp_ns, 0, 0, 0)
-            return np.zeros(0, np.intp), np.zeros(0, np.intp)
+            return None
         # Farther off, a pair is neither a near miss nor a robot that has swerved.
         swerve = self.threshold * (MOTION_MODEL.swerve_s * self._filter.motions.largest) ** 2
         pairs = self._filter.compare(seen, ASSIGNMENT.near_gate_radii**2 * self.threshold, swerve)
-        kind = [self._kind(track, stamp_ns) for track in tracks]
-        classes, ids = [track.class_id for track in tracks], seen.class_ids.tolist()
-        able = CandidatePairs.of_image(pairs, kind, classes, ids, self.threshold)
+        kind = self._kinds(tracks, stamp_ns)
+        return CandidatePairs.of_image(pairs, kind, tracks, seen.class_ids.tolist(), self.threshold)
 
+    def assign(
+        self, tracks: list[Track], able: CandidatePairs, boxes: int, stamp_ns: int
+    ) -> Association:
+        """Return which of the boxes inside gates belong to which tracks, and what follows.
+
+        Args:
+            tracks: all of them.
+            able: pairs of tracks and boxes that may belong together.
+            boxes: of the image.
+            stamp_ns: of the image, ns.
+        """
         # Robots choose first: a stray box of a robot must not grow up on that robot's own boxes.
         away_ns = stamp_ns - round(self._missed_s(stamp_ns) * 1e9)
-        self._note_noise(tracks, pairs, able, stamp_ns)
-        inside = able.inside
+        inside, kind, decided = able.inside, able.kind, Association()
         given = keep_established(tracks, able.of, able.to, able.best(inside), inside, away_ns)
         chosen = without_disputed(tracks, able.of, able.to, given, able.log, kind, stamp_ns)
-        left = able.left(given)
-        missed = {able.of[k] for k in able.near(left)}
-        self._filter.monitor.update_matches(len(chosen), len(missed))
-        # One that was at the picture's edge has left it.
-        here = [one is ROBOT and not tracks[row].leaving for row, one in enumerate(kind)]
-        back = sum(here[able.of[k]] for k in chosen)
-        boxes = len(seen.index) - len(chosen) + back
-        known = min(sum(here), boxes)
-        if known > 1 and 2 * back < known and not self.scene_mismatch:
-            stray = [k for k in left if here[able.of[k]]]
-            back += swerves(self._filter, pairs, stray, chosen, self.threshold)
-        if self._is_mismatch(sum(here), boxes, back):
+        left, decided.outside = able.left(given)
+        decided.matched = len(chosen)
+        if self._is_mismatch(tracks, able, left, chosen, boxes):
             chosen = []
-        elif not self._inflate_manoeuvring(tracks, [(able.of[k], able.squared[k]) for k in chosen]):
-            chosen = chosen + self._manoeuvred_pairs(tracks, pairs, left, able.grown)
-        self._filter.update_reacquired(
-            pairs.rows[chosen], pairs.offsets[chosen], pairs.spread[chosen]
-        )
-        claimed = len(chosen)
-        chosen = chosen + _new(tracks, able, chosen)
+        elif not self._strain(tracks, able, chosen, decided):
+            chosen = chosen + self._manoeuvred_pairs(tracks, able, left, decided)
+        decided.claimed = chosen
+        chosen = chosen + _new(able, chosen, decided)
         robots = kind.count(ROBOT)
         if not self.scene_mismatch:
-            self._clutter.update(stamp_ns, robots, robots - claimed, len(seen.index) - len(chosen))
-        return pairs.rows[chosen], pairs.columns[chosen]
+            missed = robots - len(decided.claimed)
+            self._clutter.update(stamp_ns, robots, missed, boxes - len(chosen))
+        decided.rows, decided.columns = able.pairs.rows[chosen], able.pairs.columns[chosen]
+        return decided
 
-    def _note_noise(
-        self, tracks: list[Track], pairs: PairInnovations, able: CandidatePairs, stamp_ns: int
-    ) -> None:
-        """Take in how far the boxes of robots in view are from where they are expected."""
-        seen: list[tuple[Innovation, ...]] = []
-        share = 1.0 / self._filter.noise.level
-        rows: set[int] = set()
-        columns: set[int] = set()
-        for k in sorted(able.near(able.robots), key=able.squared.__getitem__):
-            row, column = able.of[k], able.to[k]
-            if row in rows or column in columns:
-                continue
-            rows.add(row)
-            columns.add(column)
-            (east, north), ((a, b), (_, d)) = pairs.offsets[k].tolist(), pairs.spread[k].tolist()
-            one = Innovation(stamp_ns, east, north, (share * a, share * b, share * d))
-            tracks[row].innovations = (*tracks[row].innovations[-2:], one)
-            seen.append(tracks[row].innovations)
-        self._filter.noise.update(seen)
+    def _kinds(self, tracks: list[Track], stamp_ns: int) -> list[str]:
+        """Return whether a single box may update each track: as a robot, as a new one, not at all.
 
-    def _kind(self, track: Track, stamp_ns: int) -> str:
-        """Return whether a single box may update a track: as a robot, as a new one, not at all."""
-        if track.state is State.TENTATIVE and not track.waits:
-            return NEW
-        if track.rejected or track.once:
-            return NEITHER
-        fresh = (stamp_ns - track.last_seen_ns) * 1e-9 <= self._patience_s(stamp_ns) + 1e-9
-        return ROBOT if fresh else NEITHER
-
-    def _patience_s(self, stamp_ns: int) -> float:
-        """Return the time since a robot was seen up to which a single box may update it.
-
-        Beyond `MOTION_MODEL.held_s` its gate grows fast. Where images are cluttered the box in it
-        may be false.
+        Beyond `MOTION_MODEL.held_s` a robot's gate grows fast. Where images are cluttered the box
+        in it may be false.
         """
-        if not self._clutter.heavy:
-            return self.fresh_s
-        return min(self._missed_s(stamp_ns), self.fresh_s)
+        patience_s = self.fresh_s
+        if self._clutter.heavy:
+            patience_s = min(self._missed_s(stamp_ns), self.fresh_s)
+        found: list[str] = []
+        for track in tracks:
+            if track.state is State.TENTATIVE and not track.waits:
+                found.append(NEW)
+            elif track.rejected or track.once:
+                found.append(NEITHER)
+            else:
+                fresh = (stamp_ns - track.last_seen_ns) * 1e-9 <= patience_s + 1e-9
+                found.append(ROBOT if fresh else NEITHER)
+        return found
 
     def _missed_s(self, stamp_ns: int) -> float:
         """Return for how long images may miss a robot that is in view."""
@@ -173,34 +182,39 @@ class Matcher:
             MOTION_MODEL.held_s, TUNING.held_images * (stamp_ns - self._clutter.stamp_ns) * 1e-9
         )
 
-    def _inflate_manoeuvring(self, tracks: list[Track], hits: list[tuple[int, float]]) -> bool:
-        """Loosen the robots whose boxes are off by more than their model explains.
+    def _strain(
+        self, tracks: list[Track], able: CandidatePairs, chosen: list[int], decided: Association
+    ) -> bool:
+        """Decide which robots' boxes are off by more than their model explains.
 
         Args:
             tracks: all of them.
-            hits: rows of those with a box, and its squared distance.
+            able: pairs of the image.
+            chosen: those of robots that get a box.
+            decided: gets the means, and the velocities to be inflated.
 
         Returns:
             Whether most are, and one turn of the camera explains it better than robots that turn.
         """
-        strain = {row: tracks[row].stress(squared) for row, squared in hits}
+        strain, turning = decided.strain, []
+        for k in chosen:
+            row = able.of[k]
+            strain[row] = tracks[row].strained(able.squared[k])
+            if strain[row] > TUNING.strained_mean:
+                turning.append(row)
         strained = (
             len(strain) >= TUNING.majority_robots and median(strain.values()) > TUNING.common_median
         )
         if strained and turns(self._filter, tracks, list(strain)):
             return True
-        turning = [row for row, mean in strain.items() if mean > TUNING.strained_mean]
-        for row in turning:
-            tracks[row].strain = 1.0
         if turning:
+            strain.update(dict.fromkeys(turning, 1.0))
             speeds = TUNING.turn_share * self._filter.speeds(turning)
-            self._filter.inflate_velocities(
-                np.array(turning, np.intp), speeds, MOTION_MODEL.swerve_s
-            )
+            decided.inflations.append((np.array(turning, np.intp), speeds))
         return False
 
     def _manoeuvred_pairs(
-        self, tracks: list[Track], pairs: PairInnovations, left: list[int], grown: list[int]
+        self, tracks: list[Track], able: CandidatePairs, left: list[int], decided: Association
     ) -> list[int]:
         """Return pairs of robots and boxes left over that can only belong together.
 
@@ -212,35 +226,59 @@ class Matcher:
 
         Args:
             tracks: all of them.
-            pairs: without a swerve.
+            able: pairs of the image, without a swerve.
             left: those of robots and boxes that are left over, of one class.
-            grown: those of tentative tracks with boxes inside their gates.
+            decided: gets the velocities to be inflated.
         """
         if not left:
             return []
+        pairs = able.pairs
         more = manoeuvre_covariance(self._filter.speeds(pairs.rows[left]))
         squared, _ = mahalanobis(pairs.offsets[left], pairs.spread[left] + more)
         near = [k for k, one in zip(left, squared.tolist(), strict=True) if one <= self.threshold]
         rows, columns = pairs.rows[near].tolist(), pairs.columns[near].tolist()
         own: list[int] = []
         for k, row, column, alone in zip(near, rows, columns, lone(rows, columns), strict=True):
-            others = [tracks[pairs.rows[i]] for i in grown if pairs.columns[i] == column]
+            others = [tracks[able.of[i]] for i in able.grown if able.to[i] == column]
             if not alone or any(tracks[row].coexisted(other) for other in others):
                 continue
             if not self._clutter.heavy or any(_began(other, tracks[row]) for other in others):
                 own.append(k)
-        self._filter.inflate_velocities(
-            pairs.rows[own], self._filter.speeds(pairs.rows[own]), MOTION_MODEL.swerve_s
-        )
+        if own:
+            decided.inflations.append((pairs.rows[own], self._filter.speeds(pairs.rows[own])))
         return own
 
-    def _is_mismatch(self, robots: int, boxes: int, matched: int) -> bool:
+    def _is_mismatch(
+        self,
+        tracks: list[Track],
+        able: CandidatePairs,
+        left: list[int],
+        chosen: list[int],
+        boxes: int,
+    ) -> bool:
         """Return whether an image is so unlike what was expected that none of it is believed.
 
         A spinning compass or a jump carries robots' boxes onto other robots: the few that fall
         into a gate are there by chance.
+
+        Args:
+            tracks: all of them.
+            able: pairs of the image.
+            left: those of robots and boxes that are left over.
+            chosen: those of robots that get a box.
+            boxes: of the image.
         """
-        known = min(robots, boxes)
+        here: set[int] = set()  # one that was at the picture's edge has left it
+        for row, kind in enumerate(able.kind):
+            if kind is ROBOT and not tracks[row].leaving:
+                here.add(row)
+        matched = 0
+        for k in chosen:
+            matched += able.of[k] in here
+        known = min(len(here), boxes - len(chosen) + matched)
+        if known > 1 and 2 * matched < known and not self.scene_mismatch:
+            stray = [k for k in left if able.of[k] in here]
+            matched += swerves(self._filter, able.pairs, stray, chosen, self.threshold)
         confused = known > 1 and 2 * matched < known
         if known < TUNING.majority_robots and not confused:
             # Few robots are back when all of them are, and not once by chance.
@@ -259,22 +297,18 @@ class Matcher:
         return confused
 
 
-def _new(tracks: list[Track], able: CandidatePairs, chosen: list[int]) -> list[int]:
+def _new(able: CandidatePairs, chosen: list[int], decided: Association) -> list[int]:
     """Return pairs of new tracks and boxes that are left; the more such boxes, the more chance."""
     if NEW not in able.kind:
         return []
     taken = {able.to[k] for k in chosen}
     new = able.best([k for k in able.grown if able.to[k] not in taken])
     taken |= {able.to[k] for k in new}
-    near = [k for k in able.near(able.alike) if able.kind[able.of[k]] is NEW]
-    beside = [k for k in near if able.to[k] not in taken]
+    beside = [k for k in able.beside if able.to[k] not in taken]
     if new:
         share = chance_probability(len(beside), able.kind.count(NEW))
-        for k in new:
-            tracks[able.of[k]].chance *= share
-    found = {able.of[k] for k in new}
-    for row in {able.of[k] for k in beside} - found:
-        tracks[row].near_misses += 1
+        decided.chances = {able.of[k]: share for k in new}
+    decided.near_misses = {able.of[k] for k in beside} - {able.of[k] for k in new}
     return new
 
 

@@ -140,10 +140,9 @@ class Track:
             self.speed_history_count,
         )
 
-    def stress(self, squared: float) -> float:
-        """Take in a squared Mahalanobis innovation; return the fading mean."""
-        self.strain += (0.5 * squared - self.strain) / TUNING.strain_images
-        return self.strain
+    def strained(self, squared: float) -> float:
+        """Return what `strain` becomes by a squared Mahalanobis innovation."""
+        return self.strain + (0.5 * squared - self.strain) / TUNING.strain_images
 
     def typical_speed(self, speed: float) -> float:
         """Return one sigma of the velocity that it is used to, each axis, m/s.

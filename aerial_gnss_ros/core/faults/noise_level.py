@@ -98,8 +98,7 @@ class NoiseLevel:
         Args:
             seen: of each robot that it shows, the last innovations, three at most.
         """
-        squares = [_second_difference(*last) for last in seen if len(last) == 3]
-        ratios = tuple(squared for squared in squares if squared is not None)
+        ratios = _second_differences(seen)
         if not ratios:
             return
         self._window.append(ratios)
@@ -109,20 +108,30 @@ class NoiseLevel:
             self._estimate()
 
     def _estimate(self) -> None:
-        level = float(np.median([one for image in self._window for one in image])) / _MEDIAN
+        level = float(np.median(np.concatenate(self._window))) / _MEDIAN
         sure = level > 1.0 + TUNING.level_sure_sigmas * _SPREAD / math.sqrt(len(self._window))
         self.level = min(level, TUNING.largest_level) if sure else 1.0
 
 
-def _second_difference(one: Innovation, two: Innovation, three: Innovation) -> float | None:
-    """Return half the normalised square, of mean 1; None where the intervals are not alike."""
-    before, after = two.stamp_ns - one.stamp_ns, three.stamp_ns - two.stamp_ns
-    if not before / TUNING.uneven_intervals <= after <= before * TUNING.uneven_intervals:
-        return None
-    x = one.east - 2.0 * two.east + three.east
-    y = one.north - 2.0 * two.north + three.north
-    a, b, d = (
-        first + 4.0 * second + third
-        for first, second, third in zip(one.variances, two.variances, three.variances, strict=True)
-    )
-    return 0.5 * (d * x * x - 2.0 * b * x * y + a * y * y) / max(a * d - b * b, 1e-24)
+def _second_differences(seen: Iterable[tuple[Innovation, ...]]) -> tuple[float, ...]:
+    """Return half the normalised squares, of mean 1, of robots at intervals that are alike.
+
+    Args:
+        seen: of each robot the last innovations; those of three count.
+    """
+    ratios: list[float] = []
+    for last in seen:
+        if len(last) < 3:
+            continue
+        one, two, three = last
+        before, after = two.stamp_ns - one.stamp_ns, three.stamp_ns - two.stamp_ns
+        if not before / TUNING.uneven_intervals <= after <= before * TUNING.uneven_intervals:
+            continue
+        x = one.east - 2.0 * two.east + three.east
+        y = one.north - 2.0 * two.north + three.north
+        (a1, b1, d1), (a2, b2, d2) = one.variances, two.variances
+        a3, b3, d3 = three.variances
+        a, b, d = a1 + 4.0 * a2 + a3, b1 + 4.0 * b2 + b3, d1 + 4.0 * d2 + d3
+        squared = d * x * x - 2.0 * b * x * y + a * y * y
+        ratios.append(0.5 * squared / max(a * d - b * b, 1e-24))
+    return tuple(ratios)

@@ -25,12 +25,14 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from aerial_gnss_ros.core.association.gating import CandidatePairs
 from aerial_gnss_ros.core.association.image_tracks import ImageTracks
 from aerial_gnss_ros.core.association.matcher import Matcher
 from aerial_gnss_ros.core.association.track import Track
 from aerial_gnss_ros.core.camera.posed_frame import PosedFrame
 from aerial_gnss_ros.core.config.estimator import EstimatorConfig
 from aerial_gnss_ros.core.faults.consistency import InnovationMonitor
+from aerial_gnss_ros.core.faults.noise_level import Innovation
 from aerial_gnss_ros.core.filter.joint_filter import JointFilter
 from aerial_gnss_ros.core.geometry.local_map import LocalMap
 from aerial_gnss_ros.core.georeferencing.localization import WaterPoints
@@ -38,6 +40,7 @@ from aerial_gnss_ros.core.georeferencing.measurements import Measurements, insid
 from aerial_gnss_ros.core.identity.encounters import Encounters
 from aerial_gnss_ros.core.identity.label_ambiguity import Position
 from aerial_gnss_ros.core.identity.labels import Labels
+from aerial_gnss_ros.core.models.motion_model import TUNING as MOTION_MODEL
 from aerial_gnss_ros.core.models.platform_model import named_errors
 from aerial_gnss_ros.core.numerics.gaussian import gate_threshold
 from aerial_gnss_ros.core.tracker.box_account import BoxAccount, Settled
@@ -129,13 +132,12 @@ class Tracker:
         if self.filter.turned:
             self._matcher.expect_mismatch()
         confused = self._matcher.scene_mismatch
-        rows, columns = self._matcher.match(self.tracks, seen, stamp_ns)
+        rows, columns = self._associate(seen, stamp_ns)
         if self._matcher.scene_mismatch and self._is_as_before(seen, stamp_ns):
-            rows, columns = self._matcher.match(self.tracks, seen, stamp_ns)
+            rows, columns = self._associate(seen, stamp_ns)
         rows, columns = self._uncontradicted(frame.detections, seen, rows, columns)
-        before = self._rejected_count()
-        rows, columns, refused = self._correct(seen, rows, columns, stamp_ns)
-        self._update_ambiguity(rows, self._rejected_count() - before, stamp_ns, passed)
+        rows, columns, refused, newly = self._correct(seen, rows, columns, stamp_ns)
+        self._update_ambiguity(rows, newly, stamp_ns, passed)
         if confused and not self._matcher.scene_mismatch:
             self._reject_unlabelled(stamp_ns)
         started = self._start(seen, np.concatenate([columns, refused]), frame.detections)
@@ -156,6 +158,41 @@ class Tracker:
         return TrackUpdate(
             self._estimates(stamp_ns), names, gated, too_fast, named_errors(*self.filter.platform)
         )
+
+    def _associate(self, seen: Measurements, stamp_ns: int) -> tuple[Indices, Indices]:
+        """Decide whose boxes an image shows; return rows and columns that belong together."""
+        able = self._matcher.gate(self.tracks, seen, stamp_ns)
+        if able is None:
+            return np.zeros(0, np.intp), np.zeros(0, np.intp)
+        self._note_innovations(able, stamp_ns)
+        decided = self._matcher.assign(self.tracks, able, len(seen.index), stamp_ns)
+        for row, strain in decided.strain.items():
+            self.tracks[row].strain = strain
+        for row, share in decided.chances.items():
+            self.tracks[row].chance *= share
+        for row in decided.near_misses:
+            self.tracks[row].near_misses += 1
+        self.filter.monitor.update_matches(decided.matched, decided.outside)
+        for rows, speeds in decided.inflations:
+            self.filter.inflate_velocities(rows, speeds, MOTION_MODEL.swerve_s)
+        pairs, claimed = able.pairs, decided.claimed
+        self.filter.update_reacquired(
+            pairs.rows[claimed], pairs.offsets[claimed], pairs.spread[claimed]
+        )
+        return decided.rows, decided.columns
+
+    def _note_innovations(self, able: CandidatePairs, stamp_ns: int) -> None:
+        """Take in how far the boxes of robots in view are from where they are expected."""
+        offsets, spread = able.pairs.offsets.tolist(), able.pairs.spread.tolist()
+        share = 1.0 / self.filter.noise.level
+        seen: list[tuple[Innovation, ...]] = []
+        for k in able.nearest():
+            (east, north), ((a, b), (_, d)) = offsets[k], spread[k]
+            one = Innovation(stamp_ns, east, north, (share * a, share * b, share * d))
+            track = self.tracks[able.of[k]]
+            track.innovations = (*track.innovations[-2:], one)
+            seen.append(track.innovations)
+        self.filter.noise.update(seen)
 
     def _choose(self, stamp_ns: int) -> None:
         """Keep robots as they are when telemetry jumps, and go on from there when it is back."""
@@ -317,8 +354,13 @@ class Tracker:
 
     def _correct(
         self, seen: Measurements, rows: Indices, columns: Indices, stamp_ns: int
-    ) -> tuple[Indices, Indices, Indices]:
-        """Take in measurements; return rows, columns they were corrected with, refused columns."""
+    ) -> tuple[Indices, Indices, Indices, int]:
+        """Take in measurements.
+
+        Returns:
+            Rows that were corrected, with which columns, the columns that were refused, and to how
+            many robots with names that had not been refused a box since they were seen.
+        """
         columns = columns.copy()
         named = [i for i, row in enumerate(rows.tolist()) if self.tracks[row].robot_id]
         boxes = columns[named]
@@ -332,28 +374,25 @@ class Tracker:
             )
         ]
         impossible = self.filter.correct(seen, rows, columns)
-        refused = columns[:0]
+        refused, newly = columns[:0], 0
         if len(impossible):
             fast = np.isin(rows, impossible)
             rows, columns, refused = rows[~fast], columns[~fast], columns[fast]
             for row in impossible:
+                newly += bool(self.tracks[row].robot_id) and not self.tracks[row].rejected
                 self.tracks[row].rejected = True
         velocities, edges = self.filter.mean[:, 2:], seen.edge.tolist()
         spread = self.filter.covariance[:, 2:, 2:]
         for row, column in zip(rows.tolist(), columns.tolist(), strict=True):
             swims = velocities[row], spread[row]
             self.tracks[row].hit(stamp_ns, self._naming.pace.window_ns, *swims, edges[column])
-        return rows, columns, refused
+        return rows, columns, refused, newly
 
     def _reject_unlabelled(self, stamp_ns: int) -> None:
         """Give up what was only seen while robots were not where they should be."""
         for track in self.tracks:
             if not track.robot_id and not track.waits and track.last_seen_ns < stamp_ns:
                 track.rejected, track.rejection_cause = True, Cause.LOST_PLATFORM
-
-    def _rejected_count(self) -> int:
-        """Return how many robots with names were refused a box since they were seen."""
-        return sum(track.rejected for track in self.tracks if track.robot_id)
 
     def _update_ambiguity(self, rows: Indices, refused: int, stamp_ns: int, passed: float) -> None:
         """Take in whether robots explain an image's boxes: one or two cannot outvote a camera.
@@ -401,6 +440,8 @@ class Tracker:
         the same) would only follow the first: it begins nothing and counts as gated, and so does
         what exceeds `TUNING.max_tentative`. The best scores come first.
         """
+        if len(columns) == len(seen.index):
+            return {}
         room = TUNING.max_tentative - sum(track.state is State.TENTATIVE for track in self.tracks)
         used = seen.index[columns].tolist()
         begun: list[int] = []

@@ -5,12 +5,14 @@
 from __future__ import annotations
 
 from collections import deque
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from scipy.signal import lfilter
 
+from aerial_gnss_ros.core.association.clutter import chance_probability
 from aerial_gnss_ros.core.association.matcher import TUNING as MATCHER
 from aerial_gnss_ros.core.association.matcher import Matcher
 from aerial_gnss_ros.core.association.track import TUNING as TRACK
@@ -35,12 +37,14 @@ def _joint(pairs, speed=0.0):
         compare=lambda *_: pairs,
         motions=SimpleNamespace(largest=speed),
         speeds=lambda _: speed,
-        monitor=SimpleNamespace(update_matches=lambda *_: None),
         noise=NoiseLevel(),
-        inflate_velocities=lambda *_: None,
-        update_reacquired=lambda *_: None,
         log=Events(),
     )
+
+
+def decided(matcher, tracks, seen, now):
+    """Return what a matcher decides of an image."""
+    return matcher.assign(tracks, matcher.gate(tracks, seen, now), len(seen.index), now)
 
 
 def test_a_near_miss_is_a_free_box_just_outside_the_gate_of_a_robot_without_one():
@@ -49,25 +53,27 @@ def test_a_near_miss_is_a_free_box_just_outside_the_gate_of_a_robot_without_one(
         [50.0, 70.0, 90.0],  # box 1 lies just outside its gate (up to 81)
         [2.0, 100.0, 300.0],  # only box 0 is near, and that is taken
     ])  # fmt: skip
-    counted = []
     rows, columns = np.divmod(np.arange(9), 3)
     offsets = np.column_stack([np.sqrt(squared.ravel()), np.zeros(9)])
     pairs = PairInnovations(rows, columns, offsets, np.tile(np.eye(2), (9, 1, 1)))
     joint = _joint(pairs)
-    joint.monitor.update_matches = lambda *both: counted.append(both)
     tracks = [Track("aqua", 0, 9, State.COASTING, f"aqua_{i}", deque([9])) for i in range(3)]
     seen = boxes(3)
-    Matcher(joint, 9.0, 2.0).match(tracks, seen, 10)
-    assert counted == [(1, 1)]
+    found = decided(Matcher(joint, 9.0, 2.0), tracks, seen, 10)
+    assert (found.matched, found.outside) == (1, 1)
 
 
 def test_a_robot_that_obeys_its_model_is_loosened_once_in_a_million_images():
-    """Half a squared planar innovation is exponential; `Track.stress` is its fading mean."""
+    """Half a squared planar innovation is exponential; `Track.strain` is its fading mean."""
     drawn = np.random.default_rng(0).exponential(size=3_000_000)
     share = 1.0 / TRACK.strain_images
     strain = lfilter([share], [1.0, share - 1.0], drawn)
     track = Track("aqua", 0, 0, strain=0.0)
-    assert [track.stress(2.0 * one) for one in drawn[:50]] == pytest.approx(strain[:50])
+    found = []
+    for one in drawn[:50]:
+        track.strain = track.strained(2.0 * one)
+        found.append(track.strain)
+    assert found == pytest.approx(strain[:50])
     assert 0 < np.count_nonzero(strain > MATCHER.strained_mean) < 10
 
 
@@ -107,8 +113,10 @@ def test_a_robot_swerves_with_two_boxes_where_one_may_be_false(stray, began, hit
     for _ in range(99):
         matcher._clutter.update(0, 1, 0, 0)
     matcher._clutter.update(8, 20, 20, stray)
-    rows, columns = matcher.match(tracks, seen, 9)
-    assert list(zip(rows.tolist(), columns.tolist(), strict=True)) == taken
+    found = decided(matcher, tracks, seen, 9)
+    assert list(zip(found.rows.tolist(), found.columns.tolist(), strict=True)) == taken
+    inflated = [(rows.tolist(), speed) for rows, speed in found.inflations]
+    assert inflated == ([([0], 0.75)] if (0, 0) in taken else [])
 
 
 @pytest.mark.parametrize(
@@ -132,15 +140,14 @@ def test_one_box_in_a_wide_gate_is_not_the_robots_where_it_may_be_false(
     matcher._clutter.update(now - round(image_s * second), 20, 20, stray)
     seen = boxes(1)
     robot = Track("aqua", 0, left, State.COASTING, "aqua_1", deque([left]))
-    rows, _ = matcher.match([robot], seen, now)
-    assert (len(rows) == 1) == taken
+    assert (len(decided(matcher, [robot], seen, now).rows) == 1) == taken
 
 
 def test_empty_images_are_images_too():
     """Otherwise images seem seconds apart when the view is empty, and one box may do anything."""
     nothing = boxes(0)
     matcher = Matcher(SimpleNamespace(), 11.6, 2.0)
-    matcher.match([], nothing, 5)
+    assert matcher.gate([], nothing, 5) is None
     assert matcher._clutter.stamp_ns == 5
 
 
@@ -179,15 +186,13 @@ def _image(inside, leaving=()):
     ],
 )
 def test_images_are_believed_again_when_robots_are_where_they_should_be(images, confused):
-    found = []
     joint = _joint(None)
-    joint.update_reacquired = lambda rows, *_: found.append(len(rows))
     matcher = Matcher(joint, 9.0, 2.0)
     for inside in images:
         tracks, pairs, seen, now = _image(inside)
         joint.compare = lambda *_, pairs=pairs: pairs
-        rows, _ = matcher.match(tracks, seen, now)
-        assert len(rows) == found[-1]
+        found = decided(matcher, tracks, seen, now)
+        assert found.rows.tolist() == found.claimed
     assert matcher.scene_mismatch is confused
 
 
@@ -195,8 +200,7 @@ def test_robots_that_left_the_picture_are_not_missing():
     tracks, pairs, seen, now = _image([True, False, False], leaving=(1, 2))
     joint = _joint(pairs)
     matcher = Matcher(joint, 9.0, 2.0)
-    rows, _ = matcher.match(tracks, seen, now)
-    assert rows.tolist() == [0]
+    assert decided(matcher, tracks, seen, now).rows.tolist() == [0]
     assert not matcher.scene_mismatch
     assert joint.log.drain() == []
 
@@ -208,7 +212,7 @@ def test_one_image_may_be_in_error_the_second_is_told_once():
     for inside in ([False] * 3, [False] * 3, [False] * 3, [True] * 3, [False] * 3, [False] * 3):
         tracks, pairs, seen, now = _image(inside)
         joint.compare = lambda *_, pairs=pairs: pairs
-        matcher.match(tracks, seen, now)
+        decided(matcher, tracks, seen, now)
         said.append(len(joint.log.drain()))
     assert said == [0, 1, 0, 0, 0, 1]
 
@@ -221,5 +225,26 @@ def test_the_box_of_a_robot_that_leaves_is_no_other_robots():
     pairs = PairInnovations(*(one[kept] for one in vars(pairs).values()))
     joint.compare = lambda *_: pairs
     matcher = Matcher(joint, 9.0, 2.0)
-    matcher.match(tracks, seen, now)
+    decided(matcher, tracks, seen, now)
     assert not matcher.scene_mismatch
+
+
+def test_what_is_decided_changes_no_track():
+    """A robot far off again and again, a new track beside its box, and one with a box."""
+    now = 1_000_000_000
+    tracks = [
+        Track("aqua", 0, now - 1, State.CONFIRMED, "aqua_1", deque([now - 1]), strain=3.5),
+        Track("aqua", 0, now - 1, hits=deque([now - 2])),
+        Track("aqua", 0, now - 1, hits=deque([now - 3])),
+    ]
+    offsets = np.array([[2.5, 0.0], [6.0, 0.0], [0.5, 0.0]])
+    pairs = PairInnovations(
+        np.arange(3), np.array([0, 1, 2]), offsets, np.tile(np.eye(2), (3, 1, 1))
+    )
+    before = [replace(track) for track in tracks]
+    found = decided(Matcher(_joint(pairs, speed=0.8), 9.0, 2.0), tracks, boxes(3), now)
+    assert tracks == before
+    assert found.strain == {0: 1.0}  # it starts anew
+    assert [(rows.tolist(), speed) for rows, speed in found.inflations] == [([0], 0.2)]
+    assert found.near_misses == {1}
+    assert found.chances == {2: pytest.approx(chance_probability(1, 2))}

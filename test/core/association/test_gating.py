@@ -1,0 +1,52 @@
+# Copyright 2026 aerial_gnss_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Which pairs of tracks and boxes there are to choose from."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from aerial_gnss_ros.core.association.gating import NEITHER, NEW, ROBOT, CandidatePairs
+from aerial_gnss_ros.core.association.track import Track
+from aerial_gnss_ros.core.filter.innovation import PairInnovations
+
+GATE = 9.0  # a radius of 3 m, since covariances are of 1 m²; just outside it is up to 9 m
+
+
+def candidates(apart, kind, tracks=("aqua",) * 3, boxes=("aqua",) * 3):
+    """Return the pairs of all tracks with all boxes, so far apart (n, m), m."""
+    apart = np.array(apart, dtype=float)
+    rows, columns = np.divmod(np.arange(apart.size), apart.shape[1])
+    offsets = np.column_stack([apart.ravel(), np.zeros(apart.size)])
+    pairs = PairInnovations(rows, columns, offsets, np.tile(np.eye(2), (apart.size, 1, 1)))
+    every = [Track(name, 0, 0) for name in tracks]
+    return CandidatePairs.of_image(pairs, list(kind), every, list(boxes), GATE)
+
+
+def test_robots_and_new_tracks_have_their_own_lists():
+    found = candidates([[2.0, 8.0], [2.9, 3.1], [1.0, 9.1]], [ROBOT, NEW, NEITHER])
+    assert (found.robots, found.inside) == ([0, 1], [0])
+    assert (found.beside, found.grown) == ([2, 3], [2])
+    assert candidates([[1.0, 9.1]], [NEW]).beside == [0]
+
+
+def test_a_box_of_another_class_is_in_no_list():
+    found = candidates([[1.0, 1.0]], [ROBOT], boxes=("buoy", "aqua"))
+    assert (found.robots, found.inside) == ([1], [1])
+
+
+def test_the_nearest_box_is_one_robots_and_no_box_is_two_robots():
+    found = candidates([[2.0, 1.0], [0.5, 4.0], [9.1, 9.2]], [ROBOT] * 3)
+    assert found.nearest() == [2, 1]
+
+
+def test_the_best_pairs_are_the_likeliest_all_together():
+    found = candidates([[1.0, 2.0], [1.1, 9.0]], [ROBOT] * 2)
+    assert found.inside == [0, 1, 2]
+    assert found.best(found.inside) == [1, 2]
+    assert found.best([0]) == [0]
+
+
+def test_robots_and_boxes_left_over_and_which_of_them_nearly_met():
+    found = candidates([[1.0, 8.0, 8.0], [5.0, 8.9, 9.0], [5.0, 9.1, 30.0]], [ROBOT] * 3)
+    assert found.left([0]) == ([4, 5, 7, 8], 1)
