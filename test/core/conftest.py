@@ -9,6 +9,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
+import pymap3d
 import pytest
 
 from aerial_gnss_ros.core.camera.model import CameraModel
@@ -17,7 +18,6 @@ from aerial_gnss_ros.core.estimation.estimator import Estimator
 from aerial_gnss_ros.core.geometry.frames import matrix_from_rpy, quaternion_from_matrix
 from aerial_gnss_ros.core.geometry.geodesy import geodetic_from_enu
 from aerial_gnss_ros.core.geometry.local_map import LocalMap
-from aerial_gnss_ros.core.georeferencing.localization import project_to_image
 from aerial_gnss_ros.core.values.camera_pose import CameraPose
 from aerial_gnss_ros.core.values.detection_frame import DetectionFrame
 from aerial_gnss_ros.core.values.estimates import MapDatum
@@ -34,6 +34,18 @@ ORIGIN = {"map.latitude_deg": math.degrees(LATITUDE), "map.longitude_deg": math.
 MIDDLE = [640.0, 360.0]
 
 Place = Callable[[float], tuple[float, ...]]
+
+
+def project_to_image(pose, camera, latitude, longitude):
+    """Return pixels (n, 2) of places on the water, and which are in the image (n,).
+
+    The way back from what `locate` returns, by another library.
+    """
+    water = 0.0 if math.isnan(pose.altitude) else pose.altitude - pose.height
+    place = pose.latitude, pose.longitude, water + pose.height
+    offsets = pymap3d.geodetic2enu(latitude, longitude, water, *place, deg=False)
+    forward, left, up = pose.enu_from_camera.T @ np.stack([np.atleast_1d(one) for one in offsets])
+    return camera.project(np.stack([-left, -up, forward], axis=1))
 
 
 def stamp(seconds: float) -> int:
@@ -171,6 +183,7 @@ class Tools:
     estimator = staticmethod(estimator)
     origin = ORIGIN
     play = staticmethod(play)
+    project_to_image = staticmethod(project_to_image)
     stamp = staticmethod(stamp)
 
 

@@ -14,14 +14,13 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from aerial_gnss_ros.core.geometry.frames import FLU_FROM_OPTICAL
 from aerial_gnss_ros.core.geometry.geodesy import (
     MEAN_RADIUS_M,
     SEMI_MAJOR_M,
     SEMI_MINOR_M,
-    ecef_from_geodetic,
     ecef_of_place,
     enu_axes,
     geodetic_from_ecef,
@@ -107,10 +106,3 @@ class SurfaceView:
     def geodetic(self, offsets: Array) -> tuple[Array, Array, Array]:
         """Return latitude, longitude (rad), altitude (m) of points (n, 3) ENU."""
         return geodetic_from_ecef(self._origin + offsets @ self._axes)
-
-    def offsets(self, latitude: ArrayLike, longitude: ArrayLike, height: ArrayLike) -> Array:
-        """Return ENU (n, 3) of latitudes, longitudes (rad) and heights over the water (m)."""
-        altitude = self.water_altitude + np.asarray(height, dtype=np.float64)
-        points = ecef_from_geodetic(latitude, longitude, altitude).reshape(-1, 3)
-        enu: Array = (points - self._origin) @ self._axes.T
-        return enu

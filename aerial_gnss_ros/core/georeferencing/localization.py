@@ -169,28 +169,6 @@ def located_jacobian(pose: CameraPose, camera: CameraModel, pixels: ArrayLike) -
     return ray_points(SurfaceView(pose), camera, np.asarray(pixels, np.float64).reshape(-1, 2))
 
 
-def project_to_image(
-    pose: CameraPose,
-    camera: CameraModel,
-    latitude: ArrayLike,
-    longitude: ArrayLike,
-    height: ArrayLike = 0.0,
-) -> tuple[Array, NDArray[np.bool_]]:
-    """Return pixels (n, 2) of places on the water (or over it), and which are in the image (n,).
-
-    The inverse of `locate`: both place the scene alike where the altitude's datum is unknown.
-
-    Args:
-        pose: the camera.
-        camera: its intrinsics.
-        latitude: (n,) rad.
-        longitude: (n,) rad.
-        height: above the water, m.
-    """
-    view = SurfaceView(pose)
-    return camera.project(view.offsets(latitude, longitude, height) @ view.enu_from_optical)
-
-
 def bad_pose(pose: CameraPose) -> Reason | None:
     """Return why a pose cannot be used, or None: not finite, or not above the water."""
     if not (math.isfinite(pose.latitude) and math.isfinite(pose.longitude)):

@@ -24,7 +24,6 @@ from aerial_gnss_ros.core.georeferencing.covariance import uncertainty
 from aerial_gnss_ros.core.georeferencing.localization import (
     locate,
     located_jacobian,
-    project_to_image,
 )
 from aerial_gnss_ros.core.values.camera_pose import CameraPose
 from aerial_gnss_ros.core.values.rejection import Reason
@@ -99,11 +98,11 @@ pixels = st.tuples(st.floats(0.0, 1919.0), st.floats(0.0, 1079.0))
 
 @settings(max_examples=300, deadline=None)
 @given(poses, st.sampled_from(CAMERAS), pixels)
-def test_what_is_located_is_seen_at_its_pixel_and_within_a_millimetre(pose, camera, pixel):
+def test_what_is_located_is_seen_at_its_pixel_and_within_a_millimetre(sea, pose, camera, pixel):
     got = locate(pose, camera, [pixel], NOISE)
     if not got.valid[0]:
         return
-    back, seen = project_to_image(pose, camera, got.latitude, got.longitude)
+    back, seen = sea.project_to_image(pose, camera, got.latitude, got.longitude)
     assert seen[0]
     assert back[0] == pytest.approx(pixel, abs=1e-3)
     again = locate(pose, camera, back, NOISE)
@@ -113,19 +112,19 @@ def test_what_is_located_is_seen_at_its_pixel_and_within_a_millimetre(pose, came
     assert moved < 1e-3
 
 
-def test_a_place_that_is_projected_is_located_there():
+def test_a_place_that_is_projected_is_located_there(sea):
     pose = _pose(40.0, 55.0, 310.0, lon=179.9999)  # the view crosses the antimeridian
     lat, lon = geodesic_direct(pose.latitude, pose.longitude, math.radians(312.0), 55.0)
-    seen_at, seen = project_to_image(pose, CAMERAS[1], lat, lon)
+    seen_at, seen = sea.project_to_image(pose, CAMERAS[1], lat, lon)
     assert seen.all()
     got = locate(pose, CAMERAS[1], seen_at, NOISE)
     assert geodesic_inverse(lat, lon, got.latitude[0], got.longitude[0])[0] < 1e-3
 
 
-def test_places_behind_the_camera_are_not_in_the_image():
+def test_places_behind_the_camera_are_not_in_the_image(sea):
     pose = _pose(10.0, 80.0, 0.0)
     behind = geodesic_direct(pose.latitude, pose.longitude, math.pi, 500.0)
-    assert not project_to_image(pose, PINHOLE, *behind)[1][0]
+    assert not sea.project_to_image(pose, PINHOLE, *behind)[1][0]
 
 
 def _moved(pose, camera, given, *, turn=None, up=0.0, east=0.0, north=0.0):

@@ -16,7 +16,7 @@ from aerial_gnss_ros.core.geometry.frames import matrix_from_rpy
 from aerial_gnss_ros.core.geometry.geodesy import geodetic_from_enu
 from aerial_gnss_ros.core.geometry.local_map import LocalMap, on_water_surface
 from aerial_gnss_ros.core.geometry.rotation_vectors import rotation_matrix, rotation_vector
-from aerial_gnss_ros.core.georeferencing.localization import located_jacobian, project_to_image
+from aerial_gnss_ros.core.georeferencing.localization import located_jacobian
 from aerial_gnss_ros.core.models.measurement_model import MapFrame, on_water, pose_jacobian
 from aerial_gnss_ros.core.values.camera_pose import CameraPose
 from aerial_gnss_ros.core.values.estimates import MapDatum
@@ -60,13 +60,13 @@ def places(camera: CameraModel) -> np.ndarray:
 
 
 @pytest.mark.parametrize("name", CAMERAS)
-def test_predicted_pixels_are_those_of_the_exact_chain(name):
+def test_predicted_pixels_are_those_of_the_exact_chain(sea, name):
     camera = CAMERAS[name]
     where = places(camera)
     predicted = linearise(sight(camera), np.zeros(7), where)
     np.testing.assert_allclose(predicted.pixels, PIXELS, atol=1e-3)
     latitude, longitude = LOCAL.places(where)
-    exact, _ = project_to_image(camera_pose(), camera, latitude, longitude)
+    exact, _ = sea.project_to_image(camera_pose(), camera, latitude, longitude)
     np.testing.assert_allclose(predicted.pixels, exact, atol=1e-3)
     assert predicted.seen.all()
 

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from aerial_gnss_ros.core.config.noise import Noise
-from aerial_gnss_ros.core.georeferencing.localization import locate, project_to_image
+from aerial_gnss_ros.core.georeferencing.localization import locate
 from aerial_gnss_ros.core.values.estimates import State
 
 CROSSING = {
@@ -38,7 +38,7 @@ def _apparent(sea, world, result):
     """Return where each robot in view seems to be through the wrong telemetry, by its name."""
     t = (result.stamp_ns - sea.stamp(0.0)) * 1e-9
     places = np.array([place(t) for place in world.robots.values()])
-    pixels, inside = project_to_image(world.pose(t), sea.camera, *world.local.places(places))
+    pixels, inside = sea.project_to_image(world.pose(t), sea.camera, *world.local.places(places))
     points = locate(result.pose, sea.camera, pixels, Noise())
     seen = world.local.positions(points.latitude, points.longitude)
     return {name: seen[i] for i, name in enumerate(world.robots) if inside[i]}
