@@ -66,6 +66,7 @@ class Subscription:
         handle: takes a message and when it came, ns.
         required: whether no position can be found without it.
         versioned: whether the topic may end with `_v1`, `_v2`, … instead.
+        sent_once: whether it may be sent once and latched, before anybody listens.
     """
 
     name: str
@@ -75,6 +76,7 @@ class Subscription:
     handle: Callable[[Any, int], None]
     required: bool = True
     versioned: bool = False
+    sent_once: bool = False
 
 
 class Feed:
@@ -119,7 +121,7 @@ class Feed:
         ]
         if config.camera.source == "topic":
             found.append(
-                _telemetry(
+                _sent_once(
                     "camera_info", config.camera.topic, "sensor_msgs/msg/CameraInfo", self._info
                 )
             )
@@ -134,7 +136,8 @@ class Feed:
         if height.source == "topic":
             found.append(_of_kind("height", height.topic, HEIGHT[height.type], self._height))
             if height.home_topic:
-                found.append(_of_kind("home", height.home_topic, HEIGHT[height.type], self._home))
+                home = _of_kind("home", height.home_topic, HEIGHT[height.type], self._home)
+                found.append(replace(home, sent_once=True))
         found.append(_number("water_level", config.water_level.topic, self._water_level))
         for class_id, topic in config.depth.by_topic().items():
             found.append(_number(depth_input(class_id), topic, self._depth_of(class_id)))
@@ -223,15 +226,15 @@ class Feed:
         return None
 
 
-def _telemetry(
+def _sent_once(
     name: str, topic: str, msgtype: str, handle: Callable[[Any, int], None]
 ) -> Subscription:
-    return Subscription(name, topic, msgtype, TELEMETRY_DEPTH, handle)
+    return Subscription(name, topic, msgtype, TELEMETRY_DEPTH, handle, sent_once=True)
 
 
 def _number(name: str, topic: str, handle: Callable[[Any, int], None]) -> Subscription:
     kind = "std_msgs/msg/Float64"
-    return Subscription(name, topic, kind, TELEMETRY_DEPTH, handle, required=False)
+    return Subscription(name, topic, kind, TELEMETRY_DEPTH, handle, required=False, sent_once=True)
 
 
 def _of_kind(

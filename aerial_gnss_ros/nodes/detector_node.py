@@ -161,6 +161,7 @@ class DetectorNode(Managed, SupervisedNode):
             qos.sensor(10),
             self._camera_size.take,
             expected=OPTIONAL,
+            sent_once=True,
         )
 
     def destroy_node(self) -> None:

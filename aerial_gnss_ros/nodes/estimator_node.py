@@ -103,6 +103,7 @@ class EstimatorNode(SupervisedNode):
             qos.detections() if reliable else qos.sensor(subscription.depth),
             lambda msg: self._take(subscription, msg),
             expected=ONCE if subscription.name in SENT_ONCE else expected,
+            sent_once=subscription.sent_once,
         )
         if subscription.versioned:
             self._versioned.append(source)

@@ -19,6 +19,7 @@ from aerial_gnss_ros.adapters.matching import SeenTopic
 from aerial_gnss_ros.adapters.versions import newest_version
 from aerial_gnss_ros.core.values.errors import ConfigError, RosError
 from aerial_gnss_ros.nodes import qos
+from aerial_gnss_ros.nodes.latched import LatchedToo
 from aerial_gnss_ros.nodes.process import work
 from aerial_gnss_ros.nodes.ros_messages import message_class
 
@@ -56,8 +57,9 @@ def listen(
         with valid_names():
             node = rclpy.create_node("check", namespace=namespace or None)
             names = {s.name: node.resolve_topic_name(s.topic) for s in subscriptions}
+            latched = LatchedToo(node)
             for subscription in subscriptions:
-                _subscribe(node, subscription, names[subscription.name], take)
+                _subscribe(node, subscription, names[subscription.name], take, latched)
         executor = SingleThreadedExecutor()
         executor.add_node(node)
         steady = Clock(clock_type=ClockType.STEADY_TIME)
@@ -66,11 +68,12 @@ def listen(
             executor.spin_once(timeout_sec=0.1)
             if now - last >= _TICK_S * 1e9:
                 last = now
+                latched.look()
                 for subscription in subscriptions:
                     version = _newest_version(node, subscription, names[subscription.name])
                     if version != names[subscription.name]:
                         names[subscription.name] = version
-                        _subscribe(node, subscription, version, take)
+                        _subscribe(node, subscription, version, take, latched)
                 problems.clear()
                 problems.update(_problems(node, subscriptions, names))
                 tick(int(node.get_clock().now().nanoseconds))
@@ -101,13 +104,16 @@ def _subscribe(
     subscription: Subscription,
     topic: str,
     take: Callable[[Subscription, Any, int], None],
+    latched: LatchedToo,
 ) -> None:
     def callback(message: Any) -> None:
         take(subscription, message, int(node.get_clock().now().nanoseconds))
 
-    node.create_subscription(
-        message_class(subscription.msgtype), topic, callback, qos.sensor(subscription.depth)
-    )
+    kind, depth = message_class(subscription.msgtype), subscription.depth
+    heard: Callable[..., None] = callback
+    if subscription.sent_once:
+        heard = latched.watch(subscription.name, topic, kind, depth, callback)
+    node.create_subscription(kind, topic, heard, qos.sensor(depth))
 
 
 def _newest_version(node: Node, subscription: Subscription, current: str) -> str:

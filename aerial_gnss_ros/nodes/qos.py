@@ -17,6 +17,11 @@ def sensor(depth: int) -> QoSProfile:
     return _profile(depth, ReliabilityPolicy.BEST_EFFORT, DurabilityPolicy.VOLATILE)
 
 
+def sent_before(depth: int) -> QoSProfile:
+    """Return what also receives what a publisher latched before: only a reliable one gets it."""
+    return _profile(depth, ReliabilityPolicy.RELIABLE, DurabilityPolicy.TRANSIENT_LOCAL)
+
+
 def detections() -> QoSProfile:
     """Reliable and volatile, at both ends: a lost array is a lost measurement."""
     return _profile(10, ReliabilityPolicy.RELIABLE, DurabilityPolicy.VOLATILE)

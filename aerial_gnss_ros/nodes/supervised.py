@@ -13,13 +13,10 @@ from typing import Any
 from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.clock import Clock, ClockType
 from rclpy.event_handler import PublisherEventCallbacks, SubscriptionEventCallbacks
-from rclpy.exceptions import NameValidationException
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.publisher import Publisher
 from rclpy.qos import QoSCompatibility, QoSProfile, qos_check_compatible, qos_policy_name_from_kind
-from rclpy.validate_namespace import validate_namespace
-from rclpy.validate_topic_name import validate_topic_name
 
 from aerial_gnss_ros.adapters.parameter_files import read, ros_parameters
 from aerial_gnss_ros.core.values.errors import ConfigError
@@ -35,8 +32,10 @@ from aerial_gnss_ros.nodes.diagnostics import (
 )
 from aerial_gnss_ros.nodes.inputs import ALWAYS, Input, mismatch
 from aerial_gnss_ros.nodes.internal_errors import InternalErrors
+from aerial_gnss_ros.nodes.latched import LOOK_S, LatchedToo
+from aerial_gnss_ros.nodes.names import absolute_namespace, check_topic, full_name
 from aerial_gnss_ros.nodes.parameters import declare, follow_changes, own_values
-from aerial_gnss_ros.nodes.rivals import UNKNOWN, Rivals
+from aerial_gnss_ros.nodes.rivals import Rivals
 from aerial_gnss_ros.nodes.ros_messages import message_class
 from aerial_gnss_ros.nodes.schemas import SCHEMAS
 from aerial_gnss_ros.text.sentences import counted
@@ -73,7 +72,7 @@ class SupervisedNode(Node):  # type: ignore[misc]  # rclpy has no complete types
     """
 
     def __init__(self, name: str, given: Given) -> None:
-        super().__init__(name, namespace=_namespace(given.namespace))
+        super().__init__(name, namespace=absolute_namespace(given.namespace))
         overrides = {key: item.value for key, item in self._parameter_overrides.items()}
         self._set_ros_parameters(given, name, overrides)
         self.values = read(given.files, SCHEMAS, self.get_namespace())[name]
@@ -83,7 +82,8 @@ class SupervisedNode(Node):  # type: ignore[misc]  # rclpy has no complete types
         self._steady = Clock(clock_type=ClockType.STEADY_TIME)
         self._silences: dict[str, str] = {}
         self._profiles: dict[str, QoSProfile] = {}
-        self._attached: dict[str, tuple[Callable[[Any], None], QoSProfile, Any]] = {}
+        self._attached: dict[str, tuple[Callable[..., None], QoSProfile, Any]] = {}
+        self._latched_too = LatchedToo(self)
         self._said: dict[str, int] = {}
         self._errors = InternalErrors()
         self._rivals = Rivals(name)
@@ -92,6 +92,7 @@ class SupervisedNode(Node):  # type: ignore[misc]  # rclpy has no complete types
             DiagnosticArray, "/diagnostics", qos.diagnostics()
         )
         self.every(1.0, self._each_second)
+        self.every(LOOK_S, self._latched_too.look)
 
     def _set_ros_parameters(self, given: Given, name: str, overrides: Mapping[str, Any]) -> None:
         """Take `use_sim_time` and its like from the files, where ROS was given none."""
@@ -136,8 +137,12 @@ class SupervisedNode(Node):  # type: ignore[misc]  # rclpy has no complete types
         *,
         expected: str = ALWAYS,
         hint: str = "it does not send",
+        sent_once: bool = False,
     ) -> Input:
-        """Subscribe to a topic and watch it; see `Input` for the arguments."""
+        """Subscribe to a topic and watch it; see `Input` for the arguments.
+
+        With `sent_once`, a message that was latched before this node came is received, too.
+        """
         resolved = self.resolved(topic)
         arrivals = Arrivals(self.steady_ns())
         source = Input(name, resolved, msgtype, expected, hint, arrivals)
@@ -148,7 +153,12 @@ class SupervisedNode(Node):  # type: ignore[misc]  # rclpy has no complete types
                 self.get_logger().info(f"{name} is back on {source.topic} after {quiet_s:.1f} s")
             callback(msg)
 
-        self._attach(source, topic, take, profile)
+        heard: Callable[..., None] = take
+        if sent_once:
+            heard = self._latched_too.watch(
+                name, topic, message_class(msgtype), profile.depth, take
+            )
+        self._attach(source, topic, heard, profile)
         self.inputs.append(source)
         return source
 
@@ -158,16 +168,18 @@ class SupervisedNode(Node):  # type: ignore[misc]  # rclpy has no complete types
         self.destroy_subscription(former)
         self.get_logger().info(f"{source.name} comes on {topic} instead of {source.topic}")
         source.topic = topic
+        self._latched_too.follow(source.name, topic)
         self._attach(source, topic, callback, profile)
 
     def listen_no_more(self, source: Input) -> None:
         """End listening for an input."""
         _, _, subscription = self._attached.pop(source.name)
         self.destroy_subscription(subscription)
+        self._latched_too.forget(source.name)
         self.inputs.remove(source)
 
     def _attach(
-        self, source: Input, topic: str, callback: Callable[[Any], None], profile: QoSProfile
+        self, source: Input, topic: str, callback: Callable[..., None], profile: QoSProfile
     ) -> None:
         resolved = source.topic
 
@@ -201,10 +213,7 @@ class SupervisedNode(Node):  # type: ignore[misc]  # rclpy has no complete types
         Raises:
             ConfigError: it cannot be a topic's name.
         """
-        try:
-            validate_topic_name(topic)
-        except NameValidationException as error:
-            raise ConfigError(f"{topic!r} cannot be a topic: {_reason(error)}.") from error
+        check_topic(topic)
         return str(self.resolve_topic_name(topic))
 
     def steady_ns(self) -> int:
@@ -271,12 +280,12 @@ class SupervisedNode(Node):  # type: ignore[misc]  # rclpy has no complete types
     def _look_for_rivals(self) -> None:
         publishers = {
             topic: [
-                _full_name(info.node_name, info.node_namespace)
+                full_name(info.node_name, info.node_namespace)
                 for info in self.get_publishers_info_by_topic(topic)
             ]
             for topic in self._only_ours
         }
-        nodes = [_full_name(*names) for names in self.get_node_names_and_namespaces()]
+        nodes = [full_name(*names) for names in self.get_node_names_and_namespaces()]
         sentence = self._rivals.look(self.get_fully_qualified_name(), publishers, nodes)
         if sentence:
             self.get_logger().warning(sentence)
@@ -314,30 +323,3 @@ class SupervisedNode(Node):  # type: ignore[misc]  # rclpy has no complete types
         policy = qos_policy_name_from_kind(event.last_policy_kind).lower()
         ours = getattr(getattr(profile, policy, None), "name", "").lower().replace("_", " ")
         self.get_logger().warning(mismatch(topic, other, policy, ours))
-
-
-def _namespace(given: str | None) -> str | None:
-    """Return a namespace as rclpy wants it.
-
-    Raises:
-        ConfigError: it cannot be one.
-    """
-    if not given:
-        return given
-    absolute = "/" + given.strip("/")
-    try:
-        validate_namespace(absolute)
-    except NameValidationException as error:
-        raise ConfigError(f"{given!r} cannot be a namespace: {_reason(error)}.") from error
-    return absolute
-
-
-def _full_name(name: str, namespace: str) -> str:
-    if name == "_NODE_NAME_UNKNOWN_":  # as rmw calls it
-        return UNKNOWN
-    return f"{namespace.rstrip('/')}/{name}"
-
-
-def _reason(error: NameValidationException) -> str:
-    """Return what is wrong with a name, without rclpy's picture of the place."""
-    return str(error).split("\n", 1)[0].split(": ", 1)[-1].rstrip(":. ")

@@ -1,0 +1,52 @@
+# Copyright 2026 aerial_gnss_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Names of nodes, namespaces and topics, and what is wrong with one."""
+
+from __future__ import annotations
+
+from rclpy.exceptions import NameValidationException
+from rclpy.validate_namespace import validate_namespace
+from rclpy.validate_topic_name import validate_topic_name
+
+from aerial_gnss_ros.core.values.errors import ConfigError
+from aerial_gnss_ros.nodes.rivals import UNKNOWN
+
+
+def absolute_namespace(given: str | None) -> str | None:
+    """Return a namespace as rclpy wants it; None and nothing as they are.
+
+    Raises:
+        ConfigError: it cannot be one.
+    """
+    if not given:
+        return given
+    absolute = "/" + given.strip("/")
+    try:
+        validate_namespace(absolute)
+    except NameValidationException as error:
+        raise ConfigError(f"{given!r} cannot be a namespace: {reason(error)}.") from error
+    return absolute
+
+
+def check_topic(topic: str) -> None:
+    """Check the name of a topic.
+
+    Raises:
+        ConfigError: it cannot be one.
+    """
+    try:
+        validate_topic_name(topic)
+    except NameValidationException as error:
+        raise ConfigError(f"{topic!r} cannot be a topic: {reason(error)}.") from error
+
+
+def full_name(name: str, namespace: str) -> str:
+    """Return a node's fully qualified name, as far as the graph knows it."""
+    if name == "_NODE_NAME_UNKNOWN_":  # as rmw calls it
+        return UNKNOWN
+    return f"{namespace.rstrip('/')}/{name}"
+
+
+def reason(error: NameValidationException) -> str:
+    """Return what is wrong with a name, without rclpy's picture of the place."""
+    return str(error).split("\n", 1)[0].split(": ", 1)[-1].rstrip(":. ")
