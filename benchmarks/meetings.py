@@ -91,7 +91,7 @@ def exchanged(meeting: Meeting) -> float:
     pair = PairHypotheses.begin(("a", "b"), places, velocities, spread, 0)
     own = np.tile(BOX_M**2 * np.eye(2), (2, 1, 1))
     for i, both in enumerate(meeting.places[BEFORE:], 1):
-        pair.step(i * step_ns, both, own, PLATFORM_M**2 * np.eye(2), ACCELERATION)
+        pair.update(i * step_ns, both, own, PLATFORM_M**2 * np.eye(2), ACCELERATION)
     return pair.exchanged
 
 

@@ -94,15 +94,15 @@ def probability(kind: str, seed: int) -> tuple[float, bool] | None:
     reach, _, noise = MOTION.step(away, np.full(1, 1e-3))
     variance = 2.0 * PLACE_M**2 + float(reach[0]) ** 2 * BEFORE_MPS**2 + float(noise[0, 0])
     offsets = back[None] - (place + reach[0] * velocity)[:, None]
-    found = Reidentification(MOTION, gate_threshold(0.997), 180.0).pairs(
+    found = Reidentification(MOTION, gate_threshold(0.997), 180.0).decide(
         tracks, [0, 1], [2, 3],
         (offsets, np.broadcast_to(variance * np.eye(2), (2, 2, 2, 2))),
         VelocityLikelihood(swims, np.broadcast_to(AFTER_MPS**2 * np.eye(2), (2, 2, 2))),
         now, HEIGHT_M, 0.1,
     )  # fmt: skip
-    if set(found.laws) != {0, 1}:
+    if set(found.label_probabilities) != {0, 1}:
         return None
-    law = found.laws[0]
+    law = found.label_probabilities[0]
     best = max(law, key=lambda row: law[row])
     return law[best], bool(order[best - 2] == 0)
 

@@ -156,7 +156,7 @@ class Encounters:
                 apart, spread = positions[other] - positions[one], white[one] + white[other]
                 own = self._known.box_noise(positions[both])
                 common = (white[both] - own).mean(axis=0)
-                if pair.step(stamp_ns, positions[both], own, common, self._acceleration) > 0.5:
+                if pair.update(stamp_ns, positions[both], own, common, self._acceleration) > 0.5:
                     boxes[a], boxes[b] = other, one
                     pair.exchange()
                 parted = float(apart @ np.linalg.solve(spread, apart)) > TUNING.parted_sigmas**2
@@ -171,30 +171,30 @@ class Encounters:
         self._begin(tracks, rows, positions[boxes], white[boxes], stamp_ns)
         return boxes
 
-    def doubt(self, laws: Mapping[str, Mapping[str, float]]) -> None:
+    def update_ambiguity(self, laws: Mapping[str, Mapping[str, float]]) -> None:
         """Take in which robot may be on which track, by label (`LabelAmbiguity.mapped`)."""
-        self._parted = self._parted.mapped(laws)
+        self._parted = self._parted.after_permutation(laws)
 
-    def leave(self, name: str, spot: Position, share: float) -> None:
+    def note_departure(self, name: str, spot: Position, share: float) -> None:
         """Take in that a name's robot may have stayed at a spot, by this probability."""
-        self._parted = self._parted.left(name, spot, share)
+        self._parted = self._parted.after_departure(name, spot, share)
 
     @property
-    def doubtful(self) -> bool:
+    def ambiguous(self) -> bool:
         """Whether there are names that may be another's."""
-        return bool(self._pairs or self._parted.of)
+        return bool(self._pairs or self._parted.probabilities)
 
-    def doubts(self, spots: dict[str, Position]) -> dict[str, Array]:
+    def ambiguity_covariances(self, spots: dict[str, Position]) -> dict[str, Array]:
         """Return covariances (2, 2) to be added for names that may be another's, m².
 
         Args:
             spots: where each named robot is; names that lack are forgotten.
         """
-        self._parted.keep(spots)
+        self._parted.prune(spots)
         now = self._parted
         for pair in self._pairs:
             if pair.names[0] in spots and pair.names[1] in spots:
-                now = now.mixed(*pair.names, pair.exchanged)
+                now = now.after_exchange(*pair.names, pair.exchanged)
         return now.covariances(spots)
 
     def _exchange(self, decided: PairHypotheses) -> None:
@@ -209,7 +209,7 @@ class Encounters:
     def _part(self, pair: PairHypotheses) -> None:
         self._pairs.remove(pair)
         if pair.exchanged > TUNING.remembered_probability:
-            self._parted = self._parted.mixed(*pair.names, pair.exchanged)
+            self._parted = self._parted.after_exchange(*pair.names, pair.exchanged)
 
     def _begin(
         self, tracks: list[Track], rows: Indices, positions: Array, white: Array, stamp_ns: int

@@ -50,7 +50,8 @@ class LabelAmbiguity:
     """Where the robot of each name may be.
 
     Attributes:
-        of: by name, probability by name of the track; names that are certain are not in it.
+        probabilities: by name, probability by name of the track; names that are certain are not in
+            it.
     """
 
     def __init__(
@@ -58,30 +59,33 @@ class LabelAmbiguity:
         of: Mapping[str, Mapping[str, float]] | None = None,
         left: Mapping[str, Position] | None = None,
     ) -> None:
-        self.of = dict(of or {})
+        self.probabilities = dict(of or {})
         self._left = dict(left or {})
 
-    def mixed(self, one: str, other: str, exchanged: float) -> LabelAmbiguity:
+    def after_exchange(self, one: str, other: str, exchanged: float) -> LabelAmbiguity:
         """Return what is known after two tracks have exchanged their robots with a probability."""
-        return self.mapped(exchange_probabilities(one, other, exchanged))
+        return self.after_permutation(exchange_probabilities(one, other, exchanged))
 
-    def mapped(self, laws: Mapping[str, Mapping[str, float]]) -> LabelAmbiguity:
+    def after_permutation(self, laws: Mapping[str, Mapping[str, float]]) -> LabelAmbiguity:
         """Return what is known after some tracks may have exchanged their robots among them.
 
         Args:
             laws: by track, the probability of each to go on with its robot; others keep theirs.
         """
         of: dict[str, dict[str, float]] = {}
-        for name in (*self.of, *(track for track in laws if track not in self.of)):
+        for name in (
+            *self.probabilities,
+            *(track for track in laws if track not in self.probabilities),
+        ):
             law: dict[str, float] = {}
-            for before, share in self.of.get(name, {name: 1.0}).items():
+            for before, share in self.probabilities.get(name, {name: 1.0}).items():
                 for track, chance in laws.get(before, {before: 1.0}).items():
                     law[track] = law.get(track, 0.0) + share * chance
             if law != {name: 1.0}:
                 of[name] = law
         return LabelAmbiguity(of, self._left)
 
-    def left(self, name: str, spot: Position, share: float) -> LabelAmbiguity:
+    def after_departure(self, name: str, spot: Position, share: float) -> LabelAmbiguity:
         """Return what is known after a robot has stayed at a spot with a probability.
 
         Args:
@@ -90,10 +94,10 @@ class LabelAmbiguity:
             share: how likely.
         """
         place = f"{name} at {spot.place[0]:.1f}, {spot.place[1]:.1f}"  # no track has such a name
-        of = self.mapped({name: {name: 1.0 - share, place: share}}).of
+        of = self.after_permutation({name: {name: 1.0 - share, place: share}}).probabilities
         return LabelAmbiguity(of, {**self._left, place: spot})
 
-    def keep(self, spots: Mapping[str, Position]) -> None:
+    def prune(self, spots: Mapping[str, Position]) -> None:
         """Forget names without a track, and doubts too small to matter.
 
         Tracks that end stay where they are in others' laws.
@@ -101,12 +105,12 @@ class LabelAmbiguity:
         Args:
             spots: where the track of each name is.
         """
-        self.of = {
+        self.probabilities = {
             name: law
-            for name, law in self.of.items()
+            for name, law in self.probabilities.items()
             if name in spots and 1.0 - law.get(name, 0.0) > TUNING.least_probability
         }
-        meant = {track for law in self.of.values() for track in law}
+        meant = {track for law in self.probabilities.values() for track in law}
         self._left = {name: spot for name, spot in self._left.items() if name in meant} | {
             name: spots[name] for name in meant if name in spots
         }
@@ -115,7 +119,7 @@ class LabelAmbiguity:
         """Return what is to be added to the covariances (2, 2) of names in doubt, m²."""
         found: dict[str, Array] = {}
         known = {**self._left, **spots}
-        for name, law in self.of.items():
+        for name, law in self.probabilities.items():
             away = {track: p for track, p in law.items() if track != name and track in known}
             if name in spots and sum(away.values()) > TUNING.least_probability:
                 apart = np.array([known[track].place - spots[name].place for track in away])

@@ -86,7 +86,7 @@ class Labels:
         self._waiting = {robot.name: robot for robot in saved.robots}
         self._known: dict[str, SavedRobot | RobotEstimate] = dict(self._waiting)
 
-    def names(self, sightings: list[ConfirmedTrack], local: LocalMap) -> list[str]:
+    def assign(self, sightings: list[ConfirmedTrack], local: LocalMap) -> list[str]:
         """Return a name for each robot confirmed in one image.
 
         A name from before the restart goes before the one of a start, and that before a number.

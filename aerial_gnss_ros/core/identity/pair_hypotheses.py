@@ -105,7 +105,7 @@ class PairHypotheses:
         """Take the names, or the last image's boxes, the other way round."""
         self.signs = -self.signs
 
-    def step(
+    def update(
         self, stamp_ns: int, places: Array, own: Array, common: Array, acceleration: float
     ) -> float:
         """Take in the two boxes of one image.

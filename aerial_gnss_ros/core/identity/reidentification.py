@@ -77,7 +77,8 @@ class Returns:
         found: by row of a new track, the row of the robot that it is.
         waiting: rows of new tracks that wait for more.
         ended: rows of robots that came up, but nobody can tell which they are.
-        laws: by row of a robot that came up, the probability of each new row to be that robot.
+        label_probabilities: by row of a robot that came up, the probability of each new row to be
+            that robot.
         other: by a new row and that of a robot out of sight, the probability that it is that one.
         unknown: by new row, the probability that it is a robot that nobody has seen before.
     """
@@ -85,7 +86,7 @@ class Returns:
     found: dict[int, int] = field(default_factory=dict)
     waiting: set[int] = field(default_factory=set)
     ended: set[int] = field(default_factory=set)
-    laws: dict[int, dict[int, float]] = field(default_factory=dict)
+    label_probabilities: dict[int, dict[int, float]] = field(default_factory=dict)
     other: dict[tuple[int, int], float] = field(default_factory=dict)
     unknown: dict[int, float] = field(default_factory=dict)
 
@@ -108,7 +109,7 @@ class Reidentification:
         """Forget how long robots were away."""
         self._absences.reset()
 
-    def pairs(
+    def decide(
         self,
         tracks: list[Track],
         away: list[int],
@@ -142,7 +143,7 @@ class Reidentification:
         density, vague = self._densities(tracks, away, unseen, between, swims)
         share = self._absences.share(gone, unseen)
         known, side = [tracks[row] for row in away], TUNING.view_heights * max(height, 1.0)
-        fresh = self._whereabouts.newcomer(known, between[0], side, swims)
+        fresh = self._whereabouts.new_robot_density(known, between[0], side, swims)
         labelled, other = _labels(known, [tracks[row] for row in ready])
         density, vague = density * labelled, vague * labelled
         each = newcomers * share * fresh * other
@@ -188,7 +189,7 @@ class Reidentification:
         done = Returns(waiting=waiting)
         new, old = [ready[column] for column in columns], [away[i] for i in rows]
         for k, law in enumerate(chances.tolist()):
-            done.laws[old[k]] = dict(zip(new, law, strict=True))
+            done.label_probabilities[old[k]] = dict(zip(new, law, strict=True))
             if law[k] > TUNING.naming_probability:
                 done.found[new[k]] = old[k]
             else:
@@ -209,7 +210,7 @@ class Reidentification:
         for new in done.found:
             j = ready.index(new)
             for other, share in zip(away, likely[:, j].tolist(), strict=True):
-                if other not in done.laws and share > TUNING.unsure_probability:
+                if other not in done.label_probabilities and share > TUNING.unsure_probability:
                     done.other[new, other] = share
             unknown = 1.0 - float(likely[:, j].sum())
             if unknown > TUNING.unsure_probability:

@@ -54,7 +54,7 @@ def likeliest_permutation(
         chosen = rows[list(order)]
         if possible[chosen, columns].all():
             place = -0.5 * float(cost[chosen, columns].sum())
-            logs[order] = place + absences.together(gone[chosen, columns])
+            logs[order] = place + absences.joint_log_density(gone[chosen, columns])
     best = max(logs, key=lambda order: logs[order])
     chances = np.zeros((k, k))
     for order, log in logs.items():

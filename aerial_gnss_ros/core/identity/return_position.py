@@ -98,7 +98,7 @@ class ReturnPosition:
     def __init__(self, motion: MotionModel) -> None:
         self._motion = motion
 
-    def newcomer(
+    def new_robot_density(
         self, tracks: list[Track], offsets: Array, side: float, swims: VelocityLikelihood
     ) -> Array:
         """Return the density (m,) of places of a robot never seen, times the ratio of velocities.

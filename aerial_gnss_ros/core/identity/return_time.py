@@ -82,7 +82,7 @@ class AbsenceTimes:
         named = [dives[i] for i in np.flatnonzero(dived).tolist()] if dives else []
         self._dives += named or [None] * len(shares)
 
-    def together(self, seconds: Array) -> float:
+    def joint_log_density(self, seconds: Array) -> float:
         """Return the log density of the absences (n,) of robots that have all come up.
 
         Each foretells the next: robots that dived one after the other come up in that order.

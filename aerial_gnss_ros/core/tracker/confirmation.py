@@ -64,7 +64,7 @@ class TrackConfirmation:
         rules: what confirms a track.
 
     Attributes:
-        pace: measurements that confirm a track, and within what time.
+        rule: measurements that confirm a track, and within what time.
     """
 
     def __init__(
@@ -77,7 +77,7 @@ class TrackConfirmation:
         self._filter = joint
         self._identity = identity
         self._encounters = encounters
-        self.pace = ConfirmationRule(rules)
+        self.rule = ConfirmationRule(rules)
         self._threshold = gate_threshold(rules.gate_probability)
         self._reacquisition = Reidentification(joint.motion, self._threshold, rules.coast_s)
         self.reset()
@@ -85,14 +85,14 @@ class TrackConfirmation:
     def reset(self) -> None:
         """Forget all images."""
         self._reacquisition.reset()
-        self.pace.reset()
+        self.rule.reset()
         self._images: deque[int] = deque()
         self._first_ns = 2**63 - 1
 
     def note(self, stamp_ns: int) -> None:
         """Take in that there is an image."""
-        self.pace.note(stamp_ns)
-        while self._images and stamp_ns - self._images[0] > self.pace.window_ns:
+        self.rule.note(stamp_ns)
+        while self._images and stamp_ns - self._images[0] > self.rule.window_ns:
             self._images.popleft()
         self._images.append(stamp_ns)
         self._first_ns = min(self._first_ns, stamp_ns)
@@ -111,7 +111,7 @@ class TrackConfirmation:
             lasting: whether they must have lasted `tracks.confirm_window_s`.
         """
         lasting = lasting or any(track.rejected for track in tracks)
-        begun_ns = stamp_ns - (self.pace.window_ns if lasting else 0)
+        begun_ns = stamp_ns - (self.rule.window_ns if lasting else 0)
         found = [row for row, track in enumerate(tracks) if self._is_ready(track, begun_ns)]
         if not found:
             return found
@@ -145,7 +145,7 @@ class TrackConfirmation:
         near = (squared <= self._threshold).reshape(len(away), len(ready)).any(axis=1)
         return 2 * int(near.sum()) >= min(sum(bool(track.robot_id) for track in tracks), boxes)
 
-    def regrouped(
+    def formation_match(
         self, tracks: list[Track], ready: list[int], names: set[str]
     ) -> tuple[dict[int, int], Formation] | None:
         """Return which tracks are robots that are all elsewhere, by how they lie to one another.
@@ -235,7 +235,7 @@ class TrackConfirmation:
         names = [track.once for track in tracks]
         return {old for old in found.values() if names.count(names[old]) > 1}
 
-    def name(
+    def confirm(
         self,
         tracks: list[Track],
         ready: list[int],
@@ -262,7 +262,7 @@ class TrackConfirmation:
             tracks[row].waits = row in came.waiting
         ready = [row for row in ready if row not in came.waiting]
         unknown = [row for row in ready if row not in came.found]
-        names = self._identity.names([self._sighting(tracks[row], row) for row in unknown], local)
+        names = self._identity.assign([self._sighting(tracks[row], row) for row in unknown], local)
         for row, name in zip(unknown, names, strict=True):
             tracks[row].robot_id = name
         for row, old in came.found.items():
@@ -278,7 +278,7 @@ class TrackConfirmation:
     def _report_ended(self, tracks: list[Track], came: Returns) -> None:
         """Say which names have ended."""
         for old in sorted(came.ended):
-            likely = {p: tracks[new].robot_id for new, p in came.laws[old].items()}
+            likely = {p: tracks[new].robot_id for new, p in came.label_probabilities[old].items()}
             p = max(likely)
             self._filter.log.add(
                 f"{tracks[old].robot_id} came up with others, and which it is nobody can tell: "
@@ -291,14 +291,14 @@ class TrackConfirmation:
         exchanges = [
             exchange_probabilities(one, other, p) for (one, other), p in came.other.items()
         ]
-        for law in [came.laws, *exchanges]:
-            self._encounters.doubt(
+        for law in [came.label_probabilities, *exchanges]:
+            self._encounters.update_ambiguity(
                 {called[a]: {called[b]: p for b, p in of.items() if p} for a, of in law.items()}
             )
         for row, share in came.unknown.items():
             old = came.found[row]
             spot = Position(self._filter.mean[old, :2], self._filter.covariance[old, :2, :2])
-            self._encounters.leave(tracks[row].robot_id, spot, share)
+            self._encounters.note_departure(tracks[row].robot_id, spot, share)
 
     def _merge(self, old: int, new: int, told: bool = True) -> None:
         """Let a track know where the robot was that it turned out to be, which may have swerved."""
@@ -319,7 +319,7 @@ class TrackConfirmation:
 
     def _is_ready(self, track: Track, begun_ns: int) -> bool:
         """Return whether a track can get a name; it must have begun by then."""
-        if track.state is not State.TENTATIVE or len(track.hits) < self.pace.hits:
+        if track.state is not State.TENTATIVE or len(track.hits) < self.rule.hits:
             return False
         if track.rejected or track.first_seen_ns > begun_ns:
             return False
@@ -333,7 +333,7 @@ class TrackConfirmation:
         away = [row for row, track in enumerate(tracks) if track.robot_id]
         if not away:
             return Returns()
-        return self._reacquisition.pairs(
+        return self._reacquisition.decide(
             tracks, away, ready, self._apart(away, ready), self._velocity_likelihood(ready),
             stamp_ns, height, self._identity.newcomers((stamp_ns - self._first_ns) * 1e-9),
         )  # fmt: skip

@@ -119,7 +119,7 @@ class Tracker:
         self._water_altitude = frame.pose.altitude - self._height
         stamp_ns = frame.detections.stamp_ns
         self._naming.note(stamp_ns)
-        self._matcher.fresh_s = self._naming.pace.window_ns * 1e-9
+        self._matcher.fresh_s = self._naming.rule.window_ns * 1e-9
         seen = measurements(frame, points, local, self.filter.noise.level)
         passed = 0.0 if self._stamp_ns is None else (stamp_ns - self._stamp_ns) * 1e-9
         self._advance(stamp_ns)
@@ -244,13 +244,13 @@ class Tracker:
     def end(self) -> None:
         """Decide on all boxes (see `Tracking`)."""
         stamp_ns = self._stamp_ns or 0
-        window_ns = self._naming.pace.window_ns
+        window_ns = self._naming.rule.window_ns
         self._end([one for one in self.tracks if stamp_ns - one.first_seen_ns > window_ns])
         self._account.end(self.tracks)
 
     def _end(self, tracks: list[Track]) -> None:
         """Decide on the boxes of tracks that had their time."""
-        pace = self._naming.pace
+        pace = self._naming.rule
         self._account.end(tracks, pace.hits, self._naming.images, self._matcher.scene_mismatch)
 
     def _note(self, measured: dict[int, int], boxes: DetectionFrame) -> None:
@@ -337,7 +337,7 @@ class Tracker:
         for row, track in enumerate(self.tracks):
             confirmed = track.state is not State.TENTATIVE
             coast_ns = self._coast_of_class.get(track.class_id, self._coast_ns)
-            patience = coast_ns if confirmed else self._naming.pace.window_ns
+            patience = coast_ns if confirmed else self._naming.rule.window_ns
             if confirmed:
                 track.state = State.COASTING
             if (came if confirmed else stamp_ns) - track.last_seen_ns > patience:
@@ -385,7 +385,7 @@ class Tracker:
         spread = self.filter.covariance[:, 2:, 2:]
         for row, column in zip(rows.tolist(), columns.tolist(), strict=True):
             swims = velocities[row], spread[row]
-            self.tracks[row].hit(stamp_ns, self._naming.pace.window_ns, *swims, edges[column])
+            self.tracks[row].hit(stamp_ns, self._naming.rule.window_ns, *swims, edges[column])
         return rows, columns, refused, newly
 
     def _reject_unlabelled(self, stamp_ns: int) -> None:
@@ -478,7 +478,7 @@ class Tracker:
             self._drop_unverified()
         self._matcher.scene_mismatch = False
         known = {track.robot_id for track in self.tracks}
-        replaced = self._naming.name(self.tracks, ready, stamp_ns, self._height, local, back)
+        replaced = self._naming.confirm(self.tracks, ready, stamp_ns, self._height, local, back)
         if not back or self.filter.unexplained.doubt.any():
             for row in ready:
                 self.tracks[row].doubtful = self.tracks[row].robot_id not in known
@@ -524,7 +524,7 @@ class Tracker:
         Returns:
             The rows that they replace; None where their formation does not tell.
         """
-        regrouped = self._naming.regrouped(self.tracks, ready, self._lost_names)
+        regrouped = self._naming.formation_match(self.tracks, ready, self._lost_names)
         if regrouped is None:
             return None
         found, formation = regrouped
@@ -553,12 +553,12 @@ class Tracker:
         if named != list(range(len(mean))):
             mean, covariance = mean[named], covariance[named]
         names = [self.tracks[row].robot_id for row in named]
-        if self._encounters.doubtful:
+        if self._encounters.ambiguous:
             spots = {
                 name: Position(mean[i, :2].copy(), covariance[i, :2, :2].copy())
                 for i, name in enumerate(names)
             }
-            for name, more in self._encounters.doubts(spots).items():
+            for name, more in self._encounters.ambiguity_covariances(spots).items():
                 covariance[names.index(name), :2, :2] += more
         if self._fork is not None:  # either of the two may be right
             rows = {name: i for i, name in enumerate(names)}

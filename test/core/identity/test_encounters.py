@@ -57,7 +57,9 @@ def _meet(seed, closest, swap_from=None, seconds=10.0):
             meeting.update([one, other], np.arange(2), places[order], white, i * SECOND // 10)
         ]
         named = dict(zip((one.robot_id, other.robot_id), order, strict=True))
-        doubt = meeting.doubts({name: _spot(places[robot]) for name, robot in named.items()})
+        doubt = meeting.ambiguity_covariances(
+            {name: _spot(places[robot]) for name, robot in named.items()}
+        )
         doubt = doubt.get("aqua_1", np.zeros((2, 2)))
         assert np.linalg.eigvalsh(doubt).min() >= -1e-9
         most = max(most, float(np.trace(doubt)))
@@ -95,9 +97,9 @@ def test_a_meeting_that_nobody_can_decide_stays_in_doubt(together):
             )
         ]
     named = {track.robot_id: _spot(np.array([0.0, 6.0 * i])) for i, track in enumerate(tracks)}
-    for doubt in meeting.doubts(named).values():
+    for doubt in meeting.ambiguity_covariances(named).values():
         assert np.diag(doubt) == pytest.approx([0.0, 18.0], abs=9.0)  # half of 6² m²
-    assert len(meeting.doubts(named)) == 2
+    assert len(meeting.ambiguity_covariances(named)) == 2
 
 
 @settings(max_examples=30, deadline=None)

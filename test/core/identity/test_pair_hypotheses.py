@@ -36,7 +36,7 @@ def _meet(seed, speeds, turn, within=4.0, thrown=(0.0, 0.0)):
     noise, shared = np.tile(SIGMA**2 * np.eye(2), (2, 1, 1)), 0.05**2 * np.eye(2)
     for i, places in enumerate(ways[1:], 1):
         seen = places + SIGMA * rng.standard_normal((2, 2)) + np.sin(times[i]) * np.array(thrown)
-        pair.step(i * 100_000_000, seen, noise, shared, 0.1)
+        pair.update(i * 100_000_000, seen, noise, shared, 0.1)
     return pair.exchanged
 
 

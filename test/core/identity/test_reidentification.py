@@ -55,13 +55,17 @@ def _pairs_and_odds(down, up, unseen_s, newcomers=0.1, waited_s=0.2, beside=True
     variance = MOTION.step(unseen_s, np.full(1, 1e-3))[2][0, 0] + 0.1
     spread = np.broadcast_to(variance * np.eye(2), (*offsets.shape, 2))
     n = len(down)
-    came = Reidentification(MOTION, 11.6, 180.0).pairs(
+    came = Reidentification(MOTION, 11.6, 180.0).decide(
         tracks, list(range(n)), list(range(n, len(tracks))), (offsets, spread),
         _unseen(len(up)), now, 30.0, newcomers,
     )  # fmt: skip
-    odds = {(one, other - n): p for one, law in came.laws.items() for other, p in law.items()}
+    odds = {
+        (one, other - n): p
+        for one, law in came.label_probabilities.items()
+        for other, p in law.items()
+    }
     found = {new - n: old for new, old in came.found.items()}
-    assert came.ended == {*came.laws} - {*came.found.values()}
+    assert came.ended == {*came.label_probabilities} - {*came.found.values()}
     return found, {row - n for row in came.waiting}, odds
 
 
@@ -140,7 +144,7 @@ def test_those_that_come_up_one_after_the_other_wait_for_the_last():
     spread = np.broadcast_to(9.0 * np.eye(2), (3, 2, 2, 2))
     for ready, waits in (([3, 4], {3, 4}), ([3], set())):
         between = offsets[:, : len(ready)], spread[:, : len(ready)]
-        came = Reidentification(MOTION, 11.6, 180.0).pairs(
+        came = Reidentification(MOTION, 11.6, 180.0).decide(
             tracks, [0, 1, 2], ready, between, _unseen(len(ready)), now, 30.0, 0.1
         )
         assert came.waiting == waits

@@ -103,7 +103,7 @@ def test_a_robot_never_seen_swims_as_the_others_do():
         speed_history=1.9875,
         speed_history_count=50.0,
     )
-    found = ReturnPosition(MOTION).newcomer(
+    found = ReturnPosition(MOTION).new_robot_density(
         [slow], np.full((1, 1, 2), 1e3), 60.0, _seen((0.1, 0.1))
     )
     expected = 0.565 / 0.0525 * np.exp(-0.5 * 0.02 * (1 / 0.0525 - 1 / 0.565))
@@ -116,7 +116,7 @@ def test_a_robot_never_seen_comes_up_amid_the_others():
     places = np.array([[0.0, 0.0], [3.0, 0.0], [-3.0, 0.0]])
     offsets = np.array([[0.0, 5.0], [0.0, 1000.0]]) - places[:, None]
     unseen = VelocityLikelihood(np.zeros((2, 2)), 1e9 * np.tile(np.eye(2), (2, 1, 1)))
-    near, far = ReturnPosition(MOTION).newcomer(three, offsets, 60.0, unseen)
+    near, far = ReturnPosition(MOTION).new_robot_density(three, offsets, 60.0, unseen)
     amid = np.exp(-0.5 * 25.0 / 100.0) / (2.0 * np.pi * np.sqrt(106.0 * 100.0))
     assert near == pytest.approx(0.5 / 3600.0 + 0.5 * amid, rel=1e-3)
     assert far == pytest.approx(0.5 / 3600.0, rel=1e-3)

@@ -28,7 +28,7 @@ def test_nothing_learnt_favours_nobody():
 def test_an_absence_that_tells_nothing_favours_nobody():
     law = _learnt(85.0, 87.0, np.nan)
     assert law.odds(np.array([np.nan])) == pytest.approx(1.0)
-    assert law.together(np.array([np.nan, np.nan])) == pytest.approx(-2.0 * np.log(180.0))
+    assert law.joint_log_density(np.array([np.nan, np.nan])) == pytest.approx(-2.0 * np.log(180.0))
 
 
 def test_robots_that_dived_come_back_at_the_even_rate_and_missed_ones_at_once():
