@@ -137,7 +137,7 @@ def relinearize(joint: JointState, sight: CameraView) -> None:
 def by_platform(joint: JointState, places: Array) -> Array:
     """Return (m, 2, 7): how places (m, 2) on the water move with the platform's errors.
 
-    From where `follow` has gone.
+    From where `relinearize` has gone.
     """
     points = on_water_surface(places)
     points[:, 2] -= joint.mean[2]
@@ -148,7 +148,7 @@ def by_platform(joint: JointState, places: Array) -> Array:
 def by_angles(joint: JointState, slots: Indices) -> Array:
     """Return (m, 2, 3): how the places of some robots move with the platform's angles, m/rad.
 
-    From where `follow` has gone; robots that begin with this image are seen from there, too.
+    From where `relinearize` has gone; robots that begin with this image are seen from there, too.
     """
     return by_errors(joint, slots)[:, :, ANGLES]
 
@@ -156,7 +156,7 @@ def by_angles(joint: JointState, slots: Indices) -> Array:
 def by_errors(joint: JointState, slots: Indices) -> Array:
     """Return (m, 2, 7): how the places of some robots move with the platform's errors.
 
-    From where `follow` has gone; robots that begin with this image are seen from there, too.
+    From where `relinearize` has gone; robots that begin with this image are seen from there, too.
     """
     if len(slots) and int(slots.max()) >= len(joint.by_pose):
         return by_platform(joint, joint.robots[slots, :2])

@@ -110,10 +110,13 @@ class Fork:
             threshold: squared Mahalanobis distance at the edge of a gate.
         """
         seen = [
-            row for row, one in enumerate(self.tracks) if one.state is not State.TENTATIVE and
-            one.robot_id and not one.leaving and self.stamp_ns - one.last_seen_ns <=
-            TUNING.recent_ns
-        ]  # fmt: skip
+            row
+            for row, one in enumerate(self.tracks)
+            if one.robot_id
+            and one.state is not State.TENTATIVE
+            and not one.leaving_view
+            and self.stamp_ns - one.last_seen_ns <= TUNING.recent_ns
+        ]
         squared, _ = mahalanobis(pairs.offsets, pairs.spread)
         near = (squared <= threshold) & np.isin(pairs.rows, seen)
         rows, columns = set(pairs.rows[near].tolist()), set(pairs.columns[near].tolist())

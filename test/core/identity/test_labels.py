@@ -62,15 +62,15 @@ STARTS = (("leader", "aqua", (0.0, 0.0)), ("second", "Aqua", (12.0, 0.0)))
     ],
 )
 def test_names_bound_to_starts(sightings, names):
-    assert _identity(STARTS).names(sightings, LOCAL) == names
+    assert _identity(STARTS).assign(sightings, LOCAL) == names
 
 
 def test_a_bound_name_goes_to_the_first_and_to_no_other():
     identity = _identity(STARTS)
-    assert identity.names([_seen(0, 0)], LOCAL) == ["leader"]
-    assert identity.names([_seen(0, 0)], LOCAL) == ["aqua_1"]
+    assert identity.assign([_seen(0, 0)], LOCAL) == ["leader"]
+    assert identity.assign([_seen(0, 0)], LOCAL) == ["aqua_1"]
     identity.release()
-    assert identity.names([_seen(0, 0), _seen(0, 40)], LOCAL) == ["leader", "aqua_2"]
+    assert identity.assign([_seen(0, 0), _seen(0, 40)], LOCAL) == ["leader", "aqua_2"]
 
 
 @pytest.mark.parametrize(
@@ -83,8 +83,8 @@ def test_a_bound_name_goes_to_the_first_and_to_no_other():
 def test_a_start_that_nobody_came_near_is_told_once(sighting, words):
     log = Events()
     identity = _identity(STARTS, log=log)
-    identity.names([sighting], LOCAL)
-    identity.names([sighting], LOCAL)
+    identity.assign([sighting], LOCAL)
+    identity.assign([sighting], LOCAL)
     (told,) = log.drain()
     assert all(word in told for word in words)
 
@@ -93,8 +93,8 @@ def test_a_start_that_nobody_came_near_is_told_once(sighting, words):
 def test_nothing_is_told_of_starts_that_have_their_robots(starts):
     log = Events()
     identity = _identity(starts, log=log)
-    identity.names([_seen(0, 0)], LOCAL)
-    identity.names([_seen(40, 0)], LOCAL)
+    identity.assign([_seen(0, 0)], LOCAL)
+    identity.assign([_seen(40, 0)], LOCAL)
     assert log.drain() == []
 
 
@@ -112,12 +112,12 @@ OLD = (("aqua_1", (0.0, 0.0), 0), ("aqua_2", (60.0, 0.0), 0))
     ],
 )
 def test_names_taken_up_after_a_restart(sightings, names):
-    assert _identity(saved=OLD).names(sightings, LOCAL) == names
+    assert _identity(saved=OLD).assign(sightings, LOCAL) == names
 
 
 def test_an_old_name_goes_before_a_start_and_the_file_keeps_what_was_not_seen():
     identity = _identity(STARTS, saved=(("leader", (30.0, 0.0), 0), ("aqua_7", (900.0, 0.0), 0)))
-    assert identity.names([_seen(29, 0), _seen(1, 0)], LOCAL) == ["leader", "aqua_3"]
+    assert identity.assign([_seen(29, 0), _seen(1, 0)], LOCAL) == ["leader", "aqua_3"]
     kept = {robot.name for robot in identity.saved().robots}
     assert kept == {"leader", "aqua_7"}
     assert identity.saved().numbers == {"aqua": 3}
@@ -134,19 +134,19 @@ def _estimate(name, east, north, seen_s):
 def test_robots_whose_tracks_are_lost_are_found_again_by_their_places():
     identity = _identity(bindings=[("leader", "aqua", (0.0, 0.0))])
     places = [(0.0, 0.0), (50.0, 0.0), (0.0, 60.0)]
-    first = identity.names([_seen(*place, t=1) for place in places], LOCAL)
+    first = identity.assign([_seen(*place, t=1) for place in places], LOCAL)
     assert first == ["leader", "aqua_1", "aqua_2"]
     moved = [(30.0, 30.0), (52.0, 0.0), (0.0, 59.0)]
     identity.expect(
         _estimate(name, *place, 10) for name, place in zip(first[:2], moved[:2], strict=True)
     )
     again = [_seen(*place, t=12) for place in (*reversed(moved), (90.0, 90.0))]
-    assert identity.names(again, LOCAL) == ["aqua_3", "aqua_1", "leader", "aqua_4"]
+    assert identity.assign(again, LOCAL) == ["aqua_3", "aqua_1", "leader", "aqua_4"]
 
 
 def test_a_bound_robot_that_is_not_where_it_was_may_be_at_its_start():
     identity = _identity(bindings=[("leader", "aqua", (0.0, 0.0))])
-    assert identity.names([_seen(0, 0, t=1)], LOCAL) == ["leader"]
+    assert identity.assign([_seen(0, 0, t=1)], LOCAL) == ["leader"]
     identity.expect([_estimate("leader", 400.0, 0.0, 10)])
-    assert identity.names([_seen(1, 0, t=12)], LOCAL) == ["leader"]
-    assert identity.names([_seen(400, 0, t=13)], LOCAL) == ["aqua_1"]
+    assert identity.assign([_seen(1, 0, t=12)], LOCAL) == ["leader"]
+    assert identity.assign([_seen(400, 0, t=13)], LOCAL) == ["aqua_1"]

@@ -172,7 +172,7 @@ def test_absences_of_robots_that_left_the_view_tell_nothing():
     old, new = (Track("aqua", 0, stamp * SECOND, State.COASTING) for stamp in (10, 70))
     new.first_seen_ns = 70 * SECOND
     assert reidentification._absence(old, new) == pytest.approx(60.0)
-    for one, edge in ((old, "leaving"), (new, "entered")):
+    for one, edge in ((old, "leaving_view"), (new, "entered_view")):
         setattr(one, edge, True)
         assert np.isnan(reidentification._absence(old, new))
         setattr(one, edge, False)

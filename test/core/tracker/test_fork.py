@@ -52,7 +52,7 @@ def test_one_robot_at_home_may_be_chance():
 
 @pytest.mark.parametrize(
     "change",
-    [{"robot_id": ""}, {"leaving": True}, {"last_seen_ns": -1}, {"state": State.TENTATIVE}],
+    [{"robot_id": ""}, {"leaving_view": True}, {"last_seen_ns": -1}, {"state": State.TENTATIVE}],
     ids=str,
 )
 def test_robots_that_were_not_in_view_need_not_come_back(change):
