@@ -203,14 +203,14 @@ class Pipeline:
         if self._frame_of_map is None or self._frame_of_map.local is not local:
             self._frame_of_map = MapFrame(local)
         in_map = self._frame_of_map.pose(pose)
-        if self._standstill.telemetry(pose.stamp_ns, in_map):
+        if self._standstill.telemetry_frozen(pose.stamp_ns, in_map):
             self._log.warn_once(
                 "telemetry stands",
                 "All telemetry stopped dead in a motion and repeats itself to the last bit: boxes "
                 "are refused until it changes (stale_fix). Its source may have frozen.",
             )
             return Reason.STALE_FIX
-        if self._standstill.picture(frame, camera, in_map):
+        if self._standstill.image_frozen(frame, camera, in_map):
             self._log.warn_once(
                 "picture stands",
                 "Boxes repeat themselves to the last bit while the camera moves: the picture "

@@ -62,12 +62,12 @@ class Episode:
     ago: float = 0.0
 
     @property
-    def doubt(self) -> Array:
+    def covariance(self) -> Array:
         """(3, 3) covariance of the angles, rad²."""
         share = 1.0 if self.odds is None else 0.5 + 0.5 * math.tanh(0.5 * self.odds)
         return share * self.spread if share > TUNING.negligible_probability else 0.0 * self.spread
 
-    def told(self, nats: float) -> None:
+    def update_odds(self, nats: float) -> None:
         """Take in by how much likelier it is that D counts."""
         self.odds = (self.odds or 0.0) + nats
 
@@ -80,7 +80,7 @@ class AttitudeAmbiguity:
 
     Attributes:
         episodes: the last ones.
-        doubts: whether there ever was a doubt.
+        active: whether there ever was a doubt.
     """
 
     def __init__(self, most: float) -> None:
@@ -91,7 +91,7 @@ class AttitudeAmbiguity:
         self._jump, self._jumped_s = np.zeros(3), 0.0
         self._turned = np.zeros(3)
         self._displaced = self._shifted = 0.0
-        self.doubts = False
+        self.active = False
 
     @property
     def apart(self) -> float:
@@ -103,9 +103,9 @@ class AttitudeAmbiguity:
         return self._displaced + self._shifted
 
     @property
-    def doubt(self) -> Array:
+    def covariance(self) -> Array:
         """(3, 3) covariance of the angles, rad²."""
-        return sum((one.doubt for one in self.episodes), self._earlier)
+        return sum((one.covariance for one in self.episodes), self._earlier)
 
     def predict(self, seconds: float, keep: float) -> None:
         """Move on in time.
@@ -142,16 +142,16 @@ class AttitudeAmbiguity:
             before, self._grown = self._grown, min(self._lasts, self._most_s)
             grown = TUNING.turn_rate_radps**2 * (self._grown**2 - before**2)
             self.episodes[-1].spread = self.episodes[-1].spread + grown * np.eye(3)
-            self.doubts = True
+            self.active = True
 
     def _begin(self, seconds: float) -> None:
         told = [one for one in self.episodes if one.spread.any()]
         if len(told) == TUNING.episodes:
-            self._earlier = self._earlier + told.pop(0).doubt
+            self._earlier = self._earlier + told.pop(0).covariance
         self.episodes = [*told, Episode(ago=seconds)]
         self._lasts, self._grown = TUNING.already_s + seconds, 0.0
 
-    def displaced(self, turn: Array, spread: Array, squared: float) -> None:
+    def note_displacement(self, turn: Array, spread: Array, squared: float) -> None:
         """Take in that all robots are elsewhere, as a turn of the camera would have it.
 
         Either it has turned now, or it had before and is right again; so robots can be as far off
@@ -165,7 +165,7 @@ class AttitudeAmbiguity:
         self._turned = self._turned + turn
         self._lasts = 0.0
         self._displaced = squared
-        self.doubts = True
+        self.active = True
         if self.episodes:
             self.episodes[-1].spread = np.outer(turn, turn) + spread
 
@@ -175,9 +175,9 @@ class AttitudeAmbiguity:
         Nobody knows which of the two is right.
         """
         self._shifted = squared
-        self.doubts = self.doubts or squared > 0.0
+        self.active = self.active or squared > 0.0
 
-    def suspect(self) -> None:
+    def keep_jump(self) -> None:
         """Take in that images count again, while the orientation has jumped and is not back.
 
         No box could tell meanwhile whether it was the camera.
@@ -185,16 +185,16 @@ class AttitudeAmbiguity:
         if self._jump.any():
             self._begin(0.0)
             self.episodes[-1].spread = np.outer(self._jump, self._jump)
-            self.doubts = True
+            self.active = True
 
-    def returned(self) -> None:
+    def note_return(self) -> None:
         """Take in that the camera is again as it was when nothing was in doubt."""
         for one in self.episodes:
             one.spread = np.zeros((3, 3))
         self._turned = np.zeros(3)
         self._displaced = self._lasts = 0.0
 
-    def jumped(self, turn: Array, seconds: float) -> bool:
+    def update_jump(self, turn: Array, seconds: float) -> bool:
         """Take in that the orientation has jumped; return whether it is back.
 
         Args:
@@ -209,11 +209,11 @@ class AttitudeAmbiguity:
         for one in self.episodes:
             # Robots that went along are elsewhere now: `displaced` tells.
             if one.ago <= self._jumped_s + 1e-6 and not self._turned.any():
-                one.told(TUNING.was_wrong_nats)
+                one.update_odds(TUNING.was_wrong_nats)
         self._jump = np.zeros(3)
         return True
 
-    def since(self, unseen: float) -> list[Episode]:
+    def episodes_since(self, unseen: float) -> list[Episode]:
         """Return the times of which a robot tells that is found after so long, s.
 
         Of those before it was last seen it tells nothing: that was by the same camera.
@@ -231,7 +231,7 @@ class AttitudeAmbiguity:
             apart: (2,) d, from where it was expected, m.
             spread: (2, 2) S, covariance of that if the camera did not turn, m².
         """
-        since = self.since(unseen)
+        since = self.episodes_since(unseen)
         if not since:
             return
         wide = spread + sum(by_angles @ one.spread @ by_angles.T for one in since)
@@ -244,7 +244,7 @@ class AttitudeAmbiguity:
             with_it = one.spread @ by_angles.T
             gain = np.linalg.solve(wide, with_it.T).T
             told = gain @ apart
-            one.told(less)
+            one.update_odds(less)
             one.spread = one.spread - gain @ with_it.T + np.outer(told, told)
 
 

@@ -82,7 +82,7 @@ class FrozenInputDetector:
         self._poses: deque[tuple[int, MapPose]] = deque(maxlen=TUNING.moving_images + 1)
         self._moved = False
 
-    def picture(self, frame: DetectionFrame, camera: CameraModel, pose: MapPose) -> bool:
+    def image_frozen(self, frame: DetectionFrame, camera: CameraModel, pose: MapPose) -> bool:
         """Take in an image's boxes; return whether the picture stands still while the camera moves.
 
         Args:
@@ -100,7 +100,7 @@ class FrozenInputDetector:
         self._stands = _shift_px(first, camera, pose) > self._shift_px
         return self._stands
 
-    def telemetry(self, stamp_ns: int, pose: MapPose) -> bool:
+    def telemetry_frozen(self, stamp_ns: int, pose: MapPose) -> bool:
         """Take in a pose as telemetry tells it; return whether it has stopped dead in a motion.
 
         Args:

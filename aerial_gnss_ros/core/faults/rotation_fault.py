@@ -92,7 +92,7 @@ class RotationFault:
         rate: (3,) of the turn that is thought of, rad/s, about the axes of roll, pitch, heading;
             0 without one.
         angle: (3,) by which it may have turned so far, rad.
-        unexplained: what it may have turned while no robots explained its boxes.
+        ambiguity: what it may have turned while no robots explained its boxes.
     """
 
     def __init__(self, unexplained: AttitudeAmbiguity | None = None) -> None:
@@ -102,34 +102,34 @@ class RotationFault:
         self._law: Array = np.zeros((6, 6))  # covariance of angle and rate
         self._doubted = False  # whether there ever was a doubt
         self._lasts = self._since = 0.0
-        self.unexplained = unexplained or AttitudeAmbiguity(TUNING.largest_angle_rad)
+        self.ambiguity = unexplained or AttitudeAmbiguity(TUNING.largest_angle_rad)
 
     @property
-    def turns(self) -> bool:
+    def rotating(self) -> bool:
         """Whether a turn is thought of."""
         return bool(self.rate.any())
 
     @property
-    def doubt(self) -> Array:
+    def covariance(self) -> Array:
         """(3, 3) covariance W of the angles, rad²."""
         turned = np.outer(self.angle, self.angle) + self._law[:3, :3]
         most = 3.0 * TUNING.largest_angle_rad**2 / max(float(np.trace(turned)), 1e-12)
-        return turned * min(1.0, most) + self.unexplained.doubt
+        return turned * min(1.0, most) + self.ambiguity.covariance
 
     @property
     def sigma(self) -> float:
         """Angle by which it may have turned, one sigma, rad."""
-        return math.sqrt(np.trace(self.doubt)) if self.doubts else 0.0
+        return math.sqrt(np.trace(self.covariance)) if self.active else 0.0
 
     @property
     def due(self) -> bool:
         """Whether an image's robots are to be judged."""
-        return self._since >= TUNING.judged_every_s or self.doubts
+        return self._since >= TUNING.judged_every_s or self.active
 
     @property
-    def doubts(self) -> bool:
+    def active(self) -> bool:
         """Whether it may have turned."""
-        return self._doubted or self.unexplained.doubts
+        return self._doubted or self.ambiguity.active
 
     def predict(self, seconds: float, keep: float) -> None:
         """Move on in time.
@@ -144,7 +144,7 @@ class RotationFault:
         self.angle *= keep
         self._law[:3] *= keep
         self._law[:, :3] *= keep
-        if self.turns:
+        if self.rotating:
             self._lasts += seconds
             self._run(seconds)
 
@@ -169,8 +169,8 @@ class RotationFault:
         """
         across = by_angles.swapaxes(1, 2)
         rates = np.outer(self.rate, self.rate) + self._spread
-        places, velocities = by_angles @ self.doubt @ across, by_angles @ rates @ across
-        places = places + self.unexplained.apart * np.eye(2)
+        places, velocities = by_angles @ self.covariance @ across, by_angles @ rates @ across
+        places = places + self.ambiguity.apart * np.eye(2)
         changes.widen(slots, places, velocities, seen)
 
     def _weigh(self, seen: Sequence[RobotsInView]) -> None:
@@ -181,10 +181,10 @@ class RotationFault:
             np.concatenate([one.by_angles for one in seen]),
             np.concatenate([np.full(len(one.slots), swerve * one.fastest) for one in seen]),
         )
-        refines = self.turns and self._lasts < TUNING.looked_s + TUNING.refined_s
-        if not refines and gain < (TUNING.changes_nats if self.turns else TUNING.begins_nats):
+        refines = self.rotating and self._lasts < TUNING.looked_s + TUNING.refined_s
+        if not refines and gain < (TUNING.changes_nats if self.rotating else TUNING.begins_nats):
             return
-        begins, before = not self.turns, self.rate
+        begins, before = not self.rotating, self.rate
         self._spread = self._spread + spread
         self._law[3:, 3:] += spread
         if refines:  # it was so from the beginning

@@ -38,13 +38,13 @@ class VelocityChanges:
     """Of the robots of one joint law.
 
     Attributes:
-        of_places: (n, 2, 2) by how much more the places of robots are uncertain, m².
-        of_velocities: (n, 2, 2) likewise, m²/s².
+        position_covariances: (n, 2, 2) by how much more the places of robots are uncertain, m².
+        velocity_covariances: (n, 2, 2) likewise, m²/s².
     """
 
     def __init__(self) -> None:
-        self.of_places: Array = np.zeros((0, 2, 2))
-        self.of_velocities: Array = np.zeros((0, 2, 2))
+        self.position_covariances: Array = np.zeros((0, 2, 2))
+        self.velocity_covariances: Array = np.zeros((0, 2, 2))
         # Rows: sum of corrections east, north; its expected square as stated; the same by loosened
         # velocities; what of that is still to come; the stated one since the last image.
         self._sums: Array = np.zeros((6, 0))
@@ -80,11 +80,11 @@ class VelocityChanges:
             seen: whether the image shows them; one that it does not show is no surer for it.
         """
         if not seen:
-            before = np.trace(self.of_places[slots], axis1=1, axis2=2)
+            before = np.trace(self.position_covariances[slots], axis1=1, axis2=2)
             grown = np.trace(places, axis1=1, axis2=2) > before
             slots, places, velocities = slots[grown], places[grown], velocities[grown]
-        self.of_places[slots] = places
-        self.of_velocities[slots] = velocities
+        self.position_covariances[slots] = places
+        self.velocity_covariances[slots] = velocities
 
     def predict(self, seconds: float, stated: Array | float) -> None:
         """Move on in time.
@@ -102,13 +102,14 @@ class VelocityChanges:
         """Take in robots after the present ones."""
         self._sums = np.concatenate([self._sums, np.zeros((6, count))], axis=1)
         more = np.zeros((count, 2, 2))
-        self.of_places = np.concatenate([self.of_places, more])
-        self.of_velocities = np.concatenate([self.of_velocities, more])
+        self.position_covariances = np.concatenate([self.position_covariances, more])
+        self.velocity_covariances = np.concatenate([self.velocity_covariances, more])
 
     def drop(self, kept: NDArray[np.bool_]) -> None:
         """Forget those that are not kept (n,)."""
         self._sums = self._sums[:, kept]
-        self.of_places, self.of_velocities = self.of_places[kept], self.of_velocities[kept]
+        self.position_covariances = self.position_covariances[kept]
+        self.velocity_covariances = self.velocity_covariances[kept]
 
     def inherit(self, old: int, new: int, change: Array, unknown: float) -> None:
         """Let robot `new` go on as `old`, which it turned out to be after a moment.
@@ -130,7 +131,7 @@ class VelocityChanges:
         """Take in by how much each axis of some robots' velocities was made uncertain, m²/s²."""
         self._sums[4, slots] += 2.0 * variance
 
-    def note(self, slots: Indices, changes: Array, expected: Array) -> None:
+    def update(self, slots: Indices, changes: Array, expected: Array) -> None:
         """Take in an image's corrections.
 
         Args:

@@ -45,7 +45,7 @@ class StateBlocks:
 
     Attributes:
         rotation_fault: whether the camera turns by itself.
-        unexplained: what it may have turned while no robots explained its boxes.
+        ambiguity: what it may have turned while no robots explained its boxes.
     """
 
     _groups: list[JointState]
@@ -58,7 +58,7 @@ class StateBlocks:
             platform: (7, 7) covariance of the platform's errors.
         """
         self.rotation_fault = RotationFault()
-        self.unexplained = self.rotation_fault.unexplained
+        self.ambiguity = self.rotation_fault.ambiguity
         self._groups = [JointState(platform, self.rotation_fault)]
         self._count = 0
 
@@ -73,7 +73,7 @@ class StateBlocks:
     def take_back(self, groups: list[JointState]) -> None:
         """Go on with joint laws as they once were."""
         self.rotation_fault = groups[0].rotation_fault
-        self.rotation_fault.unexplained = self.unexplained
+        self.rotation_fault.ambiguity = self.ambiguity
         self._groups = groups
         self._count = sum(len(group) for group in groups)
 
@@ -115,12 +115,12 @@ class StateBlocks:
 
     def add_fault_covariances(self, covariance: Array) -> None:
         """Add to covariances (n, 4, 4) of all robots that the camera may have turned by itself."""
-        if self.rotation_fault.doubts:
+        if self.rotation_fault.active:
             for group in self._groups:
-                covariance[group.rows, :2, :2] += group.velocity_changes.of_places
-                covariance[group.rows, 2:, 2:] += group.velocity_changes.of_velocities
+                covariance[group.rows, :2, :2] += group.velocity_changes.position_covariances
+                covariance[group.rows, 2:, 2:] += group.velocity_changes.velocity_covariances
 
-    def room(self, columns: Indices) -> Iterator[tuple[JointState, Indices, Indices]]:
+    def allocate(self, columns: Indices) -> Iterator[tuple[JointState, Indices, Indices]]:
         """Give room to robots after the present ones.
 
         Args:
@@ -164,12 +164,12 @@ class StateBlocks:
         group_of, slot_of = self._places_of_rows()
         before, group = self._groups[group_of[old]], self._groups[group_of[new]]
         first, second = int(slot_of[old]), int(slot_of[new])
-        if self.unexplained.doubts:
-            apart, spread = self.apart(np.array([old]), np.array([new]))
+        if self.ambiguity.active:
+            apart, spread = self.separations(np.array([old]), np.array([new]))
             slots = np.array([second])
             moved, unseen = by_angles(group, slots), float(before.unseen[first])
             if told:
-                self.unexplained.update_reacquired(unseen, moved[0], apart[0, 0], spread[0, 0])
+                self.ambiguity.update_reacquired(unseen, moved[0], apart[0, 0], spread[0, 0])
             self.rotation_fault.spread(group.velocity_changes, slots, moved)
         if before is group:
             group.tie(first, second, TUNING.same_place_m)
@@ -187,14 +187,14 @@ class StateBlocks:
             offsets: (m, 2) from where they were expected, m.
             spread: (m, 2, 2) covariances of that, m².
         """
-        if not self.unexplained.doubts:
+        if not self.ambiguity.active:
             return
         group_of, slot_of = self._places_of_rows()
         for row, apart, covariance in zip(rows.tolist(), offsets, spread, strict=True):
             group, slot = self._groups[group_of[row]], slot_of[row : row + 1]
             unseen = float(group.unseen[slot[0]])
-            if self.unexplained.since(unseen):
-                self.unexplained.update_reacquired(
+            if self.ambiguity.episodes_since(unseen):
+                self.ambiguity.update_reacquired(
                     unseen, by_angles(group, slot)[0], apart, covariance
                 )
 
@@ -211,7 +211,7 @@ class StateBlocks:
         self._groups = [self._groups[0], *(one for one in self._groups[1:] if len(one))]
         self._count = int(kept.sum())
 
-    def apart(self, old: Indices, new: Indices) -> tuple[Array, Array]:
+    def separations(self, old: Indices, new: Indices) -> tuple[Array, Array]:
         """Return offsets (n, m, 2) from robots `old` to robots `new`, and their covariances."""
         group_of, slot_of = self._places_of_rows()
         mean, covariance = self.mean[:, :2], self.covariance[:, :2, :2]

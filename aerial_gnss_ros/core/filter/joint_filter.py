@@ -68,7 +68,8 @@ class JointFilter(StateBlocks):
     Attributes:
         monitor: how well boxes fit what is stated.
         noise: how many times as large as stated their white noise is.
-        turned: whether the camera's orientation has jumped with the last image, and not back.
+        orientation_jumped: whether the camera's orientation has jumped with the last image, and not
+            back.
     """
 
     def __init__(self, config: EstimatorConfig, log: Events | None = None) -> None:
@@ -95,7 +96,7 @@ class JointFilter(StateBlocks):
         self._motion = CameraMotion()
         self._jumps.reset()
         self._sight: CameraView | None = None
-        self.turned = False
+        self.orientation_jumped = False
         self.monitor.reset()
         self.noise.reset()
 
@@ -127,11 +128,11 @@ class JointFilter(StateBlocks):
     def predict(self, seconds: float) -> None:
         """Move on in time."""
         self.predict_with(self._groups, seconds)
-        if self.unexplained.episodes and seconds > 0.0:
-            keep = float(self.model.keep(seconds)[ANGLES.start])
-            self.unexplained.predict(seconds, keep)
+        if self.ambiguity.episodes and seconds > 0.0:
+            keep = float(self.model.decay(seconds)[ANGLES.start])
+            self.ambiguity.predict(seconds, keep)
 
-    def look(self, frame: PosedFrame, local: LocalMap) -> bool:
+    def update_camera(self, frame: PosedFrame, local: LocalMap) -> bool:
         """Take in the pose of an image; return whether its boxes can be used."""
         if self._map is None or self._map.local is not local:
             self._map = MapFrame(local)
@@ -145,7 +146,7 @@ class JointFilter(StateBlocks):
         measured = self._map.pose(pose)
         passed = 0.0 if self._pose_ns is None else (pose.stamp_ns - self._pose_ns) * 1e-9
         self._pose_ns = pose.stamp_ns
-        expected = self._motion.predicted(passed)
+        expected = self._motion.predicted_position(passed)
         settled, jump = self._jumps.update(measured.position, expected, passed)
         if jump is not None:
             self._follow_jump(jump)
@@ -154,8 +155,8 @@ class JointFilter(StateBlocks):
         elsewhen = (
             self._sight is not None and abs(applied - self._sight.applied) > CAMERA_MOTION.moved_s
         )
-        foretold = self._motion.move(shown) if elsewhen else self._motion.update(shown, passed)
-        self.turned = self._jumped(shown, passed)
+        foretold = self._motion.restart(shown) if elsewhen else self._motion.update(shown, passed)
+        self.orientation_jumped = self._jumped(shown, passed)
         unsure = frame.latency[1] if self._late and frame.latency is not None else 0.0
         self._sight = CameraView.of(
             frame.camera, shown, self._motion.rates, applied, foretold, unsure
@@ -168,8 +169,8 @@ class JointFilter(StateBlocks):
         for group in self._groups:
             group.shift(jump[:2])
         away = self._jumps.believed
-        self.unexplained.shifted(float(away @ away))
-        self.unexplained.suspect()
+        self.ambiguity.shifted(float(away @ away))
+        self.ambiguity.keep_jump()
         self._spread_doubt()
 
     def _jumped(self, pose: MapPose, passed: float) -> bool:
@@ -177,7 +178,7 @@ class JointFilter(StateBlocks):
         jump = self._motion.jump
         if jump is None:
             return False
-        if self.unexplained.jumped(level_axes(pose.rotation).T @ jump, passed):
+        if self.ambiguity.update_jump(level_axes(pose.rotation).T @ jump, passed):
             self.log.add("The camera's orientation is back where it was before it jumped.")
             return False
         self.log.counts["orientation_jumps"] += 1
@@ -231,7 +232,7 @@ class JointFilter(StateBlocks):
     def predict_with(self, groups: list[JointState], seconds: float) -> None:
         """Move other laws of one camera on in time."""
         if seconds > 0.0:
-            keep = float(self.model.keep(seconds)[ANGLES.start])
+            keep = float(self.model.decay(seconds)[ANGLES.start])
             groups[0].rotation_fault.predict(seconds, keep)
         for group in groups:
             group.predict(seconds, self.model, self._stationary, self.motion)
@@ -300,13 +301,13 @@ class JointFilter(StateBlocks):
         swerve = MOTION_MODEL.swerve_s * self.speeds(rows)
         return fit_rotation(offsets, variances, np.concatenate(moved), swerve)[2]
 
-    def doubt(self, seconds: float, over: bool = False) -> None:
+    def update_ambiguity(self, seconds: float, over: bool = False) -> None:
         """Take in for how long boxes have been where no robots can be (see `AttitudeAmbiguity`).
 
         Either the camera has turned, or it had before and is right again: so robots that these
         images do not show are as uncertain as those that begin by them.
         """
-        self.unexplained.update(0.0 if self._late else seconds, over)
+        self.ambiguity.update(0.0 if self._late else seconds, over)
         self._spread_doubt()
 
     def formation(
@@ -320,7 +321,7 @@ class JointFilter(StateBlocks):
             more: (2, 2) covariance of where they may be instead, m².
             possible: (n, m) whether one can be the other at all.
         """
-        offsets, spread = self.apart(np.array(old), np.array(new))
+        offsets, spread = self.separations(np.array(old), np.array(new))
         group_of, slot_of = self._places_of_rows()
         moved = []
         for row in old:
@@ -334,21 +335,21 @@ class JointFilter(StateBlocks):
             height * by_platform[:, :, HEIGHT], possible,
         )  # fmt: skip
 
-    def displaced(self, turn: Array, spread: Array, squared: float) -> None:
+    def note_displacement(self, turn: Array, spread: Array, squared: float) -> None:
         """Take in the turn of the camera that displaces all robots (see `AttitudeAmbiguity`)."""
         if not self._late:
-            self.unexplained.displaced(turn, spread, squared)
+            self.ambiguity.note_displacement(turn, spread, squared)
         self._spread_doubt()
 
-    def returned(self) -> None:
+    def note_return(self) -> None:
         """Take in that all robots are back where they were before they seemed to move."""
         self.log.add("Robots are back where they were before all of them seemed to move.")
-        self.unexplained.returned()
+        self.ambiguity.note_return()
         self._spread_doubt()
 
     def _spread_doubt(self) -> None:
         """Let all robots be as uncertain as a camera makes them that may have turned by itself."""
-        if not self.unexplained.doubts or self._sight is None:
+        if not self.ambiguity.active or self._sight is None:
             return
         for group in self._groups:
             relinearize(group, self._sight)
@@ -378,7 +379,7 @@ class JointFilter(StateBlocks):
         if not len(columns):
             return
         body, white, speed = self._body(seen), seen.white, self.motions.default_speed
-        for group, rows, taken in self.room(np.asarray(columns, np.intp)):
+        for group, rows, taken in self.allocate(np.asarray(columns, np.intp)):
             places, by_errors = self._place(group, body[taken])
             own = self.motions.of(seen.class_ids[taken].tolist())
             group.add(rows, places, by_errors, white[taken], speed, own)

@@ -118,7 +118,7 @@ def relinearize(joint: JointState, sight: CameraView) -> None:
 
     Done once for an image, before anything is taken from it.
     """
-    if joint.sight is sight:
+    if joint.view is sight:
         return
     robots, k = joint.robots, len(joint.by_pose)
     camera = sight.standpoint(joint.mean[:COUNT])
@@ -131,7 +131,7 @@ def relinearize(joint: JointState, sight: CameraView) -> None:
         if k and not math.isnan(joint.camera[0]):
             joint.carry((both[:k] - joint.by_pose) @ joint.by_errors)
         joint.by_pose = both[k:]
-    joint.camera, joint.by_errors, joint.sight = camera, sight.by_errors, sight
+    joint.camera, joint.by_errors, joint.view = camera, sight.by_errors, sight
 
 
 def by_platform(joint: JointState, places: Array) -> Array:

@@ -70,7 +70,7 @@ class JointState:
             see `linearization`; those after them are new.
         camera: (3,) from where that was taken: place of the camera, m; NaN at first.
         by_errors: (6, 7) `pose_by_errors` of that time.
-        sight: the image of that time.
+        view: the image of that time.
     """
 
     def __init__(self, covariance: Array, rotation_fault: RotationFault | None = None) -> None:
@@ -91,7 +91,7 @@ class JointState:
         self.by_pose = np.zeros((0, 4, POSE_COUNT))
         self.camera = np.full(3, np.nan)
         self.by_errors = np.zeros((POSE_COUNT, COUNT))
-        self.sight: object = None
+        self.view: object = None
 
     def __len__(self) -> int:
         return len(self.rows)
@@ -151,7 +151,7 @@ class JointState:
         """
         if seconds <= 0.0:
             return
-        keep, P = model.keep(seconds), self.covariance
+        keep, P = model.decay(seconds), self.covariance
         both = keep[:, None] * keep
         self.mean[:COUNT] *= keep
         P[:COUNT, :COUNT] *= both

@@ -166,7 +166,7 @@ def correct(
     velocity = COUNT + 4 * slots[:, None] + _VELOCITY
     corrections, expected = joint.mean[velocity] - before[velocity], reduction[velocity, velocity]
     joint.manoeuvre_noise.update(slots, corrections, expected.sum(axis=1))
-    joint.velocity_changes.note(slots, corrections, expected.sum(axis=1))
+    joint.velocity_changes.update(slots, corrections, expected.sum(axis=1))
     return Outcome(squared, 2 * m)
 
 

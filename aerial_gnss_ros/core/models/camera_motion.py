@@ -64,14 +64,14 @@ class CameraMotion:
         """(6,) of the pose: m/s and rad/s."""
         return np.concatenate([self.velocity, self.turn_rate])
 
-    def predicted(self, seconds: float) -> Array | None:
+    def predicted_position(self, seconds: float) -> Array | None:
         """Return the position (3,) expected after a time, None where the past does not tell."""
         if self._pose is None or abs(seconds) > TUNING.max_gap_s:
             return None
         position: Array = self._pose.position + self.velocity * seconds
         return position
 
-    def foreseen(self, seconds: float) -> MapPose | None:
+    def predicted_pose(self, seconds: float) -> MapPose | None:
         """Return the pose expected after a time, None where the past does not tell."""
         if self._pose is None or seconds > TUNING.max_gap_s:
             return None
@@ -83,7 +83,7 @@ class CameraMotion:
         if self._pose is not None:
             self._pose = MapPose(self._pose.position + jump, self._pose.rotation)
 
-    def move(self, measured: MapPose) -> MapPose:
+    def restart(self, measured: MapPose) -> MapPose:
         """Go on from a pose at another time, when the latency is known better; rates stay."""
         self._pose, self._shown, self.jump = measured, [], None
         return measured
@@ -95,7 +95,7 @@ class CameraMotion:
             The pose that was expected; where the past does not tell, the measured one.
         """
         self.jump = None
-        expected = self.foreseen(seconds) if seconds > 0.0 else None
+        expected = self.predicted_pose(seconds) if seconds > 0.0 else None
         if expected is None:
             self._pose, self._lasted_s = measured, 0.0
             self.velocity, self.turn_rate = np.zeros(3), np.zeros(3)

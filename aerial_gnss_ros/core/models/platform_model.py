@@ -90,7 +90,7 @@ class PlatformModel:
         covariance[:2, :2] = fix_covariance
         return covariance
 
-    def keep(self, seconds: float) -> Array:
+    def decay(self, seconds: float) -> Array:
         """Return the factors (7,) by which errors' old values still count after a time."""
         kept = np.zeros(COUNT)
         if self.correlation_time_s > 0.0:

@@ -340,7 +340,7 @@ class TrackConfirmation:
 
     def _apart(self, old: list[int], new: list[int]) -> tuple[Array, Array]:
         """Return offsets (n, m, 2) between tracks, which may have swerved, and covariances."""
-        offsets, spread = self._filter.apart(np.array(old), np.array(new))
+        offsets, spread = self._filter.separations(np.array(old), np.array(new))
         more = manoeuvre_covariance(self._filter.speeds(old))
         return offsets, spread + (more if more.ndim == 2 else more[:, None])
 

@@ -127,5 +127,5 @@ class Fork:
 
 def _copy(groups: list[JointState]) -> list[JointState]:
     """Return copies that share nothing that changes but what no robots explained of the camera."""
-    shared = [thing for one in groups for thing in (one.sight, one.rotation_fault.unexplained)]
+    shared = [thing for one in groups for thing in (one.view, one.rotation_fault.ambiguity)]
     return copy.deepcopy(groups, {id(thing): thing for thing in shared})

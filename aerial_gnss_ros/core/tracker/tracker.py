@@ -123,13 +123,13 @@ class Tracker:
         seen = measurements(frame, points, local, self.filter.noise.level)
         passed = 0.0 if self._stamp_ns is None else (stamp_ns - self._stamp_ns) * 1e-9
         self._advance(stamp_ns)
-        usable = self.filter.look(frame, local)
+        usable = self.filter.update_camera(frame, local)
         self._choose(stamp_ns)
         if not usable:
             self._picture.followed(frame.detections)
             unused = points.valid
             return TrackUpdate(self._estimates(stamp_ns), {}, unused, np.zeros_like(unused))
-        if self.filter.turned:
+        if self.filter.orientation_jumped:
             self._matcher.expect_mismatch()
         confused = self._matcher.scene_mismatch
         rows, columns = self._associate(seen, stamp_ns)
@@ -233,7 +233,7 @@ class Tracker:
         self.filter.drop(np.array(unnamed, np.intp))
         for track in self.tracks:
             track.state = State.COASTING
-        self.filter.unexplained.returned()
+        self.filter.ambiguity.note_return()
         self._matcher.scene_mismatch, self._lost_ns = False, None
         self._went_back = True
 
@@ -413,13 +413,13 @@ class Tracker:
                 if stamp_ns - track.last_seen_ns < TUNING.soon_ns
             }
         if self._fork is not None:
-            doubt = self.filter.unexplained
-            calm = self._lost_ns is None and not doubt.apart and not doubt.doubt.any()
+            doubt = self.filter.ambiguity
+            calm = self._lost_ns is None and not doubt.apart and not doubt.covariance.any()
             self._fork.calm_s = self._fork.calm_s + passed if calm else 0.0
         if self._lost_ns is None:
             return
         if lost or not named:
-            self.filter.doubt(passed)
+            self.filter.update_ambiguity(passed)
             return
         # What moved robots within a moment, so that they are found again, shows in velocities.
         soon = stamp_ns - self._lost_ns < TUNING.soon_ns
@@ -428,7 +428,7 @@ class Tracker:
             for track in named
         )
         over = 2 * old > len(named)
-        self.filter.doubt(0.0, over=over)
+        self.filter.update_ambiguity(0.0, over=over)
         if over:
             self._drop_unverified()
         self._lost_ns = None
@@ -479,7 +479,7 @@ class Tracker:
         self._matcher.scene_mismatch = False
         known = {track.robot_id for track in self.tracks}
         replaced = self._naming.confirm(self.tracks, ready, stamp_ns, self._height, local, back)
-        if not back or self.filter.unexplained.doubt.any():
+        if not back or self.filter.ambiguity.covariance.any():
             for row in ready:
                 self.tracks[row].doubtful = self.tracks[row].robot_id not in known
         self._account.confirm(self.tracks)
@@ -512,7 +512,7 @@ class Tracker:
                     if other.robot_id == track.once:
                         other.robot_id, other.rejected = "", True
                 track.robot_id, track.once = track.once, ""
-        self.filter.returned()
+        self.filter.note_return()
         self._drop_unverified()
 
     def _regroup(self, ready: list[int]) -> set[int] | None:
@@ -529,15 +529,15 @@ class Tracker:
             return None
         found, formation = regrouped
         self._matcher.scene_mismatch = False
-        self.filter.doubt(0.0, over=not formation.moved)
+        self.filter.update_ambiguity(0.0, over=not formation.moved)
         if not formation.moved:
             self._drop_unverified()
         if formation.moved and self._naming.at_home(self.tracks, found):
-            self.filter.returned()
+            self.filter.note_return()
             self._drop_unverified()
         elif formation.moved:
             away = self._naming.displaced(self.tracks, found)
-            self.filter.displaced(formation.turn, formation.spread, away)
+            self.filter.note_displacement(formation.turn, formation.spread, away)
         self._lost_ns = None
         replaced = self._naming.regroup(self.tracks, found, formation.moved)
         self._account.confirm(self.tracks)

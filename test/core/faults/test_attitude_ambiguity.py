@@ -21,7 +21,7 @@ BY_ANGLES = pose_jacobian(OFFSETS)[:, :, 3:]
 
 
 def _degrees(unexplained):
-    return np.degrees(np.sqrt(np.diag(unexplained.doubt)))
+    return np.degrees(np.sqrt(np.diag(unexplained.covariance)))
 
 
 def _lost(seconds):
@@ -43,14 +43,14 @@ def test_boxes_that_nobody_explains_make_the_angle_unknown_until_robots_are_back
         unexplained.update(0.5)
     assert _degrees(unexplained) == pytest.approx(math.degrees(ROTATION_FAULT.largest_angle_rad))
     unexplained.update(0.0, over=True)
-    assert not unexplained.doubt.any()
+    assert not unexplained.covariance.any()
     unexplained.update(0.1)
     unexplained.update(0.0)  # one image
-    assert not unexplained.doubt.any()
+    assert not unexplained.covariance.any()
     unexplained.update(0.5)
     unexplained.update(0.5)
     unexplained.update(0.0)  # others than before, or elsewhere
-    assert unexplained.doubt.any()
+    assert unexplained.covariance.any()
 
 
 def test_robots_found_where_they_should_be_end_the_doubt():
@@ -62,12 +62,13 @@ def test_robots_found_where_they_should_be_end_the_doubt():
     assert (_degrees(unexplained) < 1.0).all()
     # of a robot far from it too, though about the sight of the first one all angles are possible
     assert (
-        np.sqrt(np.linalg.eigvalsh(BY_ANGLES[1] @ unexplained.doubt @ BY_ANGLES[1].T)).max() < 1.0
+        np.sqrt(np.linalg.eigvalsh(BY_ANGLES[1] @ unexplained.covariance @ BY_ANGLES[1].T)).max()
+        < 1.0
     )
     unexplained.predict(1.0, 1.0)
-    before = unexplained.doubt
+    before = unexplained.covariance
     unexplained.update_reacquired(3.0, BY_ANGLES[1], np.array([2.0, 1.0]), 6.0 * np.eye(2))
-    assert np.trace(unexplained.doubt) <= 0.3 * np.trace(before)
+    assert np.trace(unexplained.covariance) <= 0.3 * np.trace(before)
 
 
 def test_robots_found_elsewhere_or_anew_do_not():
@@ -82,9 +83,9 @@ def test_robots_found_elsewhere_or_anew_do_not():
     assert _degrees(unexplained)[1] > 10.0
     # last seen when the camera had already turned
     unexplained = _lost(2.0)
-    before = unexplained.doubt
+    before = unexplained.covariance
     unexplained.update_reacquired(1.0, BY_ANGLES[0], np.zeros(2), 1.8**2 * np.eye(2))
-    assert unexplained.doubt == pytest.approx(before)
+    assert unexplained.covariance == pytest.approx(before)
 
 
 def test_any_number_of_robots_may_be_found():
@@ -92,8 +93,8 @@ def test_any_number_of_robots_may_be_found():
     for _ in range(1000):
         unexplained.update_reacquired(2.0, BY_ANGLES[0], np.zeros(2), 1e-4 * np.eye(2))
         unexplained.update_reacquired(2.0, BY_ANGLES[1], np.array([50.0, 0.0]), 1e-4 * np.eye(2))
-        assert np.isfinite(unexplained.doubt).all()
-        assert np.linalg.eigvalsh(unexplained.doubt).min() > -1e-12
+        assert np.isfinite(unexplained.covariance).all()
+        assert np.linalg.eigvalsh(unexplained.covariance).min() > -1e-12
 
 
 def test_robots_tell_of_all_times_since_they_were_seen():
@@ -112,19 +113,19 @@ def test_robots_tell_of_all_times_since_they_were_seen():
     # two seen before both: it has not turned, or as much back
     unexplained.update_reacquired(8.0, BY_ANGLES[0], np.zeros(2), spread)
     unexplained.update_reacquired(8.0, BY_ANGLES[1], np.zeros(2), spread)
-    assert not unexplained.doubt.any()
+    assert not unexplained.covariance.any()
 
 
 @pytest.mark.parametrize(("back_deg", "share"), [(-30.0, 1.0 / (1.0 + math.exp(3.0))), (20.0, 1.0)])
 def test_telemetry_that_jumps_back_was_wrong_meanwhile(back_deg, share):
     unexplained = AttitudeAmbiguity(ROTATION_FAULT.largest_angle_rad)
-    assert not unexplained.jumped(np.radians([0.0, 0.0, 30.0]), 0.1)
+    assert not unexplained.update_jump(np.radians([0.0, 0.0, 30.0]), 0.1)
     for _ in range(10):
         unexplained.update(0.1)
         unexplained.predict(0.1, 1.0)
-    before = unexplained.doubt
-    assert unexplained.jumped(np.radians([0.5, 0.0, back_deg]), 0.1) is (share < 1.0)
-    assert unexplained.doubt == pytest.approx(share * before)
+    before = unexplained.covariance
+    assert unexplained.update_jump(np.radians([0.5, 0.0, back_deg]), 0.1) is (share < 1.0)
+    assert unexplained.covariance == pytest.approx(share * before)
 
 
 def test_many_times_are_kept_as_few():
@@ -143,23 +144,23 @@ def test_many_times_are_kept_as_few():
 def test_robots_that_all_were_elsewhere_may_be_as_far_off_in_any_direction():
     """What displaced them is not known: a turn, a height, a zoom or a picture of another time."""
     unexplained = _lost(0.5)
-    unexplained.displaced(np.zeros(3), np.zeros((3, 3)), 36.0)
+    unexplained.note_displacement(np.zeros(3), np.zeros((3, 3)), 36.0)
     assert unexplained.apart == 36.0
     changes = VelocityChanges()
     changes.add(2)
     RotationFault(unexplained).spread(changes, np.arange(2), BY_ANGLES, seen=False)
-    assert (np.linalg.eigvalsh(changes.of_places) >= 36.0 - 1e-9).all()
+    assert (np.linalg.eigvalsh(changes.position_covariances) >= 36.0 - 1e-9).all()
     unexplained.predict(1.0, 0.9)
     assert unexplained.apart == pytest.approx(0.81 * 36.0)
-    unexplained.returned()
+    unexplained.note_return()
     assert unexplained.apart == 0.0
 
 
 def test_a_receiver_that_is_back_takes_its_own_doubt_away_and_no_other():
     unexplained = AttitudeAmbiguity(ROTATION_FAULT.largest_angle_rad)
     unexplained.shifted(2500.0)
-    assert unexplained.doubts
-    unexplained.displaced(np.zeros(3), np.zeros((3, 3)), 36.0)
+    assert unexplained.active
+    unexplained.note_displacement(np.zeros(3), np.zeros((3, 3)), 36.0)
     assert unexplained.apart == 2536.0
     unexplained.shifted(0.0)
     assert unexplained.apart == 36.0

@@ -32,7 +32,7 @@ def frame(i, u=500.0, score=0.8):
 
 def pictures(frames, poses):
     still = FrozenInputDetector(2.0)
-    return [still.picture(one, CAMERA, at) for one, at in zip(frames, poses, strict=True)]
+    return [still.image_frozen(one, CAMERA, at) for one, at in zip(frames, poses, strict=True)]
 
 
 def test_a_picture_that_repeats_itself_while_the_drone_flies_is_refused_after_a_moment():
@@ -61,7 +61,7 @@ def test_images_without_boxes_tell_nothing():
 
 def told(easts, rate=10):
     still = FrozenInputDetector(2.0)
-    return [still.telemetry(i * 10**9 // rate, pose(east)) for i, east in enumerate(easts)]
+    return [still.telemetry_frozen(i * 10**9 // rate, pose(east)) for i, east in enumerate(easts)]
 
 
 @pytest.mark.parametrize(("speed", "noise", "stands"), [(2.0, 0.03, True), (2.0, 0.0, False),

@@ -105,8 +105,11 @@ def _flown(turning, laws, by_angles, changed, loosened, seconds, rng):
         rng: of the stated acceleration and the boxes.
     """
     dt, count, of_box, q = 0.1, len(by_angles), 0.05**2, 0.05**2
-    ends = np.cumsum([len(law.of_places) for law in laws])
-    shares = [np.arange(end - len(law.of_places), end) for law, end in zip(laws, ends, strict=True)]
+    ends = np.cumsum([len(law.position_covariances) for law in laws])
+    shares = [
+        np.arange(end - len(law.position_covariances), end)
+        for law, end in zip(laws, ends, strict=True)
+    ]
     assert ends[-1] == count
     step = np.array([[1.0, dt], [0.0, 1.0]])
     noise = q * np.array([[dt**3 / 3, dt**2 / 2], [dt**2 / 2, dt]])
@@ -131,7 +134,7 @@ def _flown(turning, laws, by_angles, changed, loosened, seconds, rng):
             slots = share - share[0]
             law.predict(dt, q * dt)
             law.note_inflation(slots[np.isin(share, hit)], 0.75**2)
-            law.note(slots, gain[share, 1, None] * off[share], expected[share])
+            law.update(slots, gain[share, 1, None] * off[share], expected[share])
             seen.append(RobotsInView(law, slots, by_angles[share], 2.0 * P[share, 1, 1], 1.5))
         if turning.due:
             turning.judge(seen)
@@ -176,7 +179,7 @@ def test_a_turn_is_told_from_robots_that_were_loosened_when_it_began(axis):
         16.0,
         np.random.default_rng(axis),
     )
-    began = next(t for t in times if turning.turns)
+    began = next(t for t in times if turning.rotating)
     assert 10.0 < began < 13.0
     assert list(times)
     assert turning.rate == pytest.approx(turn, abs=np.radians(0.7))
@@ -192,12 +195,12 @@ def test_a_turn_that_went_back_and_ended_leaves_little_doubt(axis):
 
     turning, laws, sigmas = RotationFault(), _laws(3), {}
     for t in _flown(turning, laws, BY_ANGLES, changed, {}, 40.0, np.random.default_rng(axis)):
-        sigmas[round(t, 1)] = np.linalg.norm(laws[0].of_places, axis=(1, 2)).max() ** 0.5
+        sigmas[round(t, 1)] = np.linalg.norm(laws[0].position_covariances, axis=(1, 2)).max() ** 0.5
     assert not sigmas[9.9]
     far = np.linalg.norm(BY_ANGLES @ turn, axis=1).max() * 8.0
     assert 0.8 * far < sigmas[18.0] < 2.0 * far
     assert sigmas[30.0] < 0.5 * sigmas[18.0]
-    assert not turning.turns
+    assert not turning.rotating
 
 
 @pytest.mark.parametrize("counts", [(1, 1, 1), (2, 1)])
@@ -212,11 +215,11 @@ def test_robots_in_several_laws_tell_of_one_camera_as_in_one(counts):
         return turning
 
     for law, share in zip(_laws(*counts), np.split(BY_ANGLES, np.cumsum(counts)[:-1]), strict=True):
-        assert not told([law], share).turns
+        assert not told([law], share).rotating
     for laws in (_laws(3), _laws(*counts)):
         turning = told(laws)
-        found.append((turning.rate, np.concatenate([law.of_places for law in laws]),
-                      np.concatenate([law.of_velocities for law in laws])))  # fmt: skip
+        found.append((turning.rate, np.concatenate([law.position_covariances for law in laws]),
+                      np.concatenate([law.velocity_covariances for law in laws])))  # fmt: skip
     assert found[0][0] == pytest.approx(turn, abs=np.radians(0.4))
     for whole, parted in zip(*found, strict=True):
         np.testing.assert_allclose(parted, whole, rtol=1e-9, atol=1e-15)
@@ -233,7 +236,7 @@ def test_one_law_whose_robots_swim_as_a_turn_would_have_it_is_no_turn():
         swims = -moves[:taken] * (share @ turn)
         list(_flown(turning, laws, share, lambda t, swims=swims: swims * (t > 10.0), {}, 14.0,
                     np.random.default_rng(4)))  # fmt: skip
-        turns.append(turning.turns)
+        turns.append(turning.rotating)
     assert turns == [True, False]
 
 
@@ -243,7 +246,7 @@ def test_robots_in_sight_are_judged_as_stated_while_another_is_not():
     places = np.array([[0.0, 20.0], [5.0, 22.0], [9.0, 18.0]])
     joint.add(np.arange(3), places, np.zeros((3, 2, 7)), np.tile(np.eye(2), (3, 1, 1)), 0.75)
     joint.unseen = np.array([0.0, 0.0, 0.45])
-    noise = SimpleNamespace(keep=lambda _s: np.ones(7))
+    noise = SimpleNamespace(decay=lambda _s: np.ones(7))
     heard = []
     joint.velocity_changes.note_inflation = lambda _slots, variance: heard.append(variance)
     joint.predict(0.1, noise, np.eye(7) * 1e-6, MotionModel(0.05, 0.75))

@@ -24,7 +24,7 @@ def _two(stated=0.0):
 
 
 def _note(changes, expected, east=0.0):
-    changes.note(BOTH, np.tile([east, 0.0], (2, 1)), np.full(2, expected))
+    changes.update(BOTH, np.tile([east, 0.0], (2, 1)), np.full(2, expected))
 
 
 def _variances(changes, unknown=math.inf):
@@ -33,8 +33,8 @@ def _variances(changes, unknown=math.inf):
 
 def test_corrections_add_up_and_fade_with_the_time_constant():
     changes = _two()
-    changes.note(BOTH[:1], np.array([[0.3, -0.1]]), np.array([0.02]))
-    changes.note(BOTH, np.array([[0.2, 0.4], [1.0, 2.0]]), np.array([0.06, 0.5]))
+    changes.update(BOTH[:1], np.array([[0.3, -0.1]]), np.array([0.02]))
+    changes.update(BOTH, np.array([[0.2, 0.4], [1.0, 2.0]]), np.array([0.06, 0.5]))
     np.testing.assert_allclose(changes.sums(BOTH), [[0.5, 0.3], [1.0, 2.0]])
     np.testing.assert_allclose(_variances(changes), [0.04, 0.25])  # of both axes, halved
     changes.predict(VELOCITY_CHANGES.sum_s, 0.0)
@@ -82,31 +82,31 @@ def test_what_one_turn_explains_is_taken_out():
 
 def test_a_robot_goes_on_as_another_and_by_what_its_velocity_changed():
     changes = _two()
-    changes.note(BOTH[:1], np.array([[0.3, 0.4]]), np.array([0.06]))
+    changes.update(BOTH[:1], np.array([[0.3, 0.4]]), np.array([0.06]))
     changes.inherit(0, 1, np.array([-0.1, 0.5]), 0.2)
     np.testing.assert_allclose(changes.sums(BOTH[1:]), [[0.2, 0.9]])
     assert changes.variances(BOTH[1:], np.full(1, 9.0)) == pytest.approx(0.5 * (0.06 + 0.2))
     # What is not known of its velocity is still to come, once.
-    changes.note(BOTH[1:], np.zeros((1, 2)), np.array([0.25]))
+    changes.update(BOTH[1:], np.zeros((1, 2)), np.array([0.25]))
     assert changes.variances(BOTH[1:], np.zeros(1)) == pytest.approx(0.5 * (0.06 + 0.05))
 
 
 def test_a_robot_that_is_copied_from_another_law_brings_its_sums():
     source, target = _two(), _two()
-    source.note(BOTH, np.array([[1.0, 2.0], [3.0, 4.0]]), np.array([0.1, 0.2]))
+    source.update(BOTH, np.array([[1.0, 2.0], [3.0, 4.0]]), np.array([0.1, 0.2]))
     target.copy(source, 0)
     np.testing.assert_array_equal(target.sums(BOTH), [[0.0, 0.0], [1.0, 2.0]])
     target.drop(np.array([False, True]))
     np.testing.assert_array_equal(target.sums(BOTH[:1]), [[1.0, 2.0]])
-    assert len(target.of_places) == len(target.of_velocities) == 1
+    assert len(target.position_covariances) == len(target.velocity_covariances) == 1
 
 
 def test_a_robot_that_an_image_does_not_show_is_no_surer_for_it():
     changes, less, more = _two(), np.tile(np.eye(2), (2, 1, 1)), 4.0 * np.tile(np.eye(2), (2, 1, 1))
     changes.widen(BOTH[:1], more[:1], more[:1], seen=True)
     changes.widen(BOTH, less, 2.0 * less, seen=False)
-    assert changes.of_places[:, 0, 0].tolist() == [4.0, 1.0]
-    assert changes.of_velocities[:, 0, 0].tolist() == [4.0, 2.0]
+    assert changes.position_covariances[:, 0, 0].tolist() == [4.0, 1.0]
+    assert changes.velocity_covariances[:, 0, 0].tolist() == [4.0, 2.0]
     changes.widen(BOTH, less, 2.0 * less, seen=True)
-    assert changes.of_places[:, 0, 0].tolist() == [1.0, 1.0]
-    assert changes.of_velocities[:, 1, 1].tolist() == [2.0, 2.0]
+    assert changes.position_covariances[:, 0, 0].tolist() == [1.0, 1.0]
+    assert changes.velocity_covariances[:, 1, 1].tolist() == [2.0, 2.0]

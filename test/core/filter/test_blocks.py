@@ -20,7 +20,7 @@ def five(monkeypatch):
     monkeypatch.setattr(blocks, "TUNING", replace(blocks.TUNING, block_robots=2))
     groups = StateBlocks()
     groups.clear(np.eye(COUNT))
-    for group, rows, columns in groups.room(np.arange(5)):
+    for group, rows, columns in groups.allocate(np.arange(5)):
         places = np.stack([columns, 2.0 * columns], axis=1)
         white = np.eye(2) * (1.0 + columns)[:, None, None]
         group.add(rows, places, np.zeros((len(rows), 2, COUNT)), white, 0.5)
@@ -41,14 +41,14 @@ def test_rows_keep_their_order_whatever_group_they_are_in(five):
 def test_rows_after_a_dropped_one_move_up_and_its_room_is_used(five):
     five.drop(np.array([1, 2, 3]))
     assert _east(five) == [0, 4]
-    for group, rows, _ in five.room(np.arange(1)):
+    for group, rows, _ in five.allocate(np.arange(1)):
         group.add(rows, np.array([[9.0, 9.0]]), np.zeros((1, 2, COUNT)), np.eye(2)[None], 0.5)
     assert _east(five) == [0, 4, 9]
     assert len(five._groups) == 2
 
 
 def test_offsets_between_groups_add_what_is_unsure(five):
-    offsets, spread = five.apart(np.array([0, 3]), np.array([4]))
+    offsets, spread = five.separations(np.array([0, 3]), np.array([4]))
     assert offsets[:, 0].tolist() == [[4.0, 8.0], [1.0, 2.0]]
     assert spread[:, 0, 0, 0] == pytest.approx([1 + 5, 4 + 5])
 
@@ -71,7 +71,7 @@ def _crowd(size, monkeypatch):
     state[4, :2] = state[0, :2] + [0.2, -0.1]
     own = np.array([np.diag([0.3, 0.2, v, v]) for v in (0.01, 0.5, 0.5, 0.5, 0.5)])
     own[0, 0, 2] = own[0, 2, 0] = 0.02
-    for group, rows, columns in groups.room(np.arange(5)):
+    for group, rows, columns in groups.allocate(np.arange(5)):
         group.append(rows, state[columns], by_platform[columns], own[columns])
     first = groups._groups[0]
     first.unseen[0], first.manoeuvre_noise.strength[0] = 1.5, 4.0

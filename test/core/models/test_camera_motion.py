@@ -58,7 +58,7 @@ def test_a_latency_that_is_found_moves_the_pose_and_is_no_jump():
     motion = CameraMotion()
     for i in range(10):
         motion.update(MapPose(np.zeros(3), rotation_matrix(np.radians(5.0 * i) * UP)), STEP_S)
-    motion.move(MapPose(np.zeros(3), rotation_matrix(np.radians(20.0) * UP)))
+    motion.restart(MapPose(np.zeros(3), rotation_matrix(np.radians(20.0) * UP)))
     motion.update(MapPose(np.zeros(3), rotation_matrix(np.radians(60.0) * UP)), STEP_S)
     assert motion.jump is None
 

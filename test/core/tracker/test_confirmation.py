@@ -65,7 +65,7 @@ def test_what_was_seen_beside_a_robot_is_not_that_robot(sea, hits, resumed):
     config = estimator_config({})
     tracker = Tracker(config, Labels(config))
     near = np.zeros((1, 1, 2)), np.eye(2)[None, None]
-    tracker.filter.apart = lambda _old, _new: near
+    tracker.filter.separations = lambda _old, _new: near
     tracker._naming._velocity_likelihood = lambda _rows: VelocityLikelihood(
         np.zeros((1, 2)), 1e4 * np.eye(2)[None]
     )

@@ -99,4 +99,4 @@ def test_its_robots_have_one_camera_and_not_that_of_the_filter():
     kept = fork.groups[0].rotation_fault
     assert kept is fork.groups[1].rotation_fault
     assert kept is not camera
-    assert kept.unexplained is camera.unexplained  # what no robots explained, none of them did
+    assert kept.ambiguity is camera.ambiguity  # what no robots explained, none of them did
