@@ -23,31 +23,31 @@ class CandidatePairs:
 
     Attributes:
         pairs: how boxes lie to tracks, k pairs.
-        of: row of each pair's track.
-        to: column of its box.
+        rows: row of each pair's track.
+        columns: column of its box.
         squared: its squared Mahalanobis distance.
-        wide: log determinant of the covariance that it was taken with.
-        log: log likelihood of each pair, but for a constant.
+        log_determinant: log determinant of the covariance that it was taken with.
+        log_likelihood: log likelihood of each pair, but for a constant.
         kind: of each track, not of each pair.
         threshold: squared distance at the edge of a gate.
         robots: pairs of a robot and a box of its class.
         inside: those with boxes inside the robots' gates.
-        beside: pairs of a new track and a box of its class inside its gate or just outside.
-        grown: those with boxes inside the gates.
+        new_near: pairs of a new track and a box of its class inside its gate or just outside.
+        new_inside: those with boxes inside the gates.
     """
 
     pairs: PairInnovations
-    of: list[int]
-    to: list[int]
+    rows: list[int]
+    columns: list[int]
     squared: list[float]
-    wide: list[float]
-    log: list[float]
+    log_determinant: list[float]
+    log_likelihood: list[float]
     kind: list[str]
     threshold: float
     robots: list[int]
     inside: list[int]
-    beside: list[int]
-    grown: list[int]
+    new_near: list[int]
+    new_inside: list[int]
 
     @classmethod
     def of_image(
@@ -99,10 +99,10 @@ class CandidatePairs:
 
     def best(self, pairs: list[int]) -> list[int]:
         """Return those of some pairs inside gates that are the likeliest assignment."""
-        rows, columns = [self.of[k] for k in pairs], [self.to[k] for k in pairs]
+        rows, columns = [self.rows[k] for k in pairs], [self.columns[k] for k in pairs]
         if len({*rows}) == len({*columns}) == len(rows):  # nothing to weigh
             return pairs
-        squared, wide = [self.squared[k] for k in pairs], [self.wide[k] for k in pairs]
+        squared, wide = [self.squared[k] for k in pairs], [self.log_determinant[k] for k in pairs]
         found = likeliest(rows, columns, squared, wide, self.threshold)
         return [pairs[k] for k in found]
 
@@ -116,7 +116,7 @@ class CandidatePairs:
         found: list[int] = []
         reach = self.reach
         for k in sorted(self.robots, key=self.squared.__getitem__):
-            row, column = self.of[k], self.to[k]
+            row, column = self.rows[k], self.columns[k]
             if self.squared[k] > reach or row in rows or column in columns:
                 continue
             rows.add(row)
@@ -132,13 +132,13 @@ class CandidatePairs:
         rows: set[int] = set()
         columns: set[int] = set()
         for k in chosen:
-            rows.add(self.of[k])
-            columns.add(self.to[k])
+            rows.add(self.rows[k])
+            columns.add(self.columns[k])
         found: list[int] = []
         missed: set[int] = set()
         for k in self.robots:
-            if self.of[k] not in rows and self.to[k] not in columns:
+            if self.rows[k] not in rows and self.columns[k] not in columns:
                 found.append(k)
                 if self.squared[k] <= self.reach:
-                    missed.add(self.of[k])
+                    missed.add(self.rows[k])
         return found, len(missed)

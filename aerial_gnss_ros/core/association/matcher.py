@@ -67,7 +67,7 @@ class Association:
         columns: (m,) of their boxes.
         claimed: which pairs of `CandidatePairs` are robots with their boxes.
         matched: how many robots have a box inside their gates.
-        strain: new fading means of robots' squared innovations, by row.
+        innovation_ratios: new fading means of robots' squared innovations, by row.
         inflations: rows of robots that manoeuvre, and by how much, m/s, their velocities are
             uncertain.
         chances: factors of `Track.chance`, by row.
@@ -78,7 +78,7 @@ class Association:
     rows: Indices = field(default_factory=lambda: np.zeros(0, np.intp))
     columns: Indices = field(default_factory=lambda: np.zeros(0, np.intp))
     claimed: list[int] = field(default_factory=list)
-    strain: dict[int, float] = field(default_factory=dict)
+    innovation_ratios: dict[int, float] = field(default_factory=dict)
     inflations: list[tuple[Indices, Array | float]] = field(default_factory=list)
     chances: dict[int, float] = field(default_factory=dict)
     near_misses: set[int] = field(default_factory=set)
@@ -139,8 +139,12 @@ class Matcher:
         # Robots choose first: a stray box of a robot must not grow up on that robot's own boxes.
         away_ns = stamp_ns - round(self._missed_s(stamp_ns) * 1e9)
         inside, kind, decided = able.inside, able.kind, Association()
-        given = keep_established(tracks, able.of, able.to, able.best(inside), inside, away_ns)
-        chosen = without_disputed(tracks, able.of, able.to, given, able.log, kind, stamp_ns)
+        given = keep_established(
+            tracks, able.rows, able.columns, able.best(inside), inside, away_ns
+        )
+        chosen = without_disputed(
+            tracks, able.rows, able.columns, given, able.log_likelihood, kind, stamp_ns
+        )
         left, decided.outside = able.left(given)
         decided.matched = len(chosen)
         if self._is_mismatch(tracks, able, left, chosen, boxes):
@@ -167,9 +171,9 @@ class Matcher:
             patience_s = min(self._missed_s(stamp_ns), self.fresh_s)
         found: list[str] = []
         for track in tracks:
-            if track.state is State.TENTATIVE and not track.waits:
+            if track.state is State.TENTATIVE and not track.label_pending:
                 found.append(NEW)
-            elif track.rejected or track.once:
+            elif track.rejected or track.previous_label:
                 found.append(NEITHER)
             else:
                 fresh = (stamp_ns - track.last_seen_ns) * 1e-9 <= patience_s + 1e-9
@@ -196,10 +200,10 @@ class Matcher:
         Returns:
             Whether most are, and one turn of the camera explains it better than robots that turn.
         """
-        strain, turning = decided.strain, []
+        strain, turning = decided.innovation_ratios, []
         for k in chosen:
-            row = able.of[k]
-            strain[row] = tracks[row].strained(able.squared[k])
+            row = able.rows[k]
+            strain[row] = tracks[row].updated_ratio(able.squared[k])
             if strain[row] > TUNING.strained_mean:
                 turning.append(row)
         strained = (
@@ -239,7 +243,7 @@ class Matcher:
         rows, columns = pairs.rows[near].tolist(), pairs.columns[near].tolist()
         own: list[int] = []
         for k, row, column, alone in zip(near, rows, columns, lone(rows, columns), strict=True):
-            others = [tracks[able.of[i]] for i in able.grown if able.to[i] == column]
+            others = [tracks[able.rows[i]] for i in able.new_inside if able.columns[i] == column]
             if not alone or any(tracks[row].coexisted(other) for other in others):
                 continue
             if not self._clutter.heavy or any(_began(other, tracks[row]) for other in others):
@@ -270,14 +274,14 @@ class Matcher:
         """
         here: set[int] = set()  # one that was at the picture's edge has left it
         for row, kind in enumerate(able.kind):
-            if kind is ROBOT and not tracks[row].leaving:
+            if kind is ROBOT and not tracks[row].leaving_view:
                 here.add(row)
         matched = 0
         for k in chosen:
-            matched += able.of[k] in here
+            matched += able.rows[k] in here
         known = min(len(here), boxes - len(chosen) + matched)
         if known > 1 and 2 * matched < known and not self.scene_mismatch:
-            stray = [k for k in left if able.of[k] in here]
+            stray = [k for k in left if able.rows[k] in here]
             matched += swerves(self._filter, able.pairs, stray, chosen, self.threshold)
         confused = known > 1 and 2 * matched < known
         if known < TUNING.majority_robots and not confused:
@@ -301,14 +305,14 @@ def _new(able: CandidatePairs, chosen: list[int], decided: Association) -> list[
     """Return pairs of new tracks and boxes that are left; the more such boxes, the more chance."""
     if NEW not in able.kind:
         return []
-    taken = {able.to[k] for k in chosen}
-    new = able.best([k for k in able.grown if able.to[k] not in taken])
-    taken |= {able.to[k] for k in new}
-    beside = [k for k in able.beside if able.to[k] not in taken]
+    taken = {able.columns[k] for k in chosen}
+    new = able.best([k for k in able.new_inside if able.columns[k] not in taken])
+    taken |= {able.columns[k] for k in new}
+    beside = [k for k in able.new_near if able.columns[k] not in taken]
     if new:
         share = chance_probability(len(beside), able.kind.count(NEW))
-        decided.chances = {able.of[k]: share for k in new}
-    decided.near_misses = {able.of[k] for k in beside} - {able.of[k] for k in new}
+        decided.chances = {able.rows[k]: share for k in new}
+    decided.near_misses = {able.rows[k] for k in beside} - {able.rows[k] for k in new}
     return new
 
 

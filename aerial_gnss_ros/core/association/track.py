@@ -42,27 +42,29 @@ class Track:
         state: tentative, confirmed, coasting or lost.
         robot_id: its name, "" before it is confirmed.
         hits: stamps of the images that showed it, within `tracks.confirm_window_s`.
-        strain: fading mean of its squared innovations by their expectation; 1 is right.
+        innovation_ratio: fading mean of its squared innovations by their expectation; 1 is right.
         velocity: (2,) East, North when last seen, m/s.
         velocity_spread: (2, 2) covariance of that, m²/s².
         speed_history: sum of its squared velocities, mean of both axes, each `TUNING.habit_s`,
             m²/s².
         speed_history_count: how many independent ones.
-        waits: whether it waits for its name, since it could be one of several robots.
-        chance: probability that its boxes after the first are false ones, there by chance.
+        label_pending: whether it waits for its name, since it could be one of several robots.
+        clutter_probability: probability that its boxes after the first are false ones, there by
+            chance.
         rejected: whether a box was refused it, by which it would be faster than robots are, or it
             was only seen while telemetry was wrong.
-        entered: whether its first box was at the edge of the picture: it came into view.
-        pending: stamp (ns), u and v (px) of its boxes for as long as it has no name.
+        entered_view: whether its first box was at the edge of the picture: it came into view.
+        pending_boxes: stamp (ns), u and v (px) of its boxes for as long as it has no name.
         near_misses: boxes just outside its gate that were no other's while it had no name.
         rejection_cause: of `rejected`, should it end without a name.
         innovations: of the last three images that showed it where it may be.
-        once: its name until all robots were elsewhere at once and another track went on under it;
-            it has it again should they be back.
-        doubtful: whether it was confirmed while robots were not where they should be: its place is
-            that of a camera that may have been wrong.
+        previous_label: its name until all robots were elsewhere at once and another track went on
+            under it; it has it again should they be back.
+        unverified: whether it was confirmed while robots were not where they should be: its place
+            is that of a camera that may have been wrong.
         labels: what the picture says of which robot it is, None where it says nothing.
-        leaving: whether its last one is: should it vanish now, it has left the view, not dived.
+        leaving_view: whether its last one is: should it vanish now, it has left the view, not
+            dived.
     """
 
     class_id: str
@@ -71,25 +73,25 @@ class Track:
     state: State = State.TENTATIVE
     robot_id: str = ""
     hits: deque[int] = field(default_factory=deque)
-    strain: float = 1.0
+    innovation_ratio: float = 1.0
     velocity: Array = field(default_factory=lambda: np.zeros(2))
     velocity_spread: Array = field(default_factory=lambda: np.zeros((2, 2)))
     speed_history: float = 0.0
     speed_history_count: float = 0.0
-    waits: bool = False
-    chance: float = 1.0
+    label_pending: bool = False
+    clutter_probability: float = 1.0
     rejected: bool = False
-    entered: bool = False
-    leaving: bool = False
-    pending: tuple[tuple[int, float, float], ...] = ()
+    entered_view: bool = False
+    leaving_view: bool = False
+    pending_boxes: tuple[tuple[int, float, float], ...] = ()
     near_misses: int = 0
     rejection_cause: Cause = Cause.TOO_FAST
     innovations: tuple[Innovation, ...] = ()
-    once: str = ""
-    doubtful: bool = False
+    previous_label: str = ""
+    unverified: bool = False
     labels: Labels | None = None
 
-    def hit(
+    def update(
         self, stamp_ns: int, window_ns: int, velocity: Array, spread: Array, edge: bool = False
     ) -> None:
         """Take in that an image shows it.
@@ -101,7 +103,7 @@ class Track:
             spread: (2, 2) its covariance, m²/s².
             edge: whether the box is at the edge of the picture.
         """
-        self.leaving = edge
+        self.leaving_view = edge
         if self.state is not State.TENTATIVE:
             self.state = State.CONFIRMED
             since = min((stamp_ns - self.last_seen_ns) * 1e-9 / TUNING.habit_s, 1.0)
@@ -122,16 +124,16 @@ class Track:
             other.speed_history_count,
         )
 
-    def fold(self, other: Track) -> None:
+    def absorb(self, other: Track) -> None:
         """Take in a track without a name that turned out to be of the same robot."""
         if other.first_seen_ns < self.first_seen_ns:
-            self.first_seen_ns, self.entered = other.first_seen_ns, other.entered
+            self.first_seen_ns, self.entered_view = other.first_seen_ns, other.entered_view
         self.hits = deque(sorted({*self.hits, *other.hits}))
-        self.waits |= other.waits
-        self.pending, other.pending = self.pending + other.pending, ()
+        self.label_pending |= other.label_pending
+        self.pending_boxes, other.pending_boxes = self.pending_boxes + other.pending_boxes, ()
         self.labels = self.labels or other.labels
 
-    def exchange(self, other: Track) -> None:
+    def swap_labels(self, other: Track) -> None:
         """Give each other's name: association had exchanged the two."""
         self.robot_id, other.robot_id = other.robot_id, self.robot_id
         self.speed_history, other.speed_history = other.speed_history, self.speed_history
@@ -140,9 +142,11 @@ class Track:
             self.speed_history_count,
         )
 
-    def strained(self, squared: float) -> float:
-        """Return what `strain` becomes by a squared Mahalanobis innovation."""
-        return self.strain + (0.5 * squared - self.strain) / TUNING.strain_images
+    def updated_ratio(self, squared: float) -> float:
+        """Return what `innovation_ratio` becomes by a squared Mahalanobis innovation."""
+        return (
+            self.innovation_ratio + (0.5 * squared - self.innovation_ratio) / TUNING.strain_images
+        )
 
     def typical_speed(self, speed: float) -> float:
         """Return one sigma of the velocity that it is used to, each axis, m/s.

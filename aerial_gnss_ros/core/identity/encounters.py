@@ -161,7 +161,7 @@ class Encounters:
                     pair.exchange()
                 parted = float(apart @ np.linalg.solve(spread, apart)) > TUNING.parted_sigmas**2
                 if pair.exchanged > (0.5 if parted else TUNING.exchange_probability):
-                    tracks[a].exchange(tracks[b])
+                    tracks[a].swap_labels(tracks[b])
                     shown[pair.names[0]], shown[pair.names[1]] = b, a
                     self._exchange(pair)
                 if parted:

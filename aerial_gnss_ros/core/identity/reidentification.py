@@ -272,7 +272,7 @@ def _absence(old: Track, new: Track) -> float:
 
     NaN if it left the view or came back into it.
     """
-    if old.leaving or new.entered:
+    if old.leaving_view or new.entered_view:
         return np.nan
     return max(0.0, (new.first_seen_ns - old.last_seen_ns) * 1e-9)
 

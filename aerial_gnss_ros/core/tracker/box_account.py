@@ -67,17 +67,17 @@ class BoxAccount:
             self._used += 1
             return
         u, v = pixel
-        track.pending = (*track.pending, (stamp_ns, u, v))
-        if len(track.pending) > TUNING.most_pending:
-            self._refuse(track.pending[:1], Cause.CLUTTER)
-            track.pending = track.pending[1:]
+        track.pending_boxes = (*track.pending_boxes, (stamp_ns, u, v))
+        if len(track.pending_boxes) > TUNING.most_pending:
+            self._refuse(track.pending_boxes[:1], Cause.CLUTTER)
+            track.pending_boxes = track.pending_boxes[1:]
 
     def confirm(self, tracks: Iterable[Track]) -> None:
         """Count what is pending with tracks that have names as used."""
         for track in tracks:
-            if track.robot_id and track.pending:
-                self._used += len(track.pending)
-                track.pending = ()
+            if track.robot_id and track.pending_boxes:
+                self._used += len(track.pending_boxes)
+                track.pending_boxes = ()
 
     def end(
         self, tracks: Iterable[Track], hits: int = 0, images: int = 0, confused: bool = False
@@ -92,9 +92,9 @@ class BoxAccount:
             confused: whether images are so unlike what is expected that robots are lost.
         """
         for track in tracks:
-            if track.pending:
-                self._refuse(track.pending, self._cause(track, hits, images, confused))
-                track.pending = ()
+            if track.pending_boxes:
+                self._refuse(track.pending_boxes, self._cause(track, hits, images, confused))
+                track.pending_boxes = ()
 
     def _refuse(self, boxes: tuple[tuple[int, float, float], ...], cause: Cause) -> None:
         self._refused += [Rejection(t, Reason.UNCONFIRMED, u, v, cause) for t, u, v in boxes]

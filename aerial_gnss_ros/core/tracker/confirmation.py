@@ -119,7 +119,8 @@ class TrackConfirmation:
         return [
             row
             for row in found
-            if len(tracks[row].hits) == 1 or new * tracks[row].chance < TUNING.expected_false_tracks
+            if len(tracks[row].hits) == 1
+            or new * tracks[row].clutter_probability < TUNING.expected_false_tracks
         ]
 
     def are_back(
@@ -136,7 +137,7 @@ class TrackConfirmation:
         away = [
             row
             for row, track in enumerate(tracks)
-            if track.state is State.COASTING and bool(track.once) is once
+            if track.state is State.COASTING and bool(track.previous_label) is once
         ]
         if not away or not ready:
             return False
@@ -161,7 +162,7 @@ class TrackConfirmation:
         old = [
             row
             for row, track in enumerate(tracks)
-            if track.robot_id in names and track.state is State.COASTING and not track.leaving
+            if track.robot_id in names and track.state is State.COASTING and not track.leaving_view
         ]
         if min(len(old), len(ready)) < FORMATION.least_robots:
             return None
@@ -180,7 +181,9 @@ class TrackConfirmation:
             tracks: all of them.
             found: by row of a track that of the robot.
         """
-        old = {track.once: row for row, track in enumerate(tracks) if track.once}
+        old = {
+            track.previous_label: row for row, track in enumerate(tracks) if track.previous_label
+        }
         pairs = [(old.get(tracks[robot].robot_id), row) for row, robot in found.items()]
         rows = [row for row, _ in pairs if row is not None]
         if len(rows) < len(pairs):
@@ -203,7 +206,9 @@ class TrackConfirmation:
             tracks: all of them.
             found: by row of a track that of the robot.
         """
-        old = {track.once: row for row, track in enumerate(tracks) if track.once}
+        old = {
+            track.previous_label: row for row, track in enumerate(tracks) if track.previous_label
+        }
         first = [old.get(tracks[robot].robot_id, robot) for robot in found.values()]
         offsets = self._filter.mean[list(found), :2] - self._filter.mean[first, :2]
         return float(np.sum(offsets**2, axis=1).max())
@@ -224,15 +229,15 @@ class TrackConfirmation:
         for row, old in found.items():
             tracks[row].inherit_label(tracks[old])
             tracks[row].state = State.CONFIRMED
-            tracks[row].waits = False
+            tracks[row].label_pending = False
             if moved:
-                tracks[old].once, tracks[old].robot_id = tracks[old].robot_id, ""
+                tracks[old].previous_label, tracks[old].robot_id = tracks[old].robot_id, ""
             else:
                 self._merge(old, row)
         if not moved:
             return set(found.values())
         # Of several old places of a robot the first one counts: that was before any doubt.
-        names = [track.once for track in tracks]
+        names = [track.previous_label for track in tracks]
         return {old for old in found.values() if names.count(names[old]) > 1}
 
     def confirm(
@@ -259,7 +264,7 @@ class TrackConfirmation:
         ready = [row for row in ready if row not in folded]
         came = self._resume(tracks, ready, stamp_ns, height)
         for row in ready:
-            tracks[row].waits = row in came.waiting
+            tracks[row].label_pending = row in came.waiting
         ready = [row for row in ready if row not in came.waiting]
         unknown = [row for row in ready if row not in came.found]
         names = self._identity.assign([self._sighting(tracks[row], row) for row in unknown], local)
@@ -314,7 +319,7 @@ class TrackConfirmation:
         pairs = duplicate_tracks(tracks, ready, self._apart(ready, ready), self._threshold)
         for new, old in pairs.items():
             self._merge(old, new)
-            tracks[new].fold(tracks[old])
+            tracks[new].absorb(tracks[old])
         return set(pairs.values())
 
     def _is_ready(self, track: Track, begun_ns: int) -> bool:

@@ -153,7 +153,7 @@ class Tracker:
         names = {self.tracks[row].robot_id: index for row, index in measured.items()}
         names.pop("", None)
         stray = {row for row, one in enumerate(self.tracks) if one.rejected and not one.robot_id}
-        stray -= {row for row, one in enumerate(self.tracks) if one.once}
+        stray -= {row for row, one in enumerate(self.tracks) if one.previous_label}
         self._drop(updated | stray)
         return TrackUpdate(
             self._estimates(stamp_ns), names, gated, too_fast, named_errors(*self.filter.platform)
@@ -166,10 +166,10 @@ class Tracker:
             return np.zeros(0, np.intp), np.zeros(0, np.intp)
         self._note_innovations(able, stamp_ns)
         decided = self._matcher.assign(self.tracks, able, len(seen.index), stamp_ns)
-        for row, strain in decided.strain.items():
-            self.tracks[row].strain = strain
+        for row, strain in decided.innovation_ratios.items():
+            self.tracks[row].innovation_ratio = strain
         for row, share in decided.chances.items():
-            self.tracks[row].chance *= share
+            self.tracks[row].clutter_probability *= share
         for row in decided.near_misses:
             self.tracks[row].near_misses += 1
         self.filter.monitor.update_matches(decided.matched, decided.outside)
@@ -189,7 +189,7 @@ class Tracker:
         for k in able.nearest():
             (east, north), ((a, b), (_, d)) = offsets[k], spread[k]
             one = Innovation(stamp_ns, east, north, (share * a, share * b, share * d))
-            track = self.tracks[able.of[k]]
+            track = self.tracks[able.rows[k]]
             track.innovations = (*track.innovations[-2:], one)
             seen.append(track.innovations)
         self.filter.noise.update(seen)
@@ -331,7 +331,7 @@ class Tracker:
             if self._fork is not None:
                 self.filter.predict_with(self._fork.groups, passed)
         self._stamp_ns = stamp_ns
-        waiting = [track.first_seen_ns for track in self.tracks if track.waits]
+        waiting = [track.first_seen_ns for track in self.tracks if track.label_pending]
         came = min(waiting, default=stamp_ns)  # for what waits, robots stay until it is decided
         gone = set()
         for row, track in enumerate(self.tracks):
@@ -385,13 +385,13 @@ class Tracker:
         spread = self.filter.covariance[:, 2:, 2:]
         for row, column in zip(rows.tolist(), columns.tolist(), strict=True):
             swims = velocities[row], spread[row]
-            self.tracks[row].hit(stamp_ns, self._naming.rule.window_ns, *swims, edges[column])
+            self.tracks[row].update(stamp_ns, self._naming.rule.window_ns, *swims, edges[column])
         return rows, columns, refused, newly
 
     def _reject_unlabelled(self, stamp_ns: int) -> None:
         """Give up what was only seen while robots were not where they should be."""
         for track in self.tracks:
-            if not track.robot_id and not track.waits and track.last_seen_ns < stamp_ns:
+            if not track.robot_id and not track.label_pending and track.last_seen_ns < stamp_ns:
                 track.rejected, track.rejection_cause = True, Cause.LOST_PLATFORM
 
     def _update_ambiguity(self, rows: Indices, refused: int, stamp_ns: int, passed: float) -> None:
@@ -457,7 +457,7 @@ class Tracker:
         for column in begun:
             stamp_ns, edge = frame.stamp_ns, bool(seen.edge[column])
             track = Track(str(seen.class_ids[column]), stamp_ns, stamp_ns, hits=deque([stamp_ns]))
-            track.entered = track.leaving = edge
+            track.entered_view = track.leaving_view = edge
             self.tracks.append(track)
         return {first + i: int(seen.index[column]) for i, column in enumerate(begun)}
 
@@ -481,7 +481,7 @@ class Tracker:
         replaced = self._naming.confirm(self.tracks, ready, stamp_ns, self._height, local, back)
         if not back or self.filter.ambiguity.covariance.any():
             for row in ready:
-                self.tracks[row].doubtful = self.tracks[row].robot_id not in known
+                self.tracks[row].unverified = self.tracks[row].robot_id not in known
         self._account.confirm(self.tracks)
         return replaced
 
@@ -491,9 +491,9 @@ class Tracker:
         Its place is that of boxes that were wrong.
         """
         for track in self.tracks:
-            if track.doubtful and track.state is State.COASTING:
+            if track.unverified and track.state is State.COASTING:
                 track.robot_id, track.rejected = "", True
-            track.doubtful = False
+            track.unverified = False
 
     def _restore_labels(self, ready: list[int], boxes: int) -> None:
         """Give robots their old places again where boxes show them there, and nowhere else.
@@ -507,11 +507,11 @@ class Tracker:
         if not self._naming.are_back(self.tracks, ready, boxes, once=True):
             return
         for track in self.tracks:
-            if track.once:
+            if track.previous_label:
                 for other in self.tracks:
-                    if other.robot_id == track.once:
+                    if other.robot_id == track.previous_label:
                         other.robot_id, other.rejected = "", True
-                track.robot_id, track.once = track.once, ""
+                track.robot_id, track.previous_label = track.previous_label, ""
         self.filter.note_return()
         self._drop_unverified()
 

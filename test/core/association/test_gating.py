@@ -26,8 +26,8 @@ def candidates(apart, kind, tracks=("aqua",) * 3, boxes=("aqua",) * 3):
 def test_robots_and_new_tracks_have_their_own_lists():
     found = candidates([[2.0, 8.0], [2.9, 3.1], [1.0, 9.1]], [ROBOT, NEW, NEITHER])
     assert (found.robots, found.inside) == ([0, 1], [0])
-    assert (found.beside, found.grown) == ([2, 3], [2])
-    assert candidates([[1.0, 9.1]], [NEW]).beside == [0]
+    assert (found.new_near, found.new_inside) == ([2, 3], [2])
+    assert candidates([[1.0, 9.1]], [NEW]).new_near == [0]
 
 
 def test_a_box_of_another_class_is_in_no_list():

@@ -68,11 +68,11 @@ def test_a_robot_that_obeys_its_model_is_loosened_once_in_a_million_images():
     drawn = np.random.default_rng(0).exponential(size=3_000_000)
     share = 1.0 / TRACK.strain_images
     strain = lfilter([share], [1.0, share - 1.0], drawn)
-    track = Track("aqua", 0, 0, strain=0.0)
+    track = Track("aqua", 0, 0, innovation_ratio=0.0)
     found = []
     for one in drawn[:50]:
-        track.strain = track.strained(2.0 * one)
-        found.append(track.strain)
+        track.innovation_ratio = track.updated_ratio(2.0 * one)
+        found.append(track.innovation_ratio)
     assert found == pytest.approx(strain[:50])
     assert 0 < np.count_nonzero(strain > MATCHER.strained_mean) < 10
 
@@ -156,7 +156,13 @@ def _image(inside, leaving=()):
     now = 1_000_000_000
     tracks = [
         Track(
-            "aqua", 0, now - 1, State.CONFIRMED, f"aqua_{i}", deque([now - 1]), leaving=i in leaving
+            "aqua",
+            0,
+            now - 1,
+            State.CONFIRMED,
+            f"aqua_{i}",
+            deque([now - 1]),
+            leaving_view=i in leaving,
         )
         for i in range(len(inside))
     ]
@@ -233,7 +239,9 @@ def test_what_is_decided_changes_no_track():
     """A robot far off again and again, a new track beside its box, and one with a box."""
     now = 1_000_000_000
     tracks = [
-        Track("aqua", 0, now - 1, State.CONFIRMED, "aqua_1", deque([now - 1]), strain=3.5),
+        Track(
+            "aqua", 0, now - 1, State.CONFIRMED, "aqua_1", deque([now - 1]), innovation_ratio=3.5
+        ),
         Track("aqua", 0, now - 1, hits=deque([now - 2])),
         Track("aqua", 0, now - 1, hits=deque([now - 3])),
     ]
@@ -244,7 +252,7 @@ def test_what_is_decided_changes_no_track():
     before = [replace(track) for track in tracks]
     found = decided(Matcher(_joint(pairs, speed=0.8), 9.0, 2.0), tracks, boxes(3), now)
     assert tracks == before
-    assert found.strain == {0: 1.0}  # it starts anew
+    assert found.innovation_ratio == {0: 1.0}  # it starts anew
     assert [(rows.tolist(), speed) for rows, speed in found.inflations] == [([0], 0.2)]
     assert found.near_misses == {1}
     assert found.chances == {2: pytest.approx(chance_probability(1, 2))}

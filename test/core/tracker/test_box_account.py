@@ -169,7 +169,7 @@ def test_a_folded_track_hands_over_its_boxes():
     account, one, other = BoxAccount(), Track("aqua", 0, 0), Track("aqua", 0, 0)
     account.note(one, 1, [0.0, 0.0])
     account.note(other, 1, [1.0, 0.0])
-    one.fold(other)
+    one.absorb(other)
     account.end([other], 3, 10)
     one.robot_id = "aqua_1"
     account.confirm([one, other])
