@@ -252,7 +252,7 @@ def test_what_is_decided_changes_no_track():
     before = [replace(track) for track in tracks]
     found = decided(Matcher(_joint(pairs, speed=0.8), 9.0, 2.0), tracks, boxes(3), now)
     assert tracks == before
-    assert found.innovation_ratio == {0: 1.0}  # it starts anew
+    assert found.innovation_ratios == {0: 1.0}  # it starts anew
     assert [(rows.tolist(), speed) for rows, speed in found.inflations] == [([0], 0.2)]
     assert found.near_misses == {1}
     assert found.chances == {2: pytest.approx(chance_probability(1, 2))}
