@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Builds the Python modules vision_msgs and geographic_msgs against the ROS 2 wheels."""
+"""Builds the Python modules vision_msgs, geographic_msgs and tf2_msgs against the ROS 2 wheels."""
 
 import os
 import sys

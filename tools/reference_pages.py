@@ -26,6 +26,7 @@ from aerial_gnss_ros.adapters.feed import Feed, Inputs
 from aerial_gnss_ros.adapters.kinds import ATTITUDE, FIX, GIMBAL, HEIGHT
 from aerial_gnss_ros.adapters.parameter_documents import scalar
 from aerial_gnss_ros.adapters.results import result_messages
+from aerial_gnss_ros.adapters.transforms import TF, TF_STATIC, TF_TYPE
 from aerial_gnss_ros.bags.results import PLATFORM_COLUMNS, REJECTED_COLUMNS
 from aerial_gnss_ros.bags.tables import POSITION_COLUMNS
 from aerial_gnss_ros.cli import COMMANDS
@@ -59,11 +60,13 @@ OUTPUTS = {
     "Covariance in m² and rad², in the order **North, East, Up** that this message demands.",
     "robots/<id>/fix": "The same position. Covariance **East, North, Up**; status `FIX` when "
     "measured in this image, `NO_FIX` while predicted.",
-    "robots/<id>/odom": "The same position in the frame `map` (ENU), with the velocity in "
-    "`child_frame_id` `<id>/course`.",
+    "robots/<id>/odom": "The same position in the map frame (`map.frame`, ENU), z = 0 on the "
+    "water, with the velocity in `child_frame_id` `<namespace>/<id>/course`.",
     "robots/markers": "Error ellipses and names for RViz and Foxglove; made while somebody "
     "subscribes.",
-    "map_datum": "Origin of the frame `map`.",
+    "map_datum": "Origin of the map frame, on the water; altitude NaN where it is unknown.",
+    "/tf": "The map frame to each robot's `<namespace>/<id>/course` (`map.publish_tf`).",
+    "/tf_static": "`earth` to the map frame (`map.publish_earth_tf`).",
 }
 POSITION_MEANINGS = {
     "stamp_ns": "stamp of the image, ns",
@@ -250,6 +253,8 @@ def topics() -> str:
                     ["sensor inputs", "best effort", "volatile", "1 for images, 50 for telemetry"],
                     ["`detections`, both ends", "reliable", "volatile", "10"],
                     ["results", "reliable", "transient local", "1 for each robot"],
+                    ["`/tf`", "reliable", "volatile", "100"],
+                    ["`/tf_static`", "reliable", "transient local", "1"],
                 ],
             ),
             (
@@ -281,6 +286,8 @@ def _estimator_topics() -> Iterator[list[str]]:
     for message in result_messages(_example()):
         topic = message.topic.replace("aqua_1", "<id>")
         yield ["out", f"`{topic}`", _type(message.msgtype), OUTPUTS[topic]]
+    for topic in (TF, TF_STATIC):
+        yield ["out", f"`{topic}`", _type(TF_TYPE), OUTPUTS[topic]]
 
 
 def _example() -> FrameResult:

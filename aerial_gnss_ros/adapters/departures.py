@@ -13,7 +13,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from aerial_gnss_ros.adapters.results import UNKNOWN_LENGTH_M2
+from aerial_gnss_ros.adapters.map_frame import UNKNOWN_LENGTH_M2
 from aerial_gnss_ros.core.values.estimates import FrameResult, RobotEstimate, State
 
 

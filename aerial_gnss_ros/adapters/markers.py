@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from aerial_gnss_ros.adapters.map_frame import Frames
 from aerial_gnss_ros.adapters.stamps import header_fields
 from aerial_gnss_ros.core.values.estimates import FrameResult, RobotEstimate, State
 from aerial_gnss_ros.core.values.samples import Array
@@ -26,20 +27,18 @@ _COLORS = {
 _WHITE = {"r": 1.0, "g": 1.0, "b": 1.0, "a": 1.0}
 
 
-def marker_array(result: FrameResult, frame_id: str) -> dict[str, Any]:
+def marker_array(result: FrameResult, frames: Frames) -> dict[str, Any]:
     """Return a visualization_msgs/MarkerArray that holds the whole picture.
 
     It begins by deleting everything: a lost robot disappears, and a viewer that joins late needs
     only the latched last array. A robot's markers have its id as name space and stable numbers.
     """
-    header = header_fields(result.stamp_ns, frame_id)
+    header = header_fields(result.stamp_ns, frames.map)
     markers: list[dict[str, Any]] = [
         {"header": header, "action": DELETE_ALL, "pose": _pose(0.0, 0.0, 0.0, 0.0)}
     ]
-    datum = math.nan if result.datum is None else result.datum.altitude
     for estimate in result.estimates:
-        up = estimate.altitude - datum
-        up = 0.0 if math.isnan(up) else up
+        up, _ = frames.up(estimate, result.datum)
         markers += [_ellipse(estimate, header, up), _name(estimate, header, up)]
     return {"markers": markers}
 

@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Results as nested dicts in ROS field names; `bags` and `nodes` make messages of them.
 
-A dict names only what is not zero, empty or identity. Positions are east, north, up in the frame
-`map`; only GeoPoseWithCovarianceStamped wants north first.
+A dict names only what is not zero, empty or identity. Positions are east, north, up in the map
+frame; only GeoPoseWithCovarianceStamped wants north first.
 """
 
 from __future__ import annotations
@@ -14,24 +14,18 @@ from typing import Any, Protocol
 
 import numpy as np
 
+from aerial_gnss_ros.adapters.map_frame import ALTITUDE_M2, UNKNOWN_LENGTH_M2, Frames
 from aerial_gnss_ros.adapters.markers import marker_array
 from aerial_gnss_ros.adapters.stamps import header_fields
 from aerial_gnss_ros.core.numerics.small_arrays import all_finite
 from aerial_gnss_ros.core.values.estimates import FrameResult, MapDatum, RobotEstimate, State
 from aerial_gnss_ros.core.values.samples import Array
 
-MAP_FRAME = "map"
-
-UNKNOWN_LENGTH_M2 = 1e6
-"""Variance of a coordinate about which nothing is known: one sigma is a kilometre."""
+ROOT = Frames()
+"""Frames of an estimator in the root namespace."""
 
 UNKNOWN_ANGLE_RAD2 = math.pi**2
 """Variance of an angle about which nothing is known: one sigma is half a turn."""
-
-ALTITUDE_M2 = 25.0
-"""Variance of a known altitude: it is the drone's GNSS altitude less its height above the water,
-and five metres is what a receiver without corrections does vertically. An estimate of it does not
-exist; message fields that contain it say `approximated`."""
 
 COURSE_KNOWN = 9.21
 """Squared ratio of velocity to its own uncertainty from which on it has a direction: 99 % of a
@@ -77,40 +71,37 @@ MAP_DATUM = "map_datum"
 MARKERS = ("robots/markers", "visualization_msgs/msg/MarkerArray")
 
 
-def result_messages(result: FrameResult) -> list[OutgoingMessage]:
-    """Return everything that the estimator publishes for one image, in a fixed order."""
-    return [*position_messages(result), markers(result)]
+def result_messages(result: FrameResult, frames: Frames = ROOT) -> list[OutgoingMessage]:
+    """Return all topics of an estimator for one image but transforms, in a fixed order."""
+    return [*position_messages(result, frames), markers(result, frames)]
 
 
-def markers(result: FrameResult) -> OutgoingMessage:
+def markers(result: FrameResult, frames: Frames = ROOT) -> OutgoingMessage:
     """Return the picture of all robots."""
-    return OutgoingMessage(*MARKERS, marker_array(result, MAP_FRAME))
+    return OutgoingMessage(*MARKERS, marker_array(result, frames))
 
 
-def position_messages(result: FrameResult) -> list[OutgoingMessage]:
+def position_messages(result: FrameResult, frames: Frames = ROOT) -> list[OutgoingMessage]:
     """Return the datum and each robot's position, in a fixed order."""
     messages = []
     if result.datum is not None:
-        messages.append(map_datum(result.stamp_ns, result.datum))
+        messages.append(map_datum(result.stamp_ns, result.datum, frames))
     for estimate in result.estimates:
         base = f"robots/{estimate.robot_id}"
         messages += [
             OutgoingMessage(
                 f"{base}/geo_pose",
                 "geographic_msgs/msg/GeoPoseWithCovarianceStamped",
-                geo_pose(estimate),
+                geo_pose(estimate, frames),
             ),
-            OutgoingMessage(f"{base}/fix", "sensor_msgs/msg/NavSatFix", nav_sat_fix(estimate)),
             OutgoingMessage(
-                f"{base}/odom", "nav_msgs/msg/Odometry", odometry(estimate, result.datum)
+                f"{base}/fix", "sensor_msgs/msg/NavSatFix", nav_sat_fix(estimate, frames)
+            ),
+            OutgoingMessage(
+                f"{base}/odom", "nav_msgs/msg/Odometry", odometry(estimate, result.datum, frames)
             ),
         ]
     return messages
-
-
-def course_frame(robot_id: str) -> str:
-    """Return the frame at a robot whose x axis points along its course over ground."""
-    return f"{robot_id}/course"
 
 
 def course(estimate: RobotEstimate) -> tuple[float, float] | None:
@@ -138,41 +129,41 @@ def _squared_ratio(velocity: Array, covariance: Array) -> float:
     return float(velocity @ np.linalg.pinv(covariance) @ velocity)  # known along one line only
 
 
-def map_datum(stamp_ns: int, datum: MapDatum) -> OutgoingMessage:
-    """Return the origin of `map` as a geographic_msgs/GeoPoseStamped."""
+def map_datum(stamp_ns: int, datum: MapDatum, frames: Frames = ROOT) -> OutgoingMessage:
+    """Return the origin of the map frame as a geographic_msgs/GeoPoseStamped."""
     fields = {
-        "header": header_fields(stamp_ns, MAP_FRAME),
+        "header": header_fields(stamp_ns, frames.map),
         "pose": {
             "position": _geo_point(datum.latitude, datum.longitude, datum.altitude),
-            "orientation": _yaw_quaternion(0.0),
+            "orientation": yaw_quaternion(0.0),
         },
     }
     return OutgoingMessage(MAP_DATUM, "geographic_msgs/msg/GeoPoseStamped", fields)
 
 
-def geo_pose(estimate: RobotEstimate) -> dict[str, Any]:
+def geo_pose(estimate: RobotEstimate, frames: Frames = ROOT) -> dict[str, Any]:
     """Return a geographic_msgs/GeoPoseWithCovarianceStamped; covariance north, east, up."""
     heading = course(estimate)
     yaw, yaw_variance = heading or (0.0, UNKNOWN_ANGLE_RAD2)
     east_north_up = _position_covariance(estimate)
     north_east_up = east_north_up[[1, 0, 2]][:, [1, 0, 2]]
     return {
-        "header": header_fields(estimate.stamp_ns, MAP_FRAME),
+        "header": header_fields(estimate.stamp_ns, frames.map),
         "pose": {
             "pose": {
                 "position": _geo_point(estimate.latitude, estimate.longitude, estimate.altitude),
-                "orientation": _yaw_quaternion(yaw),
+                "orientation": yaw_quaternion(yaw),
             },
             "covariance": _pose_covariance(north_east_up, yaw_variance),
         },
     }
 
 
-def nav_sat_fix(estimate: RobotEstimate) -> dict[str, Any]:
+def nav_sat_fix(estimate: RobotEstimate, frames: Frames = ROOT) -> dict[str, Any]:
     """Return a sensor_msgs/NavSatFix; covariance east, north, up; no fix while coasting."""
     measured = estimate.state is State.CONFIRMED
     return {
-        "header": header_fields(estimate.stamp_ns, course_frame(estimate.robot_id)),
+        "header": header_fields(estimate.stamp_ns, frames.course(estimate.robot_id)),
         "status": {"status": FIX if measured else NO_FIX, "service": SERVICE_GPS},
         **_geo_point(estimate.latitude, estimate.longitude, estimate.altitude),
         "position_covariance": _floats(_position_covariance(estimate)),
@@ -180,14 +171,14 @@ def nav_sat_fix(estimate: RobotEstimate) -> dict[str, Any]:
     }
 
 
-def odometry(estimate: RobotEstimate, datum: MapDatum | None) -> dict[str, Any]:
-    """Return a nav_msgs/Odometry in `map`, twist along the course where that is known."""
+def odometry(
+    estimate: RobotEstimate, datum: MapDatum | None, frames: Frames = ROOT
+) -> dict[str, Any]:
+    """Return a nav_msgs/Odometry in the map frame, twist along the course where that is known."""
     heading = course(estimate)
     yaw, yaw_variance = heading or (0.0, UNKNOWN_ANGLE_RAD2)
-    up = estimate.altitude - (math.nan if datum is None else datum.altitude)
     covariance = _position_covariance(estimate)
-    if math.isnan(up):  # RViz and tf draw nothing at NaN; a variance says it as well
-        up, covariance[2, 2] = 0.0, UNKNOWN_LENGTH_M2
+    up, covariance[2, 2] = frames.up(estimate, datum)
     course_from_enu = np.array([[math.cos(yaw), math.sin(yaw)], [-math.sin(yaw), math.cos(yaw)]])
     velocity, velocity_covariance = _known_velocity(estimate)
     along, left = course_from_enu @ velocity
@@ -195,12 +186,12 @@ def odometry(estimate: RobotEstimate, datum: MapDatum | None) -> dict[str, Any]:
     twist_covariance[:2, :2] = course_from_enu @ velocity_covariance @ course_from_enu.T
     east, north = estimate.position
     return {
-        "header": header_fields(estimate.stamp_ns, MAP_FRAME),
-        "child_frame_id": course_frame(estimate.robot_id),
+        "header": header_fields(estimate.stamp_ns, frames.map),
+        "child_frame_id": frames.course(estimate.robot_id),
         "pose": {
             "pose": {
                 "position": {"x": float(east), "y": float(north), "z": up},
-                "orientation": _yaw_quaternion(yaw),
+                "orientation": yaw_quaternion(yaw),
             },
             "covariance": _pose_covariance(covariance, yaw_variance),
         },
@@ -267,7 +258,8 @@ def _geo_point(latitude: float, longitude: float, altitude: float) -> dict[str, 
     }
 
 
-def _yaw_quaternion(yaw: float) -> dict[str, float]:
+def yaw_quaternion(yaw: float) -> dict[str, float]:
+    """Return a rotation by `yaw`, rad, about the vertical."""
     return {"x": 0.0, "y": 0.0, "z": math.sin(yaw / 2.0), "w": math.cos(yaw / 2.0)}
 
 

@@ -7,19 +7,22 @@ from __future__ import annotations
 import csv
 import io
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from aerial_gnss_ros.adapters.results import result_messages
+from aerial_gnss_ros.adapters.map_frame import OnWater, frames
+from aerial_gnss_ros.adapters.results import MAP_DATUM, result_messages
+from aerial_gnss_ros.adapters.transforms import course_transforms, earth_transform
 from aerial_gnss_ros.bags.detect import DETECTIONS_TYPE
 from aerial_gnss_ros.bags.maps import geojson, gpx, kml
 from aerial_gnss_ros.bags.tables import POSITION_COLUMNS, Track
 from aerial_gnss_ros.bags.typestore import GEOJSON_TYPE
 from aerial_gnss_ros.bags.writer import LATCHED, RELIABLE, BagWriter
+from aerial_gnss_ros.core.config.processing import MapConfig
 from aerial_gnss_ros.core.values.camera_pose import CameraPose
 from aerial_gnss_ros.core.values.estimates import FrameResult, PlatformError, RobotEstimate
 from aerial_gnss_ros.core.values.rejection import Rejection
@@ -40,16 +43,20 @@ class ResultFolder:
     Args:
         folder: where to write; made by the caller.
         namespace: put before the result topics.
+        config: of the map frame.
     """
 
-    def __init__(self, folder: Path, namespace: str = "") -> None:
+    def __init__(self, folder: Path, namespace: str = "", config: MapConfig | None = None) -> None:
+        self._config = config or MapConfig()
+        self._frames = frames(self._config, namespace)
+        self._on_water = OnWater(self._frames)
         self._folder = folder
         self._bag = BagWriter(folder / "bag", compress=True, namespace=namespace)
         self._estimates: list[RobotEstimate] = []
         self._rejections: list[Rejection] = []
         self._poses: list[CameraPose] = []
         self._platform: list[tuple[int, PlatformError]] = []
-        self._datum: Mapping[str, Any] | None = None
+        self._datum = ""
 
     def __enter__(self) -> Self:
         """Begin the bag."""
@@ -79,14 +86,25 @@ class ResultFolder:
         last = self._platform[-1][0] if self._platform else None
         if last is None or abs(result.stamp_ns - last) >= PLATFORM_STEP_NS:
             self._platform += [(result.stamp_ns, error) for error in result.platform]
-        for message in result_messages(result):
-            if message.topic == "map_datum":  # latched: only a change is news
-                if message.fields["pose"] == self._datum:
-                    continue
-                self._datum = message.fields["pose"]
-            self._bag.write(
-                message.topic, message.msgtype, result.stamp_ns, message.fields, LATCHED
-            )
+        self._write(self._on_water.leveled(result))
+
+    def _write(self, result: FrameResult) -> None:
+        """Write the messages of one result, the origin and `earth` only when they change."""
+        messages = result_messages(result, self._frames)
+        moved = False
+        if result.datum is not None:
+            place = repr(result.datum)  # NaN equals NaN here
+            moved, self._datum = place != self._datum, place
+        if not moved:
+            messages = [one for one in messages if one.topic != MAP_DATUM]
+        for one in messages:
+            self._bag.write(one.topic, one.msgtype, result.stamp_ns, one.fields, LATCHED)
+        if moved and result.datum is not None and self._config.publish_earth_tf:
+            earth = earth_transform(result.stamp_ns, result.datum, self._frames)
+            self._bag.write(earth.topic, earth.msgtype, result.stamp_ns, earth.fields, LATCHED)
+        found = course_transforms(result, self._frames) if self._config.publish_tf else None
+        if found is not None:
+            self._bag.write(found.topic, found.msgtype, result.stamp_ns, found.fields, RELIABLE)
 
     def add_detections(self, log_ns: int, fields: dict[str, Any]) -> None:
         """Keep boxes found in an image, so that the next replay needs no detector."""

@@ -62,7 +62,7 @@ def run(args: argparse.Namespace) -> int:
         with partial(args.output) as folder:
             folder.mkdir()
             with (
-                ResultFolder(folder, args.namespace) as results,
+                ResultFolder(folder, args.namespace, config.estimator.map) as results,
                 progress("replaying", replay.message_count, "messages") as report,
             ):
                 for result in replay.results(report, results.add_detections):

@@ -17,7 +17,7 @@ def require_ros() -> None:
             "ROS 2 is not found: on a robot source /opt/ros/jazzy/setup.bash first, elsewhere "
             f"{install_hint('ros')}, then `pip install ./interfaces` there, as `make setup` does."
         )
-    for package in ("vision_msgs", "geographic_msgs"):
+    for package in ("vision_msgs", "geographic_msgs", "tf2_msgs"):
         if importlib.util.find_spec(package) is None:
             raise RosError(
                 f"{package} is not found: on a robot install ros-jazzy-"

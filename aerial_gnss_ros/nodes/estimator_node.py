@@ -12,6 +12,7 @@ from rclpy.publisher import Publisher
 
 from aerial_gnss_ros.adapters.departures import Departures
 from aerial_gnss_ros.adapters.feed import Feed, Subscription
+from aerial_gnss_ros.adapters.map_frame import OnWater, frames
 from aerial_gnss_ros.adapters.results import (
     MAP_DATUM,
     MARKERS,
@@ -38,6 +39,7 @@ from aerial_gnss_ros.nodes.ros_messages import message
 from aerial_gnss_ros.nodes.schemas import ESTIMATOR
 from aerial_gnss_ros.nodes.supervised import Given, SupervisedNode
 from aerial_gnss_ros.nodes.timings import Timings, Waits
+from aerial_gnss_ros.nodes.transforms import Transforms
 from aerial_gnss_ros.text.sentences import counted
 
 DETECTIONS = "detections"
@@ -68,7 +70,10 @@ class EstimatorNode(SupervisedNode):
         self._feed = Feed(self._config, self._estimator, self.warn_seldom)
         self._results: dict[str, Publisher] = {}
         self._latched: dict[str, list[str]] = {}  # topics by robot, who is lost longest first
-        self._picture = Picture(self.announce(*MARKERS, qos.latched()))
+        self._frames = frames(self._config.map, self.get_namespace())
+        self._on_water = OnWater(self._frames)
+        self._picture = Picture(self.announce(*MARKERS, qos.latched()), self._frames)
+        self._transforms = Transforms(self._config.map, self._frames, self.announce)
         self.timings = Timings()
         self._waits = Waits()
         self._images = 0
@@ -153,9 +158,11 @@ class EstimatorNode(SupervisedNode):
         self.timings.add({**result.timings_ms, "publish": (time.perf_counter() - started) * 1e3})
 
     def _send(self, result: FrameResult) -> None:
-        for outgoing in position_messages(self._departures.completed(result)):
+        result = self._on_water.leveled(result)
+        for outgoing in position_messages(self._departures.completed(result), self._frames):
             self._publisher(outgoing).publish(message(outgoing.msgtype, outgoing.fields))
         self._give_up_oldest()
+        self._transforms.send(result)
         self._picture.show(result)
 
     def _give_up_oldest(self) -> None:

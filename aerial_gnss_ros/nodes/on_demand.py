@@ -6,6 +6,7 @@ from __future__ import annotations
 
 from rclpy.publisher import Publisher
 
+from aerial_gnss_ros.adapters.map_frame import Frames
 from aerial_gnss_ros.adapters.results import OutgoingMessage, markers
 from aerial_gnss_ros.core.values.estimates import FrameResult
 from aerial_gnss_ros.nodes.ros_messages import message
@@ -19,10 +20,12 @@ class Picture:
 
     Args:
         publisher: of the topic.
+        frames: names of frames.
     """
 
-    def __init__(self, publisher: Publisher) -> None:
+    def __init__(self, publisher: Publisher, frames: Frames) -> None:
         self._publisher = publisher
+        self._frames = frames
         self._newest: FrameResult | None = None
 
     def show(self, result: FrameResult) -> None:
@@ -34,6 +37,6 @@ class Picture:
         """Publish what nobody heard yet, if somebody listens now; call it now and then."""
         if self._newest is None or not self._publisher.get_subscription_count():
             return
-        outgoing: OutgoingMessage = markers(self._newest)
+        outgoing: OutgoingMessage = markers(self._newest, self._frames)
         self._newest = None
         self._publisher.publish(message(outgoing.msgtype, outgoing.fields))

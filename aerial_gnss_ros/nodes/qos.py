@@ -35,6 +35,11 @@ def latched() -> QoSProfile:
     return _profile(1, ReliabilityPolicy.RELIABLE, DurabilityPolicy.TRANSIENT_LOCAL)
 
 
+def transforms() -> QoSProfile:
+    """Return what /tf is published with everywhere in ROS."""
+    return _profile(100, ReliabilityPolicy.RELIABLE, DurabilityPolicy.VOLATILE)
+
+
 def diagnostics() -> QoSProfile:
     """Return what /diagnostics is published with everywhere in ROS."""
     return _profile(10, ReliabilityPolicy.RELIABLE, DurabilityPolicy.VOLATILE)

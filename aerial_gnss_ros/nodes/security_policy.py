@@ -19,8 +19,9 @@ from xml.sax.saxutils import escape, quoteattr
 from aerial_gnss_ros.adapters.feed import Feed, Inputs
 from aerial_gnss_ros.adapters.parameter_files import read
 from aerial_gnss_ros.adapters.results import MAP_DATUM, MARKERS
+from aerial_gnss_ros.adapters.transforms import TF, TF_STATIC
 from aerial_gnss_ros.adapters.vehicles import vehicle_file, vehicle_names
-from aerial_gnss_ros.core.config.estimator import estimator_config
+from aerial_gnss_ros.core.config.estimator import EstimatorConfig, estimator_config
 from aerial_gnss_ros.core.values.errors import AerialGnssError, ConfigError
 from aerial_gnss_ros.detection.config import detector_config
 from aerial_gnss_ros.nodes.schemas import DETECTOR, ESTIMATOR, SCHEMAS
@@ -56,19 +57,25 @@ def policy(files: Sequence[Path] = (), namespace: str = "/", enclave: str = ENCL
     detector = detector_config(values[DETECTOR])
     images = (detector.image.full_topic, detector.camera_info.topic)
     published = (detector.detections.topic, "~/transition_event")
+    estimator = estimator_config(values[ESTIMATOR])
     # Only the topics are asked for; nothing is ever fed.
-    feed = Feed(estimator_config(values[ESTIMATOR]), cast(Inputs, None))
+    feed = Feed(estimator, cast(Inputs, None))
     heard = [one.topic for one in feed.subscriptions]
     heard += [f"{one.topic}_v*" for one in feed.subscriptions if one.versioned]
     lines = [
         *_enclave(f"{enclave}/{DETECTOR}", namespace, DETECTOR, published, images, _LIFECYCLE),
         *_enclave(
-            f"{enclave}/{ESTIMATOR}", namespace, ESTIMATOR, (MAP_DATUM, MARKERS[0], *RESULTS),
-            heard, (),
+            f"{enclave}/{ESTIMATOR}", namespace, ESTIMATOR,
+            (MAP_DATUM, MARKERS[0], *RESULTS, *_transforms(estimator)), heard, (),
         ),
     ]  # fmt: skip
     body = "\n".join(f"    {line}" for line in lines)
     return f'<policy version="0.2.0">\n  <enclaves>\n{body}\n  </enclaves>\n</policy>\n'
+
+
+def _transforms(config: EstimatorConfig) -> list[str]:
+    wanted = {TF: config.map.publish_tf, TF_STATIC: config.map.publish_earth_tf}
+    return [topic for topic, published in wanted.items() if published]
 
 
 def texts() -> dict[str, str]:

@@ -7,7 +7,7 @@ from __future__ import annotations
 import os
 from pathlib import Path
 
-PACKAGES = ("vision_msgs", "geographic_msgs")
+PACKAGES = ("vision_msgs", "geographic_msgs", "tf2_msgs")
 
 
 def installed_elsewhere(prefixes: str) -> list[Path]:

@@ -10,6 +10,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from aerial_gnss_ros.adapters.map_frame import WAVES_M2, Frames
 from aerial_gnss_ros.adapters.results import (
     ALTITUDE_M2,
     COURSE_KNOWN,
@@ -19,6 +20,7 @@ from aerial_gnss_ros.adapters.results import (
     detection_array,
     result_messages,
 )
+from aerial_gnss_ros.adapters.results import odometry as adapters_odometry
 from aerial_gnss_ros.bags.typestore import serialize, typestore
 from aerial_gnss_ros.core.values.estimates import FrameResult, MapDatum, RobotEstimate, State
 from aerial_gnss_ros.detection.base import Detections
@@ -115,7 +117,7 @@ def test_fix_has_east_first_and_says_when_it_coasts():
 def test_odom_is_in_map_with_the_twist_along_the_course():
     message = published(RESULT)["robots/aqua_1/odom"]
     position, twist = message.pose.pose.position, message.twist.twist.linear
-    assert (position.x, position.y, position.z) == (30.0, 20.0, 2.0)
+    assert (position.x, position.y, position.z) == (30.0, 20.0, 0.0)
     assert message.child_frame_id == "aqua_1/course"
     assert (twist.x, twist.y) == (pytest.approx(2.0), pytest.approx(0.0, abs=1e-12))
     pose_covariance = message.pose.covariance.reshape(6, 6)
@@ -172,7 +174,11 @@ def test_an_unknown_altitude_is_nan_on_earth_and_zero_in_the_map():
     assert messages["robots/aqua_1/fix"].position_covariance[8] == UNKNOWN_LENGTH_M2
     odometry = messages["robots/aqua_1/odom"]
     assert odometry.pose.pose.position.z == 0.0
-    assert odometry.pose.covariance[14] == UNKNOWN_LENGTH_M2
+    assert odometry.pose.covariance[14] == WAVES_M2
+    (above,) = with_estimate(altitude=math.nan).estimates
+    fields = adapters_odometry(above, DATUM, Frames(on_water=False))
+    assert fields["pose"]["pose"]["position"]["z"] == 0.0  # viewers draw nothing at NaN
+    assert fields["pose"]["covariance"][14] == UNKNOWN_LENGTH_M2
 
 
 def test_the_datum_is_the_origin_of_the_map():

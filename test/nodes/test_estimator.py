@@ -66,7 +66,9 @@ def test_a_late_subscriber_gets_the_last_position_at_once(ros, hovering):
 def test_the_picture_is_made_for_whoever_listens_and_for_nobody_else(ros, hovering, monkeypatch):
     made = []
     monkeypatch.setattr(
-        on_demand, "markers", lambda result: made.append(result.stamp_ns) or markers(result)
+        on_demand,
+        "markers",
+        lambda result, _frames: made.append(result.stamp_ns) or markers(result),
     )
     node = ros.add(EstimatorNode())
     drone = hovering()
@@ -100,7 +102,7 @@ def test_in_a_namespace_everything_is_in_it(ros, hovering):
     fixes = listen(ros, "sensor_msgs/msg/NavSatFix", "/drone1/robots/aqua_1/fix", latched())
     ros.spin_until(lambda: fixes and node._images == 6)
     ours = [name for name, _ in node.get_publisher_names_and_types_by_node("estimator", "/drone1")]
-    shared = {"/diagnostics", "/parameter_events", "/rosout"}
+    shared = {"/diagnostics", "/parameter_events", "/rosout", "/tf", "/tf_static"}
     assert {"/drone1/map_datum", "/drone1/robots/markers"} <= set(ours)
     assert all(name.startswith("/drone1/") for name in set(ours) - shared)
 

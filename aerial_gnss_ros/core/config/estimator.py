@@ -287,6 +287,11 @@ def _check_together(config: EstimatorConfig) -> None:
 def _check_map(config: EstimatorConfig) -> None:
     """Refuse half an origin of map, and one too far from a camera on a mast."""
     map_, fix = config.map, config.fix
+    if map_.frame and not re.fullmatch(r"[A-Za-z0-9_.~-]+(/[A-Za-z0-9_.~-]+)*", map_.frame):
+        raise ConfigError(
+            f"map.frame {shown(map_.frame)} cannot be a frame: use letters, digits and _, with "
+            "single / between, and none at the ends."
+        )
     if math.isnan(map_.latitude_deg) != math.isnan(map_.longitude_deg):
         raise ConfigError("map.latitude_deg and map.longitude_deg must be given together.")
     if fix.source != "constant" or math.isnan(map_.latitude_deg):

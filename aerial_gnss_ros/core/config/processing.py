@@ -159,8 +159,21 @@ class TracksConfig:
 
 @dataclass(frozen=True)
 class MapConfig:
-    """Origin of the local ENU frame `map`; NaN: where the first fixes agree."""
+    """The local frame, x east, y north; its origin, NaN: where the first fixes agree."""
 
+    frame: str = key(
+        "",
+        "Name of the frame. Empty: map, or <namespace>/map under a namespace. MAVROS has a frame "
+        "map of its own, with another origin: beside it give another name.",
+    )
+    publish_tf: bool = key(
+        True, "Publish the transform from it to each robot, <namespace>/<robot>/course, on /tf."
+    )
+    publish_earth_tf: bool = key(
+        True,
+        "Publish the transform from earth (REP 105) to it on /tf_static. False where another "
+        "program does, since a frame has one parent.",
+    )
     latitude_deg: float = key(
         NAN, "Latitude of the origin.", unit="deg", low=-90.0, high=90.0, optional=True
     )
@@ -169,7 +182,7 @@ class MapConfig:
     )
     altitude_m: float = key(
         NAN,
-        "Ellipsoidal altitude of the origin.",
+        "Ellipsoidal altitude of the origin, where z is 0. NaN: z is 0 on the water.",
         unit="m",
         low=-500.0,
         high=10000.0,
