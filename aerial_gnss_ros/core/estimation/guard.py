@@ -72,6 +72,7 @@ class Guard:
         self._identity = identity
         self._origin = origin
         self._log = log
+        self._roots = (pipeline, identity, log)
         self._plans = Plans((*_CONSTANT, *pipeline.constant, *constant))
         self._failed = 0
         self._last: tuple[RobotEstimate, ...] = ()
@@ -85,8 +86,8 @@ class Guard:
             frame: the image's boxes.
             samples: telemetry of its time, or why there is none.
         """
-        before = self._snapshot()
-        result = attempt(lambda: self._worked_on(frame, samples))
+        before = Snapshot(self._roots, self._plans)
+        result = attempt(self._worked_on, frame, samples)
         if isinstance(result, Exception):
             before.restore()
             return self._refused(frame, result)
@@ -106,9 +107,6 @@ class Guard:
         self._pipeline.check()
         check_estimates(result.estimates)
         return result
-
-    def _snapshot(self) -> Snapshot:
-        return Snapshot((self._pipeline, self._identity, self._log), self._plans)
 
     def _refused(self, frame: DetectionFrame, error: Exception) -> FrameResult:
         self._failed += 1
@@ -137,7 +135,7 @@ class Guard:
             check_estimates(estimates)
             return estimates
 
-        before = self._snapshot()
+        before = Snapshot(self._roots, self._plans)
         found = attempt(coast)
         before.restore()
         return () if isinstance(found, Exception) else found

@@ -7,9 +7,10 @@ they hold, are put back in place, so whatever refers to them goes on to. Values 
 frozen dataclasses among them, are shared and not copied; so is whatever a tuple holds. Containers
 hold values of one type.
 
-A snapshot precedes every image, so it must be quick: what is to be done with the attributes of a
-class is worked out once for each combination of their types (`Plans`), and `__dict__` is left
-alone, since Python slows down objects whose dictionary was asked for.
+A snapshot precedes every image, so it must be quick: one loop goes through all objects, what is to
+be done with the attributes of a class is worked out once for each combination of their types
+(`Plans`), and `__dict__` is left alone, since Python slows down objects whose dictionary was asked
+for.
 """
 
 from __future__ import annotations
@@ -19,7 +20,7 @@ from collections.abc import Callable, Iterable
 from dataclasses import is_dataclass
 from enum import Enum
 from functools import cached_property
-from operator import attrgetter
+from operator import attrgetter, methodcaller
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -38,10 +39,10 @@ class _Plan(NamedTuple):
 
 
 class _Attributes(NamedTuple):
-    """Of the instances of a class: names, and what returns their values."""
+    """Of the instances of a class: names, and what returns their values; None for containers."""
 
     names: tuple[str, ...]
-    get: Callable[[Any], tuple[Any, ...]]
+    get: Callable[[Any], tuple[Any, ...]] | None
 
 
 class Plans(dict[tuple[type, ...], _Plan | None]):
@@ -67,11 +68,13 @@ class Plans(dict[tuple[type, ...], _Plan | None]):
     def look_at(self, one: object) -> _Attributes:
         """Return how to have the attributes of an object, and note it for its class."""
         kind = type(one)
-        names = tuple(n for n in vars(one) if not isinstance(getattr(kind, n, 0), cached_property))
-        get = attrgetter(*names) if names else lambda _: ()
-        if len(names) == 1:
-            get = _alone(get)
-        self.attributes[kind] = found = _Attributes(names, get)
+        found = _Attributes((), None)
+        if not issubclass(kind, _CONTAINERS):
+            own = [n for n in vars(one) if not isinstance(getattr(kind, n, 0), cached_property)]
+            if len(own) == 1:
+                own *= 2  # of one name `attrgetter` returns the value, of two a tuple
+            found = _Attributes(tuple(own), attrgetter(*own) if own else lambda _: ())
+        self.attributes[kind] = found
         return found
 
     def _kind(self, one: type) -> int:
@@ -93,48 +96,59 @@ class Snapshot:
         plans: how values are kept.
     """
 
-    def __init__(self, roots: tuple[object, ...], plans: Plans) -> None:
-        self._found = found = _Found([], [], [*roots])
-        self._values: list[tuple[tuple[str, ...], tuple[Any, ...]]] = []
-        kept = self._values
+    def __init__(self, roots: tuple[object, ...], plans: Plans) -> None:  # noqa: PLR0912 - quick
+        self._objects: list[tuple[Any, tuple[str, ...], tuple[Any, ...]]] = []
+        self._arrays: list[Any] = []
+        self._containers: list[Any] = []
+        arrays, containers, known = self._arrays, self._containers, plans.attributes
+        todo: list[Any] = [*roots]
         seen: set[int] = set()
-        known = plans.attributes
-        arrays, containers, instances = found
-        for one in instances:  # grows while it is gone through
+        for one in todo:  # grows while it is gone through
             if id(one) in seen:
-                kept.append(((), ()))
                 continue
             seen.add(id(one))
             kind = type(one)
-            own = known[kind] if kind in known else plans.look_at(one)
+            names, get = known[kind] if kind in known else plans.look_at(one)
+            if get is None:  # a container that is not empty: all of its values have one type
+                held: Iterable[Any] = one.values() if isinstance(one, dict) else one
+                plan = plans[(type(next(iter(held))),)]
+                if plan is None:
+                    continue
+                if plan.arrays:
+                    arrays.extend(held)
+                elif plan.instances:
+                    todo.extend(held)
+                else:
+                    containers.extend(held)
+                    todo.extend(filter(None, held) if plan.nested else ())
+                continue
             try:
-                values = own.get(one)
+                values = get(one)
             except AttributeError:  # it has other attributes than those before it
-                own = plans.look_at(one)
-                values = own.get(one)
-            kept.append((own.names, values))
+                names, get = plans.look_at(one)
+                values = get(one) if get else ()
+            self._objects.append((one, names, values))
             plan = plans[tuple(map(type, values))]
             if plan is None:
                 continue
-            here, inside, held, nested = plan
+            here, inside, held_here, nested = plan
             for i in here:
                 arrays.append(values[i])
             for i in inside:
-                instances.append(values[i])
-            for i in held:
+                todo.append(values[i])  # noqa: PERF401 - slower for one or two
+            for i in held_here:
                 containers.append(values[i])
             for i in nested:
                 if values[i]:
-                    _look_into(values[i], plans, found)
-        self._arrays = [array.copy() for array in arrays]
-        self._contents = [container.copy() for container in containers]
+                    todo.append(values[i])  # noqa: PERF401 - likewise
+        self._copies = list(map(np.ndarray.copy, arrays))
+        self._contents = list(map(methodcaller("copy"), containers))
 
     def restore(self) -> None:
         """Put everything back."""
-        found = self._found
-        for array, content in zip(found.arrays, self._arrays, strict=True):
+        for array, content in zip(self._arrays, self._copies, strict=True):
             array[...] = content
-        for held, content in zip(found.containers, self._contents, strict=True):
+        for held, content in zip(self._containers, self._contents, strict=True):
             held.clear()
             if isinstance(held, dict):
                 dict.update(held, content)  # that of a Counter adds
@@ -142,36 +156,6 @@ class Snapshot:
                 held.update(content)
             else:
                 held.extend(content)
-        for one, (names, values) in zip(found.instances, self._values, strict=True):
+        for one, names, values in self._objects:
             for name, value in zip(names, values, strict=True):
                 setattr(one, name, value)
-
-
-class _Found(NamedTuple):
-    """What is kept, as far as it is found."""
-
-    arrays: list[Any]
-    containers: list[Any]
-    instances: list[Any]
-
-
-def _alone(get: Callable[[Any], Any]) -> Callable[[Any], tuple[Any, ...]]:
-    return lambda one: (get(one),)
-
-
-def _look_into(container: Any, plans: Plans, found: _Found) -> None:
-    """Note what a list, a deque or the values of a dict hold."""
-    values: Iterable[Any] = container.values() if isinstance(container, dict) else container
-    plan = plans[(type(next(iter(values))),)]
-    if plan is None:
-        return
-    if plan.arrays:
-        found.arrays.extend(values)
-    elif plan.instances:
-        found.instances.extend(values)
-    else:
-        found.containers.extend(values)
-        if plan.nested:
-            for value in values:
-                if value:
-                    _look_into(value, plans, found)

@@ -74,25 +74,25 @@ def matrix_from_quaternion(quaternion: ArrayLike) -> Array:
     They are normalised first; a zero quaternion gives NaN.
     """
     q = np.asarray(quaternion, dtype=np.float64)
+    x: Any
+    s: Any  # 2 by the square of the length
     if q.ndim == 1:  # in plain numbers, ten times as fast
-        a, b, c, d = q.tolist()
-        square = a * a + b * b + c * c + d * d
-        return np.array(_rotation(a, b, c, d, 2.0 / square if square > 0.0 else math.nan))
-    norm = np.sum(q * q, axis=-1)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        s = 2.0 / np.where(norm > 0.0, norm, np.nan)
-    x, y, z, w = np.moveaxis(q, -1, 0)
-    rows = _rotation(x, y, z, w, s)
-    return np.ascontiguousarray(np.moveaxis(np.array(rows), (0, 1), (-2, -1)))
-
-
-def _rotation(x: Any, y: Any, z: Any, w: Any, s: Any) -> list[list[Any]]:
-    """Return a rotation's rows of a quaternion, numbers or arrays; `s` is 2 by its square."""
-    return [
-        [1.0 - s * (y * y + z * z), s * (x * y - z * w), s * (x * z + y * w)],
-        [s * (x * y + z * w), 1.0 - s * (x * x + z * z), s * (y * z - x * w)],
-        [s * (x * z - y * w), s * (y * z + x * w), 1.0 - s * (x * x + y * y)],
-    ]
+        x, y, z, w = q.tolist()
+        square = x * x + y * y + z * z + w * w
+        s = 2.0 / square if square > 0.0 else math.nan
+    else:
+        norm = np.sum(q * q, axis=-1)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            s = 2.0 / np.where(norm > 0.0, norm, np.nan)
+        x, y, z, w = np.moveaxis(q, -1, 0)
+    rows = np.array(
+        [
+            [1.0 - s * (y * y + z * z), s * (x * y - z * w), s * (x * z + y * w)],
+            [s * (x * y + z * w), 1.0 - s * (x * x + z * z), s * (y * z - x * w)],
+            [s * (x * z - y * w), s * (y * z + x * w), 1.0 - s * (x * x + y * y)],
+        ]
+    )
+    return rows if q.ndim == 1 else np.ascontiguousarray(np.moveaxis(rows, (0, 1), (-2, -1)))
 
 
 def quaternion_product(a: ArrayLike, b: ArrayLike) -> Array:

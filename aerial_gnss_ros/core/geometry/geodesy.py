@@ -11,7 +11,9 @@ is a sphere's and wrong by up to 0.6 %.
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from functools import lru_cache
+from itertools import repeat
 from typing import Any
 
 import numpy as np
@@ -45,8 +47,7 @@ def ecef_from_geodetic(latitude: ArrayLike, longitude: ArrayLike, altitude: Arra
     lat, lon = np.asarray(latitude, np.float64), np.asarray(longitude, np.float64)
     alt = np.asarray(altitude, np.float64)
     if lat.ndim == lon.ndim == 1 and not alt.ndim and len(lat) == len(lon) <= _FEW:
-        places = zip(lat.tolist(), lon.tolist(), strict=True)
-        return np.array([_ecef(*place, float(alt)) for place in places]).reshape(-1, 3)
+        return ecef_of_places(zip(lat.tolist(), lon.tolist(), repeat(float(alt))))
     sin_lat, cos_lat = np.sin(lat), np.cos(lat)
     prime = SEMI_MAJOR_M / np.sqrt(1.0 - _E2 * sin_lat * sin_lat)
     across = (prime + alt) * cos_lat
@@ -56,17 +57,22 @@ def ecef_from_geodetic(latitude: ArrayLike, longitude: ArrayLike, altitude: Arra
     return xyz
 
 
+def ecef_of_places(places: Iterable[tuple[float, float, float]]) -> Array:
+    """Return the same (n, 3) of a few places; in plain numbers, ten times as fast."""
+    found: list[tuple[float, float, float]] = []
+    for latitude, longitude, altitude in places:
+        sin_lat, cos_lat = math.sin(latitude), math.cos(latitude)
+        prime = SEMI_MAJOR_M / math.sqrt(1.0 - _E2 * sin_lat * sin_lat)
+        across = (prime + altitude) * cos_lat
+        up = (prime * (1.0 - _E2) + altitude) * sin_lat
+        found.append((across * math.cos(longitude), across * math.sin(longitude), up))
+    return np.array(found).reshape(-1, 3)
+
+
 def ecef_of_place(latitude: float, longitude: float, altitude: float) -> Array:
-    """Return the same (3,) of one place; in plain numbers, ten times as fast."""
-    return np.array(_ecef(latitude, longitude, altitude))
-
-
-def _ecef(latitude: float, longitude: float, altitude: float) -> tuple[float, float, float]:
-    sin_lat, cos_lat = math.sin(latitude), math.cos(latitude)
-    prime = SEMI_MAJOR_M / math.sqrt(1.0 - _E2 * sin_lat * sin_lat)
-    across = (prime + altitude) * cos_lat
-    up = (prime * (1.0 - _E2) + altitude) * sin_lat
-    return across * math.cos(longitude), across * math.sin(longitude), up
+    """Return the same (3,) of one place."""
+    place: Array = ecef_of_places([(latitude, longitude, altitude)])[0]
+    return place
 
 
 def geodetic_from_ecef(xyz: ArrayLike) -> tuple[Array, Array, Array]:
@@ -74,8 +80,8 @@ def geodetic_from_ecef(xyz: ArrayLike) -> tuple[Array, Array, Array]:
     points = np.asarray(xyz, dtype=np.float64)
     flat, shape = points.reshape(-1, 3), points.shape[:-1]
     if len(flat) <= _FEW:
-        few = [_geodetic(*point) for point in flat.tolist()]
-        if None not in few:
+        few = _geodetic(flat.tolist())
+        if few is not None:
             table = np.array(few).reshape(*shape, 3)
             return table[..., 0], table[..., 1], table[..., 2]
     # pyproj 3.6 warns of arrays with one element, so a single point goes in as plain numbers.
@@ -85,25 +91,28 @@ def geodetic_from_ecef(xyz: ArrayLike) -> tuple[Array, Array, Array]:
     return latitude, longitude, altitude
 
 
-def _geodetic(x: float, y: float, z: float) -> tuple[float, float, float] | None:
-    """Return the same of one point in plain numbers, by Bowring (1976) as PROJ does.
+def _geodetic(points: list[list[float]]) -> list[tuple[float, float, float]] | None:
+    """Return the same of a few points in plain numbers, by Bowring (1976) as PROJ does.
 
     None where the formula does not hold: at a pole, deep inside the Earth, or of no number.
     """
-    level = math.hypot(x, y)
-    upward, outward = z * SEMI_MAJOR_M, level * SEMI_MINOR_M
-    scale = math.hypot(upward, outward)
-    if not 0.5 * SEMI_MINOR_M**2 < scale < math.inf:
-        return None
-    sine, cosine = upward / scale, outward / scale
-    rise = z + _E2 / (1.0 - _E2) * SEMI_MINOR_M * sine * sine * sine
-    run = level - _E2 * SEMI_MAJOR_M * cosine * cosine * cosine
-    if run < 1e-6 * abs(rise):
-        return None
-    steep = math.hypot(rise, run)
-    sin_lat, cos_lat = rise / steep, run / steep
-    prime = SEMI_MAJOR_M / math.sqrt(1.0 - _E2 * sin_lat * sin_lat)
-    return math.atan(rise / run), math.atan2(y, x), level / cos_lat - prime
+    found: list[tuple[float, float, float]] = []
+    for x, y, z in points:
+        level = math.hypot(x, y)
+        upward, outward = z * SEMI_MAJOR_M, level * SEMI_MINOR_M
+        scale = math.hypot(upward, outward)
+        if not 0.5 * SEMI_MINOR_M**2 < scale < math.inf:
+            return None
+        sine, cosine = upward / scale, outward / scale
+        rise = z + _E2 / (1.0 - _E2) * SEMI_MINOR_M * sine * sine * sine
+        run = level - _E2 * SEMI_MAJOR_M * cosine * cosine * cosine
+        if run < 1e-6 * abs(rise):
+            return None
+        steep = math.hypot(rise, run)
+        sin_lat, cos_lat = rise / steep, run / steep
+        prime = SEMI_MAJOR_M / math.sqrt(1.0 - _E2 * sin_lat * sin_lat)
+        found.append((math.atan(rise / run), math.atan2(y, x), level / cos_lat - prime))
+    return found
 
 
 @lru_cache(maxsize=8)  # several ask for the axes at one image's camera

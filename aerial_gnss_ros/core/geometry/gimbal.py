@@ -69,9 +69,9 @@ def enu_from_camera(
     kind = Reference(reference)
     if kind is Reference.MAVLINK_FLAGS:
         raise ValueError("a reading must say whether it is relative to earth, heading or body")
-    if kind.needs_attitude and enu_from_flu is None:
+    if enu_from_flu is None and kind is not Reference.EARTH:
         raise ValueError(f"gimbal reference {kind} needs the body's orientation")
-    inner = gimbal if kind.needs_gimbal else mount
+    inner = mount if kind is Reference.FIXED else gimbal
     if inner is None:
         what = "reading" if kind.needs_gimbal else "mount"
         raise ValueError(f"gimbal reference {kind} needs a {what}")

@@ -21,7 +21,7 @@ from aerial_gnss_ros.core.geometry.geodesy import (
     MEAN_RADIUS_M,
     SEMI_MAJOR_M,
     SEMI_MINOR_M,
-    ecef_of_place,
+    ecef_of_places,
     enu_axes,
     geodetic_from_ecef,
 )
@@ -39,34 +39,25 @@ class SurfaceView:
 
     Attributes:
         water_altitude: of the water above the ellipsoid as used in the computation, m.
+        enu_from_optical: (3, 3) camera optical frame in ENU.
+        dip: how far the water's horizon lies below the level, rad.
     """
 
     def __init__(self, pose: CameraPose) -> None:
         known = not math.isnan(pose.altitude)
         self.water_altitude = pose.altitude - pose.height if known else 0.0
         self._axes = enu_axes(pose.latitude, pose.longitude)
-        self._origin = ecef_of_place(
-            pose.latitude, pose.longitude, self.water_altitude + pose.height
-        )
+        ground, water = (pose.latitude, pose.longitude), self.water_altitude
+        self._origin, below = ecef_of_places([(*ground, water + pose.height), (*ground, water)])
         a, b = SEMI_MAJOR_M + self.water_altitude, SEMI_MINOR_M + self.water_altitude
         scale = np.array([1.0 / a, 1.0 / a, 1.0 / b])
         self._place = self._origin * scale
-        below = ecef_of_place(pose.latitude, pose.longitude, self.water_altitude) * scale
+        below = below * scale
         # |place|² - |below|² of the scaled points, without subtracting nearly equal squares
         self._above = float((self._place - below) @ (self._place + below))
         self._turn = self._axes * scale  # (3, 3): direction ENU @ this is the scaled direction
-        self._enu_from_optical: Array = pose.enu_from_camera @ FLU_FROM_OPTICAL
-        self._height = pose.height
-
-    @property
-    def enu_from_optical(self) -> Array:
-        """(3, 3) camera optical frame in ENU."""
-        return self._enu_from_optical
-
-    @property
-    def dip(self) -> float:
-        """How far the water's horizon lies below the level, rad."""
-        return math.acos(MEAN_RADIUS_M / (MEAN_RADIUS_M + max(self._height, 0.0)))
+        self.enu_from_optical: Array = pose.enu_from_camera @ FLU_FROM_OPTICAL
+        self.dip = math.acos(MEAN_RADIUS_M / (MEAN_RADIUS_M + max(pose.height, 0.0)))
 
     def distances(self, directions: Array) -> Array:
         """Return along unit directions (n, 3) ENU how far the water is, m; NaN where they miss."""

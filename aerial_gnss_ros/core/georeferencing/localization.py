@@ -112,19 +112,18 @@ def locate(
     margin = depression - view.dip - HORIZON_SIGMAS * elevation_sigma(points, known)
     reasons = _reasons(given, points, margin, white + slow, config)
     latitude, longitude, _ = view.geodetic(points.offsets)
-    return mask_refused(
-        WaterPoints(
-            latitude,
-            longitude,
-            pose.altitude - pose.height,
-            points.offsets[:, :2],
-            points.distances,
-            white,
-            slow,
-            _seen_at_surface(view, camera, given, points, depths),
-            reasons,
-        )
+    found = WaterPoints(
+        latitude,
+        longitude,
+        pose.altitude - pose.height,
+        points.offsets[:, :2],
+        points.distances,
+        white,
+        slow,
+        given if depths is None else _seen_at_surface(view, camera, given, points, depths),
+        reasons,
     )
+    return mask_refused(found) if any(reasons) else found
 
 
 def submerged(points: RayPoints, depths: Array) -> RayPoints:
@@ -147,9 +146,9 @@ def submerged(points: RayPoints, depths: Array) -> RayPoints:
 
 
 def _seen_at_surface(
-    view: SurfaceView, camera: CameraModel, given: Array, points: RayPoints, depths: Array | None
+    view: SurfaceView, camera: CameraModel, given: Array, points: RayPoints, depths: Array
 ) -> Array:
-    if depths is None or not depths.any():
+    if not depths.any():
         return given
     pixels, _ = camera.project(np.nan_to_num(points.offsets) @ view.enu_from_optical)
     return np.where((depths > 0.0)[:, None], pixels, given)

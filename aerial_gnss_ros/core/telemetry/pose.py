@@ -55,16 +55,23 @@ class PoseBuilder:
         self.trouble = ""
         if not samples.fix.valid:
             return Reason.BAD_FIX
-        body = self._body(samples)
-        if isinstance(body, Reason):
-            return body
-        gimbal = self._gimbal(samples)
-        if isinstance(gimbal, Reason):
-            return gimbal
+        config, body, gimbal = self._config, None, None
+        if samples.attitude is not None:
+            magnetic = config.attitude.north != "true"
+            body = self._orientation(samples.attitude.quaternion, magnetic, samples)
+            if body is None:
+                return Reason.BAD_ATTITUDE
+        reference: str = config.gimbal.reference
+        if samples.gimbal is not None:
+            reference = samples.gimbal.reference or reference  # a message may say it itself
+            magnetic = config.gimbal.north != "true" and reference == "earth"
+            gimbal = self._orientation(samples.gimbal.quaternion, magnetic, samples)
+            if gimbal is None:
+                return Reason.BAD_GIMBAL
         height = self.height(samples, body)
         if isinstance(height, Reason):
             return height
-        return self._assemble(samples, height + self._lift, body, gimbal)
+        return self._assemble(samples, height + self._lift, body, gimbal, reference)
 
     def height(self, samples: SceneTelemetry, body: Array | None) -> float | Reason:
         """Return the antenna's height above the water in m (DESIGN, Altitude)."""
@@ -87,34 +94,20 @@ class PoseBuilder:
         """Return the antenna's altitude above the ellipsoid in m, NaN where it cannot be known."""
         return ellipsoidal_altitude(fix, self._config.fix)
 
-    def _body(self, samples: SceneTelemetry) -> Array | Reason | None:
-        """Return body FLU in true ENU, (3, 3); None where nothing needs it."""
-        if samples.attitude is None:
-            return None
-        body = matrix_from_quaternion(samples.attitude.quaternion)
-        if not all_finite(body):
-            return Reason.BAD_ATTITUDE
-        if self._config.attitude.north == "true":
-            return body
-        turned = self._true_north(body, samples)
-        return Reason.BAD_ATTITUDE if turned is None else turned
+    def _orientation(
+        self, quaternion: Array, magnetic: bool, samples: SceneTelemetry
+    ) -> Array | None:
+        """Return the orientation of a quaternion (4,) in true ENU, (3, 3); None if it is no use.
 
-    def _gimbal(self, samples: SceneTelemetry) -> Array | Reason | None:
-        """Return camera FLU in its reference, (3, 3); None where there is no gimbal."""
-        if samples.gimbal is None:
+        Args:
+            quaternion: x, y, z, w.
+            magnetic: whether it is relative to magnetic north.
+            samples: say where and when.
+        """
+        matrix = matrix_from_quaternion(quaternion)
+        if not all_finite(matrix):
             return None
-        camera = matrix_from_quaternion(samples.gimbal.quaternion)
-        if not all_finite(camera):
-            return Reason.BAD_GIMBAL
-        if self._config.gimbal.north == "true" or self._reference(samples) != "earth":
-            return camera
-        turned = self._true_north(camera, samples)
-        return Reason.BAD_GIMBAL if turned is None else turned
-
-    def _reference(self, samples: SceneTelemetry) -> str:
-        """Return what the gimbal's angles are relative to, which a message may say itself."""
-        own = samples.gimbal.reference if samples.gimbal is not None else ""
-        return own or self._config.gimbal.reference
+        return self._true_north(matrix, samples) if magnetic else matrix
 
     def _true_north(self, from_magnetic: Array, samples: SceneTelemetry) -> Array | None:
         """Return (3, 3) turned from magnetic to true north; None, with `trouble`, without model."""
@@ -129,9 +122,14 @@ class PoseBuilder:
         return true_from_magnetic(from_magnetic, east_of_north)
 
     def _assemble(
-        self, samples: SceneTelemetry, height: float, body: Array | None, gimbal: Array | None
+        self,
+        samples: SceneTelemetry,
+        height: float,
+        body: Array | None,
+        gimbal: Array | None,
+        reference: str,
     ) -> CameraPose | Reason:
-        fix, altitude = samples.fix, self.altitude(samples.fix)
+        fix, altitude = samples.fix, ellipsoidal_altitude(samples.fix, self._config.fix)
         latitude, longitude = fix.latitude, fix.longitude
         if body is not None and self._apart:
             east, north, up = self._true_body(body) @ self._offset
@@ -146,16 +144,15 @@ class PoseBuilder:
                 "water_level how far the water is above the height's reference."
             )
             return Reason.BAD_HEIGHT
+        camera = enu_from_camera(reference, gimbal, body, self._mount)
         return CameraPose(
             stamp_ns=samples.stamp_ns,
             latitude=latitude,
             longitude=longitude,
             height=height,
             altitude=altitude,
-            enu_from_camera=self._true_camera(
-                enu_from_camera(self._reference(samples), gimbal, body, self._mount)
-            ),
-            fix_covariance=_horizontal(fix),
+            enu_from_camera=corrected_camera(camera, self._turn) if self._turned else camera,
+            fix_covariance=None if fix.covariance is None else _horizontal(fix.covariance),
             oldest_age_s=samples.oldest_age_s,
         )
 
@@ -165,15 +162,10 @@ class PoseBuilder:
         turned: Array = matrix_from_rpy(0.0, 0.0, self._turn[2]) @ body
         return turned
 
-    def _true_camera(self, measured: Array) -> Array:
-        return corrected_camera(measured, self._turn) if self._turned else measured
 
-
-def _horizontal(fix: Fix) -> Array | None:
-    """Return the (2, 2) East, North covariance that a fix reports, None where it is no use."""
-    if fix.covariance is None:
-        return None
-    plane = np.asarray(fix.covariance, dtype=np.float64)[:2, :2]
+def _horizontal(reported: Array) -> Array | None:
+    """Return the East, North part (2, 2) of what a fix reports; None where it is no use."""
+    plane = np.asarray(reported, dtype=np.float64)[:2, :2]
     (east, shared), (_, north) = plane.tolist()
     good = all_finite(plane) and east > 0.0 and north > 0.0 and shared * shared < east * north
     return plane if good else None

@@ -160,7 +160,7 @@ def test_an_image_that_fails_anywhere_leaves_no_trace(sea, monkeypatch, values):
     chosen, ended, failed, t = set(), [], 0, 3.0
     while not ended:
         t += 0.1
-        fail_at += 1 + fail_at // 8
+        fail_at += 1 + fail_at // 16
         chosen, before = {sea.stamp(t)}, []
         names = [robot.robot_id for robot in engine.robots]
         frame = fed(engine, world, t)
