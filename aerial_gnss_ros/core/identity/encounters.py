@@ -1,13 +1,13 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Robots that pass so close that one image cannot tell them apart: the decision is deferred.
+"""Data association of robots that pass close to one another, with a deferred decision.
 
-Two boxes near one another are taken for one robot each by the best guess, image by image. What is
-uncertain is only which is which. So while a pair is close, the likeliest ways of the two are
-followed side by side (`pair_hypotheses`; multiple hypotheses: Reid 1979; Blackman 2004). They say
-which box goes on with which track and, when what came before and after speaks for it, that names
-were exchanged: these are put right. Whatever is still open when the pair has parted is kept, and
-the published covariance contains it (`label_ambiguity`).
+The matcher assigns two neighbouring boxes to two robots image by image; only which is which is
+uncertain. While a pair is close, its likeliest histories are followed side by side
+(`pair_hypotheses`; multiple hypotheses: Reid 1979; Blackman 2004). They decide which box updates
+which track, and correct labels that were exchanged once later images make that clear. Ambiguity
+that remains when the pair has separated is kept and contained in the published covariance
+(`label_ambiguity`).
 """
 
 from __future__ import annotations
@@ -37,57 +37,55 @@ class EncountersTuning:
     """Chosen numbers of this module, with their units and where they come from."""
 
     followed_sigmas: float = 8.0
-    """Distance, in one sigma of the vector between two boxes, from which a pair is followed.
+    """A pair is followed when its two boxes are closer than this many sigmas of their separation.
     Judged."""
     parted_sigmas: float = 12.0
-    """The same distance from which it is followed no longer. Judged."""
+    """A pair has separated beyond this many sigmas. Judged."""
     most_pairs: int = 30
-    """Pairs followed at once; the nearest come first. Judged."""
+    """Greatest number of pairs followed at once, the closest first. Judged."""
     steering_ratio: float = 2.0
-    """Robots that meet speed up and slow down: as a multiple of the stated acceleration. Judged."""
+    """Acceleration of robots that meet, as a multiple of the stated one: they evade. Judged."""
     least_acceleration: float = 0.02
-    """Least spectral density of the acceleration of robots that meet, root, m/s^1.5. Judged."""
+    """Lower bound of that acceleration, root of its spectral density, m/s^1.5. Judged."""
     velocity_lag_mps: float = 0.1
-    """A robot that turns is slower in the filter to change its velocity: one sigma, each axis, m/s.
-    Judged."""
+    """Lag of the filter's velocity when a robot turns, one sigma, each axis, m/s. Judged."""
     exchange_probability: float = 0.9
-    """Probability from which names are exchanged while a pair is together: not at each turn of the
-    scales, for each exchange is a change of names, and until it has parted the published
-    covariances hold both robots. Then the likelier way is taken. Judged."""
+    """Probability above which labels are exchanged while the pair is close. Each exchange is an
+    identity switch and the published covariances contain both robots until the pair has separated,
+    so a small lead does not suffice; after separation the likelier assignment is taken. Judged."""
     lost_s: float = 3.0
-    """A pair that no image has shown together for so long has parted. Judged."""
+    """A pair that no image has shown together for this time has separated. Judged."""
     remembered_probability: float = 0.01
-    """Probability that two names are exchanged from which it is remembered when the pair has
-    parted. Judged."""
+    """Least probability of an exchange that is remembered after separation. Judged."""
 
 
 TUNING = EncountersTuning()
 
 
 class Known(Protocol):
-    """What is known of the robots near one another: the joint filter."""
+    """The joint filter, as encounters use it."""
 
     @property
     def motion(self) -> MotionModel:
-        """How robots move."""
+        """Motion model of the robots."""
 
     @property
     def covariance(self) -> Array:
-        """(n, 4, 4) of robots' places and velocities."""
+        """(n, 4, 4) covariances of the robots' positions and velocities."""
 
     def box_noise(self, places: Array) -> Array:
-        """Return the covariances (m, 2, 2) of places on the water from boxes' own noise, m²."""
+        """Return covariances (m, 2, 2) of positions that boxes' own noise causes, m²."""
 
 
 @lru_cache(maxsize=8)
 def _every_pair(n: int) -> tuple[Indices, Indices]:
-    """Return the first and the second of each two of n, by the first."""
+    """Return the first and the second index of each pair out of n."""
     rows, columns = np.triu_indices(n, 1)
     return rows, columns
 
 
 def _close(positions: Array, white: Array) -> list[list[int]]:
-    """Return which two boxes are so close that they are followed, the closest first.
+    """Return the pairs of boxes that are close enough to be followed, closest first.
 
     Args:
         positions: (n, 2) East, North, m.
@@ -98,9 +96,9 @@ def _close(positions: Array, white: Array) -> list[list[int]]:
         boxes = list(enumerate(zip(positions.tolist(), size.tolist(), strict=True)))
         found = []
         for (a, ((east, north), own)), (b, ((x, y), theirs)) in combinations(boxes, 2):
-            apart = math.hypot(east - x, north - y)
-            if apart < TUNING.followed_sigmas * max(own, theirs):
-                found.append((apart, a, b))
+            separation = math.hypot(east - x, north - y)
+            if separation < TUNING.followed_sigmas * max(own, theirs):
+                found.append((separation, a, b))
         return [[a, b] for _, a, b in sorted(found)]
     firsts, seconds = _every_pair(len(size))
     vectors = positions[firsts] - positions[seconds]
@@ -112,10 +110,10 @@ def _close(positions: Array, white: Array) -> list[list[int]]:
 
 
 class Encounters:
-    """Follows pairs of named robots that are close.
+    """Follows pairs of labelled robots that are close.
 
     Args:
-        known: the filter that has the robots.
+        known: the joint filter.
     """
 
     def __init__(self, known: Known) -> None:
@@ -127,24 +125,24 @@ class Encounters:
         self._parted = LabelAmbiguity()
 
     def reset(self) -> None:
-        """Forget all pairs and doubts."""
+        """Forget all pairs and ambiguities."""
         self._pairs.clear()
         self._parted = LabelAmbiguity()
 
     def update(
         self, tracks: list[Track], rows: Indices, positions: Array, white: Array, stamp_ns: int
     ) -> Indices:
-        """Take in the boxes of the named robots of one image; put exchanged names right.
+        """Take in the boxes of an image's labelled robots; correct exchanged labels.
 
         Args:
-            tracks: m that the image shows, as the association has it; names may be exchanged.
-            rows: (m,) theirs in the filter.
+            tracks: m tracks that the image shows, as associated; their labels may be exchanged.
+            rows: (m,) rows of these tracks in the filter.
             positions: (m, 2) of their boxes, East, North, m.
             white: (m, 2, 2) white covariance of these, m².
             stamp_ns: of the image, ns.
 
         Returns:
-            The boxes (m,) that go on with the tracks: 0 to m - 1, exchanged where they were.
+            Indices (m,) of the boxes that update the tracks: 0 to m - 1, permuted where exchanged.
         """
         shown = {track.robot_id: i for i, track in enumerate(tracks)}
         boxes = np.arange(len(tracks))
@@ -153,13 +151,16 @@ class Encounters:
                 a, b = (shown[name] for name in pair.names)
                 one, other = boxes[a], boxes[b]
                 both = [one, other]
-                apart, spread = positions[other] - positions[one], white[one] + white[other]
+                separation, spread = positions[other] - positions[one], white[one] + white[other]
                 own = self._known.box_noise(positions[both])
                 common = (white[both] - own).mean(axis=0)
                 if pair.update(stamp_ns, positions[both], own, common, self._acceleration) > 0.5:
                     boxes[a], boxes[b] = other, one
                     pair.exchange()
-                parted = float(apart @ np.linalg.solve(spread, apart)) > TUNING.parted_sigmas**2
+                parted = (
+                    float(separation @ np.linalg.solve(spread, separation))
+                    > TUNING.parted_sigmas**2
+                )
                 if pair.exchanged > (0.5 if parted else TUNING.exchange_probability):
                     tracks[a].swap_labels(tracks[b])
                     shown[pair.names[0]], shown[pair.names[1]] = b, a
@@ -171,34 +172,34 @@ class Encounters:
         self._begin(tracks, rows, positions[boxes], white[boxes], stamp_ns)
         return boxes
 
-    def update_ambiguity(self, laws: Mapping[str, Mapping[str, float]]) -> None:
-        """Take in which robot may be on which track, by label (`LabelAmbiguity.mapped`)."""
-        self._parted = self._parted.after_permutation(laws)
+    def update_ambiguity(self, distributions: Mapping[str, Mapping[str, float]]) -> None:
+        """Take in which robot each track may follow, by label."""
+        self._parted = self._parted.after_permutation(distributions)
 
-    def note_departure(self, name: str, spot: Position, share: float) -> None:
-        """Take in that a name's robot may have stayed at a spot, by this probability."""
-        self._parted = self._parted.after_departure(name, spot, share)
+    def note_departure(self, name: str, position: Position, share: float) -> None:
+        """Take in the probability that a label's robot stayed where it was."""
+        self._parted = self._parted.after_departure(name, position, share)
 
     @property
     def ambiguous(self) -> bool:
-        """Whether there are names that may be another's."""
+        """Whether any label may belong to another robot."""
         return bool(self._pairs or self._parted.probabilities)
 
-    def ambiguity_covariances(self, spots: dict[str, Position]) -> dict[str, Array]:
-        """Return covariances (2, 2) to be added for names that may be another's, m².
+    def ambiguity_covariances(self, estimates: dict[str, Position]) -> dict[str, Array]:
+        """Return covariances (2, 2) to be added for ambiguous labels, m².
 
         Args:
-            spots: where each named robot is; names that lack are forgotten.
+            estimates: estimated position of each labelled robot; other labels are forgotten.
         """
-        self._parted.prune(spots)
+        self._parted.prune(estimates)
         now = self._parted
         for pair in self._pairs:
-            if pair.names[0] in spots and pair.names[1] in spots:
+            if pair.names[0] in estimates and pair.names[1] in estimates:
                 now = now.after_exchange(*pair.names, pair.exchanged)
-        return now.covariances(spots)
+        return now.covariances(estimates)
 
     def _exchange(self, decided: PairHypotheses) -> None:
-        """Let all other pairs follow the same tracks as before, under exchanged names."""
+        """Keep the other pairs on their tracks, under the exchanged labels."""
         decided.exchange()
         other = dict(zip(decided.names, decided.names[::-1], strict=True))
         for pair in self._pairs:
@@ -214,7 +215,7 @@ class Encounters:
     def _begin(
         self, tracks: list[Track], rows: Indices, positions: Array, white: Array, stamp_ns: int
     ) -> None:
-        """Follow pairs that have come close."""
+        """Start following pairs that have come close."""
         if len(tracks) < 2:
             return
         close = _close(positions, white)

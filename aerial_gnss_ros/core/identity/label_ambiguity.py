@@ -1,12 +1,12 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Names that may be another robot's since an encounter: how likely whose, and what is published.
+"""Ambiguous labels: the probability that a label's robot is on another track.
 
-For each name there is a law over the tracks, by their present names: on which its robot may be. Two
-tracks that have exchanged their robots with probability p mix what was known of the two before; so
-a robot that met another one and then a third may be on any of three tracks. At the place of its own
-track, a name gets the second moment of where its robot may be instead, wherever that track is by
-then and however little is known of it: it may be out of sight.
+Each label has a distribution over tracks, given by the tracks' present labels. Two tracks that may
+have exchanged their robots, with probability p, mix their two distributions; so a robot that met
+first one robot and then another may be on any of three tracks. The published covariance is the
+second moment of that mixture about the label's own track. It uses the present positions of the
+other tracks, also of those out of view.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ class LabelAmbiguityTuning:
     """Chosen numbers of this module, with their units and where they come from."""
 
     least_probability: float = 1e-3
-    """Probability of other tracks from which it shows in the covariance; below, it is forgotten.
+    """Least probability of other tracks that counts in the covariance; below, it is forgotten.
     Judged."""
 
 
@@ -35,11 +35,11 @@ TUNING = LabelAmbiguityTuning()
 
 
 class Position(NamedTuple):
-    """Where a track is.
+    """Estimated position of a track.
 
     Attributes:
         place: (2,) East, North, m.
-        covariance: (2, 2) of it, m².
+        covariance: (2, 2) of the position, m².
     """
 
     place: Array
@@ -47,11 +47,11 @@ class Position(NamedTuple):
 
 
 class LabelAmbiguity:
-    """Where the robot of each name may be.
+    """Distribution over tracks of each label's robot.
 
     Attributes:
-        probabilities: by name, probability by name of the track; names that are certain are not in
-            it.
+        probabilities: by label, the probability of each track, by its label; unambiguous labels are
+            left out.
     """
 
     def __init__(
@@ -63,90 +63,94 @@ class LabelAmbiguity:
         self._left = dict(left or {})
 
     def after_exchange(self, one: str, other: str, exchanged: float) -> LabelAmbiguity:
-        """Return what is known after two tracks have exchanged their robots with a probability."""
+        """Return the distributions after two tracks may have exchanged their robots."""
         return self.after_permutation(exchange_probabilities(one, other, exchanged))
 
-    def after_permutation(self, laws: Mapping[str, Mapping[str, float]]) -> LabelAmbiguity:
-        """Return what is known after some tracks may have exchanged their robots among them.
+    def after_permutation(self, distributions: Mapping[str, Mapping[str, float]]) -> LabelAmbiguity:
+        """Return the distributions after several tracks may have permuted their robots.
 
         Args:
-            laws: by track, the probability of each to go on with its robot; others keep theirs.
+            distributions: by track, the probability of each track to continue with its robot; other
+                tracks are unchanged.
         """
         of: dict[str, dict[str, float]] = {}
         for name in (
             *self.probabilities,
-            *(track for track in laws if track not in self.probabilities),
+            *(track for track in distributions if track not in self.probabilities),
         ):
-            law: dict[str, float] = {}
+            distribution: dict[str, float] = {}
             for before, share in self.probabilities.get(name, {name: 1.0}).items():
-                for track, chance in laws.get(before, {before: 1.0}).items():
-                    law[track] = law.get(track, 0.0) + share * chance
-            if law != {name: 1.0}:
-                of[name] = law
+                for track, chance in distributions.get(before, {before: 1.0}).items():
+                    distribution[track] = distribution.get(track, 0.0) + share * chance
+            if distribution != {name: 1.0}:
+                of[name] = distribution
         return LabelAmbiguity(of, self._left)
 
-    def after_departure(self, name: str, spot: Position, share: float) -> LabelAmbiguity:
-        """Return what is known after a robot has stayed at a spot with a probability.
+    def after_departure(self, name: str, position: Position, share: float) -> LabelAmbiguity:
+        """Return the distributions after a robot may have stayed where it was.
 
         Args:
-            name: of the robot, and of the track that has its name from now on.
-            spot: where it may be instead.
-            share: how likely.
+            name: label of the robot, and of the track that carries it from now on.
+            position: where the robot may be instead.
+            share: probability of that.
         """
-        place = f"{name} at {spot.place[0]:.1f}, {spot.place[1]:.1f}"  # no track has such a name
+        # No track has such a label.
+        place = f"{name} at {position.place[0]:.1f}, {position.place[1]:.1f}"
         of = self.after_permutation({name: {name: 1.0 - share, place: share}}).probabilities
-        return LabelAmbiguity(of, {**self._left, place: spot})
+        return LabelAmbiguity(of, {**self._left, place: position})
 
-    def prune(self, spots: Mapping[str, Position]) -> None:
-        """Forget names without a track, and doubts too small to matter.
+    def prune(self, estimates: Mapping[str, Position]) -> None:
+        """Forget labels without a track and negligible ambiguities.
 
-        Tracks that end stay where they are in others' laws.
+        Tracks that ended keep their last position in the distributions of others.
 
         Args:
-            spots: where the track of each name is.
+            estimates: estimated position of each label's track.
         """
         self.probabilities = {
-            name: law
-            for name, law in self.probabilities.items()
-            if name in spots and 1.0 - law.get(name, 0.0) > TUNING.least_probability
+            name: distribution
+            for name, distribution in self.probabilities.items()
+            if name in estimates and 1.0 - distribution.get(name, 0.0) > TUNING.least_probability
         }
-        meant = {track for law in self.probabilities.values() for track in law}
-        self._left = {name: spot for name, spot in self._left.items() if name in meant} | {
-            name: spots[name] for name in meant if name in spots
+        used = {track for distribution in self.probabilities.values() for track in distribution}
+        self._left = {name: position for name, position in self._left.items() if name in used} | {
+            name: estimates[name] for name in used if name in estimates
         }
 
-    def covariances(self, spots: Mapping[str, Position]) -> dict[str, Array]:
-        """Return what is to be added to the covariances (2, 2) of names in doubt, m²."""
+    def covariances(self, estimates: Mapping[str, Position]) -> dict[str, Array]:
+        """Return the covariances (2, 2) to be added for ambiguous labels, m²."""
         found: dict[str, Array] = {}
-        known = {**self._left, **spots}
-        for name, law in self.probabilities.items():
-            away = {track: p for track, p in law.items() if track != name and track in known}
-            if name in spots and sum(away.values()) > TUNING.least_probability:
-                apart = np.array([known[track].place - spots[name].place for track in away])
-                wider = np.array(
-                    [known[track].covariance - spots[name].covariance for track in away]
+        known = {**self._left, **estimates}
+        for name, distribution in self.probabilities.items():
+            others = {
+                track: p for track, p in distribution.items() if track != name and track in known
+            }
+            if name in estimates and sum(others.values()) > TUNING.least_probability:
+                apart = np.array([known[track].place - estimates[name].place for track in others])
+                differences = np.array(
+                    [known[track].covariance - estimates[name].covariance for track in others]
                 )
-                weights = np.array(list(away.values()))
+                weights = np.array(list(others.values()))
                 found[name] = np.einsum("k,ka,kb->ab", weights, apart, apart) + _positive(
-                    np.einsum("k,kab->ab", weights, wider)
+                    np.einsum("k,kab->ab", weights, differences)
                 )
         return found
 
 
 def exchange_probabilities(one: T, other: T, share: float) -> dict[T, dict[T, float]]:
-    """Return the laws (`LabelAmbiguity.mapped`) of two tracks that have exchanged their robots.
+    """Return the permutation distribution of two tracks that may have exchanged robots.
 
     Args:
         one: of the tracks.
-        other: of them.
-        share: how likely.
+        other: track.
+        share: probability of the exchange.
     """
     kept = 1.0 - share
     return {one: {one: kept, other: share}, other: {other: kept, one: share}}
 
 
 def _positive(matrix: Array) -> Array:
-    """Return the part of a symmetric matrix that makes a covariance larger."""
+    """Return the positive semidefinite part of a symmetric matrix."""
     values, vectors = np.linalg.eigh(matrix)
     part: Array = (vectors * np.maximum(values, 0.0)) @ vectors.T
     return part

@@ -1,9 +1,9 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Robots' names: `<class>_<n>` in order of confirmation, or a name bound to a start.
+"""Format of robots' labels: `<class>_<n>` in order of confirmation, or a bound name.
 
-Names are topics, so a class name is reduced to what ROS 2 allows in one. A name stands for one
-robot for as long as the program runs, and over a restart where a state file keeps it.
+A label is part of topic names, so the class is reduced to characters that ROS 2 allows there. It
+stands for one robot while the program runs, and beyond a restart if a state file is kept.
 """
 
 from __future__ import annotations
@@ -25,12 +25,12 @@ def class_token(class_id: str) -> str:
 
 @dataclass
 class LabelRegistry:
-    """Gives out names, each once.
+    """Issues each label once.
 
     Args:
-        bound: names that belong to a start and are never given by number.
-        numbers: last number given, by reduced class name.
-        taken: names in use or used up.
+        bound: labels bound to a start position, never issued by number.
+        numbers: last number issued, by reduced class name.
+        taken: labels issued so far.
     """
 
     bound: frozenset[str] = frozenset()
@@ -38,7 +38,7 @@ class LabelRegistry:
     taken: set[str] = field(default_factory=set)
 
     def next(self, class_id: str) -> str:
-        """Return the next free `<class>_<n>` and take it."""
+        """Issue the next free `<class>_<n>`."""
         token = class_token(class_id)
         number = self.numbers.get(token, 0) + 1
         while (name := f"{token}_{number}") in self.taken or name in self.bound:
@@ -48,17 +48,17 @@ class LabelRegistry:
         return name
 
     def reserve(self, name: str) -> None:
-        """Mark a name as given."""
+        """Mark a label as issued."""
         self.taken.add(name)
 
     def free_bound(self) -> Iterable[str]:
-        """Return the bound names that no robot has, sorted."""
+        """Return the bound labels that no robot has, sorted."""
         return sorted(self.bound - self.taken)
 
     def release(self, names: Iterable[str]) -> None:
-        """Let those of some names that are bound be taken anew, at their starts, too."""
+        """Make those of some labels that are bound available again."""
         self.taken -= self.bound.intersection(names)
 
     def release_bound(self) -> None:
-        """Let bound names be taken anew: after the clock went backward all tracks are gone."""
+        """Make all bound labels available: tracks ended when the clock went backward."""
         self.taken -= self.bound

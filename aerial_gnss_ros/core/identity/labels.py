@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Which name a newly confirmed robot gets: its old one, the one of its start, or a new number."""
+"""Assigns labels to newly confirmed robots: a saved one, a bound one, or a new number."""
 
 from __future__ import annotations
 
@@ -28,15 +28,16 @@ class LabelsTuning:
     """Chosen numbers of this module, with their units and where they come from."""
 
     max_restart_s: float = 3600.0
-    """A name saved longer ago is not taken up: after that a robot can be anywhere. It stays used.
+    """A label saved longer ago is not reassigned: the robot can be anywhere by then. It stays used.
     Judged."""
     max_remembered: int = 1000
-    """Robots kept in mind for the state file; the longest unseen are forgotten first. Judged."""
+    """Greatest number of robots kept for the state file; those unseen longest are dropped first.
+    Judged."""
     new_at_first: float = 1.0
-    """Robots never seen that are expected to come up in the first `tracks.coast_s` seconds, where
-    nobody says which there are: they can be down since before the first image. Judged."""
+    """Expected number of new robots that surface in the first `tracks.coast_s` seconds, unless
+    `robots` lists them: they may have dived before the first image. Judged."""
     new_later: float = 0.1
-    """The same in any later `tracks.coast_s` seconds, when hardly any can still be down. Judged."""
+    """The same in any later `tracks.coast_s` seconds, when few can still be submerged. Judged."""
 
 
 TUNING = LabelsTuning()
@@ -60,12 +61,12 @@ class ConfirmedTrack:
 
 
 class Labels:
-    """Gives names to robots and remembers where each was.
+    """Assigns labels and remembers where each robot was.
 
     Args:
         config: bindings, gate and motion of the robots.
-        saved: names from before a restart.
-        log: where it says which start waits for a robot that got a number.
+        saved: labels from before a restart.
+        log: receives a warning when a robot is numbered while a start position is still free.
     """
 
     def __init__(
@@ -87,9 +88,9 @@ class Labels:
         self._known: dict[str, SavedRobot | RobotEstimate] = dict(self._waiting)
 
     def assign(self, sightings: list[ConfirmedTrack], local: LocalMap) -> list[str]:
-        """Return a name for each robot confirmed in one image.
+        """Return a label for each robot confirmed in one image.
 
-        A name from before the restart goes before the one of a start, and that before a number.
+        Saved labels take precedence over bound ones, and bound ones over numbers.
         """
         given: dict[int, str] = {}
         self._take_up(sightings, given, local)
@@ -101,9 +102,9 @@ class Labels:
         return [given[i] for i in range(len(sightings))]
 
     def newcomers(self, seconds: float) -> float:
-        """Return how many robots never seen may come up in the picture within `tracks.coast_s`.
+        """Return the expected number of new robots that surface within `tracks.coast_s`.
 
-        Where `robots` names them, these are all that are expected.
+        Where `robots` lists them, only those not seen yet are expected.
 
         Args:
             seconds: since the first image, s.
@@ -113,31 +114,32 @@ class Labels:
         return TUNING.new_at_first if seconds <= self._coast_s else TUNING.new_later
 
     def remember(self, estimates: Iterable[RobotEstimate]) -> None:
-        """Keep where the robots are now, for the state file."""
+        """Keep the robots' present positions for the state file."""
         for estimate in estimates:
             self._known[estimate.robot_id] = estimate
         while len(self._known) > TUNING.max_remembered:
             del self._known[min(self._known, key=lambda name: self._known[name].last_seen_ns)]
 
     def release(self) -> None:
-        """Forget old places and let bound names be taken anew: the clock went backward."""
+        """Forget saved positions and release bound labels: the clock went backward."""
         self._waiting.clear()
         self._names.release_bound()
 
     def expect(self, estimates: Iterable[RobotEstimate]) -> None:
-        """Let robots whose tracks are lost take up their names where they are found again.
+        """Reassign the labels of lost tracks to robots that reappear near their last positions.
 
-        As after a restart of the program: nothing is known of them but where they were.
+        As after a restart, only the last position and its uncertainty are known.
         """
         for estimate in estimates:
             self._waiting[estimate.robot_id] = _saved_robot(estimate)
         self._names.release(self._waiting)
 
     def saved(self, shift_ns: int = 0) -> SavedNames:
-        """Return everything that has to outlive the program.
+        """Return everything that is saved for a restart.
 
         Args:
-            shift_ns: time less stamps, ns: the clock may have been set (`TimeBase`).
+            shift_ns: offset subtracted from all stamps, ns: the clock may have been set
+                (`TimeBase`).
         """
         robots = tuple(
             known if isinstance(known, SavedRobot) else _saved_robot(known)
@@ -169,10 +171,10 @@ class Labels:
     def _reach(
         self, waiting: list[SavedRobot], sightings: list[ConfirmedTrack]
     ) -> tuple[Array, NDArray[np.bool_]]:
-        """Return (n, m, 2, 2) covariances of old to new places, and which pairs can be at all.
+        """Return covariances (n, m, 2, 2) of saved to new positions and the possible pairs.
 
-        The receiver may have started anew, so nothing of the platform's error cancels. A robot
-        goes on as a coasting one does, but not faster than it can.
+        The receiver may have restarted, so the platform's errors are independent. A robot moves as
+        a coasting one, but no faster than its class allows.
         """
         spread = np.zeros((len(waiting), len(sightings), 2, 2))
         allowed = np.zeros(spread.shape[:2], dtype=bool)
@@ -188,7 +190,7 @@ class Labels:
         return spread, allowed
 
     def _tell(self, name: str, sighting: ConfirmedTrack, local: LocalMap) -> None:
-        """Say which start still waits when a robot gets a number, once for each start."""
+        """Warn, once for each start position, that it is free while a robot gets a number."""
         free = [self._bindings[bound] for bound in self._names.free_bound()]
         if not free:
             return
@@ -228,7 +230,7 @@ def _same_class(binding: RobotBinding, sighting: ConfirmedTrack) -> bool:
 
 
 def _starts(bindings: list[RobotBinding], local: LocalMap) -> Array:
-    """Return where robots start, East, North (n, 2) in `map`, m."""
+    """Return the start positions, East, North (n, 2) in `map`, m."""
     return local.positions(
         np.array([binding.latitude for binding in bindings]),
         np.array([binding.longitude for binding in bindings]),

@@ -1,17 +1,15 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Two robots that are close: their ways, by several hypotheses of which box is whose.
+"""Multiple-hypothesis tracking of two robots that are close to one another.
 
-Each image doubles the hypotheses: its two boxes may be one way round or the other. They are judged
-by how robots swim: a robot that meets another one turns, but hardly changes its speed, and it goes
-on turning for a while. So its acceleration is that of `noise.robot_acceleration`, a few times, and
-across its course there is a rate of turn with a memory (the coordinated turn: Bar-Shalom, Li,
-Kirubarajan 2001, 11.7) and `TUNING.course_density` besides. Whether two robots that came within a
-hull's length crossed or turned away from one another is told by their speeds, courses and rates of
-turn before and after, all at once.
+Each image doubles the hypotheses, one for each assignment of its two boxes. They are weighted by a
+motion model of robots that meet: these turn, but hardly change speed, and keep turning for a while.
+Acceleration is a multiple of `noise.robot_acceleration`; the turn rate is a Gauss-Markov process
+(coordinated turn: Bar-Shalom, Li, Kirubarajan 2001, 11.7) plus white changes of course,
+`TUNING.course_density`. Whether the two crossed or turned away follows from speeds, courses and
+turn rates before and after, jointly.
 
-Errors that both boxes share drop out as far as they are white or drift; when they jump, nothing is
-learnt from them.
+Errors common to both boxes cancel as far as they are white or drift; from a jump nothing is learnt.
 """
 
 from __future__ import annotations
@@ -28,23 +26,23 @@ Array = NDArray[np.float64]
 class PairHypothesesTuning:
     """Chosen numbers of this module, with their units and where they come from."""
 
-    most_ways: int = 12
-    """Hypotheses of one pair. Judged."""
+    max_hypotheses: int = 12
+    """Greatest number of hypotheses of a pair. Judged."""
     least_log: float = -12.0
     """Log weight, relative to the best, below which a hypothesis is dropped. Judged."""
     turn_rate_sigma: float = 0.5
-    """A robot's rate of turn, one sigma, rad/s. Chosen by the log likelihood of the right
-    ways in `benchmarks/meetings.py --seeds 120 --first 500`."""
+    """Turn rate of a robot, one sigma, rad/s. Maximises the log likelihood of the true histories in
+    `benchmarks/meetings.py --seeds 120 --first 500`."""
     turn_lasts_s: float = 1.5
-    """How long a turn lasts, s. Chosen in the same way."""
+    """Correlation time of the turn rate, s. Chosen in the same way."""
     course_density: float = 0.2
-    """Change of its course that has no memory, one sigma after a second, rad/s^0.5. Judged."""
+    """White changes of course, one sigma after a second, rad/s^0.5. Judged."""
     place_density: float = 0.1
-    """The same of the place that the platform's slow errors give both robots, m/s^0.5. Judged."""
+    """Drift of both positions by the platform's slow errors, m/s^0.5. Judged."""
     odd_sigmas: float = 3.0
-    """Sigmas of a move that both boxes share from which it is none of the robots'. Judged."""
+    """Sigmas of a common displacement of both boxes beyond which it counts as noise. Judged."""
     same_squared: float = 0.5
-    """Squared Mahalanobis distance up to which two hypotheses have come to the same. Judged."""
+    """Squared Mahalanobis distance below which two hypotheses are merged. Judged."""
 
 
 TUNING = PairHypothesesTuning()
@@ -56,20 +54,20 @@ _BOTH = np.vstack([np.eye(2), np.eye(2)])
 
 @dataclass(eq=False)
 class PairHypotheses:
-    """Two robots near one another.
+    """Hypotheses of two robots that are close to one another.
 
     Attributes:
-        names: of the first and the second; of tracks that exchange their names, the new ones.
-        ways: (k, 10) place and velocity of the first, of the second robot, m, m/s; their rates of
-            turn, rad/s; best first.
+        names: labels of the first and the second robot; updated when tracks exchange labels.
+        states: (k, 10) position and velocity of the first, of the second robot, m, m/s; their turn
+            rates, rad/s; likeliest first.
         covariances: (k, 10, 10) of these.
-        log_weights: (k,).
-        signs: (k,) 1.0 where the last image's names are right, -1.0 where they are exchanged.
+        log_weights: (k,) log weights.
+        signs: (k,) 1.0 where the last image's labels are right, -1.0 where they are exchanged.
         seen_ns: stamp of the last image that showed both, ns.
     """
 
     names: tuple[str, str]
-    ways: Array
+    states: Array
     covariances: Array
     log_weights: Array
     signs: Array
@@ -79,7 +77,7 @@ class PairHypotheses:
     def begin(
         cls, names: tuple[str, str], places: Array, velocities: Array, spread: Array, stamp_ns: int
     ) -> PairHypotheses:
-        """Return a pair whose names are certain.
+        """Return a pair whose labels are certain.
 
         Args:
             names: of the two.
@@ -91,18 +89,18 @@ class PairHypotheses:
         covariance = np.zeros((1, 10, 10))
         covariance[0, :4, :4], covariance[0, 4:8, 4:8] = spread
         covariance[0, 8:, 8:] = TUNING.turn_rate_sigma**2 * np.eye(2)
-        way = np.zeros((1, 10))
-        way[0, :8] = np.concatenate([places, velocities], axis=1).reshape(8)
-        return cls(names, way, covariance, np.zeros(1), np.ones(1), stamp_ns)
+        state = np.zeros((1, 10))
+        state[0, :8] = np.concatenate([places, velocities], axis=1).reshape(8)
+        return cls(names, state, covariance, np.zeros(1), np.ones(1), stamp_ns)
 
     @property
     def exchanged(self) -> float:
-        """Probability that the two names are exchanged."""
+        """Probability that the two labels are exchanged."""
         weights = np.exp(self.log_weights)
         return float(weights[self.signs < 0.0].sum() / weights.sum())
 
     def exchange(self) -> None:
-        """Take the names, or the last image's boxes, the other way round."""
+        """Exchange the labels, or the last image's boxes."""
         self.signs = -self.signs
 
     def update(
@@ -111,36 +109,36 @@ class PairHypotheses:
         """Take in the two boxes of one image.
 
         Returns:
-            Probability that they are exchanged against those of the image before.
+            Probability that they are exchanged relative to the previous image.
 
         Args:
             stamp_ns: of the image, ns.
-            places: (2, 2) of the boxes of the ones that bear the first and the second name, m.
+            places: (2, 2) boxes assigned to the first and the second label, m.
             own: (2, 2, 2) white covariance of each, m².
-            common: (2, 2) of the error that they share, m².
-            acceleration: of a robot along its course, root of the spectral density, m/s^1.5.
+            common: (2, 2) covariance of the error common to both, m².
+            acceleration: along the robot's course, root of the spectral density, m/s^1.5.
         """
         self._predict((stamp_ns - self.seen_ns) * 1e-9, acceleration)
         self.seen_ns = stamp_ns
-        right, turned = places.reshape(4), places[::-1].reshape(4)
-        off = np.stack([right - self.ways[:, _PLACES], turned - self.ways[:, _PLACES]])
+        direct, swapped = places.reshape(4), places[::-1].reshape(4)
+        off = np.stack([direct - self.states[:, _PLACES], swapped - self.states[:, _PLACES]])
         spread = self.covariances[:, _PLACES][:, :, _PLACES] + self._noise(off[0, 0], own, common)
         inverse = np.linalg.inv(spread)
         gain = self.covariances[:, :, _PLACES] @ inverse
         left = self.covariances - gain @ self.covariances[:, _PLACES]
-        ways = self.ways + np.einsum("kij,skj->ski", gain, off)
+        states = self.states + np.einsum("kij,skj->ski", gain, off)
         squared = np.einsum("ski,kij,skj->sk", off, inverse, off)
         weights = self.log_weights - 0.5 * (squared + np.linalg.slogdet(spread)[1])
         weights = (weights - weights.max()).reshape(-1)
-        k = len(self.ways)
+        k = len(self.states)
         signs = np.repeat([1.0, -1.0], k)
         share = np.exp(weights)
         other = float(share[signs != np.tile(self.signs, 2)].sum() / share.sum())
-        self._keep(ways.reshape(2 * k, 10), np.tile(left, (2, 1, 1)), weights, signs)
+        self._keep(states.reshape(2 * k, 10), np.tile(left, (2, 1, 1)), weights, signs)
         return other
 
     def _noise(self, off: Array, own: Array, common: Array) -> Array:
-        """Return the covariance (4, 4) of both boxes; what moves both at once counts as noise."""
+        """Return the boxes' covariance (4, 4); an implausible common move counts as noise."""
         noise = np.zeros((4, 4))
         noise[:2, :2], noise[2:, 2:] = own
         shared = 0.5 * (off[:2] + off[2:])
@@ -151,37 +149,37 @@ class PairHypotheses:
         return noise + _BOTH @ common @ _BOTH.T
 
     def _predict(self, seconds: float, acceleration: float) -> None:
-        ways, k = self.ways.copy(), len(self.ways)
+        states, k = self.states.copy(), len(self.states)
         move, noise = np.tile(np.eye(10), (k, 1, 1)), np.zeros((k, 10, 10))
         course = np.array([[seconds**2 / 3.0, seconds / 2.0], [seconds / 2.0, 1.0]]) * seconds
         kept = np.exp(-seconds / TUNING.turn_lasts_s)
         for first, turn in ((0, 8), (4, 9)):
-            place, swims = slice(first, first + 2), slice(first + 2, first + 4)
-            turned = _turned(seconds * ways[:, turn])
-            after = np.einsum("kij,kj->ki", turned, ways[:, swims])
+            place, velocity = slice(first, first + 2), slice(first + 2, first + 4)
+            rotation = _rotations(seconds * states[:, turn])
+            after = np.einsum("kij,kj->ki", rotation, states[:, velocity])
             across = np.stack([-after[:, 1], after[:, 0]], axis=1)
-            ways[:, place] += 0.5 * seconds * (ways[:, swims] + after)
-            ways[:, swims] = after
-            ways[:, turn] *= kept
-            move[:, place, swims] = 0.5 * seconds * (np.eye(2) + turned)
-            move[:, swims, swims] = turned
+            states[:, place] += 0.5 * seconds * (states[:, velocity] + after)
+            states[:, velocity] = after
+            states[:, turn] *= kept
+            move[:, place, velocity] = 0.5 * seconds * (np.eye(2) + rotation)
+            move[:, velocity, velocity] = rotation
             move[:, place, turn] = 0.5 * seconds**2 * across
-            move[:, swims, turn] = seconds * across
+            move[:, velocity, turn] = seconds * across
             move[:, turn, turn] = kept
-            kicks = TUNING.course_density**2 * across[:, :, None] * across[
+            white = TUNING.course_density**2 * across[:, :, None] * across[
                 :, None
             ] + acceleration**2 * np.eye(2)
-            both = np.einsum("pq,kij->kpiqj", course, kicks).reshape(-1, 4, 4)
+            both = np.einsum("pq,kij->kpiqj", course, white).reshape(-1, 4, 4)
             noise[:, first : first + 4, first : first + 4] = both
             noise[:, turn, turn] = TUNING.turn_rate_sigma**2 * (1.0 - kept**2)
         covariances = move @ self.covariances @ move.transpose(0, 2, 1) + noise
         covariances[:, _PLACES[:, None], _PLACES] += (
             TUNING.place_density**2 * seconds * (_BOTH @ _BOTH.T)
         )
-        self.ways, self.covariances = ways, covariances
+        self.states, self.covariances = states, covariances
 
-    def _keep(self, ways: Array, covariances: Array, weights: Array, signs: Array) -> None:
-        """Keep the best hypotheses; those that have come to the same go on as one."""
+    def _keep(self, states: Array, covariances: Array, weights: Array, signs: Array) -> None:
+        """Keep the likeliest hypotheses and merge those that coincide."""
         kept: list[int] = []
         total: list[float] = []
         for i in np.argsort(-weights, kind="stable").tolist():
@@ -189,7 +187,7 @@ class PairHypotheses:
                 break
             rivals = [n for n, j in enumerate(kept) if signs[j] == signs[i]]
             if rivals:
-                off = ways[[kept[n] for n in rivals]] - ways[i]
+                off = states[[kept[n] for n in rivals]] - states[i]
                 near = (
                     np.einsum("na,na->n", off, np.linalg.solve(covariances[i], off.T).T)
                     < TUNING.same_squared
@@ -198,14 +196,14 @@ class PairHypotheses:
                     first = rivals[int(np.argmax(near))]
                     total[first] = float(np.logaddexp(total[first], weights[i]))
                     continue
-            if len(kept) < TUNING.most_ways:
+            if len(kept) < TUNING.max_hypotheses:
                 kept.append(i)
                 total.append(float(weights[i]))
-        self.ways, self.covariances, self.signs = ways[kept], covariances[kept], signs[kept]
+        self.states, self.covariances, self.signs = states[kept], covariances[kept], signs[kept]
         self.log_weights = np.array(total)
 
 
-def _turned(angles: Array) -> Array:
-    """Return matrices (k, 2, 2) that turn by angles (k,), rad."""
+def _rotations(angles: Array) -> Array:
+    """Return rotation matrices (k, 2, 2) of angles (k,), rad."""
     c, s = np.cos(angles), np.sin(angles)
     return np.stack([c, -s, s, c], axis=1).reshape(-1, 2, 2)

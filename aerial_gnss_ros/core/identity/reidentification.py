@@ -1,21 +1,18 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Which robot out of sight has come up again, or whether a new one has.
+"""Re-identification: which robot out of view a newly confirmed track is, if any.
 
-Inside a coasting robot's gate something new is confirmed. The longer a robot was away, the wider is
-its gate, and the likelier is what comes up there another robot. So the likelihoods are compared:
-that the robot is there, and that one is which nobody has seen yet; of these one comes up now and
-then, so that a robot back after seconds competes with fewer than one back after minutes. Where a
-robot out of sight can be, and how it swims there, is a mixture (`return_position`). Besides, robots
-come up after about as long as others did (`return_time`).
+The gate of a coasting robot grows with the time out of view, and so does the chance that what
+surfaces there is another robot. The likelihood that the track is that robot is therefore compared
+with that of a new one. New robots appear at a rate, so a robot unseen for seconds competes with
+fewer of them than one unseen for minutes. The position density of a robot out of view is a mixture
+(`return_position`), and its absence has a learnt distribution (`return_time`).
 
-Where two robots out of sight could be the new track, nothing is decided for a while: if the
-other one comes up as well, the two are told apart by how they lie to one another, whatever error
-they share. That there are two must be seen in one image: a robot whose track lost a box or two has
-grown a second track, and is still one robot. Where that leaves open which is which, both get new
-names, and the old ones end: nothing that the two show later tells them apart. If the other one does
-not come up, and neither is likely enough, the new track gets a new name, and those out of sight
-keep theirs.
+If a track could be either of two robots, the decision waits: once the other one surfaces too, their
+relative position tells them apart, whatever error they share. One image must show both, since a
+robot that missed a box or two may have started a second track. If relative positions do not decide,
+both tracks get new labels and the old ones end, as no later image could tell. If the other one does
+not surface and no robot is likely enough, the track gets a new label.
 """
 
 from __future__ import annotations
@@ -45,25 +42,24 @@ class ReidentificationTuning:
     """Chosen numbers of this module, with their units and where they come from."""
 
     view_heights: float = 2.0
-    """Side of the water in view, as a multiple of the height. Judged."""
+    """Side length of the water in view, as a multiple of the camera's height. Judged."""
     doubt_m: float = 0.5
-    """Both allow for a place that is wrong by so much more than the filter says, one sigma, m.
+    """Position error beyond the filter's covariance that both robots are allowed, one sigma, m.
     Judged."""
     patience_s: float = 4.0
-    """How long a track waits for the other robot to come up, too, s; those that come up one after
-    the other wait for the last of them. Judged."""
+    """Longest wait for the other candidate to surface, s; tracks that start one after the other
+    wait for the last one. Judged."""
     patience_share: float = 0.05
-    """It waits longer by this share of the time for which the nearest robot was out of sight.
+    """The wait is longer by this share of the time for which the nearest robot was unseen.
     Judged."""
     look_s: float = 1.0
-    """How long a track in doubt waits to show how it swims, s. Judged."""
+    """Time after which the velocity of an ambiguous track is known, s. Judged."""
     naming_probability: float = 0.8
-    """Probability from which a new track gets a robot's name, against all other robots and those
-    that nobody has seen. Below, it gets a new one: a name on the wrong robot is a confident wrong
-    position, which is much worse. docs/results/identity.md has what other values give."""
+    """Probability above which a new track gets a robot's label, against all other robots and new
+    ones. Below, it gets a new one: a label on the wrong robot is a confident wrong position, which
+    is much worse. docs/results/identity.md compares other values."""
     unsure_probability: float = 0.05
-    """Probability from which it is remembered that a track may be another robot than it is named.
-    Judged."""
+    """Least probability of another assignment that is remembered as ambiguous. Judged."""
 
 
 TUNING = ReidentificationTuning()
@@ -71,16 +67,16 @@ TUNING = ReidentificationTuning()
 
 @dataclass
 class Returns:
-    """Who came up.
+    """Decisions about new tracks and robots that were out of view.
 
     Attributes:
         found: by row of a new track, the row of the robot that it is.
-        waiting: rows of new tracks that wait for more.
-        ended: rows of robots that came up, but nobody can tell which they are.
-        label_probabilities: by row of a robot that came up, the probability of each new row to be
+        waiting: rows of new tracks whose decision is deferred.
+        ended: rows of robots that surfaced but cannot be told apart.
+        label_probabilities: by row of a robot that surfaced, the probability of each new row to be
             that robot.
-        other: by a new row and that of a robot out of sight, the probability that it is that one.
-        unknown: by new row, the probability that it is a robot that nobody has seen before.
+        other: by a new row and that of a robot out of view, the probability that they are the same.
+        unknown: by new row, the probability that it is a new robot.
     """
 
     found: dict[int, int] = field(default_factory=dict)
@@ -92,21 +88,21 @@ class Returns:
 
 
 class Reidentification:
-    """Compares newly confirmed tracks with robots out of sight.
+    """Compares newly confirmed tracks with robots out of view.
 
     Args:
-        motion: of robots out of sight, as the filter has it.
+        motion: motion model of robots out of view.
         threshold: squared Mahalanobis distance at the edge of a gate.
-        coast_s: for how long a robot may be out of sight, s.
+        coast_s: longest time a robot may be out of view, s.
     """
 
     def __init__(self, motion: MotionModel, threshold: float, coast_s: float) -> None:
-        self._whereabouts = ReturnPosition(motion)
+        self._positions = ReturnPosition(motion)
         self._threshold = threshold
         self._absences = AbsenceTimes(coast_s)
 
     def reset(self) -> None:
-        """Forget how long robots were away."""
+        """Forget the absences observed so far."""
         self._absences.reset()
 
     def decide(
@@ -115,23 +111,23 @@ class Reidentification:
         away: list[int],
         ready: list[int],
         between: tuple[Array, Array],
-        swims: VelocityLikelihood,
+        velocities: VelocityLikelihood,
         stamp_ns: int,
         height: float,
         newcomers: float,
     ) -> Returns:
-        """Return which new tracks are which robots.
+        """Decide which new tracks are which robots.
 
         Args:
             tracks: all of them.
-            away: n rows of robots that may have been out of sight.
+            away: n rows of robots that may have been out of view.
             ready: m rows of new tracks.
             between: offsets (n, m, 2) from robots to new tracks, m, and covariances (n, m, 2, 2)
                 as the filter has them, m².
-            swims: how the new tracks swim.
+            velocities: velocity likelihoods of the new tracks.
             stamp_ns: of the image, ns.
             height: of the camera above the water, m.
-            newcomers: robots never seen that are expected to come up in the picture in `coast_s`.
+            newcomers: expected number of new robots within `coast_s`.
         """
         squared, _ = mahalanobis(*between)
         possible = (squared <= self._threshold) & np.array(
@@ -140,31 +136,33 @@ class Reidentification:
         unseen = np.array([(stamp_ns - tracks[row].last_seen_ns) * 1e-9 for row in away])
         gone = np.array([[_absence(tracks[old], tracks[new]) for new in ready] for old in away])
         odds = self._absences.odds(gone)
-        density, vague = self._densities(tracks, away, unseen, between, swims)
+        density, widened = self._densities(tracks, away, unseen, between, velocities)
         share = self._absences.share(gone, unseen)
         known, side = [tracks[row] for row in away], TUNING.view_heights * max(height, 1.0)
-        fresh = self._whereabouts.new_robot_density(known, between[0], side, swims)
+        fresh = self._positions.new_robot_density(known, between[0], side, velocities)
         labelled, other = _labels(known, [tracks[row] for row in ready])
-        density, vague = density * labelled, vague * labelled
+        density, widened = density * labelled, widened * labelled
         each = newcomers * share * fresh * other
         each = np.maximum(each, 1e-12)
         place = -2.0 * np.log(np.maximum(density, 1e-300) / each)
         rows, columns = cheapest(place - 2.0 * np.log(odds), possible, np.zeros(len(away)))
-        vague = np.where(possible, odds * vague, 0.0)
-        # Where as many have come up as could be meant, their lie to one another decides.
+        widened = np.where(possible, odds * widened, 0.0)
+        # If all candidates have surfaced, their relative positions decide.
         settled = (possible.any(axis=1).sum() <= len(columns)) and len(columns) > 1
         came = [tracks[ready[column]] for column in columns]
         settled &= all(a.coexisted(b) for a, b in combinations(came, 2))
-        likely = vague / (vague.sum(axis=0) + each)
+        likely = widened / (widened.sum(axis=0) + each)
         age = np.array([(stamp_ns - tracks[row].first_seen_ns) * 1e-9 for row in ready])
         if settled:
-            _, chances = likeliest_permutation(place, possible, rows, columns, gone, self._absences)
+            _, probabilities = likeliest_permutation(
+                place, possible, rows, columns, gone, self._absences
+            )
             waits = np.zeros(len(ready), dtype=bool)
-            waits[columns] = chances.diagonal() < 1.0 - TUNING.unsure_probability
+            waits[columns] = probabilities.diagonal() < 1.0 - TUNING.unsure_probability
             waits &= age[columns].min() < TUNING.look_s
         else:
             nearest = unseen[np.where(possible, squared, np.inf).argmin(axis=0)]
-            unclear, best = _waits(vague), likely.max(axis=0)
+            unclear, best = _waits(widened), likely.max(axis=0)
             waits = (
                 (best > TUNING.unsure_probability)
                 & (best < 1.0 - TUNING.unsure_probability)
@@ -181,14 +179,16 @@ class Reidentification:
             if ready[j] not in waiting and (settled or likely[i, j] > TUNING.naming_probability)
         ]
         rows, columns = rows[sure], columns[sure]
-        rows, chances = likeliest_permutation(place, possible, rows, columns, gone, self._absences)
+        rows, probabilities = likeliest_permutation(
+            place, possible, rows, columns, gone, self._absences
+        )
         dives = [(tracks[row].robot_id, tracks[row].last_seen_ns) for row in away]
         for column, row in enumerate(ready):
             if row not in waiting:
                 self._absences.add(gone[:, column], likely[:, column], dives)
         done = Returns(waiting=waiting)
         new, old = [ready[column] for column in columns], [away[i] for i in rows]
-        for k, law in enumerate(chances.tolist()):
+        for k, law in enumerate(probabilities.tolist()):
             done.label_probabilities[old[k]] = dict(zip(new, law, strict=True))
             if law[k] > TUNING.naming_probability:
                 done.found[new[k]] = old[k]
@@ -199,11 +199,11 @@ class Reidentification:
         return done
 
     def _allow(self, done: Returns, away: list[int], ready: list[int], likely: Array) -> None:
-        """Note what else tracks may be that were named each by itself.
+        """Record alternative labels of tracks that were decided one by one.
 
         Args:
-            done: goes on with it.
-            away: n rows of robots that may have been out of sight.
+            done: the decisions, extended.
+            away: n rows of robots that may have been out of view.
             ready: m rows of new tracks.
             likely: (n, m) probabilities.
         """
@@ -222,28 +222,28 @@ class Reidentification:
         away: list[int],
         unseen: Array,
         between: tuple[Array, Array],
-        swims: VelocityLikelihood,
+        velocities: VelocityLikelihood,
     ) -> tuple[Array, Array]:
-        """Return the densities (n, m) of places, 1/m²; as stated, and in doubt by `doubt_m`."""
+        """Return position densities (n, m), 1/m²: as stated, and widened by `doubt_m`."""
         offsets, spread = between
-        density, vague = np.empty((2, *offsets.shape[:2]))
-        more, find = TUNING.doubt_m**2 * np.eye(2), self._whereabouts.density
+        density, widened = np.empty((2, *offsets.shape[:2]))
+        more, find = TUNING.doubt_m**2 * np.eye(2), self._positions.density
         for i, row in enumerate(away):
-            density[i] = find(tracks[row], unseen[i], offsets[i], spread[i], swims)
-            vague[i] = find(tracks[row], unseen[i], offsets[i], spread[i] + more, swims)
-        return density, vague
+            density[i] = find(tracks[row], unseen[i], offsets[i], spread[i], velocities)
+            widened[i] = find(tracks[row], unseen[i], offsets[i], spread[i] + more, velocities)
+        return density, widened
 
 
 def duplicate_tracks(
     tracks: list[Track], ready: list[int], between: tuple[Array, Array], threshold: float
 ) -> dict[int, int]:
-    """Return tracks that are of one robot: by row of the one to go on, the row of the other.
+    """Return duplicate tracks of one robot: by row of the one kept, the row of the other.
 
-    They lie inside one another's gate, and no image has shown both.
+    Each is inside the other's gate, and no image has shown both.
 
     Args:
         tracks: all of them.
-        ready: m rows of tracks without names that have hits enough.
+        ready: m rows of unlabelled tracks with enough hits.
         between: offsets (m, m, 2) between them, m, and covariances (m, m, 2, 2), m².
         threshold: squared Mahalanobis distance at the edge of a gate.
     """
@@ -261,16 +261,16 @@ def duplicate_tracks(
 
 
 def _labels(known: list[Track], new: list[Track]) -> tuple[Array, Array]:
-    """Return how likely new tracks are robots (n, m), or others (m,), by the picture alone."""
+    """Return likelihood factors of robots (n, m) and of new ones (m,) from the image alone."""
     told = [track.labels or UNTOLD for track in new]
     factors = [[one.factor(robot.robot_id) for one in told] for robot in known]
     return np.array(factors), np.array([one.factor("") for one in told])
 
 
 def _absence(old: Track, new: Track) -> float:
-    """Return for how long a robot had dived if a new track is that robot, s.
+    """Return how long a robot was submerged if a new track is that robot, s.
 
-    NaN if it left the view or came back into it.
+    NaN if it left the view or entered it.
     """
     if old.leaving_view or new.entered_view:
         return np.nan
@@ -282,7 +282,7 @@ def _can_be(old: Track, new: Track) -> bool:
 
 
 def _waits(density: Array) -> NDArray[np.bool_]:
-    """Return which columns (m,) two rows of (n, m) explain about as well."""
+    """Return which columns (m,) two rows of (n, m) explain about equally well."""
     if len(density) < 2:
         return np.zeros(density.shape[1], dtype=bool)
     second, best = np.sort(density, axis=0)[-2:]

@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Which is which of robots that have all come up again: by places and absences, all at once."""
+"""Likeliest permutation of robots that have all surfaced, by positions and absences jointly."""
 
 from __future__ import annotations
 
@@ -21,7 +21,8 @@ class ReturnPermutationTuning:
     """Chosen numbers of this module, with their units and where they come from."""
 
     permuted_robots: int = 5
-    """Robots of which all orders are weighed; of more, only exchanges of two. Judged."""
+    """Up to this many robots all permutations are compared; beyond, only exchanges of two.
+    Judged."""
 
 
 TUNING = ReturnPermutationTuning()
@@ -32,21 +33,21 @@ def likeliest_permutation(
     possible: NDArray[np.bool_],
     rows: Indices,
     columns: Indices,
-    gone: Array,
-    absences: AbsenceTimes,
+    absence_s: Array,
+    distribution: AbsenceTimes,
 ) -> tuple[Indices, Array]:
     """Return the likeliest rows (k,) for the columns of an assignment.
 
-    Besides, by robot (k,) as it is assigned, the probability of each column (k,) to be it, over all
-    orders: three robots may be in a ring on one another's places.
+    Also returns, for each assigned robot (k,), the probability of each column (k,) over all
+    permutations: three robots may be permuted cyclically.
 
     Args:
-        cost: (n, m) of a pair: minus twice the log of the likelihood of its place.
-        possible: (n, m) pairs that can be.
+        cost: (n, m) of a pair: minus twice the log likelihood of its position.
+        possible: (n, m) pairs that are possible.
         rows: k of the assignment.
         columns: theirs.
-        gone: (n, m) absences, s.
-        absences: their law.
+        absence_s: (n, m) absences, s.
+        distribution: distribution of absences.
     """
     k = len(rows)
     logs: dict[tuple[int, ...], float] = {}
@@ -54,13 +55,15 @@ def likeliest_permutation(
         chosen = rows[list(order)]
         if possible[chosen, columns].all():
             place = -0.5 * float(cost[chosen, columns].sum())
-            logs[order] = place + absences.joint_log_density(gone[chosen, columns])
+            logs[order] = place + distribution.joint_log_density(absence_s[chosen, columns])
     best = max(logs, key=lambda order: logs[order])
-    chances = np.zeros((k, k))
+    probabilities = np.zeros((k, k))
     for order, log in logs.items():
         robots = [order.index(robot) for robot in best]
-        chances[range(k), robots] += np.exp(log - logs[best])
-    return rows[list(best)], chances / np.maximum(chances.sum(axis=1, keepdims=True), 1e-300)
+        probabilities[range(k), robots] += np.exp(log - logs[best])
+    return rows[list(best)], probabilities / np.maximum(
+        probabilities.sum(axis=1, keepdims=True), 1e-300
+    )
 
 
 def _orders(k: int) -> list[tuple[int, ...]]:

@@ -1,14 +1,15 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Where a robot out of sight may be, and how it swims there: what a new track is compared with.
+"""Position and velocity density of a robot out of view, with which new tracks are compared.
 
-A mixture of four. The robot stays where it went down; it wanders about there as fast as it swam in
-sight; it goes straight on; or it does anything that the filter allows, which sets the gate and is
-published. Which one it was shows in how it swims when it is back, too: one that went straight on
-still has about the velocity that it had, the more so the nearer it is to where that leads.
+A mixture of four equally weighted models: the robot stays where it dived; it wanders about there at
+its usual speed; it continues straight on; or it does whatever the filter's motion model allows,
+which sets the gate and the published covariance. Velocity at the return tells them apart, too: a
+robot that continued straight on still has about its old velocity, the more so the closer it is to
+where that leads.
 
-Only ratios of likelihoods count. So that of a new track's velocity is given by that of a robot of
-which nothing is known, and as long as the velocity has not been seen it says nothing.
+Velocity likelihoods are ratios to an uninformative prior: while a velocity is not observed yet, the
+ratio is one.
 """
 
 from __future__ import annotations
@@ -30,19 +31,18 @@ class ReturnPositionTuning:
     """Chosen numbers of this module, with their units and where they come from."""
 
     part_share: float = 0.25
-    """Of each of the four parts of the mixture. Judged."""
+    """Weight of each of the four models. Judged."""
     stays_mps: float = 0.08
-    """Speed of a robot that stays where it went down, each axis, m/s. Judged."""
+    """Speed of a robot that stays where it dived, each axis, m/s. Judged."""
     course_share: float = 0.3
-    """A robot that goes straight on is off by such a share of its way, one sigma; of the way at the
-    speed that it is used to, where it was slower just then. Judged."""
+    """Position error of a robot that continues straight on, one sigma, as a share of the distance
+    covered at its present or, if that is greater, its usual speed. Judged."""
     smallest_variance_m2: float = 1e-3
-    """Least variance of a place, m². Judged."""
+    """Least variance of a position, m². Judged."""
     moment_s: float = 1e-3
-    """A robot unseen for so long is no longer held on its course as one that was seen just now, s.
-    Judged."""
+    """Time unseen after which a robot is no longer held on its course, s. Judged."""
     unseen_variance_m2ps2: float = 1e4
-    """Variance of a velocity that has not been seen, m²/s². Judged."""
+    """Variance of a velocity that has not been observed, m²/s². Judged."""
 
 
 TUNING = ReturnPositionTuning()
@@ -50,11 +50,11 @@ TUNING = ReturnPositionTuning()
 
 @dataclass(frozen=True)
 class VelocityLikelihood:
-    """How m new tracks swim, by their boxes alone.
+    """Velocities of m new tracks, from their boxes alone.
 
     Attributes:
         velocities: (m, 2) East, North, m/s.
-        spread: (m, 2, 2) covariance, m²/s²; very large where it has not been seen.
+        spread: (m, 2, 2) covariance, m²/s²; very large where not observed.
     """
 
     velocities: Array
@@ -62,12 +62,12 @@ class VelocityLikelihood:
 
     @classmethod
     def of(cls, velocities: Array, spread: Array, speed: Array | float) -> VelocityLikelihood:
-        """Return what estimates say beyond what they began with.
+        """Return what estimates add to their prior.
 
         Args:
-            velocities: (m, 2) estimates, which began with none, m/s.
+            velocities: (m, 2) estimates, with a prior mean of zero, m/s.
             spread: (m, 2, 2) their covariances, m²/s².
-            speed: (m,) with which they began, one sigma, each axis, m/s.
+            speed: (m,) prior sigma, each axis, m/s.
         """
         values, axes = np.linalg.eigh(spread)
         began = np.square(np.asarray(speed))[..., None]
@@ -77,41 +77,41 @@ class VelocityLikelihood:
         return cls(np.einsum("mij,mj->mi", alone, velocities), own)
 
     def ratio(self, expected: Array, spread: Array, speed: float) -> Array:
-        """Return how much likelier (…, m) they are than of a robot of which nothing is known.
+        """Return likelihood ratios (…, m) of velocities to the uninformative prior.
 
         Args:
             expected: (…, m, 2) velocities, m/s.
             spread: (…, m, 2, 2) covariances, m²/s².
-            speed: of a robot of which nothing is known, one sigma, each axis, m/s.
+            speed: prior sigma of an unknown velocity, each axis, m/s.
         """
         log = _log_normal(self.velocities - expected, self.spread + spread)
         return np.exp(log - _log_normal(self.velocities, self.spread + speed**2 * np.eye(2)))
 
 
 class ReturnPosition:
-    """Says how likely robots out of sight are where something came up, swimming as it does.
+    """Densities of robots out of view at the positions and velocities of new tracks.
 
     Args:
-        motion: of robots out of sight, as the filter has it.
+        motion: motion model of robots out of view.
     """
 
     def __init__(self, motion: MotionModel) -> None:
         self._motion = motion
 
     def new_robot_density(
-        self, tracks: list[Track], offsets: Array, side: float, swims: VelocityLikelihood
+        self, tracks: list[Track], offsets: Array, side: float, velocities: VelocityLikelihood
     ) -> Array:
-        """Return the density (m,) of places of a robot never seen, times the ratio of velocities.
+        """Return the position density (m,) of a new robot, 1/m², times its velocity ratio.
 
-        Robots of one mission are near one another, and swim alike. So half of the law is that of
-        the view, and half a normal law about the middle of the n that are known, with the spread
-        that they have; one robot spread as the view is counted with them, as long as they are few.
+        Robots of one mission stay together and move alike. So the density is half uniform over the
+        view and half Gaussian around the known robots with their spread, to which one virtual robot
+        spread over the view is added.
 
         Args:
-            tracks: n robots that are known.
-            offsets: (n, m, 2) from these to the new tracks, m.
-            side: of the water in view, m.
-            swims: how the new tracks swim.
+            tracks: n known robots.
+            offsets: (n, m, 2) from known robots to new tracks, m.
+            side: side length of the water in view, m.
+            velocities: velocity likelihoods of the new tracks.
         """
         speed, n = self._motion.speed_sigma, len(tracks)
         middle = offsets.mean(axis=0)
@@ -120,55 +120,65 @@ class ReturnPosition:
         near = _normal(middle, np.tile(spread, (len(middle), 1, 1)))
         squares = sum(one.speed_history for one in tracks)
         usual = (speed**2 + squares) / (1.0 + sum(one.speed_history_count for one in tracks))
-        alike = swims.ratio(np.zeros(2), usual * np.eye(2), speed)
-        return 0.5 * (side**-2 + near) * alike
+        velocity_ratio = velocities.ratio(np.zeros(2), usual * np.eye(2), speed)
+        return 0.5 * (side**-2 + near) * velocity_ratio
 
     def density(
-        self, track: Track, unseen: float, offsets: Array, spread: Array, swims: VelocityLikelihood
+        self,
+        track: Track,
+        unseen: float,
+        offsets: Array,
+        spread: Array,
+        velocities: VelocityLikelihood,
     ) -> Array:
-        """Return the density (m,) of places, 1/m², times the ratio of velocities.
+        """Return the position density (m,) of a robot, 1/m², times its velocity ratio.
 
         Args:
-            track: the robot out of sight.
-            unseen: for how long, s.
-            offsets: (m, 2) from where the filter has it, m.
+            track: the robot out of view.
+            unseen: time since it was last seen, s.
+            offsets: (m, 2) from the filter's prediction, m.
             spread: (m, 2, 2) covariances of these, m².
-            swims: how the new tracks swim.
+            velocities: velocity likelihoods of the new tracks.
         """
         motion, eye = self._motion, np.eye(2)
         unseen = max(unseen, TUNING.moment_s)
         reach, _, noise = motion.step(unseen, np.full(1, TUNING.moment_s))
         arm, grown = float(reach[0]), float(noise[0, 0])
-        habit = track.typical_speed(motion.speed_sigma)
+        usual_speed = track.typical_speed(motion.speed_sigma)
         slow = min(TUNING.stays_mps, motion.speed_sigma)
-        back = offsets + arm * track.velocity
-        usual = swims.ratio(np.zeros(2), habit**2 * eye, motion.speed_sigma)
+        held = offsets + arm * track.velocity
+        usual = velocities.ratio(np.zeros(2), usual_speed**2 * eye, motion.speed_sigma)
         further = (unseen**2 - arm**2) * track.velocity_spread
         straight = self._straight(
             track, unseen, offsets - (unseen - arm) * track.velocity,
-            _less(spread, grown) + further, swims,
+            _reduced(spread, grown) + further, velocities,
         )  # fmt: skip
         return TUNING.part_share * (
-            usual * _normal(back, _less(spread, grown - self._wander(unseen, slow)))
-            + usual * _normal(offsets, _less(spread, grown - self._wander(unseen, habit)))
+            usual * _normal(held, _reduced(spread, grown - self._wander(unseen, slow)))
+            + usual * _normal(offsets, _reduced(spread, grown - self._wander(unseen, usual_speed)))
             + straight
             + _normal(offsets, spread)
         )
 
     def _straight(
-        self, track: Track, unseen: float, ahead: Array, spread: Array, swims: VelocityLikelihood
+        self,
+        track: Track,
+        unseen: float,
+        ahead: Array,
+        spread: Array,
+        velocities: VelocityLikelihood,
     ) -> Array:
-        """Return the same of a robot that goes straight on.
+        """Return the same for a robot that continues straight on.
 
-        It is pushed off its course by white noise: errors of place and velocity go together. By
-        the stated acceleration, too, its velocity is forgotten, within a minute or so.
+        White noise deflects it, so that errors of position and velocity are correlated. The stated
+        acceleration makes it lose its velocity within a minute or so.
 
         Args:
-            track: the robot out of sight.
-            unseen: for how long, s.
-            ahead: (m, 2) offsets from where it should be, m.
-            spread: (m, 2, 2) covariances of these, but for what it is off its course, m².
-            swims: how the new tracks swim.
+            track: the robot out of view.
+            unseen: time since it was last seen, s.
+            ahead: (m, 2) offsets from the position straight ahead, m.
+            spread: (m, 2, 2) their covariances without the deflection, m².
+            velocities: velocity likelihoods of the new tracks.
         """
         speed = max(float(np.hypot(*track.velocity)), track.typical_speed(self._motion.speed_sigma))
         off, eye = (TUNING.course_share * speed * unseen) ** 2, np.eye(2)
@@ -178,16 +188,16 @@ class ReturnPosition:
         gain = with_it @ np.linalg.inv(place)
         turned = (3.0 * off / unseen**2 + stated) * eye + known - gain @ with_it
         expected = track.velocity + np.einsum("mij,mj->mi", gain, ahead)
-        return _normal(ahead, place) * swims.ratio(expected, turned, self._motion.speed_sigma)
+        return _normal(ahead, place) * velocities.ratio(expected, turned, self._motion.speed_sigma)
 
     def _wander(self, unseen: float, speed: float) -> float:
-        """Return the variance of a place after a time of wandering at a speed, each axis, m²."""
+        """Return the position variance of wandering at a speed, each axis, m²."""
         motion = MotionModel(min(self._motion.acceleration, speed), speed)
         return float(motion.step(unseen, np.full(1, TUNING.moment_s))[2][0, 0])
 
 
-def _less(spread: Array, variance: float) -> Array:
-    """Return covariances (m, 2, 2) less a variance in every direction, still positive."""
+def _reduced(spread: Array, variance: float) -> Array:
+    """Return covariances (m, 2, 2) less an isotropic variance, kept positive definite."""
     a, b, d = spread[:, 0, 0], spread[:, 0, 1], spread[:, 1, 1]
     least = 0.5 * (a + d) - np.hypot(0.5 * (a - d), b)
     taken: Array = np.minimum(variance, least - TUNING.smallest_variance_m2)
@@ -195,12 +205,12 @@ def _less(spread: Array, variance: float) -> Array:
 
 
 def _normal(offsets: Array, spread: Array) -> Array:
-    """Return the density of planar normal laws."""
+    """Return planar Gaussian densities."""
     return np.exp(_log_normal(offsets, spread))
 
 
 def _log_normal(offsets: Array, spread: Array) -> Array:
-    """Return the log density of planar normal laws."""
+    """Return planar Gaussian log densities."""
     squared, log_determinant = mahalanobis(offsets, spread)
     log: Array = -0.5 * (squared + log_determinant) - np.log(2.0 * np.pi)
     return log

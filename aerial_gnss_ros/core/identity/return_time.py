@@ -1,12 +1,12 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""How long robots stay out of sight, learnt from those that came back.
+"""Distribution of absences: how long robots stay submerged, learnt from those that returned.
 
-Robots of one mission dive alike: one that has been away for as long as others were is likelier to
-be the one that comes up than one that has just gone down. Nothing is supposed of it at first. Each
-robot that came back, weighted by how surely it was that one, adds a bump of the logarithm of its
-absence to an even rate. How wide bumps are is learnt as well, from how well absences were foretold
-by those before: where robots stay away for any time, bumps are wide and tell little.
+Robots of one mission dive alike: one that has been away as long as others were is likelier to
+surface than one that has just dived. The prior is a constant rate. Each returned robot adds a
+kernel in the logarithm of its absence, weighted by the probability that it was that robot. The
+kernel width is learnt from how well earlier absences predicted the later ones: where absences vary
+much, kernels are wide and carry little information.
 """
 
 from __future__ import annotations
@@ -27,25 +27,25 @@ class ReturnTimeTuning:
     """Chosen numbers of this module, with their units and where they come from."""
 
     short_s: float = 5.0
-    """A robot away for less has been missed by the detector, rather than dived, s. Judged."""
+    """A robot away for less was missed by the detector rather than submerged, s. Judged."""
     least_share: float = 0.01
-    """Share from which a robot may have been the one that came up. Judged."""
+    """Least probability at which an absence is learnt. Judged."""
     largest_weight: float = 10.0
-    """Weight of all absences together, against 1 for an even rate. Judged."""
+    """Weight of all absences together, relative to the constant rate. Judged."""
 
 
 TUNING = ReturnTimeTuning()
 
 
 SCALES = np.array([0.01, 0.05, 0.2, 0.8])
-"""Widths of bumps, of the logarithm of a time."""
+"""Kernel widths, of the logarithm of a time."""
 
 
 class AbsenceTimes:
-    """The law of absences of robots.
+    """Distribution of robots' absences.
 
     Args:
-        mean_s: of the even rate, s.
+        mean_s: mean absence at the constant rate, s.
     """
 
     def __init__(self, mean_s: float) -> None:
@@ -57,16 +57,16 @@ class AbsenceTimes:
         self._logs = np.zeros(0)
         self._weights = np.zeros(0)
         self._dives: list[Hashable] = []
-        self._foretold = np.zeros(len(SCALES))
+        self._log_scores = np.zeros(len(SCALES))
 
     def add(self, seconds: Array, shares: Array, dives: Sequence[Hashable] = ()) -> None:
-        """Take in that one of several robots, which have been away for so long, came up.
+        """Learn from a track that surfaced: one of several robots, with these absences.
 
         Args:
-            seconds: (n,) from the last image with each robot to the first one again, s.
-            shares: (n,) probability that it was that robot; less than 1 together.
-            dives: n keys of the absences. Each ends once: what was taken in of it before, as
-                another track came up that could have been that robot, then counts less.
+            seconds: (n,) from the last image with each robot to the first with the track, s.
+            shares: (n,) probability of each robot to be the track; their sum is at most 1.
+            dives: n keys of the absences. Each ends once: what an earlier track contributed to it
+                is reduced.
         """
         ended = dict(zip(dives, shares.tolist(), strict=False))
         self._weights *= [1.0 - ended.get(dive, 0.0) for dive in self._dives]
@@ -74,60 +74,61 @@ class AbsenceTimes:
         seconds, shares = seconds[dived], shares[dived]
         if not len(seconds):
             return
-        density, _ = self._law(seconds)
-        self._foretold += float(shares.sum()) * np.log(density @ shares / shares.sum())
-        self._foretold -= self._foretold.max()
+        density, _ = self._density(seconds)
+        self._log_scores += float(shares.sum()) * np.log(density @ shares / shares.sum())
+        self._log_scores -= self._log_scores.max()
         self._logs = np.append(self._logs, np.log(seconds))
         self._weights = np.append(self._weights, shares)
         named = [dives[i] for i in np.flatnonzero(dived).tolist()] if dives else []
         self._dives += named or [None] * len(shares)
 
     def joint_log_density(self, seconds: Array) -> float:
-        """Return the log density of the absences (n,) of robots that have all come up.
+        """Return the joint log density of absences (n,) of robots that have all surfaced.
 
-        Each foretells the next: robots that dived one after the other come up in that order.
-        NaN: one that tells nothing.
+        Each one predicts the next: robots that dived one after the other surface in that order. NaN
+        marks an absence without information.
         """
         law, total = AbsenceTimes(self._mean_s), 0.0
         law._logs, law._weights = self._logs, self._weights.copy()
         law._dives = [None] * len(self._dives)
-        law._foretold = self._foretold.copy()
+        law._log_scores = self._log_scores.copy()
         for one in seconds.tolist():
             if math.isnan(one):
                 total -= math.log(self._mean_s)
                 continue
-            density, _ = law._law(np.array([one]))
-            share = np.exp(law._foretold)
+            density, _ = law._density(np.array([one]))
+            share = np.exp(law._log_scores)
             total += math.log(float(share @ density[:, 0]) / float(share.sum()))
             law.add(np.array([one]), np.ones(1))
         return total
 
     def odds(self, seconds: Array) -> Array:
-        """Return how much likelier robots come up after such absences than at an even rate.
+        """Return the ratio of the return rates after absences to the constant rate.
 
-        The ratio of the rates at which robots that are still away come up.
+        Rates are those of robots that are still away.
 
         Args:
-            seconds: of any shape, s; NaN: absences that tell nothing.
+            seconds: absences of any shape, s; NaN where without information.
         """
         if not len(self._logs):
             return np.ones(seconds.shape)
-        told = seconds >= TUNING.short_s
-        density, left = self._law(np.where(told, seconds, TUNING.short_s).reshape(-1))
-        share = np.exp(self._foretold)
+        informative = seconds >= TUNING.short_s
+        density, left = self._density(np.where(informative, seconds, TUNING.short_s).reshape(-1))
+        share = np.exp(self._log_scores)
         rate = share @ density / np.maximum(share @ left, 1e-12)
-        odds: Array = np.where(told, (self._mean_s * rate).reshape(seconds.shape), 1.0)
+        odds: Array = np.where(informative, (self._mean_s * rate).reshape(seconds.shape), 1.0)
         return odds
 
     def share(self, seconds: Array, unseen: Array) -> Array:
-        """Return the even rate as a share (n, m) of that at which robots come back, at most 1.
+        """Return the ratio (n, m) of the constant rate to the present return rate, at most 1.
 
-        A robot that dived comes up at the even rate, until others tell more (`odds`). One that an
-        image missed, or that left the view, comes back sooner the shorter it has been unseen.
+        A submerged robot surfaces at the constant rate until absences are learnt (`odds`). One that
+        the detector missed, or that left the view, returns the sooner the shorter it has been
+        unseen.
 
         Args:
             seconds: (n, m) since it dived, s; NaN: it left the view.
-            unseen: (n,) since it was seen, s.
+            unseen: (n,) since it was last seen, s.
         """
         missed = np.minimum(unseen / self._mean_s, 1.0)[:, None]
         time = np.maximum(seconds, TUNING.short_s)
@@ -135,8 +136,8 @@ class AbsenceTimes:
         share: Array = np.where(seconds >= TUNING.short_s, dived, missed)
         return share
 
-    def _law(self, seconds: Array) -> tuple[Array, Array]:
-        """Return the density, 1/s, and the share still away, (scales, n), by width of the bumps."""
+    def _density(self, seconds: Array) -> tuple[Array, Array]:
+        """Return the density, 1/s, and the share still away, (scales, n), by kernel width."""
         time = np.maximum(seconds, TUNING.short_s)
         off = (np.log(time)[:, None] - self._logs) / SCALES[:, None, None]
         total = float(self._weights.sum())

@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Robots' names as they outlive the program, and their text form (JSON)."""
+"""Labels that are kept over a restart, and their text form (JSON)."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _NAME = re.compile(r"[a-z][a-z0-9_]*")
 
 @dataclass(frozen=True)
 class SavedRobot:
-    """Where a name was seen last.
+    """Where a labelled robot was last seen.
 
     Attributes:
         name: the robot's id in topics.
@@ -41,10 +41,10 @@ class SavedRobot:
 
 @dataclass(frozen=True)
 class SavedNames:
-    """All names given so far.
+    """All labels issued so far.
 
     Attributes:
-        robots: every named robot, the lost ones too.
+        robots: every labelled robot, including lost ones.
         numbers: last number given, by reduced class name.
     """
 
@@ -53,7 +53,7 @@ class SavedNames:
 
 
 def to_text(saved: SavedNames) -> str:
-    """Return names as JSON, one robot a line's worth, in degrees and metres."""
+    """Return labels as JSON, in degrees and metres."""
     robots = {
         robot.name: {
             "class": robot.class_id,
@@ -69,7 +69,7 @@ def to_text(saved: SavedNames) -> str:
 
 
 def from_text(text: str, source: str) -> SavedNames:
-    """Return the names that a text holds.
+    """Parse the labels of a state file.
 
     Args:
         text: what `to_text` wrote.
