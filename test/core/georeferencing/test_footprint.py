@@ -9,8 +9,6 @@ import math
 import numpy as np
 import pytest
 
-from aerial_gnss_ros.core.camera.catalogue import KNOWN, known_camera
-from aerial_gnss_ros.core.camera.equivalent_focal_length import from_equivalent
 from aerial_gnss_ros.core.camera.model import CameraModel
 from aerial_gnss_ros.core.georeferencing.footprint import field_of_view, ground_samples
 from aerial_gnss_ros.core.values.errors import CameraError
@@ -52,35 +50,3 @@ def test_a_tilted_view_stretches_along_the_column():
 def test_impossible_views_are_refused(height, tilt):
     with pytest.raises(CameraError, match="must"):
         ground_samples(pinhole(), height, tilt)
-
-
-def test_an_equivalent_focal_length_keeps_the_diagonal_view_of_the_photo():
-    # 24 mm on film: 2 atan(43.267 / 48) = 84 deg, which is what DJI states beside it.
-    view = field_of_view(from_equivalent(24.0, (4000, 3000), (4000, 3000)))
-    assert math.degrees(view.diagonal) == pytest.approx(84.06, abs=0.02)
-    photo = known_camera("DJI Mavic-3").camera()
-    video = known_camera("dji_mavic_3").camera((3840, 2160))
-    # 16:9 keeps the photo's full width.
-    assert field_of_view(video).horizontal == pytest.approx(field_of_view(photo).horizontal)
-    narrow = known_camera("dji_mavic_3").camera((2000, 2000))
-    assert field_of_view(narrow).vertical == pytest.approx(field_of_view(photo).vertical, rel=1e-6)
-    twice = known_camera("dji_mavic_3").camera(zoom=2.0)
-    assert twice.K[0, 0] == pytest.approx(2.0 * photo.K[0, 0])
-
-
-@pytest.mark.parametrize(
-    ("name", "focal_mm", "pixel_mm", "share"),
-    [  # focal length from EXIF and pixel pitch as calibrated by Theta-Limited/DroneModels (MIT)
-        ("dji_mavic_3", 12.29, 17.902472 / 5280, 0.02),
-        ("dji_phantom_4_pro", 8.8, 12.83332 / 5472, 0.03),
-        ("dji_mavic_pro", 4.73, 6.32692 / 4000, 0.02),
-        ("dji_mini_3_pro", 6.72, 0.0023883764, 0.02),
-    ],
-)
-def test_the_table_agrees_with_calibrations_of_others(name, focal_mm, pixel_mm, share):
-    assert KNOWN[name].camera().K[0, 0] == pytest.approx(focal_mm / pixel_mm, rel=share)
-
-
-def test_unknown_names_are_refused_with_the_nearest():
-    with pytest.raises(CameraError, match="did you mean dji_mavic_3"):
-        known_camera("dji mavic3")
