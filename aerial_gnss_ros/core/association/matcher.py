@@ -70,7 +70,7 @@ class Association:
         innovation_ratios: new fading means of robots' squared innovations, by row.
         inflations: rows of robots that manoeuvre, and by how much, m/s, their velocities are
             uncertain.
-        chances: factors of `Track.chance`, by row.
+        clutter_shares: factors of `Track.clutter_probability`, by row.
         near_misses: rows of new tracks with boxes just outside their gates.
         outside: how many robots have a box just outside their gates, and none inside.
     """
@@ -80,7 +80,7 @@ class Association:
     claimed: list[int] = field(default_factory=list)
     innovation_ratios: dict[int, float] = field(default_factory=dict)
     inflations: list[tuple[Indices, Array | float]] = field(default_factory=list)
-    chances: dict[int, float] = field(default_factory=dict)
+    clutter_shares: dict[int, float] = field(default_factory=dict)
     near_misses: set[int] = field(default_factory=set)
     matched: int = 0
     outside: int = 0
@@ -311,7 +311,7 @@ def _new(able: CandidatePairs, chosen: list[int], decided: Association) -> list[
     beside = [k for k in able.new_near if able.columns[k] not in taken]
     if new:
         share = chance_probability(len(beside), able.kind.count(NEW))
-        decided.chances = {able.rows[k]: share for k in new}
+        decided.clutter_shares = {able.rows[k]: share for k in new}
     decided.near_misses = {able.rows[k] for k in beside} - {able.rows[k] for k in new}
     return new
 

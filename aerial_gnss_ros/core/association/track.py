@@ -33,7 +33,7 @@ TUNING = TrackTuning()
 
 @dataclass
 class Track:
-    """The life of one track; its numbers are those of the same row of `Tracker.filter`.
+    """The life of one track; its numbers are those of the same row of `TrackTable.filter`.
 
     Attributes:
         class_id: class name as the detector gave it.
@@ -90,31 +90,6 @@ class Track:
     previous_label: str = ""
     unverified: bool = False
     labels: Labels | None = None
-
-    def update(
-        self, stamp_ns: int, window_ns: int, velocity: Array, spread: Array, edge: bool = False
-    ) -> None:
-        """Take in that an image shows it.
-
-        Args:
-            stamp_ns: of the image, ns.
-            window_ns: how long hits are kept, ns.
-            velocity: (2,) as estimated with it, m/s.
-            spread: (2, 2) its covariance, m²/s².
-            edge: whether the box is at the edge of the picture.
-        """
-        self.leaving_view = edge
-        if self.state is not State.TENTATIVE:
-            self.state = State.CONFIRMED
-            since = min((stamp_ns - self.last_seen_ns) * 1e-9 / TUNING.habit_s, 1.0)
-            east, north = velocity.tolist()
-            self.speed_history += since * 0.5 * (east * east + north * north)
-            self.speed_history_count += since
-        self.velocity, self.velocity_spread = velocity, spread
-        self.last_seen_ns = stamp_ns
-        while self.hits and stamp_ns - self.hits[0] > window_ns:
-            self.hits.popleft()
-        self.hits.append(stamp_ns)
 
     def inherit_label(self, other: Track) -> None:
         """Go on under the name of a robot that this one turned out to be."""

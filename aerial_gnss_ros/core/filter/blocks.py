@@ -83,25 +83,18 @@ class StateBlocks:
         first = self._groups[0]
         return first.mean[:COUNT].copy(), first.covariance[:COUNT, :COUNT].copy()
 
-    @property
-    def mean(self) -> Array:
-        """(n, 4) east, north, velocity east, velocity north; m, m/s."""
-        if len(self._groups) == 1:
-            return self._groups[0].robots.copy()
-        means = np.empty((self._count, 4))
-        for group in self._groups:
-            means[group.rows] = group.robots
-        return means
+    def moments(self) -> tuple[Array, Array]:
+        """Return means (n, 4) and covariances (n, 4, 4) of robots, the platform's share included.
 
-    @property
-    def covariance(self) -> Array:
-        """(n, 4, 4) covariance of `mean`, the platform's share included."""
-        if len(self._groups) == 1:
-            return self._groups[0].blocks()
-        covariances = np.empty((self._count, 4, 4))
+        East, north, velocity east, velocity north; m, m/s.
+        """
+        mean, covariance = np.empty((self._count, 4)), np.empty((self._count, 4, 4))
         for group in self._groups:
-            covariances[group.rows] = group.blocks()
-        return covariances
+            n, own = len(group.rows), group.covariance[COUNT:, COUNT:]
+            mean[group.rows] = group.mean[COUNT:].reshape(n, 4)
+            blocks = own.reshape(n, 4, n, 4).diagonal(axis1=0, axis2=2)
+            covariance[group.rows] = blocks.transpose(2, 0, 1)
+        return mean, covariance
 
     def check(self) -> None:
         """Check that the state can be.
@@ -214,7 +207,8 @@ class StateBlocks:
     def separations(self, old: Indices, new: Indices) -> tuple[Array, Array]:
         """Return offsets (n, m, 2) from robots `old` to robots `new`, and their covariances."""
         group_of, slot_of = self._places_of_rows()
-        mean, covariance = self.mean[:, :2], self.covariance[:, :2, :2]
+        mean, covariance = self.moments()
+        mean, covariance = mean[:, :2], covariance[:, :2, :2]
         offsets = mean[new][None] - mean[old][:, None]
         spread = covariance[old][:, None] + covariance[new][None]
         for i, a in enumerate(old):

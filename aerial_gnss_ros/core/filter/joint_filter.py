@@ -67,6 +67,7 @@ class JointFilter(StateBlocks):
 
     Attributes:
         monitor: how well boxes fit what is stated.
+        jumps: whether the drone's position has jumped.
         noise: how many times as large as stated their white noise is.
         orientation_jumped: whether the camera's orientation has jumped with the last image, and not
             back.
@@ -81,7 +82,7 @@ class JointFilter(StateBlocks):
         self._latency_ns = round(config.camera.latency_s * 1e9)
         self.noise = NoiseLevel()
         self._map: MapFrame | None = None
-        self._jumps = GnssJumpDetector(self.log)
+        self.jumps = GnssJumpDetector(self.log)
         self.reset()
 
     def reset(self) -> None:
@@ -94,21 +95,11 @@ class JointFilter(StateBlocks):
         self._refusing = False
         self._pose_ns: int | None = None
         self._motion = CameraMotion()
-        self._jumps.reset()
+        self.jumps.reset()
         self._sight: CameraView | None = None
         self.orientation_jumped = False
         self.monitor.reset()
         self.noise.reset()
-
-    @property
-    def began(self) -> bool:
-        """Whether the drone's position jumped with the last image, from where it was right."""
-        return self._jumps.began
-
-    @property
-    def back(self) -> bool:
-        """Whether it is back there with the last image, after a time in which it was believed."""
-        return self._jumps.returned
 
     @property
     def stationary(self) -> Array:
@@ -147,10 +138,10 @@ class JointFilter(StateBlocks):
         passed = 0.0 if self._pose_ns is None else (pose.stamp_ns - self._pose_ns) * 1e-9
         self._pose_ns = pose.stamp_ns
         expected = self._motion.predicted_position(passed)
-        settled, jump = self._jumps.update(measured.position, expected, passed)
+        settled, jump = self.jumps.update(measured.position, expected, passed)
         if jump is not None:
             self._follow_jump(jump)
-        shown = MapPose(measured.position - self._jumps.offset, measured.rotation)
+        shown = MapPose(measured.position - self.jumps.offset, measured.rotation)
         applied = (frame.detections.stamp_ns - pose.stamp_ns - self._latency_ns) * 1e-9
         elsewhen = (
             self._sight is not None and abs(applied - self._sight.applied) > CAMERA_MOTION.moved_s
@@ -168,7 +159,7 @@ class JointFilter(StateBlocks):
         self._motion.shift(jump)
         for group in self._groups:
             group.shift(jump[:2])
-        away = self._jumps.believed
+        away = self.jumps.believed
         self.ambiguity.shifted(float(away @ away))
         self.ambiguity.keep_jump()
         self._spread_doubt()

@@ -23,6 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aerial_gnss_ros.core.association.track import Track
+from aerial_gnss_ros.core.georeferencing.measurements import Measurements
 from aerial_gnss_ros.core.identity.label_ambiguity import LabelAmbiguity, Position
 from aerial_gnss_ros.core.identity.pair_hypotheses import PairHypotheses
 from aerial_gnss_ros.core.models.motion_model import MotionModel
@@ -69,9 +70,8 @@ class Known(Protocol):
     def motion(self) -> MotionModel:
         """Motion model of the robots."""
 
-    @property
-    def covariance(self) -> Array:
-        """(n, 4, 4) covariances of the robots' positions and velocities."""
+    def moments(self) -> tuple[Array, Array]:
+        """Return means (n, 4) and covariances (n, 4, 4) of robots' places and velocities."""
 
     def box_noise(self, places: Array) -> Array:
         """Return covariances (m, 2, 2) of positions that boxes' own noise causes, m²."""
@@ -130,6 +130,38 @@ class Encounters:
         self._parted = LabelAmbiguity()
 
     def update(
+        self,
+        tracks: list[Track],
+        rows: Indices,
+        columns: Indices,
+        seen: Measurements,
+        stamp_ns: int,
+    ) -> Indices:
+        """Take in the boxes of one image; put exchanged names right.
+
+        Args:
+            tracks: all of them; names may be exchanged.
+            rows: (m,) of those that the image shows, as the association has it.
+            columns: (m,) their measurements.
+            seen: the image's measurements.
+            stamp_ns: of the image, ns.
+
+        Returns:
+            The measurements (m,) that go on with the tracks.
+        """
+        labelled: list[int] = []
+        for i, row in enumerate(rows.tolist()):
+            if tracks[row].robot_id:
+                labelled.append(i)
+        boxes = columns[labelled]
+        positions, white = seen.positions[boxes], seen.white[boxes]
+        if not self._pairs and not _close(positions, white):
+            return columns
+        shown, columns = [tracks[row] for row in rows[labelled].tolist()], columns.copy()
+        columns[labelled] = boxes[self.follow(shown, rows[labelled], positions, white, stamp_ns)]
+        return columns
+
+    def follow(
         self, tracks: list[Track], rows: Indices, positions: Array, white: Array, stamp_ns: int
     ) -> Indices:
         """Take in the boxes of an image's labelled robots; correct exchanged labels.
@@ -229,9 +261,8 @@ class Encounters:
                 continue
             spread = np.zeros((2, 4, 4))
             spread[:, :2, :2] = white[both]
-            spread[:, 2:, 2:] = self._known.covariance[
-                rows[both], 2:, 2:
-            ] + TUNING.velocity_lag_mps**2 * np.eye(2)
+            covariance = self._known.moments()[1][rows[both], 2:, 2:]
+            spread[:, 2:, 2:] = covariance + TUNING.velocity_lag_mps**2 * np.eye(2)
             velocities = np.array([one.velocity, other.velocity])
             self._pairs.append(
                 PairHypotheses.begin(names, positions[both], velocities, spread, stamp_ns)

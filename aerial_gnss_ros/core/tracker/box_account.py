@@ -13,6 +13,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 from aerial_gnss_ros.core.association.track import Track
+from aerial_gnss_ros.core.values.detection_frame import DetectionFrame
 from aerial_gnss_ros.core.values.rejection import Cause, Reason, Rejection
 
 
@@ -55,22 +56,25 @@ class BoxAccount:
         self._used, self._refused = 0, []
         return settled
 
-    def note(self, track: Track, stamp_ns: int, pixel: list[float]) -> None:
-        """Take in that a box measured a track, or began it.
+    def note(self, tracks: list[Track], measured: dict[int, int], boxes: DetectionFrame) -> None:
+        """Take in which boxes of an image measured tracks, with labels or without, or began them.
 
         Args:
-            track: with a name or without.
-            stamp_ns: of the image, ns.
-            pixel: centre of the box, u and v, px.
+            tracks: by row.
+            measured: boxes by row.
+            boxes: of the image.
         """
-        if track.robot_id:
-            self._used += 1
-            return
-        u, v = pixel
-        track.pending_boxes = (*track.pending_boxes, (stamp_ns, u, v))
-        if len(track.pending_boxes) > TUNING.most_pending:
-            self._refuse(track.pending_boxes[:1], Cause.CLUTTER)
-            track.pending_boxes = track.pending_boxes[1:]
+        centers = boxes.centers.tolist()
+        for row, index in measured.items():
+            track = tracks[row]
+            if track.robot_id:
+                self._used += 1
+                continue
+            u, v = centers[index]
+            track.pending_boxes = (*track.pending_boxes, (boxes.stamp_ns, u, v))
+            if len(track.pending_boxes) > TUNING.most_pending:
+                self._refuse(track.pending_boxes[:1], Cause.CLUTTER)
+                track.pending_boxes = track.pending_boxes[1:]
 
     def confirm(self, tracks: Iterable[Track]) -> None:
         """Count what is pending with tracks that have names as used."""

@@ -39,6 +39,8 @@ class ConfirmationRule:
     Attributes:
         hits: measurements that confirm a track.
         window_ns: time within which they must come, ns.
+        images: stamps of the images within that time, ns.
+        first_ns: stamp of the first image of all, ns.
     """
 
     def __init__(self, rules: TracksConfig) -> None:
@@ -51,18 +53,22 @@ class ConfirmationRule:
         self._last_ns: int | None = None
         self._gaps_ns: deque[int] = deque(maxlen=TUNING.median_gaps)
         self.hits, self.window_ns = self._stated_hits, self._stated_ns
+        self.images: deque[int] = deque()
+        self.first_ns = 2**63 - 1
 
     def note(self, stamp_ns: int) -> None:
         """Take in that there is an image."""
         if self._last_ns is not None:
             self._gaps_ns.append(stamp_ns - self._last_ns)
-            self._stretch(sorted(self._gaps_ns)[(len(self._gaps_ns) - 1) // 2])
+            interval_ns = sorted(self._gaps_ns)[(len(self._gaps_ns) - 1) // 2]
+            more = self._stated_hits + 1
+            seldom = (self._stated_hits - 1) * interval_ns > self._stated_ns
+            if seldom and more * interval_ns <= TUNING.largest_stretch * self._stated_ns:
+                self.hits, self.window_ns = more, more * interval_ns
+            else:
+                self.hits, self.window_ns = self._stated_hits, self._stated_ns
         self._last_ns = stamp_ns
-
-    def _stretch(self, interval_ns: int) -> None:
-        more = self._stated_hits + 1
-        seldom = (self._stated_hits - 1) * interval_ns > self._stated_ns
-        if seldom and more * interval_ns <= TUNING.largest_stretch * self._stated_ns:
-            self.hits, self.window_ns = more, more * interval_ns
-        else:
-            self.hits, self.window_ns = self._stated_hits, self._stated_ns
+        while self.images and stamp_ns - self.images[0] > self.window_ns:
+            self.images.popleft()
+        self.images.append(stamp_ns)
+        self.first_ns = min(self.first_ns, stamp_ns)

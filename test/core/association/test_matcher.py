@@ -255,4 +255,4 @@ def test_what_is_decided_changes_no_track():
     assert found.innovation_ratios == {0: 1.0}  # it starts anew
     assert [(rows.tolist(), speed) for rows, speed in found.inflations] == [([0], 0.2)]
     assert found.near_misses == {1}
-    assert found.chances == {2: pytest.approx(chance_probability(1, 2))}
+    assert found.clutter_shares == {2: pytest.approx(chance_probability(1, 2))}

@@ -24,7 +24,10 @@ class Water:
     """Stands in for the filter: boxes exact to SIGMA, velocities known to 5 cm/s."""
 
     motion = MotionModel(0.05, 0.5)
-    covariance = np.tile(np.diag([1.0, 1.0, 0.05**2, 0.05**2]), (6, 1, 1))
+
+    def moments(self):
+        """Return what is known of places and velocities."""
+        return np.zeros((6, 4)), np.tile(np.diag([1.0, 1.0, 0.05**2, 0.05**2]), (6, 1, 1))
 
     def box_noise(self, places):
         """Return all of it as the boxes' own."""
@@ -54,7 +57,7 @@ def _meet(seed, closest, swap_from=None, seconds=10.0):
         if swap_from is not None and abs(t - swap_from) < 0.01:
             order = order[::-1]
         order = order[
-            meeting.update([one, other], np.arange(2), places[order], white, i * SECOND // 10)
+            meeting.follow([one, other], np.arange(2), places[order], white, i * SECOND // 10)
         ]
         named = dict(zip((one.robot_id, other.robot_id), order, strict=True))
         doubt = meeting.ambiguity_covariances(
@@ -92,7 +95,7 @@ def test_a_meeting_that_nobody_can_decide_stays_in_doubt(together):
         places += SIGMA * rng.standard_normal((2, 2))
         shown = 2 if together or t < 6.0 else 1  # one leaves the picture
         places = places[
-            meeting.update(
+            meeting.follow(
                 tracks[:shown], np.arange(shown), places[:shown], white, i * SECOND // 10
             )
         ]
@@ -114,7 +117,7 @@ def test_names_stay_a_permutation(seed, count):
         shown = rng.permutation(count)[: rng.integers(1, count + 1)]
         places = 0.3 * rng.standard_normal((len(shown), 2))
         stamp_ns = i * SECOND // 10
-        meeting.update([tracks[j] for j in shown], shown, places, white[: len(shown)], stamp_ns)
+        meeting.follow([tracks[j] for j in shown], shown, places, white[: len(shown)], stamp_ns)
         assert sorted(track.robot_id for track in tracks) == [f"aqua_{j}" for j in range(count)]
 
 

@@ -7,14 +7,23 @@ from __future__ import annotations
 import math
 from collections import Counter
 
+import numpy as np
 import pytest
 
 from aerial_gnss_ros.core.association.track import Track
 from aerial_gnss_ros.core.tracker.box_account import TUNING as BOX_ACCOUNT
 from aerial_gnss_ros.core.tracker.box_account import BoxAccount, complaint
+from aerial_gnss_ros.core.values.detection_frame import DetectionFrame
 from aerial_gnss_ros.core.values.rejection import Cause, Reason
 
 STILL = {"a": lambda _t: (-3.0, 18.0), "b": lambda _t: (3.0, 18.0)}
+
+
+def image(stamp_ns, *columns):
+    """Return an image with boxes in these columns, px."""
+    centers = np.column_stack([columns, np.zeros(len(columns))])
+    sizes, scores = np.ones_like(centers), np.ones(len(columns))
+    return DetectionFrame(stamp_ns, "camera", centers, sizes, scores, ("aqua",) * len(columns))
 
 
 def missed_often(name, t):
@@ -156,7 +165,7 @@ def test_most_boxes_that_come_to_nothing_are_told_with_the_likely_cause():
 def test_what_is_pending_with_a_track_is_bounded():
     account, track = BoxAccount(), Track("aqua", 0, 0)
     for i in range(BOX_ACCOUNT.most_pending + 5):
-        account.note(track, i, [float(i), 0.0])
+        account.note([track], {0: 0}, image(i, float(i)))
     settled = account.drain()
     assert [one.stamp_ns for one in settled.refused] == [0, 1, 2, 3, 4]
     track.robot_id = "aqua_1"
@@ -167,8 +176,7 @@ def test_what_is_pending_with_a_track_is_bounded():
 
 def test_a_folded_track_hands_over_its_boxes():
     account, one, other = BoxAccount(), Track("aqua", 0, 0), Track("aqua", 0, 0)
-    account.note(one, 1, [0.0, 0.0])
-    account.note(other, 1, [1.0, 0.0])
+    account.note([one, other], {0: 0, 1: 1}, image(1, 0.0, 1.0))
     one.absorb(other)
     account.end([other], 3, 10)
     one.robot_id = "aqua_1"

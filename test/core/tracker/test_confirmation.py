@@ -65,18 +65,18 @@ def test_what_was_seen_beside_a_robot_is_not_that_robot(sea, hits, resumed):
     config = estimator_config({})
     tracker = Tracker(config, Labels(config))
     near = np.zeros((1, 1, 2)), np.eye(2)[None, None]
-    tracker.filter.separations = lambda _old, _new: near
-    tracker._naming._velocity_likelihood = lambda _rows: VelocityLikelihood(
+    tracker.table.filter.separations = lambda _old, _new: near
+    tracker._confirmation._velocity_likelihood = lambda _rows: VelocityLikelihood(
         np.zeros((1, 2)), 1e4 * np.eye(2)[None]
     )
-    tracker._naming._first_ns = sea.stamp(0.0)
+    tracker._confirmation.rule.first_ns = sea.stamp(0.0)
     seen = deque(sea.stamp(t) for t in (4.0, 5.0))
     came = deque(sea.stamp(t) for t in hits)
-    tracker.tracks = [
+    tracker.table.tracks = [
         Track("aqua", sea.stamp(0.0), sea.stamp(5.0), State.COASTING, "aqua_1", seen),
         Track("aqua", came[0], came[-1], hits=came),
     ]
-    came = tracker._naming._resume(tracker.tracks, [1], sea.stamp(7.0), 30.0)
+    came = tracker._confirmation._resume([1], sea.stamp(7.0), 30.0)
     assert (came.found, came.waiting) == (resumed, set())
 
 

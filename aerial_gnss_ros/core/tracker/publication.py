@@ -1,0 +1,96 @@
+# Copyright 2026 aerial_gnss_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""What is published of the tracks: moments of all that may be, of robots with labels."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aerial_gnss_ros.core.geometry.local_map import LocalMap
+from aerial_gnss_ros.core.identity.encounters import Encounters
+from aerial_gnss_ros.core.identity.label_ambiguity import Position
+from aerial_gnss_ros.core.tracker.fork import Fork
+from aerial_gnss_ros.core.tracker.track_table import TrackTable
+from aerial_gnss_ros.core.values.estimates import RobotEstimate
+
+Array = NDArray[np.float64]
+
+
+def robot_estimates(
+    table: TrackTable,
+    encounters: Encounters,
+    fork: Fork | None,
+    local: LocalMap,
+    altitude: float,
+    stamp_ns: int,
+) -> tuple[RobotEstimate, ...]:
+    """Return the robots with labels at an image, by their labels.
+
+    Args:
+        table: of the tracks.
+        encounters: which labels may be another's.
+        fork: robots as they were, if these may be right instead.
+        local: the frame `map`.
+        altitude: of the water above the ellipsoid, m.
+        stamp_ns: of the image, ns.
+    """
+    labelled: list[tuple[str, int]] = []
+    for row, track in enumerate(table.tracks):
+        if track.robot_id:
+            labelled.append((track.robot_id, row))
+    if not labelled:
+        return ()
+    labelled.sort()
+    labels, rows = zip(*labelled, strict=True)
+    mean, covariance = table.filter.moments()
+    table.filter.add_fault_covariances(covariance)
+    if list(rows) != list(range(len(mean))):
+        mean, covariance = mean[list(rows)], covariance[list(rows)]
+    if encounters.ambiguous:
+        add_label_ambiguity(labels, mean, covariance, encounters)
+    if fork is not None:  # either of the two may be right
+        places = {name: i for i, name in enumerate(labels)}
+        for name, apart in fork.apart(places, mean[:, :2]).items():
+            covariance[places[name], :2, :2] += np.outer(apart, apart)
+    latitude, longitude = local.places(mean[:, :2])
+    estimates: list[RobotEstimate] = []
+    for i, (row, east, north) in enumerate(
+        zip(rows, longitude.tolist(), latitude.tolist(), strict=True)
+    ):
+        track = table.tracks[row]
+        estimates.append(
+            RobotEstimate(
+                stamp_ns=stamp_ns,
+                robot_id=track.robot_id,
+                class_id=track.class_id,
+                state=track.state,
+                latitude=north,
+                longitude=east,
+                altitude=altitude,
+                position=mean[i, :2],
+                velocity=mean[i, 2:],
+                covariance=covariance[i],
+                last_seen_ns=track.last_seen_ns,
+            )
+        )
+    return tuple(estimates)
+
+
+def add_label_ambiguity(
+    labels: tuple[str, ...], mean: Array, covariance: Array, encounters: Encounters
+) -> None:
+    """Let covariances (n, 4, 4) contain the robots whose the labels may be instead.
+
+    Args:
+        labels: (n,) of the robots.
+        mean: (n, 4) places and velocities, m, m/s.
+        covariance: of these; places' share grows in place.
+        encounters: which labels may be another's.
+    """
+    spots = {
+        name: Position(mean[i, :2].copy(), covariance[i, :2, :2].copy())
+        for i, name in enumerate(labels)
+    }
+    for name, more in encounters.ambiguity_covariances(spots).items():
+        covariance[labels.index(name), :2, :2] += more

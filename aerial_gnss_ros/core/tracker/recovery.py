@@ -1,0 +1,193 @@
+# Copyright 2026 aerial_gnss_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""When robots are not where they should be: what is kept meanwhile, and what they go on from.
+
+Either telemetry is wrong now, or it was until now, or all robots have moved. So robots are kept as
+they were (`Fork`), and the filter goes on. Images decide which it was: robots fall on their old
+places again, or are found elsewhere in the same formation (`Regrouping`), or are confirmed anew.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aerial_gnss_ros.core.association.matcher import Matcher
+from aerial_gnss_ros.core.georeferencing.measurements import Measurements
+from aerial_gnss_ros.core.tracker.fork import Fork
+from aerial_gnss_ros.core.tracker.regrouping import Regrouping
+from aerial_gnss_ros.core.tracker.track_table import TrackTable
+from aerial_gnss_ros.core.values.estimates import State
+from aerial_gnss_ros.core.values.rejection import Cause
+
+Indices = NDArray[np.intp]
+
+
+@dataclass(frozen=True)
+class RecoveryTuning:
+    """Chosen numbers of this module, with their units and where they come from."""
+
+    soon_ns: int = 1_000_000_000
+    """A moment for which boxes may be where no robots can be, ns. Judged."""
+
+
+TUNING = RecoveryTuning()
+
+
+class Recovery:
+    """Follows whether boxes are where robots can be.
+
+    Args:
+        table: of the tracks.
+        matcher: tells whether an image is unlike what was expected, and is told when it is over.
+        threshold: squared Mahalanobis distance at the edge of a gate.
+
+    Attributes:
+        fork: robots as they were before they were contradicted, while these may be right.
+        regrouping: finds robots that are all elsewhere.
+    """
+
+    def __init__(self, table: TrackTable, matcher: Matcher, threshold: float) -> None:
+        self._table = table
+        self._matcher = matcher
+        self.regrouping = Regrouping(table, threshold)
+        self.reset()
+
+    def reset(self) -> None:
+        """Forget everything."""
+        self.fork: Fork | None = None
+        self._lost_ns: int | None = None
+        self._lost_labels: set[str] = set()
+        self._matcher.scene_mismatch = False
+
+    def predict(self, seconds: float) -> None:
+        """Move the robots of the fork on in time."""
+        if self.fork is not None:
+            self._table.filter.predict_with(self.fork.groups, seconds)
+
+    def telemetry_is_back(self, stamp_ns: int) -> bool:
+        """Return whether telemetry is back where it was before it jumped.
+
+        Then robots are again as they were before. When it jumps they are kept.
+
+        Args:
+            stamp_ns: of the image whose pose the filter has taken in, ns.
+        """
+        if self.fork is not None and not self.fork.holds(stamp_ns):
+            self.fork = None
+        jumps = self._table.filter.jumps
+        if jumps.began:
+            self.fork = self.fork or self._forked(stamp_ns)
+            self.fork.jumped = True
+        return jumps.returned and self.fork is not None
+
+    def explains(self, seen: Measurements, stamp_ns: int) -> bool:
+        """Take in an image that robots do not explain; return whether those of before do.
+
+        Args:
+            seen: its boxes.
+            stamp_ns: of it, ns.
+        """
+        if self.fork is None:
+            self.fork = self._forked(stamp_ns)
+        threshold = self._matcher.threshold
+        pairs = self._table.filter.compare_with(self.fork.groups, seen, threshold)
+        return self.fork.take(pairs, len(seen.index), threshold)
+
+    def go_back(self) -> None:
+        """Forget what was seen since the fork, which stays until nothing contradicts robots."""
+        if self.fork is not None:
+            fork, self.fork = self.fork, self.fork.again()
+            self._table.restore(fork)
+            self._matcher.scene_mismatch, self._lost_ns = False, None
+
+    def update(self, rows: Indices, refused: int, stamp_ns: int, passed: float) -> None:
+        """Take in whether robots explain an image's boxes: one or two cannot outvote a camera.
+
+        Args:
+            rows: that were updated.
+            refused: number of robots with labels to which their boxes were refused.
+            stamp_ns: of the image, ns.
+            passed: time since the last one, s.
+        """
+        tracks, joint = self._table.tracks, self._table.filter
+        if not (self._matcher.scene_mismatch or refused or self.fork) and self._lost_ns is None:
+            return
+        named = [tracks[row] for row in rows.tolist() if tracks[row].robot_id]
+        lost = self._matcher.scene_mismatch or (refused and refused >= len(named))
+        if lost and self._lost_ns is None:
+            self._lost_ns = stamp_ns
+            self._lost_labels = {
+                track.robot_id for track in tracks if stamp_ns - track.last_seen_ns < TUNING.soon_ns
+            }
+        if self.fork is not None:
+            doubt = joint.ambiguity
+            calm = self._lost_ns is None and not doubt.apart and not doubt.covariance.any()
+            self.fork.calm_s = self.fork.calm_s + passed if calm else 0.0
+        if self._lost_ns is None:
+            return
+        if lost or not named:
+            joint.update_ambiguity(passed)
+            return
+        # What moved robots within a moment, so that they are found again, shows in velocities.
+        soon = stamp_ns - self._lost_ns < TUNING.soon_ns
+        old = sum(
+            track.first_seen_ns < self._lost_ns or (soon and track.robot_id in self._lost_labels)
+            for track in named
+        )
+        over = 2 * old > len(named)
+        joint.update_ambiguity(0.0, over=over)
+        if over:
+            self._table.give_up_unverified()
+        self._lost_ns = None
+
+    def reject_unlabelled(self, stamp_ns: int) -> None:
+        """Give up what was only seen while robots were not where they should be."""
+        for track in self._table.tracks:
+            if not track.robot_id and not track.label_pending and track.last_seen_ns < stamp_ns:
+                track.rejected, track.rejection_cause = True, Cause.LOST_PLATFORM
+
+    def regroup(self, ready: list[int]) -> set[int] | None:
+        """Label tracks by how they lie to one another where all robots are elsewhere.
+
+        Args:
+            ready: rows of tracks that have hits enough.
+
+        Returns:
+            The rows that they replace; None where their formation does not tell.
+        """
+        matched = self.regrouping.formation_match(ready, self._lost_labels)
+        if matched is None:
+            return None
+        found, formation = matched
+        joint = self._table.filter
+        self._matcher.scene_mismatch = False
+        joint.update_ambiguity(0.0, over=not formation.moved)
+        if not formation.moved:
+            self._table.give_up_unverified()
+        if formation.moved and self.regrouping.at_home(found):
+            joint.note_return()
+            self._table.give_up_unverified()
+        elif formation.moved:
+            away = self.regrouping.displacement(found)
+            joint.note_displacement(formation.turn, formation.spread, away)
+        self._lost_ns = None
+        return self.regrouping.relabel(found, formation.moved)
+
+    def restore_labels(self, ready: list[int], boxes: int) -> None:
+        """Give robots their old places again where boxes show them there, and nowhere else.
+
+        Args:
+            ready: rows of tracks that have hits enough.
+            boxes: of the image.
+        """
+        tracks = self._table.tracks
+        if any(track.robot_id and track.state is State.CONFIRMED for track in tracks):
+            return
+        if self.regrouping.are_back(ready, boxes, previous=True):
+            self.regrouping.restore_labels()
+
+    def _forked(self, stamp_ns: int) -> Fork:
+        return Fork.of(stamp_ns, self._table.tracks, self._table.filter.groups)

@@ -1,0 +1,170 @@
+# Copyright 2026 aerial_gnss_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Robots that are all elsewhere at once: which they are, by how they lie to one another.
+
+Whether they have moved or the camera is wrong is not decided here. Those that are found elsewhere
+go on under their labels; their old tracks stay for a while without (`Track.previous_label`), should
+all of them be back.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import linear_sum_assignment
+
+from aerial_gnss_ros.core.faults.formation import TUNING as FORMATION
+from aerial_gnss_ros.core.faults.formation import Formation
+from aerial_gnss_ros.core.models.motion_model import manoeuvre_covariance
+from aerial_gnss_ros.core.numerics.gaussian import mahalanobis
+from aerial_gnss_ros.core.tracker.track_table import TrackTable
+from aerial_gnss_ros.core.values.estimates import State
+
+Array = NDArray[np.float64]
+
+
+class Regrouping:
+    """Finds robots again that are not where they should be, all at once.
+
+    Args:
+        table: of the tracks.
+        threshold: squared Mahalanobis distance at the edge of a gate.
+    """
+
+    def __init__(self, table: TrackTable, threshold: float) -> None:
+        self._table = table
+        self._threshold = threshold
+
+    def are_back(self, ready: list[int], boxes: int, previous: bool = False) -> bool:
+        """Return whether robots that were not where they should be come back together.
+
+        Args:
+            ready: rows of tracks that could get a label.
+            boxes: of the image; half of the robots with labels that it may show must be back.
+            previous: whether to where they were before all of them seemed to move
+                (`Track.previous_label`).
+        """
+        tracks = self._table.tracks
+        away = [
+            row
+            for row, track in enumerate(tracks)
+            if track.state is State.COASTING and bool(track.previous_label) is previous
+        ]
+        if not away or not ready:
+            return False
+        offsets, spread = self._table.separations(away, ready)
+        squared, _ = mahalanobis(offsets.reshape(-1, 2), spread.reshape(-1, 2, 2))
+        near = (squared <= self._threshold).reshape(len(away), len(ready)).any(axis=1)
+        return 2 * int(near.sum()) >= min(sum(bool(track.robot_id) for track in tracks), boxes)
+
+    def formation_match(
+        self, ready: list[int], labels: set[str]
+    ) -> tuple[dict[int, int], Formation] | None:
+        """Return which tracks are robots that are all elsewhere, by how they lie to one another.
+
+        Args:
+            ready: rows of tracks that could get a label.
+            labels: of the robots that were in view when none was where it should be.
+
+        Returns:
+            By row of a track that of the robot, and the formation; None where it does not tell.
+        """
+        tracks, joint = self._table.tracks, self._table.filter
+        old = [
+            row
+            for row, track in enumerate(tracks)
+            if track.robot_id in labels and track.state is State.COASTING and not track.leaving_view
+        ]
+        if min(len(old), len(ready)) < FORMATION.least_robots:
+            return None
+        classes = [[tracks[a].class_id == tracks[b].class_id for b in ready] for a in old]
+        more = manoeuvre_covariance(joint.speeds(old))
+        more = more if more.ndim == 2 else more[:, None]
+        found = joint.formation(old, ready, more, np.array(classes, dtype=bool))
+        if found is None:
+            return None
+        return {ready[j]: old[i] for i, j in found.pairs}, found
+
+    def at_home(self, found: dict[int, int]) -> bool:
+        """Return whether all that were found are where they were before they seemed to move.
+
+        Args:
+            found: by row of a track that of the robot.
+        """
+        tracks = self._table.tracks
+        old = {
+            track.previous_label: row for row, track in enumerate(tracks) if track.previous_label
+        }
+        pairs = [(old.get(tracks[robot].robot_id), row) for row, robot in found.items()]
+        rows = [row for row, _ in pairs if row is not None]
+        if len(rows) < len(pairs):
+            return False
+        offsets, spread = self._table.separations(rows, [row for _, row in pairs])
+        every = np.arange(len(rows))
+        squared, log_det = mahalanobis(offsets.reshape(-1, 2), spread.reshape(-1, 2, 2))
+        squared, log_det = squared.reshape(len(rows), -1), log_det.reshape(len(rows), -1)
+        # Where the labels would be at home the other way round, formation and places contradict.
+        likeliest = linear_sum_assignment(squared + log_det)[1]
+        inside = squared[every, every] <= self._threshold
+        return bool(inside.all() and (likeliest == every).all())
+
+    def displacement(self, found: dict[int, int]) -> float:
+        """Return how far robots are from where they were before they seemed to move, m².
+
+        Of the robot that is the farthest.
+
+        Args:
+            found: by row of a track that of the robot.
+        """
+        tracks, (mean, _) = self._table.tracks, self._table.filter.moments()
+        old = {
+            track.previous_label: row for row, track in enumerate(tracks) if track.previous_label
+        }
+        first = [old.get(tracks[robot].robot_id, robot) for robot in found.values()]
+        offsets = mean[list(found), :2] - mean[first, :2]
+        return float(np.sum(offsets**2, axis=1).max())
+
+    def _previous(self) -> dict[str, int]:
+        """Return the rows of the old tracks of robots that are elsewhere, by label."""
+        tracks = enumerate(self._table.tracks)
+        return {track.previous_label: row for row, track in tracks if track.previous_label}
+
+    def relabel(self, found: dict[int, int], moved: bool) -> set[int]:
+        """Let tracks go on under the labels of the robots that they are.
+
+        Those that are elsewhere keep their old tracks, without labels, should they come back.
+
+        Args:
+            found: by row of a track that of the robot.
+            moved: whether they are elsewhere, so that the old places tell nothing of the new ones.
+
+        Returns:
+            The rows that are no longer needed.
+        """
+        tracks = self._table.tracks
+        for row, old in found.items():
+            tracks[row].inherit_label(tracks[old])
+            tracks[row].state = State.CONFIRMED
+            tracks[row].label_pending = False
+            if moved:
+                tracks[old].previous_label, tracks[old].robot_id = tracks[old].robot_id, ""
+            else:
+                self._table.merge(old, row)
+        if not moved:
+            return set(found.values())
+        # Of several old places of a robot the first one counts: that was before any doubt.
+        labels = [track.previous_label for track in tracks]
+        return {old for old in found.values() if labels.count(labels[old]) > 1}
+
+    def restore_labels(self) -> None:
+        """Give robots their old places again, where boxes show them, and nowhere else."""
+        tracks = self._table.tracks
+        for track in tracks:
+            if not track.previous_label:
+                continue
+            for other in tracks:
+                if other.robot_id == track.previous_label:
+                    other.robot_id, other.rejected = "", True
+            track.robot_id, track.previous_label = track.previous_label, ""
+        self._table.filter.note_return()
+        self._table.give_up_unverified()

@@ -1,0 +1,181 @@
+# Copyright 2026 aerial_gnss_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""All tracks in one table: a record for each, and the filter's arrays; row i of both is one track.
+
+The records say what images have shown of a track (`Track`), the filter where it is and how well
+that is known (`JointFilter`). Association, identity and the tests for faults read them and return
+decisions. This carries them out; only the tracker asks it to.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aerial_gnss_ros.core.association.gating import CandidatePairs
+from aerial_gnss_ros.core.association.matcher import Association
+from aerial_gnss_ros.core.association.track import TUNING as TRACK
+from aerial_gnss_ros.core.association.track import Track
+from aerial_gnss_ros.core.faults.noise_level import Innovation
+from aerial_gnss_ros.core.filter.joint_filter import JointFilter
+from aerial_gnss_ros.core.georeferencing.measurements import Measurements
+from aerial_gnss_ros.core.models.motion_model import TUNING as MOTION_MODEL
+from aerial_gnss_ros.core.models.motion_model import manoeuvre_covariance
+from aerial_gnss_ros.core.tracker.fork import Fork
+from aerial_gnss_ros.core.values.estimates import State
+
+Array = NDArray[np.float64]
+Indices = NDArray[np.intp]
+
+
+class TrackTable:
+    """Tracks by row.
+
+    Args:
+        joint: the filter, without robots.
+
+    Attributes:
+        tracks: the records.
+        filter: the arrays.
+    """
+
+    def __init__(self, joint: JointFilter) -> None:
+        self.filter = joint
+        self.tracks: list[Track] = []
+
+    def reset(self) -> None:
+        """Forget all tracks."""
+        self.tracks = []
+        self.filter.reset()
+
+    def begin(self, seen: Measurements, columns: list[int], stamp_ns: int) -> None:
+        """Begin a track for some measurements, in rows after the present ones.
+
+        Args:
+            seen: the image's measurements.
+            columns: of these.
+            stamp_ns: of the image, ns.
+        """
+        self.filter.begin(seen, np.array(columns, np.intp))
+        for column in columns:
+            edge = bool(seen.edge[column])
+            track = Track(str(seen.class_ids[column]), stamp_ns, stamp_ns, hits=deque([stamp_ns]))
+            track.entered_view = track.leaving_view = edge
+            self.tracks.append(track)
+
+    def drop(self, rows: set[int]) -> None:
+        """Forget tracks; those after them move up."""
+        self.tracks = [track for row, track in enumerate(self.tracks) if row not in rows]
+        self.filter.drop(np.array(sorted(rows), np.intp))
+
+    def restore(self, fork: Fork) -> None:
+        """Go on with the robots of a fork, which nobody has seen since; all else is forgotten."""
+        self.filter.take_back(fork.groups)
+        self.filter.drop(np.array(fork.unnamed, np.intp))
+        self.tracks = [track for track in fork.tracks if track.robot_id]
+        for track in self.tracks:
+            track.state = State.COASTING
+        self.filter.ambiguity.note_return()
+
+    def note_innovations(self, able: CandidatePairs, stamp_ns: int) -> None:
+        """Take in how far the boxes of robots in view are from where they are expected."""
+        offsets, spread = able.pairs.offsets.tolist(), able.pairs.spread.tolist()
+        share = 1.0 / self.filter.noise.level
+        seen: list[tuple[Innovation, ...]] = []
+        for k in able.nearest():
+            (east, north), ((a, b), (_, d)) = offsets[k], spread[k]
+            one = Innovation(stamp_ns, east, north, (share * a, share * b, share * d))
+            track = self.tracks[able.rows[k]]
+            track.innovations = (*track.innovations[-2:], one)
+            seen.append(track.innovations)
+        self.filter.noise.update(seen)
+
+    def apply(self, decided: Association, able: CandidatePairs) -> None:
+        """Carry out what association has decided beside its assignment."""
+        tracks = self.tracks
+        for row, ratio in decided.innovation_ratios.items():
+            tracks[row].innovation_ratio = ratio
+        for row, share in decided.clutter_shares.items():
+            tracks[row].clutter_probability *= share
+        for row in decided.near_misses:
+            tracks[row].near_misses += 1
+        self.filter.monitor.update_matches(decided.matched, decided.outside)
+        for rows, speeds in decided.inflations:
+            self.filter.inflate_velocities(rows, speeds, MOTION_MODEL.swerve_s)
+        if self.filter.ambiguity.active:
+            pairs, claimed = able.pairs, decided.claimed
+            self.filter.update_reacquired(
+                pairs.rows[claimed], pairs.offsets[claimed], pairs.spread[claimed]
+            )
+
+    def update(
+        self, seen: Measurements, rows: Indices, columns: Indices, stamp_ns: int, window_ns: int
+    ) -> tuple[Indices, int]:
+        """Take in measurements of tracks.
+
+        Args:
+            seen: the image's measurements.
+            rows: (m,) of the tracks.
+            columns: (m,) their measurements.
+            stamp_ns: of the image, ns.
+            window_ns: how long hits are kept, ns.
+
+        Returns:
+            The rows whose measurements are refused, since nothing is as fast, and how many of them
+            are robots with labels of which none had been refused since they were seen.
+        """
+        tracks, labelled = self.tracks, 0
+        refused = self.filter.correct(seen, rows, columns)
+        for row in refused.tolist():
+            labelled += bool(tracks[row].robot_id) and not tracks[row].rejected
+            tracks[row].rejected = True
+        mean, covariance = self.filter.moments()
+        velocities, spread, edges = mean[:, 2:], covariance[:, 2:, 2:], seen.edge.tolist()
+        fast = set(refused.tolist())
+        for row, column in zip(rows.tolist(), columns.tolist(), strict=True):
+            if row in fast:
+                continue
+            track = tracks[row]
+            if track.state is not State.TENTATIVE:
+                track.state = State.CONFIRMED
+                since = min((stamp_ns - track.last_seen_ns) * 1e-9 / TRACK.habit_s, 1.0)
+                east, north = velocities[row].tolist()
+                track.speed_history += since * 0.5 * (east * east + north * north)
+                track.speed_history_count += since
+            track.leaving_view, track.last_seen_ns = edges[column], stamp_ns
+            track.velocity, track.velocity_spread = velocities[row], spread[row]
+            while track.hits and stamp_ns - track.hits[0] > window_ns:
+                track.hits.popleft()
+            track.hits.append(stamp_ns)
+        return refused, labelled
+
+    def merge(self, old: int, new: int, known: bool = True) -> None:
+        """Let a track know where the robot was that it turned out to be, which may have swerved.
+
+        Args:
+            old: row of the robot.
+            new: of the track.
+            known: whether where it is tells what the camera may have turned.
+        """
+        self.filter.inflate_velocities(
+            np.array([old]), self.filter.speeds([old]), MOTION_MODEL.swerve_s
+        )
+        self.filter.merge(old, new, known)
+
+    def separations(self, old: list[int], new: list[int]) -> tuple[Array, Array]:
+        """Return offsets (n, m, 2) between tracks, which may have swerved, and covariances."""
+        offsets, spread = self.filter.separations(np.array(old), np.array(new))
+        more = manoeuvre_covariance(self.filter.speeds(old))
+        return offsets, spread + (more if more.ndim == 2 else more[:, None])
+
+    def give_up_unverified(self) -> None:
+        """Give up what was confirmed while robots were elsewhere and is not in view: they are back.
+
+        Its place is that of boxes that were wrong.
+        """
+        for track in self.tracks:
+            if track.unverified and track.state is State.COASTING:
+                track.robot_id, track.rejected = "", True
+            track.unverified = False

@@ -1,0 +1,48 @@
+# Copyright 2026 aerial_gnss_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""What is published: robots by their labels, with all that may be in the covariance."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from aerial_gnss_ros.core.association.track import Track
+from aerial_gnss_ros.core.geometry.local_map import LocalMap
+from aerial_gnss_ros.core.tracker.publication import robot_estimates
+from aerial_gnss_ros.core.values.estimates import MapDatum, State
+
+LOCAL = LocalMap(MapDatum(0.8, 0.2, 0.0))
+CERTAIN = SimpleNamespace(ambiguous=False)
+
+
+def table(*labels):
+    """Return tracks under labels, each 10 m north of the one before, exact to 1 m."""
+    tracks = [Track("aqua", 0, 5, State.CONFIRMED, name) for name in labels]
+    mean = np.zeros((len(labels), 4))
+    mean[:, 1] = 10.0 * np.arange(len(labels))
+    joint = SimpleNamespace(
+        moments=lambda: (mean.copy(), np.tile(np.eye(4), (len(labels), 1, 1))),
+        add_fault_covariances=lambda _: None,
+    )
+    return SimpleNamespace(tracks=tracks, filter=joint)
+
+
+def test_robots_with_labels_come_in_their_order():
+    found = robot_estimates(table("aqua_2", "", "aqua_1"), CERTAIN, None, LOCAL, 3.0, 7)
+    assert [(one.robot_id, one.position[1]) for one in found] == [("aqua_1", 20.0), ("aqua_2", 0.0)]
+    assert found[0].latitude - found[1].latitude == pytest.approx(20.0 / 6.37e6, rel=0.01)
+    assert {(one.stamp_ns, one.last_seen_ns, one.altitude) for one in found} == {(7, 5, 3.0)}
+    assert robot_estimates(table("", ""), CERTAIN, None, LOCAL, 3.0, 7) == ()
+
+
+def test_covariances_contain_another_label_and_robots_as_they_were():
+    doubtful = SimpleNamespace(
+        ambiguous=True, ambiguity_covariances=lambda _: {"aqua_2": np.diag([4.0, 0.0])}
+    )
+    fork = SimpleNamespace(apart=lambda *_: {"aqua_1": np.array([0.0, 3.0])})
+    found = robot_estimates(table("aqua_2", "aqua_1"), doubtful, fork, LOCAL, 0.0, 7)
+    assert found[0].covariance.diagonal().tolist() == [1.0, 10.0, 1.0, 1.0]
+    assert found[1].covariance.diagonal().tolist() == [5.0, 1.0, 1.0, 1.0]

@@ -1,0 +1,90 @@
+# Copyright 2026 aerial_gnss_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""When boxes are not where robots can be, and when that is over."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from aerial_gnss_ros.core.association.track import Track
+from aerial_gnss_ros.core.tracker.recovery import TUNING, Recovery
+from aerial_gnss_ros.core.values.estimates import State
+from aerial_gnss_ros.core.values.rejection import Cause
+
+SECOND = 1_000_000_000
+
+
+def recovery(*tracks, began=False, returned=False):
+    """Return a recovery, its matcher, and what the filter was told."""
+    told = []
+    joint = SimpleNamespace(
+        jumps=SimpleNamespace(began=began, returned=returned),
+        groups=[],
+        ambiguity=SimpleNamespace(apart=0.0, covariance=np.zeros((3, 3))),
+        update_ambiguity=lambda seconds, over=False: told.append((seconds, over)),
+    )
+    table = SimpleNamespace(
+        tracks=list(tracks), filter=joint, give_up_unverified=lambda: told.append("given up"),
+        restore=lambda _: told.append("restored"),
+    )  # fmt: skip
+    matcher = SimpleNamespace(scene_mismatch=False, threshold=9.0)
+    return Recovery(table, matcher, 9.0), matcher, told
+
+
+def robot(label="aqua_1", first_ns=0, last_ns=SECOND):
+    return Track("aqua", first_ns, last_ns, State.CONFIRMED, label)
+
+
+def test_lost_robots_are_told_with_the_time_until_they_are_back():
+    found, matcher, told = recovery(robot())
+    every = np.array([0])
+    found.update(every, 0, SECOND, 0.1)
+    assert told == []
+    matcher.scene_mismatch = True
+    found.update(every[:0], 0, 2 * SECOND, 0.1)
+    found.update(every[:0], 0, 3 * SECOND, 0.2)
+    assert told == [(0.1, False), (0.2, False)]
+    matcher.scene_mismatch = False
+    found.update(every, 0, 4 * SECOND, 0.1)
+    assert told[2:] == [(0.0, True), "given up"]
+    found.update(every, 0, 5 * SECOND, 0.1)
+    assert len(told) == 4
+
+
+def test_new_robots_do_not_say_that_the_camera_is_right_again():
+    found, _, told = recovery(robot(first_ns=3 * SECOND, last_ns=4 * SECOND))
+    found.update(np.zeros(0, np.intp), 1, 2 * SECOND, 0.1)  # no other robot but a refused one
+    found.update(np.array([0]), 0, 2 * SECOND + 2 * TUNING.soon_ns, 0.1)
+    assert told == [(0.1, False), (0.0, False)]
+
+
+@pytest.mark.parametrize(("refused", "lost"), [(1, False), (2, True)])
+def test_robots_are_lost_when_as_many_are_refused_as_are_not(refused, lost):
+    found, _, told = recovery(robot(), robot("aqua_2"), robot(""))
+    found.update(np.arange(3), refused, SECOND, 0.1)
+    assert told == ([(0.1, False)] if lost else [])
+
+
+def test_a_jump_keeps_robots_until_telemetry_is_back():
+    found, _, told = recovery(robot(), began=True)
+    assert not found.telemetry_is_back(SECOND)
+    assert found.fork.jumped
+    found._table.filter.jumps = SimpleNamespace(began=False, returned=True)
+    assert found.telemetry_is_back(2 * SECOND)
+    found.go_back()
+    assert told == ["restored"]
+    assert found.fork is not None
+    assert not found.telemetry_is_back(1000 * SECOND)  # by then they can be anywhere
+    assert found.fork is None
+
+
+def test_what_was_seen_meanwhile_without_a_label_is_given_up():
+    meanwhile, waits, now = (robot("", last_ns=one) for one in (1, 1, 9))
+    waits.label_pending = True
+    found, _, _ = recovery(meanwhile, waits, now, robot(last_ns=1))
+    found.reject_unlabelled(9)
+    assert [one.rejected for one in found._table.tracks] == [True, False, False, False]
+    assert meanwhile.rejection_cause is Cause.LOST_PLATFORM
