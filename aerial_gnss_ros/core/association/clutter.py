@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""How often images miss a robot, and how often they show a box where there is none."""
+"""Rates of missed detections and of clutter over the last images."""
 
 from __future__ import annotations
 
@@ -15,31 +15,31 @@ class ClutterTuning:
     """Chosen numbers of this module, with their units and where they come from."""
 
     fading_images: int = 300
-    """Images after which what was counted has faded to a third. Judged."""
+    """Images after which a count has decayed to a third. Judged."""
     rare_product: float = 1e-3
-    """Product of the two rates from which a stray box beside a missing robot may well be a false
-    one. Robots that swerve are counted in both; ten that cross reach 1e-4."""
+    """Product of the two rates above which an unassociated box beside a missed robot may be
+    clutter. Manoeuvring robots count in both rates; ten that cross reach 1e-4."""
 
 
 TUNING = ClutterTuning()
 
 
 def chance_probability(beside: int, tracks: int) -> float:
-    """Return the probability that a false box lies in the gate of a new track by chance.
+    """Return the probability that clutter lies in the gate of a new track.
 
     Args:
-        beside: boxes that belong to no track, within `ASSIGNMENT.near_gate_radii` times a new
-            track's gate; each counts with every one.
-        tracks: new ones.
+        beside: unassociated boxes within `ASSIGNMENT.near_gate_radii` times a new track's gate,
+            counted once for each such track.
+        tracks: number of new tracks.
     """
     return -math.expm1(-beside / (ASSIGNMENT.near_gate_radii**2 * max(tracks, 1)))
 
 
 class Clutter:
-    """Counts both over the last images.
+    """Estimates both rates.
 
     Attributes:
-        stamp_ns: of the last one, ns.
+        stamp_ns: of the last image, ns.
     """
 
     def __init__(self) -> None:
@@ -51,9 +51,9 @@ class Clutter:
 
         Args:
             stamp_ns: of the image, ns.
-            robots: that should be in it.
-            missed: of these, without a box.
-            stray: boxes that belong to no track.
+            robots: number of robots expected in it.
+            missed: number of these without a box.
+            stray: number of unassociated boxes.
         """
         self.stamp_ns = stamp_ns
         fade = 1.0 - 1.0 / TUNING.fading_images
@@ -64,5 +64,5 @@ class Clutter:
 
     @property
     def heavy(self) -> bool:
-        """Whether an image often enough misses a robot and shows a false box at once."""
+        """Whether missed detections and clutter often coincide in an image."""
         return self._missed * self._stray > TUNING.rare_product * self._robots * self._images

@@ -1,10 +1,11 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Whether robots are off their predictions each by itself, or by one turn of the camera.
+"""Tests whether robots left their gates independently or by one rotation of the camera.
 
-Robots that steer harder than stated leave their gates, several at a time where images come seldom.
-A camera that turns moves all boxes at once, as the derivative of places by its angles has it.
-`turn_or_swim` weighs the two; robots that are where they should be speak against a turn.
+Robots that manoeuvre harder than stated leave their gates, several at once where images are rare. A
+rotation of the camera moves all boxes together, along the derivative of positions by its angles.
+`rotation_test` compares the two; robots that stayed inside their gates are evidence against a
+rotation.
 """
 
 from __future__ import annotations
@@ -26,8 +27,8 @@ class CoherenceTuning:
     """Chosen numbers of this module, with their units and where they come from."""
 
     swerve_nats: float = math.log(20.0)
-    """Nats by which swerves of robots must be likelier than a turn of the camera, so that an image
-    is used in which most robots are not where they should be. Odds of 20 to 1, as everywhere."""
+    """Log odds of manoeuvres against a rotation of the camera above which an image is used in which
+    most robots are outside their gates: 20 to 1, as everywhere."""
 
 
 TUNING = CoherenceTuning()
@@ -36,15 +37,15 @@ TUNING = CoherenceTuning()
 def swerves(
     joint: JointFilter, pairs: PairInnovations, left: list[int], chosen: list[int], threshold: float
 ) -> int:
-    """Return how many robots that are not where they should be have each swerved by itself.
+    """Return how many robots outside their gates manoeuvred independently.
 
-    None, unless that is clearly likelier than a turn of the camera.
+    Zero, unless that is clearly likelier than a rotation of the camera.
 
     Args:
-        joint: where robots are.
+        joint: the joint filter.
         pairs: of robots and boxes.
-        left: those left over, of robots that should be in the picture.
-        chosen: those of robots that are where they should be.
+        left: unassociated pairs, of robots expected in the image.
+        chosen: pairs of robots inside their gates.
         threshold: squared Mahalanobis distance at the edge of a gate.
     """
     spread = pairs.spread[left] + manoeuvre_covariance(joint.speeds(pairs.rows[left]))
@@ -67,12 +68,12 @@ def swerves(
 
 
 def turns(joint: JointFilter, tracks: list[Track], rows: list[int]) -> bool:
-    """Return whether a turn of the camera explains better where boxes of the last images were.
+    """Return whether a camera rotation explains the innovations of the last images better.
 
     Args:
-        joint: where robots are.
+        joint: the joint filter.
         tracks: all of them.
-        rows: of the robots; each has innovations.
+        rows: of the robots, which all have innovations.
     """
     last = [tracks[row].innovations for row in rows]
     offsets = [np.mean([(one.east, one.north) for one in seen], axis=0) for seen in last]

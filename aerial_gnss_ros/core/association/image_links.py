@@ -42,8 +42,8 @@ class ImageLinksTuning:
     """Chosen numbers of this module, with their units and where they come from."""
 
     gate_squared: float = 25.0
-    """Squared distance of a pair, by the motion's and its own variance, beyond which it cannot be.
-    Judged."""
+    """Squared Mahalanobis distance beyond which a pair is impossible, with the variances of the
+    motion and of the pair. Judged."""
     compared_assignments: int = 256
     """Up to so many assignments all are compared: any four points and detections, or eight that are
     clear of one another. Judged."""

@@ -1,15 +1,15 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""What a camera may have turned by itself while no robots explained its boxes.
+"""Ambiguity of the camera's attitude while its boxes fit no robot.
 
-Boxes that no robots explain (too fast, or elsewhere) do not move the robots. But those that are
-found anew may be seen by a camera that has turned meanwhile: the covariance D of its angles grows.
+Boxes that fit no robot (too fast, or elsewhere) do not update robots. Robots that are acquired anew
+afterwards may be seen by a camera that has turned meanwhile: the covariance D of its angles grows.
 
-Robots that are found again tell. If the camera did not turn and it was the boxes that were wrong,
-such a robot is off where it was expected by d of covariance S; if it did, of S + A D A', with A
-the derivative of places by the angles. So much less likely is it, from even odds on, that D
-counts, and D itself is narrowed as by any measurement. That is told of all the times (`Episode`)
-since the robot was seen: what turned away and back has not turned.
+A reacquired robot is evidence. If the camera did not turn and the boxes were wrong, its offset d
+from the prediction has the covariance S; if it did turn, S + A D A', with A the derivative of
+positions by the angles. The ratio of the two likelihoods updates the odds that D applies, from even
+odds on, and D itself is updated as by any measurement. This concerns all episodes (`Episode`) since
+the robot was last seen: a camera that turned away and back has not turned.
 """
 
 from __future__ import annotations
@@ -28,20 +28,18 @@ class AttitudeAmbiguityTuning:
     """Chosen numbers of this module, with their units and where they come from."""
 
     turn_rate_radps: float = math.radians(20.0)
-    """One sigma of the rate at which a camera turns whose boxes no robots explain, each axis,
-    rad/s. Judged."""
+    """Turn rate of a camera whose boxes fit no robot, one sigma, each axis, rad/s. Judged."""
     negligible_probability: float = 1e-3
-    """Probability below which what the camera may have turned does not show in covariances. Adds
-    less than 3 % to a sigma."""
+    """Probability below which an episode adds nothing to covariances. It would add less than 3 % to
+    a sigma."""
     already_s: float = 0.3
-    """For so long it has turned when that is noticed, s. Judged."""
+    """Time for which a rotation has lasted when it is noticed, s. Judged."""
     back_rad: float = math.radians(3.0)
-    """An orientation that jumped is back so near to where it would be. Judged."""
+    """An orientation that jumped is back when it is this close to the expected one, rad. Judged."""
     was_wrong_nats: float = -3.0
-    """Nats: an orientation that jumps and later jumps back was wrong meanwhile, rather than the
-    camera has turned just then. Judged."""
+    """Log odds that an orientation which jumps and jumps back was right meanwhile. Judged."""
     episodes: int = 4
-    """Times that are told apart; of those before, all is one. Judged."""
+    """Greatest number of episodes kept apart; earlier ones are merged. Judged."""
 
 
 TUNING = AttitudeAmbiguityTuning()
@@ -49,11 +47,11 @@ TUNING = AttitudeAmbiguityTuning()
 
 @dataclass
 class Episode:
-    """A time in which no robots explained the boxes.
+    """A period in which the boxes fitted no robot.
 
     Attributes:
         spread: (3, 3) D, rad².
-        odds: logarithm of those that D counts; None: nothing has told yet.
+        odds: log odds that D applies; None: no evidence yet.
         ago: time since it began, s.
     """
 
@@ -68,19 +66,19 @@ class Episode:
         return share * self.spread if share > TUNING.negligible_probability else 0.0 * self.spread
 
     def update_odds(self, nats: float) -> None:
-        """Take in by how much likelier it is that D counts."""
+        """Add evidence that D applies, as a log likelihood ratio."""
         self.odds = (self.odds or 0.0) + nats
 
 
 class AttitudeAmbiguity:
-    """Of one camera.
+    """Attitude ambiguity of one camera.
 
     Args:
-        most: angle up to which doubt grows, one sigma of each axis, rad.
+        most: angle up to which an episode's covariance grows, one sigma, each axis, rad.
 
     Attributes:
-        episodes: the last ones.
-        active: whether there ever was a doubt.
+        episodes: the latest ones.
+        active: whether there has been an ambiguity.
     """
 
     def __init__(self, most: float) -> None:
@@ -95,10 +93,10 @@ class AttitudeAmbiguity:
 
     @property
     def apart(self) -> float:
-        """Variance of each axis of robots that all were elsewhere at once, m².
+        """Isotropic position variance, each axis, after all robots were displaced together, m².
 
-        What displaced them, a turn, a height, a zoom or a receiver, and so in which direction it
-        does by now, is not known: only how far it was.
+        The cause (rotation, height, zoom or receiver) is unknown, and so is the present direction;
+        only the distance is known.
         """
         return self._displaced + self._shifted
 
@@ -108,11 +106,11 @@ class AttitudeAmbiguity:
         return sum((one.covariance for one in self.episodes), self._earlier)
 
     def predict(self, seconds: float, keep: float) -> None:
-        """Move on in time.
+        """Advance in time.
 
         Args:
             seconds: length of the step, s.
-            keep: factor by which the angles' errors still count after it.
+            keep: factor by which the angle errors decay during the step.
         """
         self._jumped_s += seconds
         self._earlier *= keep * keep
@@ -123,11 +121,11 @@ class AttitudeAmbiguity:
             one.spread *= keep * keep
 
     def update(self, seconds: float, over: bool = False) -> None:
-        """Take in that for so long no robots explained the boxes, s; 0: some do.
+        """Take in whether an image's boxes fit robots.
 
         Args:
-            seconds: time since the last image, s.
-            over: whether these are robots that were seen before, where they should be.
+            seconds: time since the last image if they fit none, s; 0 if they fit some.
+            over: whether those are robots known before the episode, at their predicted positions.
         """
         if not seconds:
             if self._lasts and over:
@@ -152,15 +150,15 @@ class AttitudeAmbiguity:
         self._lasts, self._grown = TUNING.already_s + seconds, 0.0
 
     def note_displacement(self, turn: Array, spread: Array, squared: float) -> None:
-        """Take in that all robots are elsewhere, as a turn of the camera would have it.
+        """Take in that a rotation of the camera displaced all robots at once.
 
-        Either it has turned now, or it had before and is right again; so robots can be as far off
-        as they seem displaced.
+        Either the camera has turned now, or it had turned before and is right again; so robots may
+        be off by as much as they were displaced.
 
         Args:
             turn: (3,) about the axes of roll, pitch, heading, rad.
             spread: (3, 3) covariance of that, rad².
-            squared: distance of a robot from where it was before any doubt, the largest, m².
+            squared: greatest squared distance of a robot from its position before the episode, m².
         """
         self._turned = self._turned + turn
         self._lasts = 0.0
@@ -170,17 +168,17 @@ class AttitudeAmbiguity:
             self.episodes[-1].spread = np.outer(turn, turn) + spread
 
     def shifted(self, squared: float) -> None:
-        """Take in how far the drone's position is from where it was before it jumped, m².
+        """Take in the squared distance of the drone's position from that before it jumped, m².
 
-        Nobody knows which of the two is right.
+        Either position may be the right one.
         """
         self._shifted = squared
         self.active = self.active or squared > 0.0
 
     def keep_jump(self) -> None:
-        """Take in that images count again, while the orientation has jumped and is not back.
+        """Take in that images are used again while the orientation has jumped and not returned.
 
-        No box could tell meanwhile whether it was the camera.
+        No box has shown meanwhile whether the camera turned.
         """
         if self._jump.any():
             self._begin(0.0)
@@ -188,14 +186,14 @@ class AttitudeAmbiguity:
             self.active = True
 
     def note_return(self) -> None:
-        """Take in that the camera is again as it was when nothing was in doubt."""
+        """Take in that the camera is back in the state before the ambiguity."""
         for one in self.episodes:
             one.spread = np.zeros((3, 3))
         self._turned = np.zeros(3)
         self._displaced = self._lasts = 0.0
 
     def update_jump(self, turn: Array, seconds: float) -> bool:
-        """Take in that the orientation has jumped; return whether it is back.
+        """Take in a jump of the orientation; return whether it is back.
 
         Args:
             turn: (3,) about the axes of roll, pitch, heading, rad.
@@ -207,36 +205,36 @@ class AttitudeAmbiguity:
         if math.sqrt(self._jump @ self._jump) > TUNING.back_rad:
             return False
         for one in self.episodes:
-            # Robots that went along are elsewhere now: `displaced` tells.
+            # Robots that moved along are handled by `note_displacement`.
             if one.ago <= self._jumped_s + 1e-6 and not self._turned.any():
                 one.update_odds(TUNING.was_wrong_nats)
         self._jump = np.zeros(3)
         return True
 
     def episodes_since(self, unseen: float) -> list[Episode]:
-        """Return the times of which a robot tells that is found after so long, s.
+        """Return the episodes for which a robot unseen for a time is evidence.
 
-        Of those before it was last seen it tells nothing: that was by the same camera.
+        Earlier ones also affected the prediction from its last sighting.
         """
         return [one for one in self.episodes if one.ago <= unseen + 1e-6 and one.spread.any()]
 
     def update_reacquired(
         self, unseen: float, by_angles: Array, apart: Array, spread: Array
     ) -> None:
-        """Take in where a robot was found again.
+        """Take in the offset at which a robot was reacquired.
 
         Args:
-            unseen: time since it was seen before, s.
-            by_angles: (2, 3) A, how its place moves with the platform's angles, m/rad.
-            apart: (2,) d, from where it was expected, m.
+            unseen: time since it was last seen, s.
+            by_angles: (2, 3) A, derivative of its position by the platform's angles, m/rad.
+            apart: (2,) d, from the prediction, m.
             spread: (2, 2) S, covariance of that if the camera did not turn, m².
         """
         since = self.episodes_since(unseen)
         if not since:
             return
         wide = spread + sum(by_angles @ one.spread @ by_angles.T for one in since)
-        # Something contradicted the robots, be it of a size that no turn would have. What is more
-        # than the robot can have swum is an estimate of it without bias.
+        # The displacement need not be a rotation. Its square beyond the prediction's variance is an
+        # unbiased estimate.
         beyond = float(apart @ apart) - float(np.trace(spread))
         self._displaced = max(self._displaced, beyond)
         less = _log_density(apart, wide) - _log_density(apart, spread)

@@ -1,13 +1,13 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Robots that are all elsewhere at once: whether they lie to one another as before.
+"""Re-identification of robots that are all displaced at once, by their relative positions.
 
-Telemetry that jumps, or comes back after it was wrong, displaces all robots by one turn of the
-camera. Where each is, tells nothing then; how they lie to one another does. An assignment of robots
-to new tracks with offsets d (stacked) of covariance S has the likelihood N(d; 0, S) if nothing
-displaced them, and N(d; 0, S + C C') if the camera seems turned, or higher up or zoomed, C the
-derivative of places by these in units of what is supposed of them. Both are summed for each
-assignment, from even odds on.
+Telemetry that jumps, or recovers from an error, displaces all robots by one rotation of the camera.
+Absolute positions are useless then, relative ones are not. An assignment of robots to new tracks
+with stacked offsets d of covariance S has the likelihood N(d; 0, S) without a displacement, and
+N(d; 0, S + C C') if the camera seems rotated, higher or zoomed, where C is the derivative of
+positions by these in units of their prior sigmas. Both are summed for each assignment, at even
+prior odds.
 """
 
 from __future__ import annotations
@@ -30,28 +30,24 @@ class FormationTuning:
     """Chosen numbers of this module, with their units and where they come from."""
 
     least_robots: int = 2
-    """Robots from which on there is a formation, and more than half of those that were in view must
-    be in it: one can be anywhere, and of many robots two lie to one another as others do.
-    Judged."""
+    """Least number of robots in a formation, which must also be more than half of those in view: a
+    single one can be anywhere, and two of many match by chance. Judged."""
     turn_sigma_rad: float = math.radians(30.0)
-    """One sigma of each axis of the turn that displaces them. Judged."""
+    """Rotation that displaces them, one sigma, each axis, rad. Judged."""
     height_share: float = 0.3
-    """Share of the height, one sigma, by which they are nearer or farther: a height that is wrong,
-    or a zoom. Judged."""
+    """Relative change of their distance, one sigma: a wrong height, or a zoom. Judged."""
     derivative_share: float = 0.15
-    """Share of an offset by which its derivative is wrong, one sigma: turns are not small.
-    Judged."""
+    """Relative error of the linearisation, one sigma: rotations are not small. Judged."""
     clear_nats: float = math.log(20.0)
-    """Nats by which the likeliest assignment must be ahead of any other. Odds of 20 to 1, as
-    everywhere."""
+    """Log odds by which the likeliest assignment must exceed any other: 20 to 1, as everywhere."""
     widest_sigmas: float = 3.7
-    """Sigmas of a normal law beyond which a fit is none, by the chi-square law's approximation. One
-    in 10,000."""
+    """Sigmas of the normalised chi-square beyond which an assignment does not fit: one in
+    10,000."""
     every_assignment_robots: int = 3
-    """Up to so many robots all assignments are compared; of more, those that two robots suggest.
+    """Up to this many robots all assignments are compared; beyond, those that two robots suggest.
     Judged."""
     seed_pairs: int = 6
-    """Pairs of robots that suggest assignments; the farthest apart come first. Judged."""
+    """Pairs of robots that suggest assignments, the farthest apart first. Judged."""
 
 
 TUNING = FormationTuning()
@@ -59,11 +55,11 @@ TUNING = FormationTuning()
 
 @dataclass(frozen=True)
 class Formation:
-    """Which robots are which tracks, as they lie to one another.
+    """An assignment of robots to tracks by their relative positions.
 
     Attributes:
-        pairs: of a robot and its track, by their places in what was asked for.
-        turn: (3,) of the camera that displaces them, rad; 0 where nothing does.
+        pairs: indices of a robot and its track, as passed in.
+        turn: (3,) rotation of the camera that displaces them, rad; 0 without one.
         spread: (3, 3) covariance of that, rad².
         moved: whether a turn is the likelier explanation.
     """
@@ -81,13 +77,13 @@ def formation(
     by_height: Array,
     possible: NDArray[np.bool_],
 ) -> Formation | None:
-    """Return the one assignment of robots to tracks that their formation allows, None without one.
+    """Return the assignment that relative positions determine, None if ambiguous.
 
     Args:
         offsets: (n, m, 2) from robots to tracks, m.
-        spread: (n, m, 2, 2) covariances of these if nothing displaced the robots, m².
-        by_angles: (n, 2, 3) how the robots' places move with the platform's angles, m/rad.
-        by_height: (n, 2) how they move with the logarithm of the height, m.
+        spread: (n, m, 2, 2) their covariances without a displacement, m².
+        by_angles: (n, 2, 3) derivative of the robots' positions by the platform's angles, m/rad.
+        by_height: (n, 2) derivative by the logarithm of the height, m.
         possible: (n, m) whether a robot can be a track at all.
     """
     n, m = possible.shape
@@ -120,7 +116,7 @@ def formation(
 def _assignments(
     offsets: Array, spread: Array, common: Array, possible: NDArray[np.bool_]
 ) -> Iterator[Pairs]:
-    """Yield assignments of as many robots as there can be, each once."""
+    """Yield assignments of as many robots as possible, each once."""
     n, m = possible.shape
     if max(n, m) <= TUNING.every_assignment_robots:
         wide = n <= m
@@ -147,7 +143,7 @@ def _assignments(
 def _completed(
     offsets: Array, spread: Array, common: Array, possible: NDArray[np.bool_], seed: Pairs
 ) -> Pairs:
-    """Return the assignment that goes on from two pairs; empty where these do not fit."""
+    """Return the assignment that completes two pairs; empty where these do not fit."""
     if _score(offsets, spread, common, seed) == -math.inf:
         return ()
     change, law = _explained(offsets, spread, common, seed)
@@ -162,20 +158,20 @@ def _completed(
 
 
 def _bent(offsets: Array, spread: Array) -> Array:
-    """Return covariances (n, m, 2, 2) that allow for derivatives that are not quite right."""
+    """Return covariances (n, m, 2, 2) widened by the error of the linearisation."""
     squared = TUNING.derivative_share**2 * np.sum(offsets**2, axis=-1)
     allowed: Array = spread + squared[..., None, None] * np.eye(2)
     return allowed
 
 
 def _score(offsets: Array, spread: Array, common: Array | None, pairs: Pairs) -> float:
-    """Return the logarithm of an assignment's density, -inf where it does not fit at all.
+    """Return the log likelihood of an assignment, -inf where it does not fit at all.
 
     Args:
         offsets: (n, m, 2).
         spread: (n, m, 2, 2).
-        common: (n, 2, q) derivative by what displaces all robots, in its own sigmas; None where
-            nothing does.
+        common: (n, 2, q) derivative by what displaces all robots, in its own sigmas; None without a
+            displacement.
         pairs: of robots and tracks.
     """
     if common is None:
@@ -186,7 +182,7 @@ def _score(offsets: Array, spread: Array, common: Array | None, pairs: Pairs) ->
         covariance = covariance + C @ C.T
     squared = float(error @ np.linalg.solve(covariance, error))
     freedom = len(error)
-    # Wilson and Hilferty: the cube root of a chi-square over its freedom is nearly normal.
+    # Wilson and Hilferty: the cube root of chi-square over its degrees of freedom is nearly normal.
     narrow = 2.0 / (9.0 * freedom)
     if (squared / freedom) ** (1.0 / 3.0) > 1.0 - narrow + TUNING.widest_sigmas * math.sqrt(narrow):
         return -math.inf
@@ -194,7 +190,7 @@ def _score(offsets: Array, spread: Array, common: Array | None, pairs: Pairs) ->
 
 
 def _explained(offsets: Array, spread: Array, common: Array, pairs: Pairs) -> tuple[Array, Array]:
-    """Return what displaces all robots by an assignment (q,), and its covariance (q, q)."""
+    """Return the displacement (q,) that fits an assignment, and its covariance (q, q)."""
     error, covariance = _stacked(offsets, _bent(offsets, spread), pairs)
     C = _rows(common, pairs)
     gain = np.linalg.solve(covariance + C @ C.T, C).T

@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""A GNSS position that jumps: it is not believed until it is back, or has stayed elsewhere."""
+"""Detects jumps of the GNSS position: it is used again once back, or stable elsewhere."""
 
 from __future__ import annotations
 
@@ -20,24 +20,23 @@ class GnssJumpTuning:
     """Chosen numbers of this module, with their units and where they come from."""
 
     jump_m: float = 10.0
-    """A drone that is farther from its predicted position, plus `jump_mps`, did not fly there, m.
-    Judged."""
+    """Greatest distance of a position from the predicted one, at once, m. Judged."""
     jump_mps: float = 10.0
-    """By how much that distance grows with the time since the last fix, m/s. Judged."""
+    """Growth of that distance with the time since the last fix, m/s. Judged."""
     settle_s: float = 3.0
-    """A position that has jumped is believed after so long. Judged."""
+    """Time after which a position that has jumped is accepted, s. Judged."""
 
 
 TUNING = GnssJumpTuning()
 
 
 class GnssJumpDetector:
-    """Takes in each image's position.
+    """Tests each image's GNSS position.
 
     Attributes:
-        offset: (3,) by how much positions are off those before the jump, m; 0 without one.
-        began: whether with the last image positions left where they had been until then.
-        returned: whether with the last image they came back there, after they had been believed.
+        offset: (3,) displacement since the jump, m; 0 without one.
+        began: whether a jump began with the last image.
+        returned: whether the position returned with the last image, after a jump had been accepted.
     """
 
     def __init__(self, log: Events) -> None:
@@ -53,18 +52,17 @@ class GnssJumpDetector:
 
     @property
     def believed(self) -> Array:
-        """(2,) how far positions are from those before jumps that are believed, m."""
+        """(2,) sum of the accepted jumps, m."""
         return self._believed[:2]
 
     def update(
         self, position: Array, expected: Array | None, passed: float
     ) -> tuple[bool, Array | None]:
-        """Return whether a position can be used, and a jump (3,) that is now believed, or None.
+        """Return whether a position can be used, and a newly accepted jump (3,), or None.
 
         Args:
             position: (3,) measured, m.
-            expected: (3,) where the drone should be by its past, the offset taken out; None where
-                the past does not tell.
+            expected: (3,) predicted, without the offset; None where it cannot be predicted.
             passed: time since the image before, s.
         """
         self.began = self.returned = False
@@ -96,7 +94,7 @@ class GnssJumpDetector:
         return True, jump
 
     def _is_home(self) -> bool:
-        """Return whether positions are back where they were before jumps that were believed."""
+        """Return whether positions are back where they were before accepted jumps."""
         if not self._believed.any() or not self.offset.any():
             return False
         east, north, _ = (self._believed + self.offset).tolist()

@@ -1,17 +1,16 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""How hard each robot manoeuvres, found from how its velocity is corrected.
+"""Adapts each robot's process noise to its manoeuvres, from the corrections of its velocity.
 
-A robot that turns harder than `noise.robot_acceleration` says makes the filter sure of what is not
-so: its turns are put down to the camera's heading, height and tilt. From high above, boxes are too
-coarse for that; from 7 m they are not. Single residuals hardly show it, since the boxes' own noise
-is most of them, but corrections of the velocity do: over some seconds they add up in one way, where
-those of a robot that obeys are independent of one another.
+A robot that manoeuvres harder than `noise.robot_acceleration` makes the filter overconfident: its
+turns are attributed to the camera's heading, height and tilt. From high up, boxes are too coarse
+for that; from 7 m they are not. Single residuals are mostly box noise, but corrections of the
+velocity show it: for a manoeuvring robot they are correlated over seconds, otherwise independent.
 
-If all is as stated, the corrections of `TUNING.correction_sum_s` seconds have a sum of known
-covariance, which in the long run is that of the stated acceleration over this time. So the ratio of
-the squared sum to its expectation is that of the robot's spectral density to the supposed one
-(covariance matching: Mehra 1972; here of velocities and not of residuals).
+Under the stated model the corrections of `TUNING.correction_sum_s` seconds have a sum of known
+covariance, in the long run that of the stated acceleration over this time. So the ratio of the
+squared sum to its expectation is that of the actual to the stated spectral density (covariance
+matching: Mehra 1972; here of velocities rather than residuals).
 """
 
 from __future__ import annotations
@@ -31,28 +30,29 @@ class ManoeuvreNoiseTuning:
     """Chosen numbers of this module, with their units and where they come from."""
 
     correction_sum_s: float = 3.0
-    """Time constant with which corrections add up, s: about that of a turn. Judged."""
+    """Time constant over which corrections are summed, s: about that of a turn. Judged."""
     turns_memory_s: float = 30.0
-    """Time constant of the mean over past turns, s. Judged."""
+    """Time constant of the mean ratio, s. Judged."""
     strength_every_s: float = 0.5
-    """How often strengths are looked at, s: sums change no faster. Judged."""
+    """Interval between updates of the strength, s: sums change no faster. Judged."""
     strength_sure_sigmas: float = 3.0
-    """Sigmas above 1 from which the mean counts: robots that obey are left alone. Judged."""
+    """Sigmas above 1 from which the mean ratio is applied, so that other robots are unaffected.
+    Judged."""
     ratio_variance: float = 1.5
-    """Variance of one ratio: 1 where both axes are known alike, 2 where only one is known. By the
-    chi-square law."""
+    """Variance of one ratio: 1 where both axes are known equally, 2 where only one is known. By the
+    chi-square distribution."""
     largest_strength: float = 100.0
-    """Largest strength: ten times the stated acceleration. Judged."""
+    """Upper bound of the strength: ten times the stated acceleration. Judged."""
 
 
 TUNING = ManoeuvreNoiseTuning()
 
 
 class ManoeuvreNoise:
-    """Of n robots.
+    """Process noise of n robots.
 
     Attributes:
-        strength: (n,) how many times as large as stated the density of its acceleration is.
+        strength: (n,) ratio of the actual to the stated spectral density of the acceleration.
     """
 
     def __init__(self) -> None:
@@ -63,25 +63,25 @@ class ManoeuvreNoise:
         self._since = 0.0
 
     def add(self, count: int) -> None:
-        """Take in robots after the present ones."""
+        """Append robots."""
         self.strength = np.concatenate([self.strength, np.ones(count)])
         self._sums = np.concatenate([self._sums, np.zeros((8, count))], axis=1)
 
     def drop(self, kept: NDArray[np.bool_]) -> None:
-        """Forget those that are not kept (n,)."""
+        """Remove the robots that are not kept (n,)."""
         self.strength, self._sums = self.strength[kept], self._sums[:, kept]
 
     def inherit(self, old: int, new: int) -> None:
-        """Let robot `new` be known as well as `old`, which it turned out to be."""
+        """Let robot `new` continue the statistics of `old`."""
         self.strength[new] = self.strength[old]
         self._sums[5:7, new] = self._sums[5:7, old]
 
     def copy(self, other: ManoeuvreNoise, slot: int) -> None:
-        """Let the last robot be known as well as robot `slot` of others is."""
+        """Let the last robot continue the statistics of robot `slot` of another block."""
         self.strength[-1], self._sums[:, -1] = other.strength[slot], other._sums[:, slot]
 
     def predict(self, seconds: float, density: Array | float) -> None:
-        """Move on in time.
+        """Advance in time.
 
         Args:
             seconds: length of the step, s.
@@ -97,15 +97,15 @@ class ManoeuvreNoise:
         self._since += seconds
 
     def update(self, slots: Indices, changes: Array, expected: Array) -> None:
-        """Take in an image's corrections.
+        """Take in an image's velocity corrections.
 
         Args:
             slots: (m,) the robots.
-            changes: (m, 2) of their velocities, m/s.
-            expected: (m,) mean squares of these, m²/s².
+            changes: (m, 2) corrections of their velocities, m/s.
+            expected: (m,) their expected squares, m²/s².
         """
         sums = self._sums[:5, slots]
-        # Less of those by which a velocity becomes known at all.
+        # Initial corrections, by which a velocity becomes known at all, count less.
         usual = np.minimum(sums[4] / np.maximum(expected, 1e-12), 1.0)
         sums[:2] += usual * changes.T
         sums[2:4] += usual**2 * (expected, sums[4])
@@ -116,9 +116,9 @@ class ManoeuvreNoise:
             self._judge(slots)
 
     def _judge(self, slots: Indices) -> None:
-        """Compare sums with their expectation.
+        """Compare the sums with their expectation.
 
-        What the robots of one image have in common is the camera's and not theirs.
+        What an image's robots have in common is the camera's and is subtracted.
         """
         sums, m = self._sums[:, slots], len(slots)
         own = sums[:2]

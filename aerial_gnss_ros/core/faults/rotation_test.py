@@ -1,11 +1,11 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Whether robots changed their velocities each by itself, or one turn of the camera explains all.
+"""Likelihood ratio test: did robots manoeuvre independently, or did the camera rotate?
 
-Two explanations are weighed, in nats:
+Two hypotheses are compared, in nats:
 
-    robots    sum over robots of the cheaper of: as stated; a swerve
-    a turn    the same of what the best turn w leaves, its prior and how finely it must be chosen
+    robots    sum over robots of the cheaper of: the stated motion; a manoeuvre
+    rotation  the same for the residuals of the best rotation w, its prior, and an Occam factor
 """
 
 from __future__ import annotations
@@ -24,12 +24,12 @@ class RotationTestTuning:
     """Chosen numbers of this module, with their units and where they come from."""
 
     swerve_share: float = 0.25
-    """Change of velocity within seconds, one sigma of each axis, of a robot that swerves, as a
-    share of the fastest speed. Judged."""
+    """Change of velocity of a manoeuvring robot within seconds, one sigma, each axis, as a share of
+    its greatest speed. Judged."""
     swerve_probability: float = 0.25
-    """Share of the time in which a robot swerves: of those that steer. Judged."""
+    """Share of the time in which a robot manoeuvres. Judged."""
     turn_rate_sigma_radps: float = math.radians(5.0)
-    """One sigma of the rate of a camera that turns by itself, each axis, rad/s. Judged."""
+    """Rate of an unmeasured rotation of the camera, one sigma, each axis, rad/s. Judged."""
 
 
 TUNING = RotationTestTuning()
@@ -38,17 +38,16 @@ TUNING = RotationTestTuning()
 def fit_rotation(
     sums: Array, variances: Array, by_angles: Array, swerve: Array | float
 ) -> tuple[Array, Array, float]:
-    """Return the turn (3,) that explains changes of velocity best, and by how much better (nats).
+    """Return the camera rotation (3,) that best explains velocity changes, and its log odds.
 
     Args:
         sums: (n, 2) changes of velocity, m/s.
-        variances: (n,) of each axis by what is stated, m²/s².
-        by_angles: (n, 2, 3) m/rad.
-        swerve: one sigma of each axis of a swerve, m/s.
+        variances: (n,) of each axis under the stated motion, m²/s².
+        by_angles: (n, 2, 3) derivative of positions by the angles, m/rad.
+        swerve: velocity change of a manoeuvre, one sigma, each axis, m/s.
 
     Returns:
-        The turn, rad/s; its covariance (3, 3); logarithm of the odds that there is a turn, with
-        equal odds before.
+        The rotation rate, rad/s; its covariance (3, 3); log odds of a rotation, at even prior odds.
     """
     stated = np.maximum(variances, 1e-8)
     wide = stated + swerve**2
@@ -70,7 +69,7 @@ def fit_rotation(
 
     robots = float(costs(sums)[0].sum())
     turn, information = fitted(1.0 / stated)
-    for _ in range(3):  # robots that swerve beside count less
+    for _ in range(3):  # manoeuvring robots count less
         swerves = costs(sums + by_angles @ turn)[1]
         turn, information = fitted(1.0 / np.where(swerves, wide, stated))
     left = (

@@ -1,14 +1,14 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""By how much the velocities of robots have changed lately, and by how much they should have.
+"""Recent velocity changes of robots, with their expected covariance, for `rotation_fault`.
 
-If all is as stated, the corrections of a robot's velocity over some seconds have a sum of known
-covariance (see `manoeuvre_noise`). What a velocity was loosened by, since boxes did not fit, is no
-allowance: boxes do not fit while a camera turns. Only as much of it counts as is not yet known
-again of that velocity.
+Under the stated model the corrections of a robot's velocity over some seconds have a sum of known
+covariance (see `manoeuvre_noise`). Variance by which a velocity was inflated because boxes did not
+fit is no excuse, since boxes do not fit while a camera turns: only the part that is still unknown
+of that velocity counts.
 
-`rotation_fault` asks whether one turn of the camera explains these changes, and says by how much
-more uncertain the robots are for it.
+`rotation_fault` tests whether one rotation of the camera explains these changes, and sets by how
+much the robots' covariances are inflated for it.
 """
 
 from __future__ import annotations
@@ -28,18 +28,18 @@ class VelocityChangesTuning:
     """Chosen numbers of this module, with their units and where they come from."""
 
     sum_s: float = 3.0
-    """Time constant with which corrections add up, s. Judged."""
+    """Time constant over which corrections are summed, s. Judged."""
 
 
 TUNING = VelocityChangesTuning()
 
 
 class VelocityChanges:
-    """Of the robots of one joint law.
+    """Velocity changes of the robots of one block.
 
     Attributes:
-        position_covariances: (n, 2, 2) by how much more the places of robots are uncertain, m².
-        velocity_covariances: (n, 2, 2) likewise, m²/s².
+        position_covariances: (n, 2, 2) inflation of the robots' position covariances, m².
+        velocity_covariances: (n, 2, 2) the same of velocities, m²/s².
     """
 
     def __init__(self) -> None:
@@ -50,34 +50,34 @@ class VelocityChanges:
         self._sums: Array = np.zeros((6, 0))
 
     def sums(self, slots: Indices) -> Array:
-        """Return the sums of corrections of some robots (m, 2), m/s."""
+        """Return the summed corrections (m, 2) of some robots, m/s."""
         sums: Array = self._sums[:2, slots].T
         return sums
 
     def variances(self, slots: Indices, unknown: Array) -> Array:
-        """Return what is expected of the sums, squared, each axis (m,), m²/s².
+        """Return the expected variance (m,) of the sums, each axis, m²/s².
 
         Args:
             slots: (m,) the robots.
             unknown: (m,) variance of their velocities, both axes, m²/s².
         """
-        # A loosened velocity that did not change is found again but for what is not known of it.
-        stray = np.minimum(self._sums[3, slots], unknown)
-        expected: Array = 0.5 * (self._sums[2, slots] + stray)
+        # An inflated velocity that did not change is recovered, except for what is still unknown.
+        inflated = np.minimum(self._sums[3, slots], unknown)
+        expected: Array = 0.5 * (self._sums[2, slots] + inflated)
         return expected
 
     def explain(self, slots: Indices, changes: Array) -> None:
-        """Take out of the sums of some robots what is explained (m, 2), m/s."""
+        """Subtract explained changes (m, 2) from the sums of some robots, m/s."""
         self._sums[:2, slots] += changes.T
 
     def widen(self, slots: Indices, places: Array, velocities: Array, seen: bool) -> None:
-        """Let some robots be so much more uncertain.
+        """Set the inflation of some robots' covariances.
 
         Args:
             slots: (m,) the robots.
             places: (m, 2, 2) m².
             velocities: (m, 2, 2) m²/s².
-            seen: whether the image shows them; one that it does not show is no surer for it.
+            seen: whether the image shows them; the inflation of unseen robots never decreases.
         """
         if not seen:
             before = np.trace(self.position_covariances[slots], axis1=1, axis2=2)
@@ -87,11 +87,11 @@ class VelocityChanges:
         self.velocity_covariances[slots] = velocities
 
     def predict(self, seconds: float, stated: Array | float) -> None:
-        """Move on in time.
+        """Advance in time.
 
         Args:
             seconds: length of the step, s.
-            stated: (n,) by how much a velocity becomes uncertain in it as stated, each axis, m²/s².
+            stated: (n,) process noise of a velocity in this step, each axis, m²/s².
         """
         fade = math.exp(-seconds / TUNING.sum_s)
         self._sums[:2] *= fade
@@ -99,20 +99,20 @@ class VelocityChanges:
         self._sums[5] += 2.0 * stated
 
     def add(self, count: int) -> None:
-        """Take in robots after the present ones."""
+        """Append robots."""
         self._sums = np.concatenate([self._sums, np.zeros((6, count))], axis=1)
         more = np.zeros((count, 2, 2))
         self.position_covariances = np.concatenate([self.position_covariances, more])
         self.velocity_covariances = np.concatenate([self.velocity_covariances, more])
 
     def drop(self, kept: NDArray[np.bool_]) -> None:
-        """Forget those that are not kept (n,)."""
+        """Remove the robots that are not kept (n,)."""
         self._sums = self._sums[:, kept]
         self.position_covariances = self.position_covariances[kept]
         self.velocity_covariances = self.velocity_covariances[kept]
 
     def inherit(self, old: int, new: int, change: Array, unknown: float) -> None:
-        """Let robot `new` go on as `old`, which it turned out to be after a moment.
+        """Let robot `new` continue as `old`, after re-identification.
 
         Args:
             old: its place.
@@ -124,20 +124,20 @@ class VelocityChanges:
         self._sums[2:, new] = *(self._sums[2:4, old] + [0.0, unknown]), unknown, 0.0
 
     def copy(self, other: VelocityChanges, slot: int) -> None:
-        """Let the last robot be known as well as robot `slot` of another group is."""
+        """Let the last robot continue the statistics of robot `slot` of another block."""
         self._sums[:, -1] = other._sums[:, slot]
 
     def note_inflation(self, slots: Indices | slice, variance: Array | float) -> None:
-        """Take in by how much each axis of some robots' velocities was made uncertain, m²/s²."""
+        """Take in an inflation of velocity variances, each axis, m²/s²."""
         self._sums[4, slots] += 2.0 * variance
 
     def update(self, slots: Indices, changes: Array, expected: Array) -> None:
-        """Take in an image's corrections.
+        """Take in an image's velocity corrections.
 
         Args:
             slots: (m,) the robots.
-            changes: (m, 2) of their velocities, m/s.
-            expected: (m,) mean squares of these, m²/s².
+            changes: (m, 2) corrections of their velocities, m/s.
+            expected: (m,) their expected squares, m²/s².
         """
         sums = self._sums[:, slots]
         # In the long run corrections are as large as what the stated acceleration adds.

@@ -1,11 +1,11 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""A bank of small filters, one for each latency that is tried, and how badly boxes fit each.
+"""A bank of Kalman filters, one for each candidate latency, and how well the boxes fit each.
 
-With the right latency robots stay where they are, or swim on smoothly; with a wrong one they seem
-to move with the drone. Each filter follows each robot by itself (place and velocity in `map`, an
-extended Kalman filter on pixels) and takes the platform's slow errors for wander of the robot. So
-what robots have in common is counted as one robot: the mean over robots is taken, not the sum.
+With the right latency robots stay or move smoothly; with a wrong one they seem to move with the
+drone. Each filter tracks each robot separately (position and velocity in `map`, an extended Kalman
+filter on pixels) and treats the platform's slow errors as process noise of the robot. Errors common
+to all robots therefore count once: the cost is the mean over robots, not the sum.
 """
 
 from __future__ import annotations
@@ -32,20 +32,21 @@ class LatencyBankTuning:
     """Chosen numbers of this module, with their units and where they come from."""
 
     most_robots: int = 4
-    """More robots tell little more: what all have in common is the platform's. Judged."""
+    """Greatest number of robots: more add little, as their common errors are the platform's.
+    Judged."""
     forget_s: float = 2.0
-    """A robot unseen for longer begins anew. Judged."""
+    """A robot unseen for longer is initialised anew, s. Judged."""
     drift_density: float = 0.1
-    """Root of the spectral density of the acceleration that the platform's slow errors feign,
-    m/s^1.5: robots seem to move when they are seen from elsewhere. Judged."""
+    """Apparent acceleration that the platform's slow errors cause as the view changes, root of its
+    spectral density, m/s^1.5. Judged."""
     feigned_speed_mps: float = 0.3
-    """One sigma of the speed that they feign. Judged."""
+    """Apparent speed that they cause, one sigma, m/s. Judged."""
     huber_latency: float = 3.0
-    """Normalised residual from which a box counts less. Judged."""
+    """Normalised residual beyond which a box is down-weighted (Huber). Judged."""
     out_of_view_cost: float = 30.0
-    """Cost of a latency by which a robot whose box was seen is out of view. Judged."""
+    """Cost of a latency that puts a detected robot out of view. Judged."""
     most_squared: float = 25.0
-    """A normalised squared residual counts no more than this when noise is judged. Judged."""
+    """Upper bound of a normalised squared residual when the noise level is judged. Judged."""
 
 
 TUNING = LatencyBankTuning()
@@ -53,7 +54,7 @@ TUNING = LatencyBankTuning()
 
 @dataclass(frozen=True)
 class BankObservation:
-    """Boxes of named robots in one image.
+    """Boxes of labelled robots in one image.
 
     Attributes:
         stamp_ns: of the image less the configured latency, ns.
@@ -70,7 +71,7 @@ class BankObservation:
 
 @dataclass(frozen=True)
 class Views:
-    """The camera by each of h latencies: positions (h, 3) in `map`, and (h, 3, 3) optical frame."""
+    """The camera for each of h latencies: positions (h, 3) in `map`, optical axes (h, 3, 3)."""
 
     positions: Array
     optical: Array
@@ -78,11 +79,10 @@ class Views:
 
 @dataclass(frozen=True)
 class LatencyFit:
-    """How boxes of one image fit each of h latencies, the mean over robots.
+    """How well the boxes of one image fit each of h latencies, averaged over robots.
 
     Attributes:
-        cost: (h,) -2 log likelihood, but for a constant; beyond `TUNING.huber_latency` it grows
-            linearly.
+        cost: (h,) -2 log likelihood up to a constant; linear beyond `TUNING.huber_latency`.
         squares: (h,) normalised squared residual; 2 is expected.
         noise: (h,) trace of the pose's white noise in units of the residual's covariance.
     """
@@ -93,11 +93,11 @@ class LatencyFit:
 
 
 class LatencyBank:
-    """Follows robots by each of h latencies.
+    """Tracks robots at each of h candidate latencies.
 
     Args:
-        model: noise.
-        motion: how robots move.
+        model: measurement noise and platform errors.
+        motion: motion model of the robots.
         count: h.
     """
 
@@ -117,12 +117,12 @@ class LatencyBank:
     def update(
         self, now: BankObservation, passed: float, positions: Array, rotations: Array
     ) -> LatencyFit | None:
-        """Take in an image; return how it fits, None where no robot was known before.
+        """Take in an image; return its fit, None where no robot was known before.
 
         Args:
             now: the boxes.
             passed: time since the image before, s.
-            positions: (h, 3) of the camera by each latency, m.
+            positions: (h, 3) of the camera for each latency, m.
             rotations: (h, 3, 3) camera FLU in `map`.
         """
         self._forget(now.stamp_ns)
@@ -200,7 +200,7 @@ class LatencyBank:
     def _measured(
         self, camera: CameraModel, places: Array, views: Views
     ) -> tuple[Array, Array, Array, NDArray[np.bool_]]:
-        """Return pixels, their derivative by place, the pose's white noise, and what is seen."""
+        """Return predicted pixels, derivative by position, pose noise, and visibility."""
         shape, offsets = places.shape[:2], _offsets(places, views)
         points = np.einsum("hmi,hij->hmj", offsets, views.optical)
         pixels, by_point, seen = camera.project_with_jacobian(points.reshape(-1, 3))
@@ -211,7 +211,7 @@ class LatencyBank:
         return pixels.reshape(*shape, 2), by_place, white, seen.reshape(shape)
 
     def _begin(self, now: BankObservation, names: list[str], views: Views) -> None:
-        """Add robots where their boxes are by each latency."""
+        """Initialise robots at the positions of their boxes, for each latency."""
         rays, valid = now.camera.rays(np.array([now.pixels[name] for name in names]))
         directions = np.einsum("hij,mj->hmi", views.optical, rays)
         down = np.where(directions[..., 2] < 0.0, directions[..., 2], np.nan)

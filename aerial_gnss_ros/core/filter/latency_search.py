@@ -1,12 +1,12 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""The latency of the images, found by trying all that it may be (`latency_bank`).
+"""Estimates the image latency by comparing all candidates (`latency_bank`).
 
-No derivative by the latency is taken, so that the noise of one is not taken for information; and a
-latency far off does no harm, for the pose that telemetry has for each is compared, whatever the
-drone did meanwhile. A drone that flies so that all latencies fit leaves all of them possible.
+No derivative by the latency is used, so noise is not mistaken for information, and a large error
+does no harm: each candidate uses the pose measured at its own time, whatever the drone did. A
+flight in which all latencies fit leaves them all possible.
 
-An image is compared when telemetry has come for all latencies tried; nothing is extrapolated.
+An image is compared once telemetry has arrived for all candidates; nothing is extrapolated.
 """
 
 from __future__ import annotations
@@ -39,33 +39,35 @@ class LatencySearchTuning:
     """Chosen numbers of this module, with their units and where they come from."""
 
     max_latency_s: float = 3.0
-    """Largest latency either way, configured and estimated together. The range of
-    camera.latency_s."""
+    """Greatest absolute latency, configured plus estimated, s. The range of camera.latency_s."""
     reach_sigmas: float = 3.0
-    """Latencies are tried so far from the configured one, at least `reach_steps`. Judged."""
+    """Range of candidates about the configured latency, at least `reach_steps`, in sigmas.
+    Judged."""
     reach_steps: int = 3
-    """Least number of steps to either side. Judged."""
+    """Least number of candidates to either side. Judged."""
     interval_s: float = 0.08
-    """Images that follow sooner are left out. Judged."""
+    """Least time between images that are compared, s. Judged."""
     images_memory_s: float = 300.0
-    """Time constant with which older images count less: the latency may change. Judged."""
+    """Time constant with which older images are down-weighted, s: the latency may change.
+    Judged."""
     max_step_m: float = 3.0
-    """A camera whose smoothed place goes on by more in a step has not flown there. Judged."""
+    """Greatest motion of the smoothed camera position in a step, m; beyond, telemetry has jumped.
+    Judged."""
     posterior_steps: int = 20
-    """Steps of the posterior between two latencies tried. Judged."""
+    """Grid points of the posterior between two candidates. Judged."""
     most_waiting: int = 100
-    """Images that wait for telemetry at most. Judged."""
+    """Greatest number of images that wait for telemetry. Judged."""
 
 
 TUNING = LatencySearchTuning()
 
 
 class LatencySearch:
-    """Finds the correction of `camera.latency_s`; `noise.latency_s` says how large it may be.
+    """Estimates the correction of `camera.latency_s`; its prior sigma is `noise.latency_s`.
 
     Args:
         config: noise, motion, latency.
-        inputs: telemetry.
+        inputs: telemetry buffers.
 
     Attributes:
         found: mean and sigma of the correction, s; None where it is not estimated.
@@ -88,7 +90,7 @@ class LatencySearch:
         self.reset()
 
     def reset(self) -> None:
-        """Forget what images told."""
+        """Forget all images."""
         self._waiting: deque[BankObservation] = deque()
         self._newest_ns: int | None = None
         self._last_ns: int | None = None
@@ -106,15 +108,15 @@ class LatencySearch:
 
     @property
     def scene_ns(self) -> int:
-        """How long before an image's stamp its scene was, as far as it is known, ns."""
+        """Estimated time from an image's scene to its stamp, ns."""
         return self._stated_ns + (0 if self.found is None else round(self.found[0] * 1e9))
 
     def update(self, frame: PosedFrame, measured: dict[str, int], local: LocalMap) -> None:
-        """Take in an image, and all of those before it whose telemetry has come by now.
+        """Take in an image and compare all waiting ones whose telemetry has arrived.
 
         Args:
             frame: with its boxes.
-            measured: which of these is which robot.
+            measured: index of the box of each labelled robot.
             local: the frame `map`.
         """
         boxes = frame.detections
@@ -143,7 +145,7 @@ class LatencySearch:
             return False
         positions, rotations = self._lattice.between(first, last, rest / STEP_NS)
         steps = np.linalg.norm(np.diff(positions, axis=0), axis=1)
-        # False for NaN: what telemetry lacks is not bridged.
+        # False for NaN: gaps in telemetry are not bridged.
         if np.isfinite(rotations).all() and bool((steps <= TUNING.max_step_m).all()):
             passed = 0.0 if self._last_ns is None else (seen.stamp_ns - self._last_ns) * 1e-9
             self._last_ns = seen.stamp_ns
@@ -163,11 +165,11 @@ class LatencySearch:
             self._slope += 4.0 * SLOPE_NOISE * float(fit.noise[np.argmin(self._cost)])
 
     def _posterior(self) -> tuple[float, float]:
-        """Return mean and sigma of the correction by all that was seen, s."""
+        """Return posterior mean and sigma of the correction, s."""
         from scipy.interpolate import CubicSpline  # takes long to import, and is seldom needed
 
         squares = float(self._squares[np.argmin(self._cost)])
-        # Of what boxes are off over what is stated.
+        # Ratio of the boxes' squared residuals to the stated noise.
         excess = max(1.0, squares / (2.0 * max(self._images, 1.0)))
         score = -0.5 * self._cost / excess - 0.5 * np.square(self.corrections / self._sigma)
         grid = self.corrections
@@ -179,14 +181,14 @@ class LatencySearch:
         if not self._images:
             return mean, self._sigma
         variance = float(weight @ np.square(fine - mean))
-        # The poses' noise tilts the cost: its slope is wrong by so much beyond what boxes do.
+        # Noise of the poses adds this variance to the slope of the cost, beyond that of the boxes.
         tilt = 0.25 * self._slope * variance**2
         wide = max(variance, self._sigma**2)
         return mean, math.sqrt(min(variance + tilt + (STEP_S / TUNING.posterior_steps) ** 2, wide))
 
     def _pose(self, stamp_ns: int) -> MapPose | bool:
-        """Return the camera at a time; where there is none, whether one may still come."""
-        assert self._map is not None  # noqa: S101 - `take` sets it
+        """Return the camera at a time; without one, whether its telemetry may still arrive."""
+        assert self._map is not None  # noqa: S101 - `update` sets it
         samples = self._inputs.at(stamp_ns)
         if isinstance(samples, MissingTelemetry):
             return samples.can_arrive

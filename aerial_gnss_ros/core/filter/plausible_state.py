@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Whether what the filter has come to can be: finite, symmetric, positive, within bounds."""
+"""Checks of the filter's state: finite, symmetric, positive, within bounds."""
 
 from __future__ import annotations
 
@@ -22,11 +22,11 @@ class PlausibleStateTuning:
     """Chosen numbers of this module, with their units and where they come from."""
 
     farthest_m: float = 1e6
-    """A robot farther from the origin of `map` is none: no drone flies as far."""
+    """Greatest distance of a robot from the origin of `map`: no drone flies as far, m."""
     fastest_mps: float = 1e3
-    """Nothing in the water comes near this speed."""
+    """Greatest speed of a robot, beyond that of anything in the water, m/s."""
     asymmetry_share: float = 1e-6
-    """Share of its largest variance by which a covariance may differ from its transpose. Judged."""
+    """Greatest asymmetry of a covariance, relative to its largest variance. Judged."""
 
 
 TUNING = PlausibleStateTuning()
@@ -40,7 +40,7 @@ def check_covariance(covariance: Array, what: str) -> None:
     """
     variances = covariance.diagonal().tolist()
     least, most = min(variances), max(variances)
-    # Sums of rows and columns tell it nearly as well as all numbers would, at a tenth of the time.
+    # Row and column sums show nearly all asymmetries, at a tenth of the time.
     down, across = covariance.sum(axis=0), covariance.sum(axis=1)
     if not math.isfinite(float(down.sum())):
         raise StateError(f"the covariance of {what} is not finite")
@@ -70,7 +70,7 @@ def check_robots(robots: Array, what: str) -> None:
 
 
 def check_estimates(estimates: Sequence[RobotEstimate]) -> None:
-    """Check what is about to be published.
+    """Check estimates before they are published.
 
     Raises:
         StateError: a number is not finite, or a variance is not positive.

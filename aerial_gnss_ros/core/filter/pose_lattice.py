@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""The camera's measured poses at whole multiples of a step, as telemetry comes, smoothed."""
+"""Measured camera poses at multiples of a time step, smoothed."""
 
 from __future__ import annotations
 
@@ -19,27 +19,27 @@ STEP_NS = 100_000_000
 WEIGHTS = np.array([-2.0, 3.0, 6.0, 7.0, 6.0, 3.0, -2.0]) / 21.0
 MARGIN = len(WEIGHTS) // 2
 SLOPE_NOISE = 1.0 / (28.0 * STEP_S**2)
-"""Variance of the rate of smoothed values whose white noise has the variance 1, 1/s²."""
+"""Variance of the rate of smoothed values for unit white noise, 1/s²."""
 
 PoseAt = Callable[[int], "MapPose | bool"]
-"""The camera in `map` at a time, ns; where there is none, whether one may still come."""
+"""The camera in `map` at a time, ns; without one, whether its telemetry may still arrive."""
 
 
 def smoothed(values: Array) -> Array:
-    """Return (n - 6, …) of values (n, …): each by the parabola through it and six neighbours.
+    """Return (n - 6, …) of values (n, …), smoothed by a parabola over seven samples.
 
-    The neighbours of two poses a step apart are nearly the same, and so is the noise left in them:
-    it does not look as if the camera had moved. (Savitzky and Golay 1964.)
+    Neighbouring windows overlap, so the remaining noise is correlated and does not look like motion
+    of the camera. (Savitzky and Golay 1964.)
     """
     n = len(values) - 2 * MARGIN
     return np.asarray(sum(w * values[i : i + n] for i, w in enumerate(WEIGHTS.tolist())))
 
 
 class PoseLattice:
-    """Poses at the multiples of `STEP_S`, filled in once; the oldest are forgotten.
+    """Poses at multiples of `STEP_S`, computed once; the oldest are dropped.
 
     Args:
-        length: how many are kept at least.
+        length: least number of poses kept.
     """
 
     def __init__(self, length: int) -> None:
@@ -53,9 +53,10 @@ class PoseLattice:
         self._rotations: list[Array] = []
 
     def fill(self, first: int, last: int, pose_at: PoseAt, final: bool) -> bool:
-        """Fill in what `between` needs for poses `first` to `last`; False: some may still come.
+        """Fill in what `between` needs for poses `first` to `last`; False: telemetry is awaited.
 
-        Those that cannot come are NaN; with `final` also those that may.
+        Poses that cannot be computed are NaN; with `final` also those that telemetry could still
+        give.
         """
         first, last = first - MARGIN, last + 1 + MARGIN
         if not self._positions or not self._first <= first <= self._next:
@@ -79,11 +80,11 @@ class PoseLattice:
     def between(self, first: int, last: int, fraction: float) -> tuple[Array, Array]:
         """Return positions (n, 3) and rotations (n, 3, 3) at `fraction` after each of some poses.
 
-        A mean of rotations is none; over the few degrees of a step or six it is one to 1e-3.
+        Rotation matrices are averaged, which over the few degrees of some steps is right to 1e-3.
 
         Args:
-            first: number of the first.
-            last: of the last.
+            first: index of the first.
+            last: index of the last.
             fraction: of the way to the next, 0 to 1.
         """
         begin, end = first - self._first - MARGIN, last - self._first + 2 + MARGIN

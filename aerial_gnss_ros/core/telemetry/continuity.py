@@ -1,15 +1,15 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Whether samples can follow one another: what no platform can have done is not believed.
+"""Continuity of samples: refuses steps that no platform can have made.
 
-Samples form runs: each sample goes on the run that it can best have come from. Only one
-run is believed at a time. A sample that cannot have come from there begins another run or
-goes on one, and is refused. Time passing does not make it credible: a place that a run has
-stayed at is no nearer to the believed one because the platform could by now have flown there.
+Samples form runs: each one extends the run that it most plausibly continues. One run is accepted at
+a time; a sample that cannot continue it starts or extends another run and is refused. Elapsed time
+does not make it credible: a position at which a run has stayed is no closer to the accepted one
+because the platform could have flown there by now.
 
-Two runs that contradict each other are decided by how long they lasted, since the sensor was
-wrong in one of them: the newer one is believed when it has gone on without a break for longer than
-the older one had, at least `LEAST_S` and at most `settle_s`.
+Of two contradictory runs the sensor was wrong in one. Their duration decides: the newer one is
+accepted when it has lasted without a gap for longer than the older one, at least `LEAST_S` and at
+most `settle_s`.
 """
 
 from __future__ import annotations
@@ -21,25 +21,25 @@ from typing import Generic, TypeVar
 Place = TypeVar("Place")
 
 LEAST_S = 3.0
-"""A run that lasted for less is never believed against another one."""
+"""Duration below which a run is never accepted against another one, s."""
 
 MOST_STEP_S = 2.5
-"""Two samples of a run count for so much of its time at most: silence proves nothing."""
+"""Greatest contribution of one gap between samples to a run's duration, s."""
 
 MAX_RUNS = 4
-"""Runs kept; the one that is longest without a sample goes first."""
+"""Greatest number of runs; the one longest without a sample is dropped first."""
 
 
 @dataclass
 class SampleRun(Generic[Place]):
-    """Samples that can have followed one another.
+    """Samples that can follow one another.
 
     Attributes:
-        place: the newest one.
+        place: the newest sample.
         stamp_ns: its stamp, ns.
-        changed_ns: since when samples have been exactly the same, ns.
-        lasted_s: for how long there were samples, s.
-        varied: whether they ever differed.
+        changed_ns: stamp since which samples repeat exactly, ns.
+        lasted_s: duration covered by samples, s.
+        varied: whether samples ever differed.
     """
 
     place: Place
@@ -50,11 +50,11 @@ class SampleRun(Generic[Place]):
 
     @property
     def frozen_s(self) -> float:
-        """For how long its value has repeated exactly, s."""
+        """Time for which the value has repeated exactly, s."""
         return (self.stamp_ns - self.changed_ns) * 1e-9
 
     def extend(self, stamp_ns: int, place: Place, unbroken: bool) -> None:
-        """Take in a sample; `unbroken`: the one before it was of this run, too."""
+        """Add a sample; `unbroken`: the previous sample was of this run, too."""
         if stamp_ns <= self.stamp_ns:
             return
         if unbroken:
@@ -66,13 +66,13 @@ class SampleRun(Generic[Place]):
 
 @dataclass(frozen=True)
 class Verdict:
-    """What became of a sample.
+    """Decision about a sample.
 
     Attributes:
-        distance: how far it is from the last one that was believed.
+        distance: distance from the last accepted sample.
         elapsed_s: time since that one, s.
         accepted: whether it is used.
-        replaced: whether its run is believed from now on, and another one was until now.
+        replaced: whether its run has just replaced the accepted one.
     """
 
     distance: float
@@ -82,16 +82,15 @@ class Verdict:
 
 
 class Continuity(Generic[Place]):
-    """Judges samples by those before them.
+    """Tests samples against earlier ones.
 
     Args:
         distance: between two samples.
-        step: by how much a sample may jump at once, in the unit of the distance.
-        speed: how fast it may change, per second.
-        settle_s: a run that lasted for longer is believed whatever was before, s.
-        frozen_s: a value that repeats exactly may have been wrong for so long while the platform
-            moved, s.
-        must_vary: never believe a new run that repeats one exact value.
+        step: greatest instantaneous step, in the unit of the distance.
+        speed: greatest rate of change, per second.
+        settle_s: duration after which a run is accepted against any other, s.
+        frozen_s: time for which a sensor may repeat one value while the platform moves, s.
+        must_vary: never accept a new run that repeats one exact value.
     """
 
     def __init__(
@@ -114,17 +113,17 @@ class Continuity(Generic[Place]):
         self._last: SampleRun[Place] | None = None
 
     def clear(self) -> None:
-        """Forget everything: the next sample is believed."""
+        """Forget everything: the next sample is accepted."""
         self._runs.clear()
         self._last = None
 
     @property
     def lasted_s(self) -> float:
-        """For how long samples of the believed run came, s."""
+        """Duration of the accepted run, s."""
         return self._runs[0].lasted_s if self._runs else 0.0
 
     def update(self, stamp_ns: int, place: Place) -> Verdict:
-        """Take in a sample; return whether it is believed."""
+        """Take in a sample; return whether it is accepted."""
         if not self._runs:
             self._last = self._start_run(stamp_ns, place)
             return Verdict(0.0, 0.0, True)
@@ -146,11 +145,11 @@ class Continuity(Generic[Place]):
         return Verdict(apart, passed_s, True, replaced=True)
 
     def _matching_run(self, stamp_ns: int, place: Place) -> SampleRun[Place]:
-        """Return the run that a sample goes on, if it can go on any.
+        """Return the run that a sample continues best.
 
-        That is the one which has the least to explain. What lies within a step of the believed
-        run, or nearer to it than to the other one, is no evidence for another: the longer a
-        run had no samples, the farther it reaches, and noise would turn the scale.
+        A sample within a step of the accepted run, or closer to it than to the other one, is no
+        evidence for another run: the longer a run had no samples, the farther it reaches, and noise
+        would decide.
         """
         believed = self._runs[0]
         if self._distance(believed.place, place) <= self._step:
@@ -160,7 +159,7 @@ class Continuity(Generic[Place]):
         return believed if nearer and self._share(believed, stamp_ns, place) <= 1.0 else run
 
     def _share(self, run: SampleRun[Place], stamp_ns: int, place: Place) -> float:
-        """Return how much of what is possible a sample would take; above 1 it cannot be."""
+        """Return the used share of the possible change; above 1 the sample cannot follow."""
         since_s = abs(stamp_ns - run.stamp_ns) * 1e-9 + min(self._frozen_s, run.frozen_s)
         return self._distance(run.place, place) / (self._step + self._speed * since_s)
 

@@ -1,9 +1,8 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""The estimator's door: samples that cannot be true are refused before anything is kept.
+"""Admission of telemetry: implausible samples are refused before they are stored.
 
-`validity` judges each sample by itself, `continuity` and `repetition` those that follow one
-another.
+`validity` tests each sample by itself, `continuity` and `repetition` test consecutive ones.
 """
 
 from __future__ import annotations
@@ -22,21 +21,21 @@ from aerial_gnss_ros.core.values.rejection import Input
 from aerial_gnss_ros.core.values.samples import Fix, Orientation, Scalar
 
 FROZEN_S = 10.0
-"""A receiver may repeat one position for so long while the drone flies on."""
+"""Time for which a receiver may repeat one position while the drone moves, s."""
 
 WATER_SETTLE_S = 10.0
-"""Of two levels of the water that contradict each other, the new one counts after this time."""
+"""Time after which a new water level replaces one that contradicts it, s."""
 
 _REPEATS = (
-    "it repeats an old value to the last bit under a new stamp, which its noise does not do: its "
-    "source has frozen"
+    "it repeats an old value to the last bit under a new stamp, although its samples have noise: "
+    "its source has frozen"
 )
 
 Place = tuple[float, float]
 
 
 def distance(one: Place, other: Place) -> float:
-    """Return the distance of two places, m, on a sphere: limits are no matter of metres.
+    """Return the distance of two places on a sphere, m, precise enough for limits.
 
     Args:
         one: latitude and longitude, rad.
@@ -53,10 +52,10 @@ def _difference(one: float, other: float) -> float:
 
 
 class Plausibility:
-    """Judges samples of the telemetry.
+    """Tests telemetry samples.
 
     Args:
-        config: the limits, and what is needed of a fix.
+        config: limits, and what a fix must provide.
     """
 
     def __init__(self, config: EstimatorConfig) -> None:
@@ -81,20 +80,20 @@ class Plausibility:
         return Continuity(_difference, step, speed, settle_s, must_vary=True)
 
     def pop_relocation(self) -> str:
-        """Return why what was seen before was seen from a wrong place, in words, and forget it.
+        """Return, once, why earlier samples were from a wrong place, as a sentence.
 
-        Empty as a rule.
+        Usually empty.
         """
         moved, self._moved = self._moved, ""
         return moved
 
     @property
     def agreed_s(self) -> float:
-        """For how long fixes have agreed on where the drone is, s."""
+        """Time for which fixes have agreed on the drone's place, s."""
         return self._places.lasted_s
 
     def clear(self) -> None:
-        """Forget what came before: time began anew."""
+        """Forget all samples: time began anew."""
         self._places.clear()
         self._heights.clear()
         self._levels.clear()
@@ -105,26 +104,26 @@ class Plausibility:
             one.clear()
 
     def fix(self, fix: Fix) -> tuple[str, Fix]:
-        """Return why a fix is no use (empty: it is), and the fix, marked where it is not."""
+        """Return why a fix is refused (empty: accepted), and the fix, marked if refused."""
         trouble, kept = validate(fix, self._limits)
         trouble = trouble or self._discontinuity(fix) or self._frozen(fix)
         assert isinstance(kept, Fix)  # noqa: S101 - of its own kind
         return trouble, replace(kept, valid=False) if trouble else kept
 
     def orientation(self, source: Input, value: Orientation) -> tuple[str, Orientation]:
-        """Return why an orientation is no use, and the orientation, NaN where it is not."""
+        """Return why an orientation is refused, and the orientation, NaN if refused."""
         trouble, kept = validate(value, self._limits)
         assert isinstance(kept, Orientation)  # noqa: S101 - of its own kind
         if trouble:
             return trouble, kept
-        if self._repetitions[source].take(value.stamp_ns, value.quaternion.tolist()):
+        if self._repetitions[source].update(value.stamp_ns, value.quaternion.tolist()):
             return _REPEATS, replace(value, quaternion=np.full(4, np.nan))
         return "", kept
 
     def _frozen(self, fix: Fix) -> str:
         metres = SEMI_MAJOR_M, SEMI_MAJOR_M * math.cos(fix.latitude)
         place = fix.latitude, fix.longitude
-        return _REPEATS if self._standing.take(fix.stamp_ns, place, metres) else ""
+        return _REPEATS if self._standing.update(fix.stamp_ns, place, metres) else ""
 
     def _discontinuity(self, fix: Fix) -> str:
         verdict = self._places.update(fix.stamp_ns, (fix.latitude, fix.longitude))
@@ -142,7 +141,7 @@ class Plausibility:
         return ""
 
     def height(self, height: Scalar) -> tuple[str, Scalar]:
-        """Return why a height is no use, and the height, NaN where it is not."""
+        """Return why a height is refused, and the height, NaN if refused."""
         trouble, kept = validate(height, self._limits)
         assert isinstance(kept, Scalar)  # noqa: S101 - of its own kind
         if trouble:
@@ -159,7 +158,7 @@ class Plausibility:
         return "", kept
 
     def level(self, level: Scalar) -> str:
-        """Return why a level of the water is no use; it may stay the same for ever."""
+        """Return why a water level is refused; it may stay constant."""
         trouble, _ = validate(level, self._limits)
         if trouble:
             return trouble
@@ -170,13 +169,13 @@ class Plausibility:
             return ""
         return (
             f"{level.value:g} m is {verdict.distance:.0f} m from the level before it: water does "
-            "not move so (limits.water_step_m allows less); if it is right, go on sending it"
+            "not move that fast (limits.water_step_m); if it is right, keep sending it"
         )
 
 
 def _words(what: str, verdict: Verdict, keys: str) -> str:
-    """Return why a sample cannot have followed the one before it."""
+    """Return the sentence for a sample that cannot follow the previous one."""
     return (
-        f"{what} {verdict.distance:.0f} m from the last one that counts, {verdict.elapsed_s:.2g} s "
-        f"before: no platform moves so ({keys} allow less)"
+        f"{what} {verdict.distance:.0f} m from the last accepted one, {verdict.elapsed_s:.2g} s "
+        f"before: no platform moves that fast ({keys})"
     )

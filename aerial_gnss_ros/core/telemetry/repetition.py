@@ -1,16 +1,15 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""A sensor that repeats its value to the last bit under new stamps, though its samples have noise.
+"""Detects sensors that repeat a value to the last bit although their samples have noise.
 
-Many sensors repeat themselves and are right: a gimbal that holds still tells tenths of a degree, a
-receiver's positions are sent on more often than it measures. So a repetition says nothing until a
-sensor has shown that it cannot repeat itself: each of its last samples differed from the one before
-it in every component, and as only white noise makes them. Noise of n samples repeats all of its
-components once in far more than n² samples. From then on an old value under a new stamp is what it
-looks like, and is refused from the first one on until the value changes.
+Many sensors repeat values legitimately: a steady gimbal reports tenths of a degree, a receiver's
+positions are sent more often than measured. So a repetition means nothing until the sensor has
+shown noise: each of its last samples differed from the previous one in every component, as white
+noise makes them. Noise of n samples repeats all components once in far more than n² samples. From
+then on a repeated value is refused until it changes.
 
-A receiver smooths its positions, so its noise is not white. One that stands still may repeat them;
-one that is carried along at full speed does not stop from one sample to the next.
+Receivers smooth their positions, so their noise is not white. A receiver at rest may repeat itself;
+one that moves at speed does not stop from one sample to the next.
 """
 
 from __future__ import annotations
@@ -25,26 +24,26 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 
 SAMPLES = 40
-"""So many samples in a row must have shown noise."""
+"""Consecutive samples that must have shown noise."""
 
 SAME = 1e-9
-"""A component that changed by less has not changed: conversions round."""
+"""Components that differ by less are equal: conversions round."""
 
 BEFORE = 5
-"""Steps before it over which a platform's motion is taken."""
+"""Steps over which the platform's motion is measured."""
 
 SPEED_MPS = 1.0
-"""A platform that moves as fast as this does not stop from one sample to the next."""
+"""Least speed of a platform that does not stop from one sample to the next, m/s."""
 
 JITTER_M = 1e-3
-"""Median second difference of a real receiver's positions, m; a simulator's may have none."""
+"""Least median second difference of a real receiver's positions, m; a simulator's may have none."""
 
 
 class Repetition:
-    """Of the samples of one orientation.
+    """Repetition test of one orientation.
 
     Attributes:
-        repeats: whether the last sample was only a repetition of an old one.
+        repeats: whether the last sample was a repetition.
     """
 
     def __init__(self) -> None:
@@ -57,11 +56,11 @@ class Repetition:
         self._stamp_ns = -(2**62)
         self._angles: deque[tuple[float, ...]] = deque(maxlen=SAMPLES)
 
-    def take(self, stamp_ns: int, quaternion: Sequence[float]) -> bool:
-        """Take in a sample; return whether it is only a repetition.
+    def update(self, stamp_ns: int, quaternion: Sequence[float]) -> bool:
+        """Take in a sample; return whether it is a repetition.
 
         Args:
-            stamp_ns: ns; one that is no newer than the last one counts for nothing.
+            stamp_ns: ns; samples no newer than the last one are ignored.
             quaternion: x, y, z, w.
         """
         exact = tuple(quaternion)
@@ -81,10 +80,10 @@ class Repetition:
         return False
 
     def _has_noise(self) -> bool:
-        """Return whether the last samples differ as white noise makes them differ.
+        """Return whether the last samples differ as white noise does.
 
-        Second differences of white noise alternate (correlation -2/3: three in four change their
-        sign), those of a motion go on.
+        Second differences of white noise alternate (correlation -2/3: three in four change sign),
+        those of a motion persist.
         """
         if len(self._angles) < SAMPLES:
             return False
@@ -94,10 +93,10 @@ class Repetition:
 
 
 class Standing:
-    """Of the positions of one receiver.
+    """Repetition test of one receiver's positions.
 
     Attributes:
-        repeats: whether the last one was only a repetition of an old one.
+        repeats: whether the last sample was a repetition.
     """
 
     def __init__(self) -> None:
@@ -109,13 +108,15 @@ class Standing:
         self._differed = 0
         self._last: deque[tuple[int, tuple[float, float]]] = deque(maxlen=BEFORE + 1)
 
-    def take(self, stamp_ns: int, place: tuple[float, float], metres: tuple[float, float]) -> bool:
-        """Take in a sample; return whether it is only a repetition.
+    def update(
+        self, stamp_ns: int, place: tuple[float, float], metres: tuple[float, float]
+    ) -> bool:
+        """Take in a sample; return whether it is a repetition.
 
         Args:
-            stamp_ns: ns; one that is no newer than the last one counts for nothing.
+            stamp_ns: ns; samples no newer than the last one are ignored.
             place: latitude and longitude, rad.
-            metres: of a radian of each.
+            metres: length of a radian of each, m.
         """
         last = self._last[-1] if self._last else (-(2**62), (math.nan, math.nan))
         if stamp_ns <= last[0]:
@@ -129,7 +130,7 @@ class Standing:
             return self.repeats
         differs = place[0] != last[1][0] and place[1] != last[1][1]
         self._differed = self._differed + 1 if differs else 0
-        if self.repeats:  # the step out of the repetition is none
+        if self.repeats:  # the step that ends a repetition is no motion
             self._last.clear()
         self._last.append((stamp_ns, place))
         self.repeats = False
@@ -149,7 +150,7 @@ class Standing:
 
 
 def _angles(quaternion: tuple[float, ...]) -> tuple[float, ...]:
-    """Return roll, pitch and yaw, rad: what a sensor with coarse steps repeats one by one."""
+    """Return roll, pitch and yaw, rad: coarse sensors repeat them one by one."""
     x, y, z, w = quaternion
     sine = max(-1.0, min(1.0, 2.0 * (w * y - z * x)))
     roll = math.atan2(2.0 * (w * x + y * z), 1.0 - 2.0 * (x * x + y * y))

@@ -1,10 +1,10 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Stamps of an input that go on from one another.
+"""Sequence of stamps of one input that follow one another.
 
-A message may come as late as the network wants, and after a congestion the delay falls again, but
-never below the least one before it. So a stamp that is ahead of the node's clock by more than any
-before is early, and that is no matter of the network, unless it was congested from the start.
+The network may delay a message by any amount, and after a congestion the delay falls again, but
+never below its minimum. So a stamp that is ahead of the node's clock by more than any before is
+early for another reason, unless the network was congested from the start.
 """
 
 from __future__ import annotations
@@ -12,30 +12,30 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 LATE_NS = 2_000_000_000
-"""A message may be late by so much behind the newest one of its input."""
+"""Greatest age of a message behind the newest one of its input, ns."""
 
 AHEAD_NS = 2_000_000_000
-"""A stamp that is farther ahead of what the newest one and the time since then tell is far off."""
+"""Greatest lead of a stamp over the newest one plus the elapsed time, ns."""
 
 EARLY_NS = 500_000_000
-"""A stamp may be so much more ahead of the node's clock than any before it."""
+"""Greatest increase of a stamp's lead over the node's clock, ns."""
 
 DRIFT_NS = 60_000_000_000
-"""A stamp that is so much later by the node's clock than any before: that clock was set."""
+"""Decrease of the lead over the node's clock from which that clock was set, ns."""
 
 
 @dataclass
 class Line:
-    """Stamps that go on from one another.
+    """Stamps that follow one another.
 
     Attributes:
         first_ns: the first one, ns.
         newest_ns: the newest one, ns.
-        leads: whether it began ahead of another line by no more than `AHEAD_NS`.
+        leads: whether it began ahead of another sequence by at most `AHEAD_NS`.
         step_ns: from the newest but one to the newest, ns; as yet `AHEAD_NS`.
-        offset_ns: by how much stamps are ahead of the node's clock at most, ns; None: not known.
-        told_ns: what the node's clock said at the newest one, ns; None: not known.
-        begun_ns: what it said at the first one, ns; None: not known.
+        offset_ns: greatest lead of its stamps over the node's clock, ns; None: unknown.
+        told_ns: node's clock at the newest one, ns; None: unknown.
+        begun_ns: node's clock at the first one, ns; None: unknown.
         count: of stamps.
     """
 
@@ -50,11 +50,11 @@ class Line:
     _untold_ns: int | None = None
 
     def goes_on(self, stamp_ns: int, now_ns: int | None) -> bool:
-        """Return whether a stamp goes on from the newest one."""
+        """Return whether a stamp follows the newest one."""
         return stamp_ns >= self.newest_ns - LATE_NS and not self.is_behind(stamp_ns, now_ns)
 
     def is_behind(self, stamp_ns: int, now_ns: int | None) -> bool:
-        """Return whether a stamp is too far ahead for the time that has passed."""
+        """Return whether a stamp is too far ahead for the elapsed time."""
         if now_ns is None or self.offset_ns is None:
             return stamp_ns > self.newest_ns + AHEAD_NS
         # Stamps that come as far apart as they do are not early, however fast they come.
@@ -62,7 +62,7 @@ class Line:
         return stamp_ns > max(usual_ns, now_ns + self.offset_ns + EARLY_NS)
 
     def is_led(self, stamp_ns: int, now_ns: int | None) -> bool:
-        """Return whether a stamp that is too far ahead is so by no more than `AHEAD_NS`."""
+        """Return whether a stamp that is too far ahead is so by at most `AHEAD_NS`."""
         if stamp_ns < self.newest_ns or now_ns is None or self.offset_ns is None:
             return False
         return stamp_ns <= max(self.newest_ns, now_ns + self.offset_ns) + AHEAD_NS
@@ -77,7 +77,7 @@ class Line:
             self._untold_ns = stamp_ns
 
     def tell(self, now_ns: int) -> None:
-        """Take in when the stamps since the last call came."""
+        """Take in the arrival time of the stamps since the last call."""
         stamp_ns, self._untold_ns = self._untold_ns, None
         if self.told_ns is None:
             self.told_ns = now_ns
@@ -90,14 +90,14 @@ class Line:
             self.offset_ns = offset_ns
 
     def expected_ns(self, now_ns: int | None) -> int:
-        """Return the stamp that would come now."""
+        """Return the stamp expected now."""
         if now_ns is None or self.told_ns is None:
             return self.newest_ns
         return self.newest_ns + max(0, now_ns - self.told_ns)
 
     @property
     def heard(self) -> bool:
-        """Whether a stamp came since the node's clock was set back."""
+        """Whether a stamp has arrived since the node's clock was set back."""
         return self.offset_ns is not None or self._untold_ns is not None
 
     @property

@@ -1,24 +1,25 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Whether the clock of a node was set: it is compared with one that nobody sets."""
+"""Detects that a node's clock was set, by comparison with a monotonic clock."""
 
 from __future__ import annotations
 
 STEP_NS = 2_000_000_000
-"""Both differ by more from one reading to the next: the clock was set."""
+"""Difference between the clocks' increments beyond which one was set, ns."""
 
 WINDOW_NS = 2_000_000_000
-"""Time over which both must have gone on alike before, ns."""
+"""Time over which both must have agreed before, ns."""
 
 ALIKE = 0.2
-"""… up to such a share: simulated time may go faster, and then nothing is known."""
+"""Relative tolerance of that agreement; simulated time may run faster, and then nothing is
+known."""
 
 
 class Steady:
     """Compares two clocks.
 
     Attributes:
-        now_ns: what the steady one said last, ns; None: there is none.
+        now_ns: last reading of the monotonic clock, ns; None: there is none.
     """
 
     def __init__(self) -> None:
@@ -28,11 +29,11 @@ class Steady:
         self._alike = False
 
     def take(self, clock_ns: int, steady_ns: int | None) -> int:
-        """Take in a reading of both; return by how much the clock was set, 0 where it was not.
+        """Take in a reading of both; return by how much the clock was set, 0 if it was not.
 
         Args:
             clock_ns: of the clock that may be set, ns.
-            steady_ns: of the other one, None where there is none, ns.
+            steady_ns: of the monotonic clock, None without one, ns.
         """
         self.now_ns = steady_ns
         if steady_ns is None:
@@ -51,7 +52,7 @@ class Steady:
         return 0
 
     def since_s(self, before_ns: int | None) -> float | None:
-        """Return the time since a reading of the steady clock, s; None where it is not known."""
+        """Return the time since a reading of the monotonic clock, s; None if unknown."""
         if self.now_ns is None or before_ns is None or not self._alike:
             return None
         return (self.now_ns - before_ns) * 1e-9

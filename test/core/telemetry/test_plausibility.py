@@ -47,7 +47,7 @@ def test_a_wrong_level_in_flight_moves_no_robot(sea):
     results = sea.play(engine, world, 6.0, until_flush=False)
     engine.add_water_level(Scalar(sea.stamp(6.05), -180.0))
     results += sea.play(engine, world, 2.0, begin=6.1)
-    assert "water does not move so" in " ".join(engine.events)
+    assert "water does not move that fast" in " ".join(engine.events)
     for result in results[-20:]:
         assert [one.robot_id for one in result.estimates] == ["aqua_1", "aqua_2"]
         for one in result.estimates:

@@ -25,7 +25,7 @@ def _told(angles_deg, every_s=0.1):
     one = Repetition()
     quaternions = [quaternion_from_matrix(matrix_from_rpy(*np.radians(a))) for a in angles_deg]
     return [
-        one.take(round(k * every_s * 1e9), quaternion.tolist())
+        one.update(round(k * every_s * 1e9), quaternion.tolist())
         for k, quaternion in enumerate(quaternions)
     ]
 
@@ -63,8 +63,8 @@ def test_a_sample_twice_is_no_repetition():
     one = Repetition()
     for k, angles in enumerate(_panning(N)[:N]):
         quaternion = quaternion_from_matrix(matrix_from_rpy(*np.radians(angles))).tolist()
-        assert not one.take(k, quaternion)
-        assert not one.take(k, quaternion)
+        assert not one.update(k, quaternion)
+        assert not one.update(k, quaternion)
 
 
 def _places(speed_mps, samples=N + 1, jitter_m=0.05, every_s=0.1, brake=0):
@@ -83,7 +83,7 @@ def _places(speed_mps, samples=N + 1, jitter_m=0.05, every_s=0.1, brake=0):
 def _stood(places, every_s=0.1):
     one = Standing()
     stamps = [round(k * every_s * 1e9) for k in range(len(places))]
-    return [one.take(t, tuple(p), METRES) for t, p in zip(stamps, places.tolist(), strict=True)]
+    return [one.update(t, tuple(p), METRES) for t, p in zip(stamps, places.tolist(), strict=True)]
 
 
 def test_a_receiver_does_not_stop_from_one_sample_to_the_next():
