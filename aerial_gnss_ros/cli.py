@@ -23,6 +23,7 @@ COMMANDS = {
     "run": ("run", "start detector and estimator nodes, and start again one that dies"),
     "stream": ("stream", "send live positions on: Cursor on Target, MAVLink"),
     "replay": ("replay", "localise the robots in recorded bags"),
+    "play": ("play", "play a recording into live nodes, with /clock"),
     "simulate": ("simulate", "make a bag of a simulated flight with rendered images and truth"),
     "import-dji": ("import_dji", "turn a DJI flight record, with its video, into a bag"),
     "augment": ("augment", "make variants of the training images of a labelled data set"),

@@ -13,6 +13,13 @@ from aerial_gnss_ros.adapters import canonical
 from aerial_gnss_ros.adapters.kinds import ATTITUDE, FIX, GIMBAL, HEIGHT, Kind, stamp_ns
 from aerial_gnss_ros.core.camera.model import CameraModel
 from aerial_gnss_ros.core.config.estimator import EstimatorConfig
+from aerial_gnss_ros.core.config.telemetry import (
+    HEADERLESS,
+    AttitudeConfig,
+    FixConfig,
+    GimbalConfig,
+    HeightConfig,
+)
 from aerial_gnss_ros.core.telemetry.depths import depth_input
 from aerial_gnss_ros.core.values.detection_frame import DetectionFrame
 from aerial_gnss_ros.core.values.errors import AerialGnssError, CameraError
@@ -106,6 +113,19 @@ class Feed:
         self._camera: CameraModel | None = None
         self._home_altitude = math.nan
         self.subscriptions = tuple(map(self._refusing, self._subscriptions()))
+
+    @property
+    def stamps_on_arrival(self) -> list[str]:
+        """Names of inputs on topics whose messages are stamped when they arrive."""
+        config = self._config
+        groups: dict[str, FixConfig | AttitudeConfig | GimbalConfig | HeightConfig] = {
+            "fix": config.fix,
+            "attitude": config.attitude,
+            "gimbal": config.gimbal,
+            "height": config.height,
+        }
+        heard = {one.name for one in self.subscriptions}
+        return [name for name, one in groups.items() if name in heard and _on_arrival(one)]
 
     def _subscriptions(self) -> list[Subscription]:
         config = self._config
@@ -224,6 +244,10 @@ class Feed:
             self._last_warning = sentence
             self._warn(sentence)
         return None
+
+
+def _on_arrival(config: FixConfig | AttitudeConfig | GimbalConfig | HeightConfig) -> bool:
+    return config.stamp == "arrival" or config.type in HEADERLESS
 
 
 def _sent_once(

@@ -40,12 +40,13 @@ from aerial_gnss_ros.nodes.schemas import ESTIMATOR
 from aerial_gnss_ros.nodes.supervised import Given, SupervisedNode
 from aerial_gnss_ros.nodes.timings import Timings, Waits
 from aerial_gnss_ros.nodes.transforms import Transforms
-from aerial_gnss_ros.text.sentences import counted
+from aerial_gnss_ros.text.sentences import counted, utc
 
 DETECTIONS = "detections"
 SENT_ONCE = ("camera_info", "home")  # latched or repeated: it may stay silent after the first
 ADVANCE_S = 0.02  # what waits for its time gives up at most this late
 MOST_LATCHED = 100  # robots whose topics stay; the one lost longest goes first
+RECORDED_S = 600.0  # no camera's clock lags so far
 PREDICT_S = 0.1  # a prediction that is due comes at most this late
 
 
@@ -131,9 +132,23 @@ class EstimatorNode(SupervisedNode):
             self.warn_seldom("messages come, but no time yet: use_sim_time is true, /clock silent")
             return
         if subscription.name == DETECTIONS:
-            self._waits.begin(nanoseconds(msg.header.stamp), time.perf_counter())
+            stamp_ns = nanoseconds(msg.header.stamp)
+            self._waits.begin(stamp_ns, time.perf_counter())
+            if not self.get_clock().ros_time_is_active:
+                self._tell_of_recording(stamp_ns, now_ns)
         subscription.handle(msg, now_ns)
         self._advance()
+
+    def _tell_of_recording(self, stamp_ns: int, now_ns: int) -> None:
+        """Say why nothing fits where a recording is played without its clock."""
+        if now_ns - stamp_ns < RECORDED_S * SECOND_NS or not self._feed.stamps_on_arrival:
+            return
+        self.warn_seldom(
+            f"images are stamped {utc(stamp_ns)}, but this node's clock says {utc(now_ns)[:10]}: "
+            f"{', '.join(self._feed.stamps_on_arrival)}, stamped on arrival, cannot fit. If this "
+            "is a recording, start the nodes with use_sim_time:=true and play it with /clock "
+            "(`aerial-gnss play BAG`, or `ros2 bag play --clock`)"
+        )
 
     def _advance(self) -> None:
         now_ns = self.now_ns()

@@ -16,24 +16,24 @@ from pathlib import Path
 from typing import Any
 
 import rclpy
-from rclpy.node import Node
+from rclpy.node import Node, NodeNameNonExistentError
 from rclpy.publisher import Publisher
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rosbags.interfaces import QosDurability, QosReliability
 from rosgraph_msgs.msg import Clock
 
 from aerial_gnss_ros.adapters.stamps import stamp_fields
-from aerial_gnss_ros.bags.reader import BagReader, Topic, open_bag
+from aerial_gnss_ros.bags.reader import BagReader, Recorded, Topic, open_bag
 from aerial_gnss_ros.core.values.errors import AerialGnssError, InputError, RosError
 from aerial_gnss_ros.nodes import process, qos
+from aerial_gnss_ros.nodes.played_topics import DETECTIONS, IMAGES, moved
 from aerial_gnss_ros.nodes.ros_messages import message, message_class
 from aerial_gnss_ros.nodes.transport import use_large_data_profile
 
-_IMAGES = ("sensor_msgs/msg/Image", "sensor_msgs/msg/CompressedImage")
 _IMAGE_DEPTH = 5
 _TELEMETRY_DEPTH = 50
-_DETECTIONS = "vision_msgs/msg/Detection2DArray"
 _CLOCK_STEP_S = 0.01
+_PAUSE_S = 0.05
 _SETTLE_S = 0.5  # a subscriber may learn of its publisher later than the publisher of it
 _LINGER_S = 0.5  # a large message lies in this process's memory until it has been read
 
@@ -46,17 +46,31 @@ class Player:
         bag: open.
         topics: absolute names to play; None for all that are installed here.
         rate: 2.0 plays twice as fast.
+        namespace: below which topics are played.
+        installed_only: leave out topics whose message type is not installed; so does None.
 
     Attributes:
-        published: messages published so far by topic.
+        published: messages published so far by topic, as recorded.
+        paused: while it is True, /clock stands and nothing else is published.
 
     Raises:
         InputError: the bag has none of the topics, or is one of ROS 1.
     """
 
     def __init__(
-        self, node: Node, bag: BagReader, topics: Collection[str] | None = None, rate: float = 1.0
+        self,
+        node: Node,
+        bag: BagReader,
+        topics: Collection[str] | None = None,
+        rate: float = 1.0,
+        *,
+        namespace: str = "",
+        installed_only: bool = False,
     ) -> None:
+        self._node = node
+        self._namespace = namespace
+        self._start = 0.0
+        self.paused = False
         self._bag = bag
         self._rate = rate
         self._publishers: dict[str, Publisher] = {}
@@ -64,7 +78,7 @@ class Player:
             raise InputError(f"{bag.paths[0]} is a ROS 1 bag; it can be replayed, but not played.")
         for topic in bag.topics.values():
             if topics is None or topic.name in topics:
-                self._announce(node, topic, known_only=topics is None)
+                self._announce(node, topic, known_only=installed_only or topics is None)
         if not self._publishers:
             raise InputError(
                 f"nothing to play: {', '.join(map(str, bag.paths))} has "
@@ -82,7 +96,8 @@ class Player:
                 raise
             node.get_logger().warning(f"{topic.name} is not played: no type {topic.msgtype} here")
             return
-        self._publishers[topic.name] = node.create_publisher(kind, topic.name, _profile(topic))
+        name = moved(topic.name, self._namespace)
+        self._publishers[topic.name] = node.create_publisher(kind, name, _profile(topic))
 
     def wait_for_subscribers(self, topics: Collection[str], timeout_s: float) -> list[str]:
         """Wait until somebody listens to each of `topics`; return those that nobody does."""
@@ -97,16 +112,50 @@ class Player:
             time.sleep(0.05)
         return missing
 
-    def play(self, going_on: Callable[[], bool] = rclpy.ok) -> int:
+    def wait_for_nodes(
+        self, names: Collection[str], timeout_s: float, going_on: Callable[[], bool] = rclpy.ok
+    ) -> list[str]:
+        """Wait until each of some nodes listens to something played; return those that do not.
+
+        Args:
+            names: of nodes, in this node's namespace.
+            timeout_s: at most, s.
+            going_on: ends the waiting where it says no.
+        """
+        deadline = time.monotonic() + timeout_s
+        missing = list(names)
+        while missing and going_on() and time.monotonic() < deadline:
+            missing = [name for name in missing if not self._heard_by(name)]
+            time.sleep(0.05 if missing else _SETTLE_S)
+        return missing
+
+    def _heard_by(self, name: str) -> bool:
+        played = {publisher.topic_name for publisher in self._publishers.values()}
+        try:
+            found = self._node.get_subscriber_names_and_types_by_node(
+                name, self._node.get_namespace()
+            )
+        except NodeNameNonExistentError:
+            return False
+        return any(topic in played for topic, _ in found)
+
+    def play(self, going_on: Callable[[], bool] = rclpy.ok, from_ns: int = 0) -> int:
         """Publish until the end of the bag, or until `going_on` says no; return the bag's time, ns.
+
+        Args:
+            going_on: ends playing where it says no.
+            from_ns: log time to begin at; of what lies before it, only latched messages are sent.
 
         Raises:
             InputError: the bag is damaged.
         """
-        first_ns, now_ns = self._bag.start_ns, self._bag.start_ns
-        start = time.monotonic()
+        first_ns = now_ns = max(self._bag.start_ns, from_ns)
+        self._start = time.monotonic()
         for recorded in self._bag.messages(set(self._publishers)):
-            if not self._run_clock(start, first_ns, now_ns, recorded.log_ns, going_on):
+            if recorded.log_ns < first_ns:
+                self._send_if_latched(recorded)
+                continue
+            if not self._run_clock(first_ns, now_ns, recorded.log_ns, going_on):
                 break
             now_ns = recorded.log_ns
             self._publishers[recorded.topic].publish(recorded.raw)
@@ -115,30 +164,48 @@ class Player:
 
     def run_on(self, from_ns: int, seconds: float, going_on: Callable[[], bool] = rclpy.ok) -> None:
         """Let /clock go on after the last message, so that what waits for its time gets it."""
-        start = time.monotonic()
-        self._run_clock(start, from_ns, from_ns, from_ns + int(seconds * 1e9), going_on)
+        self._start = time.monotonic()
+        self._run_clock(from_ns, from_ns, from_ns + int(seconds * 1e9), going_on)
 
     def _run_clock(
-        self, start: float, first_ns: int, now_ns: int, due_ns: int, going_on: Callable[[], bool]
+        self, first_ns: int, now_ns: int, due_ns: int, going_on: Callable[[], bool]
     ) -> bool:
         """Advance /clock in steps until a message is due; return whether to publish it."""
         step_ns = int(_CLOCK_STEP_S * 1e9 * self._rate)
         while going_on():
+            if self.paused:
+                self._hold(now_ns)
+                continue
             now_ns = min(now_ns + step_ns, due_ns)
-            wait_s = start + (now_ns - first_ns) / 1e9 / self._rate - time.monotonic()
+            wait_s = self._start + (now_ns - first_ns) / 1e9 / self._rate - time.monotonic()
             if wait_s > 0.0:
                 time.sleep(wait_s)
-            fields = {"clock": stamp_fields(now_ns)}
-            self._clock.publish(message("rosgraph_msgs/msg/Clock", fields))
+            self._tell_time(now_ns)
             if now_ns >= due_ns:
                 return True
         return False
 
+    def _hold(self, now_ns: int) -> None:
+        """Let time stand for a moment."""
+        began = time.monotonic()
+        self._tell_time(now_ns)
+        time.sleep(_PAUSE_S)
+        self._start += time.monotonic() - began
+
+    def _tell_time(self, now_ns: int) -> None:
+        fields = {"clock": stamp_fields(now_ns)}
+        self._clock.publish(message("rosgraph_msgs/msg/Clock", fields))
+
+    def _send_if_latched(self, recorded: Recorded) -> None:
+        offers = self._bag.topics[recorded.topic].qos
+        if offers and all(o.durability == QosDurability.TRANSIENT_LOCAL for o in offers):
+            self._publishers[recorded.topic].publish(recorded.raw)
+
 
 def _profile(topic: Topic) -> QoSProfile:
-    if topic.msgtype in _IMAGES:
+    if topic.msgtype in IMAGES:
         return qos.sensor(_IMAGE_DEPTH)
-    if topic.msgtype == _DETECTIONS:
+    if topic.msgtype == DETECTIONS:
         return qos.detections()
     profile = QoSProfile(depth=_TELEMETRY_DEPTH)
     if any(offer.reliability == QosReliability.BEST_EFFORT for offer in topic.qos):

@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 import reprlib
+from datetime import datetime, timezone
 
 _HISSING = ("s", "x", "tch")
 _LONGEST = 200
@@ -15,6 +16,12 @@ def counted(number: int, noun: str) -> str:
     if number == 1:
         return f"1 {noun}"
     return f"{number} {noun}{'es' if noun.endswith(_HISSING) else 's'}"
+
+
+def utc(stamp_ns: int) -> str:
+    """Return a time, ns since 1970, to the second: `2026-11-22 23:15:00 UTC`."""
+    date = datetime.fromtimestamp(stamp_ns // 1_000_000_000, tz=timezone.utc)
+    return f"{date:%Y-%m-%d %H:%M:%S} UTC"
 
 
 def shown(value: object) -> str:

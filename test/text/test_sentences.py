@@ -4,7 +4,7 @@
 
 import pytest
 
-from aerial_gnss_ros.text.sentences import counted, cut, shown
+from aerial_gnss_ros.text.sentences import counted, cut, shown, utc
 
 
 @pytest.mark.parametrize(
@@ -36,3 +36,7 @@ def test_names_stand_as_they_are_and_long_or_unprintable_ones_do_no_harm():
     assert cut("aqua_1 (red)") == "aqua_1 (red)"
     assert "\x1b" not in cut("\x1b[31m")
     assert len(cut("x" * 10**6)) < 100
+
+
+def test_a_time_is_in_utc_and_cut_to_the_second():
+    assert utc(1_700_000_000_999_999_999) == "2023-11-14 22:13:20 UTC"

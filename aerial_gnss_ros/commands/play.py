@@ -1,0 +1,102 @@
+# Copyright 2026 aerial_gnss_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""`aerial-gnss play`: plays a recording into live nodes, with `/clock`."""
+
+from __future__ import annotations
+
+import argparse
+import math
+import sys
+import time
+from pathlib import Path
+
+from aerial_gnss_ros.bags.reader import BagReader, open_bag
+from aerial_gnss_ros.core.values.errors import InputError
+from aerial_gnss_ros.nodes import require_ros
+from aerial_gnss_ros.nodes.played_topics import inputs
+
+_AFTER_S = 4.0  # longer than max_wait, so that the last images get their answer
+_LINGER_S = 0.5  # a large message lies in this process's memory until it has been read
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the command's arguments."""
+    parser.epilog = (
+        "Messages keep the stamps of the recording, so nodes must follow /clock: start them with "
+        "use_sim_time, such as `aerial-gnss run --ros-args -p use_sim_time:=true`. The space bar "
+        "pauses, so do the services ~/pause, ~/resume and ~/toggle_paused."
+    )
+    parser.add_argument("bags", nargs="+", type=Path, metavar="BAG", help="rosbag2 recordings")
+    parser.add_argument("--rate", type=float, default=1.0, help="2 plays twice as fast")
+    parser.add_argument(
+        "--start", type=float, default=0.0, metavar="S", help="begin so long after the first one"
+    )
+    parser.add_argument(
+        "--topics", nargs="+", metavar="TOPIC",
+        help="absolute names as recorded; default: all but what the nodes publish themselves",
+    )  # fmt: skip
+    parser.add_argument("--namespace", default="", help="play below it, such as drone1")
+    parser.add_argument(
+        "--wait-for", nargs="+", default=[], metavar="NODE",
+        help="begin when these nodes listen, such as detector estimator",
+    )  # fmt: skip
+    parser.add_argument(
+        "--wait", type=float, default=60.0, metavar="S", help="at most so long (%(default)g)"
+    )
+    parser.add_argument("--pause", action="store_true", help="begin paused")
+    parser.add_argument(
+        "--ros-args", nargs=argparse.REMAINDER, default=[], metavar="ARG",
+        help="everything after it goes to ROS, such as -r FROM:=TO",
+    )  # fmt: skip
+
+
+def run(args: argparse.Namespace) -> int:
+    """Play until the end, or a signal."""
+    if not (math.isfinite(args.rate) and args.rate > 0.0):
+        raise InputError(f"--rate must be above 0, not {args.rate:g}.")
+    if not (math.isfinite(args.start) and args.start >= 0.0):
+        raise InputError(f"--start must be 0 s or more, not {args.start:g}.")
+    require_ros()
+    from aerial_gnss_ros.nodes import process
+    from aerial_gnss_ros.nodes.transport import use_large_data_profile
+
+    use_large_data_profile()
+    with open_bag(args.bags) as bag:
+        if args.start > 0.0 and args.start * 1e9 >= bag.end_ns - bag.start_ns:
+            raise InputError(
+                f"--start {args.start:g} s is after the end: the recording lasts "
+                f"{(bag.end_ns - bag.start_ns) * 1e-9:.1f} s."
+            )
+        return process.work(lambda: _play(args, bag), ["aerial-gnss", "--ros-args", *args.ros_args])
+
+
+def _play(args: argparse.Namespace, bag: BagReader) -> None:
+    import rclpy
+
+    from aerial_gnss_ros.nodes.listening import valid_names
+    from aerial_gnss_ros.nodes.pausing import Pausing, keys
+    from aerial_gnss_ros.nodes.player import Player
+
+    topics = args.topics or inputs({t.name: t.msgtype for t in bag.topics.values()})
+    with valid_names(), keys() as keyboard:
+        node = rclpy.create_node("player", namespace=args.namespace or None)
+        player = Player(
+            node, bag, topics, args.rate, namespace=args.namespace, installed_only=not args.topics
+        )
+        player.paused = args.pause
+        pausing = Pausing(node, player, keyboard=keyboard)
+        if not args.topics and (left := sorted(set(bag.topics) - set(topics))):
+            _say(f"not played, as nodes publish them: {', '.join(left)} (--topics plays them)")
+        missing = player.wait_for_nodes(args.wait_for, args.wait, pausing.going_on)
+        if missing:
+            _say(f"{' and '.join(missing)} does not listen after {args.wait:g} s; playing anyway")
+        end_ns = player.play(pausing.going_on, bag.start_ns + round(args.start * 1e9))
+        player.run_on(end_ns, _AFTER_S, pausing.going_on)
+        if rclpy.ok():
+            time.sleep(_LINGER_S)
+        _say(f"played {sum(player.published.values())} messages")
+        node.destroy_node()
+
+
+def _say(sentence: str) -> None:
+    print(f"aerial-gnss: {sentence}", file=sys.stderr, flush=True)

@@ -1,0 +1,45 @@
+# Copyright 2026 aerial_gnss_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Which topics of a recording are played into live nodes, and under which names. Knows no ROS."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+
+IMAGES = ("sensor_msgs/msg/Image", "sensor_msgs/msg/CompressedImage")
+DETECTIONS = "vision_msgs/msg/Detection2DArray"
+GLOBAL = ("/tf", "/tf_static", "/clock", "/diagnostics", "/rosout", "/parameter_events")
+"""Absolute by convention: no namespace moves them."""
+
+_LIVE = ("/clock", "/diagnostics", "/rosout", "/parameter_events")
+"""What player and live nodes publish themselves."""
+_RESULT = re.compile(r"(/.*)?/(robots/[^/]+(/(geo_pose|fix|odom))?|map_datum)")
+_TRUTH = re.compile(r"(/.*)?/truth/.*")
+
+
+def inputs(types: Mapping[str, str]) -> list[str]:
+    """Return the topics of a recording that nodes are to hear.
+
+    What the nodes publish themselves is left out: results, and boxes where the recording has the
+    images that they were found in.
+
+    Args:
+        types: message types by absolute topic.
+    """
+    pictures = any(kind in IMAGES for kind in types.values())
+    return [
+        name
+        for name, kind in types.items()
+        if name not in _LIVE
+        and (not _RESULT.fullmatch(name) or _TRUTH.fullmatch(name))
+        and not (pictures and kind == DETECTIONS)
+    ]
+
+
+def moved(name: str, namespace: str) -> str:
+    """Return a topic's name under a namespace, where it does not stand there already."""
+    inner = namespace.strip("/")
+    if not inner or name in GLOBAL or name.startswith(f"/{inner}/"):
+        return name
+    return f"/{inner}{name}"
