@@ -66,6 +66,7 @@ class World:
     hidden: Callable[[str, float], bool] = lambda _name, _t: False
     clutter: float = 0.0
     seed: int = 1
+    camera: CameraModel = CAMERA
     local: LocalMap = field(default_factory=lambda: LocalMap(MapDatum(LATITUDE, LONGITUDE, 0.0)))
 
     def __post_init__(self) -> None:
@@ -97,7 +98,7 @@ class World:
             if self.hidden(name, t) or self.rng.random() < self.missed:
                 continue
             latitude, longitude = self.local.places(np.array([place(t)]))
-            pixels, inside = project_to_image(self.pose(t), CAMERA, latitude, longitude)
+            pixels, inside = project_to_image(self.pose(t), self.camera, latitude, longitude)
             if inside[0]:
                 centers.append(pixels[0] + self.pixel_sigma * self.rng.standard_normal(2))
         false = self.rng.poisson(self.clutter)
@@ -119,14 +120,16 @@ def estimator(values: dict[str, object] | None = None) -> Estimator:
     return Estimator(estimator_config({**ORIGIN, **(values or {})}))
 
 
-def play(engine, world, duration, *, begin=0.0, images=10, telemetry=20, until_flush=True):
+def play(
+    engine, world, duration, *, begin=0.0, images=10, telemetry=20, until_flush=True, camera=CAMERA
+):
     """Fly a world through an estimator as messages would come; return the results."""
     results = []
     ticks = sorted(
         [(begin + i / telemetry, 0) for i in range(round(duration * telemetry) + 1)]
         + [(begin + i / images, 1) for i in range(round(duration * images) + 1)]
     )
-    engine.add_camera(stamp(begin), CAMERA)
+    engine.add_camera(stamp(begin), camera)
     for t, kind in ticks:
         if kind:
             engine.add_detections(world.frame(t))

@@ -12,6 +12,7 @@ from dataclasses import replace
 from aerial_gnss_ros.core.camera.model import CameraModel
 from aerial_gnss_ros.core.camera.posed_frame import PosedFrame
 from aerial_gnss_ros.core.config.estimator import EstimatorConfig
+from aerial_gnss_ros.core.faults.camera_change import CameraChange
 from aerial_gnss_ros.core.faults.consistency import InnovationMonitor
 from aerial_gnss_ros.core.faults.frozen_input import FrozenInputDetector
 from aerial_gnss_ros.core.filter.latency_search import LatencySearch
@@ -72,6 +73,7 @@ class Pipeline:
         self._frame_of_map: MapFrame | None = None
         self._fixed_camera = camera_of(config)
         self._scaled: tuple[CameraModel, CameraModel] | None = None
+        self._camera_change = CameraChange(log)
         self._locate = paper.locate if config.method == "paper" else localization.locate
 
     @property
@@ -99,6 +101,7 @@ class Pipeline:
         self._tracking.reset()
         self._latency.reset()
         self._standstill.reset()
+        self._camera_change.reset()
 
     def check(self) -> None:
         """Check that what images have come to can be.
@@ -160,6 +163,7 @@ class Pipeline:
             located = posed
         else:
             use = [i for i, reason in enumerate(reasons) if reason is None]
+            camera = self._fitting_camera(camera, _only(frame, use), pose, local)
             seen = PosedFrame(_only(frame, use), camera, pose, self._latency.found)
             found = seen.detections
             depths = self._inputs.depths.at(found.class_ids, pose.stamp_ns)
@@ -267,6 +271,20 @@ class Pipeline:
         if entry.camera is None:
             return Reason.BAD_CAMERA_INFO
         return self._corrected(entry.camera)
+
+    def _fitting_camera(
+        self, given: CameraModel, boxes: DetectionFrame, pose: CameraPose, local: LocalMap
+    ) -> CameraModel:
+        """Return the camera that an image was taken with: the newest, unless boxes contradict."""
+
+        def misfit(camera: CameraModel) -> float:
+            seen = PosedFrame(boxes, camera, pose, self._latency.found)
+            points = localization.locate(
+                pose, camera, boxes.centers, self._config.noise, self._config
+            )
+            return copy.deepcopy(self._tracking).misfit(seen, points, local)
+
+        return self._camera_change.update(given, boxes.stamp_ns, misfit)
 
     def _corrected(self, camera: CameraModel) -> CameraModel:
         """Return a camera with the calibrated focal length; made once for each camera."""

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from aerial_gnss_ros.core.filter.state import Indices, JointState
 from aerial_gnss_ros.core.models.platform_model import COUNT
+from aerial_gnss_ros.core.numerics.gaussian import mahalanobis
 
 Array = NDArray[np.float64]
 
@@ -85,3 +86,24 @@ def pair_innovations(
     common = with_robots[slots] @ by_errors[columns].swapaxes(1, 2)
     spread = blocks[slots] + own[columns] - common - common.swapaxes(1, 2)
     return PairInnovations(group.rows[slots], columns, places[columns] - robots[slots], spread)
+
+
+def misfit(pairs: PairInnovations, robots: list[int], threshold: float) -> float:
+    """Return half the squared Mahalanobis distances of robots from their nearest boxes, nats.
+
+    A box is of one robot only, and one beyond its gate is none.
+
+    Args:
+        pairs: of robots and detections.
+        robots: rows of those that are expected.
+        threshold: squared distance at the edge of a gate.
+    """
+    squared, _ = mahalanobis(pairs.offsets, pairs.spread)
+    left, taken, total = set(robots), set[int](), 0.0
+    for k in np.argsort(squared, kind="stable").tolist():
+        row, column = int(pairs.rows[k]), int(pairs.columns[k])
+        if squared[k] <= threshold and row in left and column not in taken:
+            left.remove(row)
+            taken.add(column)
+            total += float(squared[k])
+    return 0.5 * (total + threshold * len(left))

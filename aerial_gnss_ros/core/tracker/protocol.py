@@ -50,6 +50,17 @@ class Tracking(Protocol):
             local: the frame `map`, the same from the first call to the last.
         """
 
+    def misfit(self, frame: PosedFrame, points: WaterPoints, local: LocalMap) -> float:
+        """Return how badly an image's boxes fit the robots in view, nats; asked of a copy only.
+
+        Differences tell how much likelier one camera or pose of the image is than another.
+
+        Args:
+            frame: boxes, camera and pose.
+            points: where each box lies on the water, taken singly.
+            local: the frame `map`.
+        """
+
     @property
     def monitor(self) -> InnovationMonitor:
         """Tells how well boxes fall where they are expected."""

@@ -10,6 +10,7 @@ decisions. This carries them out; only the tracker asks it to.
 from __future__ import annotations
 
 from collections import deque
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,6 +20,7 @@ from aerial_gnss_ros.core.association.matcher import Association
 from aerial_gnss_ros.core.association.track import TUNING as TRACK
 from aerial_gnss_ros.core.association.track import Track
 from aerial_gnss_ros.core.faults.noise_level import Innovation
+from aerial_gnss_ros.core.filter.innovation import misfit
 from aerial_gnss_ros.core.filter.joint_filter import JointFilter
 from aerial_gnss_ros.core.georeferencing.measurements import Measurements
 from aerial_gnss_ros.core.models.motion_model import TUNING as MOTION_MODEL
@@ -28,6 +30,17 @@ from aerial_gnss_ros.core.values.estimates import State
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.intp]
+
+
+@dataclass(frozen=True)
+class TrackTableTuning:
+    """Chosen numbers of this module, with their units and where they come from."""
+
+    in_view_ns: int = 1_000_000_000
+    """A robot that was seen within this time is expected in an image, ns. Judged."""
+
+
+TUNING = TrackTableTuning()
 
 
 class TrackTable:
@@ -91,6 +104,24 @@ class TrackTable:
             track.innovations = (*track.innovations[-2:], one)
             seen.append(track.innovations)
         self.filter.noise.update(seen)
+
+    def misfit(self, seen: Measurements, stamp_ns: int, threshold: float) -> float:
+        """Return how badly boxes fit the robots in view, nats.
+
+        Args:
+            seen: the image's measurements.
+            stamp_ns: of it, ns.
+            threshold: squared Mahalanobis distance at the edge of a gate.
+        """
+        expected = [
+            row
+            for row, track in enumerate(self.tracks)
+            if track.robot_id and not track.leaving_view
+            and stamp_ns - track.last_seen_ns <= TUNING.in_view_ns
+        ]  # fmt: skip
+        if not expected or not len(seen.index):
+            return 0.5 * threshold * len(expected)
+        return misfit(self.filter.compare(seen, threshold, 1.0), expected, threshold)
 
     def apply(self, decided: Association, able: CandidatePairs) -> None:
         """Carry out what association has decided beside its assignment."""

@@ -135,6 +135,14 @@ class Tracker:
         replaced = self._confirm(len(seen.index), frame.pose.height, local, stamp_ns)
         return self._published(seen, measured, seen.index[refused], replaced, boxes)
 
+    def misfit(self, frame: PosedFrame, points: WaterPoints, local: LocalMap) -> float:
+        """Return how badly an image's boxes fit the robots in view, nats (see `Tracking`)."""
+        joint, stamp_ns = self.table.filter, frame.detections.stamp_ns
+        self._predict(stamp_ns)
+        joint.update_camera(frame, local)
+        seen = measurements(frame, points, local, joint.noise.level)
+        return self.table.misfit(seen, stamp_ns, self._matcher.threshold)
+
     def settled(self) -> Settled:
         """Return what has been decided of boxes since this was asked last (see `Tracking`)."""
         return self._account.drain()

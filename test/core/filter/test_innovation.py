@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from aerial_gnss_ros.core.filter.innovation import PairInnovations, pair_innovations
+from aerial_gnss_ros.core.filter.innovation import PairInnovations, misfit, pair_innovations
 from aerial_gnss_ros.core.filter.state import JointState
 from aerial_gnss_ros.core.models.platform_model import COUNT
 from aerial_gnss_ros.core.numerics.gaussian import mahalanobis
@@ -51,3 +51,14 @@ def test_pairs_of_groups_come_by_row_then_by_column():
     assert whole.rows.tolist() == [0, 1, 2, 3, 3]
     assert whole.columns.tolist() == [1, 5, 4, 0, 2]
     assert whole.offsets[:, 1].tolist() == pytest.approx([1, 5, 4, 0, 2])
+
+
+def test_misfit_counts_each_box_once_and_what_is_beyond_the_gate_as_its_edge():
+    pairs = PairInnovations(
+        np.array([0, 0, 1, 2, 3]), np.array([0, 1, 0, 2, 3]),
+        np.array([[1.0, 0.0], [2.0, 0.0], [3.0, 0.0], [9.0, 0.0], [0.0, 0.0]]),
+        np.tile(np.eye(2), (5, 1, 1)),
+    )  # fmt: skip
+    # Robot 0 has box 0 from 1, which so has none; 2's is beyond the gate; 3 is not expected.
+    assert misfit(pairs, [0, 1, 2], 16.0) == pytest.approx(0.5 * (1.0 + 16.0 + 16.0))
+    assert misfit(pairs, [1, 3], 16.0) == pytest.approx(0.5 * 9.0)

@@ -1,0 +1,99 @@
+# Copyright 2026 aerial_gnss_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""A camera's description that changes in flight: whether the picture has changed with it.
+
+A camera that zooms changes its boxes and its description together. A description that changes
+alone is in error, or corrects one that was. Robots in view tell the two apart: after a zoom their
+boxes fit the new description, otherwise the one before. A correction contradicts robots that were
+placed by the wrong description, and only lasts longer than a fault.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from aerial_gnss_ros.core.camera.model import CameraModel
+from aerial_gnss_ros.core.values.events import Events
+
+
+@dataclass(frozen=True)
+class CameraChangeTuning:
+    """Chosen numbers of this module, with their units and where they come from."""
+
+    clear_nats: float = math.log(20.0)
+    """Nats by which boxes must fit one description better than the other, so that it is used alone.
+    Odds of 20 to 1, as everywhere."""
+    most_nats: float = 2.0 * math.log(20.0)
+    """Nats beyond which boxes add nothing: images in a row err alike. Judged."""
+    corrected_s: float = 10.0
+    """A new description is used after so long, s: somebody has corrected it. As long as a height
+    (`limits.height_settle_s`). Judged."""
+
+
+TUNING = CameraChangeTuning()
+
+
+class CameraChange:
+    """Takes in the description of each image's camera."""
+
+    def __init__(self, log: Events) -> None:
+        self._log = log
+        self.reset()
+
+    def reset(self) -> None:
+        """Forget everything."""
+        self._known: CameraModel | None = None  # from before the change, if there is one
+        self._since_ns: int | None = None
+        self._against = 0.0
+
+    def update(
+        self, given: CameraModel, stamp_ns: int, misfit: Callable[[CameraModel], float]
+    ) -> CameraModel:
+        """Return the description that an image's boxes are to be placed with.
+
+        Args:
+            given: the newest one.
+            stamp_ns: of the image.
+            misfit: returns how badly the image's boxes fit the robots in view if a description
+                holds, nats.
+        """
+        known = self._known
+        if known is None or given is known or _alike(given, known):
+            return self._use(given)
+        self._since_ns = stamp_ns if self._since_ns is None else self._since_ns
+        if not 0 <= stamp_ns - self._since_ns < TUNING.corrected_s * 1e9:
+            if self._against > TUNING.clear_nats:
+                self._log.add(
+                    f"The camera's description has been another one for {TUNING.corrected_s:.0f} s "
+                    "and is used from now on, although boxes fitted the one before."
+                )
+            return self._use(given)
+        against = self._against + misfit(given) - misfit(known)
+        self._against = min(against, TUNING.most_nats)
+        if against < -TUNING.clear_nats:
+            return self._use(given)
+        if against < TUNING.clear_nats:
+            return given
+        self._log.warn_once(
+            "camera contradicted",
+            "The camera's description (CameraInfo) has changed, but boxes lie where robots should "
+            "be by the one before, which is used on for up to "
+            f"{TUNING.corrected_s:.0f} s. A zoom changes both: check the camera's driver.",
+        )
+        return known
+
+    def _use(self, camera: CameraModel) -> CameraModel:
+        self._known, self._since_ns, self._against = camera, None, 0.0
+        return camera
+
+
+def _alike(one: CameraModel, other: CameraModel) -> bool:
+    """Return whether two descriptions say the same."""
+    plain = (one.width, one.height, one.model, one.rectified)
+    return plain == (other.width, other.height, other.model, other.rectified) and all(
+        np.array_equal(getattr(one, name), getattr(other, name)) for name in ("K", "D", "R")
+    )
