@@ -18,9 +18,9 @@ _HEADER = """\
 Every parameter of the {node} node with its default. Generated from the program's own defaults by
 {generator}; a test compares them.
 
-Copy the file and keep the lines that you change: what is absent keeps its default. Where a number
-with a decimal point is meant, a whole one is accepted too, but within one list ROS wants them all
-alike: [0.0, 90.0, 0.0]. `.nan` stands for «not given»: ROS parameters know no empty value.
+Copy the file and keep only the lines that you change; absent keys keep their defaults. A whole
+number is accepted for a decimal one, but ROS requires all numbers of a list to be of one type:
+[0.0, 90.0, 0.0]. `.nan` means "not given", since ROS parameters have no empty value.
 `/**/{node}` is the node in any namespace; write `/drone1/{node}` for one drone only."""
 
 

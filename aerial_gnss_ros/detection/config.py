@@ -46,14 +46,14 @@ class ImageConfig:
 
 @dataclass(frozen=True)
 class CameraInfoConfig:
-    """The camera's description, only to refuse images of another size."""
+    """CameraInfo, used only to refuse images of another size."""
 
     topic: str = key("camera/camera_info", "CameraInfo topic, relative to the namespace.")
 
 
 @dataclass(frozen=True)
 class DetectionsOutConfig:
-    """Where boxes go."""
+    """Where boxes are published."""
 
     topic: str = key("detections", "Detection2DArray topic, relative to the namespace.")
 
@@ -72,58 +72,57 @@ class DetectorConfig:
     )
     backend: str = key(
         "auto",
-        "auto: the fastest that is there, named at start. For .onnx: tensorrt where an .engine "
-        "made of it lies beside it and fits this device, then cuda (onnxruntime-gpu), openvino, "
+        "auto: the fastest that is available, logged at start. For .onnx: tensorrt if an .engine "
+        "built from it is beside it and fits this device, then cuda (onnxruntime-gpu), openvino, "
         "onnxruntime. For .engine: tensorrt. For .pt: ultralytics. Or the one to use.",
         choices=BACKENDS,
     )
     precision: str = key(
         "auto",
-        "Of the network on OpenVINO. auto: bf16 where the processor has it, else f32. bf16: half "
-        "the time of f32; box centres move by 0.2 px at most in 95 of 100 boxes. f32: the same "
-        "boxes as on ONNX Runtime. Models exported to fp16 or int8 carry theirs in the file.",
+        "Precision of the network on OpenVINO. auto: bf16 if the processor has it, else f32. "
+        "bf16: half the time of f32; box centres move by at most 0.2 px in 95 of 100 boxes. f32: "
+        "the same boxes as ONNX Runtime. Models exported to fp16 or int8 have a fixed precision.",
         choices=("auto", "f32", "bf16"),
     )
     allow_pickle: bool = key(
         False,
-        "A .pt file is a pickle: loading it can run any code that its author put there. True says "
-        "that you trust the file.",
+        "A .pt file is a pickle: loading it can run any code that its author put there. Set True "
+        "only if you trust the file.",
     )
     second_look: str = key(
         "auto",
-        "A small network that looks again, larger and with more of what lies around, at boxes that "
-        "the model is not sure of, and gives them a new score: fewer false boxes, for about half a "
-        "millisecond each. auto: MODEL_second_look.onnx beside the model, where there is one. off: "
-        "none. Or the path of one.",
+        "A small network that rescores uncertain boxes from an enlarged crop with more context: "
+        "fewer false boxes, for about half a millisecond each. auto: MODEL_second_look.onnx beside "
+        "the model, if it exists. off: none. Or the path of one.",
     )
     class_names: tuple[str, ...] = key(
         (),
-        "Class names, in the model's order; empty: those that the model file carries. A number of "
-        "names other than the model's is refused.",
+        "Class names, in the model's order; empty: those in the model file. Their number must be "
+        "the model's number of classes.",
     )
     score_threshold: float = key(
         0.3,
-        "Boxes below are not reported. Lower finds more robots and more waves. The default has the "
-        "best F1 score of the shipped model; a model of your own has its own best value.",
+        "Boxes below are not reported. A lower value finds more robots and more clutter. The "
+        "default has the best F1 score with the shipped model; your own model has another optimum.",
         low=0.001,
         high=1.0,
         dynamic=True,
     )
     iou_threshold: float = key(
         0.5,
-        "Of two boxes of one class that overlap more than this, the better one stays. Lower "
-        "merges robots that swim side by side.",
+        "Of two boxes of one class that overlap more than this, the better one is kept "
+        "(non-maximum suppression). A lower value merges robots side by side.",
         low=0.01,
         high=1.0,
         dynamic=True,
     )
     max_detections: int = key(
-        100, "At most this many boxes an image, the best ones.", low=1, high=1000, dynamic=True
+        100, "Greatest number of boxes of an image, the best ones.", low=1, high=1000, dynamic=True
     )
     image_size: int = key(
         1280,
-        "Longest side given to the network; larger images are shrunk to it, smaller ones are "
-        "never enlarged. Half of it is four times as fast and loses robots below about 32 px. A "
+        "Longest side of the network's input; larger images are reduced to it, smaller ones are "
+        "not enlarged. Half of it is four times as fast and misses robots below about 32 px. A "
         "model with a fixed input size uses that.",
         unit="px",
         low=32,
@@ -134,7 +133,7 @@ class DetectorConfig:
     )
     device: str = key(
         "",
-        "Device for the back end ultralytics in its own words: cpu, 0, cuda:0; empty: its choice.",
+        "Device of the back end ultralytics, in its notation: cpu, 0, cuda:0; empty: its choice.",
     )
     autostart: bool = key(
         True,

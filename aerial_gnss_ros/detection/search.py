@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Where in an image the network looks: its parameters, and the detector that they make."""
+"""Which parts of an image the network processes: parameters, and the detector made of them."""
 
 from __future__ import annotations
 
@@ -20,46 +20,46 @@ FULL, ROI, TILES = "full", "roi", "tiles"
 
 @dataclass(frozen=True)
 class SearchConfig:
-    """Where in an image the network looks."""
+    """Which parts of an image the network processes."""
 
     mode: str = key(
         FULL,
-        "full: at the whole image, shrunk to image_size where it is larger. roi: round each robot "
-        "where it must be now, and at one part of the rest an image, in turn; several times as "
-        "fast, but a robot that comes into view is found only after up to scan_images images. "
-        "tiles: at overlapping tiles in full resolution, all of them every time; slow, for 4K "
-        "images in which robots are small. roi and tiles need a model whose input size is free.",
+        "full: the whole image, reduced to image_size if larger. roi: around the predicted "
+        "position of each robot, and one part of the remaining image per frame, in turn; several "
+        "times as fast, but a robot that enters the view is detected only after up to scan_images "
+        "images. tiles: overlapping tiles in full resolution, all of them in each image; slow, "
+        "for 4K images with small robots. roi and tiles need a model with a free input size.",
         choices=(FULL, ROI, TILES),
     )
     scan_images: int = key(
         15,
-        "With roi: the whole image is looked at once in this many images, a part in each; 15 is "
-        "half a second at 30 images a second. Higher is faster and finds a robot that comes into "
-        "view later. 1 looks at whole images only.",
+        "With roi: number of images in which the whole view is scanned once, a part in each; 15 "
+        "is half a second at 30 images a second. More is faster and detects robots that enter the "
+        "view later. 1 processes whole images only.",
         low=1,
         high=300,
     )
     margin: int = key(
         32,
-        "With roi: water round each robot that the network sees too. Lower is faster, and loses "
-        "robots when the camera turns quickly: they may move by this much more in an image than "
-        "in the one before.",
+        "With roi: margin around each robot. Lower is faster, and loses robots when the camera "
+        "turns quickly: the margin is the greatest change of their motion from one image to the "
+        "next.",
         unit="px",
         low=8,
         high=1000,
     )
     tile: int = key(
         1280,
-        "With tiles: longest side of a tile. Smaller tiles take no less time in all; on a "
-        "processor the default is right.",
+        "With tiles: longest side of a tile. Smaller tiles take no less time in total; on a CPU "
+        "the default is right.",
         unit="px",
         low=128,
         high=4096,
     )
     overlap: int = key(
         64,
-        "Neighbouring tiles (tiles) or parts (roi) share at least this much. Robots longer than "
-        "that are put together from two halves (tiles), or found one image later (roi).",
+        "Least overlap of neighbouring tiles (tiles) or parts (roi). Longer robots are merged from "
+        "two halves (tiles), or detected one image later (roi).",
         unit="px",
         low=0,
         high=1000,
@@ -69,12 +69,12 @@ class SearchConfig:
 def searching(
     detector: Detector, config: DetectorConfig, second: SecondLook | None = None
 ) -> Detector:
-    """Return a detector that looks where `config.search` says.
+    """Return a detector that processes the parts that `config.search` selects.
 
     Args:
-        detector: looks at what it is given.
+        detector: processes one image or part.
         config: of the detector.
-        second: looks again at the boxes that it is not sure of.
+        second: rescores uncertain boxes.
 
     Raises:
         ModelError: the model's input has one size, so that smaller parts would not be faster.

@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Parameters that correct what is measured: calibration of the platform, depth of the robots."""
+"""Parameters that correct measurements: calibration of the platform, depth of the robots."""
 
 from __future__ import annotations
 
@@ -46,8 +46,8 @@ class CalibrationConfig:
     )
     focal_scale: float = key(
         1.0,
-        "The true focal length is so many times the stated one. 0.01 is 1 % of a robot's distance "
-        "from the middle of the image.",
+        "Ratio of the true focal length to the stated one. 0.01 more is 1 % of a robot's distance "
+        "from the image centre.",
         low=0.5,
         high=2.0,
     )
@@ -68,21 +68,21 @@ class DepthConfig:
     )
     topics: tuple[str, ...] = key(
         (),
-        "std_msgs/Float64 topics that tell depths in m, 0 or more, from robots that can send: "
-        "[depth] for all robots, or of single classes [aqua_red=aqua_red/depth].",
+        "std_msgs/Float64 topics with depths in m, 0 or more, from robots that send them: [depth] "
+        "for all robots, or of single classes [aqua_red=aqua_red/depth].",
     )
     max_age: float = key(
         10.0,
-        "A depth from a topic counts this long; then those above hold again. Longer bridges gaps, "
-        "and keeps a diver's depth after it has surfaced.",
+        "A depth from a topic is used for this long, then those above apply again. A larger value "
+        "bridges gaps, but keeps the depth of a robot that has surfaced.",
         unit="s",
         low=0.1,
         high=3600.0,
     )
     sigma_m: float = key(
         0.0,
-        "One sigma of the depth, the same error for minutes; widens the published covariance along "
-        "the view: 0.85 of it at 60 deg off the vertical.",
+        "One sigma of the depth, an error that lasts for minutes. It enters the published "
+        "covariance along the line of sight: 0.85 of it at 60 deg off the vertical.",
         unit="m",
         low=0.0,
         high=10.0,

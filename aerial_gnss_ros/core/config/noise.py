@@ -20,7 +20,7 @@ def _sigma(doc: str, unit: str, high: float) -> float:
 
 @dataclass(frozen=True)
 class Noise:
-    """One-sigma sensor errors. `slow` ones drift with correlation_time_s and average to nothing."""
+    """One-sigma sensor errors; slow ones drift with correlation_time_s and do not average out."""
 
     set: str = key(
         "consumer",
@@ -29,7 +29,7 @@ class Noise:
         choices=("consumer", "rtk"),
     )
     gnss_offset_m: float = _sigma(
-        "Slow GNSS offset, each horizontal axis, where the fix brings no covariance.", "m", 100.0
+        "Slow GNSS offset, each horizontal axis, if the fix has no covariance.", "m", 100.0
     )
     gnss_white_m: float = _sigma("White GNSS noise, each horizontal axis.", "m", 100.0)
     heading_deg: float = _sigma("Slow error of heading (compass).", "deg", 180.0)
@@ -37,7 +37,7 @@ class Noise:
     gimbal_roll_deg: float = _sigma("Slow error of the camera's roll.", "deg", 45.0)
     height_m: float = _sigma("Slow error of the height above water.", "m", 100.0)
     latency_s: float = _sigma(
-        "Error of camera.latency_s; above 0 it is estimated in flight, within three times as much.",
+        "Error of camera.latency_s; above 0 it is estimated in flight, up to three times as much.",
         "s",
         3.0,
     )
@@ -47,7 +47,8 @@ class Noise:
     height_white_m: float = _sigma("White noise of the height.", "m", 100.0)
     box_center_px: float = _sigma("White noise of a box's centre, each axis.", "px", 500.0)
     robot_acceleration: float = _sigma(
-        "Random-walk rate of a robot's velocity: larger follows turns faster and smooths less.",
+        "Process noise of a robot's velocity (random walk): larger follows turns faster, smooths "
+        "less.",
         "m/s^1.5",
         100.0,
     )

@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Parameters of camera, surface, boxes, tracks and map: unit, meaning, consequence."""
+"""Parameters of camera, water surface, boxes, tracks and map: unit, meaning, consequence."""
 
 from __future__ import annotations
 
@@ -24,8 +24,8 @@ class CameraConfig:
     topic: str = key("camera/camera_info", "CameraInfo topic, relative to the namespace.")
     stamp: str = key(
         "header",
-        "Of CameraInfo. header: its own stamp; arrival: when it came, where its clock is not the "
-        "images'.",
+        "Time of CameraInfo. header: its stamp; arrival: when it arrived, for a driver whose clock "
+        "differs from that of the images.",
         choices=("header", "arrival"),
     )
     rectified: bool = key(
@@ -124,33 +124,38 @@ class DetectionsConfig:
 
 @dataclass(frozen=True)
 class TracksConfig:
-    """From single positions to robots with names."""
+    """Tracking: from single positions to labelled robots."""
 
     gate_probability: float = key(
-        0.997, "Share of a robot's own measurements that its gate lets in.", low=0.5, high=0.999999
+        0.997, "Probability that a robot's measurement lies in its gate.", low=0.5, high=0.999999
     )
     confirm_hits: int = key(
-        3, "Measurements that confirm a tentative track; more is slower and surer.", low=1, high=100
+        3, "Measurements that confirm a track; more is slower and safer.", low=1, high=100
     )
     confirm_window_s: float = key(
         2.0,
-        "Time within which they must come. Where images come too seldom for that, but at least "
-        "every 1.5 s with these defaults, it is longer and one more is needed.",
+        "Time within which these measurements must occur. If images are too rare for that, but at "
+        "least every 1.5 s with the defaults, it is extended and one more is required.",
         unit="s",
         low=0.05,
         high=60.0,
     )
     coast_s: float = key(
         120.0,
-        "A confirmed robot that is not seen coasts this long with growing covariance before it "
-        "is lost.",
+        "A confirmed robot that is not detected is predicted for this long, with growing "
+        "covariance, before its track is lost.",
         unit="s",
         low=0.0,
         high=3600.0,
     )
     max_speed: float = key(
         1.5,
-        "Fastest speed over ground of a robot; one sigma of the first velocity is half of it.",
+        "Greatest speed over ground of a robot. Boxes that imply more, by 3 sigma or half of it, "
+        "are refused as too_fast, and no label is given again farther away after a restart. Half "
+        "of it is one sigma of an unknown velocity: of a new track, out of view, of an unnoticed "
+        "manoeuvre, in re-identification and in the estimation of latency; a quarter that of a "
+        "manoeuvre in the test for a rotating camera. Too small refuses true motion, too large "
+        "accepts clutter.",
         unit="m/s",
         low=0.01,
         high=50.0,
@@ -159,7 +164,7 @@ class TracksConfig:
 
 @dataclass(frozen=True)
 class MapConfig:
-    """The local frame, x east, y north; its origin, NaN: where the first fixes agree."""
+    """The local frame, x east, y north; origin NaN: at the first consistent fixes."""
 
     frame: str = key(
         "",

@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Parameters of robots of one class, `classes.<name>.<key>`; the global ones where absent."""
+"""Parameters of a class of robots, `classes.<name>.<key>`; default: the global ones."""
 
 from __future__ import annotations
 
@@ -23,8 +23,8 @@ class RobotClass:
 
     max_speed: float = key(
         NAN,
-        "Fastest speed over ground of a robot of this class; NaN: tracks.max_speed. One sigma of "
-        "the first velocity is half of it.",
+        "Greatest speed over ground of a robot of this class; NaN: tracks.max_speed, which lists "
+        "what follows from it.",
         unit="m/s",
         low=0.01,
         high=50.0,
@@ -41,8 +41,8 @@ class RobotClass:
     )
     coast_s: float = key(
         NAN,
-        "A confirmed robot of this class that is not seen is lost after this time; NaN: "
-        "tracks.coast_s. A little more than its longest dive.",
+        "A confirmed robot of this class that is not detected is lost after this time; NaN: "
+        "tracks.coast_s. Set a little more than its longest dive.",
         unit="s",
         low=0.0,
         high=3600.0,

@@ -15,14 +15,14 @@ from aerial_gnss_ros.core.config.schema import key
 
 NAN = math.nan
 _STAMP = (
-    "header: the message's own stamp; arrival: when it came (for headerless topics always); "
+    "header: the message's own stamp; arrival: when it arrived (headerless topics always); "
     "px4_us: `timestamp` of px4_msgs, microseconds of the agent's clock."
 )
 _CLOCKS = ("header", "arrival", "px4_us")
 _MAX_GAP = "Samples farther apart than this are not interpolated; the detection is refused."
 _LATENCY = (
-    "Stamps of this input are so much later than what they tell, by the clock of the orientations; "
-    "negative where they are early. 0.1 s at 5 m/s is 0.5 m."
+    "Delay from measurement to stamp of this input, relative to the orientations; negative for "
+    "early stamps. 0.1 s at 5 m/s is 0.5 m."
 )
 _WORLD = "World axes of the message: enu, ned (PX4, MAVLink) or nwu (ANAFI)."
 _BODY = "Body axes of the message: flu, or frd (PX4, MAVLink)."
@@ -145,9 +145,9 @@ class GimbalConfig:
     reference: str = key(
         "earth",
         "What the angles are relative to. earth: the world; heading: level, yaw from the nose; "
-        "body: the airframe; fixed: no gimbal, mount_rpy_deg in the body; mavlink_flags: each "
-        "message says it. A wrong reference is wrong by metres as soon as the drone tilts or "
-        "turns.",
+        "body: the airframe; fixed: no gimbal, mount_rpy_deg in the body; mavlink_flags: as the "
+        "flags of each message say. A wrong reference causes errors of metres as soon as the drone "
+        "tilts or turns.",
         choices=("earth", "heading", "body", "fixed", "mavlink_flags"),
     )
     world: str = key(
@@ -230,7 +230,7 @@ class HeightConfig:
 
 @dataclass(frozen=True)
 class WaterLevelConfig:
-    """How far the water stands above the height's reference (tide); held until replaced."""
+    """Water level above the height's reference (tide); held until the next message."""
 
     topic: str = key("water_level", "std_msgs/Float64 topic, relative to the namespace.")
     value_m: float = key(0.0, "Level before the first message.", unit="m", low=-500.0, high=10000.0)
