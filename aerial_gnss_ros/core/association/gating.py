@@ -30,6 +30,7 @@ class CandidatePairs:
         log_likelihood: log likelihood of each pair, but for a constant.
         kind: of each track, not of each pair.
         threshold: squared distance at the edge of a gate.
+        reach: squared distance up to which a box is just outside a gate.
         robots: pairs of a robot and a box of its class.
         inside: those with boxes inside the robots' gates.
         new_near: pairs of a new track and a box of its class inside its gate or just outside.
@@ -44,6 +45,7 @@ class CandidatePairs:
     log_likelihood: list[float]
     kind: list[str]
     threshold: float
+    reach: float
     robots: list[int]
     inside: list[int]
     new_near: list[int]
@@ -89,17 +91,13 @@ class CandidatePairs:
                 if far <= threshold:
                     grown.append(k)
         return cls(
-            pairs, of, to, squared, wide, log, kind, threshold, robots, inside, beside, grown
+            pairs, of, to, squared, wide, log, kind, threshold, reach, robots, inside, beside, grown
         )
-
-    @property
-    def reach(self) -> float:
-        """Squared distance up to which a box is just outside a gate."""
-        return ASSIGNMENT.near_gate_radii**2 * self.threshold
 
     def best(self, pairs: list[int]) -> list[int]:
         """Return those of some pairs inside gates that are the likeliest assignment."""
-        rows, columns = [self.rows[k] for k in pairs], [self.columns[k] for k in pairs]
+        rows = list(map(self.rows.__getitem__, pairs))
+        columns = list(map(self.columns.__getitem__, pairs))
         if len({*rows}) == len({*columns}) == len(rows):  # nothing to weigh
             return pairs
         squared, wide = [self.squared[k] for k in pairs], [self.log_determinant[k] for k in pairs]
@@ -114,10 +112,9 @@ class CandidatePairs:
         rows: set[int] = set()
         columns: set[int] = set()
         found: list[int] = []
-        reach = self.reach
         for k in sorted(self.robots, key=self.squared.__getitem__):
             row, column = self.rows[k], self.columns[k]
-            if self.squared[k] > reach or row in rows or column in columns:
+            if self.squared[k] > self.reach or row in rows or column in columns:
                 continue
             rows.add(row)
             columns.add(column)

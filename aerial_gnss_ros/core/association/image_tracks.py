@@ -188,7 +188,7 @@ class ImageTracks:
         history.append(Seen(stamp_ns, frame.centers, frame.class_ids, named, camera, height))
         while stamp_ns - history[0].stamp_ns > TUNING.history_s * 1e9:
             history.popleft()
-        return {index: one for index, one in labels.items() if index not in named}
+        return {i: one for i, one in labels.items() if i not in named} if labels else labels
 
     def expected(self, frame: DetectionFrame) -> dict[int, Labels]:
         """Return what the picture says of an image's boxes; nothing where poses go on.

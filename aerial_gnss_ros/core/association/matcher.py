@@ -24,7 +24,7 @@ from aerial_gnss_ros.core.association.clutter import Clutter, chance_probability
 from aerial_gnss_ros.core.association.coherence import swerves, turns
 from aerial_gnss_ros.core.association.conflicts import keep_established, without_disputed
 from aerial_gnss_ros.core.association.gating import NEITHER, NEW, ROBOT, CandidatePairs
-from aerial_gnss_ros.core.association.track import Track
+from aerial_gnss_ros.core.association.track import Track, innovation_ratios
 from aerial_gnss_ros.core.filter.joint_filter import JointFilter
 from aerial_gnss_ros.core.georeferencing.measurements import Measurements
 from aerial_gnss_ros.core.models.motion_model import TUNING as MOTION_MODEL
@@ -58,6 +58,10 @@ class MatcherTuning:
 TUNING = MatcherTuning()
 
 
+NO_PAIRS: tuple[Indices, Indices] = np.zeros(0, np.intp), np.zeros(0, np.intp)
+"""Rows and columns of nothing."""
+
+
 @dataclass
 class Association:
     """What is decided of an image's boxes; rows are those of tracks.
@@ -75,8 +79,8 @@ class Association:
         outside: how many robots have a box just outside their gates, and none inside.
     """
 
-    rows: Indices = field(default_factory=lambda: np.zeros(0, np.intp))
-    columns: Indices = field(default_factory=lambda: np.zeros(0, np.intp))
+    rows: Indices
+    columns: Indices
     claimed: list[int] = field(default_factory=list)
     innovation_ratios: dict[int, float] = field(default_factory=dict)
     inflations: list[tuple[Indices, Array | float]] = field(default_factory=list)
@@ -138,7 +142,7 @@ class Matcher:
         """
         # Robots choose first: a stray box of a robot must not grow up on that robot's own boxes.
         away_ns = stamp_ns - round(self._missed_s(stamp_ns) * 1e9)
-        inside, kind, decided = able.inside, able.kind, Association()
+        inside, kind, decided = able.inside, able.kind, Association(*NO_PAIRS)
         given = keep_established(
             tracks, able.rows, able.columns, able.best(inside), inside, away_ns
         )
@@ -150,9 +154,11 @@ class Matcher:
         if self._is_mismatch(tracks, able, left, chosen, boxes):
             chosen = []
         elif not self._strain(tracks, able, chosen, decided):
-            chosen = chosen + self._manoeuvred_pairs(tracks, able, left, decided)
+            own = self._manoeuvred_pairs(tracks, able, left, decided) if left else []
+            chosen = chosen + own
         decided.claimed = chosen
-        chosen = chosen + _new(able, chosen, decided)
+        if NEW in kind:
+            chosen = chosen + _new(able, chosen, decided)
         robots = kind.count(ROBOT)
         if not self.scene_mismatch:
             missed = robots - len(decided.claimed)
@@ -200,12 +206,10 @@ class Matcher:
         Returns:
             Whether most are, and one turn of the camera explains it better than robots that turn.
         """
-        strain, turning = decided.innovation_ratios, []
-        for k in chosen:
-            row = able.rows[k]
-            strain[row] = tracks[row].updated_ratio(able.squared[k])
-            if strain[row] > TUNING.strained_mean:
-                turning.append(row)
+        rows = [able.rows[k] for k in chosen]
+        squared = [able.squared[k] for k in chosen]
+        strain = decided.innovation_ratios = innovation_ratios(tracks, rows, squared)
+        turning = [row for row, ratio in strain.items() if ratio > TUNING.strained_mean]
         strained = (
             len(strain) >= TUNING.majority_robots and median(strain.values()) > TUNING.common_median
         )
@@ -234,8 +238,6 @@ class Matcher:
             left: those of robots and boxes that are left over, of one class.
             decided: gets the velocities to be inflated.
         """
-        if not left:
-            return []
         pairs = able.pairs
         more = manoeuvre_covariance(self._filter.speeds(pairs.rows[left]))
         squared, _ = mahalanobis(pairs.offsets[left], pairs.spread[left] + more)
@@ -303,8 +305,6 @@ class Matcher:
 
 def _new(able: CandidatePairs, chosen: list[int], decided: Association) -> list[int]:
     """Return pairs of new tracks and boxes that are left; the more such boxes, the more chance."""
-    if NEW not in able.kind:
-        return []
     taken = {able.columns[k] for k in chosen}
     new = able.best([k for k in able.new_inside if able.columns[k] not in taken])
     taken |= {able.columns[k] for k in new}

@@ -124,7 +124,7 @@ class RotationFault:
     @property
     def due(self) -> bool:
         """Whether an image's robots are to be judged."""
-        return self._since >= TUNING.judged_every_s or self.active
+        return self._since >= TUNING.judged_every_s or self._doubted or self.ambiguity.active
 
     @property
     def active(self) -> bool:

@@ -104,7 +104,7 @@ class StateBlocks:
         """
         for group in self._groups:
             check_covariance(group.covariance, "robots and platform")
-            check_robots(group.robots, "robots")
+            check_robots(group.mean[COUNT:].reshape(-1, 4), "robots")
 
     def add_fault_covariances(self, covariance: Array) -> None:
         """Add to covariances (n, 4, 4) of all robots that the camera may have turned by itself."""

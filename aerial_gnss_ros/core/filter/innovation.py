@@ -70,10 +70,10 @@ def pair_innovations(
         scale: of the trace, and
         floor: m², of the squared distance up to which a pair is returned.
     """
-    n, m = len(group), len(places)
+    n, m = len(group.rows), len(places)
     with_platform = by_errors @ group.covariance[:COUNT, :COUNT]
     own = with_platform @ by_errors.swapaxes(1, 2) + white
-    robots, blocks, with_robots = group.robots[:, :2], group.places(), group.with_platform()
+    robots, blocks, with_robots = group.positions()
     if n * m <= TUNING.few_pairs:
         slots, columns = np.divmod(np.arange(n * m), m)
     else:

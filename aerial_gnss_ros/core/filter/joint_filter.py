@@ -147,7 +147,7 @@ class JointFilter(StateBlocks):
             self._sight is not None and abs(applied - self._sight.applied) > CAMERA_MOTION.moved_s
         )
         foretold = self._motion.restart(shown) if elsewhen else self._motion.update(shown, passed)
-        self.orientation_jumped = self._jumped(shown, passed)
+        self.orientation_jumped = self._motion.jump is not None and self._jumped(shown, passed)
         unsure = frame.latency[1] if self._late and frame.latency is not None else 0.0
         self._sight = CameraView.of(
             frame.camera, shown, self._motion.rates, applied, foretold, unsure
@@ -187,37 +187,30 @@ class JointFilter(StateBlocks):
         before, self._late = self._late, sigma > (TUNING.sure_s if self._late else TUNING.unsure_s)
         self._found = not self._late and (before or self._found)
 
-    def compare(self, seen: Measurements, scale: float, floor: float) -> PairInnovations:
+    def compare(
+        self,
+        seen: Measurements,
+        scale: float,
+        floor: float,
+        groups: list[JointState] | None = None,
+    ) -> PairInnovations:
         """Return how detections lie to the robots that they may be of.
 
         Detections are placed by what is known of the platform's errors; the covariances allow for
-        what robot and detection have in common through these. Left out is what is farther off:
-        squared distance above `scale` times the covariance's trace plus `floor` (m²).
-        """
-        body = self._body(seen)
-        found = [
-            pair_innovations(group, *self._place(group, body), seen.white, scale, floor)
-            for group in self._groups
-            if len(group)
-        ]
-        return found[0] if len(found) == 1 else PairInnovations.of_groups(found)
-
-    def compare_with(
-        self, groups: list[JointState], seen: Measurements, threshold: float
-    ) -> PairInnovations:
-        """Return how detections lie to the robots of other laws, as if these held.
+        what robot and detection have in common through these.
 
         Args:
-            groups: the laws.
-            seen: the image's boxes.
-            threshold: squared Mahalanobis distance beyond which nothing is asked.
+            seen: the image's detections.
+            scale: of the covariance's trace, and
+            floor: m², of the squared distance up to which a pair is returned.
+            groups: other laws, as if these held; None: the filter's own.
         """
-        body = self._body(seen)
-        found = [
-            pair_innovations(group, *self._place(group, body), seen.white, threshold, 1.0)
-            for group in groups
-            if len(group)
-        ]
+        view, found = self._seen_from(), []
+        body = _rays(view, seen)
+        for group in self._groups if groups is None else groups:
+            if len(group.rows):
+                places, by_errors = _placed(view, group, body)
+                found.append(pair_innovations(group, places, by_errors, seen.white, scale, floor))
         return found[0] if len(found) == 1 else PairInnovations.of_groups(found)
 
     def predict_with(self, groups: list[JointState], seconds: float) -> None:
@@ -259,7 +252,7 @@ class JointFilter(StateBlocks):
                     self.noise.level,
                 )
                 squared, count = squared + outcome.squared, count + outcome.count
-                if self.rotation_fault.due and not self._late:
+                if not self._late and self.rotation_fault.due:
                     judged.append(self._in_view(group, slots))
                 refused.append(group.rows[outcome.refused])
         self._found = False
@@ -268,7 +261,8 @@ class JointFilter(StateBlocks):
         if not self._late:
             self._monitor(squared, count)
         gone = np.concatenate(refused)
-        self._report_refused(len(gone))
+        if len(gone) or self._refusing:
+            self._report_refused(len(gone))
         return gone
 
     def _in_view(self, group: JointState, slots: Indices) -> RobotsInView:
@@ -317,10 +311,10 @@ class JointFilter(StateBlocks):
         moved = []
         for row in old:
             group = self._groups[group_of[row]]
-            relinearize(group, self._seen_from)
+            relinearize(group, self._seen_from())
             moved.append(by_errors(group, slot_of[row : row + 1]))
         by_platform = np.concatenate(moved)
-        height = float(self._seen_from.measured.position[2])
+        height = float(self._seen_from().measured.position[2])
         return formation(
             offsets, spread + more, by_platform[:, :, ANGLES],
             height * by_platform[:, :, HEIGHT], possible,
@@ -369,37 +363,40 @@ class JointFilter(StateBlocks):
         """Add a robot for each of the detections `columns`, in rows after the present ones."""
         if not len(columns):
             return
-        body, white, speed = self._body(seen), seen.white, self.motions.default_speed
+        view, white, speed = self._seen_from(), seen.white, self.motions.default_speed
+        body = _rays(view, seen)
         for group, rows, taken in self.allocate(np.asarray(columns, np.intp)):
-            places, by_errors = self._place(group, body[taken])
+            places, by_errors = _placed(view, group, body[taken])
             own = self.motions.of(seen.class_ids[taken].tolist())
             group.add(rows, places, by_errors, white[taken], speed, own)
 
     def box_noise(self, places: Array) -> Array:
         """Return the covariances (m, 2, 2) of places on the water from boxes' own noise, m²."""
-        by_pixel = np.linalg.inv(linearise(self._seen_from, np.zeros(COUNT), places).by_place)
+        by_pixel = np.linalg.inv(linearise(self._seen_from(), np.zeros(COUNT), places).by_place)
         noise: Array = self.noise.level * self.model.pixel * by_pixel @ by_pixel.swapaxes(1, 2)
         return noise
 
-    def _body(self, seen: Measurements) -> Array:
-        """Return the rays of detections in the axes of the camera as measured, (m, 3)."""
-        measured = self._seen_from.measured
-        rays: Array = (on_water_surface(seen.positions) - measured.position) @ measured.rotation
-        return rays
-
-    def _place(self, group: JointState, body: Array) -> tuple[Array, Array]:
-        """Return where rays meet the water by a group's platform (m, 2), and derivatives (m, 2, 7).
-
-        Args:
-            group: whose estimate of the platform's errors counts.
-            body: (m, 3) rays, see `_body`.
-        """
-        relinearize(group, self._seen_from)
-        pose = self._seen_from.pose(group.mean[:COUNT])
-        places = on_water(pose, body @ pose.rotation.T)
-        return places, by_platform(group, places)
-
-    @property
     def _seen_from(self) -> CameraView:
-        assert self._sight is not None  # noqa: S101 - `look` came first
+        assert self._sight is not None  # noqa: S101 - `update_camera` came first
         return self._sight
+
+
+def _rays(view: CameraView, seen: Measurements) -> Array:
+    """Return the rays of detections in the axes of the camera as measured, (m, 3)."""
+    measured = view.measured
+    rays: Array = (on_water_surface(seen.positions) - measured.position) @ measured.rotation
+    return rays
+
+
+def _placed(view: CameraView, group: JointState, rays: Array) -> tuple[Array, Array]:
+    """Return where rays meet the water by a group's platform (m, 2), and derivatives (m, 2, 7).
+
+    Args:
+        view: the camera.
+        group: whose estimate of the platform's errors counts.
+        rays: (m, 3), see `_rays`.
+    """
+    relinearize(group, view)
+    pose = view.pose(group.mean[:COUNT])
+    places = on_water(pose, rays @ pose.rotation.T)
+    return places, by_platform(group, places)

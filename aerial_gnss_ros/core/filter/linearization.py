@@ -28,10 +28,10 @@ from numpy.typing import NDArray
 
 from aerial_gnss_ros.core.camera.model import CameraModel
 from aerial_gnss_ros.core.filter.state import Indices, JointState
+from aerial_gnss_ros.core.geometry.gimbal import error_axes
 from aerial_gnss_ros.core.geometry.local_map import on_water_surface
 from aerial_gnss_ros.core.models.measurement_model import (
     MapPose,
-    level_axes,
     pose_by_errors,
     pose_jacobian,
     state_jacobian,
@@ -84,7 +84,7 @@ class CameraView:
         rates tell: for a latency wrong by one sigma `unsure_s` that has the variance 3/4 a² sigma⁴.
         """
         pose = foretold or measured
-        axes = level_axes(pose.rotation)
+        axes = error_axes(pose.rotation)
         by_errors = pose_by_errors(axes, rates)
         bend = np.zeros(6)
         if unsure_s:
@@ -96,13 +96,10 @@ class CameraView:
         key = errors.tobytes()
         if key not in self._poses:
             self._poses.clear()
-            self._poses[key] = self._pose(errors)
+            pose = self.measured.corrected(errors, self.axes)
+            late = float(errors[6]) - self.applied
+            self._poses[key] = pose.corrected(-late * self.rates, _EAST_NORTH_UP) if late else pose
         return self._poses[key]
-
-    def _pose(self, errors: Array) -> MapPose:
-        pose = self.measured.corrected(errors, self.axes)
-        late = float(errors[6]) - self.applied
-        return pose.corrected(-late * self.rates, _EAST_NORTH_UP) if late else pose
 
     def standpoint(self, errors: Array) -> Array:
         """Return the foretold place (3,) with the platform's errors (7,) but height taken out."""
@@ -120,9 +117,9 @@ def relinearize(joint: JointState, sight: CameraView) -> None:
     """
     if joint.view is sight:
         return
-    robots, k = joint.robots, len(joint.by_pose)
+    robots, k = joint.mean[COUNT:].reshape(-1, 4), len(joint.by_pose)
     camera = sight.standpoint(joint.mean[:COUNT])
-    if len(joint):
+    if len(robots):
         points, velocities = on_water_surface(robots[:, :2]), robots[:, 2:]
         points[:, 2] -= joint.mean[2]
         # From where the camera was, and from where it is.

@@ -103,7 +103,9 @@ class JointState:
 
     def blocks(self) -> Array:
         """Return the robots' own covariances (n, 4, 4)."""
-        return self._own().copy()
+        n = len(self.rows)
+        blocks = self.covariance[COUNT:, COUNT:].reshape(n, 4, n, 4)
+        return blocks.diagonal(axis1=0, axis2=2).transpose(2, 0, 1).copy()
 
     def motion(
         self, default: MotionModel, slots: Indices | slice = _ALL
@@ -123,20 +125,19 @@ class JointState:
 
     def fastest(self, slots: Indices, default: float) -> Array | float:
         """Return the fastest speeds of some robots; `default` where no class has its own, m/s."""
-        return self.motion(MotionModel(0.0, 0.5 * default), slots).fastest
+        speeds = self.own[1, slots]
+        own = ~np.isnan(speeds)
+        return np.where(own, 2.0 * speeds, default) if own.any() else default
 
-    def places(self) -> Array:
-        """Return the robots' own covariances of position (n, 2, 2); a view."""
-        return self._own()[:, :2, :2]
+    def positions(self) -> tuple[Array, Array, Array]:
+        """Return the robots' positions (n, 2) and how well they are known; views.
 
-    def _own(self) -> Array:
-        n = len(self)
-        blocks = self.covariance[COUNT:, COUNT:].reshape(n, 4, n, 4)
-        return blocks.diagonal(axis1=0, axis2=2).transpose(2, 0, 1)
-
-    def with_platform(self) -> Array:
-        """Return the covariances (n, 2, 7) of positions with the platform's errors."""
-        return self.covariance[COUNT:, :COUNT].reshape(-1, 4, COUNT)[:, :2]
+        Their covariances (n, 2, 2), and those with the platform's errors (n, 2, 7).
+        """
+        n, P = len(self.rows), self.covariance
+        own = P[COUNT:, COUNT:].reshape(n, 4, n, 4).diagonal(axis1=0, axis2=2).transpose(2, 0, 1)
+        with_platform = P[COUNT:, :COUNT].reshape(n, 4, COUNT)[:, :2]
+        return self.mean[COUNT:].reshape(n, 4)[:, :2], own[:, :2, :2], with_platform
 
     def predict(
         self, seconds: float, model: PlatformModel, stationary: Array, motion: MotionModel
@@ -160,14 +161,14 @@ class JointState:
         density = each.acceleration**2
         stated = density * seconds * self.manoeuvre_noise.strength
         self.velocity_changes.predict(seconds, stated)
-        n = len(self)
+        n = len(self.rows)
         if not n:
             return
         self.manoeuvre_noise.predict(seconds, density)
         reach, kept, noise = each.step(seconds, self.unseen, self.manoeuvre_noise.strength)
         P[:COUNT, COUNT:] *= keep[:, None]
         P[COUNT:, :COUNT] *= keep
-        robots = self.robots
+        robots = self.mean[COUNT:].reshape(n, 4)
         robots[:, :2] += reach[:, None] * robots[:, 2:]
         by_pose, k = self.by_pose, len(self.by_pose)
         by_pose[:, :2] += reach[:k, None, None] * by_pose[:, 2:]

@@ -8,7 +8,7 @@ business of `linearization`.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +17,7 @@ from scipy.linalg.lapack import dpotrf
 
 from aerial_gnss_ros.core.filter.linearization import CameraView, relinearize
 from aerial_gnss_ros.core.filter.state import Indices, JointState
+from aerial_gnss_ros.core.geometry.frames import FLU_FROM_OPTICAL
 from aerial_gnss_ros.core.geometry.local_map import on_water_surface
 from aerial_gnss_ros.core.models.measurement_model import pose_jacobian
 from aerial_gnss_ros.core.models.platform_model import COUNT, LATENCY, PlatformModel
@@ -80,7 +81,7 @@ class Outcome:
 
     squared: float
     count: int
-    refused: Indices = field(default_factory=lambda: np.zeros(0, np.intp))
+    refused: Indices
 
 
 def linearise(
@@ -96,7 +97,7 @@ def linearise(
     """
     pose = sight.pose(errors)
     offsets = on_water_surface(positions) - pose.position
-    optical = pose.optical
+    optical = pose.rotation @ FLU_FROM_OPTICAL
     pixels, by_point, seen = sight.camera.project_with_jacobian(offsets @ optical)
     by_place = (by_point @ optical.T)[:, :, :2]
     seen = seen & (offsets[:, 2] < 0.0)
@@ -129,16 +130,17 @@ def correct(
         fastest: speed of a robot whose class has none of its own, m/s.
         level: factor by which that noise is larger than stated, see `noise_level`.
     """
-    relinearize(joint, sight)
+    if joint.view is not sight:
+        relinearize(joint, sight)
     before = joint.mean
-    linear = linearise(sight, before[:COUNT], joint.robots[slots, :2], joint.by_pose[slots, :2])
+    robots = before[COUNT:].reshape(-1, 4)
+    linear = linearise(sight, before[:COUNT], robots[slots, :2], joint.by_pose[slots, :2])
     if np.count_nonzero(linear.seen) < len(slots):
         slots, pixels = slots[linear.seen], pixels[linear.seen]
-        places = joint.robots[slots, :2]
-        linear = linearise(sight, before[:COUNT], places, joint.by_pose[slots, :2])
+        linear = linearise(sight, before[:COUNT], robots[slots, :2], joint.by_pose[slots, :2])
     m = len(slots)
     if not m:
-        return Outcome(0.0, 0)
+        return Outcome(0.0, 0, slots)
     by_state = _times_covariance(joint, slots, linear)
     pixel = level * model.pixel
     spread = _innovation(joint, slots, linear, by_state, level * model.white + sight.bend)
@@ -149,7 +151,9 @@ def correct(
     # No box is farther off by itself than all of them are together.
     if squared > TUNING.huber_planar**2 and _soften(spread, residual, pixel):
         root, white = _whitened(spread, residual)
-    gain = _solved(root, by_state)
+    # LAPACK's trtrs would do, but OpenBLAS wakes its threads for it whatever the size, and on a
+    # busy machine they wait for one another longer than the whole image takes.
+    gain = dtrsm(1.0, root, by_state, lower=1)
     reduction = gain.T @ gain
     # Schmidt's filter: the latency is allowed for, not estimated; `latency_bank` does that.
     gain[:, LATENCY] = reduction[LATENCY, LATENCY] = 0.0
@@ -167,7 +171,7 @@ def correct(
     corrections, expected = joint.mean[velocity] - before[velocity], reduction[velocity, velocity]
     joint.manoeuvre_noise.update(slots, corrections, expected.sum(axis=1))
     joint.velocity_changes.update(slots, corrections, expected.sum(axis=1))
-    return Outcome(squared, 2 * m)
+    return Outcome(squared, 2 * m, slots[:0])
 
 
 def _whitened(spread: Array, residual: Array) -> tuple[Array, Array]:
@@ -179,17 +183,7 @@ def _whitened(spread: Array, residual: Array) -> tuple[Array, Array]:
     root, failed = dpotrf(spread, lower=1)
     if failed:
         raise np.linalg.LinAlgError("the innovation's covariance is not positive definite")
-    return root, _solved(root, residual.reshape(-1, 1))[:, 0]
-
-
-def _solved(root: Array, right: Array) -> Array:
-    """Return the solution of root @ x = right, the root lower.
-
-    LAPACK's trtrs would do, but OpenBLAS wakes its threads for it whatever the size, and on a busy
-    machine they wait for one another longer than the whole image takes.
-    """
-    solution: Array = dtrsm(1.0, root, right, lower=1)
-    return solution
+    return root, dtrsm(1.0, root, residual.reshape(-1, 1), lower=1)[:, 0]
 
 
 def _iterate(
@@ -221,14 +215,14 @@ def _iterate(
         step = joint.mean - before
         told = linear.by_platform @ step[:COUNT] + (linear.by_place @ moved[:, :, None])[:, :, 0]
         residual = pixels - now.pixels + told
-        joint.mean = before + _solved(root, residual.reshape(-1, 1))[:, 0] @ gain
+        joint.mean = before + dtrsm(1.0, root, residual.reshape(-1, 1), lower=1)[:, 0] @ gain
 
 
 def _possible(
     joint: JointState, slots: Indices, reduction: Array, fastest: Array | float
 ) -> NDArray[np.bool_] | None:
     """Return which corrected robots (m,) are not too fast; None if all are."""
-    velocities = joint.robots[slots, 2:]
+    velocities = joint.mean[COUNT:].reshape(-1, 4)[slots, 2:]
     squared = row_products(velocities, velocities)
     if max(squared.tolist()) <= float(np.min(fastest)) ** 2:
         return None
@@ -244,7 +238,7 @@ def _times_covariance(joint: JointState, slots: Indices, linear: Linear) -> Arra
     """Return H P, (2 m, D); H has the platform's columns and two of one robot in a row."""
     P, m = joint.covariance, len(slots)
     product: Array = linear.by_platform.reshape(2 * m, COUNT) @ P[:COUNT]
-    robots = P[COUNT:].reshape(len(joint), 4, -1)[slots, :2]
+    robots = P[COUNT:].reshape(len(joint.rows), 4, -1)[slots, :2]
     product += (linear.by_place @ robots).reshape(2 * m, -1)
     return product
 
@@ -255,7 +249,7 @@ def _innovation(
     """Return the covariance (2 m, 2 m) of the residual but for the boxes' own noise."""
     m = len(slots)
     spread: Array = by_state[:, :COUNT] @ linear.by_platform.reshape(2 * m, COUNT).T
-    robots = by_state[:, COUNT:].reshape(2 * m, len(joint), 4)[:, slots, :2].swapaxes(0, 1)
+    robots = by_state[:, COUNT:].reshape(2 * m, len(joint.rows), 4)[:, slots, :2].swapaxes(0, 1)
     own = robots @ linear.by_place.swapaxes(1, 2)
     spread += own.swapaxes(0, 1).reshape(2 * m, 2 * m)
     by_pose = linear.by_pose.reshape(2 * m, -1)

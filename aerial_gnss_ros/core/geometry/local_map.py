@@ -6,7 +6,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -18,7 +17,6 @@ from aerial_gnss_ros.core.geometry.geodesy import (
     enu_axes,
     geodetic_from_ecef,
 )
-from aerial_gnss_ros.core.numerics.small_arrays import Rows, evaluate_rows
 from aerial_gnss_ros.core.values.estimates import MapDatum
 
 Array = NDArray[np.float64]
@@ -62,11 +60,8 @@ def on_water_surface(positions: Array) -> Array:
 
     The ellipsoid lies D²/2R below the tangent plane.
     """
-    return evaluate_rows(_on_water, positions, 3)
-
-
-def _on_water(places: Rows) -> list[tuple[Any, ...]]:
-    found: list[tuple[Any, ...]] = []
-    for east, north in places:
-        found.append((east, north, (east * east + north * north) * (-0.5 / SEMI_MAJOR_M)))
-    return found
+    points = np.empty((len(positions), 3))
+    points[:, :2] = positions
+    east, north = points[:, 0], points[:, 1]
+    points[:, 2] = (east * east + north * north) * (-0.5 / SEMI_MAJOR_M)
+    return points

@@ -54,8 +54,8 @@ def measurements(
         local: the frame `map`.
         level: factor by which white noise is larger than stated, see `noise_level`.
     """
-    index = np.array([i for i, why in enumerate(points.reasons) if why is None], dtype=np.intp)
-    whole = len(index) == len(points)
+    whole = points.reasons.count(None) == len(points.reasons)
+    index = np.arange(len(points.reasons)) if whole else np.flatnonzero(points.valid)
     kept = slice(None) if whole else index
     pixels, class_ids = points.pixels[kept], frame.detections.class_ids
     return Measurements(

@@ -99,7 +99,7 @@ def _close(positions: Array, white: Array) -> list[list[int]]:
             separation = math.hypot(east - x, north - y)
             if separation < TUNING.followed_sigmas * max(own, theirs):
                 found.append((separation, a, b))
-        return [[a, b] for _, a, b in sorted(found)]
+        return [[a, b] for _, a, b in sorted(found)] if found else []
     firsts, seconds = _every_pair(len(size))
     vectors = positions[firsts] - positions[seconds]
     distances = np.hypot(vectors[:, 0], vectors[:, 1])

@@ -49,20 +49,17 @@ class CameraMotion:
             one, where that is farther than a camera turns; else None.
         velocity: (3,) m/s.
         turn_rate: (3,) rotation vector a second in `map`, rad/s.
+        rates: (6,) both.
     """
 
     def __init__(self) -> None:
         self._pose: MapPose | None = None
         self.velocity = np.zeros(3)
         self.turn_rate = np.zeros(3)
+        self.rates = np.zeros(6)
         self.jump: Array | None = None
         self._lasted_s = 0.0
         self._shown: list[tuple[Array, float]] = []  # rotations as measured; s since the one before
-
-    @property
-    def rates(self) -> Array:
-        """(6,) of the pose: m/s and rad/s."""
-        return np.concatenate([self.velocity, self.turn_rate])
 
     def predicted_position(self, seconds: float) -> Array | None:
         """Return the position (3,) expected after a time, None where the past does not tell."""
@@ -98,7 +95,7 @@ class CameraMotion:
         expected = self.predicted_pose(seconds) if seconds > 0.0 else None
         if expected is None:
             self._pose, self._lasted_s = measured, 0.0
-            self.velocity, self.turn_rate = np.zeros(3), np.zeros(3)
+            self.velocity, self.turn_rate, self.rates = np.zeros(3), np.zeros(3), np.zeros(6)
             self._shown = [(measured.rotation, 0.0)]
             return measured
         shift = measured.position - expected.position
@@ -113,6 +110,7 @@ class CameraMotion:
         )
         self.velocity = self.velocity + (beta / seconds) * shift
         self.turn_rate = self.turn_rate + (beta / seconds) * turn
+        self.rates = np.concatenate([self.velocity, self.turn_rate])
         return expected
 
     def _jumps(self, measured: MapPose, seconds: float) -> bool:

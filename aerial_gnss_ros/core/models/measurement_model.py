@@ -84,22 +84,24 @@ def on_water(pose: MapPose, directions: Array) -> Array:
     """Return East, North (n, 2) where rays (n, 3), of any length, meet the water; NaN if not."""
     place = pose.position.tolist()
     if len(directions) <= MAX_ROWS:
-        rows = [
-            _met(place, x, y, z) if z < 0.0 else (math.nan, math.nan)
-            for x, y, z in directions.tolist()
-        ]
-        return np.array(rows).reshape(-1, 2)
+        return np.array(_met(place, directions.tolist())).reshape(-1, 2)
     x, y, z = directions.T
-    return np.stack(_met(place, x, y, np.where(z < 0.0, z, np.nan)), axis=1)
+    return np.stack(_met(place, [(x, y, np.where(z < 0.0, z, np.nan))])[0], axis=1)
 
 
-def _met(place: list[float], x: Numbers, y: Numbers, z: Numbers) -> tuple[Numbers, Numbers]:
+def _met(place: list[float], rays: Rows) -> list[tuple[Any, Any]]:
     """Return where rays downward from a place meet the water, of numbers or arrays (n,)."""
-    reach = -place[2] / z
-    for _ in range(2):  # the water curves away by millimetres: two steps settle it
-        east, north = place[0] + x * reach, place[1] + y * reach
-        reach = ((east * east + north * north) * (-0.5 / SEMI_MAJOR_M) - place[2]) / z
-    return place[0] + x * reach, place[1] + y * reach
+    found: list[tuple[Any, Any]] = []
+    for x, y, z in rays:
+        if isinstance(z, float) and not z < 0.0:
+            found.append((math.nan, math.nan))
+            continue
+        reach = -place[2] / z
+        for _ in range(2):  # the water curves away by millimetres: two steps settle it
+            east, north = place[0] + x * reach, place[1] + y * reach
+            reach = ((east * east + north * north) * (-0.5 / SEMI_MAJOR_M) - place[2]) / z
+        found.append((place[0] + x * reach, place[1] + y * reach))
+    return found
 
 
 def pose_jacobian(offsets: Array) -> Array:

@@ -33,11 +33,11 @@ def named_errors(mean: Array, covariance: Array) -> tuple[PlatformError, ...]:
     A sigma of 0 means that the error is not estimated.
     """
     variances = covariance.diagonal().tolist()
-    return tuple(
-        PlatformError(name, value, math.sqrt(variance))
-        for name, value, variance in zip(PLATFORM, mean.tolist(), variances, strict=True)
-        if variance > 0.0
-    )
+    found: list[PlatformError] = []
+    for name, value, variance in zip(PLATFORM, mean.tolist(), variances, strict=True):
+        if variance > 0.0:
+            found.append(PlatformError(name, value, math.sqrt(variance)))
+    return tuple(found)
 
 
 @dataclass(frozen=True)

@@ -93,7 +93,7 @@ class Recovery:
         if self.fork is None:
             self.fork = self._forked(stamp_ns)
         threshold = self._matcher.threshold
-        pairs = self._table.filter.compare_with(self.fork.groups, seen, threshold)
+        pairs = self._table.filter.compare(seen, threshold, 1.0, self.fork.groups)
         return self.fork.take(pairs, len(seen.index), threshold)
 
     def go_back(self) -> None:

@@ -25,7 +25,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aerial_gnss_ros.core.association.image_tracks import ImageTracks
-from aerial_gnss_ros.core.association.matcher import Matcher
+from aerial_gnss_ros.core.association.image_tracks import Labels as ImageLabels
+from aerial_gnss_ros.core.association.matcher import NO_PAIRS, Matcher
 from aerial_gnss_ros.core.association.track import Track
 from aerial_gnss_ros.core.camera.posed_frame import PosedFrame
 from aerial_gnss_ros.core.config.estimator import EstimatorConfig
@@ -49,7 +50,6 @@ from aerial_gnss_ros.core.values.estimates import RobotEstimate, State
 from aerial_gnss_ros.core.values.events import Events
 
 Indices = NDArray[np.intp]
-NO_PAIRS: tuple[Indices, Indices] = np.zeros(0, np.intp), np.zeros(0, np.intp)
 
 
 @dataclass(frozen=True)
@@ -124,12 +124,15 @@ class Tracker:
             self._go_back()
             returned = True
             rows, columns = self._associate(seen, stamp_ns)
-        rows, columns = self._uncontradicted(boxes, seen, rows, columns)
+        labels = self._picture.expected(boxes)
+        if labels:
+            rows, columns = self._uncontradicted(labels, seen, rows, columns)
         rows, columns, refused = self._correct(seen, rows, columns, stamp_ns, passed)
         if mismatch and not self._matcher.scene_mismatch:
             self._recovery.reject_unlabelled(stamp_ns)
         measured = dict(zip(rows.tolist(), seen.index[columns].tolist(), strict=True))
-        self._start(seen, measured, np.concatenate([columns, refused]), boxes)
+        if len(columns) + len(refused) < len(seen.index):
+            self._start(seen, measured, np.concatenate([columns, refused]), boxes)
         self._account.note(self.table.tracks, measured, boxes)
         self._label(measured, frame, unexplained=returned or not len(seen.index))
         replaced = self._confirm(len(seen.index), frame.pose.height, local, stamp_ns)
@@ -178,7 +181,8 @@ class Tracker:
         if self._stamp_ns is not None:
             passed = (stamp_ns - self._stamp_ns) * 1e-9
             self.table.filter.predict(passed)
-            self._recovery.predict(passed)
+            if self._recovery.fork is not None:
+                self._recovery.predict(passed)
         self._stamp_ns = came_ns = stamp_ns
         for track in tracks:  # for what waits, robots stay until it is decided
             if track.label_pending:
@@ -208,16 +212,23 @@ class Tracker:
         return decided.rows, decided.columns
 
     def _uncontradicted(
-        self, boxes: DetectionFrame, seen: Measurements, rows: Indices, columns: Indices
+        self,
+        labels: dict[int, ImageLabels],
+        seen: Measurements,
+        rows: Indices,
+        columns: Indices,
     ) -> tuple[Indices, Indices]:
         """Return the pairs of an assignment but for robots that the picture shows elsewhere.
 
         While images have wrong poses, or none, one robot's box may lie where another robot is
         expected.
+
+        Args:
+            labels: by box, what the picture says of it.
+            seen: the image's measurements.
+            rows: (m,) of the tracks.
+            columns: (m,) of their measurements.
         """
-        labels = self._picture.expected(boxes)
-        if not labels:
-            return rows, columns
         names = [self.table.tracks[row].robot_id for row in rows]
         indices = seen.index[columns].tolist()
         kept = [
@@ -255,8 +266,6 @@ class Tracker:
             used: measurements that are not left over.
             frame: the image's detections.
         """
-        if len(used) == len(seen.index):
-            return
         tracks = self.table.tracks
         room = TUNING.max_tentative - sum(track.state is State.TENTATIVE for track in tracks)
         taken, indices = set(used.tolist()), seen.index[used].tolist()

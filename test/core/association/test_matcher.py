@@ -16,7 +16,7 @@ from aerial_gnss_ros.core.association.clutter import chance_probability
 from aerial_gnss_ros.core.association.matcher import TUNING as MATCHER
 from aerial_gnss_ros.core.association.matcher import Matcher
 from aerial_gnss_ros.core.association.track import TUNING as TRACK
-from aerial_gnss_ros.core.association.track import Track
+from aerial_gnss_ros.core.association.track import Track, innovation_ratios
 from aerial_gnss_ros.core.faults.noise_level import NoiseLevel
 from aerial_gnss_ros.core.filter.innovation import PairInnovations
 from aerial_gnss_ros.core.georeferencing.measurements import Measurements
@@ -71,7 +71,7 @@ def test_a_robot_that_obeys_its_model_is_loosened_once_in_a_million_images():
     track = Track("aqua", 0, 0, innovation_ratio=0.0)
     found = []
     for one in drawn[:50]:
-        track.innovation_ratio = track.updated_ratio(2.0 * one)
+        track.innovation_ratio = innovation_ratios([track], [0], [2.0 * one])[0]
         found.append(track.innovation_ratio)
     assert found == pytest.approx(strain[:50])
     assert 0 < np.count_nonzero(strain > MATCHER.strained_mean) < 10

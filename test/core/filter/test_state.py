@@ -128,7 +128,7 @@ def test_adding_and_dropping_leaves_the_others_as_they_are():
     joint.add(np.array([3, 4]), PLACES[:2], by_platform, np.tile(np.eye(2), (2, 1, 1)), 0.5)
     np.testing.assert_array_equal(joint.covariance[:19, :19], covariance)
     shared = by_platform[0] @ MODEL.stationary(None)
-    np.testing.assert_allclose(joint.with_platform()[3], shared)
+    np.testing.assert_allclose(joint.positions()[2][3], shared)
     expected = shared @ by_platform[0].T + np.eye(2)
     np.testing.assert_allclose(joint.blocks()[3, :2, :2], expected)
     np.testing.assert_allclose(joint.covariance[19:21, 23:25], expected - np.eye(2))
