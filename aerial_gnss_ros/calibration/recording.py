@@ -11,12 +11,10 @@ import numpy as np
 from aerial_gnss_ros.core.camera.model import CameraModel
 from aerial_gnss_ros.core.config.estimator import EstimatorConfig
 from aerial_gnss_ros.core.estimation.estimator import Estimator
-from aerial_gnss_ros.core.estimation.pipeline import camera_of
 from aerial_gnss_ros.core.geometry.local_map import LocalMap
 from aerial_gnss_ros.core.georeferencing import detection_filter
 from aerial_gnss_ros.core.models.measurement_model import MapFrame, MapPose
 from aerial_gnss_ros.core.telemetry.buffers import TelemetryBuffers
-from aerial_gnss_ros.core.telemetry.corrections import scaled_camera
 from aerial_gnss_ros.core.telemetry.pose import PoseBuilder
 from aerial_gnss_ros.core.telemetry.scene import MissingTelemetry
 from aerial_gnss_ros.core.values.detection_frame import DetectionFrame
@@ -46,8 +44,6 @@ class Recording(Estimator):
         self.stamps: dict[Input, list[int]] = {source: [] for source in Input}
         self._all = TelemetryBuffers(self.config, WHOLE_FLIGHT_S)
         self._camera_stamps: list[int] = []
-        self._scaled: dict[int, CameraModel] = {}
-        self._fixed_camera = camera_of(config)
         self._posing = PoseBuilder(self.config)
         bare = replace(self.config.camera, offset_m=(0.0, 0.0, 0.0))
         self._antenna = PoseBuilder(replace(self.config, camera=bare))
@@ -87,7 +83,7 @@ class Recording(Estimator):
     def add_camera(self, stamp_ns: int, camera: CameraModel | None) -> None:
         """Take the camera's description."""
         super().add_camera(stamp_ns, camera)
-        self._all.add_camera(stamp_ns, camera)
+        self._all.cameras.add(stamp_ns, camera)
 
     def add_detections(self, frame: DetectionFrame) -> None:
         """Take one image's boxes."""
@@ -105,14 +101,8 @@ class Recording(Estimator):
 
     def camera(self, stamp_ns: int) -> CameraModel | None:
         """Return the camera model of an image; None if it is unknown."""
-        found = self._fixed_camera
-        if found is None:
-            entry = self._all.cameras.latest(stamp_ns)
-            found = None if entry is None else entry.camera
-        scale = self.config.calibration.focal_scale
-        if found is None or scale == 1.0:
-            return found
-        return self._scaled.setdefault(id(found), scaled_camera(found, scale))
+        found = self._all.cameras.at(stamp_ns)
+        return None if isinstance(found, Reason) else found
 
     def depths(self, frame: DetectionFrame) -> Array:
         """Return the depths (n,) of an image's robots below the surface, m."""

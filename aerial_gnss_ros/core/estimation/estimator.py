@@ -34,7 +34,7 @@ from aerial_gnss_ros.core.telemetry.clock import DETECTIONS, Clock, Decision
 from aerial_gnss_ros.core.telemetry.depths import depth_input
 from aerial_gnss_ros.core.telemetry.input_status import InputStatus, MessageCounter
 from aerial_gnss_ros.core.telemetry.map_origin import MapOrigin
-from aerial_gnss_ros.core.telemetry.scene import MissingTelemetry, SceneTelemetry
+from aerial_gnss_ros.core.telemetry.scene import MissingTelemetry
 from aerial_gnss_ros.core.telemetry.steady import Steady
 from aerial_gnss_ros.core.tracker.box_account import complaint
 from aerial_gnss_ros.core.tracker.protocol import Tracking
@@ -119,6 +119,7 @@ class Estimator:
                 *map(depth_input, config.depth.by_topic()),
             )
         }
+        self._keeps_files = bool(config.state_file or session)
         self._kept_origin = OriginKeeper(session)
         self._origin = MapOrigin(
             config, self._inputs.constant_fix, self._log, self._kept_origin.load()
@@ -168,11 +169,11 @@ class Estimator:
     @property
     def min_score(self) -> float:
         """Boxes with a lower score are refused."""
-        return self._pipeline.min_score
+        return self._pipeline.boxes.min_score
 
     @min_score.setter
     def min_score(self, value: float) -> None:
-        self._pipeline.min_score = value
+        self._pipeline.boxes.min_score = value
 
     @property
     def inputs(self) -> dict[str, InputStatus]:
@@ -181,7 +182,7 @@ class Estimator:
         found = {}
         for name, tally in self._tallies.items():
             status = tally.status(name, newest, self._patience_ns)
-            found[name] = self._pipeline.without_messages(status)
+            found[name] = self._inputs.without_messages(status)
         return found
 
     @property
@@ -231,7 +232,7 @@ class Estimator:
         def keep() -> None:
             trouble = "" if camera is not None else "it describes no camera"
             self._tallies[CAMERA_INFO].add(stamp_ns, trouble)
-            self._inputs.add_camera(self._time.of(stamp_ns), camera)
+            self._inputs.cameras.add(self._time.of(stamp_ns), camera)
 
         self._arrivals.take(CAMERA_INFO, stamp_ns, keep)
 
@@ -322,8 +323,10 @@ class Estimator:
     def _settle(self, used: int, refused: tuple[Rejection, ...]) -> None:
         """Count boxes of which it is decided what became."""
         self.used += used
-        self.counts.update(one.reason for one in refused)
-        self.causes.update(one.cause for one in refused if one.cause is not None)
+        for one in refused:
+            self.counts[one.reason] += 1
+            if one.cause is not None:
+                self.causes[one.cause] += 1
 
     def _add(self, source: Input, value: Orientation | Scalar) -> None:
         self._count(source.value, value.stamp_ns, lambda: self._take(source, value))
@@ -403,7 +406,7 @@ class Estimator:
     def _finish_first(self, final: bool = True) -> bool:
         """Work on the oldest image; return False when it has to wait on."""
         frame = self._waiting[0].frame
-        samples = self._samples(frame.stamp_ns)
+        samples = attempt(self._inputs.at, frame.stamp_ns - self._pipeline.latency.scene_ns)
         if isinstance(samples, MissingTelemetry) and samples.can_arrive and not final:
             return False
         del self._waiting[0]
@@ -415,7 +418,8 @@ class Estimator:
         self.boxes += result.boxes
         self._settle(result.used, (*result.rejections, *result.late))
         self._ready.append(stamped)
-        self._keep_names(result)
+        if self._keeps_files:
+            self._keep_names(result)
         if self._found_again.failed(result):
             self._log.add(
                 "Robots are not found again where they were before time moved: it is another "
@@ -437,10 +441,6 @@ class Estimator:
                 "state_file", f"state_file cannot be written ({type(error).__name__}: {error})."
             )
 
-    def _samples(self, stamp_ns: int) -> SceneTelemetry | MissingTelemetry | Exception:
-        """Return the telemetry of an image, or why there is none."""
-        return attempt(lambda: self._inputs.at(stamp_ns - self._pipeline.latency_ns))
-
     def _begin_anew(self, decision: Decision) -> None:
         """Forget what was before time began anew, or before the clock of an input was set."""
         if not decision.anew:
@@ -450,7 +450,7 @@ class Estimator:
         while self._waiting:
             self._finish_first()
         by_ns = self._moved_ns(decision)
-        if by_ns is None or self._pipeline.searches_latency:
+        if by_ns is None or self._pipeline.latency.searches:
             cleared = "telemetry and tracks are cleared, and robots get new names"
             self._inputs.clear(decision.kept)
             self._forget_robots()

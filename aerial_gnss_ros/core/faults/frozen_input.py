@@ -108,7 +108,11 @@ class FrozenInputDetector:
             pose: of the camera.
         """
         poses = self._poses
-        if not poses or not _same(poses[-1][1], pose):
+        last = poses[-1][1] if poses else None
+        if last is None or not (
+            np.array_equal(last.position, pose.position)
+            and np.array_equal(last.rotation, pose.rotation)
+        ):
             poses.append((stamp_ns, pose))
             self._moved = False
             return False
@@ -130,12 +134,6 @@ def _in_motion(poses: list[tuple[int, MapPose]]) -> bool:
     speeds = np.linalg.norm(steps, axis=1) / np.maximum(np.diff(times), 1e-3)
     jitter = np.linalg.norm(np.diff(steps, axis=0), axis=1)
     return bool(np.median(speeds) >= TUNING.speed_mps and np.median(jitter) >= TUNING.jitter_m)
-
-
-def _same(one: MapPose, other: MapPose) -> bool:
-    return np.array_equal(one.position, other.position) and np.array_equal(
-        one.rotation, other.rotation
-    )
 
 
 def _shift_px(first: _Shown, camera: CameraModel, pose: MapPose) -> float:

@@ -6,7 +6,9 @@ from __future__ import annotations
 
 import math
 
+from aerial_gnss_ros.core.config.processing import DetectionsConfig
 from aerial_gnss_ros.core.values.detection_frame import DetectionFrame
+from aerial_gnss_ros.core.values.events import Events
 from aerial_gnss_ros.core.values.rejection import Reason, Rejection
 
 MAX_USUAL_BOXES, MAX_USUAL_FACTOR = 30, 3.0
@@ -15,6 +17,48 @@ MEMORY_IMAGES = 30
 
 UNKNOWN_BOXES = 10
 """Boxes of classes that are no robots from which on it is no chance that no other came."""
+
+
+class DetectionFilter:
+    """Refuses boxes by score and class, and says when the detector's settings look wrong.
+
+    Args:
+        config: which boxes are used.
+        log: where it is said.
+
+    Attributes:
+        min_score: boxes below are refused; may be changed while running.
+    """
+
+    def __init__(self, config: DetectionsConfig, log: Events) -> None:
+        self.min_score = config.min_score
+        self._classes = config.classes
+        self._log = log
+        self._counts = BoxCountMonitor()
+        self._unknown = UnknownClassMonitor()
+
+    def reasons(self, frame: DetectionFrame) -> list[Reason | None]:
+        """Return for each box of an image why it is not used, or None."""
+        found = refusals(frame, self.min_score, self._classes)
+        count = found.count(None)
+        usual = self._counts.update(count)
+        if usual is not None:
+            self._log.counts["images_crowded"] += 1
+            self._log.warn_once(
+                "crowd",
+                f"An image has {count} boxes, those before it about {usual:.0f}: nearly all must "
+                "be false. Those not seen again become no robots; if it goes on, raise "
+                "detections.min_score.",
+            )
+        unknown = self._unknown.update(frame.class_ids, found)
+        if unknown:
+            self._log.warn_once(
+                "strangers",
+                f"All boxes so far are of class {_listed(unknown)} and refused as wrong_class: "
+                f"detections.classes is {_listed(self._classes)}; put the names there that the "
+                "detector gives to robots.",
+            )
+        return found
 
 
 class BoxCountMonitor:
@@ -73,27 +117,19 @@ def refusals(
         frame.class_ids,
         strict=True,
     )
-    return [
-        _refusal(sum(center) + sum(size) + score, min(size), score, name, min_score, classes)
-        for center, size, score, name in rows
-    ]
-
-
-def _refusal(
-    total: float,
-    size: float,
-    score: float,
-    name: str,
-    min_score: float,
-    classes: tuple[str, ...],
-) -> Reason | None:
-    if not (math.isfinite(total) and size >= 0.0):  # one part that is not finite is enough
-        return Reason.BAD_DETECTIONS
-    if score < min_score:
-        return Reason.LOW_SCORE
-    if classes and name not in classes:
-        return Reason.WRONG_CLASS
-    return None
+    found: list[Reason | None] = []
+    for center, size, score, name in rows:
+        # One part that is not finite is enough.
+        finite = math.isfinite(center[0] + center[1] + (size[0] + size[1]) + score)
+        if not (finite and min(size) >= 0.0):
+            found.append(Reason.BAD_DETECTIONS)
+        elif score < min_score:
+            found.append(Reason.LOW_SCORE)
+        elif classes and name not in classes:
+            found.append(Reason.WRONG_CLASS)
+        else:
+            found.append(None)
+    return found
 
 
 def rejections(frame: DetectionFrame, reasons: list[Reason | None]) -> tuple[Rejection, ...]:
@@ -105,3 +141,7 @@ def rejections(frame: DetectionFrame, reasons: list[Reason | None]) -> tuple[Rej
         for reason, center in zip(reasons, frame.centers, strict=True)
         if reason is not None
     )
+
+
+def _listed(names: tuple[str, ...]) -> str:
+    return ", ".join(map(repr, names))

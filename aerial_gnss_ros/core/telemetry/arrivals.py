@@ -81,7 +81,8 @@ class Arrivals:
         self._clock.tick(now_ns)
         if stepped_ns:
             self._clock.step(stepped_ns)
-        self._let_silent_in()
+        if self._held:  # else no stamp is far off
+            self._let_silent_in()
 
     def flush(self) -> None:
         """Refuse what still waits: nothing more comes."""

@@ -6,22 +6,21 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import lru_cache
 from typing import cast
 
 import numpy as np
 
-from aerial_gnss_ros.core.camera.model import CameraModel
 from aerial_gnss_ros.core.config.estimator import EstimatorConfig
 from aerial_gnss_ros.core.geometry.frames import matrix_from_rpy, quaternion_from_matrix
+from aerial_gnss_ros.core.telemetry.cameras import Cameras
 from aerial_gnss_ros.core.telemetry.depths import Depths
-from aerial_gnss_ros.core.telemetry.input_status import InputState
+from aerial_gnss_ros.core.telemetry.input_status import InputState, InputStatus
 from aerial_gnss_ros.core.telemetry.plausibility import Plausibility
 from aerial_gnss_ros.core.telemetry.scene import MissingTelemetry, SceneTelemetry
 from aerial_gnss_ros.core.telemetry.series import (
     Missing,
-    Sample,
     Series,
     fix_series,
     held_series,
@@ -33,14 +32,7 @@ from aerial_gnss_ros.core.values.rejection import Input, Reason
 from aerial_gnss_ros.core.values.samples import Fix, Orientation, Scalar
 
 CAMERA_INFO, WATER_LEVEL = "camera_info", "water_level"
-
-
-@dataclass(frozen=True)
-class StampedCamera:
-    """A camera's description from a time on; None when the message could not be used."""
-
-    stamp_ns: int
-    camera: CameraModel | None
+_TELEMETRY = frozenset(source.value for source in Input)
 
 
 class TelemetryBuffers:
@@ -51,7 +43,7 @@ class TelemetryBuffers:
 
     Attributes:
         depths: of robots.
-        cameras: descriptions by time.
+        cameras: by time.
         plausibility: judges each sample before it is kept.
     """
 
@@ -74,8 +66,7 @@ class TelemetryBuffers:
         self.depths = Depths(config.depth, keep_s)
         self._level: Series[Scalar] = held_series(keep_s=keep_s)
         self._first_level = config.water_level.value_m
-        self.cameras: Series[StampedCamera] = held_series(keep_s=keep_s)
-        self._newest_camera: StampedCamera | None = None
+        self.cameras = Cameras(config, keep_s)
 
     def _set_up_fix(self) -> None:
         fix = self._config.fix
@@ -112,6 +103,19 @@ class TelemetryBuffers:
             return None
         return InputState.CONSTANT if source in self._constants else InputState.UNUSED
 
+    def without_messages(self, status: InputStatus) -> InputStatus:
+        """Return an input's status, unused or constant where no message is needed for it."""
+        name, state = status.name, None
+        if name in _TELEMETRY:
+            state = self.state_without_messages(Input(name))
+        elif name != "detections":
+            given = self.cameras.fixed is not None if name == CAMERA_INFO else not status.count
+            if given:
+                state = InputState.CONSTANT
+            elif status.state is InputState.STALE:
+                state = InputState.OK  # a camera or a level holds until replaced
+        return status if state is None else replace(status, state=state)
+
     def add(self, source: Input, value: Fix | Orientation | Scalar) -> str:
         """Keep a sample where the configuration needs it; return why it is no use, else empty."""
         trouble, kept = self._judged(source, value)
@@ -141,14 +145,6 @@ class TelemetryBuffers:
             self._level.add(level)
         return trouble
 
-    def add_camera(self, stamp_ns: int, camera: CameraModel | None) -> None:
-        """Keep a camera; the same one again costs nothing."""
-        entry = StampedCamera(stamp_ns, camera)
-        latest = self.cameras.latest(stamp_ns)
-        self._newest_camera = entry
-        if latest is None or latest.camera is not camera:
-            self.cameras.add(entry)
-
     def forget(self, names: Collection[str]) -> None:
         """Forget the samples of some inputs: their clocks were set."""
         for source, series in self._series.items():
@@ -168,29 +164,17 @@ class TelemetryBuffers:
         self._level.clear()
         self.depths.clear()
         self.cameras.clear()
-        if self._newest_camera is not None:
-            self.cameras.add(replace(self._newest_camera, stamp_ns=-(2**62)))
 
     def at(self, stamp_ns: int) -> SceneTelemetry | MissingTelemetry:
         """Return all telemetry at the time of a scene, or which input it lacks."""
-        places: dict[Input, int] = {}
-        lacking: list[MissingTelemetry] = []
+        values = self._constants.copy()
+        oldest_s = 0.0
         for source, series in self._series.items():
-            place = series.index_at(stamp_ns)
-            if place is Missing.BEFORE:
-                later_s = ((series.first_stamp_ns or 0) - stamp_ns) * 1e-9
-                lacking.append(MissingTelemetry(Reason.no(source), False, later_s))
-            elif isinstance(place, Missing):
-                lacking.append(_lacking(source, place))
-            else:
-                places[source] = place
-        if lacking:  # one that can never come is the answer; the late ones need no wait then
-            return min(lacking, key=lambda one: one.can_arrive)
-        found: dict[Input, Sample[Fix] | Sample[Orientation] | Sample[Scalar]] = {
-            source: self._series[source].interpolated(place, stamp_ns)
-            for source, place in places.items()
-        }
-        values = self._constants | {source: sample.value for source, sample in found.items()}
+            sample = series.at(stamp_ns)
+            if isinstance(sample, Missing):
+                return self._missing(stamp_ns)
+            values[source] = sample.value
+            oldest_s = max(oldest_s, sample.age_s)
         level = self._level.latest(stamp_ns)
         height = cast("Scalar | None", values.get(Input.HEIGHT))
         return SceneTelemetry(
@@ -200,8 +184,21 @@ class TelemetryBuffers:
             cast("Orientation | None", values.get(Input.GIMBAL)),
             None if height is None else height.value,
             self._first_level if level is None else level.value,
-            max((sample.age_s for sample in found.values()), default=0.0),
+            oldest_s,
         )
+
+    def _missing(self, stamp_ns: int) -> MissingTelemetry:
+        """Return which input telemetry lacks at a time."""
+        lacking: list[MissingTelemetry] = []
+        for source, series in self._series.items():
+            missing = series.missing_at(stamp_ns)
+            if missing is Missing.BEFORE:
+                later_s = ((series.first_stamp_ns or 0) - stamp_ns) * 1e-9
+                lacking.append(MissingTelemetry(Reason.no(source), False, later_s))
+            elif missing is not None:
+                lacking.append(_lacking(source, missing))
+        # One that can never come is the answer; the late ones need no wait then.
+        return min(lacking, key=lambda one: one.can_arrive)
 
 
 @lru_cache(maxsize=64)  # asked for again whenever anything comes while an image waits

@@ -88,7 +88,9 @@ class MapOrigin:
             self._log.add(describe_datums(fix, self._config.fix, self._config.height))
         if self.local is None:
             self._set(self._at(fix))
-        away = self._away(fix.latitude, fix.longitude)
+        assert self.local is not None  # noqa: S101 - set above
+        datum = self.local.datum
+        away = distance((datum.latitude, datum.longitude), (fix.latitude, fix.longitude))
         most = self._config.limits.origin_distance_m
         if away > most and not self._given and not robots:
             if self._settled:
@@ -108,13 +110,17 @@ class MapOrigin:
 
     def settle(self) -> None:
         """Settle the origin as it is: a robot is published in `map`, or nothing more comes."""
-        self._refuse()
+        if self._too_far_m:
+            self._refuse()
         if self.local is not None and not self._settled:
             self._settle("the first accepted fix")
 
     def covers(self, latitude: float, longitude: float) -> bool:
         """Return whether a place (rad) is near enough to the origin for `map` to hold there."""
-        return self._away(latitude, longitude) <= self._config.limits.origin_distance_m
+        assert self.local is not None  # noqa: S101 - set by the first fix
+        datum = self.local.datum
+        away = distance((datum.latitude, datum.longitude), (latitude, longitude))
+        return away <= self._config.limits.origin_distance_m
 
     def _refuse(self) -> None:
         """Say that a configured origin is wrong where the last fix is too far from it."""
@@ -127,11 +133,6 @@ class MapOrigin:
             "map.latitude_deg and map.longitude_deg, or leave them out."
         )
         self._log.error(self.trouble)
-
-    def _away(self, latitude: float, longitude: float) -> float:
-        assert self.local is not None  # noqa: S101 - set by the first fix
-        datum = self.local.datum
-        return distance((datum.latitude, datum.longitude), (latitude, longitude))
 
     def _at(self, fix: Fix) -> MapDatum:
         altitude = ellipsoidal_altitude(fix, self._config.fix)

@@ -143,11 +143,22 @@ class Series(Generic[T]):
 
     def at(self, stamp_ns: int) -> Sample[T] | Missing:
         """Return the value at a time, or why there is none."""
-        place = self.index_at(stamp_ns)
-        return place if isinstance(place, Missing) else self.interpolated(place, stamp_ns)
+        stamps, values = self._stamps, self._values
+        after = bisect_left(stamps, stamp_ns, lo=self._start)
+        if after < len(stamps):
+            if stamps[after] == stamp_ns:
+                return Sample(values[after], 0.0)
+            before = after - 1
+            if before >= self._start and stamps[after] - stamps[before] <= self._max_gap_ns:
+                since, gap = stamp_ns - stamps[before], stamps[after] - stamps[before]
+                value = self._between(values[before], values[after], since / gap, stamp_ns)
+                return Sample(value, max(since, gap - since) * 1e-9)
+        missing = self.missing_at(stamp_ns)
+        assert missing is not None  # noqa: S101 - the same neighbours tell it
+        return missing
 
-    def index_at(self, stamp_ns: int) -> int | Missing:
-        """Return where the first sample not before a time is, or why there is no value then."""
+    def missing_at(self, stamp_ns: int) -> Missing | None:
+        """Return why there is no value at a time, None where there is one."""
         stamps = self._stamps
         if self._start == len(stamps):
             return Missing.NONE
@@ -156,20 +167,10 @@ class Series(Generic[T]):
             return Missing.WAIT if late <= self._max_gap_ns else Missing.STALE
         after = bisect_left(stamps, stamp_ns, lo=self._start)
         if stamps[after] == stamp_ns:
-            return after
+            return None
         if after == self._start:
             return Missing.BEFORE
-        return Missing.GAP if stamps[after] - stamps[after - 1] > self._max_gap_ns else after
-
-    def interpolated(self, after: int, stamp_ns: int) -> Sample[T]:
-        """Return the value at a time before which `index_at` has told that there is one."""
-        stamps, values = self._stamps, self._values
-        if stamps[after] == stamp_ns:
-            return Sample(values[after], 0.0)
-        before = after - 1
-        since, gap = stamp_ns - stamps[before], stamps[after] - stamps[before]
-        value = self._between(values[before], values[after], since / gap, stamp_ns)
-        return Sample(value, max(since, gap - since) * 1e-9)
+        return Missing.GAP if stamps[after] - stamps[after - 1] > self._max_gap_ns else None
 
     def latest(self, stamp_ns: int) -> T | None:
         """Return the newest sample not later than a time: for values that hold until replaced."""

@@ -37,14 +37,19 @@ class DetectionFrame:
 
     def keep(self, mask: NDArray[np.bool_]) -> DetectionFrame:
         """Return the detections where `mask` (n,) is true."""
-        names = tuple(name for name, kept in zip(self.class_ids, mask, strict=True) if kept)
+        return self.rows(np.flatnonzero(mask).tolist())
+
+    def rows(self, rows: list[int]) -> DetectionFrame:
+        """Return the detections of these rows, in ascending order; the frame itself where all."""
+        if len(rows) == len(self.class_ids):
+            return self
         return DetectionFrame(
             self.stamp_ns,
             self.frame_id,
-            self.centers[mask],
-            self.sizes[mask],
-            self.scores[mask],
-            names,
+            self.centers[rows],
+            self.sizes[rows],
+            self.scores[rows],
+            tuple(self.class_ids[i] for i in rows),
         )
 
 

@@ -341,8 +341,8 @@ def test_estimates_that_cannot_be(sea, change):
             check_estimates(estimates)
 
 
-def test_a_state_file_that_fails_in_any_way_is_told_and_ends_nothing(sea, monkeypatch):
-    engine, world, _ = ready(sea)
+def test_a_state_file_that_fails_in_any_way_is_told_and_ends_nothing(sea, monkeypatch, tmp_path):
+    engine, world, _ = ready(sea, {"state_file": str(tmp_path / "names.json")})
 
     def failing(*_):
         raise UnicodeEncodeError("utf-8", "\ud800", 0, 1, "surrogates not allowed")
