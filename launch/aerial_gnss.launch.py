@@ -7,8 +7,10 @@
 A parameter's value comes from, in this order: the arguments model, autostart and use_sim_time, the
 files in params (the last one that has it), the vehicle profile, the default. Nothing is downloaded.
 
-Wrong input ends all, and launch with status 1: a restart would not mend it. To free the network's
-memory in flight, and to take it up again:
+Wrong input ends all, and launch with status 1: a restart would not mend it; with respawn:=false so
+does every other end of a node. A bag begins when both nodes listen, and ends launch.
+
+To free the network's memory in flight, and to take it up again:
 
     ros2 lifecycle set /drone1/detector deactivate; ros2 lifecycle set /drone1/detector cleanup
     ros2 lifecycle set /drone1/detector configure; ros2 lifecycle set /drone1/detector activate
@@ -24,7 +26,7 @@ from collections.abc import Callable
 from typing import Any
 
 from launch import LaunchContext, LaunchDescription
-from launch.actions import DeclareLaunchArgument, ExecuteProcess, OpaqueFunction
+from launch.actions import DeclareLaunchArgument, OpaqueFunction, Shutdown
 from launch.substitutions import LaunchConfiguration
 from launch_ros.actions import Node
 
@@ -36,11 +38,14 @@ ARGUMENTS = {
     "use_sim_time": ("false", "true: the time comes from /clock, as with a bag"),
     "autostart": ("true", "false: the detector waits for its lifecycle transitions"),
     "enclave": ("", "of ROS' security, such as /aerial_gnss: each node's own is below it"),
-    "bag": ("", "rosbag2 to play with /clock; use_sim_time is then true"),
+    "respawn": ("true", "false: a node that ends is not started again, and ends launch"),
+    "log_level": ("", "of both nodes: debug, info, warn, error or fatal"),
+    "bag": ("", "rosbag2 to play into the nodes; use_sim_time is then true, and its end ends all"),
 }
 
 NODES = ("detector", "estimator")
 RESPAWN_DELAY_S = 1.0
+END_S = "15"  # longer than a busy machine takes to save labels and end
 WRONG_INPUT = 2  # the exit status of a node that refuses its parameters
 STEADY_S = 20.0  # what ran for so long had right parameters
 
@@ -74,6 +79,7 @@ def start(context: LaunchContext) -> list[Any]:
         parameters["use_sim_time"] = True
     if not _is_true(given["autostart"]):
         parameters["autostart"] = False
+    respawn = _is_true(given["respawn"])
     nodes = [
         Node(
             package="aerial_gnss_ros",
@@ -81,39 +87,65 @@ def start(context: LaunchContext) -> list[Any]:
             arguments=["run", "--node", name, *arguments],
             namespace=given["namespace"],
             parameters=[parameters] if parameters else [],
+            ros_arguments=["--log-level", given["log_level"]] if given["log_level"] else [],
             output="screen",
             emulate_tty=True,
-            respawn=True,
+            respawn=respawn,
             respawn_delay=RESPAWN_DELAY_S,
-            on_exit=end_on_wrong_input(name),
+            sigterm_timeout=END_S,
+            on_exit=end_where_restarts_are_of_no_use(name, respawn),
         )
         for name in NODES
     ]
-    if not given["bag"]:
-        return nodes
-    return [*nodes, ExecuteProcess(cmd=["ros2", "bag", "play", given["bag"], "--clock"])]
+    return [*nodes, _player(given)] if given["bag"] else nodes
 
 
-def end_on_wrong_input(
-    name: str, clock: Callable[[], float] = time.monotonic
-) -> Callable[[Any, Any], None]:
-    """Return what launch calls when a node has ended; it raises where a restart is of no use.
+def _player(given: dict[str, str]) -> Node:
+    """Return what plays a bag into the nodes' namespace, from when both listen."""
+    return Node(
+        package="aerial_gnss_ros",
+        executable="aerial-gnss",
+        arguments=["play", given["bag"], "--wait-for", *NODES],
+        namespace=given["namespace"],
+        output="screen",
+        emulate_tty=True,
+        on_exit=end_with_the_bag,
+    )
+
+
+def end_with_the_bag(event: Any, _context: Any) -> Shutdown:
+    """Return the end of launch once the bag is played; raise where it could not be.
 
     What is raised there ends all of launch, and lets it return 1.
+    """
+    if event.returncode:
+        raise RuntimeError("the bag could not be played, as it says above")
+    return Shutdown(reason="the bag has ended")
+
+
+def end_where_restarts_are_of_no_use(
+    name: str, respawn: bool, clock: Callable[[], float] = time.monotonic
+) -> Callable[[Any, Any], None]:
+    """Return what launch calls when a node has ended; it raises where no restart follows, or helps.
 
     Args:
         name: of the node.
+        respawn: whether launch starts it again.
         clock: monotonic seconds.
     """
     began_s, was_well = clock(), False
 
-    def ended(event: Any, _context: Any) -> None:
+    def ended(event: Any, context: Any) -> None:
         nonlocal began_s, was_well
         now_s = clock()
         was_well |= now_s - began_s >= STEADY_S
         began_s = now_s
+        if context.is_shutdown:  # launch ends its nodes itself
+            return
         if event.returncode == WRONG_INPUT and not was_well:
             raise RuntimeError(f"the {name} refuses its parameters, as it says above")
+        if not respawn:
+            raise RuntimeError(f"the {name} ended with status {event.returncode}")
 
     return ended
 

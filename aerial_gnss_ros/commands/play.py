@@ -81,8 +81,9 @@ def _play(args: argparse.Namespace, bag: BagReader) -> None:
     with valid_names(), keys() as keyboard:
         node = rclpy.create_node("player", namespace=args.namespace or None)
         player = Player(
-            node, bag, topics, args.rate, namespace=args.namespace, installed_only=not args.topics
-        )
+            node, bag, topics, args.rate,
+            namespace=node.get_namespace(), installed_only=not args.topics,
+        )  # fmt: skip
         player.paused = args.pause
         pausing = Pausing(node, player, keyboard=keyboard)
         if not args.topics and (left := sorted(set(bag.topics) - set(topics))):

@@ -35,7 +35,7 @@ def launch_file(repository, monkeypatch):
     """Return the launch file as a module."""
     modules = {
         "launch": ["LaunchContext", "LaunchDescription"],
-        "launch.actions": ["DeclareLaunchArgument", "ExecuteProcess", "OpaqueFunction"],
+        "launch.actions": ["DeclareLaunchArgument", "OpaqueFunction", "Shutdown"],
         "launch.substitutions": ["LaunchConfiguration"],
         "launch_ros": [],
         "launch_ros.actions": ["Node"],
@@ -75,7 +75,7 @@ def test_defaults_start_two_processes_that_are_started_again(launch_file):
         assert (node.package, node.executable) == ("aerial_gnss_ros", "aerial-gnss")
         assert split(node)[0] == ["run", "--node", name, "--vehicle", "generic"]
         assert (node.namespace, node.parameters) == ("", [])
-        assert (node.respawn, node.respawn_delay) == (True, 1.0)
+        assert (node.respawn, node.respawn_delay, node.ros_arguments) == (True, 1.0, [])
     session = split(nodes[0])[1]
     assert session == split(nodes[1])[1]
     assert session.parent.is_dir()
@@ -85,34 +85,53 @@ def test_defaults_start_two_processes_that_are_started_again(launch_file):
 def test_wrong_input_ends_launch_and_a_death_does_not(launch_file):
     now = [0.0]
 
-    def ended(after_s, status, handler):
+    def ended(after_s, status, handler, is_shutdown=False):
         now[0] += after_s
-        handler(SimpleNamespace(returncode=status), None)
+        context = SimpleNamespace(is_shutdown=is_shutdown)
+        handler(SimpleNamespace(returncode=status), context)
 
-    handler = launch_file.end_on_wrong_input("detector", lambda: now[0])
+    def watch(respawn=True):
+        return launch_file.end_where_restarts_are_of_no_use("detector", respawn, lambda: now[0])
+
+    handler = watch()
     for status in (0, 1, -11, 130):
         ended(1.0, status, handler)
     with pytest.raises(RuntimeError, match="detector refuses its parameters"):
         ended(1.0, 2, handler)
-    handler = launch_file.end_on_wrong_input("detector", lambda: now[0])
+    handler = watch()
     ended(30.0, -9, handler)
     ended(1.0, 2, handler)  # its parameters were right: the model's file may come again
+    handler = watch(respawn=False)
+    ended(30.0, 0, handler, is_shutdown=True)
+    with pytest.raises(RuntimeError, match="detector ended with status -11"):
+        ended(1.0, -11, handler)
     assert all(callable(node.on_exit) for node in started(launch_file))
 
 
 def test_every_argument_reaches_its_place(launch_file):
     _, node, player = started(
         launch_file, namespace="drone1", vehicle="/v.yaml", params="/a.yaml, /b.yaml",
-        model="/m.onnx", bag="/flight", enclave="/aerial_gnss",
+        model="/m.onnx", bag="/flight", enclave="/aerial_gnss", respawn="false", log_level="debug",
     )  # fmt: skip
     expected = ["run", "--node", "estimator", "--vehicle", "/v.yaml"]
     expected += ["--params", "/a.yaml", "/b.yaml", "--enclave", "/aerial_gnss"]
     assert split(node)[0] == expected
     assert node.namespace == "drone1"
     assert node.parameters == [{"model": "/m.onnx", "use_sim_time": True}]
-    assert player.cmd == ["ros2", "bag", "play", "/flight", "--clock"]
+    assert (node.respawn, node.ros_arguments) == (False, ["--log-level", "debug"])
+    assert player.arguments == ["play", "/flight", "--wait-for", "detector", "estimator"]
+    assert player.namespace == "drone1"
     assert started(launch_file, use_sim_time="True")[0].parameters == [{"use_sim_time": True}]
     assert started(launch_file, autostart="false")[0].parameters == [{"autostart": False}]
+
+
+def test_the_end_of_the_bag_ends_launch_and_one_that_cannot_be_played_does_so_with_an_error(
+    launch_file,
+):
+    player = started(launch_file, bag="/flight")[-1]
+    assert player.on_exit(SimpleNamespace(returncode=0), None).reason == "the bag has ended"
+    with pytest.raises(RuntimeError, match="the bag could not be played"):
+        player.on_exit(SimpleNamespace(returncode=2), None)
 
 
 def test_every_parameter_that_it_sets_is_one_of_a_node(launch_file):
