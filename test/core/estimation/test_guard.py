@@ -14,13 +14,7 @@ import numpy as np
 import pytest
 
 from aerial_gnss_ros.core.estimation import guard
-from aerial_gnss_ros.core.filter.plausible_state import (
-    check_covariance,
-    check_estimates,
-    check_robots,
-)
 from aerial_gnss_ros.core.telemetry.buffers import TelemetryBuffers
-from aerial_gnss_ros.core.values.errors import StateError
 from aerial_gnss_ros.core.values.estimates import State
 from aerial_gnss_ros.core.values.events import Events
 from aerial_gnss_ros.core.values.rejection import Reason
@@ -299,48 +293,6 @@ def test_a_message_that_cannot_be_kept_is_counted(sea, monkeypatch):
     assert engine._origin.local is not None  # as configured
 
 
-@pytest.mark.parametrize("size", [7, 11])
-def test_covariances_that_cannot_be(size):
-    good = np.eye(size) * 4.0
-    good[0, 1] = good[1, 0] = 1.0
-    check_covariance(good, "robots")
-    check_covariance(good * (1.0 + 1e-12 * np.arange(size)), "robots")  # rounding
-    for row, column, value, words in (
-        (2, 2, -1e-9, "variance"),
-        (0, 3, 1e-3, "symmetric"),
-        (1, 1, math.inf, "finite"),
-        (1, 2, math.nan, "finite"),
-    ):
-        bad = good.copy()
-        bad[row, column] = value
-        with pytest.raises(StateError, match=words):
-            check_covariance(bad, "robots")
-
-
-@pytest.mark.parametrize(
-    "change",
-    [
-        {"latitude": math.nan},
-        {"longitude": -math.inf},
-        {"covariance": np.diag([0.0, 1.0, 1.0, 1.0])},
-        {"covariance": np.diag([1.0, -1.0, 1.0, 1.0])},
-        {"covariance": np.diag([1.0, 1.0, 1.0, -1.0])},
-        {"covariance": np.full((4, 4), math.nan)},
-    ],
-    ids=str,
-)
-def test_estimates_that_cannot_be(sea, change):
-    _, _, result = ready(sea)
-    check_estimates(())
-    check_estimates(result.estimates)
-    first, *rest = result.estimates
-    for estimates in ((dataclasses.replace(first, **change), *rest), (
-        *rest, dataclasses.replace(first, **change),
-    )):  # fmt: skip
-        with pytest.raises(StateError, match="aqua_1 would be published"):
-            check_estimates(estimates)
-
-
 def test_a_state_file_that_fails_in_any_way_is_told_and_ends_nothing(sea, monkeypatch, tmp_path):
     engine, world, _ = ready(sea, {"state_file": str(tmp_path / "names.json")})
 
@@ -353,11 +305,3 @@ def test_a_state_file_that_fails_in_any_way_is_told_and_ends_nothing(sea, monkey
     assert all(len(one.estimates) == 3 for one in results)
     (told,) = engine.take_events()
     assert "state_file cannot be written (UnicodeEncodeError" in told
-
-
-def test_robots_that_cannot_be():
-    check_robots(np.array([[1e6, -1e6, 1e3, -1e3]]), "robots")
-    check_robots(np.zeros((0, 4)), "robots")
-    for bad in ([1.1e6, 0, 0, 0], [0, -1.1e6, 0, 0], [0, 0, -1.1e3, 0], [0, 0, 0, math.nan]):
-        with pytest.raises(StateError):
-            check_robots(np.array([[0.0] * 4, bad]), "robots")

@@ -9,7 +9,7 @@ import math
 import pytest
 
 from aerial_gnss_ros.core.estimation import state_file
-from aerial_gnss_ros.core.identity.saved_labels import SavedNames, SavedRobot, from_text, to_text
+from aerial_gnss_ros.core.identity.saved_labels import SavedNames, SavedRobot
 from aerial_gnss_ros.core.values.errors import ConfigError, OutputError
 
 SAVED = SavedNames(
@@ -27,35 +27,6 @@ def test_names_survive_the_file(tmp_path):
     assert loaded.robots[0].last_seen_ns == SAVED.robots[0].last_seen_ns
     assert loaded.robots[0].latitude == pytest.approx(SAVED.robots[0].latitude, abs=1e-11)
     assert [item.name for item in tmp_path.iterdir()] == ["names.json"]
-
-
-@pytest.mark.parametrize(
-    "text",
-    [
-        "",
-        to_text(SAVED)[:-40],
-        "[]",
-        "{}",
-        '{"version": 1, "numbers": {}, "robots": {"a": {}}}',
-        to_text(SAVED).replace("1.25", "NaN"),
-        to_text(SAVED).replace("13.19", '"north"'),
-        to_text(SAVED).replace("13.19", "93.19"),
-        to_text(SAVED).replace("59.64", "1e999"),
-        to_text(SAVED).replace("1700000000000000000", "1e999"),
-        to_text(SAVED).replace("1700000000000000000", "9223372036854775808"),
-        to_text(SAVED).replace("aqua_1", "../aqua"),
-        to_text(SAVED).replace('"sigma_m"', '"class": "aqua", "sigma_m"'),
-        "[" * 100_000,
-    ],
-)
-def test_a_damaged_file_is_named(text):
-    with pytest.raises(ConfigError, match=r"state_file names\.json is damaged .*delete it"):
-        from_text(text, "names.json")
-
-
-def test_a_file_of_another_version_is_refused():
-    with pytest.raises(ConfigError, match="version 7"):
-        from_text(to_text(SAVED).replace('"version": 1', '"version": 7'), "names.json")
 
 
 def test_a_folder_that_is_missing_is_told_at_start(tmp_path):

@@ -11,9 +11,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from aerial_gnss_ros.core.faults.rotation_fault import TUNING as ROTATION_FAULT
 from aerial_gnss_ros.core.faults.rotation_fault import RobotsInView, RotationFault
-from aerial_gnss_ros.core.faults.rotation_test import TUNING as ROTATION_TEST
 from aerial_gnss_ros.core.faults.rotation_test import fit_rotation
 from aerial_gnss_ros.core.faults.velocity_changes import VelocityChanges
 from aerial_gnss_ros.core.filter import blocks
@@ -22,66 +20,8 @@ from aerial_gnss_ros.core.models.measurement_model import pose_jacobian
 from aerial_gnss_ros.core.models.motion_model import MotionModel
 from aerial_gnss_ros.core.values.estimates import State
 
-STATED = 0.06**2
-"""Variance of a change of velocity in some seconds, by 0.05 m/s^1.5 over 3 s / 2."""
 PLACES = np.array([[4.0, 18.0, -30.0], [-6.0, 22.0, -30.0], [1.0, 30.0, -30.0]])
 BY_ANGLES = pose_jacobian(PLACES)[:, :, 3:]
-SWERVES = ROTATION_TEST.swerve_share * 1.5
-
-
-@pytest.mark.parametrize("axis", [0, 1, 2])
-def test_robots_that_all_move_as_one_turn_would_have_it_are_a_turn(axis):
-    turn = np.radians(2.0) * np.eye(3)[axis]
-    found, spread, gain = fit_rotation(-BY_ANGLES @ turn, np.full(3, STATED), BY_ANGLES, SWERVES)
-    assert found == pytest.approx(turn, abs=math.radians(0.05))  # drawn a little to none
-    assert gain > 2.0 * ROTATION_FAULT.begins_nats
-    # 0.06 m/s at 36 m is 0.1 deg/s; three robots tell it somewhat better
-    assert 0.03 < math.degrees(math.sqrt(spread[0, 0])) < 0.1
-
-
-@pytest.mark.parametrize("count", [1, 2, 3])
-def test_robots_that_obey_are_no_turn(count):
-    """50 000 seconds' worth: none by chance."""
-    rng = np.random.default_rng(count)
-    most = max(
-        fit_rotation(sums, np.full(count, STATED), BY_ANGLES[:count], SWERVES)[2]
-        for sums in 0.06 * rng.standard_normal((5000, count, 2))
-    )
-    assert most < ROTATION_FAULT.begins_nats - 3.0
-
-
-def test_robots_that_swerve_each_by_itself_are_no_turn():
-    changes = np.array([[0.7, 0.0], [-0.3, 0.5], [0.0, -0.6]])
-    assert fit_rotation(changes, np.full(3, STATED), BY_ANGLES, SWERVES)[2] < 0.0
-    one = np.array([[0.7, 0.3], [0.0, 0.02], [-0.03, 0.0]])
-    assert fit_rotation(one, np.full(3, STATED), BY_ANGLES, SWERVES)[2] < 0.0
-
-
-@pytest.mark.parametrize(("speed", "turns"), [(0.6, False), (1.6, True)])
-def test_of_one_robot_alone_only_its_speed_tells(speed, turns):
-    gain = fit_rotation(np.array([[0.0, speed]]), np.full(1, STATED), BY_ANGLES[:1], SWERVES)[2]
-    assert (gain > ROTATION_FAULT.begins_nats) is turns
-
-
-@pytest.mark.parametrize("height", [10.0, 30.0])
-@pytest.mark.parametrize("axis", [0, 2], ids=["pitch", "yaw"])
-@pytest.mark.parametrize(
-    ("count", "least", "most"), [(1, 1.1, 1.45), (2, 0.45, 0.9), (3, 0.15, 0.3)]
-)
-def test_the_least_turn_that_is_told(count, least, most, axis, height):
-    """The least velocity change that is noticed, m/s, as docs/explanation/failures.md states it."""
-    share = np.random.default_rng(1).uniform([-0.4, 0.4], [0.4, 1.0], (count, 2))
-    places = height * np.column_stack([share, -np.ones(count)])
-    by_angles = pose_jacobian(places)[:, :, 3:]
-    for speed in np.arange(0.05, 3.0, 0.05):
-        moved = -by_angles[:, :, axis]
-        moved *= speed / np.linalg.norm(moved, axis=1).mean()
-        if (
-            fit_rotation(moved, np.full(count, STATED), by_angles, SWERVES)[2]
-            > ROTATION_FAULT.begins_nats
-        ):
-            break
-    assert least <= speed <= most
 
 
 def _laws(*counts):

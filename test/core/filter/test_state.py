@@ -14,7 +14,6 @@ from aerial_gnss_ros.core.camera.model import CameraModel
 from aerial_gnss_ros.core.config.noise import Noise
 from aerial_gnss_ros.core.filter.linearization import CameraView
 from aerial_gnss_ros.core.filter.state import JointState
-from aerial_gnss_ros.core.filter.update import TUNING as UPDATE
 from aerial_gnss_ros.core.filter.update import correct, linearise
 from aerial_gnss_ros.core.geometry.frames import matrix_from_rpy
 from aerial_gnss_ros.core.models.measurement_model import MapPose
@@ -80,45 +79,6 @@ def test_prediction_is_that_of_the_textbook(seconds):
     np.testing.assert_allclose(joint.mean, mean, rtol=1e-12, atol=1e-12)
     np.testing.assert_allclose(joint.covariance, covariance, rtol=1e-9, atol=1e-12)
     np.testing.assert_allclose(joint.unseen, np.array([0.0, 0.3, 20.0]) + seconds)
-
-
-def test_correction_is_that_of_the_textbook():
-    joint = crowd()
-    slots = np.array([2, 0])
-    linear = linearise(sight(), joint.mean[:7], joint.robots[slots, :2])
-    pixels = linear.pixels + np.array([[1.5, -2.0], [0.5, 1.0]])
-    H = np.zeros((4, 19))
-    H[:, :7] = linear.by_platform.reshape(4, 7)
-    H[:2, 15:17], H[2:, 7:9] = linear.by_place[0], linear.by_place[1]
-    white = linear.by_pose.reshape(4, 6)
-    R = white @ np.diag(MODEL.white) @ white.T + MODEL.pixel * np.eye(4)
-    S = H @ joint.covariance @ H.T + R
-    K = joint.covariance @ H.T @ np.linalg.inv(S)
-    residual = (pixels - linear.pixels).ravel()
-    K[LATENCY] = 0.0  # considered, not estimated: Schmidt's filter, its covariance in Joseph's form
-    mean = joint.mean + K @ residual
-    left = np.eye(19) - K @ H
-    covariance = left @ joint.covariance @ left.T + K @ R @ K.T
-    outcome = correct(joint, slots, pixels, sight(), MODEL)
-    np.testing.assert_allclose(joint.mean, mean, rtol=1e-9, atol=1e-10)
-    np.testing.assert_allclose(joint.covariance, covariance, rtol=1e-7, atol=1e-10)
-    assert outcome.count == 4
-    assert outcome.squared == pytest.approx(residual @ np.linalg.inv(S) @ residual)
-    np.testing.assert_array_equal(joint.unseen[slots], 0.0)
-
-
-def test_an_outlier_pulls_no_more_than_at_the_edge_of_what_is_good():
-    pulls = []
-    for distance in (0.0, 20.0, 1000.0, 10000.0):
-        joint = JointState(MODEL.stationary(None))
-        joint.add(np.arange(1), PLACES[:1], np.zeros((1, 2, 7)), 0.01 * np.eye(2)[None], 0.0)
-        pixels = linearise(sight(), np.zeros(7), PLACES[:1]).pixels + np.array([distance, 0.0])
-        before = joint.robots[0, :2].copy()
-        correct(joint, np.array([0]), pixels, sight(), MODEL)
-        pulls.append(float(np.linalg.norm(joint.robots[0, :2] - before)))
-    assert pulls[0] == 0.0
-    assert 0.0 < pulls[1] < pulls[2] < UPDATE.huber_planar * 0.1
-    assert pulls[3] == pytest.approx(pulls[2], rel=0.2)
 
 
 def test_adding_and_dropping_leaves_the_others_as_they_are():
