@@ -9,7 +9,7 @@ from collections import deque
 import numpy as np
 import pytest
 
-from aerial_gnss_ros.core.association.track import TUNING, Track
+from aerial_gnss_ros.core.association.track import Track
 
 
 def _track(**changes):
@@ -46,13 +46,6 @@ def test_it_takes_in_what_another_track_of_the_same_robot_had():
     later = Track("aqua", 4, 8, entered_view=False)
     track.absorb(later)
     assert (track.first_seen_ns, track.entered_view, track.label_pending) == (3, True, True)
-
-
-def test_innovations_are_averaged_over_images():
-    ratio = _track().updated_ratio(2.0)
-    assert ratio == 1.0  # 2 is what is expected in the plane
-    assert _track().updated_ratio(2.0 + 2.0 * TUNING.strain_images) == 2.0
-    assert _track(innovation_ratio=3.0).updated_ratio(2.0) < 3.0
 
 
 def test_two_in_one_image_are_two_robots():
