@@ -68,7 +68,8 @@ def bound(
     joint = JointState(model.stationary(None))
     for k, frame in enumerate(frames):
         if k:
-            joint.predict(stamps[k] - stamps[k - 1], model, model.stationary(None), motion)
+            passed = stamps[k] - stamps[k - 1]
+            joint.predict(passed, model.decay(passed), model.stationary(None), motion)
         joint.mean[:] = 0.0
         joint.robots[:, :2] = frame.positions[joint.rows]
         joint.camera[:] = np.nan  # derivatives on the truth of each image, nothing is carried

@@ -44,6 +44,7 @@ class Clutter:
 
     def __init__(self) -> None:
         self.stamp_ns = 0
+        self.heavy = False
         self._images = self._stray = self._robots = self._missed = 0.0
 
     def update(self, stamp_ns: int, robots: int, missed: int, stray: int) -> None:
@@ -61,8 +62,5 @@ class Clutter:
         self._stray = fade * self._stray + stray
         self._robots = fade * self._robots + robots
         self._missed = fade * self._missed + missed
-
-    @property
-    def heavy(self) -> bool:
-        """Whether missed detections and clutter often coincide in an image."""
-        return self._missed * self._stray > TUNING.rare_product * self._robots * self._images
+        both, rare = self._missed * self._stray, TUNING.rare_product
+        self.heavy = both > rare * self._robots * self._images

@@ -147,6 +147,9 @@ class ImageTracks:
     Args:
         pixel_sigma: one sigma of a box's centre, px.
         speed_sigma: of a robot whose velocity is unknown, each axis, m/s.
+
+    Attributes:
+        blind_ns: stamp of the last image without a pose, ns; None where poses go on.
     """
 
     def __init__(self, pixel_sigma: float, speed_sigma: float) -> None:
@@ -160,7 +163,7 @@ class ImageTracks:
         self._points: list[Point] = []
         self._rates = np.zeros(6)
         self._stamp_ns = 0
-        self._blind_ns: int | None = None
+        self.blind_ns: int | None = None
         self._known: tuple[str, ...] = ()
 
     def measured(
@@ -178,10 +181,10 @@ class ImageTracks:
             By box, what the picture says of the others, where images before had no pose.
         """
         stamp_ns, labels = frame.stamp_ns, {}
-        if self._blind_ns is not None:
+        if self.blind_ns is not None:
             labels = self.followed(frame, blind=False)
-            if stamp_ns - self._blind_ns > TUNING.again_s * 1e9:
-                self._blind_ns, self._points = None, []
+            if stamp_ns - self.blind_ns > TUNING.again_s * 1e9:
+                self.blind_ns, self._points = None, []
             else:
                 self._name(named)
         history = self._history
@@ -196,7 +199,7 @@ class ImageTracks:
         Args:
             frame: its boxes; `measured` or `followed` come next.
         """
-        return {} if self._blind_ns is None else self.followed(frame, blind=False)
+        return {} if self.blind_ns is None else self.followed(frame, blind=False)
 
     def followed(self, frame: DetectionFrame, blind: bool = True) -> dict[int, Labels]:
         """Take in an image whose boxes measured no robots; return what the picture says of them.
@@ -205,12 +208,12 @@ class ImageTracks:
             frame: its boxes.
             blind: whether it measured none.
         """
-        if not self._history or (self._blind_ns is None and not len(frame)):
+        if not self._history or (self.blind_ns is None and not len(frame)):
             return {}
-        if self._blind_ns is None:
+        if self.blind_ns is None:
             self._begin()
         if blind and len(frame):
-            self._blind_ns = frame.stamp_ns
+            self.blind_ns = frame.stamp_ns
         if frame.stamp_ns != self._stamp_ns:
             self._follow(frame)
         return self._labels(len(frame))

@@ -24,7 +24,8 @@ from aerial_gnss_ros.core.association.clutter import Clutter, chance_probability
 from aerial_gnss_ros.core.association.coherence import swerves, turns
 from aerial_gnss_ros.core.association.conflicts import keep_established, without_disputed
 from aerial_gnss_ros.core.association.gating import NEITHER, NEW, ROBOT, CandidatePairs
-from aerial_gnss_ros.core.association.track import Track, innovation_ratios
+from aerial_gnss_ros.core.association.track import TUNING as TRACK
+from aerial_gnss_ros.core.association.track import Track
 from aerial_gnss_ros.core.filter.joint_filter import JointFilter
 from aerial_gnss_ros.core.georeferencing.measurements import Measurements
 from aerial_gnss_ros.core.models.motion_model import TUNING as MOTION_MODEL
@@ -206,10 +207,14 @@ class Matcher:
         Returns:
             Whether most are, and one turn of the camera explains it better than robots that turn.
         """
-        rows = [able.rows[k] for k in chosen]
-        squared = [able.squared[k] for k in chosen]
-        strain = decided.innovation_ratios = innovation_ratios(tracks, rows, squared)
-        turning = [row for row, ratio in strain.items() if ratio > TUNING.strained_mean]
+        turning: list[int] = []
+        strain = decided.innovation_ratios
+        for k in chosen:
+            row, squared = able.rows[k], able.squared[k]
+            ratio = tracks[row].innovation_ratio
+            strain[row] = ratio + (0.5 * squared - ratio) / TRACK.strain_images
+            if strain[row] > TUNING.strained_mean:
+                turning.append(row)
         strained = (
             len(strain) >= TUNING.majority_robots and median(strain.values()) > TUNING.common_median
         )

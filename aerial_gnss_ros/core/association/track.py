@@ -128,20 +128,3 @@ class Track:
     def coexisted(self, other: Track) -> bool:
         """Return whether one image showed both: then they are two robots."""
         return not set(self.hits).isdisjoint(other.hits)
-
-
-def innovation_ratios(
-    tracks: list[Track], rows: list[int], squared: list[float]
-) -> dict[int, float]:
-    """Return what `Track.innovation_ratio` becomes by squared Mahalanobis innovations, by row.
-
-    Args:
-        tracks: all of them.
-        rows: (m,) of some.
-        squared: (m,) theirs.
-    """
-    found: dict[int, float] = {}
-    for row, one in zip(rows, squared, strict=True):
-        ratio = tracks[row].innovation_ratio
-        found[row] = ratio + (0.5 * one - ratio) / TUNING.strain_images
-    return found

@@ -119,7 +119,9 @@ class RotationFault:
     @property
     def sigma(self) -> float:
         """Angle by which it may have turned, one sigma, rad."""
-        return math.sqrt(np.trace(self.covariance)) if self.active else 0.0
+        if not self._doubted and not self.ambiguity.active:
+            return 0.0
+        return math.sqrt(np.trace(self.covariance))
 
     @property
     def due(self) -> bool:

@@ -215,11 +215,12 @@ class JointFilter(StateBlocks):
 
     def predict_with(self, groups: list[JointState], seconds: float) -> None:
         """Move other laws of one camera on in time."""
-        if seconds > 0.0:
-            keep = float(self.model.decay(seconds)[ANGLES.start])
-            groups[0].rotation_fault.predict(seconds, keep)
+        if seconds <= 0.0:
+            return
+        keep = self.model.decay(seconds)
+        groups[0].rotation_fault.predict(seconds, float(keep[ANGLES.start]))
         for group in groups:
-            group.predict(seconds, self.model, self._stationary, self.motion)
+            group.predict(seconds, keep, self._stationary, self.motion)
 
     def correct(self, seen: Measurements, rows: Indices, columns: Indices) -> Indices:
         """Take in detections `columns` of robots `rows`; return the rows for which it refused.
@@ -396,7 +397,8 @@ def _placed(view: CameraView, group: JointState, rays: Array) -> tuple[Array, Ar
         group: whose estimate of the platform's errors counts.
         rays: (m, 3), see `_rays`.
     """
-    relinearize(group, view)
     pose = view.pose(group.mean[:COUNT])
     places = on_water(pose, rays @ pose.rotation.T)
-    return places, by_platform(group, places)
+    if group.view is view:
+        return places, by_platform(group, places)
+    return places, relinearize(group, view, places)

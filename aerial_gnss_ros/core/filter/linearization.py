@@ -40,7 +40,9 @@ from aerial_gnss_ros.core.models.platform_model import ANGLES, COUNT
 
 Array = NDArray[np.float64]
 
+NOWHERE = np.zeros((0, 2))
 _EAST_NORTH_UP = np.eye(3)
+_NO_CHANGE = np.zeros((0, 2, COUNT))
 
 
 @dataclass(frozen=True)
@@ -110,25 +112,36 @@ class CameraView:
         return place - late * self.rates[:3] if late else place
 
 
-def relinearize(joint: JointState, sight: CameraView) -> None:
+def relinearize(joint: JointState, sight: CameraView, places: Array = NOWHERE) -> Array:
     """Carry the covariance along with robots that moved, and go on to the camera's new place.
 
     Done once for an image, before anything is taken from it.
+
+    Args:
+        joint: changed in place.
+        sight: the camera.
+        places: (m, 2) on the water, m.
+
+    Returns:
+        How these move with the platform's errors (m, 2, 7), where it was not done before.
     """
     if joint.view is sight:
-        return
+        return _NO_CHANGE
     robots, k = joint.mean[COUNT:].reshape(-1, 4), len(joint.by_pose)
-    camera = sight.standpoint(joint.mean[:COUNT])
-    if len(robots):
-        points, velocities = on_water_surface(robots[:, :2]), robots[:, 2:]
+    n, camera, moved = len(robots), sight.standpoint(joint.mean[:COUNT]), _NO_CHANGE
+    if n or len(places):
+        points = on_water_surface(np.concatenate([robots[:, :2], places]))
         points[:, 2] -= joint.mean[2]
         # From where the camera was, and from where it is.
         offsets = np.concatenate([points[:k] - joint.camera, points - camera])
-        both = state_jacobian(offsets, np.concatenate([velocities[:k], velocities]))
+        velocities = np.zeros((len(offsets), 2))
+        velocities[:k], velocities[k : k + n] = robots[:k, 2:], robots[:, 2:]
+        both = state_jacobian(offsets, velocities)
         if k and not math.isnan(joint.camera[0]):
             joint.carry((both[:k] - joint.by_pose) @ joint.by_errors)
-        joint.by_pose = both[k:]
+        joint.by_pose, moved = both[k : k + n], both[k + n :, :2] @ sight.by_errors
     joint.camera, joint.by_errors, joint.view = camera, sight.by_errors, sight
+    return moved
 
 
 def by_platform(joint: JointState, places: Array) -> Array:

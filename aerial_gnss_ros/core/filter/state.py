@@ -22,7 +22,7 @@ from aerial_gnss_ros.core.faults.velocity_changes import VelocityChanges
 from aerial_gnss_ros.core.models.measurement_model import POSE_COUNT
 from aerial_gnss_ros.core.models.motion_model import TUNING as MOTION_MODEL
 from aerial_gnss_ros.core.models.motion_model import MotionModel, MotionOf
-from aerial_gnss_ros.core.models.platform_model import COUNT, LATENCY, PlatformModel
+from aerial_gnss_ros.core.models.platform_model import COUNT, LATENCY
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.intp]
@@ -139,20 +139,18 @@ class JointState:
         with_platform = P[COUNT:, :COUNT].reshape(n, 4, COUNT)[:, :2]
         return self.mean[COUNT:].reshape(n, 4)[:, :2], own[:, :2, :2], with_platform
 
-    def predict(
-        self, seconds: float, model: PlatformModel, stationary: Array, motion: MotionModel
-    ) -> None:
+    def predict(self, seconds: float, keep: Array, stationary: Array, motion: MotionModel) -> None:
         """Move on in time.
 
         Args:
             seconds: length of the step, s.
-            model: how the platform's errors wander.
+            keep: (7,) `PlatformModel.decay` of this time.
             stationary: (7, 7) covariance that they tend to.
             motion: how robots move.
         """
         if seconds <= 0.0:
             return
-        keep, P = model.decay(seconds), self.covariance
+        P = self.covariance
         both = keep[:, None] * keep
         self.mean[:COUNT] *= keep
         P[:COUNT, :COUNT] *= both

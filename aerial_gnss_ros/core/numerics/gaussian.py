@@ -27,7 +27,8 @@ def mahalanobis(offsets: Array, covariances: Array) -> tuple[Array, Array]:
         offsets: (..., 2) m.
         covariances: (..., 2, 2) m².
     """
-    a, b, d, determinant = _parts(covariances)
+    a, b, d = covariances[..., 0, 0], covariances[..., 0, 1], covariances[..., 1, 1]
+    determinant = np.maximum(a * d - b * b, 1e-24)
     x, y = offsets[..., 0], offsets[..., 1]
     squared = (d * x * x - 2.0 * b * x * y + a * y * y) / determinant
     return squared, np.log(determinant)
@@ -39,13 +40,8 @@ def inverse(covariances: Array) -> Array:
     LAPACK's are not; a filter that subtracts what they make of its covariance loses its symmetry
     within seconds.
     """
-    a, b, d, determinant = _parts(covariances)
+    a, b, d = covariances[..., 0, 0], covariances[..., 0, 1], covariances[..., 1, 1]
+    determinant = np.maximum(a * d - b * b, 1e-24)
     found: Array = np.stack([d, -b, -b, a], axis=-1).reshape(covariances.shape)
     found /= determinant[..., None, None]
     return found
-
-
-def _parts(covariances: Array) -> tuple[Array, Array, Array, Array]:
-    """Return variance, covariance, variance and determinant of planar covariances."""
-    a, b, d = covariances[..., 0, 0], covariances[..., 0, 1], covariances[..., 1, 1]
-    return a, b, d, np.maximum(a * d - b * b, 1e-24)

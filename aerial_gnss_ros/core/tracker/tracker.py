@@ -25,7 +25,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aerial_gnss_ros.core.association.image_tracks import ImageTracks
-from aerial_gnss_ros.core.association.image_tracks import Labels as ImageLabels
 from aerial_gnss_ros.core.association.matcher import NO_PAIRS, Matcher
 from aerial_gnss_ros.core.association.track import Track
 from aerial_gnss_ros.core.camera.posed_frame import PosedFrame
@@ -124,9 +123,8 @@ class Tracker:
             self._go_back()
             returned = True
             rows, columns = self._associate(seen, stamp_ns)
-        labels = self._picture.expected(boxes)
-        if labels:
-            rows, columns = self._uncontradicted(labels, seen, rows, columns)
+        if self._picture.blind_ns is not None:
+            rows, columns = self._uncontradicted(boxes, seen, rows, columns)
         rows, columns, refused = self._correct(seen, rows, columns, stamp_ns, passed)
         if mismatch and not self._matcher.scene_mismatch:
             self._recovery.reject_unlabelled(stamp_ns)
@@ -212,11 +210,7 @@ class Tracker:
         return decided.rows, decided.columns
 
     def _uncontradicted(
-        self,
-        labels: dict[int, ImageLabels],
-        seen: Measurements,
-        rows: Indices,
-        columns: Indices,
+        self, boxes: DetectionFrame, seen: Measurements, rows: Indices, columns: Indices
     ) -> tuple[Indices, Indices]:
         """Return the pairs of an assignment but for robots that the picture shows elsewhere.
 
@@ -224,11 +218,12 @@ class Tracker:
         expected.
 
         Args:
-            labels: by box, what the picture says of it.
+            boxes: all of the image.
             seen: the image's measurements.
             rows: (m,) of the tracks.
             columns: (m,) of their measurements.
         """
+        labels = self._picture.expected(boxes)
         names = [self.table.tracks[row].robot_id for row in rows]
         indices = seen.index[columns].tolist()
         kept = [
@@ -364,7 +359,7 @@ class Tracker:
         for row, track in enumerate(tracks):
             if track.rejected and not track.robot_id and not track.previous_label:
                 gone.add(row)
-        gated, too_fast = np.zeros((2, len(boxes)), dtype=bool)
+        gated, too_fast = np.zeros((2, len(boxes.class_ids)), dtype=bool)
         gated[seen.index] = True
         gated[list(measured.values())] = False
         gated[refused] = False

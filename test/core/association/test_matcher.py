@@ -16,7 +16,7 @@ from aerial_gnss_ros.core.association.clutter import chance_probability
 from aerial_gnss_ros.core.association.matcher import TUNING as MATCHER
 from aerial_gnss_ros.core.association.matcher import Matcher
 from aerial_gnss_ros.core.association.track import TUNING as TRACK
-from aerial_gnss_ros.core.association.track import Track, innovation_ratios
+from aerial_gnss_ros.core.association.track import Track
 from aerial_gnss_ros.core.faults.noise_level import NoiseLevel
 from aerial_gnss_ros.core.filter.innovation import PairInnovations
 from aerial_gnss_ros.core.georeferencing.measurements import Measurements
@@ -68,10 +68,14 @@ def test_a_robot_that_obeys_its_model_is_loosened_once_in_a_million_images():
     drawn = np.random.default_rng(0).exponential(size=3_000_000)
     share = 1.0 / TRACK.strain_images
     strain = lfilter([share], [1.0, share - 1.0], drawn)
-    track = Track("aqua", 0, 0, innovation_ratio=0.0)
-    found = []
+    track = Track("aqua", 0, 0, State.CONFIRMED, "aqua_1", innovation_ratio=0.0)
+    found, now = [], 1_000_000_000
     for one in drawn[:50]:
-        track.innovation_ratio = innovation_ratios([track], [0], [2.0 * one])[0]
+        offset = np.array([[np.sqrt(2.0 * one), 0.0]])
+        pairs = PairInnovations(np.zeros(1, int), np.zeros(1, int), offset, np.eye(2)[None])
+        matcher = Matcher(_joint(pairs), 1e9, 2.0)
+        ratios = decided(matcher, [track], boxes(1), now).innovation_ratios
+        track.innovation_ratio = ratios[0]
         found.append(track.innovation_ratio)
     assert found == pytest.approx(strain[:50])
     assert 0 < np.count_nonzero(strain > MATCHER.strained_mean) < 10

@@ -189,7 +189,7 @@ def test_robots_in_sight_are_judged_as_stated_while_another_is_not():
     noise = SimpleNamespace(decay=lambda _s: np.ones(7))
     heard = []
     joint.velocity_changes.note_inflation = lambda _slots, variance: heard.append(variance)
-    joint.predict(0.1, noise, np.eye(7) * 1e-6, MotionModel(0.05, 0.75))
+    joint.predict(0.1, noise.decay(0.1), np.eye(7) * 1e-6, MotionModel(0.05, 0.75))
     assert heard[0] == pytest.approx([0.0, 0.0, 0.75**2 * (1.0 - np.exp(-0.05))], abs=2e-4)
 
 

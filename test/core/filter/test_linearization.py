@@ -42,7 +42,7 @@ def known_platform(speed_mps: float) -> np.ndarray:
     motion = MotionModel(0.05, 0.75)
     for k in range(100):
         if k:
-            joint.predict(0.1, MODEL, MODEL.stationary(None), motion)
+            joint.predict(0.1, MODEL.decay(0.1), MODEL.stationary(None), motion)
         swimmer = swimmer + 0.1 * velocity
         seen = sight((0.1 * k * speed_mps, 0.0, 30.0))
         pixels = linearise(seen, np.zeros(7), swimmer[None]).pixels + rng.normal(0.0, 2.0, 2)

@@ -75,7 +75,7 @@ def test_prediction_is_that_of_the_textbook(seconds):
     F = block_diag(np.diag(keep), *(step[0] for step in steps))
     Q = block_diag(np.diag(1.0 - keep**2) @ MODEL.stationary(None), *(step[1] for step in steps))
     mean, covariance = F @ joint.mean, F @ joint.covariance @ F.T + Q
-    joint.predict(seconds, MODEL, MODEL.stationary(None), motion)
+    joint.predict(seconds, MODEL.decay(seconds), MODEL.stationary(None), motion)
     np.testing.assert_allclose(joint.mean, mean, rtol=1e-12, atol=1e-12)
     np.testing.assert_allclose(joint.covariance, covariance, rtol=1e-9, atol=1e-12)
     np.testing.assert_allclose(joint.unseen, np.array([0.0, 0.3, 20.0]) + seconds)
@@ -107,7 +107,7 @@ def test_an_error_that_is_switched_off_stays_zero():
     joint = JointState(model.stationary(None))
     joint.add(np.arange(1), PLACES[:1], np.ones((1, 2, 7)), np.eye(2)[None], 0.5)
     for _ in range(3):
-        joint.predict(0.1, model, model.stationary(None), MotionModel(0.05, 0.75))
+        joint.predict(0.1, model.decay(0.1), model.stationary(None), MotionModel(0.05, 0.75))
         pixels = linearise(sight(), joint.mean[:7], joint.robots[:, :2]).pixels + 3.0
         correct(joint, np.arange(1), pixels, sight(), model)
     assert joint.mean[6] == 0.0
