@@ -14,7 +14,8 @@ from aerial_gnss_ros.adapters.feed import Subscription
 from aerial_gnss_ros.core.config.estimator import EstimatorConfig
 from aerial_gnss_ros.core.geometry.frames import heading_from_yaw, yaw_of
 from aerial_gnss_ros.core.telemetry.vertical_datum import describe_datums
-from aerial_gnss_ros.preflight.monitor import FlightState, InputMonitor
+from aerial_gnss_ros.preflight.flight_state import FlightState
+from aerial_gnss_ros.preflight.monitor import InputMonitor
 from aerial_gnss_ros.preflight.pointing import ViewCenter, relative_direction, view_center
 from aerial_gnss_ros.preflight.sign_tests import SignTest, Verdict
 from aerial_gnss_ros.text.sentences import counted

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from aerial_gnss_ros.core.geometry.frames import heading_from_yaw, yaw_of
 from aerial_gnss_ros.core.geometry.geodesy import enu_from_geodetic
-from aerial_gnss_ros.preflight.monitor import STEP_NS, FlightState
+from aerial_gnss_ros.preflight.flight_state import STEP_NS, FlightState
 from aerial_gnss_ros.preflight.pointing import view_heading
 
 Array = NDArray[np.float64]

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from collections import Counter, deque
 from collections.abc import Callable
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from typing import TypeVar
 
 import numpy as np
@@ -23,7 +23,7 @@ from aerial_gnss_ros.core.geometry.frames import matrix_from_quaternion
 from aerial_gnss_ros.core.geometry.magnetic import declination, true_from_magnetic
 from aerial_gnss_ros.core.telemetry.arrivals import Arrivals
 from aerial_gnss_ros.core.telemetry.buffers import CAMERA_INFO, WATER_LEVEL, TelemetryBuffers
-from aerial_gnss_ros.core.telemetry.clock import Clock, Decision
+from aerial_gnss_ros.core.telemetry.clock import Clock
 from aerial_gnss_ros.core.telemetry.depths import depth_input
 from aerial_gnss_ros.core.telemetry.pose import PoseBuilder
 from aerial_gnss_ros.core.telemetry.scene import MissingTelemetry
@@ -33,87 +33,24 @@ from aerial_gnss_ros.core.telemetry.series import (
     orientation_series,
     scalar_series,
 )
+from aerial_gnss_ros.core.telemetry.stamp_decision import Decision
 from aerial_gnss_ros.core.values.camera_pose import CameraPose
 from aerial_gnss_ros.core.values.detection_frame import DetectionFrame
 from aerial_gnss_ros.core.values.errors import InputError
 from aerial_gnss_ros.core.values.events import Events
 from aerial_gnss_ros.core.values.rejection import Input, Reason
 from aerial_gnss_ros.core.values.samples import Fix, Orientation, Scalar
+from aerial_gnss_ros.preflight.flight_state import STEP_NS, FlightState
+from aerial_gnss_ros.preflight.input_record import InputRecord
 
 Array = NDArray[np.float64]
 V = TypeVar("V", Orientation, Scalar)
 
-STEP_NS = 200_000_000
 MAX_STATES = 18_000
 """States that are kept: one hour."""
 
 _JUMP_NS = 30_000_000_000
 _BACK_NS = 1_000_000_000
-
-
-@dataclass(frozen=True)
-class FlightState:
-    """State of the drone at one time; None where it is unknown.
-
-    Attributes:
-        stamp_ns: ns.
-        fix: its position.
-        body: (3, 3) body FLU in ENU (true north).
-        height: above the height's reference, m.
-        pose: of the camera.
-        reason: why there is no pose.
-    """
-
-    stamp_ns: int
-    fix: Fix | None = None
-    body: Array | None = None
-    height: float | None = None
-    pose: CameraPose | None = None
-    reason: Reason | None = None
-
-
-@dataclass
-class InputRecord:
-    """Messages of one input.
-
-    Attributes:
-        count: messages.
-        bad: messages that were no use.
-        trouble: why the last of them was no use.
-        first_arrival_ns: of the first message, ns.
-        last_arrival_ns: of the newest, ns.
-        last_stamp_ns: its stamp, ns.
-        delays_ns: arrival less stamp of the newest messages whose stamps are believed, ns.
-    """
-
-    count: int = 0
-    bad: int = 0
-    trouble: str = ""
-    first_arrival_ns: int = 0
-    last_arrival_ns: int = 0
-    last_stamp_ns: int = 0
-    delays_ns: deque[int] = field(default_factory=lambda: deque(maxlen=500))
-
-    def refuse(self, trouble: str) -> None:
-        """Count a message that is no use; `trouble` says why."""
-        self.bad += 1
-        self.trouble = trouble
-
-    def undo_refusal(self) -> None:
-        """Take back a message that was refused: it is of use after all."""
-        self.bad -= 1
-        self.trouble = self.trouble if self.bad else ""
-
-    @property
-    def rate(self) -> float:
-        """Messages a second; 0 with fewer than two."""
-        span = (self.last_arrival_ns - self.first_arrival_ns) * 1e-9
-        return (self.count - 1) / span if self.count > 1 and span > 0.0 else 0.0
-
-    @property
-    def delay_s(self) -> float:
-        """Median of how much later than its stamp a message arrives, s."""
-        return float(np.median(self.delays_ns)) * 1e-9 if self.delays_ns else 0.0
 
 
 class InputMonitor:

@@ -29,7 +29,7 @@ from aerial_gnss_ros.preflight.flight_arrays import (
     differences,
     flight_arrays,
 )
-from aerial_gnss_ros.preflight.monitor import FlightState
+from aerial_gnss_ros.preflight.flight_state import FlightState
 
 _ENOUGH = round(5.0 / STEP_S)
 _SAME = 1e-6

@@ -15,7 +15,7 @@ from aerial_gnss_ros.core.geometry.frames import ENU_FROM_NWU, matrix_from_rpy
 from aerial_gnss_ros.core.geometry.geodesy import geodetic_from_enu
 from aerial_gnss_ros.core.values.camera_pose import CameraPose
 from aerial_gnss_ros.core.values.samples import Fix
-from aerial_gnss_ros.preflight.monitor import STEP_NS, FlightState
+from aerial_gnss_ros.preflight.flight_state import STEP_NS, FlightState
 from aerial_gnss_ros.preflight.sign_tests import Verdict, sign_tests
 
 LATITUDE, LONGITUDE = math.radians(13.2), math.radians(-59.6)

@@ -20,6 +20,7 @@ from aerial_gnss_ros.core.config.processing import (
     SurfaceConfig,
     TracksConfig,
 )
+from aerial_gnss_ros.core.config.robot_bindings import RobotBinding, robot_bindings
 from aerial_gnss_ros.core.config.robot_classes import RobotClass, robot_classes
 from aerial_gnss_ros.core.config.schema import build, flatten, group, key
 from aerial_gnss_ros.core.config.telemetry import (
@@ -53,23 +54,6 @@ __all__ = [
     "WaterLevelConfig",
     "estimator_config",
 ]
-
-
-@dataclass(frozen=True)
-class RobotBinding:
-    """A name bound to the robot that is first confirmed near a start.
-
-    Attributes:
-        name: the robot's id in topics.
-        class_id: class name that the detector gives it.
-        latitude: of the start, rad.
-        longitude: of the start, rad.
-    """
-
-    name: str
-    class_id: str
-    latitude: float
-    longitude: float
 
 
 @dataclass(frozen=True)
@@ -153,7 +137,7 @@ def estimator_config(values: Mapping[str, Any]) -> EstimatorConfig:
     classes = {name: value for name, value in flat.items() if name.startswith("classes.")}
     free = {*robots, *classes, "robots", "classes"}
     rest = {name: value for name, value in flat.items() if name not in free}
-    config = replace(build(EstimatorConfig, rest), robots=_bindings(robots))
+    config = replace(build(EstimatorConfig, rest), robots=robot_bindings(robots))
     config = replace(config, classes=robot_classes(classes, config.detections.classes))
     _check_together(config)
     return config
@@ -202,43 +186,6 @@ def _check_axes(config: EstimatorConfig) -> None:
             f"fix.type is {fix.type}, which has an altitude above the ellipsoid and one above "
             "mean sea level; set fix.altitude_datum to ellipsoid or amsl."
         )
-
-
-def _bindings(flat: Mapping[str, Any]) -> tuple[RobotBinding, ...]:
-    names: dict[str, dict[str, Any]] = {}
-    for dotted, value in flat.items():
-        parts = dotted.split(".")
-        if len(parts) != 3 or parts[2] not in ("class", "start"):
-            raise ConfigError(
-                f"{cut(dotted)} is not a parameter; robots.<name> has class and start."
-            )
-        names.setdefault(parts[1], {})[parts[2]] = value
-    return tuple(_binding(name, values) for name, values in sorted(names.items()))
-
-
-def _binding(name: str, values: Mapping[str, Any]) -> RobotBinding:
-    if not re.fullmatch(r"[a-z][a-z0-9]*(_[a-z0-9]+)*", name):
-        raise ConfigError(
-            f"robots.{cut(name)} cannot be a topic name; use lower-case letters and digits "
-            "with single _ between, and begin with a letter."
-        )
-    class_id, start = values.get("class"), values.get("start")
-    if not isinstance(class_id, str) or not class_id:
-        raise ConfigError(
-            f"robots.{cut(name)}.class must be the name of a class, not {shown(class_id)}."
-        )
-    numbers = list(start) if isinstance(start, list | tuple) else []
-    if len(numbers) != 2 or not all(
-        isinstance(n, int | float) and not isinstance(n, bool) for n in numbers
-    ):
-        raise ConfigError(
-            f"robots.{cut(name)}.start must be [latitude, longitude] in degrees, not "
-            f"{shown(start)}."
-        )
-    latitude, longitude = float(numbers[0]), float(numbers[1])
-    if not (abs(latitude) <= 90.0 and abs(longitude) <= 180.0):
-        raise ConfigError(f"robots.{cut(name)}.start {shown(numbers)} is not a place on Earth.")
-    return RobotBinding(name, class_id, math.radians(latitude), math.radians(longitude))
 
 
 def _check_together(config: EstimatorConfig) -> None:

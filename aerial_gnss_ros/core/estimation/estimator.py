@@ -30,11 +30,12 @@ from aerial_gnss_ros.core.estimation.time_base import TimeBase
 from aerial_gnss_ros.core.identity.labels import Labels
 from aerial_gnss_ros.core.telemetry.arrivals import Arrivals
 from aerial_gnss_ros.core.telemetry.buffers import CAMERA_INFO, WATER_LEVEL, TelemetryBuffers
-from aerial_gnss_ros.core.telemetry.clock import DETECTIONS, Clock, Decision
+from aerial_gnss_ros.core.telemetry.clock import DETECTIONS, Clock
 from aerial_gnss_ros.core.telemetry.depths import depth_input
 from aerial_gnss_ros.core.telemetry.input_status import InputStatus, MessageCounter
 from aerial_gnss_ros.core.telemetry.map_origin import MapOrigin
 from aerial_gnss_ros.core.telemetry.scene import MissingTelemetry
+from aerial_gnss_ros.core.telemetry.stamp_decision import Decision
 from aerial_gnss_ros.core.telemetry.steady import Steady
 from aerial_gnss_ros.core.tracker.box_account import complaint
 from aerial_gnss_ros.core.tracker.protocol import Tracking
@@ -412,7 +413,7 @@ class Estimator:
         del self._waiting[0]
         result = self._guard.result(frame, samples)
         self._last_stamp_ns = frame.stamp_ns
-        stamped = self._time.stamped(result)
+        stamped = self._time.stamped(result) if self._time.begins else result
         self._estimates = stamped.estimates
         self._platform = result.platform or self._platform
         self.boxes += result.boxes
@@ -420,7 +421,7 @@ class Estimator:
         self._ready.append(stamped)
         if self._keeps_files:
             self._keep_names(result)
-        if self._found_again.failed(result):
+        if self._found_again.names and self._found_again.failed(result):
             self._log.add(
                 "Robots are not found again where they were before time moved: it is another "
                 "scene, tracks are cleared, and robots get new names."

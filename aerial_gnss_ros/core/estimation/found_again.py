@@ -18,21 +18,25 @@ TRIAL_NS, TRIAL_IMAGES = 2_000_000_000, 5
 
 
 class FoundAgain:
-    """Judges the results after a step."""
+    """Judges the results after a step.
+
+    Attributes:
+        names: of the robots that are expected; empty where none is.
+    """
 
     def __init__(self) -> None:
         self.reset()
 
     def reset(self) -> None:
         """Expect no robots."""
-        self._names: set[str] = set()
+        self.names: set[str] = set()
         self._first_ns: int | None = None
         self._images = 0
 
     def expect(self, estimates: Iterable[RobotEstimate]) -> None:
         """Expect the robots that were in view again."""
         self.reset()
-        self._names = {one.robot_id for one in estimates if one.state is State.CONFIRMED}
+        self.names = {one.robot_id for one in estimates if one.state is State.CONFIRMED}
 
     def failed(self, result: FrameResult) -> bool:
         """Take in a result; return whether robots are not where they were.
@@ -40,10 +44,10 @@ class FoundAgain:
         Args:
             result: of an image after the step.
         """
-        if not self._names or result.pose is None or not result.boxes:
+        if not self.names or result.pose is None or not result.boxes:
             return False
         seen = {one.robot_id for one in result.estimates if one.state is State.CONFIRMED}
-        if 2 * len(seen & self._names) >= min(len(self._names), result.boxes):
+        if 2 * len(seen & self.names) >= min(len(self.names), result.boxes):
             self.reset()
             return False
         if self._first_ns is None:

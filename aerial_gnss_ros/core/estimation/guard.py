@@ -87,10 +87,13 @@ class Guard:
             samples: telemetry of its time, or why there is none.
         """
         before = Snapshot(self._roots, self._plans)
-        result = attempt(self._worked_on, frame, samples)
-        if isinstance(result, Exception):
+        try:
+            result = self._worked_on(frame, samples)
+        except MemoryError:
+            raise
+        except Exception as error:  # noqa: BLE001 - whatever it is, the flight goes on
             before.restore()
-            return self._refused(frame, result)
+            return self._refused(frame, error)
         self._failed, self._last = 0, result.estimates
         return result
 

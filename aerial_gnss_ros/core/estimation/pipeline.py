@@ -70,6 +70,7 @@ class Pipeline:
         self._posing = PoseBuilder(config)
         self._frozen = FrozenInputDetector(config.noise.value("box_center_px"))
         self._camera_change = CameraChange(log)
+        self._altitude_told = False
         self._frame_of_map: MapFrame | None = None
         self._locate = paper.locate if config.method == "paper" else localization.locate
 
@@ -122,7 +123,7 @@ class Pipeline:
         for i, reason in enumerate(reasons):
             if reason is None:
                 used.append(i)
-        shown = frame.rows(used)
+        shown = frame if len(used) == len(reasons) else frame.rows(used)
         camera = self._inputs.cameras.at(frame.stamp_ns)
         pose = self._pose(samples)
         posed = time.perf_counter_ns()
@@ -135,7 +136,8 @@ class Pipeline:
             blank = scene is Reason.BAD_DETECTIONS
             estimates = self._tracking.coast(frame.stamp_ns, None if blank else shown)
         else:
-            depths = self._inputs.depths.at(shown.class_ids, scene.pose.stamp_ns)
+            sent = self._inputs.depths
+            depths = sent.at(shown.class_ids, scene.pose.stamp_ns) if sent.used else None
             points = self._locate(
                 scene.pose, scene.camera, shown.centers, self._config.noise, self._config, depths
             )
@@ -174,7 +176,8 @@ class Pipeline:
             if self._posing.trouble:
                 self._log.warn_once(self._posing.trouble, self._posing.trouble)
             return pose
-        if math.isnan(pose.altitude):
+        if math.isnan(pose.altitude) and not self._altitude_told:
+            self._altitude_told = True
             why = _NO_ALTITUDE[self._config.fix.altitude_datum]
             self._log.warn_once("altitude", f"Published altitudes are NaN: {why}")
         return pose if self._origin.covers(pose.latitude, pose.longitude) else Reason.BAD_FIX
@@ -249,7 +252,8 @@ class Pipeline:
         assert local is not None  # noqa: S101 - see `_scene`
         exact = exact_points(scene, points, self._config) if method == "paper" else points
         update = self._tracking.update(scene, exact, local)
-        self.latency.update(scene, update.measured, local)
+        if self.latency.found is not None:
+            self.latency.update(scene, update.measured, local)
         reasons: Reasons = []
         for reason, fast, gated in zip(points.reasons, update.too_fast, update.gated, strict=True):
             unused = Reason.TOO_FAST if fast else Reason.GATED if gated else None

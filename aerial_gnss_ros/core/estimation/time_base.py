@@ -29,6 +29,7 @@ class TimeBase:
 
     Attributes:
         shift_ns: time less stamps, ns.
+        begins: times from which on stamps were shifted by more, ns; empty: they never were.
     """
 
     def __init__(self) -> None:
@@ -37,7 +38,7 @@ class TimeBase:
     def reset(self) -> None:
         """Let times be stamps."""
         self.shift_ns = 0
-        self._begins: list[int] = []
+        self.begins: list[int] = []
         self._shifts = [0]
 
     def step(self, by_ns: int, last_ns: int) -> None:
@@ -48,9 +49,9 @@ class TimeBase:
             last_ns: time of the last image before it, ns.
         """
         self.shift_ns -= by_ns
-        self._begins.append(last_ns + 1)
+        self.begins.append(last_ns + 1)
         self._shifts.append(self.shift_ns)
-        del self._begins[:-MOST], self._shifts[: -MOST - 1]
+        del self.begins[:-MOST], self._shifts[: -MOST - 1]
 
     def of(self, stamp_ns: int) -> int:
         """Return the time of a stamp."""
@@ -58,11 +59,11 @@ class TimeBase:
 
     def shifted(self, value: Value) -> Value:
         """Return a value by its time."""
-        return replace(value, stamp_ns=self.of(value.stamp_ns)) if self._begins else value
+        return replace(value, stamp_ns=self.of(value.stamp_ns)) if self.begins else value
 
     def stamped(self, result: FrameResult) -> FrameResult:
         """Return a result as its image is stamped."""
-        if not self._begins:
+        if not self.begins:
             return result
         shift = self.shift_ns
         return replace(
@@ -79,9 +80,9 @@ class TimeBase:
 
     def refused(self, boxes: tuple[Rejection, ...]) -> tuple[Rejection, ...]:
         """Return refused boxes as their own images are stamped, which may be older than a step."""
-        if not self._begins:
+        if not self.begins:
             return boxes
         return tuple(replace(one, stamp_ns=self._stamp(one.stamp_ns)) for one in boxes)
 
     def _stamp(self, time_ns: int) -> int:
-        return time_ns - self._shifts[bisect_right(self._begins, time_ns)]
+        return time_ns - self._shifts[bisect_right(self.begins, time_ns)]

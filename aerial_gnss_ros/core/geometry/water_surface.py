@@ -64,14 +64,19 @@ class SurfaceView:
         return self._distances(directions @ self._turn)
 
     def intersect(self, directions: Array) -> tuple[Array, Array]:
-        """Return the distances (n,) and the water's gradients there (n, 3) ENU, outward.
+        """Return the distances (n,) and the water's normals there (n, 3) ENU, outward.
 
         Args:
             directions: (n, 3) unit, ENU.
+
+        Returns:
+            A normal is as long as makes its scalar product with the direction 1.
         """
         scaled = directions @ self._turn
         distances = self._distances(scaled)
-        return distances, (self._place + scaled * distances[:, None]) @ self._turn.T
+        normals = (self._place + scaled * distances[:, None]) @ self._turn.T
+        normals /= row_products(normals, directions)[:, None]
+        return distances, normals
 
     def _distances(self, d: Array) -> Array:
         a = row_products(d, d)

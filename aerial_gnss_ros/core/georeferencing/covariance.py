@@ -71,10 +71,9 @@ def ray_points(view: SurfaceView, camera: CameraModel, pixels: Array) -> RayPoin
     rays, rays_by_pixel, in_image = camera.rays_with_jacobian(pixels)
     directions = rays @ view.enu_from_optical.T
     by_pixel = view.enu_from_optical @ rays_by_pixel
-    distances, gradients = view.intersect(directions)
-    gradients /= row_products(gradients, directions)[:, None]
+    distances, normals = view.intersect(directions)
     # (n, 2, 3): the horizontal rows of I - d n' / (n.d)
-    slide = _LEVEL - directions[:, :2, None] * gradients[:, None, :]
+    slide = _LEVEL - directions[:, :2, None] * normals[:, None, :]
     reach = slide * distances[:, None, None]
     return RayPoints(
         offsets=directions * distances[:, None],

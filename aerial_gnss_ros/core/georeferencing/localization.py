@@ -23,7 +23,6 @@ from aerial_gnss_ros.core.georeferencing.covariance import (
     ray_points,
     uncertainty,
 )
-from aerial_gnss_ros.core.numerics.small_arrays import all_finite
 from aerial_gnss_ros.core.values.camera_pose import CameraPose
 from aerial_gnss_ros.core.values.rejection import Reason
 
@@ -174,7 +173,7 @@ def bad_pose(pose: CameraPose) -> Reason | None:
         return Reason.BAD_FIX
     if not (math.isfinite(pose.height) and pose.height > 0.0):
         return Reason.BAD_HEIGHT
-    if not all_finite(pose.enu_from_camera):
+    if not math.isfinite(float(pose.enu_from_camera.sum())):  # one part that is not is enough
         return Reason.BAD_GIMBAL
     return None
 

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aerial_gnss_ros.core.geometry.frames import FLU_FROM_OPTICAL
-from aerial_gnss_ros.core.geometry.geodesy import SEMI_MAJOR_M, ecef_of_place, enu_axes
+from aerial_gnss_ros.core.geometry.geodesy import SEMI_MAJOR_M, ecef_of_places, enu_axes
 from aerial_gnss_ros.core.geometry.gimbal import error_axes
 from aerial_gnss_ros.core.geometry.local_map import LocalMap
 from aerial_gnss_ros.core.geometry.rotation_vectors import rotation_matrix
@@ -69,7 +69,7 @@ class MapFrame:
 
     def pose(self, pose: CameraPose) -> MapPose:
         """Return a camera's pose in `map`, which takes the water at its origin's altitude."""
-        place = ecef_of_place(pose.latitude, pose.longitude, pose.height)
+        (place,) = ecef_of_places([(pose.latitude, pose.longitude, pose.height)])
         axes = self.local.axes
         turn = axes @ enu_axes(pose.latitude, pose.longitude).T
         return MapPose(axes @ (place - self.local.origin), turn @ pose.enu_from_camera)

@@ -8,7 +8,8 @@ from collections import Counter, deque
 from collections.abc import Callable, Mapping
 from typing import Protocol
 
-from aerial_gnss_ros.core.telemetry.clock import DETECTIONS, Clock, Decision, Verdict
+from aerial_gnss_ros.core.telemetry.clock import DETECTIONS, Clock
+from aerial_gnss_ros.core.telemetry.stamp_decision import Decision, Verdict
 from aerial_gnss_ros.core.values.events import Events
 from aerial_gnss_ros.text.sentences import counted
 

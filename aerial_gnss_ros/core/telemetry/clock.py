@@ -25,8 +25,8 @@ from __future__ import annotations
 
 from collections.abc import Collection
 from dataclasses import dataclass, field
-from enum import Enum
 
+from aerial_gnss_ros.core.telemetry.stamp_decision import Decision, Verdict
 from aerial_gnss_ros.core.telemetry.stamp_line import EARLY_NS, LATE_NS, Line
 
 SAME_NS = 10_000_000_000
@@ -44,53 +44,12 @@ LASTING_S = 10.0
 DETECTIONS = "detections"
 
 
-class Verdict(str, Enum):
-    """What a stamp is."""
-
-    GOES_ON = "goes on"
-    RETURNS = "returns"
-    """It goes on after stamps far off, which are wrong."""
-    FAR_OFF = "far off"
-    ELSEWHERE = "elsewhere"
-    """It is far off, and not where the stamps before it were: those are wrong."""
-
-
 @dataclass
 class Stamps:
     """The lines of one input: the one that is believed, and its rival, where there is one."""
 
     believed: Line
     rival: Line | None = None
-
-
-@dataclass(frozen=True)
-class Decision:
-    """What far-off stamps turned out to be.
-
-    Attributes:
-        anew: time began anew; else only the clocks of `moved` came right.
-        moved: inputs whose rivals are believed from now on.
-        kept: inputs whose lines are right as they are, although time began anew.
-        by_ns: by how much time moved, ns.
-        first_ns: stamp of the first image of the new time, ns.
-        timed: whether this is beyond the time that has passed, by the node's clock.
-        stepped: whether the node's clock moved along, so that it does not tell.
-    """
-
-    anew: bool
-    moved: tuple[str, ...]
-    kept: tuple[str, ...] = ()
-    by_ns: int = 0
-    first_ns: int = 0
-    timed: bool = False
-    stepped: bool = False
-
-    def __str__(self) -> str:
-        names = ", ".join(self.moved)
-        if not self.anew:
-            return f"The clock of {names} was set"
-        way = "backward" if self.by_ns < 0 else "forward"
-        return f"Time went {way} by {abs(self.by_ns) * 1e-9:.1f} s ({names})"
 
 
 @dataclass

@@ -38,6 +38,9 @@ class Depths:
     Args:
         config: parameters, and which topics there are.
         keep_s: how long samples are kept, s.
+
+    Attributes:
+        used: whether any robot is below the surface, by parameters or by what it sends.
     """
 
     def __init__(self, config: DepthConfig, keep_s: float = 60.0) -> None:
@@ -47,7 +50,7 @@ class Depths:
         self._series: dict[str, Series[Scalar]] = {
             name: held_series(keep_s=keep_s) for name in config.by_topic()
         }
-        self._used = bool(config.robots_m or config.classes or self._series)
+        self.used = bool(config.robots_m or config.classes or self._series)
 
     def add(self, class_id: str, depth: Scalar) -> str:
         """Keep a depth; return why it is no use, else empty.
@@ -72,7 +75,7 @@ class Depths:
             class_ids: (n,) class names.
             stamp_ns: time of the scene, ns.
         """
-        if not self._used:
+        if not self.used:
             return None
         found = self._config.of(class_ids)
         for i, name in enumerate(class_ids):

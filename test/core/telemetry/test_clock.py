@@ -6,7 +6,8 @@ from __future__ import annotations
 
 import pytest
 
-from aerial_gnss_ros.core.telemetry.clock import Clock, Decision, Verdict
+from aerial_gnss_ros.core.telemetry.clock import Clock
+from aerial_gnss_ros.core.telemetry.stamp_decision import Decision, Verdict
 
 ON, BACK, OFF, ELSEWHERE = Verdict.GOES_ON, Verdict.RETURNS, Verdict.FAR_OFF, Verdict.ELSEWHERE
 TELEMETRY = ("fix", "gimbal", "height")
