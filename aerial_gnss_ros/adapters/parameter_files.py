@@ -3,15 +3,16 @@
 """Reads parameter files: ROS parameter YAML as `--params-file` takes it, or a plain mapping.
 
 ROS itself ignores a parameter that no node declares. Here a misspelt key is refused by name, and
-every message names the file. A section is chosen as ROS chooses it: by the node's full name, where
-`*` stands for one token and `**` for any number; an exact name beats a pattern, and of two equal
-ones the later wins. A file without `ros__parameters` is one section for every node.
+every message names the file. Only in a section that other programs may share (`/**`, `/drone1/*`)
+it is told and left out: it may be theirs. A section is chosen as ROS chooses it: by the node's full
+name, where `*` stands for one token and `**` for any number; an exact name beats a pattern, and of
+two equal ones the later wins. A file without `ros__parameters` is one section for every node.
 """
 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import fields, is_dataclass
 from pathlib import Path
@@ -21,17 +22,21 @@ from aerial_gnss_ros.adapters.yaml_files import read_yaml
 from aerial_gnss_ros.core.config.robot_classes import leaf_of
 from aerial_gnss_ros.core.config.schema import Leaf, build, check, flatten, leaves, type_hints
 from aerial_gnss_ros.core.values.errors import ConfigError, InputError
-from aerial_gnss_ros.text.sentences import shown
+from aerial_gnss_ros.text.sentences import cut, shown
 
 ROS_KEY = "ros__parameters"
 # Declared by every rclpy node itself.
 _ROS_OWN = re.compile(r"use_sim_time|start_type_description_service|qos_overrides\..*")
 
 Section = tuple[tuple[str, ...], Mapping[str, Any]]
+Tell = Callable[[str], None]
 
 
 def read(
-    paths: Sequence[Path | str], schemas: Mapping[str, type[Any]], namespace: str = "/"
+    paths: Sequence[Path | str],
+    schemas: Mapping[str, type[Any]],
+    namespace: str = "/",
+    tell: Tell | None = None,
 ) -> dict[str, dict[str, Any]]:
     """Return what parameter files give to each node, as dotted names with checked values.
 
@@ -39,6 +44,8 @@ def read(
         paths: the files; a later one wins.
         schemas: node name (`estimator`) to the dataclass of its parameters.
         namespace: the nodes' namespace, for files with sections such as `/drone1/estimator`.
+        tell: takes a sentence about an unknown key in a section that other programs may share,
+            which is left out; None: it is refused as everywhere.
 
     Returns:
         For each node name the values to build its configuration from. `use_sim_time` and other
@@ -53,8 +60,52 @@ def read(
         content = _load(path)
         with _naming(path):
             sections = _sections(content)
-            _merge(sections, schemas, namespace, merged)
+            shared = _told_of(path, tell) if _is_ros(content) else None
+            _merge(sections, schemas, namespace, merged, shared)
     return merged
+
+
+def foreign(
+    paths: Sequence[Path | str], schemas: Mapping[str, type[Any]], node: str, namespace: str = "/"
+) -> dict[str, str]:
+    """Return unknown keys that a node has only from sections that other programs may share.
+
+    Args:
+        paths: parameter files that ROS itself was given.
+        schemas: as for `read`.
+        node: the node's name in them.
+        namespace: of the node.
+
+    Returns:
+        The file that has it, by key.
+
+    Raises:
+        ConfigError: a file is missing or not YAML.
+    """
+    found: dict[str, str] = {}
+    own: set[str] = set()
+    for path in map(Path, paths):
+        for pattern, values in _sections(_load(path)):
+            if not _matches(pattern, _tokens(namespace, node)):
+                continue
+            names = [k for k in flatten(values) if not any(_knows(s, k) for s in schemas.values())]
+            if _is_shared(pattern):
+                found.update(dict.fromkeys(names, str(path)))
+            else:
+                own.update(names)
+    return {name: path for name, path in found.items() if name not in own}
+
+
+def left_out(path: Path | str, name: str) -> str:
+    """Return the sentence about a key of other programs."""
+    return (
+        f"{path}: {cut(name)} is no parameter of ours and is left out; if it was meant for a node "
+        "of this package, it is misspelt."
+    )
+
+
+def _told_of(path: Path, tell: Tell | None) -> Tell | None:
+    return None if tell is None else lambda name: tell(left_out(path, name))
 
 
 def ros_parameters(paths: Sequence[Path | str], node: str, namespace: str = "/") -> dict[str, Any]:
@@ -139,6 +190,7 @@ def _merge(
     schemas: Mapping[str, type[Any]],
     namespace: str,
     merged: dict[str, dict[str, Any]],
+    shared: Tell | None,
 ) -> None:
     names = {node: _tokens(namespace, node) for node in schemas}
     if not any(_matches(pattern, name) for pattern, _ in sections for name in names.values()):
@@ -150,6 +202,10 @@ def _merge(
     for pattern, values in _by_precedence(sections):
         matched = [node for node, name in names.items() if _matches(pattern, name)]
         flat = {k: v for k, v in flatten(values).items() if not is_ros_own(k)}
+        if shared is not None and matched and _is_shared(pattern):
+            for name in [k for k in flat if not any(_knows(s, k) for s in schemas.values())]:
+                del flat[name]
+                shared(name)
         for node, share in _shares(flat, [(n, schemas[n]) for n in matched]).items():
             merged[node].update(share)
 
@@ -193,6 +249,15 @@ def _matches(pattern: Sequence[str], name: Sequence[str]) -> bool:
     if pattern[0] == "**":
         return any(_matches(pattern[1:], name[skip:]) for skip in range(len(name) + 1))
     return bool(name) and pattern[0] in ("*", name[0]) and _matches(pattern[1:], name[1:])
+
+
+def _is_shared(pattern: Sequence[str]) -> bool:
+    """Whether a section may be meant for nodes of other names, too."""
+    return not pattern or pattern[-1] in ("*", "**")
+
+
+def _is_ros(content: Mapping[str, Any]) -> bool:
+    return any(True for _ in _ros_sections(content, ()))
 
 
 def _by_precedence(sections: Sequence[Section]) -> list[Section]:

@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 import argparse
+import sys
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -50,6 +51,10 @@ def add_arguments(parser: argparse._ActionsContainer) -> None:
     )
 
 
+def _say(sentence: str) -> None:
+    print(f"aerial-gnss: {sentence}", file=sys.stderr)
+
+
 def configuration(args: argparse.Namespace) -> Configuration:
     """Return what the arguments of `add_arguments` ask for.
 
@@ -57,7 +62,7 @@ def configuration(args: argparse.Namespace) -> Configuration:
         ConfigError: a file is missing, or a parameter is unknown, of a wrong type or out of range.
     """
     files = [*([vehicle_file(args.vehicle)] if args.vehicle else []), *args.params]
-    values = read(files, SCHEMAS, "/" + args.namespace.strip("/"))
+    values = read(files, SCHEMAS, "/" + args.namespace.strip("/"), _say)
     detector: dict[str, Any] = {"model": args.model} if args.model else {}
     estimator: dict[str, Any] = {"method": args.method} if args.method else {}
     return Configuration(

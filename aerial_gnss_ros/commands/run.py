@@ -15,6 +15,7 @@ from aerial_gnss_ros.adapters.vehicles import vehicle_file, vehicle_names
 from aerial_gnss_ros.core.values.errors import AerialGnssError
 from aerial_gnss_ros.nodes import require_ros
 from aerial_gnss_ros.nodes.leaving import leave_on_signals
+from aerial_gnss_ros.nodes.ros_arguments import refuse_one_name_for_both
 
 NODES = ("detector", "estimator")
 
@@ -69,6 +70,8 @@ def run(args: argparse.Namespace) -> int:
     """Start the nodes and return when a signal ends them."""
     leave_on_signals()
     require_ros()
+    if not args.node:
+        refuse_one_name_for_both(args.ros_args)
     vehicle = [vehicle_file(args.vehicle)] if args.vehicle else []
     if args.node or args.one_process:
         return _here(args, [*vehicle, *args.params])

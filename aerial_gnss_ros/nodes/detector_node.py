@@ -14,6 +14,7 @@ from typing import Any
 from aerial_gnss_ros.adapters.camera_size import CameraSize
 from aerial_gnss_ros.adapters.results import detection_array
 from aerial_gnss_ros.adapters.stamps import copied_header, nanoseconds
+from aerial_gnss_ros.core.config.schema import leaves
 from aerial_gnss_ros.core.values.errors import AerialGnssError, InputError, ModelError
 from aerial_gnss_ros.detection.background import begun
 from aerial_gnss_ros.detection.base import Detector, Image
@@ -34,6 +35,8 @@ from aerial_gnss_ros.nodes.worker import WorkEndedError, Worker
 from aerial_gnss_ros.text.sentences import counted
 
 DETECTIONS_TYPE = "vision_msgs/msg/Detection2DArray"
+_LEAVES = {leaf.name: leaf for leaf in leaves(DetectorConfig)}
+_AT_START = ("autostart", "detections.topic")
 MOST_FAILURES = 30
 """After so many failures with no image that succeeds only a new process can help: what a graphics
 processor's driver keeps, or memory in pieces, is not mended in this one."""
@@ -61,6 +64,8 @@ class DetectorNode(Managed, SupervisedNode):
     Raises:
         AerialGnssError: a parameter or the model cannot be used.
     """
+
+    CHANGEABLE = True
 
     def __init__(
         self,
@@ -227,6 +232,20 @@ class DetectorNode(Managed, SupervisedNode):
     def _refuse(self, reason: str, sentence: str) -> None:
         self._refused.add(reason, sentence, self.steady_ns())
         self.warn_seldom(sentence)
+
+    def fixed(self, name: str) -> str:
+        """Return why a parameter cannot be changed now: most can while unconfigured."""
+        leaf = _LEAVES.get(name)
+        if leaf is None or leaf.key.dynamic:
+            return ""
+        if name in _AT_START:
+            return f"{name} can only be given at the start"
+        if self.phase == "unconfigured":
+            return ""
+        return (
+            f"{name} can be changed while the detector is unconfigured, not {self.phase}: "
+            "`ros2 lifecycle set` deactivate, then cleanup"
+        )
 
     def _set_config(self, config: DetectorConfig) -> None:
         self._wanted = config

@@ -28,6 +28,7 @@ from aerial_gnss_ros.core.estimation.health import RobotSummary, summary
 from aerial_gnss_ros.core.telemetry.input_status import InputState
 from aerial_gnss_ros.core.values.estimates import FrameResult, State
 from aerial_gnss_ros.core.values.events import ErrorText, WarningText
+from aerial_gnss_ros.core.values.samples import Scalar
 from aerial_gnss_ros.detection.background import begun
 from aerial_gnss_ros.nodes import qos
 from aerial_gnss_ros.nodes.arrivals import SECOND_NS
@@ -222,6 +223,10 @@ class EstimatorNode(SupervisedNode):
 
     def _set_config(self, config: EstimatorConfig) -> None:
         self._estimator.min_score = config.detections.min_score
+        level_m, former_m = config.water_level.value_m, self._config.water_level.value_m
+        self._config = config
+        if level_m != former_m:
+            self._estimator.add_water_level(Scalar(self.now_ns(), level_m))
 
     def _start_message(self) -> str:
         heard = ", ".join(f"{source.name} {source.topic}" for source in self.inputs)

@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from typing import Any, get_args, get_origin
 
 from rcl_interfaces.msg import (
@@ -32,15 +32,19 @@ _ARRAYS = {
 }
 
 
-def own_values(node: str, overrides: Mapping[str, Any]) -> dict[str, Any]:
+def own_values(
+    node: str, overrides: Mapping[str, Any], foreign: Collection[str] = ()
+) -> dict[str, Any]:
     """Return what ROS was given for a node, checked.
 
     A shared section, or `-p` with two nodes in one process, gives each node the other's keys too:
-    those are left out. Any other unknown key is refused: ROS itself would ignore it.
+    those are left out, as are keys of other programs. Any other unknown key is refused: ROS itself
+    would ignore it.
 
     Args:
         node: the node's name in `SCHEMAS`.
         overrides: from `--params-file` and `-p`.
+        foreign: keys that only stand where other programs' may stand, too.
 
     Raises:
         ConfigError: an unknown key, a wrong type or a value out of range.
@@ -55,6 +59,7 @@ def own_values(node: str, overrides: Mapping[str, Any]) -> dict[str, Any]:
         name: value
         for name, value in overrides.items()
         if not is_ros_own(name)
+        and name not in foreign
         and (name in known or not (name in others or _foreign(name, free, schema)))
     }
     return checked(schema, own)
@@ -65,21 +70,25 @@ def _foreign(name: str, free: set[str], schema: type[Any]) -> bool:
     return first in free and first not in free_groups(schema)
 
 
-def declare(node: Node, schema: type[Any], values: Mapping[str, Any]) -> None:
+def declare(
+    node: Node, schema: type[Any], values: Mapping[str, Any], *, changeable: bool = False
+) -> None:
     """Declare every parameter of a schema, and the free keys given.
 
     Args:
         node: declares them.
         schema: the dataclass of its parameters.
         values: checked values by dotted name; what is absent keeps its default.
+        changeable: whether the node itself says when a parameter can be changed.
     """
     known = {leaf.name: leaf for leaf in leaves(schema)}
     for name, leaf in known.items():
         value = values.get(name, leaf.default)
         if get_origin(leaf.kind) is tuple:
-            _declare_list(node, leaf, list(value))
+            _declare_list(node, leaf, list(value), changeable)
         else:
-            node.declare_parameter(name, value, descriptor(leaf), ignore_override=True)
+            described = descriptor(leaf, changeable)
+            node.declare_parameter(name, value, described, ignore_override=True)
     for name, value in values.items():
         if name not in known:
             free = leaf_of(name)
@@ -88,17 +97,17 @@ def declare(node: Node, schema: type[Any], values: Mapping[str, Any]) -> None:
             node.declare_parameter(name, value, described, ignore_override=True)
 
 
-def _declare_list(node: Node, leaf: Leaf, value: list[Any]) -> None:
+def _declare_list(node: Node, leaf: Leaf, value: list[Any], changeable: bool) -> None:
     """Declare with the type stated: rclpy would take an empty list for one of bytes."""
     kind = _ARRAYS[get_args(leaf.kind)[0]]
     node.declare_parameter(leaf.name, kind, ParameterDescriptor(), ignore_override=True)
     node.set_parameters([Parameter(leaf.name, kind, value)])
-    described = descriptor(leaf)
+    described = descriptor(leaf, changeable)
     described.type = kind.value
     node.set_descriptor(leaf.name, described)
 
 
-def descriptor(leaf: Leaf) -> ParameterDescriptor:
+def descriptor(leaf: Leaf, changeable: bool = False) -> ParameterDescriptor:
     """Return a parameter's descriptor: meaning, unit, range, and whether it can be changed."""
     key = leaf.key
     limits = []
@@ -112,8 +121,8 @@ def descriptor(leaf: Leaf) -> ParameterDescriptor:
         name=leaf.name,
         description=meaning(leaf),
         additional_constraints="; ".join(limits),
-        read_only=not key.dynamic,
-        dynamic_typing=key.dynamic and leaf.kind is float,  # takes 1 for 1.0
+        read_only=not (key.dynamic or changeable),
+        dynamic_typing=(key.dynamic or changeable) and leaf.kind is float,  # takes 1 for 1.0
     )
     if key.low is None and key.high is None:
         return made
@@ -131,6 +140,7 @@ def follow_changes(
     current: Callable[[], Mapping[str, Any]],
     build: Callable[[Mapping[str, Any]], Any],
     accept: Callable[[dict[str, Any], Any], None],
+    fixed: Callable[[str], str] = lambda _name: "",
 ) -> None:
     """Let a running node take new values of its dynamic parameters.
 
@@ -140,12 +150,17 @@ def follow_changes(
         build: makes a configuration of values; raises ConfigError with the sentence that the
             caller of `ros2 param set` reads.
         accept: takes the new values and their configuration.
+        fixed: why a parameter cannot be changed now; empty where it can.
     """
 
     def merged(parameters: list[Parameter]) -> dict[str, Any]:
         return {**current(), **{p.name: p.value for p in parameters if not is_ros_own(p.name)}}
 
     def validate(parameters: list[Parameter]) -> SetParametersResult:
+        for one in parameters:
+            reason = "" if is_ros_own(one.name) else fixed(one.name)
+            if reason and one.value != current().get(one.name):
+                return SetParametersResult(successful=False, reason=reason)
         try:
             build(merged(parameters))
         except ConfigError as error:

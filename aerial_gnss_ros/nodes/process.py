@@ -29,6 +29,7 @@ from aerial_gnss_ros.nodes.leaving import (
     nothing_to_end,
 )
 from aerial_gnss_ros.nodes.memory import keep_freed_memory
+from aerial_gnss_ros.nodes.ros_arguments import remember
 from aerial_gnss_ros.nodes.schemas import SCHEMAS
 from aerial_gnss_ros.nodes.worker import WorkEndedError
 
@@ -180,11 +181,14 @@ def work(
 
 
 def _initialise(arguments: Sequence[str]) -> None:
+    remember(arguments)
     try:
         rclpy.init(args=list(arguments))
     except Exception as error:
         files = [b for a, b in pairwise(arguments) if a == "--params-file"]
-        read(files, SCHEMAS)  # says what is wrong better than rcl does, if it finds it
+        read(
+            files, SCHEMAS, tell=lambda _: None
+        )  # says what is wrong better than rcl does, if it finds it
         raise _init_error(str(error), files) from error
 
 

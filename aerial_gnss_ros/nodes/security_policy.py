@@ -53,7 +53,7 @@ def policy(files: Sequence[Path] = (), namespace: str = "/", enclave: str = ENCL
     Raises:
         ConfigError: a parameter cannot be used.
     """
-    values = read(files, SCHEMAS, namespace)
+    values = read(files, SCHEMAS, namespace, lambda _: None)
     detector = detector_config(values[DETECTOR])
     images = (detector.image.full_topic, detector.camera_info.topic)
     published = (detector.detections.topic, "~/transition_event")

@@ -18,7 +18,7 @@ from rclpy.parameter import Parameter
 from rclpy.publisher import Publisher
 from rclpy.qos import QoSCompatibility, QoSProfile, qos_check_compatible, qos_policy_name_from_kind
 
-from aerial_gnss_ros.adapters.parameter_files import read, ros_parameters
+from aerial_gnss_ros.adapters.parameter_files import foreign, left_out, read, ros_parameters
 from aerial_gnss_ros.core.values.errors import ConfigError
 from aerial_gnss_ros.nodes import qos
 from aerial_gnss_ros.nodes.arrivals import SECOND_NS, Arrivals
@@ -36,6 +36,7 @@ from aerial_gnss_ros.nodes.latched import LOOK_S, LatchedToo
 from aerial_gnss_ros.nodes.names import absolute_namespace, check_topic, full_name
 from aerial_gnss_ros.nodes.parameters import declare, follow_changes, own_values
 from aerial_gnss_ros.nodes.rivals import Rivals
+from aerial_gnss_ros.nodes.ros_arguments import parameter_files
 from aerial_gnss_ros.nodes.ros_messages import message_class
 from aerial_gnss_ros.nodes.schemas import SCHEMAS
 from aerial_gnss_ros.text.sentences import counted
@@ -71,13 +72,15 @@ class SupervisedNode(Node):  # type: ignore[misc]  # rclpy has no complete types
         ConfigError: a parameter is unknown, of the wrong type or out of range.
     """
 
+    CHANGEABLE = False
+    """Whether `fixed` says which parameters can be changed, instead of their definition."""
+
     def __init__(self, name: str, given: Given) -> None:
         super().__init__(name, namespace=absolute_namespace(given.namespace))
         overrides = {key: item.value for key, item in self._parameter_overrides.items()}
         self._set_ros_parameters(given, name, overrides)
-        self.values = read(given.files, SCHEMAS, self.get_namespace())[name]
-        self.values |= own_values(name, overrides)
-        declare(self, SCHEMAS[name], self.values)
+        self.values = self._checked_values(name, given, overrides)
+        declare(self, SCHEMAS[name], self.values, changeable=self.CHANGEABLE)
         self.inputs: list[Input] = []
         self._steady = Clock(clock_type=ClockType.STEADY_TIME)
         self._silences: dict[str, str] = {}
@@ -93,6 +96,22 @@ class SupervisedNode(Node):  # type: ignore[misc]  # rclpy has no complete types
         )
         self.every(1.0, self._each_second)
         self.every(LOOK_S, self._latched_too.look)
+
+    def _checked_values(
+        self, name: str, given: Given, overrides: Mapping[str, Any]
+    ) -> dict[str, Any]:
+        """Return the values of files and ROS arguments; tell of keys of other programs."""
+        told = self.get_logger().warning
+        namespace = self.get_namespace()
+        values = read(given.files, SCHEMAS, namespace, told)[name]
+        others = foreign(parameter_files(), SCHEMAS, name, namespace)
+        for key, path in others.items():
+            told(left_out(path, key))
+        return values | own_values(name, overrides, others)
+
+    def fixed(self, _name: str) -> str:
+        """Return why a parameter cannot be changed now; empty where it can."""
+        return ""
 
     def _set_ros_parameters(self, given: Given, name: str, overrides: Mapping[str, Any]) -> None:
         """Take `use_sim_time` and its like from the files, where ROS was given none."""
@@ -125,7 +144,7 @@ class SupervisedNode(Node):  # type: ignore[misc]  # rclpy has no complete types
             self.values = values
             apply(config)
 
-        follow_changes(self, lambda: self.values, build, accept)
+        follow_changes(self, lambda: self.values, build, accept, self.fixed)
 
     def listen(
         self,

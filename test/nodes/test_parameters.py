@@ -90,7 +90,10 @@ WHOLE = "/**:\n  ros__parameters: {%s}\n"
 @pytest.mark.parametrize(
     ("text", "sentence"),
     [
-        (WHOLE % "max_wiat: 1.0", "max_wiat is not a parameter; did you mean max_wait?"),
+        (
+            "/**/estimator:\n  ros__parameters: {max_wiat: 1.0}\n",
+            "max_wiat is not a parameter; did you mean max_wait?",
+        ),
         (WHOLE % "max_wait: soon", "max_wait must be a number (s), not 'soon'."),
         (WHOLE % "max_wait: 99.0", "max_wait must lie within 0 to 30 (s), not 99."),
         (WHOLE % "tracks: {confirm_hits: 2.5}", "tracks.confirm_hits must be a whole number"),

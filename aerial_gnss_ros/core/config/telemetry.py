@@ -233,4 +233,11 @@ class WaterLevelConfig:
     """Water level above the height's reference (tide); held until the next message."""
 
     topic: str = key("water_level", "std_msgs/Float64 topic, relative to the namespace.")
-    value_m: float = key(0.0, "Level before the first message.", unit="m", low=-500.0, high=10000.0)
+    value_m: float = key(
+        0.0,
+        "Level before the first message; a new value holds until the next one.",
+        unit="m",
+        low=-500.0,
+        high=10000.0,
+        dynamic=True,
+    )
