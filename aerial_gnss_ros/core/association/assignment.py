@@ -1,9 +1,9 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Which measurement belongs to which track: the best assignment over all pairs at once.
+"""Global nearest neighbour assignment of measurements to tracks, by likelihood.
 
-Pairs that can be are few, so they are kept as lists: row and column of each. Only those that share
-a row or a column with others are weighed against one another.
+Feasible pairs are few and are kept as lists of row and column. Only pairs that share a row or a
+column with others need an optimisation.
 """
 
 from __future__ import annotations
@@ -28,21 +28,21 @@ class AssignmentTuning:
     """Chosen numbers of this module, with their units and where they come from."""
 
     near_gate_radii: float = 3.0
-    """Just outside a gate: up to so many times its radius. Judged."""
+    """Radius of the neighbourhood of a gate, as a multiple of the gate's radius. Judged."""
     clear_ratio: float = 20.0
-    """Ratio of the likelihoods of two robots from which a new track is one of them, not the other.
-    Odds of 20 to 1, as everywhere."""
+    """Likelihood ratio of two robots above which a new track is one of them and not the other: 20
+    to 1, as everywhere."""
 
 
 TUNING = AssignmentTuning()
 
 
 def assign(squared: Array, log_determinant: Array, allowed: Mask, threshold: float) -> Pairs:
-    """Return rows and columns of the pairs with the largest likelihood in total.
+    """Return rows and columns of the assignment with the greatest total likelihood.
 
     Args:
         squared: (n, m) squared Mahalanobis distances.
-        log_determinant: (n, m) of the covariances they were taken with.
+        log_determinant: (n, m) log determinants of their covariances.
         allowed: (n, m) pairs inside the gate and of one class.
         threshold: squared distance at the edge of the gate.
     """
@@ -61,21 +61,21 @@ def likeliest(
     log_determinant: list[float],
     threshold: float,
 ) -> list[int]:
-    """Return which of k pairs have the largest likelihood in total, by row.
+    """Return the indices of the assignment of k pairs with the greatest likelihood, by row.
 
-    The cost of a pair is its squared distance plus log determinant (minus twice the log
-    likelihood), so that a track whose place is well known goes before one that could be anywhere.
-    A track without a measurement costs as much as one at the edge of its gate: it does not push a
-    neighbour off the better measurement only to have one itself.
+    The cost of a pair is its squared distance plus log determinant (minus twice its log
+    likelihood), so a well-known track takes precedence over one that could be anywhere. An
+    unassigned track costs as much as one at the edge of its gate, so that it does not take a
+    neighbour's better measurement only to get one itself.
 
     Args:
-        rows: (k,) of pairs inside the gate and of one class, in rising order.
-        columns: (k,) theirs.
+        rows: (k,) of pairs inside the gate and of one class, in ascending order.
+        columns: (k,) of these pairs.
         squared: (k,) squared Mahalanobis distances.
-        log_determinant: (k,) of the covariances they were taken with.
+        log_determinant: (k,) log determinants of their covariances.
         threshold: squared distance at the edge of the gate.
     """
-    if len({*rows}) == len({*columns}) == len(rows):  # nothing to weigh
+    if len({*rows}) == len({*columns}) == len(rows):  # no conflict
         return [k for k, near in enumerate(squared) if near <= threshold]
     missing: dict[int, float] = {}
     for row, wide in zip(rows, log_determinant, strict=True):
@@ -85,12 +85,12 @@ def likeliest(
 
 
 def cheapest(cost: Array, allowed: Mask, missing: Array) -> Pairs:
-    """Return rows and columns of the pairs that cost least together with the rows left out.
+    """Return rows and columns of the assignment of least cost, including unassigned rows.
 
     Args:
         cost: (n, m) of a pair.
-        allowed: (n, m) pairs that can be.
-        missing: (n,) cost of a row without a column.
+        allowed: (n, m) feasible pairs.
+        missing: (n,) cost of an unassigned row.
     """
     rows, columns = np.nonzero(allowed)
     left_out = dict(enumerate(missing.tolist()))
@@ -101,13 +101,13 @@ def cheapest(cost: Array, allowed: Mask, missing: Array) -> Pairs:
 def _least(
     rows: list[int], columns: list[int], cost: list[float], missing: dict[int, float]
 ) -> list[int]:
-    """Return which of k pairs cost least together with the rows left out, by row.
+    """Return the indices of the assignment of k pairs of least cost, by row.
 
     Args:
-        rows: (k,) of the pairs, in rising order.
+        rows: (k,) of the pairs, in ascending order.
         columns: (k,) theirs.
         cost: (k,) theirs.
-        missing: cost of each row without a column.
+        missing: cost of each unassigned row.
     """
     alone = lone(rows, columns)
     chosen = [k for k, row in enumerate(rows) if alone[k] and cost[k] <= missing[row]]
@@ -136,7 +136,7 @@ def _weighed(
 
 
 def solver() -> Callable[[Array], Pairs]:
-    """Return scipy's `linear_sum_assignment`, which is seldom needed and takes long to import."""
+    """Return scipy's `linear_sum_assignment`, rarely needed and slow to import."""
     from scipy.optimize import linear_sum_assignment
 
     found: Callable[[Array], Pairs] = linear_sum_assignment

@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Whose box it is that an assignment gave to one robot and that may be of another."""
+"""Resolves detections claimed by several tracks."""
 
 from __future__ import annotations
 
@@ -20,17 +20,17 @@ def without_disputed(
     kind: list[str],
     stamp_ns: int,
 ) -> list[int]:
-    """Return the pairs of an assignment but for boxes that may be of robots out of sight.
+    """Drop assigned boxes that may belong to another robot that was out of view.
 
-    A robot out of sight for long is not updated by a single box. Where one comes up that may as
-    well be that robot as another one, whose place is no longer sure either, neither gets the box:
-    it begins a track, and whose that is, is decided with all that is known (`reidentification`).
+    A robot out of view for long is not updated by a single box. Where a box could be that robot as
+    well as another one whose position has become uncertain, neither is updated: the box starts a
+    track, which `reidentification` decides with all evidence.
 
     Args:
         tracks: all of them.
         rows: of the pairs.
-        columns: theirs.
-        chosen: pairs that the assignment made.
+        columns: of the pairs.
+        chosen: assigned pairs.
         log: log likelihood of each pair.
         kind: of each track; "" is not updated by a single box.
         stamp_ns: of the image, ns.
@@ -56,21 +56,21 @@ def keep_established(
     inside: list[int],
     away_ns: int,
 ) -> list[int]:
-    """Return the pairs of an assignment, each box left to the robot that has been wearing it.
+    """Return the assignment with each contested box left to the track that has had it so far.
 
-    Two robots of which one image after the other shows only one may be one robot with two tracks.
-    Whichever is nearer by chance must not take the box: the name would alternate. It stays with the
-    one seen last; the other coasts, until an image shows both or it comes up for itself. If images
-    have shown both, the better fit takes it, as an image misses a robot now and then; but no robot
-    comes back from longer absence in the very image that misses the other one.
+    Two tracks of which each image shows only one may be one robot. If the nearer one took the box,
+    the label would alternate; so it stays with the one seen last, and the other coasts until an
+    image shows both. If images have shown both, the better fit takes it, since detectors miss
+    robots now and then; but no robot returns from a longer absence in the very image that misses
+    the other one.
 
     Args:
         tracks: all of them.
         rows: of the pairs.
-        columns: theirs.
-        chosen: pairs that the assignment made.
+        columns: of the pairs.
+        chosen: assigned pairs.
         inside: pairs inside robots' gates.
-        away_ns: robots seen last before this were not just missed, ns.
+        away_ns: robots last seen before this stamp were out of view, not just missed, ns.
     """
     if len(inside) == len(chosen):
         return chosen

@@ -13,27 +13,27 @@ from aerial_gnss_ros.core.filter.innovation import PairInnovations
 from aerial_gnss_ros.core.numerics.gaussian import mahalanobis
 
 ROBOT, NEW, NEITHER = "robot", "new", ""
-"""Kinds of tracks: a single box updates a robot, a new track grows up on boxes that robots leave,
-and one that is neither gets none."""
+"""Kinds of tracks: robots choose boxes first, new tracks choose from what robots leave, and tracks
+that are neither get none."""
 
 
 @dataclass(frozen=True)
 class CandidatePairs:
-    """Pairs of an image, those that can be apart from those that are only near.
+    """Gating: pairs of an image's boxes with tracks, inside or near their gates.
 
     Attributes:
-        pairs: how boxes lie to tracks, k pairs.
+        pairs: innovations of k pairs.
         rows: row of each pair's track.
         columns: column of its box.
         squared: its squared Mahalanobis distance.
-        log_determinant: log determinant of the covariance that it was taken with.
-        log_likelihood: log likelihood of each pair, but for a constant.
+        log_determinant: log determinant of its innovation covariance.
+        log_likelihood: log likelihood of each pair, up to a constant.
         kind: of each track, not of each pair.
-        threshold: squared distance at the edge of a gate.
+        threshold: squared Mahalanobis distance at the edge of a gate.
         reach: squared distance up to which a box is just outside a gate.
         robots: pairs of a robot and a box of its class.
         inside: those with boxes inside the robots' gates.
-        new_near: pairs of a new track and a box of its class inside its gate or just outside.
+        new_near: pairs of a new track and a box of its class inside its gate or near it.
         new_inside: those with boxes inside the gates.
     """
 
@@ -60,10 +60,10 @@ class CandidatePairs:
         boxes: list[str],
         threshold: float,
     ) -> CandidatePairs:
-        """Take the pairs of an image.
+        """Classify the pairs of an image.
 
         Args:
-            pairs: tracks and boxes that are near one another.
+            pairs: innovations of tracks and nearby boxes.
             kind: of each track.
             tracks: all of them.
             boxes: class of each box.
@@ -95,7 +95,7 @@ class CandidatePairs:
         )
 
     def best(self, pairs: list[int]) -> list[int]:
-        """Return those of some pairs inside gates that are the likeliest assignment."""
+        """Return the likeliest assignment of some pairs inside gates."""
         rows = list(map(self.rows.__getitem__, pairs))
         columns = list(map(self.columns.__getitem__, pairs))
         if len({*rows}) == len({*columns}) == len(rows):  # nothing to weigh
@@ -105,9 +105,9 @@ class CandidatePairs:
         return [pairs[k] for k in found]
 
     def nearest(self) -> list[int]:
-        """Return pairs of robots with boxes inside their gates or just outside, nearest first.
+        """Return pairs of robots with boxes inside or near their gates, nearest first.
 
-        Each robot and each box is in one at most.
+        Each robot and each box occurs at most once.
         """
         rows: set[int] = set()
         columns: set[int] = set()
@@ -122,9 +122,9 @@ class CandidatePairs:
         return found
 
     def left(self, chosen: list[int]) -> tuple[list[int], int]:
-        """Return the pairs of robots and boxes that some chosen pairs leave over.
+        """Return the pairs of robots and boxes that an assignment leaves over.
 
-        Also how many of these robots have a box just outside their gates.
+        Also returns how many of these robots have a box near their gates.
         """
         rows: set[int] = set()
         columns: set[int] = set()

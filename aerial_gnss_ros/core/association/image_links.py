@@ -1,19 +1,17 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Data association between two images in the picture alone, where no pose is known.
+"""Data association between two images in the image plane, where no pose is known.
 
-Between two images the camera moves all points alike, by a motion (6,) of normal law
-(`image_motion`); each point moves by itself as well, with variance s² on each axis. For an
-assignment of points to detections with residuals r (stacked) and matrix C of the points in it, the
-likelihood is
+The camera moves all points by one Gaussian motion (6,) (`image_motion`), and each point moves
+independently with variance s² on each axis. An assignment of points to detections with stacked
+residuals r and motion matrix C has the likelihood
 
     N(r; 0, diag(s²) + C P C') · detected^hits · (1 - detected)^misses · density^others
 
-with detections that belong to no point at a Poisson density. What is returned are the marginals
-over all assignments; where these are too many, over those that can matter: what any one pair
-suggests, and from the likeliest ones each exchange, change or miss of a point. So where points are
-so close, or images so far apart, that another assignment explains them about as well, the
-probability is shared among them.
+with unassigned detections at a Poisson density. The result are the marginals over all assignments;
+where these are too many, over those suggested by any single pair, and over each exchange, change or
+miss starting from the likeliest ones. So where points are so close, or images so far apart, that
+several assignments explain them about equally well, the probability is shared among them.
 """
 
 from __future__ import annotations
@@ -42,16 +40,14 @@ class ImageLinksTuning:
     """Chosen numbers of this module, with their units and where they come from."""
 
     gate_squared: float = 25.0
-    """Squared Mahalanobis distance beyond which a pair is impossible, with the variances of the
-    motion and of the pair. Judged."""
+    """Squared Mahalanobis distance beyond which a pair is infeasible. Judged."""
     compared_assignments: int = 256
-    """Up to so many assignments all are compared: any four points and detections, or eight that are
-    clear of one another. Judged."""
+    """Up to this many assignments all are compared: any four points and detections, or eight well
+    separated ones. Judged."""
     suggesting_pairs: int = 30
-    """Of more pairs only so many, the nearest ones, suggest an assignment each. Judged."""
+    """Otherwise the nearest pairs, up to this number, suggest an assignment each. Judged."""
     beside_assignments: int = 4
-    """For so many of the likeliest assignments, those that differ a little are compared as well.
-    Judged."""
+    """Number of the likeliest assignments whose variations are compared as well. Judged."""
 
 
 TUNING = ImageLinksTuning()
@@ -61,7 +57,7 @@ _FORBIDDEN = 1e6
 
 
 class Links(NamedTuple):
-    """Which points are which detections.
+    """Probabilities that points are detections.
 
     Attributes:
         chances: (n, m) probability of each point to be each detection.
@@ -81,16 +77,16 @@ def links(
     detected: Array,
     density: float,
 ) -> Links:
-    """Return which points of one image are which detections of the next one.
+    """Associate points of one image with detections of the next one.
 
     Args:
-        points: (n, 2) where they were.
+        points: (n, 2) in the previous image.
         found: (m, 2) detections.
-        variances: (n,) of a point's own motion and both its boxes' noise, each axis.
-        motion: of the camera, as it is expected.
-        possible: (n, m) whether a point can be a detection at all.
-        detected: (n,) probability that a point is there and detected.
-        density: of detections that belong to no point, for each unit of area.
+        variances: (n,) of a point's own motion and the noise of both boxes, each axis.
+        motion: predicted motion of the image.
+        possible: (n, m) whether a point can be a detection.
+        detected: (n,) probability that a point exists and is detected.
+        density: of detections that belong to no point, per unit of area.
     """
     n, m = possible.shape
     if not n or not m:

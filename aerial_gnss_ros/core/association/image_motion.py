@@ -1,14 +1,14 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""How the camera's motion moves all points of the picture alike from one image to the next.
+"""Camera motion in the image plane from one image to the next, as an affine map.
 
 Coordinates are those of the plane at distance 1 before the camera, so that lengths are angles (rad)
-near the axis. The motion is an affine map of them:
+near the axis:
 
     point + [1, 0, x, y, 0, 0; 0, 1, 0, 0, x, y] motion
 
-Translations of the picture are turns of the camera and its way; what is linear is a turn about its
-axis, a change of the distance, and how the water's distance differs over the picture.
+Rotations of the camera and its translation shift the image; the linear part is a rotation about the
+optical axis, a change of distance, and the variation of the water's distance over the image.
 """
 
 from __future__ import annotations
@@ -29,23 +29,23 @@ class ImageMotionTuning:
     """Chosen numbers of this module, with their units and where they come from."""
 
     rate_change_sigma: float = 0.35
-    """By how much the rates of the camera's motion change from image to image, one sigma, 1/s:
-    turns of 20 deg/s, or as large a share of the distance. Judged."""
+    """Change of the motion's rates from image to image, one sigma, 1/s: rotations of 20 deg/s, or
+    the same share of the distance. Judged."""
     shear_share: float = 0.25
-    """The same for what shears the picture or stretches it one way, as a share of RATE: that comes
-    with a drone's acceleration, and slower. Judged."""
+    """The same for shear and anisotropic scale, as a share of `rate_change_sigma`: these arise from
+    a drone's acceleration and change slower. Judged."""
     cut_off_coordinates: float = 10.0
-    """Coordinates of a box that is nowhere in the picture are cut off there. Judged."""
+    """Coordinates of a box outside the image are limited to this. Judged."""
 
 
 TUNING = ImageMotionTuning()
 
 
 class Motion(NamedTuple):
-    """How the camera moves points of the picture.
+    """Affine motion of the image.
 
     Attributes:
-        mean: (6,) see the module.
+        mean: (6,) parameters, see the module.
         covariance: (6, 6) of it.
     """
 
@@ -62,13 +62,13 @@ def by_motion(points: Array) -> Array:
 
 
 def moved(points: Array, motion: Motion) -> Array:
-    """Return points (n, 2) after a motion of the camera."""
+    """Return points (n, 2) after a motion."""
     after: Array = points + by_motion(points) @ motion.mean
     return after
 
 
 def fitted(points: Array, after: Array, variances: Array, motion: Motion) -> Motion:
-    """Return the camera's motion by points (n, 2) whose places (n, 2) in the next image are known.
+    """Return the motion estimated from points (n, 2) and their positions in the next image.
 
     Args:
         points: where they were.
@@ -108,7 +108,7 @@ def on_plane(centers: Array, camera: CameraModel) -> Array:
 
 
 def in_picture(x: float, y: float, camera: CameraModel) -> bool:
-    """Return whether a point of the plane is in the picture."""
+    """Return whether a point of the plane is inside the image."""
     K = camera.K
     u, v = x * K[0, 0] + K[0, 2], y * K[1, 1] + K[1, 2]
     return bool(0.0 <= u < camera.width and 0.0 <= v < camera.height)

@@ -1,13 +1,12 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Follows robots in the picture while images have no pose, so that they keep their names.
+"""Tracks robots in the image plane while images have no pose, to keep their labels.
 
 An image without a pose gives no position, but its boxes still show which robot went where. They are
-followed from image to image (`image_links`), from the last image whose boxes measured robots to the
-first ones with a pose again. Each point of the picture has label probabilities: of which robot it
-is. Each link mixes them by the probabilities of its assignments, so that the chance of a mix-up
-multiplies up, and what cannot be told apart in one image stays so. It is evidence for
-re-identification, together with places; positions are never taken from it.
+linked from image to image (`image_links`), from the last image that measured robots to the first
+ones with a pose again. Each point has label probabilities, which each link mixes by the
+probabilities of its assignments, so that ambiguity accumulates. The result is evidence for
+re-identification, beside positions; positions are never derived from it.
 """
 
 from __future__ import annotations
@@ -41,44 +40,42 @@ class ImageTracksTuning:
     """Chosen numbers of this module, with their units and where they come from."""
 
     steady_s: float = 0.3
-    """Time constant over which these rates are averaged, s. Judged."""
+    """Time constant over which the rates of the image's motion are averaged, s. Judged."""
     history_s: float = 1.0
-    """Images with a pose that are kept, s; and a point that is missed for so long is given up, s.
-    Judged."""
+    """Time for which images with a pose are kept, and after which an undetected point is dropped,
+    s. Judged."""
     missed_images: int = 3
-    """A point that is missed is kept for so many images at least. Judged."""
+    """Least number of images for which an undetected point is kept. Judged."""
     link_s: float = 2.0
-    """Images farther apart than this are not linked, s. Judged."""
+    """Greatest time between images that are linked, s. Judged."""
     again_s: float = 1.0
-    """For so long after the last image without a pose new tracks get labels, s. Judged."""
+    """Time after the last image without a pose during which new tracks get evidence, s. Judged."""
     most_points: int = 32
-    """Points or detections beyond which nothing is followed: the picture is full of false boxes.
-    Judged."""
+    """Points or detections beyond which nothing is tracked, because of clutter. Judged."""
     least_label_probability: float = 1e-3
-    """Probability below which a label is forgotten. Judged."""
+    """Probability below which a label is dropped. Judged."""
     unmodelled_probability: float = 0.01
-    """Probability that links have failed in a way that their model does not know. Judged."""
+    """Probability that links fail in a way not modelled. Judged."""
     clearly: float = 0.95
-    """Probability from which a detection is one robot, and not another one. Judged."""
+    """Probability above which a detection is clearly one robot. Judged."""
     real_probability: float = 0.5
-    """Probability that a detection where none was expected is of something that will be seen again.
-    Judged."""
+    """Probability that an unexpected detection is an object that will be detected again. Judged."""
     prior_new_boxes: float = 0.1
-    """Detections of no known robot in an image, before any image has shown how many. Judged."""
+    """Prior number of detections of no known robot in an image. Judged."""
     prior_hits: float = 9.0
-    """Detections of known robots that are counted before the first image: nine of ten. Judged."""
+    """Prior count of detected robots: nine of ten. Judged."""
     prior_misses: float = 1.0
-    """Misses of known robots that are counted before the first image: one of ten. Judged."""
+    """Prior count of missed robots: one of ten. Judged."""
 
 
 TUNING = ImageTracksTuning()
 
 
-class Labels(NamedTuple):
-    """What the picture says about which robot a detection is: factors of likelihood.
+class LabelEvidence(NamedTuple):
+    """Evidence of the image for a detection's label, as likelihood factors.
 
     Attributes:
-        names: by name of a robot that was followed.
+        names: by label of a tracked robot.
         others: of any other robot.
     """
 
@@ -86,19 +83,19 @@ class Labels(NamedTuple):
     others: float
 
     def factor(self, name: str) -> float:
-        """Return the likelihood that it is a robot, but for a common factor."""
+        """Return the likelihood factor of a robot."""
         return max(self.names.get(name, self.others), TUNING.unmodelled_probability)
 
     def contradicts(self, name: str) -> bool:
-        """Return whether, of the robots that were followed, it is clearly another one."""
+        """Return whether the detection is clearly another one of the tracked robots."""
         return (
             self.names.get(name, 1.0) < 1.0 - TUNING.clearly
             and max(self.names.values()) > TUNING.clearly
         )
 
 
-UNTOLD = Labels({}, 1.0)
-"""Nothing is known."""
+NO_EVIDENCE = LabelEvidence({}, 1.0)
+"""No evidence."""
 
 
 class Seen(NamedTuple):
@@ -108,7 +105,7 @@ class Seen(NamedTuple):
         stamp_ns: of the image.
         centers: (m, 2) of its boxes, px.
         class_ids: of these.
-        named: by box, the robot that it measured.
+        named: by box, the label of the robot that it measured.
         camera: lens and image size.
         height: of the camera above the water, m.
     """
@@ -122,15 +119,15 @@ class Seen(NamedTuple):
 
 
 class Point(NamedTuple):
-    """A point of the picture that is followed.
+    """A point of the image that is tracked.
 
     Attributes:
-        place: (x, y) where it was in the last image, 1 before the camera.
+        place: (x, y) in the last image, on the plane at distance 1.
         class_id: of its box.
-        names: probability of each robot to be it.
+        names: probability of each label.
         seen_ns: of the last image that showed it.
-        spread: variance of its place beyond that of a box and its own motion.
-        there: probability that there is anything; `names` are less or equal together.
+        spread: variance of its position beyond that of a box and its own motion.
+        there: probability that it exists; the sum of `names` is at most this.
     """
 
     place: tuple[float, float]
@@ -142,11 +139,11 @@ class Point(NamedTuple):
 
 
 class ImageTracks:
-    """Follows the boxes of images.
+    """Tracks boxes in the image plane.
 
     Args:
         pixel_sigma: one sigma of a box's centre, px.
-        speed_sigma: of a robot whose velocity is unknown, each axis, m/s.
+        speed_sigma: of an unknown velocity of a robot, each axis, m/s.
 
     Attributes:
         blind_ns: stamp of the last image without a pose, ns; None where poses go on.
@@ -168,17 +165,17 @@ class ImageTracks:
 
     def measured(
         self, frame: DetectionFrame, camera: CameraModel, height: float, named: dict[int, str]
-    ) -> dict[int, Labels]:
+    ) -> dict[int, LabelEvidence]:
         """Take in an image whose boxes measured robots.
 
         Args:
             frame: its boxes.
             camera: lens and image size.
             height: of the camera above the water, m.
-            named: by box, the robot that it measured.
+            named: by box, the label of the robot that it measured.
 
         Returns:
-            By box, what the picture says of the others, where images before had no pose.
+            Evidence for the other boxes, by box, if recent images had no pose.
         """
         stamp_ns, labels = frame.stamp_ns, {}
         if self.blind_ns is not None:
@@ -193,16 +190,16 @@ class ImageTracks:
             history.popleft()
         return {i: one for i, one in labels.items() if i not in named} if labels else labels
 
-    def expected(self, frame: DetectionFrame) -> dict[int, Labels]:
-        """Return what the picture says of an image's boxes; nothing where poses go on.
+    def expected(self, frame: DetectionFrame) -> dict[int, LabelEvidence]:
+        """Return the evidence for an image's boxes; empty without a recent gap in poses.
 
         Args:
             frame: its boxes; `measured` or `followed` come next.
         """
         return {} if self.blind_ns is None else self.followed(frame, blind=False)
 
-    def followed(self, frame: DetectionFrame, blind: bool = True) -> dict[int, Labels]:
-        """Take in an image whose boxes measured no robots; return what the picture says of them.
+    def followed(self, frame: DetectionFrame, blind: bool = True) -> dict[int, LabelEvidence]:
+        """Take in an image whose boxes measured no robot; return the evidence for its boxes.
 
         Args:
             frame: its boxes.
@@ -219,7 +216,7 @@ class ImageTracks:
         return self._labels(len(frame))
 
     def _begin(self) -> None:
-        """Go on from the last image that measured robots."""
+        """Start from the last image that measured robots."""
         last = self._history[-1]
         places = {name: (seen, i) for seen in self._history for i, name in seen.named.items()}
         self._rates = self._first_rates()
@@ -237,7 +234,7 @@ class ImageTracks:
             self._points.append(one)
 
     def _first_rates(self) -> Array:
-        """Return the rates (6,) of the camera's motion over the last images with a pose, 1/s."""
+        """Return the motion's rates (6,) over the last images with a pose, 1/s."""
         last = self._history[-1]
         at = {name: i for i, name in last.named.items()}
         for seen in self._history:
@@ -252,16 +249,16 @@ class ImageTracks:
         return np.zeros(6)
 
     def _variances(self, places: Array, passed: Array | float) -> Array:
-        """Return by how much points (n, 2) move by themselves, each axis, (n,).
+        """Return the variance (n,) of the own motion of points (n, 2), each axis.
 
-        Both boxes' noise; swimming; and by how much the camera's motion is not affine, which goes
-        with the square of the distance from the axis.
+        Noise of both boxes, motion of the robots, and the deviation of the image's motion from an
+        affine one, which grows with the squared distance from the axis.
         """
         last = self._history[-1]
         box = self._pixel_sigma / float(last.camera.K[0, 0])
-        swum = self._speed_sigma * np.asarray(passed) / max(last.height, 1.0)
+        own = self._speed_sigma * np.asarray(passed) / max(last.height, 1.0)
         bent = IMAGE_MOTION.rate_change_sigma * np.asarray(passed) * (places**2).sum(axis=1)
-        variances: Array = 2.0 * box**2 + swum**2 + bent**2
+        variances: Array = 2.0 * box**2 + own**2 + bent**2
         return variances
 
     def _follow(self, frame: DetectionFrame) -> None:
@@ -307,7 +304,7 @@ class ImageTracks:
         self._points += [one._replace(names=_scaled(one.names, scale)) for one in missed]
 
     def _hits(self, chances: Array) -> list[dict[str, float]]:
-        """Return, for each detection, the probabilities of robots, each by itself."""
+        """Return the label probabilities of each detection by itself."""
         found: list[dict[str, float]] = []
         for of_points in chances.T.tolist():
             names: dict[str, float] = {}
@@ -318,9 +315,9 @@ class ImageTracks:
         return found
 
     def _missed(self, linked: Links, places: Array, detected: float, passed: float) -> list[Point]:
-        """Return the points that the image may have missed, where they should be by now.
+        """Return points that the image may have missed, at their predicted positions.
 
-        One that may not be there at all is the less likely to be, for not being detected.
+        The probability that a point exists decreases with each missed detection.
         """
         camera = self._history[-1].camera
         patience_ns = max(TUNING.history_s, TUNING.missed_images * passed) * 1e9
@@ -341,7 +338,7 @@ class ImageTracks:
         return found
 
     def _shares(self, found: list[dict[str, float]]) -> dict[str, float]:
-        """Return factors by which each robot, which is at one point or lost, is there once."""
+        """Return factors that normalise each label over all points and its loss."""
         factors = {}
         for name in self._known:
             lost = max(0.0, 1.0 - sum(one.names.get(name, 0.0) for one in self._points))
@@ -351,7 +348,7 @@ class ImageTracks:
         return factors
 
     def _detected(self, camera: CameraModel) -> tuple[float, float]:
-        """Return how often robots are detected, and the density of detections of no robot."""
+        """Return the detection probability and the density of other detections."""
         names = {name for seen in self._history for name in seen.named.values()}
         hits = sum(len(seen.named) for seen in self._history)
         others = sum(len(seen.centers) - len(seen.named) for seen in self._history)
@@ -362,7 +359,7 @@ class ImageTracks:
         return min(share, 0.99), (TUNING.prior_new_boxes + others / len(self._history)) / area
 
     def _name(self, named: dict[int, str]) -> None:
-        """Let boxes that measured robots be these for certain."""
+        """Set the labels of boxes that measured robots."""
         sure = set(named.values())
         self._known = tuple(dict.fromkeys((*self._known, *sure)))
         for index, one in enumerate(self._points):
@@ -371,10 +368,10 @@ class ImageTracks:
                 names = {named[index]: 1.0}
             self._points[index] = one._replace(names=names)
 
-    def _labels(self, boxes: int) -> dict[int, Labels]:
-        """Return what the picture says of an image's boxes, which are the first points.
+    def _labels(self, boxes: int) -> dict[int, LabelEvidence]:
+        """Return the evidence for an image's boxes, which are the first points.
 
-        A box that no robot's way leads to may be any robot whose way got lost.
+        A box without a linked predecessor may be any robot that was lost.
         """
         points = self._points[:boxes]
         lost = {
@@ -385,11 +382,11 @@ class ImageTracks:
         for index, one in enumerate(points):
             unknown = max(0.0, 1.0 - sum(one.names.values()))
             names = {name: one.names.get(name, 0.0) + unknown * lost[name] for name in self._known}
-            found[index] = Labels(names, unknown)
+            found[index] = LabelEvidence(names, unknown)
         return found
 
 
 def _scaled(names: dict[str, float], factors: dict[str, float]) -> dict[str, float]:
-    """Return probabilities times a factor for each name, without those too small to matter."""
+    """Return probabilities times a factor for each label, without negligible ones."""
     scaled = {name: p * factors[name] for name, p in names.items()}
     return {name: p for name, p in scaled.items() if p > TUNING.least_label_probability}

@@ -1,13 +1,13 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Which box of an image belongs to which track.
+"""Data association: which box of an image updates which track.
 
-Robots choose first, all at once, those that wait for their names among them; then those that have
-swerved; what is left goes to the tentative tracks. A robot whose boxes keep falling further off
-than its model explains is turning harder than stated: its velocity is to be inflated. Left alone,
-the filter would lag behind, the box would leave the gate and grow a second track on the same robot.
+Robots choose first, including tracks whose label is pending; then robots that manoeuvred out of
+their gates; tentative tracks choose from what is left. A robot whose innovations stay larger than
+its model explains manoeuvres harder than stated, so its velocity covariance is to be inflated:
+otherwise the filter would lag, and the box would leave the gate and start a second track.
 
-All this is decided and nothing of it done: tracks and filter are the tracker's to change.
+The matcher only decides; the tracker changes tracks and filter.
 """
 
 from __future__ import annotations
@@ -42,18 +42,19 @@ class MatcherTuning:
     """Chosen numbers of this module, with their units and where they come from."""
 
     majority_robots: int = 3
-    """Robots in view from which on most must agree with an image; of two, one of them. Judged."""
+    """Number of robots in view from which a majority must agree with an image; of two, one must.
+    Judged."""
     held_images: int = 3
-    """Images in a row that may miss a robot without more ado, however far apart they are.
-    Judged."""
+    """Consecutive images that may miss a robot, however far apart they are. Judged."""
     strained_mean: float = 3.0
-    """Fading mean of normalised squared innovations from which a robot turns harder than its model.
-    One that obeys it gets there once in a million images (33 of 30 million draws of the law)."""
+    """Mean normalised squared innovation above which a robot manoeuvres. Without a manoeuvre it is
+    exceeded once in a million images (33 of 30 million draws)."""
     common_median: float = 2.0
-    """Median of the robots' means from which they have a common cause: a latency, a wrong compass.
-    Judged."""
+    """Median of the robots' means above which they have a common cause: latency, or a wrong
+    compass. Judged."""
     turn_share: float = 0.25
-    """Share of `MotionModel.speed_sigma` by which its velocity is then uncertain. Judged."""
+    """Inflation of a manoeuvring robot's velocity sigma, as a share of `MotionModel.speed_sigma`.
+    Judged."""
 
 
 TUNING = MatcherTuning()
@@ -65,19 +66,18 @@ NO_PAIRS: tuple[Indices, Indices] = np.zeros(0, np.intp), np.zeros(0, np.intp)
 
 @dataclass
 class Association:
-    """What is decided of an image's boxes; rows are those of tracks.
+    """Decisions about an image's boxes; rows are those of tracks.
 
     Attributes:
         rows: (m,) of the tracks that get a box.
         columns: (m,) of their boxes.
-        claimed: which pairs of `CandidatePairs` are robots with their boxes.
-        matched: how many robots have a box inside their gates.
-        innovation_ratios: new fading means of robots' squared innovations, by row.
-        inflations: rows of robots that manoeuvre, and by how much, m/s, their velocities are
-            uncertain.
+        claimed: pairs of `CandidatePairs` in which robots are updated.
+        matched: number of robots with a box inside their gates.
+        innovation_ratios: new mean normalised squared innovations of robots, by row.
+        inflations: rows of manoeuvring robots, and the velocity sigmas to be added, m/s.
         clutter_shares: factors of `Track.clutter_probability`, by row.
-        near_misses: rows of new tracks with boxes just outside their gates.
-        outside: how many robots have a box just outside their gates, and none inside.
+        near_misses: rows of new tracks with boxes near their gates.
+        outside: number of robots with a box near their gates and none inside.
     """
 
     rows: Indices
@@ -92,18 +92,18 @@ class Association:
 
 
 class Matcher:
-    """Decides which boxes belong to which tracks.
+    """Decides which boxes update which tracks.
 
     Args:
-        joint: where robots are; it is only asked.
+        joint: the joint filter, read only.
         threshold: squared Mahalanobis distance at the edge of a gate.
-        fresh_s: time since a robot was seen up to which a single box may update it, s.
+        fresh_s: time since a robot was last seen up to which a single box may update it, s.
 
     Attributes:
         threshold: likewise.
         fresh_s: likewise; longer where images come seldom.
-        scene_mismatch: whether an image was so unlike what was expected that none of it is used,
-            and robots have not come back since.
+        scene_mismatch: whether an image contradicted most robots, and they have not been reacquired
+            since; such images are not used.
     """
 
     def __init__(self, joint: JointFilter, threshold: float, fresh_s: float) -> None:
@@ -112,66 +112,75 @@ class Matcher:
         self.fresh_s = fresh_s
         self._clutter = Clutter()
         self.scene_mismatch = False
-        self._told = False
+        self._reported = False
         self._agreed = 0
 
     def expect_mismatch(self) -> None:
-        """Take in that robots will not be where they should be, by what telemetry says."""
+        """Take in that telemetry predicts a scene mismatch."""
         self.scene_mismatch, self._agreed = True, 0
 
     def gate(self, tracks: list[Track], seen: Measurements, stamp_ns: int) -> CandidatePairs | None:
-        """Return which boxes may be of which tracks; None where there is nothing to choose."""
+        """Return the candidate pairs of an image, None without tracks or boxes."""
         if not tracks or not len(seen.index):
             self._clutter.update(stamp_ns, 0, 0, 0)
             return None
-        # Farther off, a pair is neither a near miss nor a robot that has swerved.
+        # Beyond, a pair is neither a near miss nor a manoeuvre.
         swerve = self.threshold * (MOTION_MODEL.swerve_s * self._filter.motions.largest) ** 2
         pairs = self._filter.compare(seen, ASSIGNMENT.near_gate_radii**2 * self.threshold, swerve)
         kind = self._kinds(tracks, stamp_ns)
         return CandidatePairs.of_image(pairs, kind, tracks, seen.class_ids.tolist(), self.threshold)
 
     def assign(
-        self, tracks: list[Track], able: CandidatePairs, boxes: int, stamp_ns: int
+        self, tracks: list[Track], candidates: CandidatePairs, boxes: int, stamp_ns: int
     ) -> Association:
-        """Return which of the boxes inside gates belong to which tracks, and what follows.
+        """Assign boxes inside gates to tracks.
 
         Args:
             tracks: all of them.
-            able: pairs of tracks and boxes that may belong together.
-            boxes: of the image.
+            candidates: candidate pairs.
+            boxes: number of boxes of the image.
             stamp_ns: of the image, ns.
         """
-        # Robots choose first: a stray box of a robot must not grow up on that robot's own boxes.
+        # Robots choose first: a false track must not take a robot's boxes.
         away_ns = stamp_ns - round(self._missed_s(stamp_ns) * 1e9)
-        inside, kind, decided = able.inside, able.kind, Association(*NO_PAIRS)
+        inside, kind, decided = candidates.inside, candidates.kind, Association(*NO_PAIRS)
         given = keep_established(
-            tracks, able.rows, able.columns, able.best(inside), inside, away_ns
+            tracks, candidates.rows, candidates.columns, candidates.best(inside), inside, away_ns
         )
         chosen = without_disputed(
-            tracks, able.rows, able.columns, given, able.log_likelihood, kind, stamp_ns
+            tracks,
+            candidates.rows,
+            candidates.columns,
+            given,
+            candidates.log_likelihood,
+            kind,
+            stamp_ns,
         )
-        left, decided.outside = able.left(given)
+        left, decided.outside = candidates.left(given)
         decided.matched = len(chosen)
-        if self._is_mismatch(tracks, able, left, chosen, boxes):
+        if self._is_mismatch(tracks, candidates, left, chosen, boxes):
             chosen = []
-        elif not self._strain(tracks, able, chosen, decided):
-            own = self._manoeuvred_pairs(tracks, able, left, decided) if left else []
+        elif not self._judge_manoeuvres(tracks, candidates, chosen, decided):
+            own = self._manoeuvred_pairs(tracks, candidates, left, decided) if left else []
             chosen = chosen + own
         decided.claimed = chosen
         if NEW in kind:
-            chosen = chosen + _new(able, chosen, decided)
+            chosen = chosen + _new(candidates, chosen, decided)
         robots = kind.count(ROBOT)
         if not self.scene_mismatch:
             missed = robots - len(decided.claimed)
             self._clutter.update(stamp_ns, robots, missed, boxes - len(chosen))
-        decided.rows, decided.columns = able.pairs.rows[chosen], able.pairs.columns[chosen]
+        decided.rows, decided.columns = (
+            candidates.pairs.rows[chosen],
+            candidates.pairs.columns[chosen],
+        )
         return decided
 
     def _kinds(self, tracks: list[Track], stamp_ns: int) -> list[str]:
-        """Return whether a single box may update each track: as a robot, as a new one, not at all.
+        """Return the kind of each track: robot, new, or neither.
 
-        Beyond `MOTION_MODEL.held_s` a robot's gate grows fast. Where images are cluttered the box
-        in it may be false.
+        Beyond `MOTION_MODEL.held_s` a robot's gate grows fast, and in clutter a box inside it may
+        be false.
         """
         patience_s = self.fresh_s
         if self._clutter.heavy:
@@ -188,69 +197,76 @@ class Matcher:
         return found
 
     def _missed_s(self, stamp_ns: int) -> float:
-        """Return for how long images may miss a robot that is in view."""
+        """Return the time for which the detector may miss a robot in view."""
         return max(
             MOTION_MODEL.held_s, TUNING.held_images * (stamp_ns - self._clutter.stamp_ns) * 1e-9
         )
 
-    def _strain(
-        self, tracks: list[Track], able: CandidatePairs, chosen: list[int], decided: Association
+    def _judge_manoeuvres(
+        self,
+        tracks: list[Track],
+        candidates: CandidatePairs,
+        chosen: list[int],
+        decided: Association,
     ) -> bool:
-        """Decide which robots' boxes are off by more than their model explains.
+        """Decide which robots manoeuvre, by their mean innovations.
 
         Args:
             tracks: all of them.
-            able: pairs of the image.
+            candidates: pairs of the image.
             chosen: those of robots that get a box.
-            decided: gets the means, and the velocities to be inflated.
+            decided: receives the means and the inflations.
 
         Returns:
-            Whether most are, and one turn of the camera explains it better than robots that turn.
+            Whether most do, and a rotation of the camera explains it better than manoeuvres.
         """
-        turning: list[int] = []
-        strain = decided.innovation_ratios
+        manoeuvring: list[int] = []
+        ratios = decided.innovation_ratios
         for k in chosen:
-            row, squared = able.rows[k], able.squared[k]
+            row, squared = candidates.rows[k], candidates.squared[k]
             ratio = tracks[row].innovation_ratio
-            strain[row] = ratio + (0.5 * squared - ratio) / TRACK.strain_images
-            if strain[row] > TUNING.strained_mean:
-                turning.append(row)
-        strained = (
-            len(strain) >= TUNING.majority_robots and median(strain.values()) > TUNING.common_median
+            ratios[row] = ratio + (0.5 * squared - ratio) / TRACK.strain_images
+            if ratios[row] > TUNING.strained_mean:
+                manoeuvring.append(row)
+        common = (
+            len(ratios) >= TUNING.majority_robots and median(ratios.values()) > TUNING.common_median
         )
-        if strained and turns(self._filter, tracks, list(strain)):
+        if common and turns(self._filter, tracks, list(ratios)):
             return True
-        if turning:
-            strain.update(dict.fromkeys(turning, 1.0))
-            speeds = TUNING.turn_share * self._filter.speeds(turning)
-            decided.inflations.append((np.array(turning, np.intp), speeds))
+        if manoeuvring:
+            ratios.update(dict.fromkeys(manoeuvring, 1.0))
+            speeds = TUNING.turn_share * self._filter.speeds(manoeuvring)
+            decided.inflations.append((np.array(manoeuvring, np.intp), speeds))
         return False
 
     def _manoeuvred_pairs(
-        self, tracks: list[Track], able: CandidatePairs, left: list[int], decided: Association
+        self, tracks: list[Track], candidates: CandidatePairs, left: list[int], decided: Association
     ) -> list[int]:
-        """Return pairs of robots and boxes left over that can only belong together.
+        """Return left-over pairs of robots and boxes that can only belong together.
 
-        A robot that is not where it should be, and a box beside it that is nobody else's: it has
-        swerved, rather than vanished just when another one came up there. But an image may have
-        missed it, and shown a false box there: the lower the camera, the more of the image is
-        beside a robot. Where images are such, the box must go on where an earlier one was since
-        the robot was seen.
+        A robot without a box in its gate, and a box near it that fits no other robot: it has
+        manoeuvred, rather than vanished just when another one surfaced there. But the detector may
+        have missed it and reported clutter there, the likelier the lower the camera. Where clutter
+        is heavy, the box must continue an earlier one since the robot was last seen.
 
         Args:
             tracks: all of them.
-            able: pairs of the image, without a swerve.
-            left: those of robots and boxes that are left over, of one class.
-            decided: gets the velocities to be inflated.
+            candidates: candidate pairs, without manoeuvres.
+            left: left-over pairs of robots and boxes of one class.
+            decided: receives the inflations.
         """
-        pairs = able.pairs
+        pairs = candidates.pairs
         more = manoeuvre_covariance(self._filter.speeds(pairs.rows[left]))
         squared, _ = mahalanobis(pairs.offsets[left], pairs.spread[left] + more)
         near = [k for k, one in zip(left, squared.tolist(), strict=True) if one <= self.threshold]
         rows, columns = pairs.rows[near].tolist(), pairs.columns[near].tolist()
         own: list[int] = []
         for k, row, column, alone in zip(near, rows, columns, lone(rows, columns), strict=True):
-            others = [tracks[able.rows[i]] for i in able.new_inside if able.columns[i] == column]
+            others = [
+                tracks[candidates.rows[i]]
+                for i in candidates.new_inside
+                if candidates.columns[i] == column
+            ]
             if not alone or any(tracks[row].coexisted(other) for other in others):
                 continue
             if not self._clutter.heavy or any(_began(other, tracks[row]) for other in others):
@@ -262,65 +278,65 @@ class Matcher:
     def _is_mismatch(
         self,
         tracks: list[Track],
-        able: CandidatePairs,
+        candidates: CandidatePairs,
         left: list[int],
         chosen: list[int],
         boxes: int,
     ) -> bool:
-        """Return whether an image is so unlike what was expected that none of it is believed.
+        """Return whether an image contradicts most robots, so that none of it is used.
 
-        A spinning compass or a jump carries robots' boxes onto other robots: the few that fall
-        into a gate are there by chance.
+        A rotating compass or a jump displaces robots' boxes onto other robots: the few that fall
+        into a gate do so by chance.
 
         Args:
             tracks: all of them.
-            able: pairs of the image.
-            left: those of robots and boxes that are left over.
-            chosen: those of robots that get a box.
-            boxes: of the image.
+            candidates: pairs of the image.
+            left: left-over pairs of robots and boxes.
+            chosen: pairs of updated robots.
+            boxes: number of boxes of the image.
         """
-        here: set[int] = set()  # one that was at the picture's edge has left it
-        for row, kind in enumerate(able.kind):
+        in_view: set[int] = set()  # robots at the image's edge may have left it
+        for row, kind in enumerate(candidates.kind):
             if kind is ROBOT and not tracks[row].leaving_view:
-                here.add(row)
+                in_view.add(row)
         matched = 0
         for k in chosen:
-            matched += able.rows[k] in here
-        known = min(len(here), boxes - len(chosen) + matched)
+            matched += candidates.rows[k] in in_view
+        known = min(len(in_view), boxes - len(chosen) + matched)
         if known > 1 and 2 * matched < known and not self.scene_mismatch:
-            stray = [k for k in left if able.rows[k] in here]
-            matched += swerves(self._filter, able.pairs, stray, chosen, self.threshold)
-        confused = known > 1 and 2 * matched < known
-        if known < TUNING.majority_robots and not confused:
-            # Few robots are back when all of them are, and not once by chance.
+            outside = [k for k in left if candidates.rows[k] in in_view]
+            matched += swerves(self._filter, candidates.pairs, outside, chosen, self.threshold)
+        mismatch = known > 1 and 2 * matched < known
+        if known < TUNING.majority_robots and not mismatch:
+            # Of few robots, all must be reacquired, in more than one image.
             self._agreed = self._agreed + matched if 0 < matched == known else 0
             self.scene_mismatch = self.scene_mismatch and self._agreed < TUNING.majority_robots
             return False
         self._agreed = 0
-        if confused and self.scene_mismatch and not self._told:  # one image may be in error
-            self._told = True
+        if mismatch and self.scene_mismatch and not self._reported:  # one image may be in error
+            self._reported = True
             self._filter.log.add(
-                f"{known - matched} of {known} boxes are not where robots should be: the compass, "
-                "the gimbal or the fix may be wrong; robots are not updated by such images."
+                f"{known - matched} of {known} boxes are not where robots are expected: the "
+                "compass, the gimbal or the fix may be wrong; such images update no robot."
             )
-        self.scene_mismatch = confused
-        self._told &= confused
-        return confused
+        self.scene_mismatch = mismatch
+        self._reported &= mismatch
+        return mismatch
 
 
-def _new(able: CandidatePairs, chosen: list[int], decided: Association) -> list[int]:
-    """Return pairs of new tracks and boxes that are left; the more such boxes, the more chance."""
-    taken = {able.columns[k] for k in chosen}
-    new = able.best([k for k in able.new_inside if able.columns[k] not in taken])
-    taken |= {able.columns[k] for k in new}
-    beside = [k for k in able.new_near if able.columns[k] not in taken]
+def _new(candidates: CandidatePairs, chosen: list[int], decided: Association) -> list[int]:
+    """Return pairs of new tracks and left-over boxes."""
+    taken = {candidates.columns[k] for k in chosen}
+    new = candidates.best([k for k in candidates.new_inside if candidates.columns[k] not in taken])
+    taken |= {candidates.columns[k] for k in new}
+    beside = [k for k in candidates.new_near if candidates.columns[k] not in taken]
     if new:
-        share = chance_probability(len(beside), able.kind.count(NEW))
-        decided.clutter_shares = {able.rows[k]: share for k in new}
-    decided.near_misses = {able.rows[k] for k in beside} - {able.rows[k] for k in new}
+        share = chance_probability(len(beside), candidates.kind.count(NEW))
+        decided.clutter_shares = {candidates.rows[k]: share for k in new}
+    decided.near_misses = {candidates.rows[k] for k in beside} - {candidates.rows[k] for k in new}
     return new
 
 
 def _began(other: Track, robot: Track) -> bool:
-    """Return whether a track began when a robot was seen no more."""
+    """Return whether a track began after a robot was last seen."""
     return other.first_seen_ns > robot.last_seen_ns

@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""The life of one track, and what it remembers for the time when its robot is out of sight."""
+"""A track: its state, and what re-identification needs while its robot is out of view."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from aerial_gnss_ros.core.association.image_tracks import Labels
+from aerial_gnss_ros.core.association.image_tracks import LabelEvidence
 from aerial_gnss_ros.core.faults.noise_level import Innovation
 from aerial_gnss_ros.core.values.estimates import State
 from aerial_gnss_ros.core.values.rejection import Cause
@@ -23,9 +23,9 @@ class TrackTuning:
     """Chosen numbers of this module, with their units and where they come from."""
 
     habit_s: float = 5.0
-    """Velocities so far apart count as independent of one another. Judged."""
+    """Time between velocities that count as independent, s. Judged."""
     strain_images: int = 8
-    """Images over which a robot's normalised squared innovations are averaged. Judged."""
+    """Images over which normalised squared innovations are averaged. Judged."""
 
 
 TUNING = TrackTuning()
@@ -33,38 +33,36 @@ TUNING = TrackTuning()
 
 @dataclass
 class Track:
-    """The life of one track; its numbers are those of the same row of `TrackTable.filter`.
+    """One track; its state vector is in the same row of `TrackTable.filter`.
 
     Attributes:
         class_id: class name as the detector gave it.
         first_seen_ns: stamp of the first image that showed it, ns.
         last_seen_ns: of the last one, ns.
         state: tentative, confirmed, coasting or lost.
-        robot_id: its name, "" before it is confirmed.
+        robot_id: its label, "" before confirmation.
         hits: stamps of the images that showed it, within `tracks.confirm_window_s`.
-        innovation_ratio: fading mean of its squared innovations by their expectation; 1 is right.
+        innovation_ratio: mean normalised squared innovation; 1 is expected.
         velocity: (2,) East, North when last seen, m/s.
-        velocity_spread: (2, 2) covariance of that, m²/s².
-        speed_history: sum of its squared velocities, mean of both axes, each `TUNING.habit_s`,
-            m²/s².
-        speed_history_count: how many independent ones.
-        label_pending: whether it waits for its name, since it could be one of several robots.
-        clutter_probability: probability that its boxes after the first are false ones, there by
-            chance.
-        rejected: whether a box was refused it, by which it would be faster than robots are, or it
-            was only seen while telemetry was wrong.
-        entered_view: whether its first box was at the edge of the picture: it came into view.
-        pending_boxes: stamp (ns), u and v (px) of its boxes for as long as it has no name.
-        near_misses: boxes just outside its gate that were no other's while it had no name.
-        rejection_cause: of `rejected`, should it end without a name.
-        innovations: of the last three images that showed it where it may be.
-        previous_label: its name until all robots were elsewhere at once and another track went on
-            under it; it has it again should they be back.
-        unverified: whether it was confirmed while robots were not where they should be: its place
-            is that of a camera that may have been wrong.
-        labels: what the picture says of which robot it is, None where it says nothing.
-        leaving_view: whether its last one is: should it vanish now, it has left the view, not
-            dived.
+        velocity_spread: (2, 2) its covariance, m²/s².
+        speed_history: sum of squared velocities, mean of both axes, each `TUNING.habit_s`, m²/s².
+        speed_history_count: number of independent ones.
+        label_pending: whether its label is deferred, as it could be one of several robots.
+        clutter_probability: probability that its boxes after the first are clutter.
+        rejected: whether a box was refused because it implied an impossible speed, or it was only
+            seen while telemetry was wrong.
+        entered_view: whether its first box was at the edge of the image: it entered the view.
+        pending_boxes: stamp (ns), u and v (px) of its boxes while it has no label.
+        near_misses: unassociated boxes near its gate while it has no label.
+        rejection_cause: cause of `rejected`, if it ends without a label.
+        innovations: innovations of the last three images with a box near its gate.
+        previous_label: its label before all robots were displaced together and another track
+            inherited it; restored if they return.
+        unverified: whether it was confirmed during a scene mismatch, so that its position may come
+            from a wrong pose.
+        label_evidence: evidence of its label from tracking in the image, None without.
+        leaving_view: whether its last box was at the edge of the image: if it vanishes, it has left
+            the view, not dived.
     """
 
     class_id: str
@@ -89,10 +87,10 @@ class Track:
     innovations: tuple[Innovation, ...] = ()
     previous_label: str = ""
     unverified: bool = False
-    labels: Labels | None = None
+    label_evidence: LabelEvidence | None = None
 
     def inherit_label(self, other: Track) -> None:
-        """Go on under the name of a robot that this one turned out to be."""
+        """Take over the label of the robot that this track continues."""
         self.robot_id = other.robot_id
         self.speed_history, self.speed_history_count = (
             other.speed_history,
@@ -100,16 +98,16 @@ class Track:
         )
 
     def absorb(self, other: Track) -> None:
-        """Take in a track without a name that turned out to be of the same robot."""
+        """Merge an unlabelled duplicate track into this one."""
         if other.first_seen_ns < self.first_seen_ns:
             self.first_seen_ns, self.entered_view = other.first_seen_ns, other.entered_view
         self.hits = deque(sorted({*self.hits, *other.hits}))
         self.label_pending |= other.label_pending
         self.pending_boxes, other.pending_boxes = self.pending_boxes + other.pending_boxes, ()
-        self.labels = self.labels or other.labels
+        self.label_evidence = self.label_evidence or other.label_evidence
 
     def swap_labels(self, other: Track) -> None:
-        """Give each other's name: association had exchanged the two."""
+        """Exchange the labels of two tracks that association had exchanged."""
         self.robot_id, other.robot_id = other.robot_id, self.robot_id
         self.speed_history, other.speed_history = other.speed_history, self.speed_history
         self.speed_history_count, other.speed_history_count = (
@@ -118,13 +116,13 @@ class Track:
         )
 
     def typical_speed(self, speed: float) -> float:
-        """Return one sigma of the velocity that it is used to, each axis, m/s.
+        """Return one sigma of its velocity so far, each axis, m/s.
 
         Args:
-            speed: what is supposed of a robot of which nothing is known, m/s.
+            speed: prior sigma of an unknown velocity, m/s.
         """
         return float(np.sqrt((speed**2 + self.speed_history) / (1.0 + self.speed_history_count)))
 
     def coexisted(self, other: Track) -> bool:
-        """Return whether one image showed both: then they are two robots."""
+        """Return whether an image showed both, so that they are two robots."""
         return not set(self.hits).isdisjoint(other.hits)

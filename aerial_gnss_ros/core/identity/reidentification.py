@@ -25,7 +25,7 @@ from numpy.typing import NDArray
 
 from aerial_gnss_ros.core.association.assignment import TUNING as ASSIGNMENT
 from aerial_gnss_ros.core.association.assignment import cheapest
-from aerial_gnss_ros.core.association.image_tracks import UNTOLD
+from aerial_gnss_ros.core.association.image_tracks import NO_EVIDENCE
 from aerial_gnss_ros.core.association.track import Track
 from aerial_gnss_ros.core.identity.return_permutation import likeliest_permutation
 from aerial_gnss_ros.core.identity.return_position import ReturnPosition, VelocityLikelihood
@@ -72,7 +72,7 @@ class Returns:
     Attributes:
         found: by row of a new track, the row of the robot that it is.
         waiting: rows of new tracks whose decision is deferred.
-        ended: rows of robots that surfaced but cannot be told apart.
+        ended: rows of robots that surfaced but cannot be evidence apart.
         label_probabilities: by row of a robot that surfaced, the probability of each new row to be
             that robot.
         other: by a new row and that of a robot out of view, the probability that they are the same.
@@ -262,9 +262,9 @@ def duplicate_tracks(
 
 def _labels(known: list[Track], new: list[Track]) -> tuple[Array, Array]:
     """Return likelihood factors of robots (n, m) and of new ones (m,) from the image alone."""
-    told = [track.labels or UNTOLD for track in new]
-    factors = [[one.factor(robot.robot_id) for one in told] for robot in known]
-    return np.array(factors), np.array([one.factor("") for one in told])
+    evidence = [track.label_evidence or NO_EVIDENCE for track in new]
+    factors = [[one.factor(robot.robot_id) for one in evidence] for robot in known]
+    return np.array(factors), np.array([one.factor("") for one in evidence])
 
 
 def _absence(old: Track, new: Track) -> float:

@@ -1,10 +1,9 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""What became of boxes that tracks got before they were confirmed: only later is it known.
+"""Account of boxes: each one is used or refused exactly once.
 
-A box that measures a robot with a name is used. One that begins or feeds a tentative track is used
-when the track is confirmed, and refused as `unconfirmed` when the track ends before; until then it
-is pending with the track. So each box is counted exactly once.
+A box that measures a labelled robot is used. One that starts or updates a tentative track is
+pending: it is used when the track is confirmed, and refused as `unconfirmed` when it ends before.
 """
 
 from __future__ import annotations
@@ -22,9 +21,9 @@ class BoxAccountTuning:
     """Chosen numbers of this module, with their units and where they come from."""
 
     most_pending: int = 1000
-    """Boxes pending with a track; of one that is never decided the oldest are given up. Judged."""
+    """Greatest number of pending boxes of a track; the oldest are refused. Judged."""
     least_refused: int = 20
-    """Refused boxes from which it is told that most are. Judged."""
+    """Least number of refused boxes at which a complaint is made. Judged."""
 
 
 TUNING = BoxAccountTuning()
@@ -32,10 +31,10 @@ TUNING = BoxAccountTuning()
 
 @dataclass(frozen=True)
 class Settled:
-    """What has been decided of boxes, of the last image and of those before it.
+    """Boxes decided since the last call, of the last image and earlier ones.
 
     Attributes:
-        used: how many measured robots.
+        used: number of boxes that measured robots.
         refused: those whose track ended unconfirmed, each with the stamp of its own image.
     """
 
@@ -44,14 +43,14 @@ class Settled:
 
 
 class BoxAccount:
-    """Keeps what has been decided until somebody asks."""
+    """Collects decisions until they are asked for."""
 
     def __init__(self) -> None:
         self._used = 0
         self._refused: list[Rejection] = []
 
     def drain(self) -> Settled:
-        """Return what was decided since this was asked last."""
+        """Return the decisions since the last call."""
         settled = Settled(self._used, tuple(self._refused))
         self._used, self._refused = 0, []
         return settled
@@ -77,7 +76,7 @@ class BoxAccount:
                 track.pending_boxes = track.pending_boxes[1:]
 
     def confirm(self, tracks: Iterable[Track]) -> None:
-        """Count what is pending with tracks that have names as used."""
+        """Count the pending boxes of labelled tracks as used."""
         for track in tracks:
             if track.robot_id and track.pending_boxes:
                 self._used += len(track.pending_boxes)
@@ -86,13 +85,12 @@ class BoxAccount:
     def end(
         self, tracks: Iterable[Track], hits: int = 0, images: int = 0, confused: bool = False
     ) -> None:
-        """Refuse what is pending with tracks that end.
+        """Refuse the pending boxes of tracks that end.
 
         Args:
             tracks: that end.
-            hits: measurements that would have confirmed them; 0: tracks end for another reason
-                than that they were not confirmed in time.
-            images: how many came within the time in which these must come.
+            hits: measurements that would have confirmed them; 0: they end for another reason.
+            images: number of images within the confirmation window.
             confused: whether images are so unlike what is expected that robots are lost.
         """
         for track in tracks:
@@ -104,7 +102,7 @@ class BoxAccount:
         self._refused += [Rejection(t, Reason.UNCONFIRMED, u, v, cause) for t, u, v in boxes]
 
     def _cause(self, track: Track, hits: int, images: int, confused: bool) -> Cause:
-        """Return the likeliest reason why a track was not confirmed."""
+        """Return the likeliest cause why a track was not confirmed."""
         if track.rejected:
             return track.rejection_cause
         if not hits:
@@ -122,13 +120,13 @@ def complaint(
     causes: Mapping[Cause, int],
     least: int = TUNING.least_refused,
 ) -> str:
-    """Return what most boxes come to nothing for and why that may be; empty where most are used.
+    """Return why most boxes are refused, as a sentence; empty if most are used.
 
     Args:
-        used: boxes that measured robots.
-        refused: those that did not, by reason.
+        used: number of boxes that measured robots.
+        refused: number of others, by reason.
         causes: the `unconfirmed` among them by cause.
-        least: nothing is said of fewer boxes.
+        least: least number of boxes for a complaint.
     """
     total = sum(refused.values())
     if total < max(least, used):

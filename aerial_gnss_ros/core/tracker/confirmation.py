@@ -1,12 +1,11 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Which tracks have hits enough to be robots, and under which names they go on.
+"""Track confirmation: when a track is a robot, and which label it gets.
 
-A track is confirmed by its hits if they came in at least half of the images since the first of
-them: a robot is seen more often than not, a glint is not. In images full of false boxes it takes
-as many more as it takes to believe that no track got its own by chance. One inside the gate of a
-robot out of sight goes on under that robot's name (`reidentification`). Not so if one image showed
-both: what is seen beside a robot is not that robot.
+A track is confirmed by enough hits in at least half of the images since its first one: a robot is
+detected more often than not, a glint is not. In clutter more hits are required, until no clutter
+track is expected. A track inside the gate of a robot out of view can inherit that robot's label
+(`reidentification`), unless an image has shown both.
 """
 
 from __future__ import annotations
@@ -36,24 +35,23 @@ class ConfirmationTuning:
     """Chosen numbers of this module, with their units and where they come from."""
 
     expected_false_tracks: float = 0.05
-    """Tracks of false boxes alone that may be expected among those confirmed by an image.
-    Judged."""
+    """Greatest expected number of clutter tracks confirmed by an image. Judged."""
 
 
 TUNING = ConfirmationTuning()
 
 
 class TrackConfirmation:
-    """Confirms tracks and names them.
+    """Confirms and labels tracks.
 
     Args:
-        table: of the tracks.
-        identity: gives names.
-        encounters: keeps doubts about them.
-        rules: what confirms a track.
+        table: the tracks.
+        identity: issues labels.
+        encounters: keeps ambiguities of labels.
+        rules: configured confirmation rule.
 
     Attributes:
-        rule: measurements that confirm a track, and within what time.
+        rule: the rule adapted to the image rate.
     """
 
     def __init__(
@@ -65,16 +63,16 @@ class TrackConfirmation:
         self.rule = ConfirmationRule(rules)
         self._threshold = gate_threshold(rules.gate_probability)
         motion = table.filter.motion
-        self._reacquisition = Reidentification(motion, self._threshold, rules.coast_s)
+        self._reidentification = Reidentification(motion, self._threshold, rules.coast_s)
         self.reset()
 
     def reset(self) -> None:
         """Forget all images."""
-        self._reacquisition.reset()
+        self._reidentification.reset()
         self.rule.reset()
 
     def ready(self, stamp_ns: int, lasting: bool = False) -> list[int]:
-        """Return the rows of tracks that can get a label.
+        """Return the rows of tracks that can be labelled.
 
         Args:
             stamp_ns: of the image, ns.
@@ -98,69 +96,73 @@ class TrackConfirmation:
         stamp_ns: int,
         height: float,
         local: LocalMap,
-        told: bool = True,
+        attitude_known: bool = True,
     ) -> set[int]:
         """Label tracks; return the rows that they replace.
 
         Args:
-            ready: rows of those that can get a name.
+            ready: rows of tracks that can be labelled.
             stamp_ns: of the image, ns.
             height: of the camera above the water, m.
             local: the map.
-            told: whether robots that are found again tell that the camera has not turned; not if
-                most of them are missing.
+            attitude_known: whether reacquired robots are evidence that the camera has not turned;
+                not if most of them are missing.
         """
         tracks = self._table.tracks
-        folded = self._fold(ready)
-        ready = [row for row in ready if row not in folded]
-        came = self._resume(ready, stamp_ns, height)
+        merged = self._merge_duplicates(ready)
+        ready = [row for row in ready if row not in merged]
+        returns = self._reidentify(ready, stamp_ns, height)
         for row in ready:
-            tracks[row].label_pending = row in came.waiting
-        ready = [row for row in ready if row not in came.waiting]
-        unknown = [row for row in ready if row not in came.found]
-        names = self._identity.assign([self._sighting(tracks[row], row) for row in unknown], local)
+            tracks[row].label_pending = row in returns.waiting
+        ready = [row for row in ready if row not in returns.waiting]
+        unknown = [row for row in ready if row not in returns.found]
+        names = self._identity.assign(
+            [self._confirmed_track(tracks[row], row) for row in unknown], local
+        )
         for row, name in zip(unknown, names, strict=True):
             tracks[row].robot_id = name
-        for row, old in came.found.items():
+        for row, old in returns.found.items():
             tracks[row].inherit_label(tracks[old])
-        self._record_alternatives(came)
-        for row, old in came.found.items():
-            self._table.merge(old, row, told)
+        self._record_alternatives(returns)
+        for row, old in returns.found.items():
+            self._table.merge(old, row, attitude_known)
         for row in ready:
             tracks[row].state = State.CONFIRMED
-        self._report_ended(came)
-        return {*came.found.values(), *came.ended, *folded}
+        self._report_ended(returns)
+        return {*returns.found.values(), *returns.ended, *merged}
 
-    def _report_ended(self, came: Returns) -> None:
-        """Say which names have ended."""
+    def _report_ended(self, returns: Returns) -> None:
+        """Report labels that end."""
         tracks = self._table.tracks
-        for old in sorted(came.ended):
-            likely = {p: tracks[new].robot_id for new, p in came.label_probabilities[old].items()}
+        for old in sorted(returns.ended):
+            likely = {
+                p: tracks[new].robot_id for new, p in returns.label_probabilities[old].items()
+            }
             p = max(likely)
             self._table.filter.log.add(
-                f"{tracks[old].robot_id} came up with others, and which it is nobody can tell: "
-                f"its name ends. It is {likely[p]} with a probability of {p:.2f}."
+                f"{tracks[old].robot_id} surfaced with others and cannot be told apart from them: "
+                f"its label ends. It is {likely[p]} with a probability of {p:.2f}."
             )
 
-    def _record_alternatives(self, came: Returns) -> None:
+    def _record_alternatives(self, returns: Returns) -> None:
         """Record alternative labels for re-identified tracks."""
         tracks = self._table.tracks
         called = {row: track.robot_id for row, track in enumerate(tracks)}
         exchanges = [
-            exchange_probabilities(one, other, p) for (one, other), p in came.other.items()
+            exchange_probabilities(one, other, p) for (one, other), p in returns.other.items()
         ]
-        for law in [came.label_probabilities, *exchanges]:
+        for law in [returns.label_probabilities, *exchanges]:
             self._encounters.update_ambiguity(
                 {called[a]: {called[b]: p for b, p in of.items() if p} for a, of in law.items()}
             )
-        for row, share in came.unknown.items():
-            old = came.found[row]
+        for row, share in returns.unknown.items():
+            old = returns.found[row]
             mean, covariance = self._table.filter.moments()
             spot = Position(mean[old, :2], covariance[old, :2, :2])
             self._encounters.note_departure(tracks[row].robot_id, spot, share)
 
-    def _fold(self, ready: list[int]) -> set[int]:
-        """Make one of tracks without labels that are of one robot; return the rows that go."""
+    def _merge_duplicates(self, ready: list[int]) -> set[int]:
+        """Merge duplicate tracks without labels; return the rows merged into others."""
         if len(ready) < 2:
             return set()
         tracks, between = self._table.tracks, self._table.separations(ready, ready)
@@ -171,11 +173,11 @@ class TrackConfirmation:
         return set(pairs.values())
 
     def _is_ready(self, track: Track, begun_ns: int, new: int) -> bool:
-        """Return whether a track with hits enough can get a label.
+        """Return whether a track with enough hits can be labelled.
 
         Args:
-            track: it.
-            begun_ns: it must have begun by then.
+            track: with enough hits.
+            begun_ns: latest stamp at which it may have begun, ns.
             new: number of tentative tracks.
         """
         since = sum(image >= track.hits[0] for image in self.rule.images)
@@ -184,25 +186,25 @@ class TrackConfirmation:
         false = new * track.clutter_probability
         return len(track.hits) == 1 or false < TUNING.expected_false_tracks
 
-    def _resume(self, ready: list[int], stamp_ns: int, height: float) -> Returns:
-        """Return which new tracks are which robots out of sight."""
+    def _reidentify(self, ready: list[int], stamp_ns: int, height: float) -> Returns:
+        """Return which new tracks are which robots out of view."""
         tracks = self._table.tracks
         away = [row for row, track in enumerate(tracks) if track.robot_id]
         if not away:
             return Returns()
-        return self._reacquisition.decide(
+        return self._reidentification.decide(
             tracks, away, ready, self._table.separations(away, ready),
             self._velocity_likelihood(ready), stamp_ns, height,
             self._identity.newcomers((stamp_ns - self.rule.first_ns) * 1e-9),
         )  # fmt: skip
 
     def _velocity_likelihood(self, rows: list[int]) -> VelocityLikelihood:
-        """Return how tracks without labels swim, by their boxes."""
+        """Return the velocity likelihoods of unlabelled tracks."""
         joint = self._table.filter
         mean, covariance = joint.moments()
         return VelocityLikelihood.of(mean[rows, 2:], covariance[rows, 2:, 2:], joint.speeds(rows))
 
-    def _sighting(self, track: Track, row: int) -> ConfirmedTrack:
+    def _confirmed_track(self, track: Track, row: int) -> ConfirmedTrack:
         mean, covariance = self._table.filter.moments()
         place = mean[row, :2], covariance[row, :2, :2]
         return ConfirmedTrack(track.class_id, track.last_seen_ns, *place)

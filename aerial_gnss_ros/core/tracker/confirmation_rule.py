@@ -1,11 +1,10 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""How many measurements confirm a track within what time, by how often images come.
+"""Track confirmation rule: number of measurements and time window, adapted to the image rate.
 
-Where images come so seldom that `tracks.confirm_hits` of them do not fit into
-`tracks.confirm_window_s`, no robot could ever be confirmed. Then the window is stretched to the
-images. But a robot may be anywhere in a gate that has grown for so long, and so may a false box:
-one more measurement is asked for (test_pace tells what that gives amid false boxes).
+If images are so rare that `tracks.confirm_hits` of them do not fit into `tracks.confirm_window_s`,
+no robot could be confirmed. Then the window is extended. But gates that have grown for so long also
+admit clutter, so one more measurement is required (`test_confirmation_rule` has the effect).
 """
 
 from __future__ import annotations
@@ -21,26 +20,25 @@ class ConfirmationRuleTuning:
     """Chosen numbers of this module, with their units and where they come from."""
 
     median_gaps: int = 5
-    """The usual time between images is the median of so many. Judged."""
+    """Number of intervals between images whose median is used. Judged."""
     largest_stretch: float = 3.0
-    """The window is stretched to this multiple at most; images still rarer confirm nothing.
-    Judged."""
+    """Greatest extension of the window, as a factor; rarer images confirm nothing. Judged."""
 
 
 TUNING = ConfirmationRuleTuning()
 
 
 class ConfirmationRule:
-    """Follows how often images come.
+    """Adapts the rule to the image rate.
 
     Args:
-        rules: what confirms a track.
+        rules: configured rule.
 
     Attributes:
         hits: measurements that confirm a track.
-        window_ns: time within which they must come, ns.
+        window_ns: time within which they must occur, ns.
         images: stamps of the images within that time, ns.
-        first_ns: stamp of the first image of all, ns.
+        first_ns: stamp of the first image, ns.
     """
 
     def __init__(self, rules: TracksConfig) -> None:
@@ -57,7 +55,7 @@ class ConfirmationRule:
         self.first_ns = 2**63 - 1
 
     def note(self, stamp_ns: int) -> None:
-        """Take in that there is an image."""
+        """Take in an image."""
         if self._last_ns is not None:
             self._gaps_ns.append(stamp_ns - self._last_ns)
             interval_ns = sorted(self._gaps_ns)[(len(self._gaps_ns) - 1) // 2]

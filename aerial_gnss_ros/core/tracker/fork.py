@@ -1,12 +1,11 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Robots as they were when telemetry or boxes began to contradict them.
+"""A second hypothesis: the robots as they were before telemetry or boxes contradicted them.
 
-That leaves two hypotheses: what comes is right since, or was right until then and is in error now.
-The filter goes on with the first one. This keeps the second one: robots that nobody has seen since.
-When a receiver jumps back to where it was, or boxes that the filter cannot explain fall image after
-image where these robots should be, it was the second one, and what was seen meanwhile was seen
-wrongly.
+Either the new data are right, or the old ones were. The filter continues with the new data; the
+fork keeps the robots of the old hypothesis, predicted without updates. When a receiver jumps back,
+or boxes that the filter cannot explain fall where the fork's robots are expected in several images,
+the old hypothesis was right, and what was seen meanwhile had a wrong pose.
 """
 
 from __future__ import annotations
@@ -31,16 +30,15 @@ class ForkTuning:
     """Chosen numbers of this module, with their units and where they come from."""
 
     longest_s: float = 60.0
-    """After longer, robots that nobody saw can be anywhere, s. Judged."""
+    """Greatest age of a fork: after that its robots can be anywhere, s. Judged."""
     calm_s: float = 1.0
-    """The filter's own robots are right where nothing has contradicted them for so long, s.
-    Judged."""
+    """Time without contradictions after which the filter's own robots are right, s. Judged."""
     agreeing_images: int = 3
-    """So many images in a row must show robots where they should be. Judged."""
+    """Consecutive images that must agree with the fork. Judged."""
     recent_ns: int = 1_000_000_000
-    """Robots that were seen within this time before are in view, ns. Judged."""
+    """Robots last seen within this time before the fork are expected in view, ns. Judged."""
     robots_in_view: int = 2
-    """At least so many robots must be in view: by itself one may be anything. Judged."""
+    """Least number of robots in view: a single one may match by chance. Judged."""
 
 
 TUNING = ForkTuning()
@@ -48,15 +46,15 @@ TUNING = ForkTuning()
 
 @dataclass
 class Fork:
-    """Robots at the image from which on they were contradicted, before any of its boxes counted.
+    """The robots at the first contradicting image, before any of its boxes was used.
 
     Attributes:
         stamp_ns: of that image.
-        tracks: of the robots.
-        groups: their joint laws, predicted to the present image.
-        jumped: whether the drone's position had jumped.
-        agreed: images in a row that show robots where these should be.
-        calm_s: for how long nothing has contradicted the filter's own robots, s.
+        tracks: copies of the tracks.
+        groups: their joint states, predicted to the present image.
+        jumped: whether the drone's position jumped.
+        agreed: consecutive images that agree with the fork.
+        calm_s: time for which nothing has contradicted the filter's own robots, s.
     """
 
     stamp_ns: int
@@ -68,19 +66,19 @@ class Fork:
 
     @staticmethod
     def of(stamp_ns: int, tracks: list[Track], groups: list[JointState]) -> Fork:
-        """Return it, with copies of all that changes."""
+        """Return a fork with copies of everything that changes."""
         return Fork(stamp_ns, copy.deepcopy(tracks), _copy(groups))
 
     def again(self) -> Fork:
-        """Return a copy that can be gone back to, should robots be contradicted once more."""
+        """Return a copy, for another contradiction."""
         return Fork.of(self.stamp_ns, self.tracks, self.groups)
 
     def apart(self, rows: dict[str, int], mean: Array) -> dict[str, Array]:
-        """Return how far robots are from where these should be, by name, (2,) m.
+        """Return the offsets (2,) of robots from those of the fork, by label, m.
 
         Args:
-            rows: by name.
-            mean: (n, 2) places of all rows, m.
+            rows: by label.
+            mean: (n, 2) positions of all rows, m.
         """
         found = {}
         for group in self.groups:
@@ -91,22 +89,22 @@ class Fork:
         return found
 
     def holds(self, stamp_ns: int) -> bool:
-        """Return whether it can still be gone back to at an image."""
+        """Return whether the fork may still be right at an image."""
         if self.calm_s > TUNING.calm_s and not self.jumped:
             return False
         return 0 <= stamp_ns - self.stamp_ns <= TUNING.longest_s * 1e9
 
     @property
     def unnamed(self) -> list[int]:
-        """Rows of tracks that had no name."""
+        """Rows of tracks without a label."""
         return [row for row, track in enumerate(self.tracks) if not track.robot_id]
 
-    def take(self, pairs: PairInnovations, boxes: int, threshold: float) -> bool:
-        """Take in an image that the filter cannot explain; return whether this explains it.
+    def update(self, pairs: PairInnovations, boxes: int, threshold: float) -> bool:
+        """Take in an image that the filter cannot explain; return whether the fork explains it.
 
         Args:
-            pairs: how boxes lie to these robots.
-            boxes: of the image.
+            pairs: innovations of these robots.
+            boxes: number of boxes of the image.
             threshold: squared Mahalanobis distance at the edge of a gate.
         """
         seen = [
@@ -126,6 +124,6 @@ class Fork:
 
 
 def _copy(groups: list[JointState]) -> list[JointState]:
-    """Return copies that share nothing that changes but what no robots explained of the camera."""
+    """Return a copy that shares only the attitude ambiguity and the camera view."""
     shared = [thing for one in groups for thing in (one.view, one.rotation_fault.ambiguity)]
     return copy.deepcopy(groups, {id(thing): thing for thing in shared})

@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""The seam between one image's points and robots over time: any tracker that fits it will do."""
+"""Interface between georeferenced images and a tracker; any implementation can be used."""
 
 from __future__ import annotations
 
@@ -26,9 +26,9 @@ class TrackUpdate:
     Attributes:
         estimates: confirmed and coasting robots, ordered by robot_id.
         measured: index of the detection that measured each confirmed robot, by robot_id.
-        gated: (n,) True where a detection with a point neither updated nor began a track.
-        too_fast: (n,) True where it was refused its track, which it would have made too fast.
-        platform: errors of the platform, where the tracker estimates them.
+        gated: (n,) True where a detection with a point neither updated nor started a track.
+        too_fast: (n,) True where it was refused because its track would have been too fast.
+        platform: errors of the platform, if the tracker estimates them.
     """
 
     estimates: tuple[RobotEstimate, ...]
@@ -39,21 +39,21 @@ class TrackUpdate:
 
 
 class Tracking(Protocol):
-    """Turns posed frames, in the order of their stamps, into robots that keep their names."""
+    """Turns posed frames, in stamp order, into labelled robots."""
 
     def update(self, frame: PosedFrame, points: WaterPoints, local: LocalMap) -> TrackUpdate:
         """Take in one image with its pose.
 
         Args:
-            frame: boxes, camera and pose; a joint filter works on these.
-            points: where each box lies on the water, taken singly; a first tracker works on these.
+            frame: boxes, camera and pose, for a joint filter.
+            points: position of each box on the water, for a simple tracker.
             local: the frame `map`, the same from the first call to the last.
         """
 
     def misfit(self, frame: PosedFrame, points: WaterPoints, local: LocalMap) -> float:
-        """Return how badly an image's boxes fit the robots in view, nats; asked of a copy only.
+        """Return how badly an image's boxes fit the robots in view, nats; called on a copy only.
 
-        Differences tell how much likelier one camera or pose of the image is than another.
+        Differences are log likelihood ratios of cameras or poses of the image.
 
         Args:
             frame: boxes, camera and pose.
@@ -63,23 +63,23 @@ class Tracking(Protocol):
 
     @property
     def monitor(self) -> InnovationMonitor:
-        """Tells how well boxes fall where they are expected."""
+        """Innovation statistics."""
 
     def coast(
         self, stamp_ns: int, boxes: DetectionFrame | None = None
     ) -> tuple[RobotEstimate, ...]:
-        """Return the predicted robots at an image that has no pose; nothing is measured.
+        """Return the predicted robots at an image without a pose.
 
         Args:
             stamp_ns: of the image, ns.
-            boxes: that it shows, where they are those of a picture: names may be kept by them.
+            boxes: of the image, if they are real: labels can be kept by them.
         """
 
     def settled(self) -> Settled:
-        """Return what has been decided of boxes since this was asked last (see `BoxAccount`)."""
+        """Return the boxes decided since the last call (see `BoxAccount`)."""
 
     def end(self) -> None:
-        """Decide on all boxes: nothing more comes."""
+        """Decide on all boxes: the recording has ended."""
 
     def check(self) -> None:
         """Check that all numbers are finite and within bounds; called after every image.
@@ -89,4 +89,4 @@ class Tracking(Protocol):
         """
 
     def reset(self) -> None:
-        """Forget all tracks; names once given are not given again."""
+        """Drop all tracks; labels are not issued again."""

@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""What is published of the tracks: moments of all that may be, of robots with labels."""
+"""Published estimates of labelled robots: moments of the mixture of hypotheses."""
 
 from __future__ import annotations
 
@@ -25,12 +25,12 @@ def robot_estimates(
     altitude: float,
     stamp_ns: int,
 ) -> tuple[RobotEstimate, ...]:
-    """Return the robots with labels at an image, by their labels.
+    """Return the labelled robots at an image, sorted by label.
 
     Args:
         table: of the tracks.
-        encounters: which labels may be another's.
-        fork: robots as they were, if these may be right instead.
+        encounters: ambiguities of labels.
+        fork: the alternative hypothesis, if there is one.
         local: the frame `map`.
         altitude: of the water above the ellipsoid, m.
         stamp_ns: of the image, ns.
@@ -49,7 +49,7 @@ def robot_estimates(
         mean, covariance = mean[list(rows)], covariance[list(rows)]
     if encounters.ambiguous:
         add_label_ambiguity(labels, mean, covariance, encounters)
-    if fork is not None:  # either of the two may be right
+    if fork is not None:  # either hypothesis may be right
         places = {name: i for i, name in enumerate(labels)}
         for name, apart in fork.apart(places, mean[:, :2]).items():
             covariance[places[name], :2, :2] += np.outer(apart, apart)
@@ -80,13 +80,13 @@ def robot_estimates(
 def add_label_ambiguity(
     labels: tuple[str, ...], mean: Array, covariance: Array, encounters: Encounters
 ) -> None:
-    """Let covariances (n, 4, 4) contain the robots whose the labels may be instead.
+    """Add the spread over robots of ambiguous labels to covariances (n, 4, 4).
 
     Args:
         labels: (n,) of the robots.
-        mean: (n, 4) places and velocities, m, m/s.
-        covariance: of these; places' share grows in place.
-        encounters: which labels may be another's.
+        mean: (n, 4) positions and velocities, m, m/s.
+        covariance: of these, changed in place.
+        encounters: ambiguities of labels.
     """
     spots = {
         name: Position(mean[i, :2].copy(), covariance[i, :2, :2].copy())

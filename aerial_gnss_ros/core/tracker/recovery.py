@@ -1,10 +1,11 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""When robots are not where they should be: what is kept meanwhile, and what they go on from.
+"""Recovery from a scene mismatch: most robots are not where they are expected.
 
-Either telemetry is wrong now, or it was until now, or all robots have moved. So robots are kept as
-they were (`Fork`), and the filter goes on. Images decide which it was: robots fall on their old
-places again, or are found elsewhere in the same formation (`Regrouping`), or are confirmed anew.
+Either telemetry is wrong now, or it was until now, or all robots have moved. So the robots are kept
+as a fork (`Fork`) while the filter continues. Later images decide: boxes return to the robots' old
+positions, or the robots are found elsewhere in the same formation (`Regrouping`), or new tracks are
+confirmed.
 """
 
 from __future__ import annotations
@@ -30,23 +31,23 @@ class RecoveryTuning:
     """Chosen numbers of this module, with their units and where they come from."""
 
     soon_ns: int = 1_000_000_000
-    """A moment for which boxes may be where no robots can be, ns. Judged."""
+    """Duration of a short fault, after which robots known before it still count, ns. Judged."""
 
 
 TUNING = RecoveryTuning()
 
 
 class Recovery:
-    """Follows whether boxes are where robots can be.
+    """Decides between the hypotheses of a scene mismatch.
 
     Args:
-        table: of the tracks.
-        matcher: tells whether an image is unlike what was expected, and is told when it is over.
+        table: the tracks.
+        matcher: detects scene mismatches, and is reset when one is over.
         threshold: squared Mahalanobis distance at the edge of a gate.
 
     Attributes:
-        fork: robots as they were before they were contradicted, while these may be right.
-        regrouping: finds robots that are all elsewhere.
+        fork: the robots before the contradiction, while they may be right.
+        regrouping: re-identifies displaced robots by their formation.
     """
 
     def __init__(self, table: TrackTable, matcher: Matcher, threshold: float) -> None:
@@ -63,14 +64,14 @@ class Recovery:
         self._matcher.scene_mismatch = False
 
     def predict(self, seconds: float) -> None:
-        """Move the robots of the fork on in time."""
+        """Predict the robots of the fork."""
         if self.fork is not None:
             self._table.filter.predict_with(self.fork.groups, seconds)
 
     def telemetry_is_back(self, stamp_ns: int) -> bool:
-        """Return whether telemetry is back where it was before it jumped.
+        """Return whether the drone's position is back where it was before it jumped.
 
-        Then robots are again as they were before. When it jumps they are kept.
+        Then the fork's robots are right. At the jump itself the fork is made.
 
         Args:
             stamp_ns: of the image whose pose the filter has taken in, ns.
@@ -84,31 +85,31 @@ class Recovery:
         return jumps.returned and self.fork is not None
 
     def explains(self, seen: Measurements, stamp_ns: int) -> bool:
-        """Take in an image that robots do not explain; return whether those of before do.
+        """Take in an image that contradicts the robots; return whether the fork explains it.
 
         Args:
             seen: its boxes.
-            stamp_ns: of it, ns.
+            stamp_ns: of the image, ns.
         """
         if self.fork is None:
             self.fork = self._forked(stamp_ns)
         threshold = self._matcher.threshold
         pairs = self._table.filter.compare(seen, threshold, 1.0, self.fork.groups)
-        return self.fork.take(pairs, len(seen.index), threshold)
+        return self.fork.update(pairs, len(seen.index), threshold)
 
     def go_back(self) -> None:
-        """Forget what was seen since the fork, which stays until nothing contradicts robots."""
+        """Restore the fork, and keep a copy until nothing contradicts its robots."""
         if self.fork is not None:
             fork, self.fork = self.fork, self.fork.again()
             self._table.restore(fork)
             self._matcher.scene_mismatch, self._lost_ns = False, None
 
     def update(self, rows: Indices, refused: int, stamp_ns: int, passed: float) -> None:
-        """Take in whether robots explain an image's boxes: one or two cannot outvote a camera.
+        """Take in whether robots explain an image's boxes; one or two do not outvote a camera.
 
         Args:
             rows: that were updated.
-            refused: number of robots with labels to which their boxes were refused.
+            refused: number of labelled robots whose boxes were refused.
             stamp_ns: of the image, ns.
             passed: time since the last one, s.
         """
@@ -131,7 +132,7 @@ class Recovery:
         if lost or not named:
             joint.update_ambiguity(passed)
             return
-        # What moved robots within a moment, so that they are found again, shows in velocities.
+        # A short displacement after which robots are reacquired shows in their velocities.
         soon = stamp_ns - self._lost_ns < TUNING.soon_ns
         old = sum(
             track.first_seen_ns < self._lost_ns or (soon and track.robot_id in self._lost_labels)
@@ -144,19 +145,19 @@ class Recovery:
         self._lost_ns = None
 
     def reject_unlabelled(self, stamp_ns: int) -> None:
-        """Give up what was only seen while robots were not where they should be."""
+        """Reject tracks that were only seen during the scene mismatch."""
         for track in self._table.tracks:
             if not track.robot_id and not track.label_pending and track.last_seen_ns < stamp_ns:
                 track.rejected, track.rejection_cause = True, Cause.LOST_PLATFORM
 
     def regroup(self, ready: list[int]) -> set[int] | None:
-        """Label tracks by how they lie to one another where all robots are elsewhere.
+        """Label tracks by their formation when all robots are displaced.
 
         Args:
-            ready: rows of tracks that have hits enough.
+            ready: rows of tracks with enough hits.
 
         Returns:
-            The rows that they replace; None where their formation does not tell.
+            The rows that they replace; None if the formation is ambiguous.
         """
         matched = self.regrouping.formation_match(ready, self._lost_labels)
         if matched is None:
@@ -177,11 +178,11 @@ class Recovery:
         return self.regrouping.relabel(found, formation.moved)
 
     def restore_labels(self, ready: list[int], boxes: int) -> None:
-        """Give robots their old places again where boxes show them there, and nowhere else.
+        """Restore robots at their old positions if boxes show them only there.
 
         Args:
-            ready: rows of tracks that have hits enough.
-            boxes: of the image.
+            ready: rows of tracks with enough hits.
+            boxes: number of boxes of the image.
         """
         tracks = self._table.tracks
         if any(track.robot_id and track.state is State.CONFIRMED for track in tracks):

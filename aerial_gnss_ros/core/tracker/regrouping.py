@@ -1,10 +1,10 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Robots that are all elsewhere at once: which they are, by how they lie to one another.
+"""Re-identification of robots that are all displaced at once, by their formation.
 
-Whether they have moved or the camera is wrong is not decided here. Those that are found elsewhere
-go on under their labels; their old tracks stay for a while without (`Track.previous_label`), should
-all of them be back.
+Whether the robots moved or the camera is wrong is not decided here. Tracks found elsewhere inherit
+the labels; the old tracks are kept for a while without (`Track.previous_label`), in case all robots
+return.
 """
 
 from __future__ import annotations
@@ -24,10 +24,10 @@ Array = NDArray[np.float64]
 
 
 class Regrouping:
-    """Finds robots again that are not where they should be, all at once.
+    """Re-identifies displaced robots.
 
     Args:
-        table: of the tracks.
+        table: the tracks.
         threshold: squared Mahalanobis distance at the edge of a gate.
     """
 
@@ -36,13 +36,12 @@ class Regrouping:
         self._threshold = threshold
 
     def are_back(self, ready: list[int], boxes: int, previous: bool = False) -> bool:
-        """Return whether robots that were not where they should be come back together.
+        """Return whether displaced robots reappear together at their old positions.
 
         Args:
-            ready: rows of tracks that could get a label.
-            boxes: of the image; half of the robots with labels that it may show must be back.
-            previous: whether to where they were before all of them seemed to move
-                (`Track.previous_label`).
+            ready: rows of tracks that can be labelled.
+            boxes: number of boxes of the image; half of the robots that it may show must be back.
+            previous: whether to the positions before the displacement (`Track.previous_label`).
         """
         tracks = self._table.tracks
         away = [
@@ -60,14 +59,14 @@ class Regrouping:
     def formation_match(
         self, ready: list[int], labels: set[str]
     ) -> tuple[dict[int, int], Formation] | None:
-        """Return which tracks are robots that are all elsewhere, by how they lie to one another.
+        """Return which tracks are which displaced robots, by their formation.
 
         Args:
-            ready: rows of tracks that could get a label.
-            labels: of the robots that were in view when none was where it should be.
+            ready: rows of tracks that can be labelled.
+            labels: of the robots in view when the displacement began.
 
         Returns:
-            By row of a track that of the robot, and the formation; None where it does not tell.
+            Row of the robot by row of the track, and the formation; None if ambiguous.
         """
         tracks, joint = self._table.tracks, self._table.filter
         old = [
@@ -89,7 +88,7 @@ class Regrouping:
         """Return whether all that were found are where they were before they seemed to move.
 
         Args:
-            found: by row of a track that of the robot.
+            found: row of the robot by row of the track.
         """
         tracks = self._table.tracks
         old = {
@@ -109,12 +108,12 @@ class Regrouping:
         return bool(inside.all() and (likeliest == every).all())
 
     def displacement(self, found: dict[int, int]) -> float:
-        """Return how far robots are from where they were before they seemed to move, m².
+        """Return the squared distance of the robots from where they were before, m².
 
-        Of the robot that is the farthest.
+        Of the robot displaced farthest.
 
         Args:
-            found: by row of a track that of the robot.
+            found: row of the robot by row of the track.
         """
         tracks, (mean, _) = self._table.tracks, self._table.filter.moments()
         old = {
@@ -130,13 +129,13 @@ class Regrouping:
         return {track.previous_label: row for row, track in tracks if track.previous_label}
 
     def relabel(self, found: dict[int, int], moved: bool) -> set[int]:
-        """Let tracks go on under the labels of the robots that they are.
+        """Let tracks inherit the labels of the robots that they continue.
 
-        Those that are elsewhere keep their old tracks, without labels, should they come back.
+        Displaced robots keep their old tracks, without labels, in case they return.
 
         Args:
-            found: by row of a track that of the robot.
-            moved: whether they are elsewhere, so that the old places tell nothing of the new ones.
+            found: row of the robot by row of the track.
+            moved: whether they are displaced, so that old positions say nothing about new ones.
 
         Returns:
             The rows that are no longer needed.
@@ -157,7 +156,7 @@ class Regrouping:
         return {old for old in found.values() if labels.count(labels[old]) > 1}
 
     def restore_labels(self) -> None:
-        """Give robots their old places again, where boxes show them, and nowhere else."""
+        """Restore robots at their old positions."""
         tracks = self._table.tracks
         for track in tracks:
             if not track.previous_label:

@@ -1,10 +1,10 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""All tracks in one table: a record for each, and the filter's arrays; row i of both is one track.
+"""The track table: a record of each track, and its state in the filter; both use the same rows.
 
-The records say what images have shown of a track (`Track`), the filter where it is and how well
-that is known (`JointFilter`). Association, identity and the tests for faults read them and return
-decisions. This carries them out; only the tracker asks it to.
+Records hold what images have shown of a track (`Track`), the filter its position and covariance
+(`JointFilter`). Association, identity and fault tests read them and return decisions, which only
+the tracker applies, through this table.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ class TrackTableTuning:
     """Chosen numbers of this module, with their units and where they come from."""
 
     in_view_ns: int = 1_000_000_000
-    """A robot that was seen within this time is expected in an image, ns. Judged."""
+    """A robot seen within this time is expected in an image, ns. Judged."""
 
 
 TUNING = TrackTableTuning()
@@ -64,11 +64,11 @@ class TrackTable:
         self.filter.reset()
 
     def begin(self, seen: Measurements, columns: list[int], stamp_ns: int) -> None:
-        """Begin a track for some measurements, in rows after the present ones.
+        """Start a track for some measurements, in rows after the present ones.
 
         Args:
             seen: the image's measurements.
-            columns: of these.
+            columns: of the measurements.
             stamp_ns: of the image, ns.
         """
         self.filter.begin(seen, np.array(columns, np.intp))
@@ -79,12 +79,12 @@ class TrackTable:
             self.tracks.append(track)
 
     def drop(self, rows: set[int]) -> None:
-        """Forget tracks; those after them move up."""
+        """Remove tracks; later rows move up."""
         self.tracks = [track for row, track in enumerate(self.tracks) if row not in rows]
         self.filter.drop(np.array(sorted(rows), np.intp))
 
     def restore(self, fork: Fork) -> None:
-        """Go on with the robots of a fork, which nobody has seen since; all else is forgotten."""
+        """Continue with the labelled robots of a fork, coasting; drop all others."""
         self.filter.take_back(fork.groups)
         self.filter.drop(np.array(fork.unnamed, np.intp))
         self.tracks = [track for track in fork.tracks if track.robot_id]
@@ -93,7 +93,7 @@ class TrackTable:
         self.filter.ambiguity.note_return()
 
     def note_innovations(self, able: CandidatePairs, stamp_ns: int) -> None:
-        """Take in how far the boxes of robots in view are from where they are expected."""
+        """Take in the innovations of the robots in view."""
         offsets, spread = able.pairs.offsets.tolist(), able.pairs.spread.tolist()
         share = 1.0 / self.filter.noise.level
         seen: list[tuple[Innovation, ...]] = []
@@ -124,7 +124,7 @@ class TrackTable:
         return misfit(self.filter.compare(seen, threshold, 1.0), expected, threshold)
 
     def apply(self, decided: Association, able: CandidatePairs) -> None:
-        """Carry out what association has decided beside its assignment."""
+        """Apply the decisions of association other than the assignment."""
         tracks = self.tracks
         for row, ratio in decided.innovation_ratios.items():
             tracks[row].innovation_ratio = ratio
@@ -144,7 +144,7 @@ class TrackTable:
     def update(
         self, seen: Measurements, rows: Indices, columns: Indices, stamp_ns: int, window_ns: int
     ) -> tuple[Indices, int]:
-        """Take in measurements of tracks.
+        """Update tracks with their measurements.
 
         Args:
             seen: the image's measurements.
@@ -154,8 +154,8 @@ class TrackTable:
             window_ns: how long hits are kept, ns.
 
         Returns:
-            The rows whose measurements are refused, since nothing is as fast, and how many of them
-            are robots with labels of which none had been refused since they were seen.
+            The rows whose measurements are refused because they imply an impossible speed, and how
+            many of these are labelled robots without an earlier refusal since they were last seen.
         """
         tracks, labelled = self.tracks, 0
         refused = self.filter.correct(seen, rows, columns)
@@ -183,12 +183,12 @@ class TrackTable:
         return refused, labelled
 
     def merge(self, old: int, new: int, known: bool = True) -> None:
-        """Let a track know where the robot was that it turned out to be, which may have swerved.
+        """Merge a re-identified robot, which may have manoeuvred, into its new track.
 
         Args:
             old: row of the robot.
-            new: of the track.
-            known: whether where it is tells what the camera may have turned.
+            new: row of the new track.
+            known: whether its position is evidence about the camera's attitude.
         """
         self.filter.inflate_velocities(
             np.array([old]), self.filter.speeds([old]), MOTION_MODEL.swerve_s
@@ -196,15 +196,15 @@ class TrackTable:
         self.filter.merge(old, new, known)
 
     def separations(self, old: list[int], new: list[int]) -> tuple[Array, Array]:
-        """Return offsets (n, m, 2) between tracks, which may have swerved, and covariances."""
+        """Return offsets (n, m, 2) between tracks and covariances that allow manoeuvres."""
         offsets, spread = self.filter.separations(np.array(old), np.array(new))
         more = manoeuvre_covariance(self.filter.speeds(old))
         return offsets, spread + (more if more.ndim == 2 else more[:, None])
 
     def give_up_unverified(self) -> None:
-        """Give up what was confirmed while robots were elsewhere and is not in view: they are back.
+        """Drop robots confirmed during a scene mismatch and out of view, now that it is over.
 
-        Its place is that of boxes that were wrong.
+        Their positions come from boxes with a wrong pose.
         """
         for track in self.tracks:
             if track.unverified and track.state is State.COASTING:

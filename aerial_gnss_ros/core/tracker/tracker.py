@@ -1,20 +1,19 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""The tracker: which detection is which robot, and the life of a track.
+"""The tracker: association, confirmation, labels and the life of each track.
 
-A detection that no track claims begins a tentative track. `confirm_hits` measurements within
-`confirm_window_s` confirm it (`confirmation`): only then it has a name and is published. A
-confirmed robot that an image does not show coasts; after `coast_s` unseen it is lost and its name
-is used up.
+An unassociated detection starts a tentative track. `confirm_hits` measurements within
+`confirm_window_s` confirm it (`confirmation`): then it is labelled and published. A confirmed robot
+that an image does not show coasts; after `coast_s` without a detection it is lost, and its label is
+not issued again.
 
 A robot unseen for longer than `confirm_window_s` is not updated by a single detection: its gate is
-wide by then, and one false box inside it would tear it away. Detections there begin a tentative
-track, and when that is confirmed inside the gate, it goes on under the coasting robot's name.
+wide by then, and clutter inside it would divert the track. Detections there start a tentative
+track, which inherits the robot's label if re-identification decides so at its confirmation.
 
-Where robots are, and how well that is known, is the business of the joint filter (`joint`). Its
-gate compares what is known relative to one another: an error that robot and detection share through
-the platform costs nothing, while a drone that flies round a robot with a wrong compass, so that the
-same error points the other way, does not lose it.
+The joint filter holds robots and platform errors in one state. Its gate uses relative covariances:
+an error common to robot and detection through the platform does not widen it, while a drone that
+circles a robot with a wrong compass, so that the error reverses, does not lose it.
 """
 
 from __future__ import annotations
@@ -56,7 +55,7 @@ class TrackerTuning:
     """Chosen numbers of this module, with their units and where they come from."""
 
     max_tentative: int = 300
-    """Tentative tracks kept at once: a frame full of false boxes must not stop the program.
+    """Greatest number of tentative tracks: an image full of clutter must not stop the program.
     Judged."""
 
 
@@ -81,7 +80,9 @@ class Tracker:
             self.table, identity, self._encounters, config.tracks
         )
         self._recovery = Recovery(self.table, self._matcher, threshold)
-        self._picture = ImageTracks(config.noise.value("box_center_px"), joint.motion.speed_sigma)
+        self._image_tracks = ImageTracks(
+            config.noise.value("box_center_px"), joint.motion.speed_sigma
+        )
         self._account = BoxAccount()
         self._identity = identity
         self._local: LocalMap | None = None
@@ -94,7 +95,7 @@ class Tracker:
         self.table.reset()
         self._encounters.reset()
         self._confirmation.reset()
-        self._picture.reset()
+        self._image_tracks.reset()
         self._recovery.reset()
         self._stamp_ns = None
         self._water_altitude = np.nan
@@ -112,7 +113,7 @@ class Tracker:
         if returned:
             self._go_back()
         if not usable:
-            self._picture.followed(boxes)
+            self._image_tracks.followed(boxes)
             unused = points.valid
             return TrackUpdate(self._estimates(stamp_ns), {}, unused, np.zeros_like(unused))
         if joint.orientation_jumped:
@@ -123,7 +124,7 @@ class Tracker:
             self._go_back()
             returned = True
             rows, columns = self._associate(seen, stamp_ns)
-        if self._picture.blind_ns is not None:
+        if self._image_tracks.blind_ns is not None:
             rows, columns = self._uncontradicted(boxes, seen, rows, columns)
         rows, columns, refused = self._correct(seen, rows, columns, stamp_ns, passed)
         if mismatch and not self._matcher.scene_mismatch:
@@ -145,7 +146,7 @@ class Tracker:
         return self.table.misfit(seen, stamp_ns, self._matcher.threshold)
 
     def settled(self) -> Settled:
-        """Return what has been decided of boxes since this was asked last (see `Tracking`)."""
+        """Return the boxes decided since the last call (see `Tracking`)."""
         return self._account.drain()
 
     def end(self) -> None:
@@ -157,7 +158,7 @@ class Tracker:
 
     @property
     def monitor(self) -> InnovationMonitor:
-        """How well boxes fall where they are expected (see `Tracking`)."""
+        """Innovation statistics (see `Tracking`)."""
         return self.table.filter.monitor
 
     def coast(
@@ -166,7 +167,7 @@ class Tracker:
         """Return the predicted robots at an image without a pose (see `Tracking`)."""
         self._predict(stamp_ns)
         if boxes is not None:
-            self._picture.followed(boxes)
+            self._image_tracks.followed(boxes)
         return self._estimates(stamp_ns)
 
     def check(self) -> None:
@@ -182,7 +183,7 @@ class Tracker:
             if self._recovery.fork is not None:
                 self._recovery.predict(passed)
         self._stamp_ns = came_ns = stamp_ns
-        for track in tracks:  # for what waits, robots stay until it is decided
+        for track in tracks:  # robots stay until pending labels are decided
             if track.label_pending:
                 came_ns = min(came_ns, track.first_seen_ns)
         gone = set()
@@ -199,7 +200,7 @@ class Tracker:
             self._drop(gone)
 
     def _associate(self, seen: Measurements, stamp_ns: int) -> tuple[Indices, Indices]:
-        """Decide whose boxes an image shows; return rows and columns that belong together."""
+        """Associate an image's boxes; return rows and columns of the pairs."""
         self._matcher.fresh_s = self._confirmation.rule.window_ns * 1e-9
         able = self._matcher.gate(self.table.tracks, seen, stamp_ns)
         if able is None:
@@ -212,10 +213,9 @@ class Tracker:
     def _uncontradicted(
         self, boxes: DetectionFrame, seen: Measurements, rows: Indices, columns: Indices
     ) -> tuple[Indices, Indices]:
-        """Return the pairs of an assignment but for robots that the picture shows elsewhere.
+        """Drop pairs of an assignment that contradict tracking in the image.
 
-        While images have wrong poses, or none, one robot's box may lie where another robot is
-        expected.
+        While images have wrong poses, or none, one robot's box may lie in another robot's gate.
 
         Args:
             boxes: all of the image.
@@ -223,7 +223,7 @@ class Tracker:
             rows: (m,) of the tracks.
             columns: (m,) of their measurements.
         """
-        labels = self._picture.expected(boxes)
+        labels = self._image_tracks.expected(boxes)
         names = [self.table.tracks[row].robot_id for row in rows]
         indices = seen.index[columns].tolist()
         kept = [
@@ -235,7 +235,7 @@ class Tracker:
     def _correct(
         self, seen: Measurements, rows: Indices, columns: Indices, stamp_ns: int, passed: float
     ) -> tuple[Indices, Indices, Indices]:
-        """Take in measurements; return rows, columns they were corrected with, refused columns."""
+        """Update tracks; return rows, columns of the pairs used, and refused columns."""
         columns = self._encounters.update(self.table.tracks, rows, columns, seen, stamp_ns)
         window_ns = self._confirmation.rule.window_ns
         impossible, labelled = self.table.update(seen, rows, columns, stamp_ns, window_ns)
@@ -249,15 +249,15 @@ class Tracker:
     def _start(
         self, seen: Measurements, measured: dict[int, int], used: Indices, frame: DetectionFrame
     ) -> None:
-        """Begin a track for each measurement left over.
+        """Start a track for each unassociated measurement, best scores first.
 
-        A second box on a robot that has one already (its centre lies in that box, and the class is
-        the same) would only follow the first: it begins nothing and counts as gated, and so does
-        what exceeds `TUNING.max_tentative`. The best scores come first.
+        A second box of a robot that already has one (its centre lies in that box, and the class is
+        the same) would only duplicate it: it starts nothing and counts as gated, as do boxes beyond
+        `TUNING.max_tentative`.
 
         Args:
             seen: the image's measurements.
-            measured: detection by row of the track that it measured; gets those that begin tracks.
+            measured: detection by row of the track that it measured; extended by new tracks.
             used: measurements that are not left over.
             frame: the image's detections.
         """
@@ -275,36 +275,36 @@ class Tracker:
         self.table.begin(seen, begun, frame.stamp_ns)
 
     def _label(self, measured: dict[int, int], frame: PosedFrame, unexplained: bool) -> None:
-        """Let new tracks know what the picture says of which robots they are.
+        """Give new tracks the evidence of their labels from tracking in the image.
 
         Args:
-            measured: boxes by row of the track that they measured or began.
+            measured: boxes by row of the track that they measured or started.
             frame: the image.
-            unexplained: whether boxes tell nothing of robots: none lies on the water, so that the
-                pose must be wrong; or robots were gone back to, and are nowhere yet. The tracks
-                that were given up for them knew until the last image which is which, and the
-                picture goes on from there.
+            unexplained: whether the image's boxes are no measurements of robots: none lies on the
+                water, so the pose must be wrong; or the fork was restored, whose robots have no
+                boxes yet. Until the last image the dropped tracks had the right labels, which
+                tracking in the image continues.
         """
         tracks, boxes, named = self.table.tracks, frame.detections, {}
         for row, index in measured.items():
             if tracks[row].robot_id:
                 named[index] = tracks[row].robot_id
         if not named and (unexplained or self._matcher.scene_mismatch):
-            labels = self._picture.followed(boxes)
+            labels = self._image_tracks.followed(boxes)
         else:
-            labels = self._picture.measured(boxes, frame.camera, frame.pose.height, named)
+            labels = self._image_tracks.measured(boxes, frame.camera, frame.pose.height, named)
         if not labels:
             return
         for row, index in measured.items():
             track = tracks[row]
-            if index in labels and not track.robot_id and track.labels is None:
-                track.labels = labels[index]
+            if index in labels and not track.robot_id and track.label_evidence is None:
+                track.label_evidence = labels[index]
 
     def _confirm(self, boxes: int, height: float, local: LocalMap, stamp_ns: int) -> set[int]:
-        """Label the tracks that have hits enough; return the rows that they replace.
+        """Label the tracks with enough hits; return the rows that they replace.
 
         Args:
-            boxes: of the image that lie on the water.
+            boxes: number of the image's boxes on the water.
             height: of the camera above the water, m.
             local: the map.
             stamp_ns: of the image, ns.
@@ -343,13 +343,13 @@ class Tracker:
         replaced: set[int],
         boxes: DetectionFrame,
     ) -> TrackUpdate:
-        """Drop what an image has replaced or refuted; return what it did to the robots.
+        """Drop replaced and rejected tracks; return the image's effect on the robots.
 
         Args:
             seen: the image's measurements.
-            measured: detections by row of the track that they measured or began.
-            refused: detections that would have made their tracks too fast.
-            replaced: rows of tracks that go on in others.
+            measured: detections by row of the track that they measured or started.
+            refused: detections that imply an impossible speed.
+            replaced: rows of tracks that continue in others.
             boxes: all of the image.
         """
         tracks, names, gone = self.table.tracks, {}, set(replaced)
@@ -370,7 +370,7 @@ class Tracker:
         return TrackUpdate(self._estimates(boxes.stamp_ns), names, gated, too_fast, platform)
 
     def _estimates(self, stamp_ns: int) -> tuple[RobotEstimate, ...]:
-        """Return the robots with labels as they are published."""
+        """Return the labelled robots as published."""
         if self._local is None:
             return ()
         estimates = robot_estimates(
@@ -386,16 +386,16 @@ class Tracker:
         return estimates
 
     def _go_back(self) -> None:
-        """Give up what was seen since robots were contradicted, and go on from there."""
+        """Drop what was seen since the contradiction, and restore the fork."""
         self._end(self.table.tracks)
         self._recovery.go_back()
 
     def _drop(self, rows: set[int]) -> None:
-        """Forget tracks; what is pending with them is refused."""
+        """Drop tracks and refuse their pending boxes."""
         self._end([self.table.tracks[row] for row in rows])
         self.table.drop(rows)
 
     def _end(self, tracks: list[Track]) -> None:
-        """Decide on the boxes of tracks that had their time."""
+        """Decide on the pending boxes of tracks that end."""
         rule, mismatch = self._confirmation.rule, self._matcher.scene_mismatch
         self._account.end(tracks, rule.hits, len(rule.images), mismatch)

@@ -9,8 +9,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from aerial_gnss_ros.core.association.image_tracks import NO_EVIDENCE, ImageTracks, LabelEvidence
 from aerial_gnss_ros.core.association.image_tracks import TUNING as IMAGE_TRACKS
-from aerial_gnss_ros.core.association.image_tracks import UNTOLD, ImageTracks, Labels
 
 START = np.array([[400.0, 300.0], [700.0, 350.0], [500.0, 500.0]])
 NAMES = ("a", "b", "c")
@@ -238,9 +238,9 @@ def test_in_a_short_pause_no_box_goes_to_a_robot_that_the_picture_shows_elsewher
 
 
 def test_a_detection_contradicts_a_name_where_it_is_clearly_another_one():
-    assert Labels({"a": 0.99, "b": 0.004}, 0.0).contradicts("b")
-    assert not Labels({"a": 0.99, "b": 0.004}, 0.0).contradicts("a")
-    assert not Labels({"a": 0.9, "b": 0.1}, 0.0).contradicts("b")
-    assert not Labels({"a": 0.99}, 0.01).contradicts("not followed")
-    assert not Labels({"a": 0.01}, 0.99).contradicts("a")  # nobody knows who it is
-    assert not UNTOLD.contradicts("a")
+    assert LabelEvidence({"a": 0.99, "b": 0.004}, 0.0).contradicts("b")
+    assert not LabelEvidence({"a": 0.99, "b": 0.004}, 0.0).contradicts("a")
+    assert not LabelEvidence({"a": 0.9, "b": 0.1}, 0.0).contradicts("b")
+    assert not LabelEvidence({"a": 0.99}, 0.01).contradicts("not followed")
+    assert not LabelEvidence({"a": 0.01}, 0.99).contradicts("a")  # nobody knows who it is
+    assert not NO_EVIDENCE.contradicts("a")

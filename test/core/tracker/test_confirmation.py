@@ -76,7 +76,7 @@ def test_what_was_seen_beside_a_robot_is_not_that_robot(sea, hits, resumed):
         Track("aqua", sea.stamp(0.0), sea.stamp(5.0), State.COASTING, "aqua_1", seen),
         Track("aqua", came[0], came[-1], hits=came),
     ]
-    came = tracker._confirmation._resume([1], sea.stamp(7.0), 30.0)
+    came = tracker._confirmation._reidentify([1], sea.stamp(7.0), 30.0)
     assert (came.found, came.waiting) == (resumed, set())
 
 
@@ -100,5 +100,5 @@ def test_two_that_come_back_as_likely_either_way_get_new_names(sea, east, names,
     engine = sea.estimator()
     last = sea.play(engine, world, 20.0)[-1].estimates
     assert [one.robot_id for one in last] == names
-    assert len([one for one in engine.take_events() if "its name ends" in one]) == ended
+    assert len([one for one in engine.take_events() if "its label ends" in one]) == ended
     assert max(np.trace(one.covariance[:2, :2]) for one in last) < 4.0  # no doubt of names

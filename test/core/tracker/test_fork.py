@@ -34,7 +34,7 @@ def _pairs(*apart):
 
 
 def _taken(fork, *images):
-    return [fork.take(_pairs(*apart), len(apart), GATE) for apart in images]
+    return [fork.update(_pairs(*apart), len(apart), GATE) for apart in images]
 
 
 def test_it_takes_images_in_a_row_that_show_all_robots_at_home():
