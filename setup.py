@@ -31,7 +31,9 @@ TEST = [
     "hypothesis>=6.90",
     "pymap3d>=3.0",
     "onnx>=1.15",  # builds small detection models
-    "pymavlink>=2.4.41",  # reads back what --mavlink sends
+    "pymavlink>=2.4.41",  # reads back what --mavlink and --gps-input send
+    "pynmea2>=1.19",  # reads back what --nmea sends
+    "pyais>=3.3",  # reads back what --ais sends
     "motmetrics>=1.4",
     # other programs' readers of our maps
     "gpxpy>=1.6",
@@ -58,7 +60,8 @@ EXTRAS = {
     "export": ["onnx>=1.15"],  # aerial-gnss export to 16 and 8 bits; needs no torch
     # aerial-gnss simulate --renderer blender; bpy 5.0 exists for no other Python
     "blender": ['bpy>=5.0,<5.1; python_version == "3.11"'],
-    "mavlink": ["pymavlink>=2.4.41"],  # aerial-gnss stream --mavlink
+    "mavlink": ["pymavlink>=2.4.41"],  # aerial-gnss stream --mavlink, --gps-input
+    "ais": ["pyais>=3.3"],  # aerial-gnss stream --ais
     "ultralytics": ["ultralytics>=8.3", "onnx>=1.15"],  # AGPL-3.0: training, .pt and .engine models
     "identity": ["motmetrics>=1.4"],  # IDF1 and identity switches in `aerial-gnss evaluate`
     "test": TEST,

@@ -8,18 +8,28 @@ import argparse
 import re
 import sys
 from collections import Counter
+from collections.abc import Sequence
 from typing import Any
 
 from aerial_gnss_ros.adapters.sightings import Sighting, host_and_port, sighting
+from aerial_gnss_ros.commands.robot_outputs import (
+    Ais,
+    ToRobots,
+    by_robot,
+    gps_input_encoder,
+    mmsis,
+    nmea_datagram,
+)
 from aerial_gnss_ros.commands.udp_outputs import CursorOnTarget, Mavlink, Output
 from aerial_gnss_ros.core.values.errors import InputError
 from aerial_gnss_ros.nodes import require_ros
 from aerial_gnss_ros.text.sentences import counted, shown
 
 _LONGEST_S = 10_000_000.0
+_FASTEST_HZ = 100.0
 _TYPE = re.compile(r"[A-Za-z0-9]+(-[A-Za-z0-9]+)*")
-HELP = "send live positions on: Cursor on Target, MAVLink"
 COT_DEFAULT, MAVLINK_DEFAULT = "127.0.0.1:4242", "127.0.0.1:14550"
+GPS_DEFAULT, NMEA_DEFAULT, AIS_DEFAULT = "127.0.0.1:14560", "127.0.0.1:10110", "127.0.0.1:10111"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -47,6 +57,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--mavlink-system", type=int, default=1, metavar="ID", help="of the drone (%(default)s)"
     )
+    _add_robot_arguments(parser)
     parser.add_argument(
         "--robot", metavar="ID", help="only this robot; MAVLink otherwise follows the first one"
     )
@@ -56,10 +67,42 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
 
 
+def _add_robot_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the outputs that send a robot to an address of its own, and the plotter's."""
+    parser.add_argument(
+        "--gps-input", action="append", default=[], metavar="ROBOT[=HOST:PORT]",
+        help=f"MAVLink GPS_INPUT by UDP, to that robot's autopilot ({GPS_DEFAULT}); repeat it",
+    )  # fmt: skip
+    parser.add_argument(
+        "--satellites", type=int, default=10, metavar="N",
+        help="in GPS_INPUT, which has no value for unknown; autopilots ask for 6 (%(default)s)",
+    )  # fmt: skip
+    parser.add_argument(
+        "--nmea", action="append", default=[], metavar="ROBOT[=HOST:PORT]",
+        help=f"NMEA 0183 GGA and RMC by UDP ({NMEA_DEFAULT}); repeat it",
+    )  # fmt: skip
+    parser.add_argument(
+        "--ais", nargs="?", const=AIS_DEFAULT, metavar="HOST:PORT",
+        help="AIS class B targets by UDP, to a plotter only, never on the air (%(const)s)",
+    )  # fmt: skip
+    parser.add_argument(
+        "--mmsi", action="append", default=[], metavar="ROBOT=MMSI",
+        help="assigned to that robot; without one it is no AIS target",
+    )  # fmt: skip
+    parser.add_argument(
+        "--rate", type=float, default=5.0, metavar="HZ",
+        help="of GPS_INPUT, NMEA and AIS, at most (%(default)g)",
+    )  # fmt: skip
+
+
 def run(args: argparse.Namespace) -> int:
     """Stream until a signal."""
-    if args.cot is None and args.mavlink is None:
-        raise InputError("nothing to send to; give --cot, --mavlink, or both.")
+    if args.cot is None and args.mavlink is None and not _robot_outputs_wanted(args):
+        raise InputError("nothing to send to; give --cot, --mavlink, --gps-input, --nmea or --ais.")
+    if not 0.0 < args.rate <= _FASTEST_HZ:
+        raise InputError(f"--rate must be above 0 and at most {_FASTEST_HZ:g}, not {args.rate:g}.")
+    if not 0 <= args.satellites <= 254:
+        raise InputError(f"--satellites must be 0 to 254, not {args.satellites}.")
     for name, value in (("--stale", args.stale), ("--seconds", args.seconds)):
         if value is not None and not 0.0 < value <= _LONGEST_S:
             raise InputError(
@@ -76,8 +119,9 @@ def run(args: argparse.Namespace) -> int:
     from aerial_gnss_ros.nodes.robots import hear_robots
 
     cot, mavlink = _cot(args), _mavlink(args)
-    outputs = [output for output in (cot, mavlink) if output is not None]
-    stream = Stream(cot, mavlink, args.robot)
+    own = _robot_outputs(args)
+    outputs = [*(output for output in (cot, mavlink) if output is not None), *own]
+    stream = Stream(cot, mavlink, args.robot, own)
 
     def take(robot: str, message: Any) -> None:
         try:
@@ -106,6 +150,7 @@ class Stream:
         cot: takes every robot; None: no such output.
         mavlink: takes one robot, for its message names none; None: no such output.
         only: the robot to send; None: all, and of MAVLink the first one received.
+        own: outputs that know which robots are theirs.
 
     Attributes:
         sent: positions sent, by robot.
@@ -113,10 +158,18 @@ class Stream:
         why: what was wrong with the first of them.
     """
 
-    def __init__(self, cot: Output | None, mavlink: Output | None, only: str | None) -> None:
+    def __init__(
+        self,
+        cot: Output | None,
+        mavlink: Output | None,
+        only: str | None,
+        own: Sequence[ToRobots | Ais] = (),
+    ) -> None:
+        self._own = own
         self._cot, self._mavlink, self._only = cot, mavlink, only
         self._followed = only
         self._told: set[str] = set()
+        self._said: set[str] = set()  # robots of which it was said that they are sent
         self.sent: Counter[str] = Counter()
         self.refused, self.why = 0, ""
 
@@ -141,10 +194,20 @@ class Stream:
             self._cot.send(seen)
         if self._mavlink is not None and follows:
             self._mavlink.send(seen)
-        self.sent[robot] += bool(self._cot is not None or follows)
+        taken = [output.send(seen) for output in self._own]
+        if any(taken) and self._first_of(robot):
+            print(f"sending {robot}", file=sys.stderr, flush=True)
+        self.sent[robot] += bool(self._cot is not None or follows or any(taken))
+
+    def _first_of(self, robot: str) -> bool:
+        """Return whether it was not yet said that a robot is sent."""
+        first = robot not in self._said
+        self._said.add(robot)
+        return first
 
     def _tell(self, robot: str, follows: bool) -> None:
         if self._cot is not None or follows:
+            self._said.add(robot)
             print(f"sending {robot}", file=sys.stderr, flush=True)
         if self._mavlink is not None and not follows:
             print(
@@ -152,6 +215,34 @@ class Stream:
                 f"sent there; choose with --robot {robot}",
                 file=sys.stderr, flush=True,
             )  # fmt: skip
+
+
+def _robot_outputs_wanted(args: argparse.Namespace) -> bool:
+    return bool(args.gps_input or args.nmea or args.ais is not None)
+
+
+def _robot_outputs(args: argparse.Namespace) -> list[ToRobots | Ais]:
+    """Return the outputs that know which robots are theirs."""
+    gps = by_robot(args.gps_input, "--gps-input", GPS_DEFAULT)
+    nmea = by_robot(args.nmea, "--nmea", NMEA_DEFAULT)
+    numbers = mmsis(args.mmsi)
+    if args.ais is not None and not numbers:
+        raise InputError("--ais needs --mmsi ROBOT=MMSI: an MMSI is assigned, never invented.")
+    found: list[ToRobots | Ais] = []
+    if gps:
+        encode = gps_input_encoder(args.mavlink_system, args.satellites)
+        found.append(ToRobots("GPS_INPUT", gps, encode, args.rate))
+    if nmea:
+        found.append(ToRobots("NMEA", nmea, nmea_datagram, args.rate))
+    if args.ais is not None:
+        found.append(Ais(host_and_port(args.ais), numbers, args.rate))
+    for output in found:
+        if output.leaving:
+            print(
+                f"{output.name}: positions of {', '.join(output.leaving)} leave this computer, "
+                "readable for all on the way", file=sys.stderr,
+            )  # fmt: skip
+    return found
 
 
 def _cot(args: argparse.Namespace) -> Output | None:

@@ -27,7 +27,7 @@ class Output(Protocol):
         """End."""
 
 
-class _Udp:
+class Udp:
     """Sends datagrams to one address.
 
     To this computer they are sent from its loopback address: a socket without an address of its
@@ -52,12 +52,14 @@ class _Udp:
         return not ipaddress.ip_address(self._address[0].partition("%")[0]).is_loopback
 
     def write(self, data: bytes) -> None:
+        """Send a datagram; one that cannot be sent is counted."""
         try:
             self._socket.sendto(data, self._address)
         except OSError:  # no route, or a full buffer: the next position comes soon
             self.lost += 1
 
     def close(self) -> None:
+        """Close the socket."""
         self._socket.close()
 
 
@@ -75,7 +77,7 @@ class CursorOnTarget:
     """
 
     def __init__(self, host: str, port: int, kind: str, stale_s: float) -> None:
-        self._udp = _Udp(host, port)
+        self._udp = Udp(host, port)
         self._kind, self._stale_s = kind, stale_s
 
     def send(self, seen: Sighting) -> None:
@@ -112,7 +114,7 @@ class Mavlink:
             raise InputError(
                 f"MAVLink output needs pymavlink; install it with {install_hint('mavlink')}."
             ) from error
-        self._udp = _Udp(host, port)
+        self._udp = Udp(host, port)
         self._mavlink = dialect.MAVLink(self._udp, srcSystem=system, srcComponent=CAMERA_COMPONENT)
 
     def send(self, seen: Sighting) -> None:
