@@ -11,10 +11,7 @@ but for images older than the last one processed, which are dropped and counted 
 
 from __future__ import annotations
 
-from bisect import bisect_left
 from collections import Counter
-from collections.abc import Callable
-from dataclasses import dataclass
 from pathlib import Path
 
 from aerial_gnss_ros.core.camera.model import CameraModel
@@ -23,16 +20,15 @@ from aerial_gnss_ros.core.estimation.attempt import attempt
 from aerial_gnss_ros.core.estimation.found_again import FoundAgain
 from aerial_gnss_ros.core.estimation.guard import Guard
 from aerial_gnss_ros.core.estimation.health import Health, RobotSummary, summary
+from aerial_gnss_ros.core.estimation.image_queue import ImageQueue
+from aerial_gnss_ros.core.estimation.intake import Intake
 from aerial_gnss_ros.core.estimation.origin_file import OriginKeeper
 from aerial_gnss_ros.core.estimation.pipeline import Pipeline
 from aerial_gnss_ros.core.estimation.state_file import NameKeeper
 from aerial_gnss_ros.core.estimation.time_base import TimeBase
 from aerial_gnss_ros.core.identity.labels import Labels
-from aerial_gnss_ros.core.telemetry.arrivals import Arrivals
-from aerial_gnss_ros.core.telemetry.buffers import CAMERA_INFO, WATER_LEVEL, TelemetryBuffers
-from aerial_gnss_ros.core.telemetry.clock import DETECTIONS, Clock
-from aerial_gnss_ros.core.telemetry.depths import depth_input
-from aerial_gnss_ros.core.telemetry.input_status import InputStatus, MessageCounter
+from aerial_gnss_ros.core.telemetry.buffers import TelemetryBuffers
+from aerial_gnss_ros.core.telemetry.input_status import InputStatus
 from aerial_gnss_ros.core.telemetry.map_origin import MapOrigin
 from aerial_gnss_ros.core.telemetry.scene import MissingTelemetry
 from aerial_gnss_ros.core.telemetry.stamp_decision import Decision
@@ -45,25 +41,6 @@ from aerial_gnss_ros.core.values.estimates import FrameResult, PlatformError, Ro
 from aerial_gnss_ros.core.values.events import Events, WarningText
 from aerial_gnss_ros.core.values.rejection import Cause, Input, Reason, Rejection
 from aerial_gnss_ros.core.values.samples import Fix, Orientation, Scalar
-
-MAX_WAITING = 4096
-"""Images that wait at most: 30 s at 130 Hz. Older ones are refused to keep memory bounded."""
-
-LONG_S = 10.0
-"""An input that is of no use for so long is told again, s."""
-
-
-@dataclass
-class _Waiting:
-    """An image that waits; `since_ns` is when it was first seen to wait."""
-
-    stamp_ns: int
-    frame: DetectionFrame
-    since_ns: int | None = None
-
-
-def _stamp(item: _Waiting) -> int:
-    return item.stamp_ns
 
 
 class Estimator:
@@ -110,16 +87,6 @@ class Estimator:
         self._names = NameKeeper(config.state_file, self._log, session)
         self._identity = Labels(config, self._names.load(), self._log)
         self._inputs = TelemetryBuffers(config)
-        self._tallies: dict[str, MessageCounter] = {
-            name: MessageCounter()
-            for name in (
-                *(str(i) for i in Input),
-                WATER_LEVEL,
-                CAMERA_INFO,
-                DETECTIONS,
-                *map(depth_input, config.depth.by_topic()),
-            )
-        }
         self._keeps_files = bool(config.state_file or session)
         self._kept_origin = OriginKeeper(session)
         self._origin = MapOrigin(
@@ -133,17 +100,13 @@ class Estimator:
             self._log,
         )
         self._guard = Guard(self._pipeline, self._identity, self._origin, self._log, (Estimator,))
-        needed = [str(i) for i in Input if self._inputs.state_without_messages(i) is None]
-        held = [name for name in self._tallies if name not in (*map(str, Input), DETECTIONS)]
-        clock = Clock(needed, held)
-        self._arrivals = Arrivals(clock, self._tallies, self.dropped, self._log, self._begin_anew)
         self._time = TimeBase()
+        self._intake = Intake(config, self._inputs, self._time, self.dropped, self._log, self)
         self._steady = Steady()
         self._image_steady_ns: int | None = None
         self._found_again = FoundAgain()
-        self._waiting: list[_Waiting] = []
+        self._images = ImageQueue(self._patience_ns, self.dropped)
         self._ready: list[FrameResult] = []
-        self._last_stamp_ns: int | None = None
         self._newest_image_ns: int | None = None
         self._estimates: tuple[RobotEstimate, ...] = ()
         self._platform: tuple[PlatformError, ...] = ()
@@ -179,12 +142,7 @@ class Estimator:
     @property
     def inputs(self) -> dict[str, InputStatus]:
         """What came on each input, by its name."""
-        newest = self._newest_image_ns
-        found = {}
-        for name, tally in self._tallies.items():
-            status = tally.status(name, newest, self._patience_ns)
-            found[name] = self._inputs.without_messages(status)
-        return found
+        return self._intake.statuses(self._newest_image_ns, self._patience_ns)
 
     @property
     def robots(self) -> tuple[RobotSummary, ...]:
@@ -204,38 +162,31 @@ class Estimator:
 
     def add_fix(self, fix: Fix) -> None:
         """Take a position of the drone."""
-        self._count(Input.FIX.value, fix.stamp_ns, lambda: self._take_fix(fix))
+        self._intake.add_fix(fix)
 
     def add_attitude(self, attitude: Orientation) -> None:
         """Take an orientation of the body."""
-        self._add(Input.ATTITUDE, attitude)
+        self._intake.add(Input.ATTITUDE, attitude)
 
     def add_gimbal(self, gimbal: Orientation) -> None:
         """Take an orientation of the camera."""
-        self._add(Input.GIMBAL, gimbal)
+        self._intake.add(Input.GIMBAL, gimbal)
 
     def add_height(self, height: Scalar) -> None:
         """Take a height of the drone."""
-        self._add(Input.HEIGHT, height)
+        self._intake.add(Input.HEIGHT, height)
 
     def add_water_level(self, level: Scalar) -> None:
         """Take a level of the water; it holds until replaced."""
-        self._count(WATER_LEVEL, level.stamp_ns, lambda: self._take_level(level))
+        self._intake.add_water_level(level)
 
     def add_depth(self, class_id: str, depth: Scalar) -> None:
         """Take the depth that robots of a class send (empty: of all); it holds for a while."""
-        name, of_time = depth_input(class_id), self._time.shifted
-        self._count(name, depth.stamp_ns, lambda: self._inputs.depths.add(class_id, of_time(depth)))
+        self._intake.add_depth(class_id, depth)
 
     def add_camera(self, stamp_ns: int, camera: CameraModel | None) -> None:
         """Take the camera's description; None when it could not be used."""
-
-        def keep() -> None:
-            trouble = "" if camera is not None else "it describes no camera"
-            self._tallies[CAMERA_INFO].add(stamp_ns, trouble)
-            self._inputs.cameras.add(self._time.of(stamp_ns), camera)
-
-        self._arrivals.take(CAMERA_INFO, stamp_ns, keep)
+        self._intake.add_camera(stamp_ns, camera)
 
     def refuse(self, name: str, trouble: str) -> None:
         """Count a message that could not even be read.
@@ -244,31 +195,19 @@ class Estimator:
             name: of the input.
             trouble: why, in words.
         """
-        self._tallies.setdefault(name, MessageCounter()).refuse(trouble)
-        self._tell_bad(name, trouble)
+        self._intake.refuse(name, trouble)
 
     def add_detections(self, frame: DetectionFrame) -> None:
         """Take one image's boxes; they are worked on by `advance`."""
-        self._arrivals.take(DETECTIONS, frame.stamp_ns, lambda: self._wait(frame))
+        self._intake.add_detections(frame)
 
-    def _wait(self, frame: DetectionFrame) -> None:
-        """Let an image wait for the telemetry of its time."""
-        self._tallies[DETECTIONS].add(frame.stamp_ns)
+    def receive_image(self, frame: DetectionFrame) -> None:
+        """Let an image wait for the telemetry of its scene."""
         if self._newest_image_ns is None or frame.stamp_ns > self._newest_image_ns:
             self._newest_image_ns = frame.stamp_ns
         self._image_steady_ns = self._steady.now_ns
-        frame = self._time.shifted(frame)
-        stamp_ns = frame.stamp_ns
-        place = bisect_left(self._waiting, stamp_ns, key=_stamp)
-        waits = place < len(self._waiting) and self._waiting[place].stamp_ns == stamp_ns
-        if waits or stamp_ns == self._last_stamp_ns:
-            self.dropped["duplicate"] += 1
-        elif self._last_stamp_ns is not None and stamp_ns < self._last_stamp_ns:
-            self.dropped["out_of_order"] += 1
-        else:
-            self._waiting.insert(place, _Waiting(stamp_ns, frame))
-            if len(self._waiting) > MAX_WAITING:
-                self._finish_first()
+        if self._images.add(self._time.shifted(frame)):
+            self._finish_first()
 
     def advance(self, now_ns: int, steady_ns: int | None = None) -> list[FrameResult]:
         """Return the results that are due, in the order of their images' stamps.
@@ -278,16 +217,13 @@ class Estimator:
             steady_ns: a clock that nobody sets, where there is one: how much time has passed while
                 the node's clock was set, and all stamps with it.
         """
-        self._arrivals.tick(now_ns, self._steady.take(now_ns, steady_ns))
-        for item in self._waiting:
-            if item.since_ns is None or item.since_ns > now_ns:  # the node's clock was set back
-                item.since_ns = now_ns
-        while self._waiting:
-            first = self._waiting[0]
-            late = first.since_ns is not None and now_ns - first.since_ns >= self._patience_ns
-            if not self._finish_first(late):
+        self._intake.arrivals.tick(now_ns, self._steady.take(now_ns, steady_ns))
+        self._images.tick(now_ns)
+        while self._images.waiting:
+            if not self._finish_first(self._images.is_late(now_ns)):
                 break
-        return self._take_ready()
+        results, self._ready = self._ready, []
+        return results
 
     def predicted(self, stamp_ns: int) -> FrameResult | None:
         """Return where the robots are expected when no image comes; nothing changes by it.
@@ -302,24 +238,21 @@ class Estimator:
             The robots coasting, without those lost by then; None where no image was processed,
             or none after which there is time.
         """
-        stamp_ns += self._time.shift_ns
-        if self._waiting:
-            stamp_ns = min(stamp_ns, self._waiting[0].stamp_ns - 1)
-        if self._last_stamp_ns is None or stamp_ns <= self._last_stamp_ns:
-            return None
-        return self._time.stamped(self._pipeline.predicted(stamp_ns))
+        time_ns = self._images.time_before(stamp_ns + self._time.shift_ns)
+        return None if time_ns is None else self._time.stamped(self._pipeline.predicted(time_ns))
 
     def flush(self) -> list[FrameResult]:
         """Return results for all images that still wait: nothing more comes (end of a bag)."""
-        self._arrivals.flush()
+        self._intake.arrivals.flush()
         self._origin.settle()
-        while self._waiting:
+        while self._images.waiting:
             self._finish_first()
         self._names.save(self._identity, self._time.shift_ns)
         settled = self._pipeline.end()
         self._settle(settled.used, settled.refused)
         self.ending = self._time.refused(settled.refused)
-        return self._take_ready()
+        results, self._ready = self._ready, []
+        return results
 
     def _settle(self, used: int, refused: tuple[Rejection, ...]) -> None:
         """Count boxes of which it is decided what became."""
@@ -329,14 +262,8 @@ class Estimator:
             if one.cause is not None:
                 self.causes[one.cause] += 1
 
-    def _add(self, source: Input, value: Orientation | Scalar) -> None:
-        self._count(source.value, value.stamp_ns, lambda: self._take(source, value))
-
-    def _take_fix(self, fix: Fix) -> str:
-        """Keep a fix, and let the map know of it; return why it is no use, else empty."""
-        trouble = self._take(Input.FIX, fix)
-        if trouble:
-            return trouble
+    def receive_fix(self, fix: Fix) -> str:
+        """Let the map know of a usable fix; return why it is no use all the same, else empty."""
         before = self._origin.local
         lasted_s = self._inputs.plausibility.agreed_s
         trouble = self._origin.accept(fix, lasted_s, bool(self._estimates))
@@ -344,75 +271,28 @@ class Estimator:
             self._pipeline.reset()
         return trouble
 
-    def _take_level(self, level: Scalar) -> str:
-        """Keep a level of the water; return why it is no use, else empty."""
-        trouble = self._inputs.add_level(self._time.shifted(level))
-        if not trouble:
-            self._begin_elsewhere()
-        return trouble
-
-    def _take(self, source: Input, value: Fix | Orientation | Scalar) -> str:
-        """Keep a sample; return why it is no use, else empty."""
-        trouble = self._inputs.add(source, self._time.shifted(value))
-        if not trouble:
-            self._begin_elsewhere()
-        return trouble
-
-    def _count(self, name: str, stamp_ns: int, keep: Callable[[], str]) -> None:
-        """Keep a message's value and count it, once its stamp is believed.
-
-        Args:
-            name: of the input.
-            stamp_ns: of the message.
-            keep: keeps the value and says why it is no use, in words, or nothing.
-        """
-        self._arrivals.take(name, stamp_ns, lambda: self._keep(name, stamp_ns, keep))
-
-    def _keep(self, name: str, stamp_ns: int, keep: Callable[[], str]) -> None:
-        trouble = attempt(keep)
-        if isinstance(trouble, Exception):
-            trouble = f"it cannot be kept ({type(trouble).__name__}: {trouble})"
-        self._tallies[name].add(stamp_ns, trouble)
-        if trouble:
-            self._tell_bad(name, trouble)
-
-    def _tell_bad(self, name: str, trouble: str) -> None:
-        """Say the first time that a message is no use, and why, and again when none has been."""
-        self._log.warn_once(f"bad {name}", f"A message on {name} is of no use: {trouble}.")
-        if self._tallies[name].bad_s > LONG_S:
-            self._log.warn_once(
-                f"long bad {name}",
-                f"No message on {name} has been of use for {LONG_S:.0f} s, the last one because "
-                f"{trouble}.",
-            )
-
-    def _begin_elsewhere(self) -> None:
+    def begin_elsewhere(self, moved: str) -> None:
         """End all tracks where the drone turns out to be, or to fly, where it was not believed.
 
         One of the two was wrong, and with it everything that was seen from there.
+
+        Args:
+            moved: from where to where, in words.
         """
-        moved = self._inputs.plausibility.pop_relocation()
-        if not moved:
-            return
         robots = bool(self._estimates)
         self._forget_robots()
         self._log.counts["began_elsewhere"] += 1
         ended = ": tracks are cleared, and robots get new names" if robots else ""
         self._log.add(WarningText(f"{moved}{ended}."))
 
-    def _take_ready(self) -> list[FrameResult]:
-        results, self._ready = self._ready, []
-        return results
-
     def _finish_first(self, final: bool = True) -> bool:
         """Work on the oldest image; return False when it has to wait on."""
-        frame = self._waiting[0].frame
+        frame = self._images.waiting[0].frame
         samples = attempt(self._inputs.at, frame.stamp_ns - self._pipeline.latency.scene_ns)
         if isinstance(samples, MissingTelemetry) and samples.can_arrive and not final:
             return False
-        del self._waiting[0]
+        self._images.pop()
         result = self._guard.result(frame, samples)
-        self._last_stamp_ns = frame.stamp_ns
         stamped = self._time.stamped(result) if self._time.begins else result
         self._estimates = stamped.estimates
         self._platform = result.platform or self._platform
@@ -442,13 +322,13 @@ class Estimator:
                 "state_file", f"state_file cannot be written ({type(error).__name__}: {error})."
             )
 
-    def _begin_anew(self, decision: Decision) -> None:
+    def begin_anew(self, decision: Decision) -> None:
         """Forget what was before time began anew, or before the clock of an input was set."""
         if not decision.anew:
             self._inputs.forget(decision.moved)
             self._log.add(f"{decision}; its telemetry of before is forgotten.")
             return
-        while self._waiting:
+        while self._images.waiting:
             self._finish_first()
         by_ns = self._moved_ns(decision)
         if by_ns is None or self._pipeline.latency.searches:
@@ -456,14 +336,14 @@ class Estimator:
             self._inputs.clear(decision.kept)
             self._forget_robots()
             self._time.reset()
-            self._last_stamp_ns = None
+            self._images.last_ns = None
         else:
             cleared = "telemetry is cleared; robots that are where they were keep their names"
             self._inputs.clear()
-            self._time.step(by_ns, self._last_stamp_ns or 0)
+            self._time.step(by_ns, self._images.last_ns or 0)
             self._found_again.expect(self._estimates)
         self._newest_image_ns = None
-        for tally in self._tallies.values():
+        for tally in self._intake.tallies.values():
             tally.reset_stamps()
         self._log.counts[f"time_went_{'backward' if decision.by_ns < 0 else 'forward'}"] += 1
         self._log.add(f"{decision}: {cleared}.")
@@ -476,10 +356,10 @@ class Estimator:
             if not decision.stepped or passed_s is None:
                 return None
             by_ns -= round(passed_s * 1e9)
-        if self._last_stamp_ns is None:
+        if self._images.last_ns is None:
             return None
         # Arrivals vary: the first image comes after the last one all the same.
-        return min(by_ns, decision.first_ns + self._time.shift_ns - self._last_stamp_ns - 1)
+        return min(by_ns, decision.first_ns + self._time.shift_ns - self._images.last_ns - 1)
 
     def _forget_robots(self) -> None:
         self._found_again.reset()

@@ -11,7 +11,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from aerial_gnss_ros.core.estimation.estimator import MAX_WAITING
+from aerial_gnss_ros.core.estimation.image_queue import MAX_WAITING
 from aerial_gnss_ros.core.values.estimates import State
 from aerial_gnss_ros.core.values.rejection import Reason
 from aerial_gnss_ros.core.values.samples import Scalar

@@ -257,7 +257,7 @@ def test_what_waits_is_bounded(player):
     flight = player().play(2.0)
     for i in range(6000):
         flight.send("fix", 0.001 * i, DAY)
-    assert len(flight.engine._arrivals._held) <= 4096
+    assert len(flight.engine._intake.arrivals._held) <= 4096
 
 
 def swimming(flight):

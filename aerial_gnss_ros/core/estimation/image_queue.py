@@ -1,0 +1,88 @@
+# Copyright 2026 aerial_gnss_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Images that wait for the telemetry of their scenes, in the order of their stamps."""
+
+from __future__ import annotations
+
+from bisect import bisect_left
+from collections import Counter
+from dataclasses import dataclass
+
+from aerial_gnss_ros.core.values.detection_frame import DetectionFrame
+
+MAX_WAITING = 4096
+"""Images that wait at most: 30 s at 130 Hz. Older ones are refused to keep memory bounded."""
+
+
+@dataclass
+class WaitingImage:
+    """An image that waits.
+
+    Attributes:
+        frame: its boxes.
+        since_ns: when it was first seen to wait, by the node's clock, ns; None: not yet.
+    """
+
+    frame: DetectionFrame
+    since_ns: int | None = None
+
+
+def _stamp(image: WaitingImage) -> int:
+    return image.frame.stamp_ns
+
+
+class ImageQueue:
+    """Puts images into the order of their stamps; those older than the last one are dropped.
+
+    Args:
+        patience_ns: an image waits for so long, ns.
+        dropped: counts `duplicate` and `out_of_order` images.
+
+    Attributes:
+        waiting: the images, the oldest first.
+        last_ns: stamp of the last one that was taken out, ns; None: there was none.
+    """
+
+    def __init__(self, patience_ns: int, dropped: Counter[str]) -> None:
+        self.waiting: list[WaitingImage] = []
+        self.last_ns: int | None = None
+        self._patience_ns = patience_ns
+        self._dropped = dropped
+
+    def add(self, frame: DetectionFrame) -> bool:
+        """Let an image wait; return whether too many do."""
+        stamp_ns, waiting = frame.stamp_ns, self.waiting
+        place = bisect_left(waiting, stamp_ns, key=_stamp)
+        waits = place < len(waiting) and _stamp(waiting[place]) == stamp_ns
+        if waits or stamp_ns == self.last_ns:
+            self._dropped["duplicate"] += 1
+        elif self.last_ns is not None and stamp_ns < self.last_ns:
+            self._dropped["out_of_order"] += 1
+        else:
+            waiting.insert(place, WaitingImage(frame))
+        return len(waiting) > MAX_WAITING
+
+    def tick(self, now_ns: int) -> None:
+        """Note since when images wait, by the node's clock."""
+        for image in self.waiting:
+            if image.since_ns is None or image.since_ns > now_ns:  # the clock was set back
+                image.since_ns = now_ns
+
+    def is_late(self, now_ns: int) -> bool:
+        """Return whether the first image has waited for long enough."""
+        since_ns = self.waiting[0].since_ns
+        return since_ns is not None and now_ns - since_ns >= self._patience_ns
+
+    def pop(self) -> None:
+        """Take the first image out."""
+        self.last_ns = self.waiting.pop(0).frame.stamp_ns
+
+    def time_before(self, stamp_ns: int) -> int | None:
+        """Return a stamp, or the last one before what waits; None: no time is left after `last_ns`.
+
+        Args:
+            stamp_ns: ns.
+        """
+        if self.waiting:
+            stamp_ns = min(stamp_ns, _stamp(self.waiting[0]) - 1)
+        return None if self.last_ns is None or stamp_ns <= self.last_ns else stamp_ns

@@ -1,0 +1,187 @@
+# Copyright 2026 aerial_gnss_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""What comes in: stamps are judged, samples are kept, messages are counted."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable
+from typing import Protocol
+
+from aerial_gnss_ros.core.camera.model import CameraModel
+from aerial_gnss_ros.core.config.estimator import EstimatorConfig
+from aerial_gnss_ros.core.estimation.attempt import attempt
+from aerial_gnss_ros.core.estimation.time_base import TimeBase
+from aerial_gnss_ros.core.telemetry.arrivals import Arrivals
+from aerial_gnss_ros.core.telemetry.buffers import CAMERA_INFO, WATER_LEVEL, TelemetryBuffers
+from aerial_gnss_ros.core.telemetry.clock import DETECTIONS, Clock
+from aerial_gnss_ros.core.telemetry.depths import depth_input
+from aerial_gnss_ros.core.telemetry.input_status import InputStatus, MessageCounter
+from aerial_gnss_ros.core.telemetry.stamp_decision import Decision
+from aerial_gnss_ros.core.values.detection_frame import DetectionFrame
+from aerial_gnss_ros.core.values.events import Events
+from aerial_gnss_ros.core.values.rejection import Input
+from aerial_gnss_ros.core.values.samples import Fix, Orientation, Scalar
+
+LONG_S = 10.0
+"""An input that is of no use for so long is told again, s."""
+
+
+class Receiver(Protocol):
+    """Acts on what comes in."""
+
+    def receive_fix(self, fix: Fix) -> str:
+        """Take a usable fix; return why it is no use all the same, else empty."""
+
+    def receive_image(self, frame: DetectionFrame) -> None:
+        """Take an image's boxes."""
+
+    def begin_elsewhere(self, moved: str) -> None:
+        """The drone turns out to be where it was not believed; `moved` says so in words."""
+
+    def begin_anew(self, decision: Decision) -> None:
+        """Time began anew, or the clock of an input was set."""
+
+
+class Intake:
+    """Takes in messages.
+
+    Args:
+        config: which inputs there are.
+        inputs: keeps samples.
+        time: shifts stamps.
+        dropped: counts images with wrong stamps.
+        log: is told what is refused.
+        receiver: acts on what comes in.
+
+    Attributes:
+        tallies: count messages, by input.
+        arrivals: holds messages whose stamps are far off.
+    """
+
+    def __init__(
+        self,
+        config: EstimatorConfig,
+        inputs: TelemetryBuffers,
+        time: TimeBase,
+        dropped: Counter[str],
+        log: Events,
+        receiver: Receiver,
+    ) -> None:
+        self._inputs, self._time, self._log, self._receiver = inputs, time, log, receiver
+        needed = [str(i) for i in Input if inputs.state_without_messages(i) is None]
+        held = [WATER_LEVEL, CAMERA_INFO, *map(depth_input, config.depth.by_topic())]
+        self.tallies: dict[str, MessageCounter] = {
+            name: MessageCounter() for name in (*map(str, Input), *held[:2], DETECTIONS, *held[2:])
+        }
+        self.arrivals = Arrivals(
+            Clock(needed, held), self.tallies, dropped, log, receiver.begin_anew
+        )
+
+    def statuses(self, newest_ns: int | None, patience_ns: int) -> dict[str, InputStatus]:
+        """Return what came on each input, by its name.
+
+        Args:
+            newest_ns: stamp of the newest image, ns.
+            patience_ns: images wait for so long, ns.
+        """
+        found = {}
+        for name, tally in self.tallies.items():
+            status = tally.status(name, newest_ns, patience_ns)
+            found[name] = self._inputs.without_messages(status)
+        return found
+
+    def add_fix(self, fix: Fix) -> None:
+        """Take a position of the drone."""
+        self._arrive(Input.FIX.value, fix.stamp_ns, lambda: self._keep_fix(fix))
+
+    def add(self, source: Input, value: Orientation | Scalar) -> None:
+        """Take an orientation or a height."""
+        self._arrive(source.value, value.stamp_ns, lambda: self._keep(source, value))
+
+    def add_water_level(self, level: Scalar) -> None:
+        """Take a level of the water; it holds until replaced."""
+        self._arrive(WATER_LEVEL, level.stamp_ns, lambda: self._keep_level(level))
+
+    def add_depth(self, class_id: str, depth: Scalar) -> None:
+        """Take the depth that robots of a class send (empty: of all); it holds for a while."""
+        name, of_time = depth_input(class_id), self._time.shifted
+        self._arrive(
+            name, depth.stamp_ns, lambda: self._inputs.depths.add(class_id, of_time(depth))
+        )
+
+    def add_camera(self, stamp_ns: int, camera: CameraModel | None) -> None:
+        """Take the camera's description; None when it could not be used."""
+
+        def keep() -> None:
+            trouble = "" if camera is not None else "it describes no camera"
+            self.tallies[CAMERA_INFO].add(stamp_ns, trouble)
+            self._inputs.cameras.add(self._time.of(stamp_ns), camera)
+
+        self.arrivals.take(CAMERA_INFO, stamp_ns, keep)
+
+    def add_detections(self, frame: DetectionFrame) -> None:
+        """Take one image's boxes."""
+
+        def keep() -> None:
+            self.tallies[DETECTIONS].add(frame.stamp_ns)
+            self._receiver.receive_image(frame)
+
+        self.arrivals.take(DETECTIONS, frame.stamp_ns, keep)
+
+    def refuse(self, name: str, trouble: str) -> None:
+        """Count a message that could not even be read.
+
+        Args:
+            name: of the input.
+            trouble: why, in words.
+        """
+        self.tallies.setdefault(name, MessageCounter()).refuse(trouble)
+        self._tell_bad(name, trouble)
+
+    def _arrive(self, name: str, stamp_ns: int, keep: Callable[[], str]) -> None:
+        """Keep a message's value and count it, once its stamp is believed.
+
+        Args:
+            name: of the input.
+            stamp_ns: of the message.
+            keep: keeps the value and says why it is no use, in words, or nothing.
+        """
+        self.arrivals.take(name, stamp_ns, lambda: self._count(name, stamp_ns, keep))
+
+    def _count(self, name: str, stamp_ns: int, keep: Callable[[], str]) -> None:
+        trouble = attempt(keep)
+        if isinstance(trouble, Exception):
+            trouble = f"it cannot be kept ({type(trouble).__name__}: {trouble})"
+        self.tallies[name].add(stamp_ns, trouble)
+        if trouble:
+            self._tell_bad(name, trouble)
+
+    def _keep_fix(self, fix: Fix) -> str:
+        return self._keep(Input.FIX, fix) or self._receiver.receive_fix(fix)
+
+    def _keep_level(self, level: Scalar) -> str:
+        trouble = self._inputs.add_level(self._time.shifted(level))
+        return trouble or self._look_for_move()
+
+    def _keep(self, source: Input, value: Fix | Orientation | Scalar) -> str:
+        """Keep a sample; return why it is no use, else empty."""
+        trouble = self._inputs.add(source, self._time.shifted(value))
+        return trouble or self._look_for_move()
+
+    def _look_for_move(self) -> str:
+        """Say where the drone turns out to be, or to fly, elsewhere; the sample is of use."""
+        moved = self._inputs.plausibility.pop_relocation()
+        if moved:
+            self._receiver.begin_elsewhere(moved)
+        return ""
+
+    def _tell_bad(self, name: str, trouble: str) -> None:
+        """Say the first time that a message is no use, and why, and again when none has been."""
+        self._log.warn_once(f"bad {name}", f"A message on {name} is of no use: {trouble}.")
+        if self.tallies[name].bad_s > LONG_S:
+            self._log.warn_once(
+                f"long bad {name}",
+                f"No message on {name} has been of use for {LONG_S:.0f} s, the last one because "
+                f"{trouble}.",
+            )
