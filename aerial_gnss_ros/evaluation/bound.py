@@ -20,7 +20,8 @@ from numpy.typing import NDArray
 from aerial_gnss_ros.core.camera.model import CameraModel
 from aerial_gnss_ros.core.config.estimator import EstimatorConfig
 from aerial_gnss_ros.core.filter.linearization import CameraView
-from aerial_gnss_ros.core.filter.state import Indices, JointState
+from aerial_gnss_ros.core.filter.state import JointState
+from aerial_gnss_ros.core.filter.state_arrays import Indices
 from aerial_gnss_ros.core.filter.update import Linear, correct, linearise
 from aerial_gnss_ros.core.geometry.local_map import LocalMap
 from aerial_gnss_ros.core.geometry.rotation_vectors import rotation_vector

@@ -13,11 +13,20 @@ from __future__ import annotations
 
 from collections import deque
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from aerial_gnss_ros.core.association.image_history import Seen, detection_rates
+from aerial_gnss_ros.core.association.image_labels import TUNING as IMAGE_LABELS
+from aerial_gnss_ros.core.association.image_labels import (
+    LabelEvidence,
+    Point,
+    label_probabilities,
+    labels_of,
+    once_each,
+    scaled,
+)
 from aerial_gnss_ros.core.association.image_links import Links, links
 from aerial_gnss_ros.core.association.image_motion import (
     CHANGE,
@@ -52,90 +61,11 @@ class ImageTracksTuning:
     """Time after the last image without a pose during which new tracks get evidence, s. Judged."""
     most_points: int = 32
     """Points or detections beyond which nothing is tracked, because of clutter. Judged."""
-    least_label_probability: float = 1e-3
-    """Probability below which a label is dropped. Judged."""
-    unmodelled_probability: float = 0.01
-    """Probability that links fail in a way not modelled. Judged."""
-    clearly: float = 0.95
-    """Probability above which a detection is clearly one robot. Judged."""
     real_probability: float = 0.5
     """Probability that an unexpected detection is an object that will be detected again. Judged."""
-    prior_new_boxes: float = 0.1
-    """Prior number of detections of no known robot in an image. Judged."""
-    prior_hits: float = 9.0
-    """Prior count of detected robots: nine of ten. Judged."""
-    prior_misses: float = 1.0
-    """Prior count of missed robots: one of ten. Judged."""
 
 
 TUNING = ImageTracksTuning()
-
-
-class LabelEvidence(NamedTuple):
-    """Evidence of the image for a detection's label, as likelihood factors.
-
-    Attributes:
-        names: by label of a tracked robot.
-        others: of any other robot.
-    """
-
-    names: dict[str, float]
-    others: float
-
-    def factor(self, name: str) -> float:
-        """Return the likelihood factor of a robot."""
-        return max(self.names.get(name, self.others), TUNING.unmodelled_probability)
-
-    def contradicts(self, name: str) -> bool:
-        """Return whether the detection is clearly another one of the tracked robots."""
-        return (
-            self.names.get(name, 1.0) < 1.0 - TUNING.clearly
-            and max(self.names.values()) > TUNING.clearly
-        )
-
-
-NO_EVIDENCE = LabelEvidence({}, 1.0)
-"""No evidence."""
-
-
-class Seen(NamedTuple):
-    """An image whose boxes measured robots.
-
-    Attributes:
-        stamp_ns: of the image.
-        centers: (m, 2) of its boxes, px.
-        class_ids: of these.
-        named: by box, the label of the robot that it measured.
-        camera: lens and image size.
-        height: of the camera above the water, m.
-    """
-
-    stamp_ns: int
-    centers: Array
-    class_ids: tuple[str, ...]
-    named: dict[int, str]
-    camera: CameraModel
-    height: float
-
-
-class Point(NamedTuple):
-    """A point of the image that is tracked.
-
-    Attributes:
-        place: (x, y) in the last image, on the plane at distance 1.
-        class_id: of its box.
-        names: probability of each label.
-        seen_ns: of the last image that showed it.
-        spread: variance of its position beyond that of a box and its own motion.
-        there: probability that it exists; the sum of `names` is at most this.
-    """
-
-    place: tuple[float, float]
-    class_id: str
-    names: dict[str, float]
-    seen_ns: int
-    spread: float = 0.0
-    there: float = 1.0
 
 
 class ImageTracks:
@@ -213,7 +143,7 @@ class ImageTracks:
             self.blind_ns = frame.stamp_ns
         if frame.stamp_ns != self._stamp_ns:
             self._follow(frame)
-        return self._labels(len(frame))
+        return labels_of(self._points[: len(frame)], self._known)
 
     def _begin(self) -> None:
         """Start from the last image that measured robots."""
@@ -278,7 +208,7 @@ class ImageTracks:
         places = np.array([one.place for one in self._points]).reshape(-1, 2)
         unseen = np.array([(frame.stamp_ns - one.seen_ns) * 1e-9 for one in self._points])
         spread = np.array([one.spread for one in self._points])
-        detected, density = self._detected(camera)
+        detected, density = detection_rates(self._history)
         linked = links(
             places,
             found,
@@ -292,27 +222,16 @@ class ImageTracks:
         if self._points:
             gain = 1.0 - np.exp(-passed / TUNING.steady_s)
             self._rates = self._rates + gain * (linked.motion.mean / passed - self._rates)
-        hits = self._hits(linked.chances)
+        hits = label_probabilities(self._points, linked.chances)
         missed = self._missed(linked, places, detected, passed)
-        scale = self._shares([*hits, *(one.names for one in missed)])
+        scale = once_each(self._points, self._known, [*hits, *(one.names for one in missed)])
         claimed = linked.chances.sum(axis=0)
         self._points = [
-            Point((x, y), frame.class_ids[j], _scaled(hits[j], scale), frame.stamp_ns,
+            Point((x, y), frame.class_ids[j], scaled(hits[j], scale), frame.stamp_ns,
                   there=float(claimed[j] + (1.0 - claimed[j]) * TUNING.real_probability))
             for j, (x, y) in enumerate(found.tolist())
         ]  # fmt: skip
-        self._points += [one._replace(names=_scaled(one.names, scale)) for one in missed]
-
-    def _hits(self, chances: Array) -> list[dict[str, float]]:
-        """Return the label probabilities of each detection by itself."""
-        found: list[dict[str, float]] = []
-        for of_points in chances.T.tolist():
-            names: dict[str, float] = {}
-            for one, chance in zip(self._points, of_points, strict=True):
-                for name, p in one.names.items():
-                    names[name] = names.get(name, 0.0) + p / one.there * chance
-            found.append(names)
-        return found
+        self._points += [one._replace(names=scaled(one.names, scale)) for one in missed]
 
     def _missed(self, linked: Links, places: Array, detected: float, passed: float) -> list[Point]:
         """Return points that the image may have missed, at their predicted positions.
@@ -328,35 +247,14 @@ class ImageTracks:
             left *= (1.0 - detected) / (1.0 - detected * one.there)
             x, y = after[i].tolist()
             gone = self._stamp_ns - one.seen_ns > patience_ns or not in_picture(x, y, camera)
-            if gone or left * one.there < TUNING.least_label_probability:
+            if gone or left * one.there < IMAGE_LABELS.least_label_probability:
                 continue
             unsure = 0.5 * float(np.trace(by[i] @ linked.motion.covariance @ by[i].T))
             found.append(one._replace(
-                place=(x, y), names=_scaled(one.names, dict.fromkeys(one.names, left)),
+                place=(x, y), names=scaled(one.names, dict.fromkeys(one.names, left)),
                 spread=one.spread + unsure, there=left * one.there,
             ))  # fmt: skip
         return found
-
-    def _shares(self, found: list[dict[str, float]]) -> dict[str, float]:
-        """Return factors that normalise each label over all points and its loss."""
-        factors = {}
-        for name in self._known:
-            lost = max(0.0, 1.0 - sum(one.names.get(name, 0.0) for one in self._points))
-            factors[name] = 1.0 / max(
-                lost + sum(one.get(name, 0.0) for one in found), TUNING.least_label_probability
-            )
-        return factors
-
-    def _detected(self, camera: CameraModel) -> tuple[float, float]:
-        """Return the detection probability and the density of other detections."""
-        names = {name for seen in self._history for name in seen.named.values()}
-        hits = sum(len(seen.named) for seen in self._history)
-        others = sum(len(seen.centers) - len(seen.named) for seen in self._history)
-        share = (hits + TUNING.prior_hits) / (
-            len(names) * len(self._history) + TUNING.prior_hits + TUNING.prior_misses
-        )
-        area = float(camera.width * camera.height / (camera.K[0, 0] * camera.K[1, 1]))
-        return min(share, 0.99), (TUNING.prior_new_boxes + others / len(self._history)) / area
 
     def _name(self, named: dict[int, str]) -> None:
         """Set the labels of boxes that measured robots."""
@@ -367,26 +265,3 @@ class ImageTracks:
             if index in named:
                 names = {named[index]: 1.0}
             self._points[index] = one._replace(names=names)
-
-    def _labels(self, boxes: int) -> dict[int, LabelEvidence]:
-        """Return the evidence for an image's boxes, which are the first points.
-
-        A box without a linked predecessor may be any robot that was lost.
-        """
-        points = self._points[:boxes]
-        lost = {
-            name: max(0.0, 1.0 - sum(one.names.get(name, 0.0) for one in points))
-            for name in self._known
-        }
-        found = {}
-        for index, one in enumerate(points):
-            unknown = max(0.0, 1.0 - sum(one.names.values()))
-            names = {name: one.names.get(name, 0.0) + unknown * lost[name] for name in self._known}
-            found[index] = LabelEvidence(names, unknown)
-        return found
-
-
-def _scaled(names: dict[str, float], factors: dict[str, float]) -> dict[str, float]:
-    """Return probabilities times a factor for each label, without negligible ones."""
-    scaled = {name: p * factors[name] for name, p in names.items()}
-    return {name: p for name, p in scaled.items() if p > TUNING.least_label_probability}

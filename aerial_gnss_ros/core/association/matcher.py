@@ -12,7 +12,7 @@ The matcher only decides; the tracker changes tracks and filter.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from statistics import median
 
 import numpy as np
@@ -23,6 +23,7 @@ from aerial_gnss_ros.core.association.assignment import lone
 from aerial_gnss_ros.core.association.clutter import Clutter, chance_probability
 from aerial_gnss_ros.core.association.coherence import swerves, turns
 from aerial_gnss_ros.core.association.conflicts import keep_established, without_disputed
+from aerial_gnss_ros.core.association.decision import NO_PAIRS, Association
 from aerial_gnss_ros.core.association.gating import NEITHER, NEW, ROBOT, CandidatePairs
 from aerial_gnss_ros.core.association.track import TUNING as TRACK
 from aerial_gnss_ros.core.association.track import Track
@@ -58,37 +59,6 @@ class MatcherTuning:
 
 
 TUNING = MatcherTuning()
-
-
-NO_PAIRS: tuple[Indices, Indices] = np.zeros(0, np.intp), np.zeros(0, np.intp)
-"""Rows and columns of nothing."""
-
-
-@dataclass
-class Association:
-    """Decisions about an image's boxes; rows are those of tracks.
-
-    Attributes:
-        rows: (m,) of the tracks that get a box.
-        columns: (m,) of their boxes.
-        claimed: pairs of `CandidatePairs` in which robots are updated.
-        matched: number of robots with a box inside their gates.
-        innovation_ratios: new mean normalised squared innovations of robots, by row.
-        inflations: rows of manoeuvring robots, and the velocity sigmas to be added, m/s.
-        clutter_shares: factors of `Track.clutter_probability`, by row.
-        near_misses: rows of new tracks with boxes near their gates.
-        outside: number of robots with a box near their gates and none inside.
-    """
-
-    rows: Indices
-    columns: Indices
-    claimed: list[int] = field(default_factory=list)
-    innovation_ratios: dict[int, float] = field(default_factory=dict)
-    inflations: list[tuple[Indices, Array | float]] = field(default_factory=list)
-    clutter_shares: dict[int, float] = field(default_factory=dict)
-    near_misses: set[int] = field(default_factory=set)
-    matched: int = 0
-    outside: int = 0
 
 
 class Matcher:

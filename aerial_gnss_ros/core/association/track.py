@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from aerial_gnss_ros.core.association.image_tracks import LabelEvidence
+from aerial_gnss_ros.core.association.image_labels import LabelEvidence
 from aerial_gnss_ros.core.faults.noise_level import Innovation
 from aerial_gnss_ros.core.values.estimates import State
 from aerial_gnss_ros.core.values.rejection import Cause

@@ -20,7 +20,8 @@ from numpy.typing import NDArray
 from aerial_gnss_ros.core.faults.rotation_fault import RotationFault
 from aerial_gnss_ros.core.filter.linearization import by_angles
 from aerial_gnss_ros.core.filter.plausible_state import check_covariance, check_robots
-from aerial_gnss_ros.core.filter.state import Indices, JointState
+from aerial_gnss_ros.core.filter.state import JointState
+from aerial_gnss_ros.core.filter.state_arrays import Indices
 from aerial_gnss_ros.core.models.platform_model import COUNT
 
 Array = NDArray[np.float64]

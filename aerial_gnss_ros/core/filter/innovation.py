@@ -9,7 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from aerial_gnss_ros.core.filter.state import Indices, JointState
+from aerial_gnss_ros.core.filter.state import JointState
+from aerial_gnss_ros.core.filter.state_arrays import Indices
 from aerial_gnss_ros.core.models.platform_model import COUNT
 from aerial_gnss_ros.core.numerics.gaussian import mahalanobis
 

@@ -4,7 +4,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,30 +12,27 @@ from numpy.typing import NDArray
 from aerial_gnss_ros.core.camera.posed_frame import PosedFrame
 from aerial_gnss_ros.core.config.estimator import EstimatorConfig
 from aerial_gnss_ros.core.faults.consistency import InnovationMonitor
-from aerial_gnss_ros.core.faults.formation import Formation, formation
 from aerial_gnss_ros.core.faults.gnss_jump import GnssJumpDetector
 from aerial_gnss_ros.core.faults.noise_level import NoiseLevel
 from aerial_gnss_ros.core.faults.rotation_fault import RobotsInView
-from aerial_gnss_ros.core.faults.rotation_test import fit_rotation
-from aerial_gnss_ros.core.filter.blocks import StateBlocks
+from aerial_gnss_ros.core.filter.camera_faults import CameraFaults
 from aerial_gnss_ros.core.filter.innovation import PairInnovations, pair_innovations
 from aerial_gnss_ros.core.filter.linearization import (
     CameraView,
     by_angles,
-    by_errors,
     by_platform,
     relinearize,
 )
-from aerial_gnss_ros.core.filter.state import Indices, JointState
+from aerial_gnss_ros.core.filter.state import JointState
+from aerial_gnss_ros.core.filter.state_arrays import Indices
 from aerial_gnss_ros.core.filter.update import correct, linearise
 from aerial_gnss_ros.core.geometry.local_map import LocalMap, on_water_surface
 from aerial_gnss_ros.core.georeferencing.measurements import Measurements
 from aerial_gnss_ros.core.models.camera_motion import TUNING as CAMERA_MOTION
 from aerial_gnss_ros.core.models.camera_motion import CameraMotion
-from aerial_gnss_ros.core.models.measurement_model import MapFrame, MapPose, level_axes, on_water
-from aerial_gnss_ros.core.models.motion_model import TUNING as MOTION_MODEL
+from aerial_gnss_ros.core.models.measurement_model import MapFrame, MapPose, on_water
 from aerial_gnss_ros.core.models.motion_model import ClassMotions
-from aerial_gnss_ros.core.models.platform_model import ANGLES, COUNT, HEIGHT, LATENCY, PlatformModel
+from aerial_gnss_ros.core.models.platform_model import ANGLES, COUNT, LATENCY, PlatformModel
 from aerial_gnss_ros.core.values.events import Events
 from aerial_gnss_ros.text.sentences import counted
 
@@ -58,7 +54,7 @@ class JointFilterTuning:
 TUNING = JointFilterTuning()
 
 
-class JointFilter(StateBlocks):
+class JointFilter(CameraFaults):
     """Robots in rows 0 to n - 1, and the platform's errors, by what images show.
 
     Args:
@@ -105,16 +101,6 @@ class JointFilter(StateBlocks):
     def stationary(self) -> Array:
         """(7, 7) covariance of the platform's errors when nothing is known."""
         return self._stationary
-
-    def speeds(self, rows: Indices | list[int]) -> Array | float:
-        """Return one sigma of robots' unknown velocities, each axis, m/s: (n,), or one of all."""
-        if self.motions.alike:
-            return self.motions.default_speed
-        speeds = np.empty(self._count)
-        for group in self._groups:
-            speeds[group.rows] = group.motion(self.motion).speed_sigma
-        chosen: Array = speeds[rows]
-        return chosen
 
     def predict(self, seconds: float) -> None:
         """Move on in time."""
@@ -163,22 +149,6 @@ class JointFilter(StateBlocks):
         self.ambiguity.shifted(float(away @ away))
         self.ambiguity.keep_jump()
         self._spread_doubt()
-
-    def _jumped(self, pose: MapPose, passed: float) -> bool:
-        """Return whether the camera's orientation has jumped, and not back."""
-        jump = self._motion.jump
-        if jump is None:
-            return False
-        if self.ambiguity.update_jump(level_axes(pose.rotation).T @ jump, passed):
-            self.log.add("The camera's orientation is back where it was before it jumped.")
-            return False
-        self.log.counts["orientation_jumps"] += 1
-        self.log.add(
-            f"The camera's orientation jumped by {math.degrees(math.sqrt(jump @ jump)):.0f} deg "
-            f"within {passed:.2g} s: robots that are not found again where they were may be wrong "
-            "by as much, and say so."
-        )
-        return True
 
     def _settle(self, latency_s: float, sigma: float) -> None:
         """Take over what is known of the latency."""
@@ -272,77 +242,6 @@ class JointFilter(StateBlocks):
         moved = by_angles(group, slots)
         return RobotsInView(group.velocity_changes, slots, moved, unknown, fastest)
 
-    def turned_by(self, rows: Indices, offsets: Array, variances: Array) -> float:
-        """Return by how much likelier one turn of the camera displaces robots than swerves, nats.
-
-        Args:
-            rows: (m,) of the robots.
-            offsets: (m, 2) of their boxes from where they were expected, m.
-            variances: (m,) of that, each axis, m².
-        """
-        group_of, slot_of = self._places_of_rows()
-        moved = [
-            by_angles(self._groups[group_of[row]], slot_of[row : row + 1]) for row in rows.tolist()
-        ]
-        swerve = MOTION_MODEL.swerve_s * self.speeds(rows)
-        return fit_rotation(offsets, variances, np.concatenate(moved), swerve)[2]
-
-    def update_ambiguity(self, seconds: float, over: bool = False) -> None:
-        """Take in for how long boxes have been where no robots can be (see `AttitudeAmbiguity`).
-
-        Either the camera has turned, or it had before and is right again: so robots that these
-        images do not show are as uncertain as those that begin by them.
-        """
-        self.ambiguity.update(0.0 if self._late else seconds, over)
-        self._spread_doubt()
-
-    def formation(
-        self, old: list[int], new: list[int], more: Array, possible: NDArray[np.bool_]
-    ) -> Formation | None:
-        """Return which robots `old` are which robots `new`, as they lie to one another.
-
-        Args:
-            old: n rows.
-            new: m rows.
-            more: (2, 2) covariance of where they may be instead, m².
-            possible: (n, m) whether one can be the other at all.
-        """
-        offsets, spread = self.separations(np.array(old), np.array(new))
-        group_of, slot_of = self._places_of_rows()
-        moved = []
-        for row in old:
-            group = self._groups[group_of[row]]
-            relinearize(group, self._seen_from())
-            moved.append(by_errors(group, slot_of[row : row + 1]))
-        by_platform = np.concatenate(moved)
-        height = float(self._seen_from().measured.position[2])
-        return formation(
-            offsets, spread + more, by_platform[:, :, ANGLES],
-            height * by_platform[:, :, HEIGHT], possible,
-        )  # fmt: skip
-
-    def note_displacement(self, turn: Array, spread: Array, squared: float) -> None:
-        """Take in the turn of the camera that displaces all robots (see `AttitudeAmbiguity`)."""
-        if not self._late:
-            self.ambiguity.note_displacement(turn, spread, squared)
-        self._spread_doubt()
-
-    def note_return(self) -> None:
-        """Take in that all robots are back where they were before they seemed to move."""
-        self.log.add("Robots are back where they were before all of them seemed to move.")
-        self.ambiguity.note_return()
-        self._spread_doubt()
-
-    def _spread_doubt(self) -> None:
-        """Let all robots be as uncertain as a camera makes them that may have turned by itself."""
-        if not self.ambiguity.active or self._sight is None:
-            return
-        for group in self._groups:
-            relinearize(group, self._sight)
-            known = np.arange(len(group.by_pose))  # but for robots that begin with this image
-            moved = by_angles(group, known)
-            self.rotation_fault.spread(group.velocity_changes, known, moved, seen=False)
-
     def _report_refused(self, refused: int) -> None:
         if refused and not self._refusing:
             self.log.add(
@@ -376,10 +275,6 @@ class JointFilter(StateBlocks):
         by_pixel = np.linalg.inv(linearise(self._seen_from(), np.zeros(COUNT), places).by_place)
         noise: Array = self.noise.level * self.model.pixel * by_pixel @ by_pixel.swapaxes(1, 2)
         return noise
-
-    def _seen_from(self) -> CameraView:
-        assert self._sight is not None  # noqa: S101 - `update_camera` came first
-        return self._sight
 
 
 def _rays(view: CameraView, seen: Measurements) -> Array:

@@ -1,11 +1,9 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""One normal law over the platform's errors and some robots; prediction in time.
+"""One normal law over the platform's errors and some robots: how it changes.
 
-State: the platform's errors (`platform_model.PLATFORM`), then east, north, velocity east, velocity
-north (m, m/s, in `map`) of each robot. Given the platform's errors robots move independently, but
-their covariance is carried whole: what was measured while the platform's errors wandered leaves
-robots correlated in ways that the present errors do not explain.
+With time (`predict`), and by what is known from elsewhere than from boxes, which are the business
+of `update`. What is in which row and column is in `state_arrays`.
 """
 
 from __future__ import annotations
@@ -16,16 +14,12 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from aerial_gnss_ros.core.faults.manoeuvre_noise import ManoeuvreNoise
-from aerial_gnss_ros.core.faults.rotation_fault import RotationFault
-from aerial_gnss_ros.core.faults.velocity_changes import VelocityChanges
-from aerial_gnss_ros.core.models.measurement_model import POSE_COUNT
+from aerial_gnss_ros.core.filter.state_arrays import Indices, StateArrays
 from aerial_gnss_ros.core.models.motion_model import TUNING as MOTION_MODEL
-from aerial_gnss_ros.core.models.motion_model import MotionModel, MotionOf
+from aerial_gnss_ros.core.models.motion_model import MotionModel
 from aerial_gnss_ros.core.models.platform_model import COUNT, LATENCY
 
 Array = NDArray[np.float64]
-Indices = NDArray[np.intp]
 
 _ENTRIES = ((0, 0), (1, 1), (0, 2), (1, 3), (2, 0), (3, 1), (2, 2), (3, 3))
 _NOISE_OF_ENTRY = np.array([0, 0, 1, 1, 1, 1, 2, 2])
@@ -52,92 +46,8 @@ class StateTuning:
 TUNING = StateTuning()
 
 
-_ALL = slice(None)
-
-
-class JointState:
-    """The platform's errors and robots together.
-
-    Attributes:
-        mean: (7 + 4 n,).
-        covariance: (7 + 4 n, 7 + 4 n).
-        rows: (n,) which robots of the whole program these are.
-        unseen: (n,) time since each was measured, s.
-        manoeuvre_noise: how hard each turns.
-        velocity_changes: of each, lately.
-        rotation_fault: whether the camera turns by itself.
-        by_pose: (k, 4, 6) `state_jacobian` of the first k robots with which the covariance goes,
-            see `linearization`; those after them are new.
-        camera: (3,) from where that was taken: place of the camera, m; NaN at first.
-        by_errors: (6, 7) `pose_by_errors` of that time.
-        view: the image of that time.
-    """
-
-    def __init__(self, covariance: Array, rotation_fault: RotationFault | None = None) -> None:
-        """Begin without robots.
-
-        Args:
-            covariance: (7, 7) of the platform's errors.
-            rotation_fault: of the camera, which it shares with others.
-        """
-        self.mean = np.zeros(COUNT)
-        self.covariance = covariance.copy()
-        self.rows: Indices = np.zeros(0, np.intp)
-        self.unseen: Array = np.zeros(0)
-        self.own: Array = np.zeros((2, 0))
-        self.manoeuvre_noise = ManoeuvreNoise()
-        self.velocity_changes = VelocityChanges()
-        self.rotation_fault = rotation_fault or RotationFault()
-        self.by_pose = np.zeros((0, 4, POSE_COUNT))
-        self.camera = np.full(3, np.nan)
-        self.by_errors = np.zeros((POSE_COUNT, COUNT))
-        self.view: object = None
-
-    def __len__(self) -> int:
-        return len(self.rows)
-
-    @property
-    def robots(self) -> Array:
-        """(n, 4) means; a view."""
-        return self.mean[COUNT:].reshape(-1, 4)
-
-    def blocks(self) -> Array:
-        """Return the robots' own covariances (n, 4, 4)."""
-        n = len(self.rows)
-        blocks = self.covariance[COUNT:, COUNT:].reshape(n, 4, n, 4)
-        return blocks.diagonal(axis1=0, axis2=2).transpose(2, 0, 1).copy()
-
-    def motion(
-        self, default: MotionModel, slots: Indices | slice = _ALL
-    ) -> MotionModel | MotionOf[Array]:
-        """Return how some robots move.
-
-        Args:
-            default: of those whose class has no parameters of its own.
-            slots: their places in `rows`.
-        """
-        own = self.own[:, slots]
-        if np.isnan(own).all():
-            return default
-        both = (default.acceleration, default.speed_sigma)
-        accelerations, speeds = np.where(np.isnan(own), np.array(both)[:, None], own)
-        return MotionOf(accelerations, speeds)
-
-    def fastest(self, slots: Indices, default: float) -> Array | float:
-        """Return the fastest speeds of some robots; `default` where no class has its own, m/s."""
-        speeds = self.own[1, slots]
-        own = ~np.isnan(speeds)
-        return np.where(own, 2.0 * speeds, default) if own.any() else default
-
-    def positions(self) -> tuple[Array, Array, Array]:
-        """Return the robots' positions (n, 2) and how well they are known; views.
-
-        Their covariances (n, 2, 2), and those with the platform's errors (n, 2, 7).
-        """
-        n, P = len(self.rows), self.covariance
-        own = P[COUNT:, COUNT:].reshape(n, 4, n, 4).diagonal(axis1=0, axis2=2).transpose(2, 0, 1)
-        with_platform = P[COUNT:, :COUNT].reshape(n, 4, COUNT)[:, :2]
-        return self.mean[COUNT:].reshape(n, 4)[:, :2], own[:, :2, :2], with_platform
+class JointState(StateArrays):
+    """The platform's errors and robots together."""
 
     def predict(self, seconds: float, keep: Array, stationary: Array, motion: MotionModel) -> None:
         """Move on in time.
@@ -187,63 +97,6 @@ class JointState:
         # each robot's block: pp, pv, vp, vv on both axes
         P.reshape(-1)[_own_places(n)] += noise.take(_NOISE_OF_ENTRY, axis=1).ravel()
         self.unseen = self.unseen + seconds
-
-    def add(
-        self,
-        rows: Indices,
-        positions: Array,
-        by_platform: Array,
-        white: Array,
-        speed: float,
-        own: Array | None = None,
-    ) -> None:
-        """Take in robots, each from one measurement through the platform's errors.
-
-        Args:
-            rows: (m,) their numbers.
-            positions: (m, 2) where they are by the present estimate of the platform's errors, m.
-            by_platform: (m, 2, 7) how these move with the platform's errors.
-            white: (m, 2, 2) white covariance of the positions, m².
-            speed: one sigma of the unknown velocity, each axis, m/s.
-            own: (2, m) accelerations and speed sigmas where classes have their own, else NaN.
-        """
-        m = len(rows)
-        state, through, alone = np.zeros((m, 4)), np.zeros((m, 4, COUNT)), np.zeros((m, 4, 4))
-        state[:, :2], through[:, :2], alone[:, :2, :2] = positions, by_platform, white
-        alone[:, 2:, 2:] = speed**2 * np.eye(2)
-        if own is not None:
-            speeds = np.where(np.isnan(own[1]), speed, own[1])
-            alone[:, 2:, 2:] = np.square(speeds)[:, None, None] * np.eye(2)
-        self.append(rows, state, through, alone)
-        if own is not None:
-            self.own[:, len(self) - m :] = own
-
-    def append(self, rows: Indices, state: Array, by_platform: Array, own: Array) -> None:
-        """Add robots whose law given the platform's errors is known.
-
-        Args:
-            rows: (m,) their numbers.
-            state: (m, 4) their means by the present estimate of the platform's errors, m, m/s.
-            by_platform: (m, 4, 7) how these move with the platform's errors.
-            own: (m, 4, 4) their covariances given the platform's errors.
-        """
-        m, old = len(rows), len(self.mean)
-        grown = np.zeros((old + 4 * m, old + 4 * m))
-        grown[:old, :old] = self.covariance
-        flat = by_platform.reshape(4 * m, COUNT)
-        cross = flat @ self.covariance[:COUNT]
-        grown[old:, :old] = cross
-        grown[:old, old:] = cross.T
-        grown[old:, old:] = cross[:, :COUNT] @ flat.T
-        every = np.arange(m)
-        grown[old:, old:].reshape(m, 4, m, 4)[every, :, every] += own
-        self.mean = np.concatenate([self.mean, state.ravel()])
-        self.covariance = grown
-        self.rows = np.concatenate([self.rows, rows])
-        self.unseen = np.concatenate([self.unseen, np.zeros(m)])
-        self.own = np.concatenate([self.own, np.full((2, m), np.nan)], axis=1)
-        self.manoeuvre_noise.add(m)
-        self.velocity_changes.add(m)
 
     def tie(self, first: int, second: int, sigma: float) -> None:
         """Take in that two robots are at one place: what is known of one is known of the other.
@@ -330,19 +183,6 @@ class JointState:
         """
         self.robots[:, :2] += jump
         self.camera[:2] += jump
-
-    def drop(self, slots: Indices) -> None:
-        """Forget the robots at some places of `rows`."""
-        kept = np.ones(len(self), dtype=np.bool_)
-        kept[slots] = False
-        index = np.concatenate([np.ones(COUNT, np.bool_), np.repeat(kept, 4)])
-        self.mean = self.mean[index]
-        self.covariance = self.covariance[np.ix_(index, index)]
-        self.rows, self.unseen = self.rows[kept], self.unseen[kept]
-        self.own = self.own[:, kept]
-        self.manoeuvre_noise.drop(kept)
-        self.velocity_changes.drop(kept)
-        self.by_pose = self.by_pose[kept[: len(self.by_pose)]]
 
     def carry(self, change: Array) -> None:
         """Let robots' errors change by the platform's: P = L P L', L the identity and `change`.

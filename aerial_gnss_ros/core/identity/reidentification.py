@@ -25,7 +25,7 @@ from numpy.typing import NDArray
 
 from aerial_gnss_ros.core.association.assignment import TUNING as ASSIGNMENT
 from aerial_gnss_ros.core.association.assignment import cheapest
-from aerial_gnss_ros.core.association.image_tracks import NO_EVIDENCE
+from aerial_gnss_ros.core.association.image_labels import NO_EVIDENCE
 from aerial_gnss_ros.core.association.track import Track
 from aerial_gnss_ros.core.identity.return_permutation import likeliest_permutation
 from aerial_gnss_ros.core.identity.return_position import ReturnPosition, VelocityLikelihood

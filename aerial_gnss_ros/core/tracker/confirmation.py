@@ -109,6 +109,7 @@ class TrackConfirmation:
                 not if most of them are missing.
         """
         tracks = self._table.tracks
+        labels, labelled = {track.robot_id for track in tracks}, ready
         merged = self._merge_duplicates(ready)
         ready = [row for row in ready if row not in merged]
         returns = self._reidentify(ready, stamp_ns, height)
@@ -128,6 +129,9 @@ class TrackConfirmation:
             self._table.merge(old, row, attitude_known)
         for row in ready:
             tracks[row].state = State.CONFIRMED
+        if not attitude_known or self._table.filter.ambiguity.covariance.any():
+            for row in labelled:
+                tracks[row].unverified = tracks[row].robot_id not in labels
         self._report_ended(returns)
         return {*returns.found.values(), *returns.ended, *merged}
 

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aerial_gnss_ros.core.geometry.local_map import LocalMap
+from aerial_gnss_ros.core.georeferencing.measurements import Measurements
 from aerial_gnss_ros.core.identity.encounters import Encounters
 from aerial_gnss_ros.core.identity.label_ambiguity import Position
 from aerial_gnss_ros.core.tracker.fork import Fork
@@ -15,6 +16,8 @@ from aerial_gnss_ros.core.tracker.track_table import TrackTable
 from aerial_gnss_ros.core.values.estimates import RobotEstimate
 
 Array = NDArray[np.float64]
+Indices = NDArray[np.intp]
+Mask = NDArray[np.bool_]
 
 
 def robot_estimates(
@@ -94,3 +97,22 @@ def add_label_ambiguity(
     }
     for name, more in encounters.ambiguity_covariances(spots).items():
         covariance[labels.index(name), :2, :2] += more
+
+
+def box_masks(
+    seen: Measurements, measured: dict[int, int], refused: Indices, boxes: int
+) -> tuple[Mask, Mask]:
+    """Return which boxes (n,) of an image have no track, and which were refused theirs.
+
+    Args:
+        seen: the image's measurements.
+        measured: boxes by row of the track that they measured or started.
+        refused: boxes that imply an impossible speed.
+        boxes: n.
+    """
+    gated, too_fast = np.zeros((2, boxes), dtype=bool)
+    gated[seen.index] = True
+    gated[list(measured.values())] = False
+    gated[refused] = False
+    too_fast[refused] = True
+    return gated, too_fast

@@ -15,17 +15,18 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from aerial_gnss_ros.core.association.decision import Association
 from aerial_gnss_ros.core.association.gating import CandidatePairs
-from aerial_gnss_ros.core.association.matcher import Association
 from aerial_gnss_ros.core.association.track import TUNING as TRACK
 from aerial_gnss_ros.core.association.track import Track
 from aerial_gnss_ros.core.faults.noise_level import Innovation
 from aerial_gnss_ros.core.filter.innovation import misfit
 from aerial_gnss_ros.core.filter.joint_filter import JointFilter
-from aerial_gnss_ros.core.georeferencing.measurements import Measurements
+from aerial_gnss_ros.core.georeferencing.measurements import Measurements, inside_any
 from aerial_gnss_ros.core.models.motion_model import TUNING as MOTION_MODEL
 from aerial_gnss_ros.core.models.motion_model import manoeuvre_covariance
 from aerial_gnss_ros.core.tracker.fork import Fork
+from aerial_gnss_ros.core.values.detection_frame import DetectionFrame
 from aerial_gnss_ros.core.values.estimates import State
 
 Array = NDArray[np.float64]
@@ -38,6 +39,9 @@ class TrackTableTuning:
 
     in_view_ns: int = 1_000_000_000
     """A robot seen within this time is expected in an image, ns. Judged."""
+    max_tentative: int = 300
+    """Greatest number of tentative tracks: an image full of clutter must not stop the program.
+    Judged."""
 
 
 TUNING = TrackTableTuning()
@@ -63,16 +67,35 @@ class TrackTable:
         self.tracks = []
         self.filter.reset()
 
-    def begin(self, seen: Measurements, columns: list[int], stamp_ns: int) -> None:
-        """Start a track for some measurements, in rows after the present ones.
+    def start(
+        self, seen: Measurements, measured: dict[int, int], used: Indices, frame: DetectionFrame
+    ) -> None:
+        """Start a track for each unassociated measurement, best scores first.
+
+        A second box of a robot that already has one (its centre lies in that box, and the class is
+        the same) would only duplicate it: it starts nothing and counts as gated, as do boxes beyond
+        `TUNING.max_tentative`.
 
         Args:
             seen: the image's measurements.
-            columns: of the measurements.
-            stamp_ns: of the image, ns.
+            measured: detection by row of the track that it measured; extended by new tracks.
+            used: measurements that are not left over.
+            frame: the image's detections.
         """
-        self.filter.begin(seen, np.array(columns, np.intp))
-        for column in columns:
+        tracks = self.tracks
+        room = TUNING.max_tentative - sum(track.state is State.TENTATIVE for track in tracks)
+        taken, indices = set(used.tolist()), seen.index[used].tolist()
+        left = [column for column in range(len(seen.index)) if column not in taken]
+        begun: list[int] = []
+        for column in sorted(left, key=lambda item: -frame.scores[seen.index[item]]):
+            index = int(seen.index[column])
+            if len(begun) < room and not inside_any(frame, index, indices):
+                measured[len(tracks) + len(begun)] = index
+                begun.append(column)
+                indices.append(index)
+        stamp_ns = frame.stamp_ns
+        self.filter.begin(seen, np.array(begun, np.intp))
+        for column in begun:
             edge = bool(seen.edge[column])
             track = Track(str(seen.class_ids[column]), stamp_ns, stamp_ns, hits=deque([stamp_ns]))
             track.entered_view = track.leaving_view = edge

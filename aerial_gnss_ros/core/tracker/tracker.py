@@ -18,13 +18,11 @@ circles a robot with a wrong compass, so that the error reverses, does not lose 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 from numpy.typing import NDArray
 
-from aerial_gnss_ros.core.association.image_tracks import ImageTracks
-from aerial_gnss_ros.core.association.matcher import NO_PAIRS, Matcher
+from aerial_gnss_ros.core.association.decision import NO_PAIRS
+from aerial_gnss_ros.core.association.matcher import Matcher
 from aerial_gnss_ros.core.association.track import Track
 from aerial_gnss_ros.core.camera.posed_frame import PosedFrame
 from aerial_gnss_ros.core.config.estimator import EstimatorConfig
@@ -32,15 +30,16 @@ from aerial_gnss_ros.core.faults.consistency import InnovationMonitor
 from aerial_gnss_ros.core.filter.joint_filter import JointFilter
 from aerial_gnss_ros.core.geometry.local_map import LocalMap
 from aerial_gnss_ros.core.georeferencing.localization import WaterPoints
-from aerial_gnss_ros.core.georeferencing.measurements import Measurements, inside_any, measurements
+from aerial_gnss_ros.core.georeferencing.measurements import Measurements, measurements
 from aerial_gnss_ros.core.identity.encounters import Encounters
 from aerial_gnss_ros.core.identity.labels import Labels
 from aerial_gnss_ros.core.models.platform_model import named_errors
 from aerial_gnss_ros.core.numerics.gaussian import gate_threshold
 from aerial_gnss_ros.core.tracker.box_account import BoxAccount, Settled
 from aerial_gnss_ros.core.tracker.confirmation import TrackConfirmation
+from aerial_gnss_ros.core.tracker.image_evidence import ImageEvidence
 from aerial_gnss_ros.core.tracker.protocol import TrackUpdate
-from aerial_gnss_ros.core.tracker.publication import robot_estimates
+from aerial_gnss_ros.core.tracker.publication import box_masks, robot_estimates
 from aerial_gnss_ros.core.tracker.recovery import Recovery
 from aerial_gnss_ros.core.tracker.track_table import TrackTable
 from aerial_gnss_ros.core.values.detection_frame import DetectionFrame
@@ -48,18 +47,6 @@ from aerial_gnss_ros.core.values.estimates import RobotEstimate, State
 from aerial_gnss_ros.core.values.events import Events
 
 Indices = NDArray[np.intp]
-
-
-@dataclass(frozen=True)
-class TrackerTuning:
-    """Chosen numbers of this module, with their units and where they come from."""
-
-    max_tentative: int = 300
-    """Greatest number of tentative tracks: an image full of clutter must not stop the program.
-    Judged."""
-
-
-TUNING = TrackerTuning()
 
 
 class Tracker:
@@ -80,7 +67,7 @@ class Tracker:
             self.table, identity, self._encounters, config.tracks
         )
         self._recovery = Recovery(self.table, self._matcher, threshold)
-        self._image_tracks = ImageTracks(
+        self._image_evidence = ImageEvidence(
             config.noise.value("box_center_px"), joint.motion.speed_sigma
         )
         self._account = BoxAccount()
@@ -95,7 +82,7 @@ class Tracker:
         self.table.reset()
         self._encounters.reset()
         self._confirmation.reset()
-        self._image_tracks.reset()
+        self._image_evidence.reset()
         self._recovery.reset()
         self._stamp_ns = None
         self._water_altitude = np.nan
@@ -113,7 +100,7 @@ class Tracker:
         if returned:
             self._go_back()
         if not usable:
-            self._image_tracks.followed(boxes)
+            self._image_evidence.followed(boxes)
             unused = points.valid
             return TrackUpdate(self._estimates(stamp_ns), {}, unused, np.zeros_like(unused))
         if joint.orientation_jumped:
@@ -124,16 +111,19 @@ class Tracker:
             self._go_back()
             returned = True
             rows, columns = self._associate(seen, stamp_ns)
-        if self._image_tracks.blind_ns is not None:
-            rows, columns = self._uncontradicted(boxes, seen, rows, columns)
+        if self._image_evidence.blind_ns is not None:
+            rows, columns = self._image_evidence.uncontradicted(
+                self.table.tracks, boxes, seen, rows, columns
+            )
         rows, columns, refused = self._correct(seen, rows, columns, stamp_ns, passed)
         if mismatch and not self._matcher.scene_mismatch:
             self._recovery.reject_unlabelled(stamp_ns)
         measured = dict(zip(rows.tolist(), seen.index[columns].tolist(), strict=True))
         if len(columns) + len(refused) < len(seen.index):
-            self._start(seen, measured, np.concatenate([columns, refused]), boxes)
+            self.table.start(seen, measured, np.concatenate([columns, refused]), boxes)
         self._account.note(self.table.tracks, measured, boxes)
-        self._label(measured, frame, unexplained=returned or not len(seen.index))
+        unexplained = returned or self._matcher.scene_mismatch or not len(seen.index)
+        self._image_evidence.label(self.table.tracks, measured, frame, unexplained)
         replaced = self._confirm(len(seen.index), frame.pose.height, local, stamp_ns)
         return self._published(seen, measured, seen.index[refused], replaced, boxes)
 
@@ -167,7 +157,7 @@ class Tracker:
         """Return the predicted robots at an image without a pose (see `Tracking`)."""
         self._predict(stamp_ns)
         if boxes is not None:
-            self._image_tracks.followed(boxes)
+            self._image_evidence.followed(boxes)
         return self._estimates(stamp_ns)
 
     def check(self) -> None:
@@ -210,28 +200,6 @@ class Tracker:
         self.table.apply(decided, able)
         return decided.rows, decided.columns
 
-    def _uncontradicted(
-        self, boxes: DetectionFrame, seen: Measurements, rows: Indices, columns: Indices
-    ) -> tuple[Indices, Indices]:
-        """Drop pairs of an assignment that contradict tracking in the image.
-
-        While images have wrong poses, or none, one robot's box may lie in another robot's gate.
-
-        Args:
-            boxes: all of the image.
-            seen: the image's measurements.
-            rows: (m,) of the tracks.
-            columns: (m,) of their measurements.
-        """
-        labels = self._image_tracks.expected(boxes)
-        names = [self.table.tracks[row].robot_id for row in rows]
-        indices = seen.index[columns].tolist()
-        kept = [
-            not name or index not in labels or not labels[index].contradicts(name)
-            for name, index in zip(names, indices, strict=True)
-        ]
-        return rows[kept], columns[kept]
-
     def _correct(
         self, seen: Measurements, rows: Indices, columns: Indices, stamp_ns: int, passed: float
     ) -> tuple[Indices, Indices, Indices]:
@@ -245,60 +213,6 @@ class Tracker:
             rows, columns, refused = rows[~fast], columns[~fast], columns[fast]
         self._recovery.update(rows, labelled, stamp_ns, passed)
         return rows, columns, refused
-
-    def _start(
-        self, seen: Measurements, measured: dict[int, int], used: Indices, frame: DetectionFrame
-    ) -> None:
-        """Start a track for each unassociated measurement, best scores first.
-
-        A second box of a robot that already has one (its centre lies in that box, and the class is
-        the same) would only duplicate it: it starts nothing and counts as gated, as do boxes beyond
-        `TUNING.max_tentative`.
-
-        Args:
-            seen: the image's measurements.
-            measured: detection by row of the track that it measured; extended by new tracks.
-            used: measurements that are not left over.
-            frame: the image's detections.
-        """
-        tracks = self.table.tracks
-        room = TUNING.max_tentative - sum(track.state is State.TENTATIVE for track in tracks)
-        taken, indices = set(used.tolist()), seen.index[used].tolist()
-        left = [column for column in range(len(seen.index)) if column not in taken]
-        begun: list[int] = []
-        for column in sorted(left, key=lambda item: -frame.scores[seen.index[item]]):
-            index = int(seen.index[column])
-            if len(begun) < room and not inside_any(frame, index, indices):
-                measured[len(tracks) + len(begun)] = index
-                begun.append(column)
-                indices.append(index)
-        self.table.begin(seen, begun, frame.stamp_ns)
-
-    def _label(self, measured: dict[int, int], frame: PosedFrame, unexplained: bool) -> None:
-        """Give new tracks the evidence of their labels from tracking in the image.
-
-        Args:
-            measured: boxes by row of the track that they measured or started.
-            frame: the image.
-            unexplained: whether the image's boxes are no measurements of robots: none lies on the
-                water, so the pose must be wrong; or the fork was restored, whose robots have no
-                boxes yet. Until the last image the dropped tracks had the right labels, which
-                tracking in the image continues.
-        """
-        tracks, boxes, named = self.table.tracks, frame.detections, {}
-        for row, index in measured.items():
-            if tracks[row].robot_id:
-                named[index] = tracks[row].robot_id
-        if not named and (unexplained or self._matcher.scene_mismatch):
-            labels = self._image_tracks.followed(boxes)
-        else:
-            labels = self._image_tracks.measured(boxes, frame.camera, frame.pose.height, named)
-        if not labels:
-            return
-        for row, index in measured.items():
-            track = tracks[row]
-            if index in labels and not track.robot_id and track.label_evidence is None:
-                track.label_evidence = labels[index]
 
     def _confirm(self, boxes: int, height: float, local: LocalMap, stamp_ns: int) -> set[int]:
         """Label the tracks with enough hits; return the rows that they replace.
@@ -326,12 +240,7 @@ class Tracker:
         if mismatch and back:
             self.table.give_up_unverified()
         self._matcher.scene_mismatch = False
-        known = {track.robot_id for track in self.table.tracks}
         replaced = self._confirmation.confirm(ready, stamp_ns, height, local, back)
-        if not back or self.table.filter.ambiguity.covariance.any():
-            for row in ready:
-                track = self.table.tracks[row]
-                track.unverified = track.robot_id not in known
         self._account.confirm(self.table.tracks)
         return replaced
 
@@ -359,11 +268,7 @@ class Tracker:
         for row, track in enumerate(tracks):
             if track.rejected and not track.robot_id and not track.previous_label:
                 gone.add(row)
-        gated, too_fast = np.zeros((2, len(boxes.class_ids)), dtype=bool)
-        gated[seen.index] = True
-        gated[list(measured.values())] = False
-        gated[refused] = False
-        too_fast[refused] = True
+        gated, too_fast = box_masks(seen, measured, refused, len(boxes.class_ids))
         if gone:
             self._drop(gone)
         platform = named_errors(*self.table.filter.platform)
@@ -373,13 +278,9 @@ class Tracker:
         """Return the labelled robots as published."""
         if self._local is None:
             return ()
+        altitude, fork = float(self._water_altitude), self._recovery.fork
         estimates = robot_estimates(
-            self.table,
-            self._encounters,
-            self._recovery.fork,
-            self._local,
-            float(self._water_altitude),
-            stamp_ns,
+            self.table, self._encounters, fork, self._local, altitude, stamp_ns
         )
         if estimates:
             self._identity.remember(estimates)

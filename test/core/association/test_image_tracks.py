@@ -9,8 +9,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from aerial_gnss_ros.core.association.image_tracks import NO_EVIDENCE, ImageTracks, LabelEvidence
-from aerial_gnss_ros.core.association.image_tracks import TUNING as IMAGE_TRACKS
+from aerial_gnss_ros.core.association.image_labels import TUNING as IMAGE_LABELS
+from aerial_gnss_ros.core.association.image_tracks import ImageTracks
 
 START = np.array([[400.0, 300.0], [700.0, 350.0], [500.0, 500.0]])
 NAMES = ("a", "b", "c")
@@ -62,7 +62,7 @@ def test_robots_that_change_places_are_followed(pictures):
     for index, own in enumerate((1, 0, 2)):
         factors = told(labels, index)
         assert factors[own] > 0.99
-        assert sum(factors) == pytest.approx(factors[own] + 3 * IMAGE_TRACKS.unmodelled_probability)
+        assert sum(factors) == pytest.approx(factors[own] + 3 * IMAGE_LABELS.unmodelled_probability)
 
 
 def test_two_that_met_may_be_either(pictures):
@@ -92,7 +92,7 @@ def test_a_robot_gone_for_long_may_be_what_comes_up_anywhere(pictures):
         pictures.blind(START[1:])
     labels = pictures.blind(np.array([*START[1:], [900.0, 600.0]]))
     a, b, c, other = told(labels, 2)
-    assert b == c == IMAGE_TRACKS.unmodelled_probability
+    assert b == c == IMAGE_LABELS.unmodelled_probability
     assert a == pytest.approx(other, abs=0.01)
     assert other > 0.99  # a, or a robot never seen: its place must tell
 
@@ -113,7 +113,7 @@ def test_a_picture_that_jumps_tells_no_names(pictures):
 
 def test_robots_in_no_image_before_stay_unknown(pictures):
     labels = pictures.blind(np.array([*START, [900.0, 600.0]]))
-    assert told(labels, 3)[:3] == [IMAGE_TRACKS.unmodelled_probability] * 3
+    assert told(labels, 3)[:3] == [IMAGE_LABELS.unmodelled_probability] * 3
     assert told(labels, 3)[3] > 0.99
 
 
@@ -235,12 +235,3 @@ def test_in_a_short_pause_no_box_goes_to_a_robot_that_the_picture_shows_elsewher
     results = sea.play(sea.estimator(), world, 14.0)
     before = next(_whose(world, r) for r in results if len(r.estimates) == 3)
     assert _whose(world, results[-1]) == before
-
-
-def test_a_detection_contradicts_a_name_where_it_is_clearly_another_one():
-    assert LabelEvidence({"a": 0.99, "b": 0.004}, 0.0).contradicts("b")
-    assert not LabelEvidence({"a": 0.99, "b": 0.004}, 0.0).contradicts("a")
-    assert not LabelEvidence({"a": 0.9, "b": 0.1}, 0.0).contradicts("b")
-    assert not LabelEvidence({"a": 0.99}, 0.01).contradicts("not followed")
-    assert not LabelEvidence({"a": 0.01}, 0.99).contradicts("a")  # nobody knows who it is
-    assert not NO_EVIDENCE.contradicts("a")

@@ -10,7 +10,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from aerial_gnss_ros.core.association.matcher import Association
+from aerial_gnss_ros.core.association.decision import Association
 from aerial_gnss_ros.core.association.track import Track
 from aerial_gnss_ros.core.georeferencing.measurements import Measurements
 from aerial_gnss_ros.core.models.motion_model import TUNING as MOTION_MODEL

@@ -1,0 +1,43 @@
+# Copyright 2026 aerial_gnss_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""What association decides of one image; the tracker carries it out."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+Indices = NDArray[np.intp]
+
+NO_PAIRS: tuple[Indices, Indices] = np.zeros(0, np.intp), np.zeros(0, np.intp)
+"""Rows and columns of nothing."""
+
+
+@dataclass
+class Association:
+    """Decisions about an image's boxes; rows are those of tracks.
+
+    Attributes:
+        rows: (m,) of the tracks that get a box.
+        columns: (m,) of their boxes.
+        claimed: pairs of `CandidatePairs` in which robots are updated.
+        matched: number of robots with a box inside their gates.
+        innovation_ratios: new mean normalised squared innovations of robots, by row.
+        inflations: rows of manoeuvring robots, and the velocity sigmas to be added, m/s.
+        clutter_shares: factors of `Track.clutter_probability`, by row.
+        near_misses: rows of new tracks with boxes near their gates.
+        outside: number of robots with a box near their gates and none inside.
+    """
+
+    rows: Indices
+    columns: Indices
+    claimed: list[int] = field(default_factory=list)
+    innovation_ratios: dict[int, float] = field(default_factory=dict)
+    inflations: list[tuple[Indices, Array | float]] = field(default_factory=list)
+    clutter_shares: dict[int, float] = field(default_factory=dict)
+    near_misses: set[int] = field(default_factory=set)
+    matched: int = 0
+    outside: int = 0

@@ -1,0 +1,151 @@
+# Copyright 2026 aerial_gnss_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""What a camera that may have turned by itself does to robots, and what robots tell of it.
+
+Either robots have moved or the camera has turned: until that is known (`AttitudeAmbiguity`), robots
+are as uncertain as the turn would make them.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aerial_gnss_ros.core.faults.formation import Formation, formation
+from aerial_gnss_ros.core.faults.rotation_test import fit_rotation
+from aerial_gnss_ros.core.filter.blocks import StateBlocks
+from aerial_gnss_ros.core.filter.linearization import (
+    CameraView,
+    by_angles,
+    by_errors,
+    relinearize,
+)
+from aerial_gnss_ros.core.filter.state_arrays import Indices
+from aerial_gnss_ros.core.models.camera_motion import CameraMotion
+from aerial_gnss_ros.core.models.measurement_model import MapPose, level_axes
+from aerial_gnss_ros.core.models.motion_model import TUNING as MOTION_MODEL
+from aerial_gnss_ros.core.models.motion_model import ClassMotions, MotionModel
+from aerial_gnss_ros.core.models.platform_model import ANGLES, HEIGHT
+from aerial_gnss_ros.core.values.events import Events
+
+Array = NDArray[np.float64]
+
+
+class CameraFaults(StateBlocks):
+    """Robots in rows 0 to n - 1, as one camera sees them that may be wrong.
+
+    Attributes:
+        log: where it says what is odd.
+        motions: how robots move, by class.
+        motion: how those move whose class has no parameters of its own.
+    """
+
+    log: Events
+    motions: ClassMotions
+    motion: MotionModel
+    _late: bool
+    _motion: CameraMotion
+    _sight: CameraView | None
+
+    def speeds(self, rows: Indices | list[int]) -> Array | float:
+        """Return one sigma of robots' unknown velocities, each axis, m/s: (n,), or one of all."""
+        if self.motions.alike:
+            return self.motions.default_speed
+        speeds = np.empty(self._count)
+        for group in self._groups:
+            speeds[group.rows] = group.motion(self.motion).speed_sigma
+        chosen: Array = speeds[rows]
+        return chosen
+
+    def turned_by(self, rows: Indices, offsets: Array, variances: Array) -> float:
+        """Return by how much likelier one turn of the camera displaces robots than swerves, nats.
+
+        Args:
+            rows: (m,) of the robots.
+            offsets: (m, 2) of their boxes from where they were expected, m.
+            variances: (m,) of that, each axis, m².
+        """
+        group_of, slot_of = self._places_of_rows()
+        moved = [
+            by_angles(self._groups[group_of[row]], slot_of[row : row + 1]) for row in rows.tolist()
+        ]
+        swerve = MOTION_MODEL.swerve_s * self.speeds(rows)
+        return fit_rotation(offsets, variances, np.concatenate(moved), swerve)[2]
+
+    def update_ambiguity(self, seconds: float, over: bool = False) -> None:
+        """Take in for how long boxes have been where no robots can be (see `AttitudeAmbiguity`).
+
+        Either the camera has turned, or it had before and is right again: so robots that these
+        images do not show are as uncertain as those that begin by them.
+        """
+        self.ambiguity.update(0.0 if self._late else seconds, over)
+        self._spread_doubt()
+
+    def formation(
+        self, old: list[int], new: list[int], more: Array, possible: NDArray[np.bool_]
+    ) -> Formation | None:
+        """Return which robots `old` are which robots `new`, as they lie to one another.
+
+        Args:
+            old: n rows.
+            new: m rows.
+            more: (2, 2) covariance of where they may be instead, m².
+            possible: (n, m) whether one can be the other at all.
+        """
+        offsets, spread = self.separations(np.array(old), np.array(new))
+        group_of, slot_of = self._places_of_rows()
+        moved = []
+        for row in old:
+            group = self._groups[group_of[row]]
+            relinearize(group, self._seen_from())
+            moved.append(by_errors(group, slot_of[row : row + 1]))
+        by_platform = np.concatenate(moved)
+        height = float(self._seen_from().measured.position[2])
+        return formation(
+            offsets, spread + more, by_platform[:, :, ANGLES],
+            height * by_platform[:, :, HEIGHT], possible,
+        )  # fmt: skip
+
+    def note_displacement(self, turn: Array, spread: Array, squared: float) -> None:
+        """Take in the turn of the camera that displaces all robots (see `AttitudeAmbiguity`)."""
+        if not self._late:
+            self.ambiguity.note_displacement(turn, spread, squared)
+        self._spread_doubt()
+
+    def note_return(self) -> None:
+        """Take in that all robots are back where they were before they seemed to move."""
+        self.log.add("Robots are back where they were before all of them seemed to move.")
+        self.ambiguity.note_return()
+        self._spread_doubt()
+
+    def _spread_doubt(self) -> None:
+        """Let all robots be as uncertain as a camera makes them that may have turned by itself."""
+        if not self.ambiguity.active or self._sight is None:
+            return
+        for group in self._groups:
+            relinearize(group, self._sight)
+            known = np.arange(len(group.by_pose))  # but for robots that begin with this image
+            moved = by_angles(group, known)
+            self.rotation_fault.spread(group.velocity_changes, known, moved, seen=False)
+
+    def _jumped(self, pose: MapPose, passed: float) -> bool:
+        """Return whether the camera's orientation has jumped, and not back."""
+        jump = self._motion.jump
+        if jump is None:
+            return False
+        if self.ambiguity.update_jump(level_axes(pose.rotation).T @ jump, passed):
+            self.log.add("The camera's orientation is back where it was before it jumped.")
+            return False
+        self.log.counts["orientation_jumps"] += 1
+        self.log.add(
+            f"The camera's orientation jumped by {math.degrees(math.sqrt(jump @ jump)):.0f} deg "
+            f"within {passed:.2g} s: robots that are not found again where they were may be wrong "
+            "by as much, and say so."
+        )
+        return True
+
+    def _seen_from(self) -> CameraView:
+        assert self._sight is not None  # noqa: S101 - `update_camera` came first
+        return self._sight

@@ -1,0 +1,48 @@
+# Copyright 2026 aerial_gnss_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Evidence from the image is compared with the tracks."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+
+import numpy as np
+
+from aerial_gnss_ros.core.association.image_labels import LabelEvidence
+from aerial_gnss_ros.core.association.track import Track
+from aerial_gnss_ros.core.tracker.image_evidence import ImageEvidence
+
+A, B = LabelEvidence({"a": 0.99, "b": 0.001}, 0.0), LabelEvidence({"a": 0.001, "b": 0.99}, 0.0)
+
+
+def picture(labels):
+    """Return a picture that says this of boxes, and what it was told."""
+    told = []
+    made = ImageEvidence(2.0, 0.75)
+    made.expected = lambda _: labels
+    made.followed = lambda _: told.append("blind") or labels
+    made.measured = lambda *given: told.append(given[-1]) or labels
+    return made, told
+
+
+def test_a_pair_that_the_picture_contradicts_is_left_out():
+    tracks = [Track("aqua", 0, 0, robot_id=name) for name in ("a", "b", "")]
+    made, _ = picture({4: B, 5: B, 6: A})
+    seen = SimpleNamespace(index=np.array([4, 5, 6]))
+    every = np.arange(3)
+    rows, columns = made.uncontradicted(tracks, None, seen, every, every)
+    assert (rows.tolist(), columns.tolist()) == ([1, 2], [1, 2])
+    rows, _ = picture({})[0].uncontradicted(tracks, None, seen, every, every)
+    assert rows.tolist() == [0, 1, 2]
+
+
+def test_new_tracks_learn_what_the_picture_says_of_them():
+    frame = SimpleNamespace(detections=None, camera=None, pose=SimpleNamespace(height=20.0))
+    made, told = picture({0: A, 1: B})
+    robot, new, known = (Track("aqua", 0, 0, robot_id=name) for name in ("a", "", ""))
+    known.label_evidence = A
+    made.label([robot, new, known], {0: 0, 1: 1, 2: 1}, frame, unexplained=True)
+    assert (robot.label_evidence, new.label_evidence, known.label_evidence) == (None, B, A)
+    made.label([new], {0: 1}, frame, unexplained=False)
+    made.label([new], {0: 1}, frame, unexplained=True)
+    assert told == [{0: "a"}, {}, "blind"]
