@@ -27,6 +27,7 @@ from aerial_gnss_ros.detection.select import load_detector
 from aerial_gnss_ros.evaluation.errors import RobotErrors, compare, refuse_strangers, summarise
 from aerial_gnss_ros.evaluation.hover import Hover, away_from, find_hovers, hover_truth
 from aerial_gnss_ros.evaluation.identity import Identities, identities
+from aerial_gnss_ros.evaluation.nadir import nearest_view
 from aerial_gnss_ros.evaluation.platform import read_platform
 from aerial_gnss_ros.evaluation.report import Report, draw, metres, write_report
 from aerial_gnss_ros.evaluation.truth import Truth, read_truth, read_truth_csv
@@ -152,6 +153,8 @@ def _hovers(args: argparse.Namespace, estimates: dict[str, EstimatedTrack]) -> _
     config = configuration(args)
     single = replace(config.estimator, method="single")
     with open_bag(args.hover) as bag:
+        nadir_deg = NADIR_DEG if args.nadir_deg is None else args.nadir_deg
+        _refuse_without_a_look_down(nearest_view(bag, single, args.namespace), nadir_deg)
         flown = read_truth(bag, args.latency)
         replay = Replay(
             bag, single, config.detector, load_detector, namespace=args.namespace,
@@ -159,7 +162,6 @@ def _hovers(args: argparse.Namespace, estimates: dict[str, EstimatedTrack]) -> _
         )  # fmt: skip
         with progress("looking for hovers", replay.message_count, "messages") as report:
             results = list(replay.results(report))
-    nadir_deg = NADIR_DEG if args.nadir_deg is None else args.nadir_deg
     hovers = find_hovers(results, math.radians(nadir_deg))
     stamps = np.array([result.stamp_ns for result in results], dtype=np.int64)
     robots = hover_truth(hovers, stamps, args.still)
@@ -178,6 +180,24 @@ def _hovers(args: argparse.Namespace, estimates: dict[str, EstimatedTrack]) -> _
     notes.append(f"Each robot counts as still for {still}.")
     truth = Truth(robots, flown.drone, flown.latency_s)
     return _Found(truth, away_from(hovers, estimates), notes, hovers)
+
+
+def _refuse_without_a_look_down(nearest: float, nadir_deg: float) -> None:
+    """Say at once, before images are looked at, that no robot can have been hovered over.
+
+    Args:
+        nearest: least angle between straight down and anything in an image, rad; NaN: unknown.
+        nadir_deg: how far off the vertical a robot may be seen, deg.
+
+    Raises:
+        InputError: the camera never looked down.
+    """
+    if math.degrees(nearest) > nadir_deg:
+        raise InputError(
+            f"there is no hover: all that the camera ever saw lies {math.degrees(nearest):.1f} deg "
+            f"or more off straight down, and {nadir_deg:g} deg is asked for; give --truth, or a "
+            "wider --nadir-deg."
+        )
 
 
 def _write(

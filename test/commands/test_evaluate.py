@@ -7,6 +7,7 @@ from __future__ import annotations
 import csv
 import json
 import math
+import re
 import shutil
 from pathlib import Path
 
@@ -153,6 +154,28 @@ def test_truth_from_hovers(tmp_path, capsys):
     (result / "positions.csv").write_text("\n".join([head, *rows]))
     assert _run("evaluate", result, "--hover", tmp_path / "bag") == 2
     assert "nothing is left to compare" in capsys.readouterr().err
+
+
+def test_that_there_is_no_hover_is_known_before_any_image_is_looked_at(
+    tmp_path, capsys, monkeypatch
+):
+    flight = GeneratedFlight(FlightPlan("orbit", 6.0, 30.0, tilt=math.radians(45.0)), 3)
+    experiment = Experiment(
+        flight, default_camera(1280, 720), sensor_plan("none"), CameraClock(5.0), robots=1,
+        swim=STILL, seed=2,
+    )  # fmt: skip
+    write_bag(tmp_path / "bag", experiment, None)
+    result = tmp_path / "result"
+    assert _run("replay", tmp_path / "bag", "-o", result, "--method", "single") == 0
+    monkeypatch.setattr("aerial_gnss_ros.commands.evaluate.Replay", None)
+    assert _run("evaluate", result, "--hover", tmp_path / "bag") == 2
+    said = capsys.readouterr().err.strip().splitlines()[-1]
+    found = re.fullmatch(
+        r"aerial-gnss: there is no hover: all that the camera ever saw lies ([\d.]+) deg or more "
+        r"off straight down, and 10 deg is asked for; give --truth, or a wider --nadir-deg.", said,
+    )  # fmt: skip
+    half_view_deg = math.degrees(math.atan(360.0 / experiment.camera.K[0, 0]))
+    assert float(found[1]) == pytest.approx(45.0 - half_view_deg, abs=1.5)
 
 
 @pytest.mark.parametrize(
