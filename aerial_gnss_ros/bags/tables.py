@@ -91,7 +91,7 @@ def _track(rows: list[dict[str, str]]) -> EstimatedTrack:
     ).reshape(-1, 2, 2)
     latitude, longitude = column("latitude_deg"), column("longitude_deg")
     if not (np.abs(latitude) <= 90.0).all() or not (np.abs(longitude) <= 180.0).all():
-        raise ValueError("a position is none on Earth")
+        raise ValueError("a position is not on Earth")
     if not np.isfinite(covariance).all():
         raise ValueError("a covariance is not finite")
     return EstimatedTrack(

@@ -123,6 +123,6 @@ def _entry(recorded: Recorded) -> Entry:
     if header is None:
         return Entry(recorded, recorded.log_ns, 0, stamped=False)
     if recorded.raw[1] != _LITTLE_ENDIAN:
-        raise InputError(f"{recorded.topic} is recorded big-endian and cannot be stamped anew.")
+        raise InputError(f"{recorded.topic} is recorded big-endian and cannot be restamped.")
     stamp_ns = nanoseconds(header.stamp)
     return Entry(recorded, stamp_ns, recorded.log_ns - stamp_ns, stamped=True)

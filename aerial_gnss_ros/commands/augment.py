@@ -47,7 +47,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--shows", choices=tuple(SHOWS), default=plan.shows,
         help="only training images with one robot (or none), or with several (or none): the "
-        "paper's two sets (default all; train splits them by itself)",
+        "paper's two sets (default all; train splits them itself)",
     )  # fmt: skip
     parser.add_argument(
         "--quality", type=int, default=plan.quality, help=f"of the JPEGs (default {plan.quality})"

@@ -77,7 +77,7 @@ def _add_video(group: argparse._ArgumentGroup) -> None:
     )
     group.add_argument(
         "--jpeg-quality", type=int, default=95, metavar="Q",
-        help="1 to 100 (%(default)s); H.264 frames must be encoded anew",
+        help="1 to 100 (%(default)s); H.264 frames must be re-encoded",
     )  # fmt: skip
 
 

@@ -85,7 +85,7 @@ class Engine:
         self._runtime = trt.Runtime(self._logger)
         self._engine = self._runtime.deserialize_cuda_engine(path.read_bytes())
         if self._engine is None:
-            raise ModelError(f"TensorRT {trt.__version__} cannot load {path}; build it anew.")
+            raise ModelError(f"TensorRT {trt.__version__} cannot load {path}; rebuild it.")
         self._context = self._engine.create_execution_context()
         names = [self._engine.get_tensor_name(i) for i in range(self._engine.num_io_tensors)]
         taken = trt.TensorIOMode.INPUT

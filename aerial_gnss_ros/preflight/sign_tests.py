@@ -167,7 +167,7 @@ def _nose_and_course(flight: FlightArrays) -> SignTest:
         return SignTest(
             name, rule, Verdict.NOT_TESTED, "it flew in many directions relative to its nose"
         )
-    seen = f"the course lies {abs(angle):.0f} deg {_way(angle)} of the nose"
+    seen = f"the course is {abs(angle):.0f} deg {_way(angle)} of the nose"
     if abs(angle) < 25.0:
         return SignTest(name, rule, Verdict.PASS, seen)
     return SignTest(

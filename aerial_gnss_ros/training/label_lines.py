@@ -41,7 +41,7 @@ def parse(line: str, classes: int) -> tuple[int, float, float, float, float]:
         raise InputError(f"{line.strip()!r} is not five numbers")
     if number != int(number) or not 0 <= number < classes:
         meant = "0" if classes == 1 else f"0 to {classes - 1}"
-        raise InputError(f"class {words[0]} is none of data.yaml's, which are {meant}")
+        raise InputError(f"class {words[0]} is not in data.yaml, which has {meant}")
     x, y, width, height = place
     if not (0.0 <= x <= 1.0 and 0.0 <= y <= 1.0):
         raise InputError(f"the centre ({x:g}, {y:g}) lies outside 0 to 1: is it in pixels?")

@@ -34,7 +34,7 @@ LINES = [
     ("0 0.5 0.5 0.2 0.2 0.9", "has 6 values"),
     ("0 0.5 half 0.2 0.2", "is not five numbers"),
     ("0 0.5 nan 0.2 0.2", "is not five numbers"),
-    ("1 0.5 0.5 0.2 0.2", "class 1 is none of data.yaml's, which are 0"),
+    ("1 0.5 0.5 0.2 0.2", "class 1 is not in data.yaml, which has 0"),
     ("-1 0.5 0.5 0.2 0.2", "class -1 is none"),
     ("0.5 0.5 0.5 0.2 0.2", "class 0.5 is none"),
     ("0 32 32 9 9", "outside 0 to 1: is it in pixels?"),

@@ -83,7 +83,7 @@ def robot_classes(
             near = difflib.get_close_matches(name, known, n=1, cutoff=0.5)
             remedy = f"did you mean {GROUP}.{cut(near[0])}?" if near else "add it there."
             raise ConfigError(
-                f"{GROUP}.{cut(name)}: {shown(name)} is none of detections.classes "
+                f"{GROUP}.{cut(name)}: {shown(name)} is not in detections.classes "
                 f"({', '.join(map(cut, known))}); {remedy}"
             )
     return tuple(

@@ -106,7 +106,7 @@ def _robot(name: str, entry: dict[str, Any]) -> SavedRobot:
     )
     numbers = (robot.latitude, robot.longitude, robot.sigma_m)
     if not _NAME.fullmatch(name) or abs(robot.last_seen_ns) >= 1 << 63:
-        raise ValueError(f"{shown(name)} is no robot's name, or its time is none")
+        raise ValueError(f"{shown(name)} is not a valid label, or its time is out of range")
     on_earth = abs(robot.latitude) <= math.pi / 2 and abs(robot.longitude) <= math.pi
     if not all(map(math.isfinite, numbers)) or robot.sigma_m <= 0.0 or not on_earth:
         raise ValueError(f"{name[:60]} has {shown(entry)}")

@@ -24,7 +24,7 @@ ALTITUDES_M = (-1000.0, 100_000.0)
 """Where a drone can be, above whatever its altitude is measured from."""
 
 _NO_ORIENTATION = (
-    "it gives no orientation: its quaternion is not a number, an angle is beyond 1,000 turns, its "
+    "it has no orientation: its quaternion is not a number, an angle is beyond 1,000 turns, its "
     "driver marks it as not measured (orientation_covariance[0] is -1), or its flags contradict "
     "one another"
 )
@@ -88,7 +88,7 @@ def _covariance_trouble(covariance: Array, limits: LimitsConfig) -> str:
     symmetric = abs(one - other) <= SYMMETRY * math.sqrt(max(product, 0.0))
     if not (east > 0.0 and north > 0.0 and one * other < product and symmetric):
         return (
-            f"its covariance is none: variances {east:g}, {north:g} m², covariances {one:g}, "
+            f"it is no covariance: variances {east:g}, {north:g} m², covariances {one:g}, "
             f"{other:g} m²; a driver that knows none says so by its type (0, unknown)"
         )
     sigma = math.sqrt(max(east, north))

@@ -46,7 +46,7 @@ def _altitude_words(fix: Fix, config: FixConfig) -> str:
         metres = undulation(fix.latitude, fix.longitude)
         return f"Altitude of the fix: above mean sea level, which EGM96 puts at {metres:.2f} m here"
     if datum == "home" and not math.isnan(config.home_altitude_m):
-        return f"Altitude of the fix: above home, which lies at {config.home_altitude_m:.2f} m"
+        return f"Altitude of the fix: above home, at {config.home_altitude_m:.2f} m"
     if datum == "home":
         return "Altitude of the fix: above home, whose own altitude is not given"
     return "Altitude of the fix: from an unknown datum, not used"

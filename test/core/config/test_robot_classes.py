@@ -43,7 +43,7 @@ def test_a_class_has_what_is_given_of_it_and_the_global_rest():
         ),
         (
             {"classes.ship.max_speed": 1.0, "detections.classes": ["aqua", "buoy"]},
-            r"'ship' is none of detections\.classes \(aqua, buoy\); add it there\.$",
+            r"'ship' is not in detections\.classes \(aqua, buoy\); add it there\.$",
         ),
     ],
 )

@@ -28,7 +28,7 @@ def fix(east, shared, north, other=None):
     [
         (Orientation(1, np.zeros(4)), "its quaternion has length 0 instead of 1"),
         (Orientation(1, np.array([0.5, 0.0, 0.0, 0.5])), "has length 0.707 instead of 1"),
-        (Orientation(1, np.full(4, NAN)), "it gives no orientation"),
+        (Orientation(1, np.full(4, NAN)), "it has no orientation"),
         (Scalar(1, NAN), "its value is nan"),
         (Scalar(1, math.inf), "its value is inf"),
         (Fix(1, 0.1, 0.2, 3.0, valid=False), "the receiver reports no fix"),
@@ -45,12 +45,12 @@ def fix(east, shared, north, other=None):
         (fix(math.inf, 0.0, math.inf), "its covariance is not a number: variances inf, inf"),
         (fix(NAN, NAN, NAN), "its covariance is not a number"),
         (fix(1.0, NAN, 1.0), "its covariance is not a number"),
-        (fix(-1.0, 0.0, -1.0), "its covariance is none: variances -1, -1 m²"),
-        (fix(-1.0, 0.0, 1.0), "its covariance is none"),
-        (fix(1.0, 0.0, 0.0), "its covariance is none"),
-        (fix(1.0, 1.0, 1.0), "its covariance is none"),  # a correlation of 1
-        (fix(1.0, -2.0, 1.0), "its covariance is none"),
-        (fix(1.0, 0.3, 1.0, 0.2), "its covariance is none"),  # not symmetric
+        (fix(-1.0, 0.0, -1.0), "it is no covariance: variances -1, -1 m²"),
+        (fix(-1.0, 0.0, 1.0), "it is no covariance"),
+        (fix(1.0, 0.0, 0.0), "it is no covariance"),
+        (fix(1.0, 1.0, 1.0), "it is no covariance"),  # a correlation of 1
+        (fix(1.0, -2.0, 1.0), "it is no covariance"),
+        (fix(1.0, 0.3, 1.0, 0.2), "it is no covariance"),  # not symmetric
         (fix(1.0, 0.0, 1.1e6), "1048.81 m of uncertainty"),
         (Scalar(1, 1e18), "1e+18 m is more than limits.height_max_m (10000 m)"),
         (Scalar(1, -1e18), "is more than limits.height_max_m"),

@@ -40,7 +40,7 @@ def test_each_datum_has_its_way_to_the_ellipsoid(datum, home_m, altitude):
     [
         ({"altitude_datum": "ellipsoid"}, {}, "above the WGS84 ellipsoid, used as it is"),
         ({"altitude_datum": "amsl"}, {}, "which EGM96 puts at -47.44 m"),
-        ({"altitude_datum": "home", "home_altitude_m": 12.0}, {}, "which lies at 12.00 m"),
+        ({"altitude_datum": "home", "home_altitude_m": 12.0}, {}, "at 12.00 m"),
         ({"altitude_datum": "home"}, {}, "whose own altitude is not given"),
         ({"altitude_datum": "unknown"}, {}, "from an unknown datum, not used"),
         ({}, {"source": "none"}, "less surface.altitude, in that same datum"),
