@@ -1,10 +1,10 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Watches whether boxes fall where the filter expects them, as closely as it expects them.
+"""Innovation monitor: are innovations consistent with their covariance?
 
-Three signs of noise that is stated wrongly: normalised squared residuals that are too large on
-average (chi-square law, Bar-Shalom, Li, Kirubarajan 2001, 5.4), an estimated platform error that is
-many times its stated sigma, and boxes that lie just outside their robots' gates.
+Three signs of wrong noise parameters: a mean normalised squared residual that is too large
+(chi-square test, Bar-Shalom, Li, Kirubarajan 2001, 5.4), an estimated platform error that is many
+times its stated sigma, and many boxes near but outside their robots' gates.
 """
 
 from __future__ import annotations
@@ -27,23 +27,23 @@ class ConsistencyTuning:
     """Chosen numbers of this module, with their units and where they come from."""
 
     fit_images: int = 100
-    """Images over which residuals are compared with their covariance. Judged."""
+    """Images over which residuals are averaged. Judged."""
     least_residuals: int = 60
-    """Residuals below which nothing is said. Judged."""
+    """Least number of residuals for a warning. Judged."""
     alarm_sigmas: float = 4.5
-    """How far the mean may leave 1, in its own sigma. Residuals of one robot are not quite
-    independent from image to image, and the gate cuts the tail."""
+    """Deviation of the mean from 1 at which a warning begins, in its sigma. Residuals of one robot
+    are slightly correlated from image to image, and the gate cuts the tail."""
     calm_sigmas: float = 2.5
-    """Below which an alarm ends. Judged."""
+    """Deviation below which the warning ends. Judged."""
     platform_sigmas: float = 3.5
-    """An estimated platform error so many times its stated sigma is not credible. Judged."""
+    """An estimated platform error beyond this many stated sigmas is not credible. Judged."""
     credible_sigmas: float = 3.0
-    """Below which it is again. Judged."""
+    """It is credible again below this. Judged."""
     outside_share: float = 0.03
-    """Share of the boxes that lie just outside their robot's gate from which that is a complaint.
-    It is ten times less by the gate's own probability where the noise is as stated."""
+    """Share of boxes near but outside their robot's gate at which a warning is given. By the gate's
+    probability it is ten times less with correct noise."""
     turned_rad: float = math.radians(1.0)
-    """A turn of the camera by itself that may be larger is a complaint. Judged."""
+    """Camera rotation, one sigma, above which a warning is given, rad. Judged."""
 
 
 TUNING = ConsistencyTuning()

@@ -1,17 +1,16 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""How many times as large as stated the white noise of boxes and pose is, found from innovations.
+"""Adapts the white measurement noise to the innovations (covariance matching: Mehra 1972).
 
-Tests that ask whether robots are where they should be compare innovations with their covariance.
-Where a detector or an attitude is noisier than stated, every such test fails now and then, for
-several robots at once. So the noise itself is estimated, and the filter uses the estimate (adaptive
-measurement noise by covariance matching: Mehra 1972).
+Tests for faults compare innovations with their covariance. With a detector or an attitude that is
+noisier than stated, every such test would fail now and then, for several robots at once. So the
+ratio of actual to stated noise is estimated, and the filter uses it.
 
-Only white noise counts. A robot that manoeuvres, a camera that turns or telemetry that has jumped
-also makes innovations large, but for several images in much the same way. Second differences of
-three successive innovations e, e1 - 2 e2 + e3, leave out what is constant or linear in time; white
-ones have the covariance S1 + 4 S2 + S3. The median of their normalised squares is not moved by
-single images in which a fault begins or a box is confused with another.
+Only white noise counts. A manoeuvring robot, a turning camera or a telemetry jump also causes large
+innovations, but similar ones for several images. Second differences e1 - 2 e2 + e3 of three
+consecutive innovations cancel what is constant or linear in time; for white noise they have the
+covariance S1 + 4 S2 + S3. The median of their normalised squares is robust against single images in
+which a fault begins or a box is misassociated.
 """
 
 from __future__ import annotations
@@ -29,19 +28,18 @@ class NoiseLevelTuning:
     """Chosen numbers of this module, with their units and where they come from."""
 
     level_images: int = 100
-    """Images that the estimate rests on. Judged."""
+    """Images over which the level is estimated. Judged."""
     least_images: int = 20
-    """Images without which there is none. With fewer its own sigma is above 0.45."""
+    """Least number of images; with fewer its own sigma exceeds 0.45."""
     every_images: int = 5
-    """How often the estimate is made anew. Judged."""
+    """Images between estimates. Judged."""
     level_sure_sigmas: float = 3.5
-    """Sigmas above 1 from which the estimate counts: noise that is as stated is left alone. One in
-    4,000 of a normal law."""
+    """Sigmas above 1 from which the level is applied, so that correct noise is unaffected: one in
+    4,000 by a Gaussian."""
     largest_level: float = 100.0
-    """Largest level: ten times the stated standard deviations. Judged."""
+    """Upper bound of the level: ten times the stated standard deviations. Judged."""
     uneven_intervals: float = 1.5
-    """Successive intervals may differ by this factor; else what is linear in time does not cancel.
-    Judged."""
+    """Greatest ratio of consecutive intervals; beyond, linear terms do not cancel. Judged."""
 
 
 TUNING = NoiseLevelTuning()
@@ -59,7 +57,7 @@ one."""
 
 @dataclass(frozen=True)
 class Innovation:
-    """Where a box was from where its robot was expected.
+    """Offset of a box from its robot's predicted position.
 
     Attributes:
         stamp_ns: of the image, ns.

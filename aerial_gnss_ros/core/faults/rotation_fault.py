@@ -1,23 +1,22 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Whether the camera turns by itself: a gimbal that runs away, or telemetry that does.
+"""Rotation fault: the camera turns without its telemetry saying so.
 
-Then all robots in view seem to begin to move at once, each as the turn w of the camera carries the
-place under its box: by -A w, A the derivative of places by the platform's angles. As long as that
-is slower than robots are, no single image tells it from robots that swim. What tells is the
-beginning: robots that change their velocities each by itself do not by chance all do it as one
-turn would have it. If all is as stated, the corrections of a robot's velocity over some seconds
-have a sum of known covariance (`velocity_changes`), and `rotation_test` weighs the two. One camera
-has one such test, whatever joint laws its robots are kept in.
+Then all robots in view seem to start moving at once, at -A w for the rotation rate w, with A the
+derivative of positions by the platform's angles. While that is slower than robots can be, no single
+image distinguishes it from moving robots; the onset does, since robots that manoeuvre independently
+do not move as one rotation would by chance. The recent velocity changes have a known covariance
+(`velocity_changes`), and `rotation_test` compares the two hypotheses, once per camera for all
+blocks.
 
-A fleet that sets out in formation looks the same. So nothing is decided: the filter goes on with
-robots that swim, and what would be wrong if it is the camera is published beside its covariance:
-of a robot in sight A W A', W = (w t)(w t)' after a time t and what is not known of w t. It is kept
-out of the filter, since the turn goes on as no drift of its model does: it would learn what is not
-so. When robots all seem to go back, so does the angle; and a turn that ended was as fast as it was
-slowed down, so that less is unknown of w t (its joint law with w, given that w is 0 now).
+A fleet that sets out in formation looks the same, so nothing is decided: the filter continues with
+moving robots, and the covariance published is inflated by the displacement that the camera
+hypothesis implies: A W A' for a robot in view, W = (w t)(w t)' after a time t plus the uncertainty
+of w t. It is kept out of the filter, whose drift models do not cover a rotation: the filter would
+learn something false. When all robots seem to reverse, the angle decreases; and once a rotation has
+ended, w t is known better (its joint distribution with w, conditioned on w = 0 now).
 
-Boxes that no robots explain are the business of `attitude_ambiguity`, which adds to W.
+Boxes that fit no robot are handled by `attitude_ambiguity`, which adds to W.
 """
 
 from __future__ import annotations
@@ -43,24 +42,23 @@ class RotationFaultTuning:
     """Chosen numbers of this module, with their units and where they come from."""
 
     judged_every_s: float = 0.5
-    """How often it is judged, s. Judged."""
+    """Interval between tests, s. Judged."""
     begins_nats: float = 3.0
-    """Nats by which a turn must be the likelier explanation to be thought of. Judged."""
+    """Log odds at which a rotation is assumed. Judged."""
     changes_nats: float = 1.0
-    """The same for a change of a turn that is thought of already. Judged."""
+    """Log odds at which an assumed rotation is changed. Judged."""
     looked_s: float = 2.0
-    """How long it takes until a turn shows in the velocities, s. Judged."""
+    """Time until a rotation shows in the velocities, s. Judged."""
     refined_s: float = 3.0
-    """How long a turn that began is made out better, s. Judged."""
+    """Time for which the rate of a new rotation is refined, s. Judged."""
     ended_sigmas: float = 3.0
-    """A turn slower than so many sigmas has ended. Judged."""
+    """Rate, in sigmas, below which a rotation has ended. Judged."""
     rate_share: float = 0.3
-    """Share of a turn's rate, one sigma, by which it may be another one. Judged."""
+    """Relative uncertainty of its rate, one sigma. Judged."""
     uneven_share: float = 0.1
-    """The same of its angle once it has ended, and its rate is known better: turns are not even.
-    Judged."""
+    """Relative uncertainty of its angle after it has ended, one sigma: rates vary. Judged."""
     largest_angle_rad: float = math.radians(30.0)
-    """Angle, one sigma, up to which doubt grows: nothing is known by then. Judged."""
+    """Angle, one sigma, up to which the covariance grows, rad. Judged."""
 
 
 TUNING = RotationFaultTuning()
@@ -89,9 +87,9 @@ class RotationFault:
     """Whether one camera turns by itself, by all robots that it sees.
 
     Attributes:
-        rate: (3,) of the turn that is thought of, rad/s, about the axes of roll, pitch, heading;
-            0 without one.
-        angle: (3,) by which it may have turned so far, rad.
+        rate: (3,) of the assumed rotation about the axes of roll, pitch, heading, rad/s; 0 without
+            one.
+        angle: (3,) turned so far, rad.
         ambiguity: what it may have turned while no robots explained its boxes.
     """
 
@@ -106,7 +104,7 @@ class RotationFault:
 
     @property
     def rotating(self) -> bool:
-        """Whether a turn is thought of."""
+        """Whether a rotation is assumed."""
         return bool(self.rate.any())
 
     @property
@@ -118,14 +116,14 @@ class RotationFault:
 
     @property
     def sigma(self) -> float:
-        """Angle by which it may have turned, one sigma, rad."""
+        """Angle that it may have turned, one sigma, rad."""
         if not self._doubted and not self.ambiguity.active:
             return 0.0
         return math.sqrt(np.trace(self.covariance))
 
     @property
     def due(self) -> bool:
-        """Whether an image's robots are to be judged."""
+        """Whether a test is due."""
         return self._since >= TUNING.judged_every_s or self._doubted or self.ambiguity.active
 
     @property
@@ -134,7 +132,7 @@ class RotationFault:
         return self._doubted or self.ambiguity.active
 
     def predict(self, seconds: float, keep: float) -> None:
-        """Move on in time.
+        """Advance in time.
 
         Args:
             seconds: length of the step, s.
@@ -151,7 +149,7 @@ class RotationFault:
             self._run(seconds)
 
     def judge(self, seen: Sequence[RobotsInView]) -> None:
-        """Judge the robots that an image shows, of all joint laws together, where it is due."""
+        """Test the robots in view, of all blocks together, when due."""
         if self._since >= TUNING.judged_every_s:
             self._since = 0.0
             self._weigh(seen)
@@ -161,7 +159,7 @@ class RotationFault:
     def spread(
         self, changes: VelocityChanges, slots: Indices, by_angles: Array, seen: bool = True
     ) -> None:
-        """Let robots be as uncertain as the doubt makes them (see `judge`).
+        """Inflate robots' covariances by the present ambiguity (see `judge`).
 
         Args:
             changes: of the joint law that they are in.
@@ -205,7 +203,7 @@ class RotationFault:
             one.changes.explain(one.slots, one.by_angles @ (self.rate - before))
 
     def _run(self, seconds: float) -> None:
-        """Let the turn go on for so long."""
+        """Advance the angle by the assumed rotation."""
         angle = self.angle + seconds * self.rate
         self.angle = angle * min(
             1.0, TUNING.largest_angle_rad / max(float(np.linalg.norm(angle)), 1e-9)
@@ -214,7 +212,7 @@ class RotationFault:
         self._law[:, :3] += seconds * self._law[:, 3:]
 
     def _end(self, before: Array) -> None:
-        """Take in that it turns no more: how fast it was is known the better for it.
+        """End the rotation; its past rate is known better then.
 
         Args:
             before: (3,) rate until now, rad/s.

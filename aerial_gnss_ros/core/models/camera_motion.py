@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""How fast the camera's pose moves, and where it should be by its own past."""
+"""Motion of the camera's pose: rates, prediction, and jumps of the orientation."""
 
 from __future__ import annotations
 
@@ -23,10 +23,10 @@ class CameraMotionTuning:
     fading_s: float = 0.5
     """Time constant of the fading memory (critically damped, second order). Judged."""
     max_gap_s: float = 1.0
-    """After a longer pause the past tells nothing. Judged."""
+    """Gap after which the past predicts nothing, s. Judged."""
     shortest_s: float = 0.005
-    """Two poses closer in time tell no velocity: what differs between them is noise. Telemetry
-    comes at 200 Hz at most."""
+    """Least time between poses that determine a velocity, s; below, differences are noise.
+    Telemetry comes at 200 Hz at most."""
     moved_s: float = 0.02
     """A latency that is corrected by more puts the scene to another time (`CameraMotion.move`).
     Judged."""
@@ -62,26 +62,26 @@ class CameraMotion:
         self._shown: list[tuple[Array, float]] = []  # rotations as measured; s since the one before
 
     def predicted_position(self, seconds: float) -> Array | None:
-        """Return the position (3,) expected after a time, None where the past does not tell."""
+        """Return the predicted position (3,), None without a recent past."""
         if self._pose is None or abs(seconds) > TUNING.max_gap_s:
             return None
         position: Array = self._pose.position + self.velocity * seconds
         return position
 
     def predicted_pose(self, seconds: float) -> MapPose | None:
-        """Return the pose expected after a time, None where the past does not tell."""
+        """Return the predicted pose, None without a recent past."""
         if self._pose is None or seconds > TUNING.max_gap_s:
             return None
         turn = rotation_matrix(self.turn_rate * seconds)
         return MapPose(self._pose.position + self.velocity * seconds, turn @ self._pose.rotation)
 
     def shift(self, jump: Array) -> None:
-        """Go over to positions (3,) m away: the drone did not fly there."""
+        """Move to positions (3,) m away: the receiver jumped, not the drone."""
         if self._pose is not None:
             self._pose = MapPose(self._pose.position + jump, self._pose.rotation)
 
     def restart(self, measured: MapPose) -> MapPose:
-        """Go on from a pose at another time, when the latency is known better; rates stay."""
+        """Continue from a pose at another time after a latency correction; rates are kept."""
         self._pose, self._shown, self.jump = measured, [], None
         return measured
 

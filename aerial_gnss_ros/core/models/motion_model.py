@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""How robots move: straight on while they are in sight, unknown where to when they are not."""
+"""Motion models of robots: nearly constant velocity in view, Ornstein-Uhlenbeck out of view."""
 
 from __future__ import annotations
 
@@ -22,16 +22,16 @@ class MotionModelTuning:
     """Chosen numbers of this module, with their units and where they come from."""
 
     turn_s: float = 2.0
-    """Out of sight a robot's velocity loses its memory with this time constant, for so long, s. A
-    robot at 0.7 m/s turns back within about this time."""
+    """Time constant with which a robot's velocity decays at first when it is out of view, and how
+    long that lasts, s. A robot at 0.7 m/s turns back within about this time."""
     cruise_s: float = 10.0
-    """Time constant of the unknown velocity that it has from then on, s. Judged."""
+    """Time constant of its unknown velocity from then on, s. Judged."""
     held_s: float = 0.5
-    """A robot that an image missed holds its course so long, s. Judged."""
+    """Time for which a missed robot holds its course, s. Judged."""
     held_seen_s: float = 2.0
-    """The same for one that the last image measured: images may be seconds apart. Judged."""
+    """The same for a robot that the last image measured, s: images may be seconds apart. Judged."""
     swerve_s: float = 0.5
-    """How long ago a robot may have changed its velocity without anyone noticing, s. Judged."""
+    """Greatest age of an unnoticed change of velocity, s. Judged."""
 
 
 TUNING = MotionModelTuning()
@@ -152,7 +152,7 @@ class ClassMotions:
 
 
 def motion_model(config: EstimatorConfig) -> MotionModel:
-    """Return how robots move by the parameters."""
+    """Return the motion model of robots without a class of their own."""
     return MotionModel(*_motion(config))
 
 
@@ -162,7 +162,7 @@ def _motion(config: EstimatorConfig, class_id: str = "") -> tuple[float, float]:
 
 
 def manoeuvre_covariance(speed: Array | float) -> Array:
-    """Return by how much a swerve that nobody has noticed moves a robot, covariance (…, 2, 2), m².
+    """Return the position covariance (…, 2, 2) of an unnoticed manoeuvre, m².
 
     Args:
         speed: (…) one sigma of the change of velocity, each axis, m/s.
