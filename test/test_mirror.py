@@ -1,0 +1,195 @@
+# Copyright 2026 aerial_gnss_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Tests mirror the package: aerial_gnss_ros/ROOM/NAME.py is tested by test/ROOM/test_NAME.py."""
+
+from __future__ import annotations
+
+import ast
+from collections import Counter
+from functools import cache
+from pathlib import Path
+
+import pytest
+
+TESTS = Path(__file__).resolve().parent
+ROOT = TESTS.parent
+PACKAGE = ROOT / "aerial_gnss_ros"
+
+# Modules that are tested by what is made with them, by the test that does so. In core, an image's
+# way is tested from what is measured to what is published; elsewhere whole files, commands, nodes
+# and pictures are the smallest things whose result anybody can check by other means.
+TESTED_WITH = {
+    "core/estimation/test_estimator.py": "core/estimation/pipeline core/estimation/single_image",
+    "core/estimation/test_input_latency.py": "core/telemetry/buffers",
+    "core/estimation/test_stamps.py": "core/telemetry/arrivals",
+    "core/filter/test_latency_search.py": "core/filter/latency_bank",
+    "adapters/test_canonical.py": "adapters/psdk adapters/stamps",
+    "adapters/test_cross_vehicle.py": "adapters/ardupilot adapters/axes adapters/mavros",
+    "adapters/test_dji_exporters.py": (
+        "adapters/dji_clock adapters/dji_columns adapters/dji_csv adapters/dji_flight"
+    ),
+    "adapters/test_dji_log.py": "adapters/dji_srt",
+    "adapters/test_map_frame.py": "adapters/transforms",
+    "adapters/test_parameter_files.py": "adapters/parameter_documents",
+    "adapters/test_results.py": "adapters/markers",
+    "adapters/test_table_files.py": "adapters/text_files evaluation/platform evaluation/truth",
+    "adapters/test_vehicles.py": "adapters/kinds",
+    "bags/test_reader.py": "bags/definitions",
+    "bags/test_results.py": "bags/maps bags/tables",
+    "bags/test_writer.py": "bags/partial",
+    "benchmarking/test_figures.py": (
+        "benchmarking/live benchmarking/machine benchmarking/one_process benchmarking/processes"
+    ),
+    "benchmarks/test_soak.py": "benchmarking/disturbing",
+    "calibration/test_advice.py": "calibration/excitation calibration/fit",
+    "calibration/test_evidence.py": (
+        "calibration/geometry calibration/measurement_model calibration/problem"
+    ),
+    "calibration/test_motion.py": "calibration/telemetry_smoother",
+    "calibration/test_recorded_delay.py": "calibration/recording",
+    "calibration/test_solve.py": "calibration/checks",
+    "commands/test_augment.py": (
+        "commands/argument_types commands/dataset_arguments training/augment training/naming"
+    ),
+    "commands/test_benchmark.py": "benchmarking/flight benchmarking/suite",
+    "commands/test_camera.py": (
+        "adapters/camera_files adapters/camera_size adapters/photo_files commands/camera_arguments"
+    ),
+    "commands/test_check.py": "bags/watching commands/check_report",
+    "commands/test_doctor.py": "adapters/matching bags/survey",
+    "commands/test_evaluate.py": "evaluation/figures evaluation/hover evaluation/report",
+    "commands/test_import_dji.py": (
+        "bags/alignment bags/import_dji bags/video commands/import_report"
+    ),
+    "commands/test_replay.py": "bags/detect bags/plan bags/replay",
+    "commands/test_replay_vehicles.py": "commands/configuration",
+    "commands/test_simulate.py": "commands/simulate_arguments",
+    "commands/test_stream.py": "commands/udp_outputs",
+    "commands/test_train.py": "commands/ending commands/train_arguments",
+    "detection/test_compiled_sizes.py": "detection/background",
+    "detection/test_onnx_model.py": "detection/second_look_terms",
+    "detection/test_roi.py": "detection/following detection/pieces detection/windowed",
+    "detection/test_second_look.py": "detection/search detection/views",
+    "detection/test_select.py": "detection/config detection/openvino_backend",
+    "detection/test_tensorrt_backend.py": "detection/cuda detection/engine_card training/engine",
+    "detection/test_tiling.py": "detection/windows",
+    "detection/test_ultralytics_backend.py": "detection/offline",
+    "evaluation/test_track_map.py": "evaluation/picture",
+    "nodes/test_arrivals.py": "nodes/inputs nodes/newest",
+    "nodes/test_detector.py": (
+        "nodes/detector_node nodes/diagnostics nodes/internal_errors nodes/names nodes/qos "
+        "nodes/refusals nodes/supervised"
+    ),
+    "nodes/test_estimator.py": "nodes/estimator_node nodes/on_demand",
+    "nodes/test_play.py": "commands/play nodes/pausing",
+    "nodes/test_player.py": "nodes/transport",
+    "nodes/test_process.py": "nodes/executable nodes/leaving",
+    "nodes/test_run.py": "commands/run",
+    "nodes/test_stream.py": "nodes/robots",
+    "preflight/test_sign_tests.py": "preflight/flight_arrays",
+    "simulation/blender/test_labels.py": (
+        "simulation/blender/masks simulation/blender/nodes simulation/blender/ocean "
+        "simulation/blender/picture simulation/blender/ranges simulation/blender/rig "
+        "simulation/blender/studio simulation/blender/tracing simulation/develop "
+        "simulation/labels simulation/planes simulation/samples"
+    ),
+    "simulation/blender/test_samples.py": "simulation/blender/worker",
+    "simulation/blender/test_shot.py": "simulation/blender/hexapod simulation/blender/props",
+    "simulation/test_afloat.py": "simulation/mesh simulation/props simulation/scenario",
+    "simulation/test_bag.py": "simulation/imaging",
+    "simulation/test_boxes.py": "simulation/view",
+    "simulation/test_experiment.py": "simulation/placement",
+    "simulation/test_flotsam.py": "simulation/filling simulation/staging",
+    "simulation/test_renderer.py": (
+        "simulation/composite simulation/raster simulation/scene simulation/shading "
+        "simulation/sky simulation/wash"
+    ),
+    "training/test_carrying.py": "training/geometry_operations",
+    "training/test_exports.py": (
+        "training/calibration_images training/contact_sheet training/half training/onnx_graph "
+        "training/quantize"
+    ),
+    "training/test_inspection.py": "training/label_lines training/layout",
+    "training/test_run_folder.py": "training/curves training/data_view training/model_card",
+    "training/test_score.py": "training/compare training/failures training/labelled",
+    "training/test_second_look.py": (
+        "training/proposals training/second_look_network training/share"
+    ),
+    "training/test_supervise.py": "training/offline training/results training/worker",
+    "training/test_train.py": "training/export",
+    "training/test_variants.py": "training/colour training/pixel_operations",
+}
+
+# Modules that no test runs in this process.
+NOT_RUN = {
+    "commands/demo": "CI flies the demo and checks what it prints",
+    "commands/live_table": "what the demo prints",
+    "evaluation/boxes": "what the demo judges by",
+    "evaluation/bound": "loaded by benchmarks/calibration.py: benchmarks/test_calibration_bound.py",
+    "nodes/both": "two nodes in one process: a launch file starts it, see nodes/test_launch.py",
+    "benchmarking/camera": "a program of the live benchmark, started by it",
+    "benchmarking/pair": "a program of the live benchmark, started by it",
+}
+
+
+def _name(path: Path) -> str:
+    return path.relative_to(PACKAGE).with_suffix("").as_posix()
+
+
+def _has_code(path: Path) -> bool:
+    """Return whether a module has a function that does anything."""
+    for node in ast.walk(ast.parse(path.read_text())):
+        if isinstance(node, ast.FunctionDef) and not all(
+            isinstance(one, ast.Expr | ast.Pass) for one in node.body
+        ):
+            return True
+    return False
+
+
+MODULES = {_name(path): path for path in PACKAGE.rglob("*.py") if path.name != "__init__.py"}
+OWN_TEST = {
+    name: path
+    for name in MODULES
+    if (path := (TESTS / name).with_name(f"test_{Path(name).name}.py")).exists()
+}
+LISTED = [(test, name) for test, names in TESTED_WITH.items() for name in names.split()]
+
+
+@cache
+def _imported(path: Path) -> frozenset[str]:
+    """Return the modules of the package that a file imports."""
+    found = set()
+    for node in ast.walk(ast.parse(path.read_text())):
+        if isinstance(node, ast.Import):
+            found |= {alias.name for alias in node.names}
+        elif isinstance(node, ast.ImportFrom):
+            found |= {str(node.module), *(f"{node.module}.{alias.name}" for alias in node.names)}
+    slashed = {one.removeprefix("aerial_gnss_ros.").replace(".", "/") for one in found}
+    return frozenset(slashed & MODULES.keys())
+
+
+def _reached(test: Path) -> set[str]:
+    """Return the modules that a test imports or whose name it has, and what these import."""
+    helpers = (one for folder in test.parents if TESTS in (folder, *folder.parents)
+               for one in folder.glob("*.py") if not one.name.startswith("test_"))  # fmt: skip
+    left = {name for one in (test, *helpers) for name in _imported(one)}
+    left |= {name for name in MODULES if f"test_{Path(name).name}.py" == test.name}
+    found: set[str] = set()
+    while left:
+        found |= left
+        left = {one for name in left for one in _imported(MODULES[name])} - found
+    return found
+
+
+def test_every_module_has_a_test_of_its_name_or_is_listed_with_another() -> None:
+    listed = Counter([*(name for _, name in LISTED), *NOT_RUN])
+    assert listed.keys() <= MODULES.keys(), "listed, and not there"
+    needed = {name for name in MODULES if name not in OWN_TEST and _has_code(MODULES[name])}
+    assert needed <= listed.keys(), "these have no test of their name: write test/ROOM/test_NAME.py"
+    assert listed.keys() <= needed, "these need no other test: take them off the list"
+    assert set(listed.values()) == {1}, "a module is listed once"
+
+
+@pytest.mark.parametrize("test", TESTED_WITH)
+def test_a_test_that_is_listed_reaches_its_modules(test: str) -> None:
+    assert set(TESTED_WITH[test].split()) <= _reached(TESTS / test)
