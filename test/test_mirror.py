@@ -19,10 +19,12 @@ PACKAGE = ROOT / "aerial_gnss_ros"
 # way is tested from what is measured to what is published; elsewhere whole files, commands, nodes
 # and pictures are the smallest things whose result anybody can check by other means.
 TESTED_WITH = {
+    "core/config/test_estimator.py": "core/config/robot_bindings",
     "core/estimation/test_estimator.py": "core/estimation/pipeline core/estimation/single_image",
     "core/estimation/test_input_latency.py": "core/telemetry/buffers",
     "core/estimation/test_stamps.py": "core/telemetry/arrivals",
     "core/filter/test_latency_search.py": "core/filter/latency_bank",
+    "core/telemetry/test_clock.py": "core/telemetry/stamp_decision",
     "adapters/test_canonical.py": "adapters/psdk adapters/stamps",
     "adapters/test_cross_vehicle.py": "adapters/ardupilot adapters/axes adapters/mavros",
     "adapters/test_dji_exporters.py": (
@@ -85,7 +87,9 @@ TESTED_WITH = {
     "nodes/test_player.py": "nodes/transport",
     "nodes/test_process.py": "nodes/executable nodes/leaving",
     "nodes/test_run.py": "commands/run",
+    "nodes/test_shared_parameters.py": "nodes/ros_arguments",
     "nodes/test_stream.py": "nodes/robots",
+    "preflight/test_monitor.py": "preflight/input_record",
     "preflight/test_sign_tests.py": "preflight/flight_arrays",
     "simulation/blender/test_labels.py": (
         "simulation/blender/masks simulation/blender/nodes simulation/blender/ocean "
