@@ -65,6 +65,7 @@ TESTED_WITH = {
     ),
     "commands/test_replay.py": "bags/detect bags/plan bags/replay",
     "commands/test_replay_vehicles.py": "commands/configuration",
+    "commands/test_robot_outputs.py": "adapters/ais adapters/gps_input adapters/nmea",
     "commands/test_simulate.py": "commands/simulate_arguments",
     "commands/test_stream.py": "commands/udp_outputs",
     "commands/test_train.py": "commands/ending commands/train_arguments",

@@ -71,3 +71,11 @@ def robots_found(sea, clutter, seed):
 @pytest.mark.parametrize("clutter", [0.0, 1.0, 5.0])
 def test_robots_are_confirmed_by_0_8_images_a_second_and_foam_is_not(sea, clutter):
     assert [robots_found(sea, clutter, seed) for seed in (1, 2)] == [2, 2]
+
+
+def test_images_are_kept_within_the_window():
+    pace = ConfirmationRule(TracksConfig())
+    for tenth in range(50):
+        pace.note(tenth * SECOND // 10)
+    assert list(pace.images) == [tenth * SECOND // 10 for tenth in range(29, 50)]
+    assert pace.first_ns == 0

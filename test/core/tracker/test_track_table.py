@@ -14,7 +14,7 @@ from aerial_gnss_ros.core.association.decision import Association
 from aerial_gnss_ros.core.association.track import Track
 from aerial_gnss_ros.core.georeferencing.measurements import Measurements
 from aerial_gnss_ros.core.models.motion_model import TUNING as MOTION_MODEL
-from aerial_gnss_ros.core.tracker.track_table import TrackTable
+from aerial_gnss_ros.core.tracker.track_table import TUNING, TrackTable
 from aerial_gnss_ros.core.values.estimates import State
 
 SECOND = 1_000_000_000
@@ -97,3 +97,34 @@ def test_what_is_unverified_and_out_of_view_is_given_up():
         ("", True), ("aqua_1", False), ("aqua_2", False),
     ]  # fmt: skip
     assert not any(one.unverified for one in tracks.tracks)
+
+
+def test_a_measured_robot_is_used_to_its_speed_by_the_time_since_it_was_seen():
+    tracks, _ = table(State.CONFIRMED, State.TENTATIVE)
+    both = np.arange(2)
+    for stamp_s, count in ((2, 0.2), (3, 0.4), (50, 1.4)):  # of five seconds, at most one
+        tracks.update(measurements([False] * 2), both, both, stamp_s * SECOND, SECOND)
+        robot, new = tracks.tracks
+        assert robot.speed_history_count == pytest.approx(count)
+        assert robot.speed_history == pytest.approx(count * 0.5 * 0.5**2)
+        assert new.speed_history_count == new.speed_history == 0.0
+
+
+@pytest.mark.parametrize(("late_ns", "expected"), [(0, 1), (1, 0)])
+def test_robots_that_were_in_view_are_expected_to_be_shown(late_ns, expected):
+    tracks, _ = table(State.CONFIRMED, State.TENTATIVE, State.CONFIRMED)
+    tracks.tracks[2].leaving_view = True
+    stamp_ns = SECOND + TUNING.in_view_ns + late_ns
+    assert tracks.misfit(measurements([]), stamp_ns, 8.0) == 4.0 * expected
+
+
+@pytest.mark.parametrize("speed", [0.5, np.array([0.5, 1.0])])
+def test_separations_allow_each_robot_its_own_manoeuvre(speed):
+    tracks, _ = table(State.CONFIRMED, State.CONFIRMED, State.TENTATIVE)
+    tracks.filter.speeds = lambda _rows: speed
+    tracks.filter.separations = lambda old, new: (
+        np.zeros((len(old), len(new), 2)), np.tile(np.eye(2), (len(old), len(new), 1, 1))
+    )  # fmt: skip
+    _, spread = tracks.separations([0, 1], [2])
+    own = np.broadcast_to(np.square(MOTION_MODEL.swerve_s * np.asarray(speed)), 2)
+    np.testing.assert_allclose(spread[:, 0], (1.0 + own)[:, None, None] * np.eye(2))
