@@ -122,7 +122,7 @@ class Detector(Protocol):
             image: (height, width, 3) blue, green, red.
 
         Raises:
-            ModelError: this image could not be worked on, such as for want of memory; the next
+            ModelError: this image could not be processed, such as for lack of memory; the next
                 one may do.
         """
 

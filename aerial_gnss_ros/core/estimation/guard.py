@@ -46,7 +46,7 @@ _CONSTANT = (
 """Classes that images do not change; a snapshot need not look at them."""
 
 RESTART_AFTER = 5
-"""Failed images in a row after which the filter begins anew."""
+"""Consecutive failed images after which the filter restarts."""
 
 
 class Guard:
@@ -117,7 +117,7 @@ class Guard:
         place = _innermost(error)
         self._log.warn_once(
             f"failed {type(error).__name__} {place}",
-            f"The image of {frame.stamp_ns} ns could not be worked on and changed nothing "
+            f"The image of {frame.stamp_ns} ns could not be processed and changed nothing "
             f"({type(error).__name__} at {place}: {error}; {len(frame)} boxes, "
             f"{len(self._last)} robots): its boxes are refused as internal. This is a fault of the "
             "program; please report it with this sentence.",
@@ -149,8 +149,8 @@ class Guard:
         self._failed, self._last = 0, ()
         self._log.counts["filter_restarts"] += 1
         self._log.add(
-            f"{RESTART_AFTER} images in a row could not be worked on: the filter begins anew, and "
-            "robots take up their names where they are found again."
+            f"{RESTART_AFTER} images in a row could not be processed: the filter restarts, and "
+            "robots get their labels back where they are detected again."
         )
 
 

@@ -87,7 +87,7 @@ class GnssJumpDetector:
         believed = self._believed + jump
         self._log.add(
             f"The drone's position stays {math.hypot(jump[0], jump[1]):.0f} m from where "
-            "it was before it jumped; robots may be wrong by as much, and say so."
+            "it was before it jumped; robots may be wrong by as much, as their covariances state."
         )
         self.reset()
         self._believed = believed

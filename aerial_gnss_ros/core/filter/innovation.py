@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""How detections lie to robots: offsets and covariances of the pairs that are near enough."""
+"""Innovations of nearby pairs of robots and detections, with covariances."""
 
 from __future__ import annotations
 

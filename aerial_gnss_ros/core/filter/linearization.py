@@ -1,21 +1,20 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""The camera of one image for the filter, and from where derivatives by platform errors are taken.
+"""Linearisation of the measurement by the platform's errors, without spurious information.
 
-Taken at the newest estimate, these derivatives jitter with the noise of that very image; the
-products of the two have a mean, and hundreds of images read as knowledge of height and tilt that
-nobody has (docs/results/consistency.md has the figures). Two things stop it:
+Derivatives at the newest estimate jitter with the noise of that very image; the products of the two
+have a mean, and over hundreds of images they are mistaken for information about height and tilt
+that nobody has (docs/results/consistency.md has the figures). Two measures prevent it:
 
-The derivative by a robot's place belongs to the robot's own state: an error of height by 1 % makes
-a robot 1 % farther and its speed 1 % larger, wherever it swims. So when a robot's estimate moves,
-by swimming or by a correction, its covariance with the platform moves along (`JointState.carry`),
-and nothing is learnt. Only a camera that moves tells something: what is carried is the change of
-the derivative with the robot's place, seen from where the camera was before. In other words robots
-are kept as the camera sees them and not where they are, so that what no camera can see stays
-unseen.
+The derivative by a robot's position is part of the robot's own state: a height error of 1 % makes a
+robot 1 % farther and 1 % faster, wherever it is. So when a robot's estimate moves, by prediction or
+correction, its covariance with the platform is carried along (`JointState.carry`), and nothing is
+learnt. Only a moving camera is informative: what is carried is the change of the derivative with
+the robot's position, seen from the previous camera position. In other words, robots are kept as the
+camera sees them, so that unobservable errors stay unobservable.
 
-And the camera's own place is that which earlier images foretell (`CameraMotion`): the noise of this
-image is not in it.
+The camera's own position is predicted from earlier images (`CameraMotion`), without the noise of
+the present one.
 """
 
 from __future__ import annotations
@@ -53,7 +52,7 @@ class CameraView:
     Attributes:
         camera: lens and image.
         measured: the pose as telemetry has it.
-        foretold: (3,) the camera's place as earlier images foretell it, m.
+        foretold: (3,) camera position predicted from earlier images, m.
         axes: (3, 3) of roll, pitch and heading errors, of the foretold pose.
         rates: (6,) of the pose, m/s and rad/s.
         by_errors: (6, 7) `pose_by_errors` of these.
