@@ -7,6 +7,7 @@ from __future__ import annotations
 import copy
 import math
 import time
+from functools import partial
 
 from aerial_gnss_ros.core.camera.model import CameraModel
 from aerial_gnss_ros.core.camera.posed_frame import PosedFrame
@@ -147,6 +148,7 @@ class Pipeline:
                 reasons[i] = reason
         if estimates:
             self._origin.settle()
+        datum = self._origin.datum
         settled = self._tracking.settled()
         done = time.perf_counter_ns()
         return FrameResult(
@@ -154,7 +156,7 @@ class Pipeline:
             frame.frame_id,
             estimates,
             rejections(frame, reasons) if any(reasons) else (),
-            self._origin.datum,
+            datum,
             pose if isinstance(pose, CameraPose) else None,
             {
                 "pose": (posed - began) * 1e-6,
@@ -222,22 +224,17 @@ class Pipeline:
                 "stands still, and they are refused until it changes (bad_detections).",
             )
             return Reason.BAD_DETECTIONS
-        camera = self._fitting_camera(camera, boxes, pose, local)
+        misfit = partial(self._misfit, boxes, pose, local)
+        camera = self._camera_change.update(camera, boxes.stamp_ns, misfit)
         return PosedFrame(boxes, camera, pose, self.latency.found)
 
-    def _fitting_camera(
-        self, given: CameraModel, boxes: DetectionFrame, pose: CameraPose, local: LocalMap
-    ) -> CameraModel:
-        """Return the camera that an image was taken with: the newest, unless boxes contradict."""
-
-        def misfit(camera: CameraModel) -> float:
-            seen = PosedFrame(boxes, camera, pose, self.latency.found)
-            points = localization.locate(
-                pose, camera, boxes.centers, self._config.noise, self._config
-            )
-            return copy.deepcopy(self._tracking).misfit(seen, points, local)
-
-        return self._camera_change.update(given, boxes.stamp_ns, misfit)
+    def _misfit(
+        self, boxes: DetectionFrame, pose: CameraPose, local: LocalMap, camera: CameraModel
+    ) -> float:
+        """Return how badly boxes fit the robots in view if this is the camera, nats."""
+        seen = PosedFrame(boxes, camera, pose, self.latency.found)
+        points = localization.locate(pose, camera, boxes.centers, self._config.noise, self._config)
+        return copy.deepcopy(self._tracking).misfit(seen, points, local)
 
     def _tracked(
         self, scene: PosedFrame, points: WaterPoints
