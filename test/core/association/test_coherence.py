@@ -9,7 +9,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from aerial_gnss_ros.core.association.coherence import swerves, turns
+from aerial_gnss_ros.core.association.coherence import TUNING, swerves, turns
 from aerial_gnss_ros.core.association.track import Track
 from aerial_gnss_ros.core.faults.noise_level import Innovation, NoiseLevel
 from aerial_gnss_ros.core.faults.rotation_test import fit_rotation
@@ -89,3 +89,17 @@ def test_boxes_that_lag_all_as_one_turn_has_it_are_the_cameras():
     assert not turns(filter_of(), strained([[0.3, 0], [-0.3, 0], [0, 0.3], [0, -0.3]]), rows)
     # Where boxes are as noisy as that, a turn has little to explain.
     assert not turns(filter_of(level=20.0), strained(turned(1.0)), rows)
+
+
+@pytest.mark.parametrize(
+    ("offset", "nats", "count"),
+    [
+        (0.5, -TUNING.swerve_nats - 0.1, 1),
+        (0.5, -TUNING.swerve_nats + 0.1, 0),  # a turn is not clearly unlikelier
+        (6.0, -1000.0, 0),  # no robot swerves as far
+    ],
+)
+def test_a_swerve_is_within_reach_and_clearly_likelier_than_a_turn(offset, nats, count):
+    joint = filter_of()
+    joint.turned_by = lambda *_: nats
+    assert swerves(joint, pairs_of([[offset, 0.0]]), [0], [], THRESHOLD) == count

@@ -76,3 +76,14 @@ def test_a_robot_that_turned_out_to_be_another_keeps_its_strength():
     found.inherit(1, 2)
     found.drop(np.array([True, False, True]))
     assert found.strength.tolist() == [1.0, 5.0]
+
+
+def test_a_robot_that_is_copied_from_another_block_brings_its_strength():
+    source, target = ManoeuvreNoise(), ManoeuvreNoise()
+    source.add(3)
+    target.add(3)
+    source.strength[:] = [2.0, 3.0, 4.0]
+    source._sums[:] = np.arange(3.0)
+    target.copy(source, 1)
+    assert target.strength.tolist() == [1.0, 1.0, 3.0]
+    assert target._sums[0].tolist() == [0.0, 0.0, 1.0]

@@ -107,3 +107,20 @@ def test_the_sum_of_second_differences_is_normalised():
     share = np.mean(values < 2.5**2 * chi2.ppf(0.9, 2) / 2.0)
     assert share == pytest.approx(0.9, abs=0.06)
     assert NOISE_LEVEL.level_sure_sigmas > 3.0
+
+
+def test_second_differences_are_weighed_by_their_covariance():
+    """Also where East and North are correlated: as numpy solves it."""
+    laws = [np.array([[2.0, 0.8], [0.8, 1.0]]), np.array([[1.0, -0.2], [-0.2, 3.0]]), np.eye(2)]
+    offsets = np.array([[1.0, 2.0], [-0.5, 0.3], [0.7, -1.1]])
+    last = [
+        Innovation(i, *offset, (law[0, 0], law[0, 1], law[1, 1]))
+        for i, (offset, law) in enumerate(zip(offsets.tolist(), laws, strict=True))
+    ]
+    level = NoiseLevel()
+    level.update([tuple(last)])
+    weights = np.array([1.0, -2.0, 1.0])
+    difference = weights @ offsets
+    law = sum(weight**2 * one for weight, one in zip(weights, laws, strict=True))
+    expected = 0.5 * difference @ np.linalg.solve(law, difference)
+    assert level._window[0] == pytest.approx((expected,))

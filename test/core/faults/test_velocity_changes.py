@@ -94,9 +94,10 @@ def test_a_robot_goes_on_as_another_and_by_what_its_velocity_changed():
 def test_a_robot_that_is_copied_from_another_law_brings_its_sums():
     source, target = _two(), _two()
     source.update(BOTH, np.array([[1.0, 2.0], [3.0, 4.0]]), np.array([0.1, 0.2]))
+    target.add(1)
     target.copy(source, 0)
-    np.testing.assert_array_equal(target.sums(BOTH), [[0.0, 0.0], [1.0, 2.0]])
-    target.drop(np.array([False, True]))
+    np.testing.assert_array_equal(target.sums(np.arange(3)), [[0, 0], [0, 0], [1, 2]])
+    target.drop(np.array([False, False, True]))
     np.testing.assert_array_equal(target.sums(BOTH[:1]), [[1.0, 2.0]])
     assert len(target.position_covariances) == len(target.velocity_covariances) == 1
 
