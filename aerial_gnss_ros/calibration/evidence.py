@@ -3,7 +3,8 @@
 """The likelihood of a recording's boxes, all functions of time being integrated out.
 
 Unknowns x with precision Q before the data, residuals r of boxes with noise s: Gauss-Newton steps
-lead to the most likely x, and with the information H = JᵀJ/s² + Q there,
+lead to the most likely x (damped as Levenberg and Marquardt do, for height, tilt and heading are far
+from linear), and with the information H = JᵀJ/s² + Q there,
 
     log p(boxes) = -1/2 (|r|²/s² + xᵀQx + n log 2πs² + log det H - log det Q)
 
@@ -28,6 +29,7 @@ from aerial_gnss_ros.calibration.prior import Prior
 from aerial_gnss_ros.calibration.unknowns import (
     FIRST_ROBOT,
     FIX_DELAY,
+    FOCAL,
     GLOBALS,
     LATENCY,
     PRIOR_SIGMAS,
@@ -39,6 +41,13 @@ HUBER = 2.5
 UNSEEN = 30.0
 """Distance, in sigmas, of a box that the model does not see at all."""
 LONGEST_STEP_S = 0.25
+FIRST_DAMPING, DAMPINGS = 10.0, (1e-2, 1e6)
+"""Precision, over that of the prior, by which a step holds errors of the platform back; its bounds.
+Where robots swim, boxes tell little of height and tilt, and an undamped step leads far beyond what
+is linear: by 40 m of height."""
+EASED, RAISED = 0.2, 10.0
+"""Damping is multiplied by so much after a step at the first trial, and after one that failed."""
+TRIALS = 6
 HELD = 1e12
 """Precision of a constant that keeps its value."""
 
@@ -57,6 +66,7 @@ class State:
         factor: of H; None before the first step.
         effective: (processes + 1,) effective number of unknowns of each process, at last of the
             receiver's drift; None before the first step.
+        damping: of the next step, see `FIRST_DAMPING`.
     """
 
     unknowns: Array
@@ -67,6 +77,7 @@ class State:
     log_likelihood: float = -math.inf
     factor: SuperLU | None = None
     effective: Array | None = None
+    damping: float = FIRST_DAMPING
 
 
 class Evidence:
@@ -142,18 +153,26 @@ class Evidence:
         prior, _ = self.prior.precision(state.sigmas)
         state = self._with_cost(state, found, prior)
         information, gradient = self._normal(state, found, prior, held)
-        factor = _factor(information)
-        step = factor.solve(gradient)
-        far = max(abs(float(step[LATENCY])), abs(float(step[FIX_DELAY])), 1e-9)
-        share = min(1.0, LONGEST_STEP_S / far)
-        for _ in range(4):
+        damping = state.damping
+        for trial in range(TRIALS):
+            factor = _factor(information + self._damped(damping))
+            step = factor.solve(gradient)
+            far = max(abs(float(step[LATENCY])), abs(float(step[FIX_DELAY])), 1e-9)
+            share = min(1.0, LONGEST_STEP_S / far)
             tried = self._moved(state, state.unknowns + share * step, prior)
             if tried.cost > state.cost:
                 tried = self._along(tried, prior)
-            if tried.cost <= state.cost * (1.0 + 1e-6):
-                return replace(tried, factor=factor)
-            share *= 0.3
-        return replace(state, factor=factor)
+            if tried.cost <= state.cost + 1e-6 * abs(state.cost):
+                eased = max(damping * (EASED if trial == 0 else 0.5), DAMPINGS[0])
+                return replace(tried, factor=factor, damping=eased)
+            damping = min(damping * RAISED, DAMPINGS[1])
+        return replace(state, factor=factor, damping=damping)
+
+    def _damped(self, damping: float) -> csc_matrix:
+        """Return what damping adds to the information."""
+        firm = np.zeros(self.model.layout.size)
+        firm[FOCAL:GLOBALS] = damping / np.square(PRIOR_SIGMAS[FOCAL:])
+        return diags(firm, format="csc")
 
     def _along(self, state: State, prior: csc_matrix) -> State:
         """Return the state with the constants held and everything else solved for again.

@@ -26,6 +26,9 @@ OVERRELAXATION = 1.5
 """The fixed point is approached by small steps in one direction: longer ones get there sooner."""
 STATED_WEIGHT = 10.0
 """The noise set's sigma of boxes counts as much as so many residuals."""
+LEAST_EFFECTIVE = 1e-6
+"""Of pointing errors and boxes: small, or a sigma once near 0 would stay there. Of paths, whose
+precision is singular, the random signs tell it no better than to a few hundredths."""
 LEAST = {POINTING: 1e-6, BOX: 0.02}
 SPEEDS = (3e-4, 3.0)
 PIXELS = (0.2, 500.0)
@@ -61,7 +64,8 @@ class Reestimation:
         for process in range(layout.processes):
             columns, part = self._prior.part(process)
             rank = len(columns) - (2 if process >= FIRST_ROBOT else 0)
-            effective[process] = max(rank - undetermined[process], 0.02 * rank**0.5)
+            least = 0.02 * rank**0.5 if process >= FIRST_ROBOT else LEAST_EFFECTIVE
+            effective[process] = max(rank - undetermined[process], least)
             size = max(float(unknowns @ (part @ unknowns)), 0.0)  # rounding may make it less
             ratio = math.sqrt(size / effective[process]) / sigmas[process]
             value = sigmas[process] * float(np.clip(ratio**OVERRELAXATION, 0.2, 5.0))

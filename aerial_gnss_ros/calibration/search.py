@@ -24,7 +24,7 @@ LIMIT_S = 3.0
 GRID_S = 0.25
 GRID = round(2.0 * LIMIT_S / GRID_S) + 1
 COARSE_S, COARSE_IMAGES, MOST_IMAGES = 1.2, (50, 150), 240
-COARSE_STEPS, STEPS, LAST_STEPS = 3, 8, 12
+COARSE_STEPS, STEPS, LAST_STEPS = 6, 8, 12
 SPEEDS_MPS = (0.2, 0.003)
 """Initial speeds of robots: a descent may not get from one that swims to one that stays."""
 DISTINCT_S = 0.15
