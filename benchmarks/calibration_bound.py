@@ -53,6 +53,7 @@ TELEMETRY = (
 RATE_HZ = 0.5 / POINTING_TIME_S
 """White samples at this rate err as much over a long time as a process of the same sigma does that
 stays for the time of pointing errors."""
+BOUND_STEPS = 6
 FINE_S, SAMPLES = 0.02, 3
 """Poses are compared with the true ones so often; errors are averaged over so many samples."""
 
@@ -163,7 +164,7 @@ def _bound(made: Experiment, recording: Recording, motion: ExactMotion, most_ima
     sigmas[POINTING] = _set_pointing(made, motion, evidence.model, noise)
     state = replace(linked.state, sigmas=sigmas, pixel=noise.value("box_center_px"))
     held = frozenset({FIX_DELAY, FOCAL})
-    state = evidence.descend(state, 3, held | {LATENCY}, adapt=False)
+    state = evidence.descend(state, BOUND_STEPS, held | {LATENCY}, adapt=False)
     state = evidence.evaluated(state, held)
     pick = np.eye(1, evidence.model.layout.size, LATENCY)
     return float(np.sqrt(evidence.covariance(state, pick)[0, 0]))

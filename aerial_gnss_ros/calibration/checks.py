@@ -10,12 +10,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aerial_gnss_ros.calibration.evidence import HUBER
-from aerial_gnss_ros.calibration.search import Candidate, Search
-from aerial_gnss_ros.calibration.unknowns import FIRST_ROBOT
+from aerial_gnss_ros.calibration.search import STEPS, Candidate, Search
+from aerial_gnss_ros.calibration.unknowns import FIRST_ROBOT, LATENCY
 from aerial_gnss_ros.core.config.estimator import EstimatorConfig
 
 Array = NDArray[np.float64]
 
+LEAST_INTERVAL_S = 0.03
+"""Between samples closer than that a latency is known well enough."""
+IN_STEP = 0.5
+"""Mean length of phasors, an interval being a turn, from which images count as in step."""
+DEEPER_NATS = 10.0
+"""How much a fit must be better a whole interval away than half an interval away."""
 AGREE = 2.0
 OUTLIERS = 0.08
 FASTER = 1.25
@@ -38,6 +44,45 @@ def disagreement(search: Search, best: Candidate, held: frozenset[int], delays: 
         spreads.append(np.diag(one.evidence.covariance(one.state, pick)))
     off = np.abs(values[0] - values[1]) / np.sqrt(spreads[0] + spreads[1])
     return np.asarray(np.maximum(1.0, off / AGREE))
+
+
+def between_samples(search: Search, best: Candidate, held: frozenset[int]) -> str | None:
+    """Return why the latency may be that of the samples, not of the images; None if it is not.
+
+    Interpolation lessens the samples' errors, and most so halfway between two. Where images come at
+    one phase of the samples' interval, a latency that places them there fits better whether it is
+    true or not: the likelihood has a maximum in each interval. So it is asked whether a whole
+    interval away from the best latency the fit is better than half an interval away.
+    """
+    motion, interval_s = search.motion, search.motion.sample_s
+    since_ns = (search.fine.stamps_ns - motion.start_ns).astype(np.float64)
+    scenes = since_ns * 1e-9 - best.latency_s
+    if interval_s < LEAST_INTERVAL_S or not _in_step(scenes, motion.samples_s):
+        return None
+    known = 0
+    for side in (-1.0, 1.0):
+        at = [best.latency_s + side * share * interval_s for share in (0.5, 1.0)]
+        fits = [
+            search.fit(search.compared, one, best.fix_delay_s, STEPS, held | {LATENCY})
+            for one in at
+        ]
+        if fits[0] is None or fits[1] is None:
+            continue
+        if fits[1].score < fits[0].score + DEEPER_NATS:
+            return None
+        known += 1
+    if not known:
+        return None
+    return (
+        f"images come in step with telemetry, and fit well halfway between samples "
+        f"{interval_s:.2f} s apart wherever that is"
+    )
+
+
+def _in_step(t: Array, samples: Array) -> bool:
+    """Whether times (n,) are all at nearly the same phase between two samples (m,)."""
+    phases = np.interp(t, samples, np.arange(len(samples)))[(t > samples[0]) & (t < samples[-1])]
+    return len(phases) > 0 and bool(np.abs(np.exp(2.0j * math.pi * phases).mean()) > IN_STEP)
 
 
 def misfit(best: Candidate, config: EstimatorConfig) -> tuple[str, ...]:

@@ -3,8 +3,8 @@
 """The likelihood of a recording's boxes, all functions of time being integrated out.
 
 Unknowns x with precision Q before the data, residuals r of boxes with noise s: Gauss-Newton steps
-lead to the most likely x (damped as Levenberg and Marquardt do, for height, tilt and heading are far
-from linear), and with the information H = JᵀJ/s² + Q there,
+lead to the most likely x (damped as Levenberg and Marquardt do, for height, tilt and heading are
+far from linear), and with the information H = JᵀJ/s² + Q there,
 
     log p(boxes) = -1/2 (|r|²/s² + xᵀQx + n log 2πs² + log det H - log det Q)
 

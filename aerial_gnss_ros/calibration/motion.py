@@ -52,7 +52,8 @@ class Motion:
 
     Attributes:
         start_ns: time 0 of the splines.
-        sample_s: median time between two samples of the slowest input.
+        samples_s: times of the samples of the slowest input, from time 0.
+        sample_s: median time between two of them.
         smoothing_s: by the names of ERRORS, the time over which motion is smoothed.
     """
 
@@ -83,8 +84,10 @@ class Motion:
         times_s = (level_s, level_s, max(smoother.times_s["height"]), *turn_s)
         self.smoothing_s = dict(zip(ERRORS, times_s, strict=True))
         self._errors = smoother
-        spacing = [float(np.median(np.diff(s))) for s in (turning, level) if len(s) > 1]
-        self.sample_s = max(spacing, default=1e9) * 1e-9
+        tables = [np.unique(np.array(s, dtype=np.int64)) for s in (turning, level) if len(s) > 1]
+        slowest = max(tables, key=_spacing, default=np.zeros(1, dtype=np.int64))
+        self.samples_s: Array = (slowest - self.start_ns).astype(np.float64) * 1e-9
+        self.sample_s = _spacing(slowest) * 1e-9
 
     def at(self, stamps_ns: Stamps, latency_s: float, fix_delay_s: float) -> Poses:
         """Return poses (n,) of the scenes of images.
@@ -164,6 +167,10 @@ class Motion:
 
 def _most(stamps: dict[Input, list[int]], *sources: Input) -> list[int]:
     return max((stamps[source] for source in sources), key=len)
+
+
+def _spacing(stamps: Stamps) -> float:
+    return float(np.median(np.diff(stamps))) if len(stamps) > 1 else 1e9
 
 
 def _thinned(stamps: list[int]) -> list[int]:

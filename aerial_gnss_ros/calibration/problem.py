@@ -24,6 +24,8 @@ from aerial_gnss_ros.core.camera.model import CameraModel
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
 
+LIMIT_S = 3.0
+"""Latencies are looked for as far as that."""
 MARGIN_S = 0.5
 FIRST_SPEED = 0.2
 FIRST_PIXELS = 4.0
@@ -54,6 +56,7 @@ class Problem:
         motion: its poses.
         most_images: evenly over the recording.
         within_ns: first and last stamp of images to use; None: all.
+        throughout: use images with telemetry at every latency, not at any.
 
     Attributes:
         stamps_ns: of the images used.
@@ -66,10 +69,11 @@ class Problem:
         motion: Motion,
         most_images: int,
         within_ns: tuple[int, int] | None = None,
+        throughout: bool = False,
     ) -> None:
         self._noise, self._motion = recording.config.noise, motion
         self._max_speed = recording.config.tracks.max_speed
-        stamps = _usable(recording, motion)
+        stamps = _usable(recording, motion, throughout)
         if within_ns is not None:
             stamps = [stamp for stamp in stamps if within_ns[0] <= stamp <= within_ns[1]]
         self.stamps_ns, self.boxes, self._names = _boxes(recording, stamps, most_images)
@@ -147,13 +151,15 @@ class Problem:
         return unknowns
 
 
-def _usable(recording: Recording, motion: Motion) -> list[int]:
-    """Return the stamps of images with boxes, a camera, and telemetry at some latency."""
+def _usable(recording: Recording, motion: Motion, throughout: bool) -> list[int]:
+    """Return the stamps of images with boxes, a camera, and telemetry at any or every latency."""
     stamps = sorted(stamp for stamp, frame in recording.frames.items() if len(frame))
     stamps = [stamp for stamp in stamps if recording.camera(stamp) is not None]
     table = np.array(stamps, dtype=np.int64)
-    known = [motion.at(table, late, 0.0).known for late in np.arange(-3.0, 3.01, 0.5)]
-    return [stamp for stamp, good in zip(stamps, np.any(known, axis=0), strict=True) if good]
+    ends = LIMIT_S + (MARGIN_S if throughout else 0.0)
+    known = [motion.at(table, late, 0.0).known for late in np.arange(-ends, ends + 0.01, 0.5)]
+    good = np.all(known, axis=0) if throughout else np.any(known, axis=0)
+    return [stamp for stamp, one in zip(stamps, good, strict=True) if one]
 
 
 def _boxes(

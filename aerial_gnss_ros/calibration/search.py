@@ -13,22 +13,23 @@ from numpy.typing import NDArray
 
 from aerial_gnss_ros.calibration.evidence import Evidence, State
 from aerial_gnss_ros.calibration.motion import Motion
-from aerial_gnss_ros.calibration.problem import Problem
+from aerial_gnss_ros.calibration.problem import LIMIT_S, Problem
 from aerial_gnss_ros.calibration.recording import Recording
 from aerial_gnss_ros.calibration.unknowns import FIX_DELAY, FOCAL, LATENCY
 from aerial_gnss_ros.core.values.errors import InputError
 
 Array = NDArray[np.float64]
 
-LIMIT_S = 3.0
 GRID_S = 0.25
 GRID = round(2.0 * LIMIT_S / GRID_S) + 1
 COARSE_S, COARSE_IMAGES, MOST_IMAGES = 1.2, (50, 150), 240
 COARSE_STEPS, STEPS, LAST_STEPS = 6, 8, 12
 SPEEDS_MPS = (0.2, 0.003)
-"""Initial speeds of robots: a descent may not get from one that swims to one that stays."""
+"""Initial speeds of robots: a descent may be slow to get from one that swims to one that stays."""
 DISTINCT_S = 0.15
 LEAST_IMAGES = 20
+LEAST_COMMON = 0.6
+"""Latencies are compared on the images with telemetry at all of them, if so many of all are."""
 LACKING = (
     "Too few images have telemetry round them, at any latency within 3 s. Record telemetry from "
     "3 s before the images to 3 s after them; where samples are seldom, raise max_gap of the input."
@@ -51,7 +52,7 @@ class Candidate:
     Attributes:
         evidence: the boxes linked there.
         state: the fit.
-        score: logarithm of the likelihood of all boxes, those left out being anywhere.
+        score: logarithm of the likelihood of the boxes, those without a robot being anywhere.
     """
 
     evidence: Evidence
@@ -85,10 +86,15 @@ class Search:
         self.fine = Problem(recording, self.motion, MOST_IMAGES)
         if len(self.fine.stamps_ns) < LEAST_IMAGES:
             raise InputError(LACKING)
-        span_s = float(np.ptp(self.fine.stamps_ns)) * 1e-9
-        self.coarse = Problem(
-            recording, self.motion, int(np.clip(span_s / COARSE_S, *COARSE_IMAGES))
-        )
+        common = Problem(recording, self.motion, MOST_IMAGES, throughout=True)
+        enough = len(common.stamps_ns) >= max(LEAST_IMAGES, LEAST_COMMON * len(self.fine.stamps_ns))
+        # A fit to fewer boxes is likelier or less likely for that alone.
+        if np.array_equal(common.stamps_ns, self.fine.stamps_ns):
+            common = self.fine
+        self.compared = common if enough else self.fine
+        span_s = float(np.ptp(self.compared.stamps_ns)) * 1e-9
+        images = int(np.clip(span_s / COARSE_S, *COARSE_IMAGES))
+        self.coarse = Problem(recording, self.motion, images, throughout=enough)
         self._recording = recording
         self._base = frozenset() if focal else frozenset([FOCAL])
 
@@ -125,19 +131,18 @@ class Search:
         if linked is None or linked.share < LEAST_SHARE:
             return None
         state = linked.evidence.descend(linked.state, steps, held)
-        # Boxes without telemetry are no evidence for or against these delays.
+        # Boxes without telemetry count as the others do on average.
         score = (state.log_likelihood - linked.clutter) / linked.share
         return Candidate(linked.evidence, state, score)
 
     def best(self, modes: list[Candidate]) -> list[Candidate]:
         """Return fits of all maxima that may be the likeliest, the best first and refined.
 
-        Others are refined, too, where they are within `RIVAL_NATS` of a refined one. Where robots
-        stay, a fit that begins with ones that swim may gain more, and is then missed.
+        Others are refined, too, where they are within `RIVAL_NATS` of a refined one.
         """
         top = modes[0].score
         tried = [one for one in modes if one.score > top - RIVAL_NATS]
-        fits = [self.fit(self.fine, one.latency_s, 0.0, STEPS, self.common) for one in tried]
+        fits = [self.fit(self.compared, one.latency_s, 0.0, STEPS, self.common) for one in tried]
         rough = _distinct([one for one in fits if one is not None])
         done: list[Candidate] = []
         for one in rough:
@@ -146,10 +151,21 @@ class Search:
         return _distinct(done)
 
     def refined(self, one: Candidate, held: frozenset[int]) -> Candidate:
-        """Return a fit with the association repeated at its delays."""
+        """Return a fit to the same images with the association repeated at its delays."""
+        again = self._again(self.compared, one, held)
+        return max([one, *again], key=lambda fit: fit.score)
+
+    def to_all(self, one: Candidate, held: frozenset[int]) -> Candidate:
+        """Return a fit to all images at its delays."""
+        if self.compared is self.fine:
+            return one
+        return max(self._again(self.fine, one, held), key=lambda fit: fit.score, default=one)
+
+    def _again(self, problem: Problem, one: Candidate, held: frozenset[int]) -> list[Candidate]:
+        """Return fits begun at its delays and at each of `SPEEDS_MPS`."""
         at = one.latency_s, one.fix_delay_s
-        fits = [self.fit(self.fine, *at, LAST_STEPS, held, speed) for speed in SPEEDS_MPS]
-        return max([one, *(fit for fit in fits if fit is not None)], key=lambda fit: fit.score)
+        fits = [self.fit(problem, *at, LAST_STEPS, held, speed) for speed in SPEEDS_MPS]
+        return [fit for fit in fits if fit is not None]
 
     def half(self, best: Candidate, held: frozenset[int], late: bool) -> Candidate | None:
         """Return the fit of the first or the second half of the images; None if it sees too few."""
@@ -171,7 +187,8 @@ class Search:
         good = sorted([one for one in fits if one is not None], key=lambda one: -one.score)
         if plain is None or not good:
             return None
-        fine = self.fit(self.fine, good[0].latency_s, good[0].fix_delay_s, STEPS, self.separate)
+        at = good[0].latency_s, good[0].fix_delay_s
+        fine = self.fit(self.compared, *at, STEPS, self.separate)
         return fine if fine is not None and fine.score > best.score + SEPARATE_NATS else None
 
 

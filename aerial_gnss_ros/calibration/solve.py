@@ -16,7 +16,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from aerial_gnss_ros.calibration.checks import disagreement, misfit
+from aerial_gnss_ros.calibration.checks import between_samples, disagreement, misfit
 from aerial_gnss_ros.calibration.evidence import HUBER, State
 from aerial_gnss_ros.calibration.excitation import excitation
 from aerial_gnss_ros.calibration.fit import UNKNOWNS, Fit
@@ -33,7 +33,8 @@ SWIMS_MPS, FREE_MPS = 0.01, 10.0
 FREE_STEPS = 6
 CAUTION = 1.3
 """Factor on the sigmas of the likelihood: neither robots nor errors follow the model exactly."""
-RIVAL_NATS = 6.0
+RIVAL_NATS = 6.0 * CAUTION**2
+"""A fit that is less far behind may be the true one: a factor of 400 with sigmas so increased."""
 
 
 def calibrate(
@@ -68,17 +69,23 @@ def calibrate(
             "that is seen for longer, with more images a second."
         )
     fits = search.best(modes)
-    best = fits[0]
+    best, rivals = fits[0], _rivals(fits)
     separate = search.separate_fit(best)
     if separate is not None:
-        best, fits = search.refined(separate, search.separate), [separate]
-    return _fit(search, best, fits[1:], separate is not None, config, focal)
+        best, rivals = search.refined(separate, search.separate), []
+    best = search.to_all(best, search.common if separate is None else search.separate)
+    return _fit(search, best, rivals, separate is not None, config, focal)
+
+
+def _rivals(fits: list[Candidate]) -> list[float]:
+    """Return the latencies that fit nearly as well as the first, s."""
+    return [one.latency_s for one in fits[1:] if one.score > fits[0].score - RIVAL_NATS]
 
 
 def _fit(
     search: Search,
     best: Candidate,
-    rivals: list[Candidate],
+    rivals: list[float],
     separate: bool,
     config: EstimatorConfig,
     focal: bool,
@@ -92,8 +99,10 @@ def _fit(
     covariance = evidence.covariance(state, picks) * np.outer(factors, factors)
     names, mean, whole = _with_platform(best, delays, covariance, focal)
     mean[0] -= config.camera.latency_s
-    near = [one.latency_s for one in rivals if one.score > best.score - RIVAL_NATS]
-    ambiguities = {"latency": f"{near[-1]:+.2f} s fits nearly as well"} if near else {}
+    ambiguities = {"latency": f"{rivals[-1]:+.2f} s fits nearly as well"} if rivals else {}
+    locked = between_samples(search, best, held)
+    if locked is not None:
+        ambiguities["latency"] = locked
     flown = excitation(
         model.poses(state.unknowns), model.boxes.images, model.tracks, model.places(state.unknowns)
     )
