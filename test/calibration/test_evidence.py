@@ -11,10 +11,19 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from aerial_gnss_ros.calibration.evidence import HELD
+from aerial_gnss_ros.calibration.evidence import FIRST_DAMPING, HELD
 from aerial_gnss_ros.calibration.motion import Motion
 from aerial_gnss_ros.calibration.problem import Problem
-from aerial_gnss_ros.calibration.unknowns import BOX, FIX_DELAY, LATENCY, POINTING, PRIOR_SIGMAS
+from aerial_gnss_ros.calibration.unknowns import (
+    BOX,
+    CONSTANTS,
+    FIRST_ERROR,
+    FIX_DELAY,
+    FOCAL,
+    LATENCY,
+    POINTING,
+    PRIOR_SIGMAS,
+)
 
 sys.path.insert(0, str(Path(__file__).parent))
 
@@ -107,3 +116,24 @@ def test_areas(linked) -> None:
         off = by_hand - one.area
         assert np.ptp(off) < 0.5  # what remains is of the place in the image
     np.testing.assert_allclose(again.area - first.area, 0.5 * first.area_by_error[:, 2], atol=0.2)
+
+
+@pytest.mark.parametrize("swims", [False, True])
+def test_height_and_tilt_that_are_hardly_known_do_not_run_away(swims) -> None:
+    """Robots seen from one place, 8 m of height and 9 deg of pitch off: whole steps go astray."""
+    recording = record(experiment("hover", 0.0, 1, swims=swims))
+    found = Problem(recording, Motion(recording), 60).evidence(0.0, 0.0)
+    assert found is not None
+    held = frozenset({LATENCY, FIX_DELAY, FOCAL})
+    near = found.evidence.descend(found.state, 3, held)
+    best = found.evidence.descend(near, 10, held, False)
+    unknowns = near.unknowns.copy()
+    unknowns[FIRST_ERROR + CONSTANTS.index("height")] += 8.0
+    unknowns[FIRST_ERROR + CONSTANTS.index("gimbal_pitch")] += 0.16
+    damped, whole = (
+        found.evidence.descend(replace(near, unknowns=unknowns, damping=one), 2, held, False)
+        for one in (FIRST_DAMPING, 0.0)
+    )
+    assert whole.cost > best.cost + 500.0
+    assert damped.cost < best.cost + 50.0
+    assert found.evidence.descend(damped, 10, held, False).cost < best.cost + 1.0

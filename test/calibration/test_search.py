@@ -26,7 +26,7 @@ class _Given(Search):
     """A search whose fits stay at their latency and have given scores."""
 
     def __init__(self, scores: dict[float, tuple[float, float, float]]) -> None:
-        self.scores, self.fine, self._base = scores, Mock(), frozenset()
+        self.scores, self.compared, self._base = scores, Mock(), frozenset()
         self.refinements: set[float] = set()
 
     def modes(self) -> list[Candidate]:
@@ -34,7 +34,7 @@ class _Given(Search):
         return sorted(found, key=lambda one: -one.score)
 
     def fit(self, problem, latency_s, fix_delay_s, steps, held, speed_mps=0.2):  # noqa: ARG002
-        assert problem is self.fine
+        assert problem is self.compared
         if steps == LAST_STEPS:
             self.refinements.add(latency_s)
         return _candidate(latency_s, self.scores[latency_s][SHORT if steps == STEPS else LONG])
