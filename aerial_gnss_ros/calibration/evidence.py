@@ -48,6 +48,8 @@ is linear: by 40 m of height."""
 EASED, RAISED = 0.2, 10.0
 """Damping is multiplied by so much after a step at the first trial, and after one that failed."""
 TRIALS = 6
+LEAST_GAIN = 0.02
+"""A descent at given noise and sigmas ends with a step that lessens the cost by less."""
 HELD = 1e12
 """Precision of a constant that keeps its value."""
 
@@ -113,8 +115,7 @@ class Evidence:
             state = self._step(state, held)
             if adapt:
                 state = self._adapted(state)
-            moved = abs(state.log_likelihood - before.log_likelihood)
-            if not adapt and moved < 0.02:
+            if not adapt and abs(state.cost - before.cost) < LEAST_GAIN:
                 break
         return self.evaluated(state, held)
 
