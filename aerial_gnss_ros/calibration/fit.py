@@ -88,6 +88,8 @@ class Fit:
         """Whether it is known well enough to be used."""
         if self.misfit or name in self.ambiguities:
             return False
+        if "latency" in self.ambiguities:
+            return False  # all else was found at that latency
         if name == "fix_latency" and not self.determined("latency"):
             return False  # it counts from the latency
         return self.value(name)[1] <= unknown(name).enough

@@ -43,7 +43,9 @@ def test_ambiguities_and_misfit_leave_nothing_determined() -> None:
     names = ("latency", "fix_latency", "heading")
     assert all(_fit(names, 0.001).determined(name) for name in names)
     ambiguous = _fit(names, 0.001, ambiguities={"latency": "+1.0 s fits nearly as well"})
-    assert [ambiguous.determined(name) for name in names] == [False, False, True]
+    assert not any(ambiguous.determined(name) for name in names)
+    doubtful = _fit(names, 0.001, ambiguities={"heading": "confused with a tilt"})
+    assert [doubtful.determined(name) for name in names] == [True, True, False]
     assert not any(_fit(names, 0.001, misfit=("no",)).determined(name) for name in names)
 
 
