@@ -254,15 +254,15 @@ def test_a_state_that_cannot_be_fails_the_image_that_made_it(sea, monkeypatch):
 
 def test_what_ends_the_program_ends_it(sea, monkeypatch):
     engine, world, _ = ready(sea)
-    for kind in (MemoryError, KeyboardInterrupt, SystemExit):
+    for at_s, kind in ((3.1, MemoryError), (3.2, KeyboardInterrupt), (3.3, SystemExit)):
 
         def failing(_frame, _samples, kind=kind):
             raise kind
 
         monkeypatch.setattr(engine._pipeline, "result", failing)
-        fed(engine, world, 3.1)
+        fed(engine, world, at_s)
         with pytest.raises(kind):
-            engine.advance(sea.stamp(3.2))
+            engine.advance(sea.stamp(at_s + 0.1))
 
 
 def test_telemetry_that_cannot_be_interpolated_refuses_the_image(sea, monkeypatch):
