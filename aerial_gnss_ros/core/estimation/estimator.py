@@ -291,8 +291,8 @@ class Estimator:
         samples = attempt(self._inputs.at, frame.stamp_ns - self._pipeline.latency.scene_ns)
         if isinstance(samples, MissingTelemetry) and samples.can_arrive and not final:
             return False
-        self._images.pop()
         result = self._guard.result(frame, samples)
+        self._images.pop()  # by now: what ends the program leaves it waiting
         stamped = self._time.stamped(result) if self._time.begins else result
         self._estimates = stamped.estimates
         self._platform = result.platform or self._platform
