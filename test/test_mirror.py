@@ -48,12 +48,9 @@ TESTED_WITH = {
     ),
     "benchmarks/test_soak.py": "benchmarking/disturbing",
     "calibration/test_advice.py": "calibration/excitation calibration/fit",
-    "calibration/test_evidence.py": (
-        "calibration/geometry calibration/measurement_model calibration/problem"
-    ),
+    "calibration/test_evidence.py": "calibration/geometry calibration/measurement_model",
     "calibration/test_motion.py": "calibration/telemetry_smoother",
     "calibration/test_recorded_delay.py": "calibration/recording",
-    "calibration/test_solve.py": "calibration/checks",
     "commands/test_augment.py": (
         "commands/argument_types commands/dataset_arguments training/augment training/naming"
     ),
