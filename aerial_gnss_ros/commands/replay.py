@@ -13,6 +13,7 @@ from aerial_gnss_ros.bags.partial import partial, refuse_existing
 from aerial_gnss_ros.bags.reader import open_bag
 from aerial_gnss_ros.bags.replay import Replay
 from aerial_gnss_ros.bags.results import ResultFolder
+from aerial_gnss_ros.bags.stated_datum import with_stated_datum
 from aerial_gnss_ros.bags.tables import read_positions
 from aerial_gnss_ros.commands.configuration import add_arguments as add_configuration
 from aerial_gnss_ros.commands.configuration import configuration
@@ -52,7 +53,7 @@ def run(args: argparse.Namespace) -> int:
     with ended_cleanly(), open_bag(args.bags) as bag:
         replay = Replay(
             bag,
-            config.estimator,
+            with_stated_datum(config.estimator, bag),
             config.detector,
             load_detector,
             namespace=args.namespace,

@@ -118,14 +118,14 @@ def check_bag(out, table, images):
     assert sorted(topics) == [
         "/map_datum", "/robots/aqua_1/fix", "/robots/aqua_1/geo_pose", "/robots/aqua_1/odom",
         "/robots/aqua_2/fix", "/robots/aqua_2/geo_pose", "/robots/aqua_2/odom",
-        "/robots/geojson", "/robots/markers",
+        "/robots/geojson", "/robots/markers", "/tf", "/tf_static",
     ]  # fmt: skip
     assert topics["/map_datum"].msgcount == topics["/robots/geojson"].msgcount == 1
     assert maps == [(out / "positions.geojson").read_text()]
     assert topics["/robots/markers"].msgcount == images
-    for connection in topics.values():
+    for topic, connection in topics.items():
         [qos] = connection.ext.offered_qos_profiles
-        assert qos.durability is QosDurability.TRANSIENT_LOCAL
+        assert (qos.durability is QosDurability.TRANSIENT_LOCAL) == (topic != "/tf")
     mine = [row for row in table if row["robot_id"] == "aqua_1"]
     assert [t for t, _ in geo_poses] == [int(row["stamp_ns"]) for row in mine]
     for (_, message), row in zip(geo_poses, mine, strict=True):
@@ -186,7 +186,8 @@ def test_a_namespace_and_a_vehicle(tmp_path, flight, replay):
     bag = flight.write(tmp_path / "bag", namespace="drone1")
     assert replay(bag, tmp_path / "out", "--namespace", "drone1", "--vehicle", "generic") == 0
     with AnyReader([tmp_path / "out/bag"]) as reader:
-        assert {c.topic.split("/")[1] for c in reader.connections} == {"drone1"}
+        spaces = {c.topic.split("/")[1] for c in reader.connections}
+        assert spaces == {"drone1", "tf", "tf_static"}
 
 
 def test_images_are_looked_at_where_there_are_no_detections(
