@@ -178,7 +178,7 @@ def test_a_set_with_errors_is_refused(tmp_path, make_set, capsys):
     labels.write_text("3 0.5 0.5 0.1 0.1\n")
     assert cli.main(["augment", str(source), "-o", str(tmp_path / "out")]) == 2
     said = capsys.readouterr().err
-    assert f"{labels.resolve()}, line 1: class 3 is none" in said
+    assert f"{labels.resolve()}, line 1: class 3 is not in data.yaml" in said
     assert not (tmp_path / "out").exists()
     assert cli.main(["augment", str(tmp_path / "none"), "-o", str(tmp_path / "out")]) == 2
     assert "does not exist; give a folder in YOLO's layout" in capsys.readouterr().err

@@ -68,7 +68,7 @@ def test_absences_of_any_length_tell_next_to_nothing():
     rng = np.random.default_rng(2)
     odds = _learnt(*rng.uniform(20.0, 120.0, 30)).odds(np.linspace(25.0, 100.0, 40))
     assert odds.max() / odds.min() < 20.0
-    assert _learnt(*rng.uniform(20.0, 120.0, 30))._foretold[0] < -3.0  # narrow bumps failed
+    assert _learnt(*rng.uniform(20.0, 120.0, 30))._log_scores[0] < -3.0  # narrow bumps failed
 
 
 @settings(max_examples=30, deadline=None)
@@ -76,6 +76,6 @@ def test_absences_of_any_length_tell_next_to_nothing():
 def test_the_density_is_the_slope_of_what_is_left(seconds):
     law = _learnt(*seconds)
     times = np.linspace(RETURN_TIME.short_s, 2000.0, 200_001)
-    density, left = law._law(times)
+    density, left = law._density(times)
     fallen = trapezoid(density, times, axis=1)
     assert fallen == pytest.approx(left[:, 0] - left[:, -1], abs=1e-4)
