@@ -7,6 +7,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable
 from dataclasses import asdict, dataclass
+from itertools import permutations
 
 import numpy as np
 from fault_flights import DURATION_S, Flown
@@ -18,6 +19,8 @@ CONFIDENT = 13.8
 """Squared distance that one in a thousand of a right planar covariance exceeds."""
 OWN_S = 5.0
 """For so long after it is first published a name is taken to be on its own robot, s."""
+COMMON_M, OWN_M = 3.0, 0.5
+"""One sigma of the error that positions of one image share, and of each one's own, m."""
 STEADY_S = 1.0
 """For so long all must be right for it to be right again, s."""
 SETTLED_S = 3.0
@@ -113,7 +116,9 @@ def rows_of(flight: Flown, results: Iterable[tuple[float, FrameResult]]) -> list
         for one in result.estimates:
             here = flight.local.positions([one.latitude], [one.longitude])[0]
             found.append((t, one, here - true))
-    robots = _robots((t, one.robot_id, apart) for t, one, apart in found)
+    robots = robots_of_names(
+        (t, one.robot_id, one.state is State.CONFIRMED, apart) for t, one, apart in found
+    )
     return [
         _row(t, one.robot_id, robots[one.robot_id], apart[robots[one.robot_id]],
              one.covariance[:2, :2], one.state is State.CONFIRMED)
@@ -130,17 +135,25 @@ def _row(t: float, name: str, robot: int, error: np.ndarray, P: np.ndarray, conf
     return Row(t, name, robot, float(np.hypot(*error)), sigma, squared, confirmed)
 
 
-def _robots(published: Iterable[tuple[float, str, np.ndarray]]) -> dict[str, int]:
+def robots_of_names(published: Iterable[tuple[float, str, bool, np.ndarray]]) -> dict[str, int]:
     """Return the robot that each name stands for: the nearest in the name's first seconds.
 
-    The assignment over all names is one to one as far as there are robots; names beyond them stand
-    for whichever is nearest.
+    The assignment over all names is one to one as far as there are robots. A name that comes later
+    stands for whichever is nearest, where others are measured along with it by their formation: the
+    receiver's error is common to all of them.
+
+    Args:
+        published: time of each position, its name, whether it is measured, and its offsets from the
+            robots (robots, 2), m.
     """
     since: dict[str, float] = {}
     total: dict[str, list[np.ndarray]] = {}
-    for t, name, apart in published:
+    measured: dict[str, dict[float, np.ndarray]] = {}
+    for t, name, confirmed, apart in published:
         if abs(t - since.setdefault(name, t)) <= OWN_S:
             total.setdefault(name, []).append(np.minimum(np.sum(apart**2, axis=1), 1e12))
+        if confirmed:
+            measured.setdefault(name, {})[t] = apart
     names = sorted(total)
     if not names:
         return {}
@@ -148,9 +161,49 @@ def _robots(published: Iterable[tuple[float, str, np.ndarray]]) -> dict[str, int
     first = min(since.values())
     early = [i for i, name in enumerate(names) if since[name] <= first + OWN_S]
     given = {name: int(np.argmin(cost[i])) for i, name in enumerate(names)}
+    for name in names:
+        together = _together(name, since[name], measured)
+        if len(together) > 1:
+            given[name] = _in_formation(together)
     rows, columns = linear_sum_assignment(cost[early])
     given.update({names[early[i]]: int(k) for i, k in zip(rows, columns, strict=True)})
     return given
+
+
+def _together(
+    name: str, since: float, measured: dict[str, dict[float, np.ndarray]]
+) -> list[np.ndarray]:
+    """Return mean offsets (robots, 2) of a name in its first seconds, and of those beside it, m.
+
+    Those count that are measured in most of the same images.
+    """
+    own = [t for t in measured.get(name, {}) if abs(t - since) <= OWN_S]
+    others = [one for one in measured if one != name]
+    beside = [one for one in others if own and 2 * sum(t in measured[one] for t in own) > len(own)]
+    return [
+        np.mean([measured[one][t] for t in own if t in measured[one]], axis=0)
+        for one in [name, *beside]
+        if own
+    ]
+
+
+def _in_formation(together: list[np.ndarray]) -> int:
+    """Return which robot the first of some positions is of, measured in the same images.
+
+    Args:
+        together: of each position, its offsets (robots, 2), m; each is of another robot as far as
+            there are robots.
+    """
+    offsets = np.array(together)[: len(together[0])]
+    n = len(offsets)
+    shared = COMMON_M**2 / (OWN_M**2 + n * COMMON_M**2)
+
+    def squared(robots: tuple[int, ...]) -> float:
+        chosen = offsets[np.arange(n), list(robots)]
+        sums = chosen.sum(axis=0)
+        return float(np.sum(chosen**2) - shared * sums @ sums)
+
+    return min(permutations(range(offsets.shape[1]), n), key=squared)[0]
 
 
 def judged(fault: list[Row], clean: list[Row], begin_s: float, end_s: float) -> Verdict:

@@ -20,7 +20,7 @@ import fault_kinds
 import fault_table
 import faults
 from fault_flights import Item
-from fault_judge import Row, judged
+from fault_judge import Row, judged, robots_of_names
 
 from aerial_gnss_ros.core.values.samples import Fix, Scalar
 
@@ -86,6 +86,29 @@ def test_a_name_is_kept_that_is_on_its_robot_at_the_end():
     assert judged(gone, flight(), 4.0, 6.0).kept == 1
     late = [row for row in flight() if row.t >= 2.0]  # the fault is there from the start
     assert judged(late, flight(), 0.0, 2.0).kept == 2
+
+
+def test_a_late_name_is_told_by_its_formation_where_the_receiver_is_off():
+    robots = np.array([[0.0, 0.0], [4.0, 0.0], [20.0, 0.0]])
+
+    def published(beside):
+        """Three from the start, `late` from 8 s on, on robot 1; all 2.5 m too far west."""
+        for i in range(150):
+            names = {"a": 0, "b": 2, "gone": 1} if i < 80 else {"late": 1} | beside
+            for name, robot in names.items():
+                yield 0.1 * i, name, True, robots[robot] - [2.5, 0.0] - robots
+
+    assert robots_of_names(published({"b": 2})) == {"a": 0, "b": 2, "gone": 1, "late": 1}
+    assert robots_of_names(published({"a": 0, "b": 2}))["late"] == 1
+    # Whatever the other names are on: exchanged ones mislead nobody.
+    assert robots_of_names(published({"a": 2, "b": 0}))["late"] == 1
+    near = [(0.1 * i, "late", True, np.array([1.0, 0.0]) - robots) for i in range(20)]
+    assert (
+        robots_of_names([*published({}), *((t + 30.0, "alone", *two) for t, _, *two in near)])[
+            "alone"
+        ]
+        == 0
+    )  # nothing else tells
 
 
 def fixes(count: int) -> list[Item]:
