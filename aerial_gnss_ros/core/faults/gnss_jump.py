@@ -23,6 +23,19 @@ class GnssJumpTuning:
     """Greatest distance of a position from the predicted one, at once, m. Judged."""
     jump_mps: float = 10.0
     """Growth of that distance with the time since the last fix, m/s. Judged."""
+    steps_s: float = 5.0
+    """Time over which the steps of a receiver tell how large they usually are, s. Judged."""
+    first_step_m: float = 2.0
+    """Usual step before the first, m. Judged."""
+    odd_steps: float = 5.0
+    """A step stands out if it is so many times as large as usual: beyond what is normal. Judged."""
+    gust_mps2: float = 10.0
+    """Acceleration of a drone, m/s²: that of gravity, at a bank of 45 deg."""
+    stated_sigmas: float = 3.0
+    """A jump matters if it is larger than so many stated sigmas of the receiver's offset: published
+    covariances contain a smaller one. Judged."""
+    home_share: float = 0.5
+    """A position is back if it is nearer to where it was than to where it jumped to."""
     settle_s: float = 3.0
     """Time after which a position that has jumped is accepted, s. Judged."""
 
@@ -35,7 +48,7 @@ class GnssJumpDetector:
 
     Attributes:
         offset: (3,) displacement since the jump, m; 0 without one.
-        began: whether a jump began with the last image.
+        began: whether with the last image a jump began of which robots have not told.
         returned: whether the position returned with the last image, after a jump had been accepted.
     """
 
@@ -45,6 +58,11 @@ class GnssJumpDetector:
 
     def reset(self) -> None:
         """Forget everything."""
+        self._usual_squared = TUNING.first_step_m**2
+        self._end()
+
+    def _end(self) -> None:
+        """Forget all jumps."""
         self.offset = np.zeros(3)
         self.began = self.returned = False
         self._believed: Array = np.zeros(3)
@@ -55,8 +73,30 @@ class GnssJumpDetector:
         """(2,) sum of the accepted jumps, m."""
         return self._believed[:2]
 
+    def stands_out(
+        self, position: Array, expected: Array | None, passed: float, stated_m: float
+    ) -> bool:
+        """Return whether a position may have jumped by less than what no drone flies.
+
+        Args:
+            position: (3,) measured, m.
+            expected: (3,) where the drone should be by its past, m, or None.
+            passed: time since the image before, s.
+            stated_m: one sigma of the receiver's offset, m.
+        """
+        if expected is None:
+            return False
+        length = _length(position - self.offset - expected)
+        matters = length > TUNING.stated_sigmas * stated_m
+        return matters and self._is_odd(length, passed) and length <= _farthest(passed)
+
+    def _is_odd(self, length: float, passed: float) -> bool:
+        """Return whether a step is larger than steps are."""
+        gust = 0.5 * TUNING.gust_mps2 * passed**2
+        return length > TUNING.odd_steps * math.sqrt(self._usual_squared) + gust
+
     def update(
-        self, position: Array, expected: Array | None, passed: float
+        self, position: Array, expected: Array | None, passed: float, jumped: bool = False
     ) -> tuple[bool, Array | None]:
         """Return whether a position can be used, and a newly accepted jump (3,), or None.
 
@@ -64,52 +104,78 @@ class GnssJumpDetector:
             position: (3,) measured, m.
             expected: (3,) predicted, without the offset; None where it cannot be predicted.
             passed: time since the image before, s.
+            jumped: whether robots tell that it has jumped: then they tell where they are as well,
+                and it is believed at once.
         """
         self.began = self.returned = False
         if expected is not None:
             step = position - self.offset - expected
             step[2] = 0.0
-            length = math.hypot(step[0], step[1])
-            if length > TUNING.jump_m + TUNING.jump_mps * passed:
-                self._jumped(step, length, passed)
+            length = _length(step)
+            if jumped or length > _farthest(passed) or self._returns(step, passed):
+                told = jumped and not self.offset.any()
+                self._jumped(step, length, passed, told)
                 if not self._is_home():
-                    return False, None
+                    return (True, self._believe()) if told else (False, None)
                 jump = self.offset
-                self.reset()
+                self._end()
                 self.returned = True
                 return True, jump
+            share = 1.0 - math.exp(-passed / TUNING.steps_s)
+            self._usual_squared += share * (length**2 - self._usual_squared)
         if not self.offset.any():
             return True, None
         self._since_s += passed
         if self._since_s < TUNING.settle_s:
             return False, None
+        return True, self._believe()
+
+    def _believe(self) -> Array:
+        """Go on from where positions have jumped to; return by how much, (3,) m."""
         jump = self.offset
         believed = self._believed + jump
         self._log.add(
-            f"The drone's position stays {math.hypot(jump[0], jump[1]):.0f} m from where "
-            "it was before it jumped; robots may be wrong by as much, as their covariances state."
+            f"The drone's position stays {_length(jump):.0f} m from where "
+            "it was before it jumped; robots may be wrong by as much, and say so."
         )
-        self.reset()
+        self._end()
         self._believed = believed
-        return True, jump
+        return jump
+
+    def _returns(self, step: Array, passed: float) -> bool:
+        """Return whether a step goes back to where positions were before they jumped."""
+        away = self._believed + self.offset
+        return self._is_odd(_length(step), passed) and _is_back(away + step, away)
 
     def _is_home(self) -> bool:
-        """Return whether positions are back where they were before accepted jumps."""
-        if not self._believed.any() or not self.offset.any():
-            return False
-        east, north, _ = (self._believed + self.offset).tolist()
-        return math.hypot(east, north) < TUNING.jump_m
+        """Return whether positions are back where they were before jumps that were believed."""
+        return bool(self.offset.any()) and _is_back(self._believed + self.offset, self._believed)
 
-    def _jumped(self, step: Array, length: float, passed: float) -> None:
+    def _jumped(self, step: Array, length: float, passed: float, told: bool) -> None:
         self.began = not self.offset.any() and not self._believed.any()
-        self.offset = self.offset + step
+        before, self.offset = self.offset, self.offset + step
         self._since_s = 0.0
-        if math.hypot(self.offset[0], self.offset[1]) < TUNING.jump_m:
+        if _is_back(self.offset, before):
             self._log.add("The drone's position is back where it was before it jumped.")
             self.offset = np.zeros(3)
             return
         self._log.counts["position_jumps"] += 1
         self._log.add(
             f"The drone's position jumped by {length:.0f} m "
-            f"within {passed:.2g} s: boxes are not used until it settles."
+            f"within {passed:.2g} s{'.' if told else ': boxes are not used until it settles.'}"
         )
+
+
+def _length(step: Array) -> float:
+    """Return how far a step (3,) leads in the plane, m."""
+    return math.hypot(float(step[0]), float(step[1]))
+
+
+def _farthest(passed: float) -> float:
+    """Return how far from where it is expected a drone can fly within a time, m."""
+    return TUNING.jump_m + TUNING.jump_mps * passed
+
+
+def _is_back(now: Array, before: Array) -> bool:
+    """Return whether positions that were (3,) `before` off are right again, now that they are."""
+    return _length(now) < min(TUNING.jump_m, TUNING.home_share * _length(before))

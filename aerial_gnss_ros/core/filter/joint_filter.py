@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -33,6 +34,7 @@ from aerial_gnss_ros.core.models.camera_motion import CameraMotion
 from aerial_gnss_ros.core.models.measurement_model import MapFrame, MapPose, on_water
 from aerial_gnss_ros.core.models.motion_model import ClassMotions
 from aerial_gnss_ros.core.models.platform_model import ANGLES, COUNT, LATENCY, PlatformModel
+from aerial_gnss_ros.core.values.camera_pose import CameraPose
 from aerial_gnss_ros.core.values.events import Events
 from aerial_gnss_ros.text.sentences import counted
 
@@ -78,6 +80,7 @@ class JointFilter(CameraFaults):
         self._latency_ns = round(config.camera.latency_s * 1e9)
         self.noise = NoiseLevel()
         self._map: MapFrame | None = None
+        self._posed: tuple[CameraPose, MapPose] | None = None
         self.jumps = GnssJumpDetector(self.log)
         self.reset()
 
@@ -109,10 +112,34 @@ class JointFilter(CameraFaults):
             keep = float(self.model.decay(seconds)[ANGLES.start])
             self.ambiguity.predict(seconds, keep)
 
-    def update_camera(self, frame: PosedFrame, local: LocalMap) -> bool:
-        """Take in the pose of an image; return whether its boxes can be used."""
+    def position_stands_out(self, frame: PosedFrame, local: LocalMap) -> bool:
+        """Return whether the position of an image may have jumped (see `GnssJumpDetector`)."""
+        passed = self._since(frame.pose)
+        expected = self._motion.predicted_position(passed)
+        stated = math.sqrt(self._stationary[:2, :2].max())
+        position = self._measured(frame.pose, local).position
+        return self.jumps.stands_out(position, expected, passed, stated)
+
+    def _measured(self, pose: CameraPose, local: LocalMap) -> MapPose:
+        """Return an image's pose in the map; that of the last one is kept."""
         if self._map is None or self._map.local is not local:
-            self._map = MapFrame(local)
+            self._map, self._posed = MapFrame(local), None
+        if self._posed is None or self._posed[0] is not pose:
+            self._posed = pose, self._map.pose(pose)
+        return self._posed[1]
+
+    def _since(self, pose: CameraPose) -> float:
+        """Return the time from the image before to a pose, s."""
+        return 0.0 if self._pose_ns is None else (pose.stamp_ns - self._pose_ns) * 1e-9
+
+    def update_camera(self, frame: PosedFrame, local: LocalMap, jumped: bool = False) -> bool:
+        """Take in the pose of an image; return whether its boxes can be used.
+
+        Args:
+            frame: the image.
+            local: the map.
+            jumped: whether robots tell that its position has jumped.
+        """
         pose = frame.pose
         self._stationary = self.model.stationary(pose.fix_covariance)
         if self._fresh:
@@ -120,11 +147,10 @@ class JointFilter(CameraFaults):
             self._fresh = False
         if frame.latency is not None:
             self._settle(*frame.latency)
-        measured = self._map.pose(pose)
-        passed = 0.0 if self._pose_ns is None else (pose.stamp_ns - self._pose_ns) * 1e-9
+        measured, passed = self._measured(pose, local), self._since(pose)
         self._pose_ns = pose.stamp_ns
         expected = self._motion.predicted_position(passed)
-        settled, jump = self.jumps.update(measured.position, expected, passed)
+        settled, jump = self.jumps.update(measured.position, expected, passed, jumped)
         if jump is not None:
             self._follow_jump(jump)
         shown = MapPose(measured.position - self.jumps.offset, measured.rotation)

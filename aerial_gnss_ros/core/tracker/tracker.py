@@ -18,6 +18,10 @@ circles a robot with a wrong compass, so that the error reverses, does not lose 
 
 from __future__ import annotations
 
+import copy
+import math
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -47,6 +51,18 @@ from aerial_gnss_ros.core.values.estimates import RobotEstimate, State
 from aerial_gnss_ros.core.values.events import Events
 
 Indices = NDArray[np.intp]
+
+
+@dataclass(frozen=True)
+class TrackerTuning:
+    """Chosen numbers of this module, with their units and where they come from."""
+
+    jumped_nats: float = math.log(20.0)
+    """Nats by which boxes must fit a position that has jumped better than one that has not. Odds of
+    20 to 1, as everywhere."""
+
+
+TUNING = TrackerTuning()
 
 
 class Tracker:
@@ -95,7 +111,8 @@ class Tracker:
         seen = measurements(frame, points, local, joint.noise.level)
         passed = 0.0 if self._stamp_ns is None else (stamp_ns - self._stamp_ns) * 1e-9
         self._predict(stamp_ns)
-        usable = joint.update_camera(frame, local)
+        jumped = joint.position_stands_out(frame, local) and self._jumped(frame, seen, local)
+        usable = joint.update_camera(frame, local, jumped)
         returned = self._recovery.telemetry_is_back(stamp_ns)
         if returned:
             self._go_back()
@@ -134,6 +151,15 @@ class Tracker:
         joint.update_camera(frame, local)
         seen = measurements(frame, points, local, joint.noise.level)
         return self.table.misfit(seen, stamp_ns, self._matcher.threshold)
+
+    def _jumped(self, frame: PosedFrame, seen: Measurements, local: LocalMap) -> bool:
+        """Return whether robots tell that an image's position has jumped: else none is there."""
+        threshold, fit = self._matcher.threshold, []
+        for jumped in (False, True):
+            table = copy.deepcopy(self.table)
+            table.filter.update_camera(frame, local, jumped)
+            fit.append(table.misfit(seen, frame.detections.stamp_ns, threshold))
+        return fit[0] - fit[1] > TUNING.jumped_nats
 
     def settled(self) -> Settled:
         """Return the boxes decided since the last call (see `Tracking`)."""

@@ -53,3 +53,67 @@ def test_it_says_when_positions_leave_and_how_far_they_are():
     jumps.update(np.array([0.0, 0.0, 20.0]), np.array([50.0, 0.0, 20.0]), 2.0)
     assert jumps.returned
     assert not jumps.believed.any()
+
+
+def test_a_smaller_jump_is_believed_at_once_where_robots_tell_of_it():
+    def flown(east, back):
+        jumps, place, told = GnssJumpDetector(Events()), 0.0, []
+        for i, at in enumerate([0.0] * 50 + [east] * 35 + [back] * 2):
+            now, expected = np.array([at, 0.0, 20.0]), np.array([place, 0.0, 20.0])
+            settled, jump = jumps.update(now, expected, 0.1, jumped=i == 50)
+            place += 0.0 if jump is None else jump[0]
+            told.append((settled, 0.0 if jump is None else float(jump[0])))
+        return told
+
+    told = flown(8.0, 0.5)
+    assert told[49:52] == [(True, 0.0), (True, 8.0), (True, 0.0)]
+    assert told[85:] == [(True, -7.5), (True, 0.0)]  # at once, though no robot tells
+    assert flown(8.0, 4.5)[85] == (True, 0.0)  # that is nearer to where it jumped to
+
+
+def test_a_step_stands_out_from_those_before_it_and_from_what_is_stated():
+    def asked(steps, step, stated=1.0, passed=0.1):
+        jumps = GnssJumpDetector(Events())
+        for one in steps:
+            jumps.update(np.array([one, 0.0, 20.0]), np.array([0.0, 0.0, 20.0]), passed)
+        return jumps.stands_out(np.array([0.0, step, 99.0]), np.zeros(3), passed, stated)
+
+    steady = [0.02, -0.02] * 200
+    assert asked(steady, 3.5)
+    assert not asked(steady, 2.5)  # published covariances contain it
+    assert asked(steady, 2.5, stated=0.5)
+    assert not asked([1.0, -1.0] * 200, 3.5)  # the receiver is as noisy
+    assert not asked([], 8.0)  # nothing is known of it yet
+    assert not asked(steady, 3.5, passed=0.9)  # a gust
+    assert not asked(steady, 15.0)  # no drone flies so far: nobody need be asked
+
+
+def test_robots_tell_a_jump_of_some_metres_from_a_drone_that_flies(sea):
+    """The receiver jumps by 6 m, or the drone is moved by as much: its robots tell which."""
+    robots = {"a": (2.0, 21.0), "b": (-2.0, 16.0), "c": (3.0, 14.0)}
+
+    def flown(jump, flight):
+        world = sea.World(
+            robots={name: lambda _t, place=place: place for name, place in robots.items()},
+            pixel_sigma=1.0,
+        )
+        engine = sea.estimator({"noise.gnss_offset_m": 1.0})
+        sea.play(engine, world, 8.0, until_flush=False)
+        world.gnss_bias, world.drone = (jump, 0.0), lambda _t: (flight, 0.0, 30.0)
+        results = sea.play(engine, world, 5.0, begin=8.1, until_flush=False)
+        world.gnss_bias = (0.0, 0.0)
+        return engine, results, sea.play(engine, world, 1.0, begin=13.2)
+
+    engine, meanwhile, after = flown(6.0, 0.0)
+    assert engine.happened["position_jumps"] >= 1
+    for result in meanwhile[1:] + after:
+        for one in result.estimates:
+            error = one.position - min(
+                robots.values(), key=lambda at, one=one: np.hypot(*(one.position - at))
+            )
+            assert error @ np.linalg.solve(one.covariance[:2, :2], error) < 9.0
+    assert {one.robot_id for one in after[-1].estimates} == {"aqua_1", "aqua_2", "aqua_3"}
+    assert max(np.trace(one.covariance[:2, :2]) for one in after[-1].estimates) < 4.0
+    engine, meanwhile, _ = flown(0.0, 6.0)
+    assert not engine.happened["position_jumps"]
+    assert all(one.state.value == "confirmed" for one in meanwhile[-1].estimates)
