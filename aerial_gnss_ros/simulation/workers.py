@@ -8,6 +8,7 @@ import multiprocessing
 import os
 import signal
 import threading
+from collections import deque
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
@@ -45,9 +46,10 @@ def shared(
     pool = ProcessPoolExecutor(processes, multiprocessing.get_context("spawn"), begin)
     finished = False
     try:
-        with _interrupts_held():
-            results = pool.map(work, jobs)  # starts the processes
-        yield from results
+        with _interrupts_held():  # the first one starts the processes
+            futures = deque(pool.submit(work, job) for job in jobs)
+        while futures:  # `pool.map` cancels what is left; a pool that breaks raises then
+            yield futures.popleft().result()
         finished = True
     except BrokenProcessPool as error:
         raise OutputError(killed) from error
