@@ -5,7 +5,6 @@
 from __future__ import annotations
 
 import importlib
-import os
 import re
 import time
 from collections.abc import Callable, Mapping, Sequence
@@ -15,7 +14,7 @@ from aerial_gnss_ros.adapters.ais import position_report, static_report
 from aerial_gnss_ros.adapters.gps_input import gps_input
 from aerial_gnss_ros.adapters.nmea import gga, rmc
 from aerial_gnss_ros.adapters.sightings import Sighting, host_and_port
-from aerial_gnss_ros.commands.udp_outputs import Udp
+from aerial_gnss_ros.commands.udp_outputs import Udp, mavlink_dialect
 from aerial_gnss_ros.core.values.errors import InputError
 from aerial_gnss_ros.resources import install_hint
 
@@ -140,14 +139,7 @@ def gps_input_encoder(system: int, satellites: int) -> Callable[[Sighting], byte
     Raises:
         InputError: pymavlink is not installed.
     """
-    os.environ["MAVLINK20"] = "1"
-    try:
-        dialect: Any = importlib.import_module("pymavlink.dialects.v20.common")
-    except ImportError as error:
-        raise InputError(
-            f"MAVLink output needs pymavlink; install it with {install_hint('mavlink')}."
-        ) from error
-    mavlink = dialect.MAVLink(None, srcSystem=system, srcComponent=GPS_COMPONENT)
+    mavlink = mavlink_dialect().MAVLink(None, srcSystem=system, srcComponent=GPS_COMPONENT)
 
     def encode(seen: Sighting) -> bytes | None:
         if not seen.measured:

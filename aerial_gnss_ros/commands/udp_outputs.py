@@ -63,6 +63,21 @@ class Udp:
         self._socket.close()
 
 
+def mavlink_dialect() -> Any:
+    """Return pymavlink's module of the messages in common.xml.
+
+    Raises:
+        InputError: pymavlink is not installed.
+    """
+    os.environ["MAVLINK20"] = "1"  # message numbers above 255 need version 2
+    try:
+        return importlib.import_module("pymavlink.dialects.v20.common")
+    except ImportError as error:
+        raise InputError(
+            f"MAVLink output needs pymavlink; install it with {install_hint('mavlink')}."
+        ) from error
+
+
 class CursorOnTarget:
     """Sends each position as a Cursor on Target event.
 
@@ -107,13 +122,7 @@ class Mavlink:
     """
 
     def __init__(self, host: str, port: int, system: int) -> None:
-        os.environ["MAVLINK20"] = "1"  # message numbers above 255 need version 2
-        try:
-            dialect: Any = importlib.import_module("pymavlink.dialects.v20.common")
-        except ImportError as error:
-            raise InputError(
-                f"MAVLink output needs pymavlink; install it with {install_hint('mavlink')}."
-            ) from error
+        dialect = mavlink_dialect()
         self._udp = Udp(host, port)
         self._mavlink = dialect.MAVLink(self._udp, srcSystem=system, srcComponent=CAMERA_COMPONENT)
 
