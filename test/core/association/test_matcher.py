@@ -260,3 +260,33 @@ def test_what_is_decided_changes_no_track():
     assert [(rows.tolist(), speed) for rows, speed in found.inflations] == [([0], 0.2)]
     assert found.near_misses == {1}
     assert found.clutter_shares == {2: pytest.approx(chance_probability(1, 2))}
+
+
+@pytest.mark.parametrize(
+    ("speed", "log_odds", "mismatch"),
+    [(4.0, -10.0, False), (4.0, -1.0, True), (0.5, -10.0, True)],
+    ids=["manoeuvres", "perhaps a rotation", "too far for manoeuvres"],
+)
+def test_robots_that_manoeuvre_all_at_once_are_no_mismatch(speed, log_odds, mismatch):
+    """Three boxes 5 m off, each its own way, with gates of 3 m and unnoticed manoeuvres of 2 m."""
+    tracks, _, seen, now = _image([False] * 3)
+    every, offsets = np.arange(3), np.array([[5.0, 0.0], [0.0, 5.0], [-5.0, 0.0]])
+    joint = _joint(PairInnovations(every, every, offsets, np.tile(np.eye(2), (3, 1, 1))), speed)
+    joint.turned_by = lambda *_: log_odds
+    matcher = Matcher(joint, 9.0, 2.0)
+    decided(matcher, tracks, seen, now)
+    assert matcher.scene_mismatch is mismatch
+
+
+@pytest.mark.parametrize(
+    ("shown", "count", "heavy"),
+    [(2, 2, False), (2, 3, True), (3, 4, False)],
+    ids=["one missed", "one missed, a box too many", "a box too many"],
+)
+def test_clutter_is_boxes_that_no_robot_takes_while_robots_are_missed(shown, count, heavy):
+    tracks, pairs, _, now = _image([True] * 3)
+    joint = _joint(PairInnovations(*(one[:shown] for one in vars(pairs).values())))
+    matcher = Matcher(joint, 9.0, 2.0)
+    for _ in range(20):
+        decided(matcher, tracks, boxes(count), now)
+    assert matcher._clutter.heavy is heavy

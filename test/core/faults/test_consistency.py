@@ -86,3 +86,13 @@ def test_boxes_just_outside_their_gates_are_a_complaint_while_they_are_many():
     for _ in range(100):
         monitor.update_matches(10, 0)
     assert monitor.complaints == ()
+
+
+def test_a_camera_that_may_have_turned_is_a_complaint_while_it_may_and_told_once():
+    monitor, said = InnovationMonitor(), []
+    for degrees in (0.0, 20.0, 30.0, 0.0, 20.0):
+        told = monitor.update_rotation(math.radians(degrees))
+        words = f"by {degrees:.0f} deg or more"
+        assert [words in one for one in monitor.complaints] == [True] * (degrees > 0.0)
+        said.append(told is not None and words in told)
+    assert said == [False, True, False, False, True]

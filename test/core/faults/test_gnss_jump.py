@@ -50,6 +50,7 @@ def test_it_says_when_positions_leave_and_how_far_they_are():
     assert [*told, float(jumps.believed[0])] == [(False, 0.0), (True, 0.0), (False, 0.0), 50.0]
     jumps.update(np.array([100.0, 0.0, 20.0]), np.array([50.0, 0.0, 20.0]), 2.0)
     assert not jumps.began  # they had left before
+    assert jumps._log.counts["position_jumps"] == 2
     jumps.update(np.array([0.0, 0.0, 20.0]), np.array([50.0, 0.0, 20.0]), 2.0)
     assert jumps.returned
     assert not jumps.believed.any()

@@ -9,7 +9,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from aerial_gnss_ros.core.filter.innovation import PairInnovations, misfit, pair_innovations
+from aerial_gnss_ros.core.filter.innovation import (
+    TUNING,
+    PairInnovations,
+    misfit,
+    pair_innovations,
+)
 from aerial_gnss_ros.core.filter.state import JointState
 from aerial_gnss_ros.core.models.platform_model import COUNT
 from aerial_gnss_ros.core.numerics.gaussian import mahalanobis
@@ -35,8 +40,13 @@ def test_no_pair_within_the_bound_is_left_out(n, m, seed):
     squared, _ = mahalanobis(everything.offsets, everything.spread)
     inside = squared <= 11.6
     wanted = set(zip(everything.rows[inside], everything.columns[inside], strict=True))
-    assert wanted <= set(zip(near.rows, near.columns, strict=True))
+    found = set(zip(near.rows, near.columns, strict=True))
+    assert wanted <= found
     assert len(everything.rows) == n * m
+    if n * m > TUNING.few_pairs:
+        trace = np.trace(everything.spread, axis1=1, axis2=2)
+        bound = np.sum(everything.offsets**2, axis=1) <= 11.6 * trace
+        assert found == set(zip(everything.rows[bound], everything.columns[bound], strict=True))
 
 
 def test_pairs_of_groups_come_by_row_then_by_column():
@@ -62,3 +72,19 @@ def test_misfit_counts_each_box_once_and_what_is_beyond_the_gate_as_its_edge():
     # Robot 0 has box 0 from 1, which so has none; 2's is beyond the gate; 3 is not expected.
     assert misfit(pairs, [0, 1, 2], 16.0) == pytest.approx(0.5 * (1.0 + 16.0 + 16.0))
     assert misfit(pairs, [1, 3], 16.0) == pytest.approx(0.5 * 9.0)
+
+
+@pytest.mark.parametrize("axis", [0, 1], ids=["east", "north"])
+def test_pairs_far_apart_are_not_compared(axis):
+    """Five robots in one place and five boxes each 20 m farther on, of 4 m² together."""
+    group = JointState(np.eye(COUNT))
+    group.mean, group.rows = np.zeros(COUNT + 20), np.arange(5)
+    group.covariance = 3.0 * np.eye(COUNT + 20)
+    places = np.zeros((5, 2))
+    places[:, axis] = 20.0 * np.arange(5)
+    pairs = pair_innovations(
+        group, places, np.zeros((5, 2, COUNT)), np.tile(np.eye(2), (5, 1, 1)), 100.0, 0.0
+    )
+    # Their trace is 8 m²: up to sqrt(800) = 28 m.
+    assert set(pairs.columns.tolist()) == {0, 1}
+    assert len(pairs.rows) == 10

@@ -129,3 +129,15 @@ def test_a_few_boxes_are_paired_as_many_are(monkeypatch):
     assert few == encounters._close(places, white)
     assert 3 <= len(few) < 28  # some are close, some are not
     assert encounters._close(places[:0], white[:0]) == []
+
+
+@pytest.mark.parametrize("origin", [0.0, 100.0])
+def test_a_pair_is_followed_until_it_is_far_apart_wherever_that_is(origin):
+    meeting = Encounters(Water())
+    tracks = [Track("aqua", 0, 0, State.CONFIRMED, f"aqua_{i}") for i in (1, 2)]
+    white = np.tile(SIGMA**2 * np.eye(2), (2, 1, 1))
+    for i, (half, followed) in enumerate([(2.0, False), (0.3, True), (0.8, True), (0.9, False)]):
+        places = origin + np.array([[-half, 0.0], [half, 0.0]])
+        meeting.follow(tracks, np.arange(2), places, white, i * SECOND)
+        # Closer than 8 sigmas of a box begin it, 12 of a separation (0.14 m) end it.
+        assert meeting.ambiguous is followed

@@ -55,3 +55,32 @@ def test_robots_that_go_on_turning_are_told_apart_though_equally_fast():
 def test_a_platform_that_throws_both_boxes_about_changes_no_decision():
     for seed in range(3):
         assert _meet(seed, (0.3, 0.6), 3.0, thrown=(100.0, 50.0)) < 0.05
+
+
+@pytest.mark.parametrize(
+    ("shift", "moved"), [(4.2, 2.1), (4.3, 0.20)], ids=["expected", "implausible"]
+)
+def test_a_common_displacement_beyond_three_sigmas_counts_as_noise(shift, moved):
+    """Robots known to 2 m², boxes to 1 m² each and to 0.5 m² together.
+
+    Their mean is expected to 0.5 (2 + 1) + 0.5 = 2 m²: three sigmas are 4.24 m. Half of the
+    displacement is believed; beyond, 1 m² of 2 + 4.3² m².
+    """
+    places, eye = np.array([[0.0, 0.0], [3.0, 0.0]]), np.eye(2)
+    pair = PairHypotheses.begin(
+        ("a", "b"), places, np.zeros((2, 2)), np.tile(2.0 * np.eye(4), (2, 1, 1)), 0
+    )
+    pair.update(0, places + np.array([0.0, shift]), np.tile(eye, (2, 1, 1)), 0.5 * eye, 0.1)
+    assert pair.states[0, [1, 5]] == pytest.approx([moved, moved], abs=0.01)
+
+
+def test_hypotheses_are_merged_unless_they_label_the_boxes_differently():
+    """Two robots in one place: nothing can ever tell, and two hypotheses say all there is."""
+    pair = PairHypotheses.begin(
+        ("a", "b"), np.zeros((2, 2)), np.zeros((2, 2)), np.tile(0.1 * np.eye(4), (2, 1, 1)), 0
+    )
+    noise = np.tile(SIGMA**2 * np.eye(2), (2, 1, 1))
+    for stamp_ns in (100_000_000, 200_000_000):
+        pair.update(stamp_ns, np.zeros((2, 2)), noise, 0.01 * np.eye(2), 0.1)
+        assert sorted(pair.signs) == [-1.0, 1.0]
+        assert pair.exchanged == pytest.approx(0.5)

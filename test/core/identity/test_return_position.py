@@ -8,9 +8,14 @@ from collections import deque
 
 import numpy as np
 import pytest
+from scipy.stats import multivariate_normal
 
 from aerial_gnss_ros.core.association.track import Track
-from aerial_gnss_ros.core.identity.return_position import ReturnPosition, VelocityLikelihood
+from aerial_gnss_ros.core.identity.return_position import (
+    ReturnPosition,
+    VelocityLikelihood,
+    _reduced,
+)
 from aerial_gnss_ros.core.models.motion_model import MotionModel
 from aerial_gnss_ros.core.values.estimates import State
 
@@ -120,3 +125,37 @@ def test_a_robot_never_seen_comes_up_amid_the_others():
     amid = np.exp(-0.5 * 25.0 / 100.0) / (2.0 * np.pi * np.sqrt(106.0 * 100.0))
     assert near == pytest.approx(0.5 / 3600.0 + 0.5 * amid, rel=1e-3)
     assert far == pytest.approx(0.5 / 3600.0, rel=1e-3)
+
+
+def test_position_and_velocity_of_a_robot_that_went_straight_on_are_correlated():
+    """Against one Gaussian of both, over the prior of the velocity.
+
+    Deflection by 0.3 of the way at 0.75 m/s: in position off = (0.3 * 0.75 t)², in velocity
+    3 off / t², between them 1.5 off / t. The velocity was known to 0.2 m/s, which t s have carried
+    into the position.
+    """
+    t, known, base, measured = GONE_S, 0.2**2, 0.5, 0.1**2
+    off = (0.3 * 0.75 * t) ** 2
+    track = Track(
+        "aqua", 0, 0, State.COASTING, "aqua_1", velocity=VELOCITY, velocity_spread=known * np.eye(2)
+    )
+    ahead, velocity = np.array([2.0, -1.0]), np.array([0.7, -0.2])
+    spread = (base + t**2 * known) * np.eye(2)
+    found = ReturnPosition(MOTION)._straight(
+        track, t, ahead[None], spread[None], _seen(velocity, np.sqrt(measured))
+    )
+    place, between = base + t**2 * known + off, 1.5 * off / t + t * known
+    moving = 3.0 * off / t**2 + MOTION.acceleration**2 * t + known + measured
+    both = np.kron([[place, between], [between, moving]], np.eye(2))
+    density = multivariate_normal(np.zeros(4), both).pdf([*ahead, *(velocity - VELOCITY)])
+    prior = multivariate_normal(np.zeros(2), measured + MOTION.speed_sigma**2).pdf(velocity)
+    assert found == pytest.approx([density / prior])
+
+
+def test_covariances_less_what_the_model_adds_stay_positive_definite():
+    turned = np.array([[0.8, -0.6], [0.6, 0.8]])
+    spread = turned @ np.diag([4.0, 1.0]) @ turned.T
+    for variance, left in ((0.4, [0.6, 3.6]), (5.0, [1e-3, 3.001])):
+        found = _reduced(spread[None], variance)[0]
+        assert np.linalg.eigvalsh(found) == pytest.approx(left)
+        assert found @ turned == pytest.approx(turned * left[::-1])

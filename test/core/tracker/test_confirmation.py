@@ -102,3 +102,16 @@ def test_two_that_come_back_as_likely_either_way_get_new_names(sea, east, names,
     assert [one.robot_id for one in last] == names
     assert len([one for one in engine.take_events() if "its label ends" in one]) == ended
     assert max(np.trace(one.covariance[:2, :2]) for one in last) < 4.0  # no doubt of names
+
+
+@pytest.mark.parametrize(
+    ("age_s", "lasting", "ready"),
+    [(0.5, False, True), (0.5, True, False), (1.9, True, False), (2.0, True, True)],
+)
+def test_a_track_has_lasted_when_it_began_a_window_ago(age_s, lasting, ready):
+    config = estimator_config({})
+    tracker = Tracker(config, Labels(config))
+    now_ns = 10_000_000_000
+    hits = deque(now_ns - round(t * 1e9) for t in (age_s, 0.2, 0.0))
+    tracker.table.tracks = [Track("aqua", hits[0], now_ns, hits=hits, clutter_probability=0.0)]
+    assert tracker._confirmation.ready(now_ns, lasting) == [0] * ready

@@ -10,6 +10,8 @@ import numpy as np
 import pytest
 
 from aerial_gnss_ros.core.association.track import Track
+from aerial_gnss_ros.core.tracker.fork import TUNING as FORK
+from aerial_gnss_ros.core.tracker.fork import Fork
 from aerial_gnss_ros.core.tracker.recovery import TUNING, Recovery
 from aerial_gnss_ros.core.values.estimates import State
 from aerial_gnss_ros.core.values.rejection import Cause
@@ -88,3 +90,38 @@ def test_what_was_seen_meanwhile_without_a_label_is_given_up():
     found.reject_unlabelled(9)
     assert [one.rejected for one in found._table.tracks] == [True, False, False, False]
     assert meanwhile.rejection_cause is Cause.LOST_PLATFORM
+
+
+@pytest.mark.parametrize(
+    ("label", "found_after_ns", "over"),
+    [
+        ("aqua_1", TUNING.soon_ns - 1, True),
+        ("aqua_1", TUNING.soon_ns, False),  # it may have been found elsewhere
+        ("aqua_2", TUNING.soon_ns - 1, False),  # it was not in view when robots were lost
+    ],
+    ids=["soon", "late", "long out of view"],
+)
+def test_robots_found_again_soon_after_they_were_lost_are_old_ones(label, found_after_ns, over):
+    lost_ns = 9 * SECOND
+    found, matcher, told = recovery(
+        robot("aqua_1", last_ns=lost_ns - TUNING.soon_ns + 1),
+        robot("aqua_2", last_ns=lost_ns - TUNING.soon_ns),
+    )
+    matcher.scene_mismatch = True
+    found.update(np.zeros(0, np.intp), 0, lost_ns, 0.1)
+    found._table.tracks.append(robot(label, first_ns=lost_ns + 1))
+    matcher.scene_mismatch = False
+    found.update(np.array([2]), 0, lost_ns + found_after_ns, 0.1)
+    assert told[1] == (0.0, over)
+
+
+def test_a_fork_ends_after_a_second_without_contradictions_in_a_row():
+    found, _, _ = recovery(robot())
+    every = np.array([0])
+    found.fork = Fork(0, [], [])
+    for stamp_ns in (1, 2):
+        found.update(every, 0, stamp_ns, 0.6 * FORK.calm_s)
+        assert found.fork.holds(stamp_ns) is (stamp_ns == 1)
+    found._table.filter.ambiguity.apart = 0.1
+    found.update(every, 0, 3, 0.6 * FORK.calm_s)
+    assert found.fork.calm_s == 0.0

@@ -32,6 +32,7 @@ def scene(old, new, previous=()):
         separations=separations, speeds=lambda _: 0.0, moments=lambda: (mean, None),
         inflate_velocities=lambda *_: None, merge=lambda *which: merged.append(which[:2]),
         note_return=lambda: merged.append("returned"),
+        formation=lambda *asked: merged.append(asked),
     )  # fmt: skip
     table = TrackTable(joint)
     for i in range(len(old)):
@@ -94,3 +95,16 @@ def test_at_home_are_all_robots_or_none(new, home):
     for row, name in ((2, "aqua_0"), (3, "aqua_1")):
         table.tracks[row].robot_id = name
     assert found.at_home({4: 2, 5: 3}) is home
+
+
+def test_only_robots_and_tracks_of_one_class_can_be_the_same():
+    old, new = [(0.0, 0.0), (5.0, 0.0), (0.0, 5.0)], [(1.0, 0.0), (6.0, 0.0), (1.0, 5.0)]
+    found, table, asked = scene(old, new)
+    for row, name in ((1, "buoy"), (4, "buoy")):
+        table.tracks[row].class_id = name
+    assert found.formation_match([3, 4, 5], {"aqua_0", "aqua_1", "aqua_2"}) is None
+    ((rows, ready, _, possible),) = asked
+    assert (rows, ready) == ([0, 1, 2], [3, 4, 5])
+    assert possible.tolist() == [
+        [True, False, True], [False, True, False], [True, False, True],
+    ]  # fmt: skip
