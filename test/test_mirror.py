@@ -19,16 +19,8 @@ PACKAGE = ROOT / "aerial_gnss_ros"
 # way is tested from what is measured to what is published; elsewhere whole files, commands, nodes
 # and pictures are the smallest things whose result anybody can check by other means.
 TESTED_WITH = {
-    "core/config/test_estimator.py": "core/config/robot_bindings",
-    "core/estimation/test_estimator.py": (
-        "core/estimation/intake core/estimation/pipeline core/estimation/single_image"
-    ),
-    "core/estimation/test_input_latency.py": "core/telemetry/buffers",
-    "core/estimation/test_stamps.py": "core/telemetry/arrivals",
     "core/filter/test_blocks.py": "core/filter/state_arrays",
     "core/filter/test_joint_filter.py": "core/filter/camera_faults",
-    "core/filter/test_latency_search.py": "core/filter/latency_bank",
-    "core/telemetry/test_clock.py": "core/telemetry/stamp_decision",
     "adapters/test_canonical.py": "adapters/psdk adapters/stamps",
     "adapters/test_cross_vehicle.py": "adapters/ardupilot adapters/axes adapters/mavros",
     "adapters/test_dji_exporters.py": (

@@ -8,7 +8,7 @@ import math
 
 import pytest
 
-from aerial_gnss_ros.core.config.estimator import EstimatorConfig, RobotBinding, estimator_config
+from aerial_gnss_ros.core.config.estimator import EstimatorConfig, estimator_config
 from aerial_gnss_ros.core.config.noise import Noise
 from aerial_gnss_ros.core.config.schema import leaves
 from aerial_gnss_ros.core.values.errors import ConfigError
@@ -67,21 +67,6 @@ def test_attitude_is_needed_for_its_references_and_a_lever_arm(values, needed):
     assert estimator_config(values).needs_attitude == needed
 
 
-def test_robots_are_bound_to_their_starts_in_order_of_name():
-    config = estimator_config(
-        {
-            "robots": {
-                "leader": {"class": "aqua", "start": [13.19, -59.64]},
-                "blue_2": {"class": "boat", "start": [13, -59]},
-            }
-        }
-    )
-    assert [robot.name for robot in config.robots] == ["blue_2", "leader"]
-    assert config.robots[1] == RobotBinding(
-        "leader", "aqua", math.radians(13.19), math.radians(-59.64)
-    )
-
-
 @pytest.mark.parametrize(
     ("values", "words"),
     [
@@ -113,11 +98,6 @@ def test_robots_are_bound_to_their_starts_in_order_of_name():
             | {"fix.source": "constant", "fix.latitude_deg": 15.0, "fix.longitude_deg": 5.0},
             r"The origin of map \(13, 5\) is 221 km from the camera",
         ),
-        ({"robots.leader.colour": "red"}, r"robots\.leader\.colour is not a parameter"),
-        ({"robots": {"Leader": {"class": "a", "start": [1, 2]}}}, "cannot be a topic name"),
-        ({"robots": {"a": {"start": [1, 2]}}}, r"robots\.a\.class must be"),
-        ({"robots": {"a": {"class": "b", "start": [1]}}}, r"\[latitude, longitude\]"),
-        ({"robots": {"a": {"class": "b", "start": [95.0, 2.0]}}}, "not a place on Earth"),
         (
             {"robots.a.class": "b", "robots.a.start": [1, 2], "detections.classes": ["c"]},
             r"robots\.a\.class is 'b', which detections\.classes \(c\) refuses",

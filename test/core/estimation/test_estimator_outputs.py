@@ -13,25 +13,9 @@ import pytest
 
 from aerial_gnss_ros.core.telemetry.input_status import InputState
 from aerial_gnss_ros.core.values.errors import ConfigError
-from aerial_gnss_ros.core.values.estimates import State
 from aerial_gnss_ros.core.values.samples import Orientation, Scalar
 
 NAN4 = np.full(4, math.nan)
-
-
-def test_single_publishes_each_point_by_itself(sea):
-    world = {"robots": {"a": lambda _t: (3.0, 22.0)}, "pixel_sigma": 2.0, "seed": 5}
-    spread, sigma = {}, {}
-    for method in ("filter", "single", "paper"):
-        results = sea.play(sea.estimator({"method": method}), sea.World(**world), 20.0)
-        found = [r.estimates[0] for r in results[50:] if r.estimates[0].state is State.CONFIRMED]
-        spread[method] = np.std([e.position for e in found], axis=0).max()
-        sigma[method] = np.sqrt(found[-1].covariance[0, 0])
-        assert all(np.linalg.eigvalsh(e.covariance).min() > 0.0 for e in found)
-        assert {e.robot_id for e in found} == {"aqua_1"}
-    assert spread["filter"] < 0.7 * spread["single"]
-    assert spread["paper"] == pytest.approx(spread["single"], rel=0.1)
-    assert 1.2 < sigma["filter"] < sigma["single"]
 
 
 def test_names_outlive_the_program(sea, tmp_path):

@@ -1,0 +1,147 @@
+# Copyright 2026 aerial_gnss_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Messages are kept or refused, counted, and told of once."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+
+import numpy as np
+import pytest
+
+from aerial_gnss_ros.core.config.estimator import estimator_config
+from aerial_gnss_ros.core.estimation.intake import LONG_S, Intake
+from aerial_gnss_ros.core.estimation.time_base import TimeBase
+from aerial_gnss_ros.core.telemetry.buffers import TelemetryBuffers
+from aerial_gnss_ros.core.telemetry.input_status import InputState
+from aerial_gnss_ros.core.values.events import Events
+from aerial_gnss_ros.core.values.rejection import Input
+from aerial_gnss_ros.core.values.samples import Fix, Orientation, Scalar
+
+SECOND = 1_000_000_000
+
+
+class Receiver:
+    """Notes what it is given."""
+
+    def __init__(self):
+        self.got, self.refusal = [], ""
+
+    def receive_fix(self, fix):
+        """Take a fix."""
+        self.got.append(fix)
+        return self.refusal
+
+    def receive_image(self, frame):
+        """Take an image."""
+        self.got.append(frame)
+
+    def begin_elsewhere(self, moved):
+        """Take in that the drone is elsewhere."""
+        self.got.append(moved)
+
+    def begin_anew(self, decision):
+        """Take in that time began anew."""
+        self.got.append(decision)
+
+
+class Door:
+    """An intake with what it acts on."""
+
+    def __init__(self, values=None):
+        config = estimator_config(values or {})
+        self.inputs, self.receiver, self.log = TelemetryBuffers(config), Receiver(), Events()
+        self.time = TimeBase()
+        self.intake = Intake(config, self.inputs, self.time, Counter(), self.log, self.receiver)
+
+    def status(self, name, newest_s=None):
+        """Return an input's status at an image, s."""
+        newest_ns = None if newest_s is None else round(newest_s * SECOND)
+        return self.intake.statuses(newest_ns, SECOND)[name]
+
+
+def fix(t, latitude=0.2):
+    return Fix(round(t * SECOND), latitude, -1.0, 5.0)
+
+
+def test_a_usable_fix_is_kept_handed_on_and_counted():
+    door = Door()
+    door.intake.add_fix(fix(1.0))
+    assert door.receiver.got == [fix(1.0)]
+    assert door.inputs._series[Input.FIX].last == fix(1.0)
+    status = door.status("fix")
+    assert (status.state, status.count, status.bad) == (InputState.OK, 1, 0)
+    assert door.log.drain() == []
+
+
+def test_a_fix_that_is_no_use_or_too_far_away_is_counted_and_told_once():
+    door = Door()
+    for t in (1.0, 1.1):
+        door.intake.add_fix(fix(t, math.nan))
+    assert door.receiver.got == []  # nobody else sees it
+    (words,) = door.log.drain()
+    assert words.startswith("A message on fix is of no use: ")
+    assert (door.status("fix").count, door.status("fix").bad) == (2, 2)
+    far = Door()
+    far.receiver.refusal = "it is too far away"
+    far.intake.add_fix(fix(1.0))
+    assert far.status("fix").trouble == "it is too far away"
+
+
+@pytest.mark.parametrize(("last_s", "told"), [(LONG_S, 0), (LONG_S + 0.1, 1)])
+def test_an_input_of_no_use_for_long_is_told_again(last_s, told):
+    door = Door()
+    door.intake.add(Input.HEIGHT, Scalar(0, 20.0))
+    for t in (*np.arange(0.5, last_s, 0.5).tolist(), last_s):
+        door.intake.add(Input.HEIGHT, Scalar(round(t * SECOND), math.nan))
+    again = [one for one in door.log.drain() if one.startswith("No message on height has been of")]
+    assert len(again) == told
+
+
+def test_a_message_that_cannot_be_read_or_is_unknown_is_counted():
+    door = Door()
+    for name in ("gimbal", "sonar"):
+        door.intake.refuse(name, "it is cut off")
+        assert door.intake.tallies[name].bad == 1
+    assert len(door.log.drain()) == 2
+
+
+def test_an_exception_while_a_sample_is_kept_is_its_trouble(monkeypatch):
+    door = Door()
+    monkeypatch.setattr(door.inputs, "add", lambda *_: 1 // 0)
+    door.intake.add(Input.HEIGHT, Scalar(0, 20.0))
+    assert door.status("height").trouble.startswith("it cannot be kept (ZeroDivisionError: ")
+
+
+def test_a_camera_that_cannot_be_used_is_counted_as_bad_and_holds():
+    door = Door()
+    door.intake.add_camera(SECOND, None)
+    assert door.status("camera_info").trouble == "it describes no camera"
+    assert door.inputs.cameras.at(SECOND) == "bad_camera_info"
+
+
+def test_samples_are_kept_by_time_not_by_stamp_once_a_clock_was_set(sea):
+    door = Door({"depth.topics": ["depth"]})
+    door.time.step(-100 * SECOND, 0)  # stamps went back by 100 s
+    door.intake.add(Input.HEIGHT, Scalar(SECOND, 20.0))
+    door.intake.add(Input.GIMBAL, Orientation(SECOND, np.array([0.0, 0.0, 0.0, 1.0])))
+    door.intake.add_fix(fix(1.0))
+    door.intake.add_camera(SECOND, sea.camera)
+    door.intake.add_water_level(Scalar(SECOND, 0.5))
+    door.intake.add_depth("", Scalar(SECOND, 0.3))
+    scene = door.inputs.at(101 * SECOND)
+    assert (scene.height, scene.fix.stamp_ns, scene.water_level) == (20.0, 101 * SECOND, 0.5)
+    assert door.inputs.cameras.at(101 * SECOND) is sea.camera
+    assert door.inputs.cameras.at(100 * SECOND) == "no_camera_info"
+    assert door.inputs.depths.at(("aqua",), 101 * SECOND).tolist() == [0.3]
+
+
+def test_where_the_drone_turns_out_to_be_elsewhere_the_receiver_is_told():
+    """Heights of 20 m, then 500 m for longer than `limits.height_settle_s`."""
+    door = Door({"limits.height_settle_s": 3.0})
+    for i in range(60):
+        height = (20.0 if i < 20 else 500.0) + 0.01 * (i % 3)
+        door.intake.add(Input.HEIGHT, Scalar(i * SECOND // 10, height))
+    (words,) = door.receiver.got
+    assert words == "The height is 500.0 m, 480 m from what it was before"
