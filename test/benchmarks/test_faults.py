@@ -186,3 +186,13 @@ def test_cases_have_names_of_their_own():
     words = [case.words for case in fault_cases.cases()]
     assert len(words) == len(set(words))
     assert {"fix: zero", "attitude in use: jump", "images: late"} <= set(words)
+
+
+@pytest.mark.parametrize("words", ["attitude in use: jump", "gimbal + height: jump"])
+def test_all_robots_are_right_within_three_seconds_of_a_jump_back(words):
+    """What was found meanwhile under a new label must not keep its box from the robot."""
+    case = next(one for one in fault_cases.cases() if one.words == words)
+    verdict, run = fault_cases.fly(case, "transit", 1)
+    assert not run.died
+    assert (verdict.wrong, verdict.kept) == (0, verdict.names)
+    assert verdict.right_s <= 3.0

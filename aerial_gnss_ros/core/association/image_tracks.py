@@ -120,6 +120,16 @@ class ImageTracks:
             history.popleft()
         return {i: one for i, one in labels.items() if i not in named} if labels else labels
 
+    def keep_labels(self, names: set[str]) -> None:
+        """Forget all labels but these: points with a label that is given up may be any robot."""
+        if self.blind_ns is None or names.issuperset(self._known):
+            return
+        self._known = tuple(name for name in self._known if name in names)
+        self._points = [
+            one._replace(names={name: p for name, p in one.names.items() if name in names})
+            for one in self._points
+        ]
+
     def expected(self, frame: DetectionFrame) -> dict[int, LabelEvidence]:
         """Return the evidence for an image's boxes; empty without a recent gap in poses.
 

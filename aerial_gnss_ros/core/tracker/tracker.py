@@ -316,6 +316,7 @@ class Tracker:
         """Drop what was seen since the contradiction, and restore the fork."""
         self._end(self.table.tracks)
         self._recovery.go_back()
+        self._image_evidence.keep_labels({track.robot_id for track in self.table.tracks})
 
     def _drop(self, rows: set[int]) -> None:
         """Drop tracks and refuse their pending boxes."""

@@ -235,3 +235,17 @@ def test_in_a_short_pause_no_box_goes_to_a_robot_that_the_picture_shows_elsewher
     results = sea.play(sea.estimator(), world, 14.0)
     before = next(_whose(world, r) for r in results if len(r.estimates) == 3)
     assert _whose(world, results[-1]) == before
+
+
+def test_a_label_that_is_given_up_stands_for_no_robot(pictures):
+    """It was given to a's box while poses were wrong."""
+    pictures.blind(START)
+    pictures.posed(START, named={0: "wrong", 1: "b", 2: "c"})
+    frame = pictures.frame(START)
+    assert pictures.tracks.expected(frame)[0].contradicts("a")
+    pictures.tracks.keep_labels(set(NAMES))
+    labels = pictures.tracks.expected(frame)
+    assert not labels[0].contradicts("a")
+    assert labels[0].factor("a") > 0.99
+    assert labels[0].contradicts("b")
+    assert "wrong" not in labels[0].names
