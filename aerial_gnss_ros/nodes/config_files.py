@@ -17,7 +17,7 @@ COMMAND = "`python3 -m aerial_gnss_ros.nodes.config_files config`"
 _CLASSES = """\
 Parameters of the robots of one class, by the class's name; what is absent is the global one.
 classes:
-  aqua: {max_speed: 1.5, coast_s: 120.0}
+  aqua: {max_speed: 1.5, coast_s: 120.0, length_m: [0.4, 0.9]}
   buoy: {max_speed: 0.3, acceleration: 0.01}"""
 _ROBOTS = """\
 Names bound to robots, so that each knows its own topic: the robot of that class that is first

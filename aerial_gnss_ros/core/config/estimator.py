@@ -113,7 +113,8 @@ class EstimatorConfig:
             self.tracks.coast_s,
         )
         both = zip(given, default, strict=True)
-        return RobotClass(*(other if math.isnan(one) else one for one, other in both))
+        speed, acceleration, coast_s = (other if math.isnan(one) else one for one, other in both)
+        return RobotClass(speed, acceleration, coast_s, own.length_m)
 
     @property
     def needs_attitude(self) -> bool:

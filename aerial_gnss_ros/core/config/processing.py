@@ -120,6 +120,11 @@ class DetectionsConfig:
     classes: tuple[str, ...] = key(
         (), "Class names that are robots; others are refused as wrong_class. Empty: all."
     )
+    area: str = key(
+        "",
+        "Area of operation: a GeoJSON file with polygons (holes count), or its text. Boxes outside "
+        "by more than their uncertainty are refused as outside_area. Empty: everywhere.",
+    )
 
 
 @dataclass(frozen=True)

@@ -19,7 +19,7 @@ GROUP = "classes"
 
 @dataclass(frozen=True)
 class RobotClass:
-    """How robots of a class move and dive."""
+    """How robots of a class move and dive, and how long they are."""
 
     max_speed: float = key(
         NAN,
@@ -47,6 +47,15 @@ class RobotClass:
         low=0.0,
         high=3600.0,
         optional=True,
+    )
+    length_m: tuple[float, ...] = key(
+        (),
+        "Shortest and longest length of a robot of this class, such as [0.4, 0.9]. Boxes that by "
+        "their distance are longer or shorter, beyond what foam, pose and noise explain, are "
+        "refused as wrong_size. Empty: any.",
+        unit="m",
+        low=0.01,
+        high=1000.0,
     )
 
 
@@ -86,7 +95,15 @@ def robot_classes(
                 f"{GROUP}.{cut(name)}: {shown(name)} is not in detections.classes "
                 f"({', '.join(map(cut, known))}); {remedy}"
             )
-    return tuple(
-        (name, build(RobotClass, values, f"{GROUP}.{name}."))
-        for name, values in sorted(names.items())
-    )
+    return tuple((name, _robot_class(name, values)) for name, values in sorted(names.items()))
+
+
+def _robot_class(name: str, values: Mapping[str, Any]) -> RobotClass:
+    built = build(RobotClass, values, f"{GROUP}.{name}.")
+    length = built.length_m
+    if length and (len(length) != 2 or length[0] > length[1]):
+        raise ConfigError(
+            f"{GROUP}.{cut(name)}.length_m must be the shortest and the longest length, such as "
+            f"[0.4, 0.9], not {shown(list(length))}."
+        )
+    return built

@@ -12,6 +12,7 @@ from functools import partial
 from aerial_gnss_ros.core.camera.model import CameraModel
 from aerial_gnss_ros.core.camera.posed_frame import PosedFrame
 from aerial_gnss_ros.core.config.estimator import EstimatorConfig
+from aerial_gnss_ros.core.estimation.area_file import load_area
 from aerial_gnss_ros.core.estimation.single_image import at_own_points, exact_points
 from aerial_gnss_ros.core.faults.camera_change import CameraChange
 from aerial_gnss_ros.core.faults.consistency import InnovationMonitor
@@ -21,6 +22,7 @@ from aerial_gnss_ros.core.geometry.local_map import LocalMap
 from aerial_gnss_ros.core.georeferencing import localization, paper
 from aerial_gnss_ros.core.georeferencing.detection_filter import DetectionFilter, rejections
 from aerial_gnss_ros.core.georeferencing.localization import WaterPoints
+from aerial_gnss_ros.core.georeferencing.point_checks import PointChecks
 from aerial_gnss_ros.core.models.measurement_model import MapFrame
 from aerial_gnss_ros.core.telemetry.buffers import TelemetryBuffers
 from aerial_gnss_ros.core.telemetry.depths import inflate_by_depth
@@ -71,6 +73,7 @@ class Pipeline:
         self._posing = PoseBuilder(config)
         self._frozen = FrozenInputDetector(config.noise.value("box_center_px"))
         self._camera_change = CameraChange(log)
+        self._checks = PointChecks(config, load_area(config.detections.area), log)
         self._altitude_told = False
         self._frame_of_map: MapFrame | None = None
         self._locate = paper.locate if config.method == "paper" else localization.locate
@@ -83,7 +86,7 @@ class Pipeline:
     @property
     def constant(self) -> tuple[type, ...]:
         """Classes of its parts that images do not change, as it is configured."""
-        return () if self.latency.searches else (LatencySearch,)
+        return (PointChecks,) if self.latency.searches else (PointChecks, LatencySearch)
 
     def reset(self) -> None:
         """Forget all tracks."""
@@ -142,6 +145,8 @@ class Pipeline:
             points = self._locate(
                 scene.pose, scene.camera, shown.centers, self._config.noise, self._config, depths
             )
+            if self._checks.used:
+                points = self._checks.apply(scene, points)
             located = time.perf_counter_ns()
             estimates, platform, unused = self._tracked(scene, points)
             for i, reason in zip(used, unused, strict=True):

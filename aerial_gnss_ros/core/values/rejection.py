@@ -48,6 +48,8 @@ class Reason(str, Enum):
     GATED = "gated"
     LOW_SCORE = "low_score"
     WRONG_CLASS = "wrong_class"
+    OUTSIDE_AREA = "outside_area"
+    WRONG_SIZE = "wrong_size"
     TOO_FAST = "too_fast"
     UNCONFIRMED = "unconfirmed"
     INTERNAL = "internal"
@@ -93,6 +95,8 @@ _MEANINGS = {
     "gated": "on no robot: a false box, a second one on a robot, or too far from where it can be",
     "low_score": "the detector was less sure than detections.min_score asks",
     "wrong_class": "not of detections.classes",
+    "outside_area": "outside the area of operation (detections.area) by more than its uncertainty",
+    "wrong_size": "longer or shorter than a robot of its class is (classes.<name>.length_m)",
     "too_fast": "by it a robot would be faster than tracks.max_speed: the compass, the gimbal or "
     "camera.latency_s may be wrong",
     "unconfirmed": "its track ended before it was confirmed as a robot",

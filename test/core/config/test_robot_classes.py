@@ -16,10 +16,13 @@ def test_a_class_has_what_is_given_of_it_and_the_global_rest():
         {
             "tracks.max_speed": 2.0,
             "noise.set": "rtk",
-            "classes": {"aqua": {"max_speed": 1, "coast_s": 30.0}, "buoy": {"acceleration": 0.0}},
+            "classes": {
+                "aqua": {"max_speed": 1, "coast_s": 30.0, "length_m": [0.4, 0.9]},
+                "buoy": {"acceleration": 0.0},
+            },
         }
     )
-    assert config.robot_class("aqua") == RobotClass(1.0, 0.05, 30.0)
+    assert config.robot_class("aqua") == RobotClass(1.0, 0.05, 30.0, (0.4, 0.9))
     assert config.robot_class("buoy") == RobotClass(2.0, 0.0, 120.0)
     assert config.robot_class("boat") == RobotClass(2.0, 0.05, 120.0)
 
@@ -33,6 +36,12 @@ def test_a_class_has_what_is_given_of_it_and_the_global_rest():
             r"^classes\.aqua\.max_speed must lie within 0\.01",
         ),
         ({"classes.aqua.max_speed": "fast"}, r"classes\.aqua\.max_speed must be a number \(m/s\)"),
+        (
+            {"classes.aqua.length_m": [0.9, 0.4]},
+            r"length_m must be the shortest and the longest length, .* not \[0\.9, 0\.4\]\.$",
+        ),
+        ({"classes.aqua.length_m": [0.9]}, r"such as \[0\.4, 0\.9\], not \[0\.9\]\.$"),
+        ({"classes.aqua.length_m": [0.0, 1.0]}, r"length_m must lie within 0\.01"),
         (
             {"classes.aqua": 1.0},
             r"^classes\.aqua is not a parameter; classes\.<name> has ",

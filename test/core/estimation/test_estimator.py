@@ -17,6 +17,7 @@ from aerial_gnss_ros.core.values.rejection import Reason
 from aerial_gnss_ros.core.values.samples import Fix, Orientation, Scalar
 
 NAN4 = np.full(4, math.nan)
+ELSEWHERE = '{"type": "Polygon", "coordinates": [[[-59.6, 13.2], [-59.5, 13.2], [-59.5, 13.3]]]}'
 BODY = {"gimbal.reference": "heading"}
 
 
@@ -82,6 +83,8 @@ REFUSALS = [
         lambda s: setattr(s.world, "rpy_deg", lambda _t: (0.0, -5.0, 90.0)),
     ),
     (Reason.OUT_OF_RANGE, {"surface.max_range": 20.0}, _nothing),
+    (Reason.OUTSIDE_AREA, {"detections.area": ELSEWHERE}, _nothing),
+    (Reason.WRONG_SIZE, {"classes.aqua.length_m": [3.0, 4.0]}, _nothing),
     (Reason.NO_FIX, {}, _without("fix")),
     (Reason.NO_ATTITUDE, BODY, _without("attitude")),
     (Reason.NO_GIMBAL, {}, _without("gimbal")),

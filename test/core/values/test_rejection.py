@@ -13,7 +13,7 @@ def test_the_designs_words_are_there():
     words = {
         "above_horizon", "out_of_range", "outside_calibrated_image", "no_camera_info", "no_fix",
         "no_attitude", "no_gimbal", "no_height", "gated", "low_score", "wrong_class",
-        "too_fast", "unconfirmed", "internal",
+        "too_fast", "unconfirmed", "internal", "outside_area", "wrong_size",
     }  # fmt: skip
     families = [f"{kind}_{source}" for kind in ("stale", "gap", "bad") for source in Input]
     rest = {str(reason) for reason in Reason} - words - set(families)

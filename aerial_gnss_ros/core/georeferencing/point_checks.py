@@ -1,0 +1,94 @@
+# Copyright 2026 aerial_gnss_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""What geometry knows of a box and no detector does: how long it is and where it lies."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aerial_gnss_ros.core.camera.posed_frame import PosedFrame
+from aerial_gnss_ros.core.config.area_of_operation import Polygon
+from aerial_gnss_ros.core.config.estimator import EstimatorConfig
+from aerial_gnss_ros.core.georeferencing.apparent_size import SizeCheck
+from aerial_gnss_ros.core.georeferencing.area import AreaOfOperation
+from aerial_gnss_ros.core.georeferencing.localization import WaterPoints, mask_refused
+from aerial_gnss_ros.core.values.camera_pose import CameraPose
+from aerial_gnss_ros.core.values.events import Events
+from aerial_gnss_ros.core.values.rejection import Reason
+
+ELSEWHERE_M = 10_000.0
+"""A drone farther away from its area of operation was given another one."""
+
+
+class PointChecks:
+    """Refuses points that by area or size are no robot's.
+
+    Args:
+        config: `classes.<name>.length_m`.
+        polygons: the area of operation; none: everywhere.
+        log: where it is said that the area lies elsewhere.
+    """
+
+    def __init__(self, config: EstimatorConfig, polygons: tuple[Polygon, ...], log: Events) -> None:
+        self._area = AreaOfOperation(polygons) if polygons else None
+        self._swapped = AreaOfOperation(_swapped(polygons)) if _swappable(polygons) else None
+        self._size = SizeCheck(config)
+        self._log = log
+
+    @property
+    def used(self) -> bool:
+        """Whether anything is checked."""
+        return self._area is not None or self._size.used
+
+    def apply(self, frame: PosedFrame, points: WaterPoints) -> WaterPoints:
+        """Return the points with `outside_area` and `wrong_size` as reasons where they apply."""
+        reasons = list(points.reasons)
+        for reason, wrong in self._wrong(frame, points):
+            for row in np.flatnonzero(wrong).tolist():
+                reasons[row] = reasons[row] or reason
+        if tuple(reasons) == points.reasons:
+            return points
+        return mask_refused(replace(points, reasons=tuple(reasons)))
+
+    def _wrong(
+        self, frame: PosedFrame, points: WaterPoints
+    ) -> list[tuple[Reason, NDArray[np.bool_]]]:
+        found = []
+        if self._area is not None:
+            self._tell_elsewhere(self._area, frame.pose)
+            found.append((Reason.OUTSIDE_AREA, self._area.outside(points)))
+        if self._size.used:
+            found.append((Reason.WRONG_SIZE, self._size.wrong(frame, points)))
+        return found
+
+    def _tell_elsewhere(self, area: AreaOfOperation, pose: CameraPose) -> None:
+        """Say once that the drone is nowhere near its area."""
+        away = area.distance(pose.latitude, pose.longitude)
+        if away <= ELSEWHERE_M:
+            return
+        near = self._swapped
+        swapped = near is not None and near.distance(pose.latitude, pose.longitude) <= ELSEWHERE_M
+        self._log.warn_once(
+            "area",
+            f"The area of operation (detections.area) lies {away * 1e-3:,.0f} km from the drone, "
+            "so all boxes are refused as outside_area; "
+            + (
+                "its latitudes and longitudes are swapped: GeoJSON has longitude first."
+                if swapped
+                else "give the area of this site, or leave it out."
+            ),
+        )
+
+
+def _swappable(polygons: tuple[Polygon, ...]) -> bool:
+    """Return whether latitudes and longitudes could have been swapped."""
+    return bool(polygons) and all(
+        (np.abs(ring[:, 0]) <= 90.0).all() for polygon in polygons for ring in polygon
+    )
+
+
+def _swapped(polygons: tuple[Polygon, ...]) -> tuple[Polygon, ...]:
+    return tuple(tuple(ring[:, ::-1] for ring in polygon) for polygon in polygons)
