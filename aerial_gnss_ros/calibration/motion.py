@@ -16,7 +16,7 @@ from aerial_gnss_ros.calibration.recording import Recording
 from aerial_gnss_ros.calibration.smoothing import PiecewiseSpline
 from aerial_gnss_ros.calibration.telemetry_smoother import TelemetrySmoother
 from aerial_gnss_ros.core.geometry.frames import matrix_from_quaternion, quaternion_from_matrix
-from aerial_gnss_ros.core.models.measurement_model import MapPose
+from aerial_gnss_ros.core.geometry.map_pose import MapPose
 from aerial_gnss_ros.core.values.rejection import Input
 
 Array = NDArray[np.float64]

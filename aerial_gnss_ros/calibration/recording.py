@@ -12,8 +12,8 @@ from aerial_gnss_ros.core.camera.model import CameraModel
 from aerial_gnss_ros.core.config.estimator import EstimatorConfig
 from aerial_gnss_ros.core.estimation.estimator import Estimator
 from aerial_gnss_ros.core.geometry.local_map import LocalMap
+from aerial_gnss_ros.core.geometry.map_pose import MapPose
 from aerial_gnss_ros.core.georeferencing import detection_filter
-from aerial_gnss_ros.core.models.measurement_model import MapFrame, MapPose
 from aerial_gnss_ros.core.telemetry.buffers import TelemetryBuffers
 from aerial_gnss_ros.core.telemetry.pose import PoseBuilder
 from aerial_gnss_ros.core.telemetry.scene import MissingTelemetry
@@ -48,7 +48,7 @@ class Recording(Estimator):
         bare = replace(self.config.camera, offset_m=(0.0, 0.0, 0.0))
         self._antenna = PoseBuilder(replace(self.config, camera=bare))
         self._first_fix: Fix | None = self._all.constant_fix
-        self._frame: MapFrame | None = None
+        self._local: LocalMap | None = None
 
     def add_fix(self, fix: Fix) -> None:
         """Take a position of the drone."""
@@ -118,14 +118,14 @@ class Recording(Estimator):
         """
         if self._first_fix is None:
             return None
-        if self._frame is None:
+        if self._local is None:
             first = self._first_fix
-            self._frame = MapFrame(LocalMap(MapDatum(first.latitude, first.longitude, 0.0)))
+            self._local = LocalMap(MapDatum(first.latitude, first.longitude, 0.0))
         samples = self._all.at(scene_ns)
         if isinstance(samples, MissingTelemetry):
             return None
         pose = (self._antenna if at_antenna else self._posing).pose(samples)
-        return None if isinstance(pose, Reason) else self._frame.pose(pose)
+        return None if isinstance(pose, Reason) else MapPose.of(pose, self._local)
 
     def _remember(self, source: Input, value: Fix | Orientation | Scalar) -> None:
         trouble = self._all.add(source, value)

@@ -24,8 +24,8 @@ from aerial_gnss_ros.core.filter.state import JointState
 from aerial_gnss_ros.core.filter.state_arrays import Indices
 from aerial_gnss_ros.core.filter.update import Linear, correct, linearise
 from aerial_gnss_ros.core.geometry.local_map import LocalMap
+from aerial_gnss_ros.core.geometry.map_pose import MapPose
 from aerial_gnss_ros.core.geometry.rotation_vectors import rotation_vector
-from aerial_gnss_ros.core.models.measurement_model import MapFrame, MapPose
 from aerial_gnss_ros.core.models.motion_model import MotionModel
 from aerial_gnss_ros.core.models.platform_model import PlatformModel
 from aerial_gnss_ros.core.values.camera_pose import CameraPose
@@ -61,8 +61,7 @@ def bound(
     """
     model = PlatformModel(config.noise, config.gimbal.reference)
     motion = MotionModel(config.noise.value("robot_acceleration"), 0.5 * config.tracks.max_speed)
-    chart = MapFrame(local)
-    poses = [chart.pose(frame.pose) for frame in frames]
+    poses = [MapPose.of(frame.pose, local) for frame in frames]
     stamps = [frame.pose.stamp_ns * 1e-9 for frame in frames]
     count = len(frames[0].positions) if frames else 0
     found = np.full((len(frames), count, 4, 4), np.nan)

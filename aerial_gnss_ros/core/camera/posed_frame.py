@@ -7,6 +7,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from aerial_gnss_ros.core.camera.model import CameraModel
+from aerial_gnss_ros.core.geometry.map_pose import MapPose
 from aerial_gnss_ros.core.values.camera_pose import CameraPose
 from aerial_gnss_ros.core.values.detection_frame import DetectionFrame
 
@@ -16,6 +17,10 @@ class PosedFrame:
     """One image's boxes with the camera and its pose: everything that estimation needs.
 
     Attributes:
+        detections: its boxes.
+        camera: lens and image.
+        pose: of the camera.
+        in_map: the same in the frame `map`.
         latency: what is known of the correction of `camera.latency_s` that the pose allows for,
             mean and sigma, s; None where it is not estimated.
     """
@@ -23,4 +28,5 @@ class PosedFrame:
     detections: DetectionFrame
     camera: CameraModel
     pose: CameraPose
+    in_map: MapPose
     latency: tuple[float, float] | None = None

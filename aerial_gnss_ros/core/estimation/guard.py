@@ -22,7 +22,6 @@ from aerial_gnss_ros.core.filter.plausible_state import check_estimates
 from aerial_gnss_ros.core.georeferencing import detection_filter
 from aerial_gnss_ros.core.identity.labels import Labels
 from aerial_gnss_ros.core.identity.return_position import ReturnPosition
-from aerial_gnss_ros.core.models.measurement_model import MapFrame
 from aerial_gnss_ros.core.models.motion_model import ClassMotions, MotionOf
 from aerial_gnss_ros.core.models.platform_model import PlatformModel
 from aerial_gnss_ros.core.telemetry.buffers import TelemetryBuffers
@@ -36,7 +35,6 @@ from aerial_gnss_ros.core.values.rejection import Reason
 
 _CONSTANT = (
     TelemetryBuffers,
-    MapFrame,
     MotionOf,
     ClassMotions,
     PlatformModel,

@@ -7,6 +7,7 @@ from __future__ import annotations
 import copy
 import math
 import time
+from dataclasses import replace
 from functools import partial
 
 from aerial_gnss_ros.core.camera.model import CameraModel
@@ -19,11 +20,11 @@ from aerial_gnss_ros.core.faults.consistency import InnovationMonitor
 from aerial_gnss_ros.core.faults.frozen_input import FrozenInputDetector
 from aerial_gnss_ros.core.filter.latency_search import LatencySearch
 from aerial_gnss_ros.core.geometry.local_map import LocalMap
+from aerial_gnss_ros.core.geometry.map_pose import MapPose
 from aerial_gnss_ros.core.georeferencing import localization, paper
 from aerial_gnss_ros.core.georeferencing.detection_filter import DetectionFilter, rejections
 from aerial_gnss_ros.core.georeferencing.localization import WaterPoints
 from aerial_gnss_ros.core.georeferencing.point_checks import PointChecks
-from aerial_gnss_ros.core.models.measurement_model import MapFrame
 from aerial_gnss_ros.core.telemetry.buffers import TelemetryBuffers
 from aerial_gnss_ros.core.telemetry.depths import inflate_by_depth
 from aerial_gnss_ros.core.telemetry.map_origin import MapOrigin
@@ -75,7 +76,6 @@ class Pipeline:
         self._camera_change = CameraChange(log)
         self._checks = PointChecks(config, load_area(config.detections.area), log)
         self._altitude_told = False
-        self._frame_of_map: MapFrame | None = None
         self._locate = paper.locate if config.method == "paper" else localization.locate
 
     @property
@@ -212,9 +212,7 @@ class Pipeline:
             return pose
         local = self._origin.local
         assert local is not None  # noqa: S101 - a pose needs a fix, that sets it
-        if self._frame_of_map is None or self._frame_of_map.local is not local:
-            self._frame_of_map = MapFrame(local)
-        in_map = self._frame_of_map.pose(pose)
+        in_map = MapPose.of(pose, local)
         if self._frozen.telemetry_frozen(pose.stamp_ns, in_map):
             self._log.warn_once(
                 "telemetry stands",
@@ -229,16 +227,17 @@ class Pipeline:
                 "stands still, and they are refused until it changes (bad_detections).",
             )
             return Reason.BAD_DETECTIONS
-        misfit = partial(self._misfit, boxes, pose, local)
-        camera = self._camera_change.update(camera, boxes.stamp_ns, misfit)
-        return PosedFrame(boxes, camera, pose, self.latency.found)
+        scene = PosedFrame(boxes, camera, pose, in_map, self.latency.found)
+        misfit = partial(self._misfit, scene, local)
+        used = self._camera_change.update(camera, boxes.stamp_ns, misfit)
+        return scene if used is camera else replace(scene, camera=used)
 
-    def _misfit(
-        self, boxes: DetectionFrame, pose: CameraPose, local: LocalMap, camera: CameraModel
-    ) -> float:
+    def _misfit(self, scene: PosedFrame, local: LocalMap, camera: CameraModel) -> float:
         """Return how badly boxes fit the robots in view if this is the camera, nats."""
-        seen = PosedFrame(boxes, camera, pose, self.latency.found)
-        points = localization.locate(pose, camera, boxes.centers, self._config.noise, self._config)
+        seen = replace(scene, camera=camera)
+        points = localization.locate(
+            scene.pose, camera, scene.detections.centers, self._config.noise, self._config
+        )
         return copy.deepcopy(self._tracking).misfit(seen, points, local)
 
     def _tracked(

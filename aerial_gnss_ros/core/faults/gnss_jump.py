@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -43,6 +44,11 @@ class GnssJumpTuning:
 TUNING = GnssJumpTuning()
 
 
+def nobody() -> bool:
+    """Return that no robot tells of a jump."""
+    return False
+
+
 class GnssJumpDetector:
     """Tests each image's GNSS position.
 
@@ -73,30 +79,18 @@ class GnssJumpDetector:
         """(2,) sum of the accepted jumps, m."""
         return self._believed[:2]
 
-    def stands_out(
-        self, position: Array, expected: Array | None, passed: float, stated_m: float
-    ) -> bool:
-        """Return whether a position may have jumped by less than what no drone flies.
-
-        Args:
-            position: (3,) measured, m.
-            expected: (3,) where the drone should be by its past, m, or None.
-            passed: time since the image before, s.
-            stated_m: one sigma of the receiver's offset, m.
-        """
-        if expected is None:
-            return False
-        length = _length(position - self.offset - expected)
-        matters = length > TUNING.stated_sigmas * stated_m
-        return matters and self._is_odd(length, passed) and length <= _farthest(passed)
-
     def _is_odd(self, length: float, passed: float) -> bool:
         """Return whether a step is larger than steps are."""
         gust = 0.5 * TUNING.gust_mps2 * passed**2
         return length > TUNING.odd_steps * math.sqrt(self._usual_squared) + gust
 
     def update(
-        self, position: Array, expected: Array | None, passed: float, jumped: bool = False
+        self,
+        position: Array,
+        expected: Array | None,
+        passed: float,
+        stated_m: float = math.inf,
+        robots_tell: Callable[[], bool] = nobody,
     ) -> tuple[bool, Array | None]:
         """Return whether a position can be used, and a newly accepted jump (3,), or None.
 
@@ -104,15 +98,19 @@ class GnssJumpDetector:
             position: (3,) measured, m.
             expected: (3,) predicted, without the offset; None where it cannot be predicted.
             passed: time since the image before, s.
-            jumped: whether robots tell that it has jumped: then they tell where they are as well,
-                and it is believed at once.
+            stated_m: one sigma of the receiver's offset, m.
+            robots_tell: returns whether robots tell that it has jumped: then they tell where they
+                are as well, and it is believed at once. It is only called where a position stands
+                out by less than what no drone flies.
         """
         self.began = self.returned = False
         if expected is not None:
             step = position - self.offset - expected
             step[2] = 0.0
-            length = _length(step)
-            if jumped or length > _farthest(passed) or self._returns(step, passed):
+            length, farthest = _length(step), _farthest(passed)
+            matters = TUNING.stated_sigmas * stated_m < length <= farthest
+            jumped = matters and self._is_odd(length, passed) and robots_tell()
+            if jumped or length > farthest or self._returns(step, passed):
                 told = jumped and not self.offset.any()
                 self._jumped(step, length, passed, told)
                 if not self._is_home():

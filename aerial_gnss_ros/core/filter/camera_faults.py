@@ -23,8 +23,9 @@ from aerial_gnss_ros.core.filter.linearization import (
     relinearize,
 )
 from aerial_gnss_ros.core.filter.state_arrays import Indices
+from aerial_gnss_ros.core.geometry.map_pose import MapPose
 from aerial_gnss_ros.core.models.camera_motion import CameraMotion
-from aerial_gnss_ros.core.models.measurement_model import MapPose, level_axes
+from aerial_gnss_ros.core.models.measurement_model import level_axes
 from aerial_gnss_ros.core.models.motion_model import TUNING as MOTION_MODEL
 from aerial_gnss_ros.core.models.motion_model import ClassMotions, MotionModel
 from aerial_gnss_ros.core.models.platform_model import ANGLES, HEIGHT

@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,7 +14,7 @@ from numpy.typing import NDArray
 from aerial_gnss_ros.core.camera.posed_frame import PosedFrame
 from aerial_gnss_ros.core.config.estimator import EstimatorConfig
 from aerial_gnss_ros.core.faults.consistency import InnovationMonitor
-from aerial_gnss_ros.core.faults.gnss_jump import GnssJumpDetector
+from aerial_gnss_ros.core.faults.gnss_jump import GnssJumpDetector, nobody
 from aerial_gnss_ros.core.faults.noise_level import NoiseLevel
 from aerial_gnss_ros.core.faults.rotation_fault import RobotsInView
 from aerial_gnss_ros.core.filter.camera_faults import CameraFaults
@@ -27,14 +28,14 @@ from aerial_gnss_ros.core.filter.linearization import (
 from aerial_gnss_ros.core.filter.state import JointState
 from aerial_gnss_ros.core.filter.state_arrays import Indices
 from aerial_gnss_ros.core.filter.update import correct, linearise
-from aerial_gnss_ros.core.geometry.local_map import LocalMap, on_water_surface
+from aerial_gnss_ros.core.geometry.local_map import on_water_surface
+from aerial_gnss_ros.core.geometry.map_pose import MapPose
 from aerial_gnss_ros.core.georeferencing.measurements import Measurements
 from aerial_gnss_ros.core.models.camera_motion import TUNING as CAMERA_MOTION
 from aerial_gnss_ros.core.models.camera_motion import CameraMotion
-from aerial_gnss_ros.core.models.measurement_model import MapFrame, MapPose, on_water
+from aerial_gnss_ros.core.models.measurement_model import on_water
 from aerial_gnss_ros.core.models.motion_model import ClassMotions
 from aerial_gnss_ros.core.models.platform_model import ANGLES, COUNT, LATENCY, PlatformModel
-from aerial_gnss_ros.core.values.camera_pose import CameraPose
 from aerial_gnss_ros.core.values.events import Events
 from aerial_gnss_ros.text.sentences import counted
 
@@ -79,8 +80,6 @@ class JointFilter(CameraFaults):
         self.motion = self.motions.default
         self._latency_ns = round(config.camera.latency_s * 1e9)
         self.noise = NoiseLevel()
-        self._map: MapFrame | None = None
-        self._posed: tuple[CameraPose, MapPose] | None = None
         self.jumps = GnssJumpDetector(self.log)
         self.reset()
 
@@ -112,45 +111,26 @@ class JointFilter(CameraFaults):
             keep = float(self.model.decay(seconds)[ANGLES.start])
             self.ambiguity.predict(seconds, keep)
 
-    def position_stands_out(self, frame: PosedFrame, local: LocalMap) -> bool:
-        """Return whether the position of an image may have jumped (see `GnssJumpDetector`)."""
-        passed = self._since(frame.pose)
-        expected = self._motion.predicted_position(passed)
-        stated = math.sqrt(self._stationary[:2, :2].max())
-        position = self._measured(frame.pose, local).position
-        return self.jumps.stands_out(position, expected, passed, stated)
-
-    def _measured(self, pose: CameraPose, local: LocalMap) -> MapPose:
-        """Return an image's pose in the map; that of the last one is kept."""
-        if self._map is None or self._map.local is not local:
-            self._map, self._posed = MapFrame(local), None
-        if self._posed is None or self._posed[0] is not pose:
-            self._posed = pose, self._map.pose(pose)
-        return self._posed[1]
-
-    def _since(self, pose: CameraPose) -> float:
-        """Return the time from the image before to a pose, s."""
-        return 0.0 if self._pose_ns is None else (pose.stamp_ns - self._pose_ns) * 1e-9
-
-    def update_camera(self, frame: PosedFrame, local: LocalMap, jumped: bool = False) -> bool:
+    def update_camera(self, frame: PosedFrame, robots_tell: Callable[[], bool] = nobody) -> bool:
         """Take in the pose of an image; return whether its boxes can be used.
 
         Args:
             frame: the image.
-            local: the map.
-            jumped: whether robots tell that its position has jumped.
+            robots_tell: returns whether robots tell that its position has jumped, by copies of the
+                filter as it was before (see `GnssJumpDetector`).
         """
-        pose = frame.pose
+        pose, measured = frame.pose, frame.in_map
+        passed = 0.0 if self._pose_ns is None else (pose.stamp_ns - self._pose_ns) * 1e-9
+        expected = self._motion.predicted_position(passed)
+        stated = math.sqrt(self._stationary[:2, :2].max())
+        settled, jump = self.jumps.update(measured.position, expected, passed, stated, robots_tell)
         self._stationary = self.model.stationary(pose.fix_covariance)
         if self._fresh:
             self.clear(self._stationary)
             self._fresh = False
         if frame.latency is not None:
             self._settle(*frame.latency)
-        measured, passed = self._measured(pose, local), self._since(pose)
         self._pose_ns = pose.stamp_ns
-        expected = self._motion.predicted_position(passed)
-        settled, jump = self.jumps.update(measured.position, expected, passed, jumped)
         if jump is not None:
             self._follow_jump(jump)
         shown = MapPose(measured.position - self.jumps.offset, measured.rotation)

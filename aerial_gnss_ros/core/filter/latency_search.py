@@ -23,7 +23,7 @@ from aerial_gnss_ros.core.config.estimator import EstimatorConfig
 from aerial_gnss_ros.core.filter.latency_bank import BankObservation, LatencyBank, LatencyFit
 from aerial_gnss_ros.core.filter.pose_lattice import SLOPE_NOISE, STEP_NS, STEP_S, PoseLattice
 from aerial_gnss_ros.core.geometry.local_map import LocalMap
-from aerial_gnss_ros.core.models.measurement_model import MapFrame, MapPose
+from aerial_gnss_ros.core.geometry.map_pose import MapPose
 from aerial_gnss_ros.core.models.motion_model import motion_model
 from aerial_gnss_ros.core.models.platform_model import PlatformModel
 from aerial_gnss_ros.core.telemetry.buffers import TelemetryBuffers
@@ -77,7 +77,7 @@ class LatencySearch:
         stated = config.camera.latency_s
         self._stated_ns = round(stated * 1e9)
         self._inputs, self._posing = inputs, PoseBuilder(config)
-        self._map: MapFrame | None = None
+        self._local: LocalMap | None = None
         self._sigma = config.noise.value("latency_s")
         reach = max(TUNING.reach_sigmas * self._sigma, TUNING.reach_steps * STEP_S)
         first = math.ceil(max(-TUNING.max_latency_s - stated, -reach) / STEP_S - 1e-9)
@@ -125,9 +125,7 @@ class LatencySearch:
             newest is not None and stamp_ns - newest < TUNING.interval_s * 1e9
         ):
             return
-        if self._map is None or self._map.local is not local:
-            self._map = MapFrame(local)
-        self._newest_ns = stamp_ns
+        self._local, self._newest_ns = local, stamp_ns
         pixels = {name: boxes.centers[index] for name, index in measured.items()}
         self._waiting.append(
             BankObservation(stamp_ns, frame.camera, pixels, frame.pose.fix_covariance)
@@ -188,9 +186,9 @@ class LatencySearch:
 
     def _pose(self, stamp_ns: int) -> MapPose | bool:
         """Return the camera at a time; without one, whether its telemetry may still arrive."""
-        assert self._map is not None  # noqa: S101 - `update` sets it
+        assert self._local is not None  # noqa: S101 - `update` sets it
         samples = self._inputs.at(stamp_ns)
         if isinstance(samples, MissingTelemetry):
             return samples.can_arrive
         pose = self._posing.pose(samples)
-        return False if isinstance(pose, Reason) else self._map.pose(pose)
+        return False if isinstance(pose, Reason) else MapPose.of(pose, self._local)

@@ -30,8 +30,8 @@ from aerial_gnss_ros.core.filter.state import JointState
 from aerial_gnss_ros.core.filter.state_arrays import Indices
 from aerial_gnss_ros.core.geometry.gimbal import error_axes
 from aerial_gnss_ros.core.geometry.local_map import on_water_surface
+from aerial_gnss_ros.core.geometry.map_pose import MapPose
 from aerial_gnss_ros.core.models.measurement_model import (
-    MapPose,
     pose_by_errors,
     pose_jacobian,
     state_jacobian,

@@ -9,7 +9,7 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from aerial_gnss_ros.core.models.measurement_model import MapPose
+from aerial_gnss_ros.core.geometry.map_pose import MapPose
 
 Array = NDArray[np.float64]
 

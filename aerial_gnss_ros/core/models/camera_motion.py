@@ -10,8 +10,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from aerial_gnss_ros.core.geometry.map_pose import MapPose
 from aerial_gnss_ros.core.geometry.rotation_vectors import rotation_matrix, rotation_vector
-from aerial_gnss_ros.core.models.measurement_model import MapPose
 
 Array = NDArray[np.float64]
 
@@ -98,13 +98,13 @@ class CameraMotion:
             self.velocity, self.turn_rate, self.rates = np.zeros(3), np.zeros(3), np.zeros(6)
             self._shown = [(measured.rotation, 0.0)]
             return measured
+        self._lasted_s += seconds
+        alpha, beta = self._gains(seconds)
         shift = measured.position - expected.position
         turn = rotation_vector(measured.rotation @ expected.rotation.T)
         if _too_far(turn, seconds) and self._jumps(measured, seconds):
             expected, turn = MapPose(expected.position, measured.rotation), np.zeros(3)
         self._shown = [*self._shown[-1:], (measured.rotation, seconds)]
-        self._lasted_s += seconds
-        alpha, beta = self._gains(seconds)
         self._pose = MapPose(
             expected.position + alpha * shift, rotation_matrix(alpha * turn) @ expected.rotation
         )

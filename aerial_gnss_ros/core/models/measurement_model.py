@@ -11,68 +11,20 @@ that point by (w × o) less what slides it back along the ray onto the water, o 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from typing import Any, TypeVar
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from aerial_gnss_ros.core.geometry.frames import FLU_FROM_OPTICAL
-from aerial_gnss_ros.core.geometry.geodesy import SEMI_MAJOR_M, ecef_of_places, enu_axes
+from aerial_gnss_ros.core.geometry.geodesy import SEMI_MAJOR_M
 from aerial_gnss_ros.core.geometry.gimbal import error_axes
-from aerial_gnss_ros.core.geometry.local_map import LocalMap
-from aerial_gnss_ros.core.geometry.rotation_vectors import rotation_matrix
+from aerial_gnss_ros.core.geometry.map_pose import MapPose
 from aerial_gnss_ros.core.numerics.small_arrays import MAX_ROWS, Rows, evaluate_rows
-from aerial_gnss_ros.core.values.camera_pose import CameraPose
 
 Array = NDArray[np.float64]
-Numbers = TypeVar("Numbers", float, NDArray[np.float64])
 
 POSE_COUNT = 6
 """Columns of `pose_jacobian`: camera East, North, height; rotation about East, North, Up."""
-
-
-@dataclass(frozen=True)
-class MapPose:
-    """A camera in `map`.
-
-    Attributes:
-        position: (3,) East, North, Up, m.
-        rotation: (3, 3) camera FLU in `map`.
-    """
-
-    position: Array
-    rotation: Array
-
-    @property
-    def optical(self) -> Array:
-        """(3, 3) optical frame in `map`."""
-        turned: Array = self.rotation @ FLU_FROM_OPTICAL
-        return turned
-
-    def corrected(self, errors: Array, axes: Array) -> MapPose:
-        """Return the pose with the platform's errors (6,) or more taken out.
-
-        Args:
-            errors: East, North, height (m), roll, pitch, heading (rad).
-            axes: (3, 3) of the last three, see `gimbal.error_axes`.
-        """
-        turn = rotation_matrix(axes @ errors[3:6])
-        return MapPose(self.position + errors[:3], turn @ self.rotation)
-
-
-class MapFrame:
-    """Brings poses to `map`; made once for one map."""
-
-    def __init__(self, local: LocalMap) -> None:
-        self.local = local
-
-    def pose(self, pose: CameraPose) -> MapPose:
-        """Return a camera's pose in `map`, which takes the water at its origin's altitude."""
-        (place,) = ecef_of_places([(pose.latitude, pose.longitude, pose.height)])
-        axes = self.local.axes
-        turn = axes @ enu_axes(pose.latitude, pose.longitude).T
-        return MapPose(axes @ (place - self.local.origin), turn @ pose.enu_from_camera)
 
 
 def level_axes(rotation: Array) -> Array:

@@ -111,8 +111,7 @@ class Tracker:
         seen = measurements(frame, points, local, joint.noise.level)
         passed = 0.0 if self._stamp_ns is None else (stamp_ns - self._stamp_ns) * 1e-9
         self._predict(stamp_ns)
-        jumped = joint.position_stands_out(frame, local) and self._jumped(frame, seen, local)
-        usable = joint.update_camera(frame, local, jumped)
+        usable = joint.update_camera(frame, lambda: self._jumped(frame, seen))
         returned = self._recovery.telemetry_is_back(stamp_ns)
         if returned:
             self._go_back()
@@ -148,18 +147,20 @@ class Tracker:
         """Return how badly an image's boxes fit the robots in view, nats (see `Tracking`)."""
         joint, stamp_ns = self.table.filter, frame.detections.stamp_ns
         self._predict(stamp_ns)
-        joint.update_camera(frame, local)
+        joint.update_camera(frame)
         seen = measurements(frame, points, local, joint.noise.level)
         return self.table.misfit(seen, stamp_ns, self._matcher.threshold)
 
-    def _jumped(self, frame: PosedFrame, seen: Measurements, local: LocalMap) -> bool:
+    def _jumped(self, frame: PosedFrame, seen: Measurements) -> bool:
         """Return whether robots tell that an image's position has jumped: else none is there."""
-        threshold, fit = self._matcher.threshold, []
-        for jumped in (False, True):
-            table = copy.deepcopy(self.table)
-            table.filter.update_camera(frame, local, jumped)
-            fit.append(table.misfit(seen, frame.detections.stamp_ns, threshold))
-        return fit[0] - fit[1] > TUNING.jumped_nats
+        stays, jumped = self._misfit(frame, seen, False), self._misfit(frame, seen, True)
+        return stays - jumped > TUNING.jumped_nats
+
+    def _misfit(self, frame: PosedFrame, seen: Measurements, jumped: bool) -> float:
+        """Return how badly boxes fit the robots if an image's position has jumped or not, nats."""
+        table = copy.deepcopy(self.table)
+        table.filter.update_camera(frame, lambda: jumped)
+        return table.misfit(seen, frame.detections.stamp_ns, self._matcher.threshold)
 
     def settled(self) -> Settled:
         """Return the boxes decided since the last call (see `Tracking`)."""

@@ -10,7 +10,7 @@ import pytest
 from aerial_gnss_ros.core.camera.model import CameraModel
 from aerial_gnss_ros.core.faults.frozen_input import FrozenInputDetector
 from aerial_gnss_ros.core.geometry.frames import matrix_from_rpy
-from aerial_gnss_ros.core.models.measurement_model import MapPose
+from aerial_gnss_ros.core.geometry.map_pose import MapPose
 from aerial_gnss_ros.core.values.detection_frame import DetectionFrame
 
 CAMERA = CameraModel.from_camera_info(

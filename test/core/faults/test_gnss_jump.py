@@ -61,7 +61,7 @@ def test_a_smaller_jump_is_believed_at_once_where_robots_tell_of_it():
         jumps, place, told = GnssJumpDetector(Events()), 0.0, []
         for i, at in enumerate([0.0] * 50 + [east] * 35 + [back] * 2):
             now, expected = np.array([at, 0.0, 20.0]), np.array([place, 0.0, 20.0])
-            settled, jump = jumps.update(now, expected, 0.1, jumped=i == 50)
+            settled, jump = jumps.update(now, expected, 0.1, 1.0, [i == 50].pop)
             place += 0.0 if jump is None else jump[0]
             told.append((settled, 0.0 if jump is None else float(jump[0])))
         return told
@@ -77,7 +77,11 @@ def test_a_step_stands_out_from_those_before_it_and_from_what_is_stated():
         jumps = GnssJumpDetector(Events())
         for one in steps:
             jumps.update(np.array([one, 0.0, 20.0]), np.array([0.0, 0.0, 20.0]), passed)
-        return jumps.stands_out(np.array([0.0, step, 99.0]), np.zeros(3), passed, stated)
+        told = []
+        jumps.update(
+            np.array([0.0, step, 99.0]), np.zeros(3), passed, stated, lambda: bool(told.append(1))
+        )
+        return bool(told)
 
     steady = [0.02, -0.02] * 200
     assert asked(steady, 3.5)

@@ -20,7 +20,8 @@ from aerial_gnss_ros.core.filter.linearization import (
 from aerial_gnss_ros.core.filter.state import JointState
 from aerial_gnss_ros.core.filter.update import correct, linearise
 from aerial_gnss_ros.core.geometry.frames import matrix_from_rpy
-from aerial_gnss_ros.core.models.measurement_model import MapPose, state_jacobian
+from aerial_gnss_ros.core.geometry.map_pose import MapPose
+from aerial_gnss_ros.core.models.measurement_model import state_jacobian
 from aerial_gnss_ros.core.models.motion_model import MotionModel
 from aerial_gnss_ros.core.models.platform_model import PlatformModel
 

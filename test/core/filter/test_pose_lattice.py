@@ -14,7 +14,7 @@ from aerial_gnss_ros.core.filter.pose_lattice import (
     PoseLattice,
     smoothed,
 )
-from aerial_gnss_ros.core.models.measurement_model import MapPose
+from aerial_gnss_ros.core.geometry.map_pose import MapPose
 
 
 def test_a_parabola_is_kept_and_noise_is_not():

@@ -16,7 +16,7 @@ from aerial_gnss_ros.core.filter.linearization import CameraView
 from aerial_gnss_ros.core.filter.state import JointState
 from aerial_gnss_ros.core.filter.update import correct, linearise
 from aerial_gnss_ros.core.geometry.frames import matrix_from_rpy
-from aerial_gnss_ros.core.models.measurement_model import MapPose
+from aerial_gnss_ros.core.geometry.map_pose import MapPose
 from aerial_gnss_ros.core.models.motion_model import TUNING as MOTION_MODEL
 from aerial_gnss_ros.core.models.motion_model import MotionModel
 from aerial_gnss_ros.core.models.platform_model import LATENCY, PlatformModel

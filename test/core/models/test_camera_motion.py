@@ -7,9 +7,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from aerial_gnss_ros.core.geometry.map_pose import MapPose
 from aerial_gnss_ros.core.geometry.rotation_vectors import rotation_matrix
 from aerial_gnss_ros.core.models.camera_motion import CameraMotion
-from aerial_gnss_ros.core.models.measurement_model import MapPose
 
 STEP_S = 0.1
 UP = np.array([0.0, 0.0, 1.0])

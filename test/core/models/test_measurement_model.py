@@ -15,9 +15,10 @@ from aerial_gnss_ros.core.filter.update import linearise
 from aerial_gnss_ros.core.geometry.frames import matrix_from_rpy
 from aerial_gnss_ros.core.geometry.geodesy import geodetic_from_enu
 from aerial_gnss_ros.core.geometry.local_map import LocalMap, on_water_surface
+from aerial_gnss_ros.core.geometry.map_pose import MapPose
 from aerial_gnss_ros.core.geometry.rotation_vectors import rotation_matrix, rotation_vector
 from aerial_gnss_ros.core.georeferencing.localization import located_jacobian
-from aerial_gnss_ros.core.models.measurement_model import MapFrame, on_water, pose_jacobian
+from aerial_gnss_ros.core.models.measurement_model import on_water, pose_jacobian
 from aerial_gnss_ros.core.values.camera_pose import CameraPose
 from aerial_gnss_ros.core.values.estimates import MapDatum
 
@@ -48,13 +49,13 @@ def camera_pose(east: float = 700.0, north: float = -500.0, height: float = 30.0
 
 
 def sight(camera: CameraModel, applied: float = 0.0) -> CameraView:
-    pose = MapFrame(LOCAL).pose(camera_pose())
+    pose = MapPose.of(camera_pose(), LOCAL)
     return CameraView.of(camera, pose, RATES, applied)
 
 
 def places(camera: CameraModel) -> np.ndarray:
     offsets = located_jacobian(camera_pose(), camera, PIXELS).offsets
-    pose = MapFrame(LOCAL).pose(camera_pose())
+    pose = MapPose.of(camera_pose(), LOCAL)
     turn = pose.rotation @ camera_pose().enu_from_camera.T
     return on_water(pose, offsets @ turn.T)
 
@@ -141,5 +142,5 @@ def test_rotation_vectors_and_matrices(vector):
 
 
 def test_a_robot_behind_the_camera_is_not_seen():
-    behind = MapFrame(LOCAL).pose(camera_pose()).position[:2] - [200.0, 200.0]
+    behind = MapPose.of(camera_pose(), LOCAL).position[:2] - [200.0, 200.0]
     assert not linearise(sight(CAMERAS["pinhole"]), np.zeros(7), behind[None]).seen.any()
