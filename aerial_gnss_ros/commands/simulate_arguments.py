@@ -13,6 +13,8 @@ from aerial_gnss_ros.core.config.noise import SETS
 from aerial_gnss_ros.simulation.flight import KINDS
 
 DURATION_S = 60.0
+RENDERED_S = 20.0
+"""Of a flight with images, which take their time: 20 s are ready in half a minute on two cores."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -39,8 +41,9 @@ def _flight_arguments(group: Any) -> None:
         "--start", type=float, metavar="S", help="with --telemetry: where to begin, s (default 0)"
     )
     group.add_argument(
-        "--duration", type=float, default=DURATION_S, metavar="S", help="length, s (default 60)"
-    )
+        "--duration", type=float, metavar="S",
+        help=f"length, s (default {RENDERED_S:g} with images, {DURATION_S:g} without)",
+    )  # fmt: skip
     group.add_argument("--height", type=float, metavar="M", help="above the water (default 15 m)")
     group.add_argument(
         "--tilt", type=float, metavar="DEG",

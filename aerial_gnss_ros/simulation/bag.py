@@ -18,7 +18,7 @@ from aerial_gnss_ros.adapters import telemetry_fields as fields
 from aerial_gnss_ros.adapters.results import detection_array
 from aerial_gnss_ros.adapters.stamps import header_fields
 from aerial_gnss_ros.bags.typestore import serialize
-from aerial_gnss_ros.bags.writer import RELIABLE, SENSOR, BagWriter
+from aerial_gnss_ros.bags.writer import RELIABLE, SENSOR, BagVersion, BagWriter
 from aerial_gnss_ros.core.values.detection_frame import DetectionFrame
 from aerial_gnss_ros.detection.base import Detections
 from aerial_gnss_ros.simulation.boxes import Boxes
@@ -54,6 +54,7 @@ def write_bag(
     scenario: dict[str, Any] | None = None,
     workers: int = WORKERS,
     report: Report | None = None,
+    version: BagVersion | None = None,
 ) -> dict[str, int]:
     """Write a flight; equal experiments give equal bytes.
 
@@ -65,6 +66,7 @@ def write_bag(
         scenario: what was simulated, recorded as JSON on `truth/scenario`.
         workers: rendering processes; 0 renders in this one.
         report: called with the number of images done.
+        version: of the bag's files, see `BagWriter`.
 
     Returns:
         Number of messages by topic.
@@ -77,7 +79,8 @@ def write_bag(
         moments = _simulated(experiment)
     else:
         moments = _photographed(experiment, frames, scene, images, workers)
-    with BagWriter(path, compress=images == "raw" and scene is not None) as bag:
+    compress = images == "raw" and scene is not None
+    with BagWriter(path, compress=compress, version=version) as bag:
         seen = itertools.chain.from_iterable(_reported(moments, report))
         small = _telemetry(experiment, scenario or {})
         for message in heapq.merge(small, seen, key=lambda message: message.log_ns):

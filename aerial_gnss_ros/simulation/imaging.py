@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import os
 from collections import deque
 from collections.abc import Iterable, Iterator
 from concurrent.futures import Future, ProcessPoolExecutor
@@ -23,7 +24,8 @@ from aerial_gnss_ros.simulation.scene import Scene
 from aerial_gnss_ros.simulation.view import ViewPose
 from aerial_gnss_ros.simulation.workers import begin
 
-WORKERS = 2
+WORKERS = max(2, min(8, os.cpu_count() or 2))
+"""Rendering processes."""
 AHEAD = 4
 """Images in work or waiting beyond one for each process; this bounds the memory."""
 

@@ -137,6 +137,7 @@ def _started(path):
     command = [sys.executable, "-m", "aerial_gnss_ros.cli", "simulate", "-o", str(path)]
     command += ["--duration", "30", "--size", "320x180"]
     process = subprocess.Popen(command, stderr=subprocess.PIPE, text=True)
+    assert "--no-images" in process.stderr.readline()  # what takes long, before it does
     assert "rendering" in process.stderr.readline()
     children = Path(f"/proc/{process.pid}/task/{process.pid}/children")
     return process, [int(pid) for pid in children.read_text().split()]
