@@ -10,6 +10,7 @@ editable installation runs from, both folders lie beside the package.
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 
 from aerial_gnss_ros.core.values.errors import InputError
@@ -58,6 +59,16 @@ def install_hint(extra: str = "") -> str:
     where = str(source_tree) if has_source else "the folder that this package was installed from"
     what = f'".[{extra}]"' if extra else "."
     return f"`pip install {what}` in {where}"
+
+
+def ros_distribution(installed: Path = Path("/opt/ros")) -> str:
+    """Return the name of the ROS 2 distribution: sourced, else installed, else jazzy.
+
+    Args:
+        installed: where apt puts distributions.
+    """
+    found = sorted(path.parent.name for path in installed.glob("*/setup.bash"))
+    return os.environ.get("ROS_DISTRO") or (found[-1] if found else "jazzy")
 
 
 def _resource(folder: str, name: str) -> Path:

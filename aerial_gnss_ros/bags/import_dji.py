@@ -25,7 +25,7 @@ from aerial_gnss_ros.adapters.telemetry_fields import (
     quaternion_fields,
 )
 from aerial_gnss_ros.bags.video import Video
-from aerial_gnss_ros.bags.writer import LATCHED, SENSOR, BagWriter
+from aerial_gnss_ros.bags.writer import LATCHED, SENSOR, BagVersion, BagWriter
 from aerial_gnss_ros.core.camera.model import CameraModel
 from aerial_gnss_ros.core.values.samples import Scalar
 
@@ -65,6 +65,7 @@ def write_dji_bag(
     water_level: float | None = None,
     namespace: str = "",
     on_message: Callable[[int], None] = lambda _done: None,
+    version: BagVersion | None = None,
 ) -> dict[str, int]:
     """Write fix, attitude, gimbal and height, and the camera and images where they are given.
 
@@ -78,6 +79,7 @@ def write_dji_bag(
         water_level: how far the water stands above the take-off point, m; None: not written.
         namespace: put before the topics, such as `drone1`.
         on_message: takes the number of messages written so far.
+        version: of the bag's files, see `BagWriter`.
 
     Returns:
         Number of messages by topic.
@@ -88,7 +90,7 @@ def write_dji_bag(
     """
     rows = messages(log, None if footage else camera, start_ns, water_level)
     streams = [rows] if footage is None else [rows, images(footage, camera, start_ns)]
-    with BagWriter(path, compress=footage is None, namespace=namespace) as bag:
+    with BagWriter(path, compress=footage is None, namespace=namespace, version=version) as bag:
         merged = heapq.merge(*streams, key=lambda message: message[0])
         for done, (stamp_ns, topic, msgtype, fields) in enumerate(merged, start=1):
             qos = LATCHED if topic == "water_level" else SENSOR

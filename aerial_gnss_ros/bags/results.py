@@ -21,7 +21,7 @@ from aerial_gnss_ros.bags.detect import DETECTIONS_TYPE
 from aerial_gnss_ros.bags.maps import geojson, gpx, kml
 from aerial_gnss_ros.bags.tables import POSITION_COLUMNS, Track
 from aerial_gnss_ros.bags.typestore import GEOJSON_TYPE
-from aerial_gnss_ros.bags.writer import LATCHED, RELIABLE, BagWriter
+from aerial_gnss_ros.bags.writer import LATCHED, RELIABLE, BagVersion, BagWriter
 from aerial_gnss_ros.core.config.processing import MapConfig
 from aerial_gnss_ros.core.values.camera_pose import CameraPose
 from aerial_gnss_ros.core.values.estimates import FrameResult, PlatformError, RobotEstimate
@@ -44,14 +44,21 @@ class ResultFolder:
         folder: where to write; made by the caller.
         namespace: put before the result topics.
         config: of the map frame.
+        version: of the bag's files, see `BagWriter`.
     """
 
-    def __init__(self, folder: Path, namespace: str = "", config: MapConfig | None = None) -> None:
+    def __init__(
+        self,
+        folder: Path,
+        namespace: str = "",
+        config: MapConfig | None = None,
+        version: BagVersion | None = None,
+    ) -> None:
         self._config = config or MapConfig()
         self._frames = frames(self._config, namespace)
         self._on_water = OnWater(self._frames)
         self._folder = folder
-        self._bag = BagWriter(folder / "bag", compress=True, namespace=namespace)
+        self._bag = BagWriter(folder / "bag", compress=True, namespace=namespace, version=version)
         self._estimates: list[RobotEstimate] = []
         self._rejections: list[Rejection] = []
         self._poses: list[CameraPose] = []

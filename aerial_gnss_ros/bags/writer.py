@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from contextlib import ExitStack
 from pathlib import Path
 from types import TracebackType
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal, get_args
 
 from rosbags.interfaces import (
     Connection,
@@ -23,6 +23,7 @@ from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, W
 
 from aerial_gnss_ros.bags.partial import partial
 from aerial_gnss_ros.bags.typestore import serialize, typestore
+from aerial_gnss_ros.resources import ros_distribution
 
 if TYPE_CHECKING:
     from typing_extensions import Self
@@ -53,6 +54,15 @@ LATCHED = _qos(QosReliability.RELIABLE, QosDurability.TRANSIENT_LOCAL, 1)
 """Offered for results: who subscribes late gets the last one."""
 
 
+BagVersion = Literal[8, 9]
+VERSIONS: tuple[BagVersion, ...] = get_args(BagVersion)
+
+
+def bag_version() -> BagVersion:
+    """Return the version of rosbag2's files that the ROS found here reads."""
+    return 8 if ros_distribution() in ("humble", "iron") else 9
+
+
 class BagWriter:
     """A new bag; use it as a context manager.
 
@@ -60,15 +70,25 @@ class BagWriter:
         path: the bag's folder; must not exist. It appears when the block ends without error.
         compress: zstd in the file's chunks; useless for JPEG images.
         namespace: put before relative topic names, such as `drone1`.
+        version: of rosbag2's files: 9 for Jazzy and later, 8 for Humble and Iron, which cannot
+            read the QoS of a 9; None: for the distribution that is found.
 
     Raises:
         OutputError: the folder exists already, cannot be written, or the disk is full.
     """
 
-    def __init__(self, path: str | Path, *, compress: bool = False, namespace: str = "") -> None:
+    def __init__(
+        self,
+        path: str | Path,
+        *,
+        compress: bool = False,
+        namespace: str = "",
+        version: BagVersion | None = None,
+    ) -> None:
         self.path = Path(path)
         self.counts: dict[str, int] = {}
         self._compress = compress
+        self._version = bag_version() if version is None else version
         self._prefix = "/" + namespace.strip("/") + "/" if namespace.strip("/") else "/"
         self._stack = ExitStack()
         self._writer: Writer | None = None
@@ -78,9 +98,7 @@ class BagWriter:
         """Make the bag under its temporary name."""
         with ExitStack() as stack:
             temporary = stack.enter_context(partial(self.path))
-            writer = Writer(
-                temporary, version=Writer.VERSION_LATEST, storage_plugin=StoragePlugin.MCAP
-            )
+            writer = Writer(temporary, version=self._version, storage_plugin=StoragePlugin.MCAP)
             if self._compress:
                 writer.set_compression(CompressionMode.STORAGE, CompressionFormat.ZSTD)
             self._writer = stack.enter_context(writer)

@@ -8,7 +8,17 @@ import argparse
 import math
 from collections.abc import Callable
 
+from aerial_gnss_ros.bags.writer import VERSIONS
 from aerial_gnss_ros.core.config.noise import SETS
+
+
+def add_rosbag_version(parser: argparse.ArgumentParser) -> None:
+    """Add `--rosbag-version`."""
+    parser.add_argument(
+        "--rosbag-version", type=int, choices=VERSIONS,
+        help="of the bag's files: 8 for ROS 2 Humble and Iron, 9 for Jazzy and later (default: of "
+        "the ROS that is found, else 9)",
+    )  # fmt: skip
 
 
 def numbers(*counts: int) -> Callable[[str], tuple[float, ...]]:

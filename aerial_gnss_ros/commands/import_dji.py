@@ -14,6 +14,7 @@ from aerial_gnss_ros.bags.alignment import Alignment, align
 from aerial_gnss_ros.bags.import_dji import START_NS, Footage, write_dji_bag
 from aerial_gnss_ros.bags.partial import refuse_existing
 from aerial_gnss_ros.bags.video import Video, open_video
+from aerial_gnss_ros.commands.argument_types import add_rosbag_version
 from aerial_gnss_ros.commands.camera_arguments import add_numbers, chosen_camera
 from aerial_gnss_ros.commands.ending import ended_cleanly
 from aerial_gnss_ros.commands.import_report import Imported, as_json, as_text
@@ -39,6 +40,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "-o", "--output", type=Path, required=True, metavar="BAG", help="folder of the new bag"
     )
+    add_rosbag_version(parser)
     parser.add_argument("--namespace", default="", help="put before the topics, such as drone1")
     parser.add_argument(
         "--rate", type=float, default=ROW_RATE_HZ, metavar="HZ",
@@ -103,6 +105,7 @@ def run(args: argparse.Namespace) -> int:
             water_level=args.water_level,
             namespace=args.namespace,
             on_message=report,
+            version=args.rosbag_version,
         )
     done = Imported(
         args.output, log, camera, video, start, args.every, start_ns, counts, args.water_level

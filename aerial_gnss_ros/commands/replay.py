@@ -15,6 +15,7 @@ from aerial_gnss_ros.bags.replay import Replay
 from aerial_gnss_ros.bags.results import ResultFolder
 from aerial_gnss_ros.bags.stated_datum import with_stated_datum
 from aerial_gnss_ros.bags.tables import read_positions
+from aerial_gnss_ros.commands.argument_types import add_rosbag_version
 from aerial_gnss_ros.commands.configuration import add_arguments as add_configuration
 from aerial_gnss_ros.commands.configuration import configuration
 from aerial_gnss_ros.commands.ending import ended_cleanly
@@ -42,6 +43,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "-o", "--output", type=Path, required=True, metavar="DIR", help="new folder for the results"
     )
+    add_rosbag_version(parser)
     add_configuration(parser)
     parser.add_argument("--json", action="store_true", help="the summary for machines")
 
@@ -63,7 +65,9 @@ def run(args: argparse.Namespace) -> int:
         with partial(args.output) as folder:
             folder.mkdir()
             with (
-                ResultFolder(folder, args.namespace, config.estimator.map) as results,
+                ResultFolder(
+                    folder, args.namespace, config.estimator.map, args.rosbag_version
+                ) as results,
                 progress("replaying", replay.message_count, "messages") as report,
             ):
                 for result in replay.results(report, results.add_detections):

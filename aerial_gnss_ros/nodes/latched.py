@@ -14,11 +14,11 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
 
-from rclpy.event_handler import SubscriptionEventCallbacks
 from rclpy.node import Node
 from rclpy.subscription import Subscription
 
 from aerial_gnss_ros.nodes import qos
+from aerial_gnss_ros.nodes.distribution import SubscriptionEventCallbacks, with_info
 
 LOOK_S = 0.25
 """How long a latched message waits at most until its publisher is noticed."""
@@ -29,7 +29,8 @@ _REMEMBERED = 64
 class Once:
     """Tells messages that come first from their copies. Knows no ROS.
 
-    A message that is received twice has one source timestamp, which its publisher gave it.
+    A message that is received twice has one source timestamp, which its publisher gave it. Humble
+    does not tell it: there the copies of a publisher that latches are taken, too.
     """
 
     def __init__(self) -> None:
@@ -90,7 +91,7 @@ class LatchedToo:
 
     def watch(
         self, key: str, topic: str, kind: Any, depth: int, take: Callable[[Any], None]
-    ) -> Callable[[Any, Any], None]:
+    ) -> Callable[..., None]:
         """Watch a topic and return the callback for its volatile subscription.
 
         Args:
@@ -109,7 +110,7 @@ class LatchedToo:
             if watched.once.directly(_sent_ns(info)):
                 take(msg)
 
-        return directly
+        return with_info(directly)
 
     def look(self) -> None:
         """Subscribe where a publisher latches by now; call it every `LOOK_S`."""
@@ -149,7 +150,11 @@ class LatchedToo:
         # The node reports publishers that do not fit by its first subscription.
         silent = SubscriptionEventCallbacks(use_default_callbacks=False)
         return self._node.create_subscription(
-            topic.kind, topic.name, latched, qos.sent_before(topic.depth), event_callbacks=silent
+            topic.kind,
+            topic.name,
+            with_info(latched),
+            qos.sent_before(topic.depth),
+            event_callbacks=silent,
         )
 
 

@@ -22,6 +22,7 @@ from aerial_gnss_ros.adapters.parameter_files import checked, free_groups, is_ro
 from aerial_gnss_ros.core.config.robot_classes import leaf_of
 from aerial_gnss_ros.core.config.schema import Leaf, leaves
 from aerial_gnss_ros.core.values.errors import ConfigError
+from aerial_gnss_ros.nodes.distribution import after_changes
 from aerial_gnss_ros.nodes.schemas import SCHEMAS
 
 _ARRAYS = {
@@ -173,4 +174,4 @@ def follow_changes(
             accept(values, build(values))
 
     node.add_on_set_parameters_callback(validate)
-    node.add_post_set_parameters_callback(changed)
+    after_changes(node, changed)

@@ -10,6 +10,7 @@ import importlib
 from typing import Any
 
 from aerial_gnss_ros.core.values.errors import RosError
+from aerial_gnss_ros.resources import ros_distribution
 
 
 @functools.cache
@@ -38,7 +39,7 @@ def _remedy(package: str) -> str:
             "build px4_msgs of the firmware's release in a colcon workspace and source it, or "
             "choose another vehicle profile"
         )
-    apt = f"ros-jazzy-{package.replace('_', '-')}"
+    apt = f"ros-{ros_distribution()}-{package.replace('_', '-')}"
     if package == "mavros_msgs":
         return f"install {apt} (it comes with MAVROS), or choose another vehicle profile"
     return f"on a robot install {apt}, elsewhere interfaces/ with pip"

@@ -12,7 +12,6 @@ from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.clock import Clock, ClockType
-from rclpy.event_handler import PublisherEventCallbacks, SubscriptionEventCallbacks
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.publisher import Publisher
@@ -29,6 +28,10 @@ from aerial_gnss_ros.nodes.diagnostics import (
     Status,
     diagnostic_array,
     input_status,
+)
+from aerial_gnss_ros.nodes.distribution import (
+    PublisherEventCallbacks,
+    SubscriptionEventCallbacks,
 )
 from aerial_gnss_ros.nodes.inputs import ALWAYS, Input, mismatch
 from aerial_gnss_ros.nodes.internal_errors import InternalErrors

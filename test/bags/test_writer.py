@@ -43,6 +43,26 @@ def test_an_independent_reader_reads_back_what_was_written(tmp_path, compress):
     ]
 
 
+@pytest.mark.parametrize(
+    ("distribution", "version", "reliability"),
+    [("humble", 8, "reliability: 1"), ("jazzy", 9, "reliability: reliable")],
+)
+def test_a_bag_is_one_that_the_distribution_reads(
+    tmp_path, monkeypatch, distribution, version, reliability
+):
+    """Humble reads QoS as numbers, and ends at words."""
+    monkeypatch.setenv("ROS_DISTRO", distribution)
+    write_heights(tmp_path / "own")
+    monkeypatch.setenv("ROS_DISTRO", "other")
+    write_heights(tmp_path / "asked", version=version)
+    for name in ("own", "asked"):
+        metadata = (tmp_path / name / "metadata.yaml").read_text()
+        assert f"version: {version}" in metadata
+        assert reliability in metadata
+        with AnyReader([tmp_path / name]) as reader:
+            assert sum(1 for _ in reader.messages()) == 3
+
+
 def test_the_same_input_gives_the_same_bytes(tmp_path):
     for folder in ("a", "b"):
         write_heights(tmp_path / folder / "flight", compress=True)
