@@ -249,14 +249,14 @@ class Estimator:
             self._finish_first()
         self._names.save(self._identity, self._time.shift_ns)
         settled = self._pipeline.end()
-        self._settle(settled.used, settled.refused)
+        self.used += settled.used
+        self._count(settled.refused)
         self.ending = self._time.refused(settled.refused)
         results, self._ready = self._ready, []
         return results
 
-    def _settle(self, used: int, refused: tuple[Rejection, ...]) -> None:
-        """Count boxes of which it is decided what became."""
-        self.used += used
+    def _count(self, refused: tuple[Rejection, ...]) -> None:
+        """Count boxes that are refused."""
         for one in refused:
             self.counts[one.reason] += 1
             if one.cause is not None:
@@ -297,7 +297,9 @@ class Estimator:
         self._estimates = stamped.estimates
         self._platform = result.platform or self._platform
         self.boxes += result.boxes
-        self._settle(result.used, (*result.rejections, *result.late))
+        self.used += result.used
+        if result.rejections or result.late:
+            self._count((*result.rejections, *result.late))
         self._ready.append(stamped)
         if self._keeps_files:
             self._keep_names(result)

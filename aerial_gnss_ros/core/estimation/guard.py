@@ -84,9 +84,13 @@ class Guard:
             frame: the image's boxes.
             samples: telemetry of its time, or why there is none.
         """
+        if isinstance(samples, Exception):
+            return self._refused(frame, samples)
         before = Snapshot(self._roots, self._plans)
         try:
-            result = self._worked_on(frame, samples)
+            result = self._pipeline.result(frame, samples)
+            self._pipeline.tracking.check()
+            check_estimates(result.estimates)
         except MemoryError:
             raise
         except Exception as error:  # noqa: BLE001 - whatever it is, the flight goes on
@@ -98,16 +102,6 @@ class Guard:
     def reset(self) -> None:
         """Forget what failed: time begins anew."""
         self._failed, self._last = 0, ()
-
-    def _worked_on(
-        self, frame: DetectionFrame, samples: SceneTelemetry | MissingTelemetry | Exception
-    ) -> FrameResult:
-        if isinstance(samples, Exception):
-            raise samples
-        result = self._pipeline.result(frame, samples)
-        self._pipeline.check()
-        check_estimates(result.estimates)
-        return result
 
     def _refused(self, frame: DetectionFrame, error: Exception) -> FrameResult:
         self._failed += 1

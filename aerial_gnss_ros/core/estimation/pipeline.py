@@ -54,6 +54,7 @@ class Pipeline:
     Attributes:
         boxes: decides which boxes are used.
         latency: of the images, as far as it is known.
+        tracking: of the robots.
     """
 
     def __init__(
@@ -68,7 +69,7 @@ class Pipeline:
         self.latency = LatencySearch(config, inputs)
         self._config = config
         self._inputs = inputs
-        self._tracking = tracking
+        self.tracking = tracking
         self._origin = origin
         self._log = log
         self._posing = PoseBuilder(config)
@@ -81,7 +82,7 @@ class Pipeline:
     @property
     def monitor(self) -> InnovationMonitor:
         """Tells how well boxes fall where they are expected."""
-        return self._tracking.monitor
+        return self.tracking.monitor
 
     @property
     def constant(self) -> tuple[type, ...]:
@@ -90,31 +91,23 @@ class Pipeline:
 
     def reset(self) -> None:
         """Forget all tracks."""
-        self._tracking.reset()
+        self.tracking.reset()
         self.latency.reset()
         self._frozen.reset()
         self._camera_change.reset()
 
-    def check(self) -> None:
-        """Check that what images have come to can be.
-
-        Raises:
-            StateError: it cannot.
-        """
-        self._tracking.check()
-
     def end(self) -> Settled:
         """Decide on all boxes, since nothing more comes, and return what has been decided."""
-        self._tracking.end()
-        return self._tracking.settled()
+        self.tracking.end()
+        return self.tracking.settled()
 
     def coast(self, stamp_ns: int) -> tuple[RobotEstimate, ...]:
         """Return the predicted robots at an image of which nothing else is known."""
-        return self._tracking.coast(stamp_ns)
+        return self.tracking.coast(stamp_ns)
 
     def predicted(self, stamp_ns: int) -> FrameResult:
         """Return the robots as a copy of the tracks has them later, by prediction alone."""
-        estimates = copy.deepcopy(self._tracking).coast(stamp_ns)
+        estimates = copy.deepcopy(self.tracking).coast(stamp_ns)
         return FrameResult(stamp_ns, "", estimates, (), self._origin.datum)
 
     def result(
@@ -128,17 +121,14 @@ class Pipeline:
             if reason is None:
                 used.append(i)
         shown = frame if len(used) == len(reasons) else frame.rows(used)
-        camera = self._inputs.cameras.at(frame.stamp_ns)
-        pose = self._pose(samples)
+        scene, pose = self._scene(shown, samples)
         posed = time.perf_counter_ns()
-        scene = self._scene(shown, camera, pose)
         platform: tuple[PlatformError, ...] = ()
         if isinstance(scene, Reason):
             located = posed
-            pose = pose if scene is camera else scene
             reasons = [reason or scene for reason in reasons]
             blank = scene is Reason.BAD_DETECTIONS
-            estimates = self._tracking.coast(frame.stamp_ns, None if blank else shown)
+            estimates = self.tracking.coast(frame.stamp_ns, None if blank else shown)
         else:
             sent = self._inputs.depths
             depths = sent.at(shown.class_ids, scene.pose.stamp_ns) if sent.used else None
@@ -154,7 +144,7 @@ class Pipeline:
         if estimates:
             self._origin.settle()
         datum = self._origin.datum
-        settled = self._tracking.settled()
+        settled = self.tracking.settled()
         done = time.perf_counter_ns()
         return FrameResult(
             frame.stamp_ns,
@@ -162,7 +152,7 @@ class Pipeline:
             estimates,
             rejections(frame, reasons) if any(reasons) else (),
             datum,
-            pose if isinstance(pose, CameraPose) else None,
+            pose,
             {
                 "pose": (posed - began) * 1e-6,
                 "locate": (located - posed) * 1e-6,
@@ -203,13 +193,17 @@ class Pipeline:
         return samples.reason
 
     def _scene(
-        self, boxes: DetectionFrame, camera: CameraModel | Reason, pose: CameraPose | Reason
-    ) -> PosedFrame | Reason:
-        """Return boxes with camera and pose, or why boxes are refused: something lacks or froze."""
+        self, boxes: DetectionFrame, samples: SceneTelemetry | MissingTelemetry
+    ) -> tuple[PosedFrame | Reason, CameraPose | None]:
+        """Return boxes with camera and pose, or why boxes are refused: something lacks or froze.
+
+        Also the pose, which is known without a camera as well.
+        """
+        camera, pose = self._inputs.cameras.at(boxes.stamp_ns), self._pose(samples)
         if isinstance(camera, Reason):
-            return camera
+            return camera, None if isinstance(pose, Reason) else pose
         if isinstance(pose, Reason):
-            return pose
+            return pose, None
         local = self._origin.local
         assert local is not None  # noqa: S101 - a pose needs a fix, that sets it
         in_map = MapPose.of(pose, local)
@@ -219,18 +213,18 @@ class Pipeline:
                 "All telemetry stopped dead in a motion and repeats itself to the last bit: boxes "
                 "are refused until it changes (stale_fix). Its source may have frozen.",
             )
-            return Reason.STALE_FIX
+            return Reason.STALE_FIX, None
         if self._frozen.image_frozen(boxes, camera, in_map):
             self._log.warn_once(
                 "picture stands",
                 "Boxes repeat themselves to the last bit while the camera moves: the picture "
                 "stands still, and they are refused until it changes (bad_detections).",
             )
-            return Reason.BAD_DETECTIONS
+            return Reason.BAD_DETECTIONS, None
         scene = PosedFrame(boxes, camera, pose, in_map, self.latency.found)
         misfit = partial(self._misfit, scene, local)
         used = self._camera_change.update(camera, boxes.stamp_ns, misfit)
-        return scene if used is camera else replace(scene, camera=used)
+        return scene if used is camera else replace(scene, camera=used), pose
 
     def _misfit(self, scene: PosedFrame, local: LocalMap, camera: CameraModel) -> float:
         """Return how badly boxes fit the robots in view if this is the camera, nats."""
@@ -238,7 +232,7 @@ class Pipeline:
         points = localization.locate(
             scene.pose, camera, scene.detections.centers, self._config.noise, self._config
         )
-        return copy.deepcopy(self._tracking).misfit(seen, points, local)
+        return copy.deepcopy(self.tracking).misfit(seen, points, local)
 
     def _tracked(
         self, scene: PosedFrame, points: WaterPoints
@@ -252,7 +246,7 @@ class Pipeline:
         local, method = self._origin.local, self._config.method
         assert local is not None  # noqa: S101 - see `_scene`
         exact = exact_points(scene, points, self._config) if method == "paper" else points
-        update = self._tracking.update(scene, exact, local)
+        update = self.tracking.update(scene, exact, local)
         if self.latency.found is not None:
             self.latency.update(scene, update.measured, local)
         reasons: Reasons = []

@@ -30,18 +30,17 @@ class PointChecks:
         config: `classes.<name>.length_m`.
         polygons: the area of operation; none: everywhere.
         log: where it is said that the area lies elsewhere.
+
+    Attributes:
+        used: whether anything is checked.
     """
 
     def __init__(self, config: EstimatorConfig, polygons: tuple[Polygon, ...], log: Events) -> None:
         self._area = AreaOfOperation(polygons) if polygons else None
         self._swapped = AreaOfOperation(_swapped(polygons)) if _swappable(polygons) else None
         self._size = SizeCheck(config)
+        self.used = self._area is not None or self._size.used
         self._log = log
-
-    @property
-    def used(self) -> bool:
-        """Whether anything is checked."""
-        return self._area is not None or self._size.used
 
     def apply(self, frame: PosedFrame, points: WaterPoints) -> WaterPoints:
         """Return the points with `outside_area` and `wrong_size` as reasons where they apply."""

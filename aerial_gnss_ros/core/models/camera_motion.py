@@ -68,13 +68,6 @@ class CameraMotion:
         position: Array = self._pose.position + self.velocity * seconds
         return position
 
-    def predicted_pose(self, seconds: float) -> MapPose | None:
-        """Return the predicted pose, None without a recent past."""
-        if self._pose is None or seconds > TUNING.max_gap_s:
-            return None
-        turn = rotation_matrix(self.turn_rate * seconds)
-        return MapPose(self._pose.position + self.velocity * seconds, turn @ self._pose.rotation)
-
     def shift(self, jump: Array) -> None:
         """Move to positions (3,) m away: the receiver jumped, not the drone."""
         if self._pose is not None:
@@ -91,18 +84,20 @@ class CameraMotion:
         Returns:
             The pose that was expected; where the past does not tell, the measured one.
         """
-        self.jump = None
-        expected = self.predicted_pose(seconds) if seconds > 0.0 else None
-        if expected is None:
+        before, self.jump = self._pose, None
+        if before is None or not 0.0 < seconds <= TUNING.max_gap_s:
             self._pose, self._lasted_s = measured, 0.0
             self.velocity, self.turn_rate, self.rates = np.zeros(3), np.zeros(3), np.zeros(6)
             self._shown = [(measured.rotation, 0.0)]
             return measured
         self._lasted_s += seconds
         alpha, beta = self._gains(seconds)
+        farthest = _farthest(seconds)
+        turn = rotation_matrix(self.turn_rate * seconds)
+        expected = MapPose(before.position + self.velocity * seconds, turn @ before.rotation)
         shift = measured.position - expected.position
         turn = rotation_vector(measured.rotation @ expected.rotation.T)
-        if _too_far(turn, seconds) and self._jumps(measured, seconds):
+        if math.sqrt(turn @ turn) > farthest and self._jumps(measured, seconds):
             expected, turn = MapPose(expected.position, measured.rotation), np.zeros(3)
         self._shown = [*self._shown[-1:], (measured.rotation, seconds)]
         self._pose = MapPose(
@@ -120,7 +115,7 @@ class CameraMotion:
         (earlier, _), (last, passed) = self._shown[0], self._shown[-1]
         turn = rotation_vector(last @ earlier.T) * (seconds / passed if passed else 0.0)
         jump = rotation_vector(measured.rotation @ (rotation_matrix(turn) @ last).T)
-        if not _too_far(jump, seconds):
+        if not math.sqrt(jump @ jump) > _farthest(seconds):
             return False
         self.jump = jump  # from there it goes on as it went on before
         self._shown = [(rotation_matrix(jump) @ last, 0.0)]
@@ -139,6 +134,6 @@ class CameraMotion:
         return min(alpha, 1.0), min(beta, seconds / TUNING.shortest_s, 1.0)
 
 
-def _too_far(turn: Array, seconds: float) -> bool:
-    """Return whether a rotation vector (3,) is more than a camera turns within a time."""
-    return math.sqrt(turn @ turn) > TUNING.jump_rad + TUNING.jump_radps * seconds
+def _farthest(seconds: float) -> float:
+    """Return by how much a camera turns off its predicted orientation at most, rad."""
+    return TUNING.jump_rad + TUNING.jump_radps * seconds

@@ -11,9 +11,16 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
+import numpy as np
+from numpy.typing import NDArray
+
 from aerial_gnss_ros.core.association.track import Track
+from aerial_gnss_ros.core.georeferencing.measurements import Measurements
 from aerial_gnss_ros.core.values.detection_frame import DetectionFrame
 from aerial_gnss_ros.core.values.rejection import Cause, Reason, Rejection
+
+Indices = NDArray[np.intp]
+Mask = NDArray[np.bool_]
 
 
 @dataclass(frozen=True)
@@ -112,6 +119,25 @@ class BoxAccount:
         if images < hits:
             return Cause.IMAGES_TOO_SELDOM
         return Cause.OUT_OF_GATE if track.near_misses else Cause.TOO_FEW_IMAGES
+
+
+def box_masks(
+    seen: Measurements, measured: dict[int, int], refused: Indices, boxes: int
+) -> tuple[Mask, Mask]:
+    """Return which boxes (n,) of an image have no track, and which were refused theirs.
+
+    Args:
+        seen: the image's measurements.
+        measured: boxes by row of the track that they measured or started.
+        refused: boxes that imply an impossible speed.
+        boxes: n.
+    """
+    gated, too_fast = np.zeros((2, boxes), dtype=bool)
+    gated[seen.index] = True
+    gated[list(measured.values())] = False
+    gated[refused] = False
+    too_fast[refused] = True
+    return gated, too_fast
 
 
 def complaint(

@@ -8,27 +8,25 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aerial_gnss_ros.core.geometry.local_map import LocalMap
-from aerial_gnss_ros.core.georeferencing.measurements import Measurements
 from aerial_gnss_ros.core.identity.encounters import Encounters
 from aerial_gnss_ros.core.identity.label_ambiguity import Position
+from aerial_gnss_ros.core.models.platform_model import named_errors
 from aerial_gnss_ros.core.tracker.fork import Fork
 from aerial_gnss_ros.core.tracker.track_table import TrackTable
-from aerial_gnss_ros.core.values.estimates import RobotEstimate
+from aerial_gnss_ros.core.values.estimates import PlatformError, RobotEstimate
 
 Array = NDArray[np.float64]
-Indices = NDArray[np.intp]
-Mask = NDArray[np.bool_]
 
 
-def robot_estimates(
+def published(
     table: TrackTable,
     encounters: Encounters,
     fork: Fork | None,
     local: LocalMap,
     altitude: float,
     stamp_ns: int,
-) -> tuple[RobotEstimate, ...]:
-    """Return the labelled robots at an image, sorted by label.
+) -> tuple[tuple[RobotEstimate, ...], tuple[PlatformError, ...]]:
+    """Return the labelled robots at an image, sorted by label, and the platform's errors.
 
     Args:
         table: of the tracks.
@@ -38,16 +36,17 @@ def robot_estimates(
         altitude: of the water above the ellipsoid, m.
         stamp_ns: of the image, ns.
     """
-    labelled: list[tuple[str, int]] = []
+    joint, labelled = table.filter, list[tuple[str, int]]()
     for row, track in enumerate(table.tracks):
         if track.robot_id:
             labelled.append((track.robot_id, row))
+    errors = joint.platform
     if not labelled:
-        return ()
+        return (), named_errors(*errors)
     labelled.sort()
     labels, rows = zip(*labelled, strict=True)
-    mean, covariance = table.filter.moments()
-    table.filter.add_fault_covariances(covariance)
+    mean, covariance = joint.moments()
+    joint.add_fault_covariances(covariance)
     if list(rows) != list(range(len(mean))):
         mean, covariance = mean[list(rows)], covariance[list(rows)]
     if encounters.ambiguous:
@@ -77,7 +76,7 @@ def robot_estimates(
                 last_seen_ns=track.last_seen_ns,
             )
         )
-    return tuple(estimates)
+    return tuple(estimates), named_errors(*errors)
 
 
 def add_label_ambiguity(
@@ -97,22 +96,3 @@ def add_label_ambiguity(
     }
     for name, more in encounters.ambiguity_covariances(spots).items():
         covariance[labels.index(name), :2, :2] += more
-
-
-def box_masks(
-    seen: Measurements, measured: dict[int, int], refused: Indices, boxes: int
-) -> tuple[Mask, Mask]:
-    """Return which boxes (n,) of an image have no track, and which were refused theirs.
-
-    Args:
-        seen: the image's measurements.
-        measured: boxes by row of the track that they measured or started.
-        refused: boxes that imply an impossible speed.
-        boxes: n.
-    """
-    gated, too_fast = np.zeros((2, boxes), dtype=bool)
-    gated[seen.index] = True
-    gated[list(measured.values())] = False
-    gated[refused] = False
-    too_fast[refused] = True
-    return gated, too_fast

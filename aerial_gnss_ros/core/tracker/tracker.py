@@ -37,17 +37,16 @@ from aerial_gnss_ros.core.georeferencing.localization import WaterPoints
 from aerial_gnss_ros.core.georeferencing.measurements import Measurements, measurements
 from aerial_gnss_ros.core.identity.encounters import Encounters
 from aerial_gnss_ros.core.identity.labels import Labels
-from aerial_gnss_ros.core.models.platform_model import named_errors
 from aerial_gnss_ros.core.numerics.gaussian import gate_threshold
-from aerial_gnss_ros.core.tracker.box_account import BoxAccount, Settled
+from aerial_gnss_ros.core.tracker.box_account import BoxAccount, Settled, box_masks
 from aerial_gnss_ros.core.tracker.confirmation import TrackConfirmation
 from aerial_gnss_ros.core.tracker.image_evidence import ImageEvidence
 from aerial_gnss_ros.core.tracker.protocol import TrackUpdate
-from aerial_gnss_ros.core.tracker.publication import box_masks, robot_estimates
+from aerial_gnss_ros.core.tracker.publication import published
 from aerial_gnss_ros.core.tracker.recovery import Recovery
 from aerial_gnss_ros.core.tracker.track_table import TrackTable
 from aerial_gnss_ros.core.values.detection_frame import DetectionFrame
-from aerial_gnss_ros.core.values.estimates import RobotEstimate, State
+from aerial_gnss_ros.core.values.estimates import PlatformError, RobotEstimate, State
 from aerial_gnss_ros.core.values.events import Events
 
 Indices = NDArray[np.intp]
@@ -107,41 +106,65 @@ class Tracker:
         """Take in one image (see `Tracking`)."""
         joint, boxes, stamp_ns = self.table.filter, frame.detections, frame.detections.stamp_ns
         self._local, self._water_altitude = local, frame.pose.altitude - frame.pose.height
-        self._confirmation.rule.note(stamp_ns)
+        passed = self._predict(stamp_ns, posed=True)
         seen = measurements(frame, points, local, joint.noise.level)
-        passed = 0.0 if self._stamp_ns is None else (stamp_ns - self._stamp_ns) * 1e-9
-        self._predict(stamp_ns)
         usable = joint.update_camera(frame, lambda: self._jumped(frame, seen))
-        returned = self._recovery.telemetry_is_back(stamp_ns)
+        jumping = joint.jumps.began or self._recovery.fork is not None
+        returned = jumping and self._recovery.telemetry_is_back(stamp_ns)
         if returned:
             self._go_back()
         if not usable:
             self._image_evidence.followed(boxes)
             unused = points.valid
-            return TrackUpdate(self._estimates(stamp_ns), {}, unused, np.zeros_like(unused))
+            return TrackUpdate(self._estimates(stamp_ns)[0], {}, unused, np.zeros_like(unused))
         if joint.orientation_jumped:
             self._matcher.expect_mismatch()
+        return self._track(frame, seen, local, passed, returned)
+
+    def _track(
+        self, frame: PosedFrame, seen: Measurements, local: LocalMap, passed: float, returned: bool
+    ) -> TrackUpdate:
+        """Associate an image's boxes, update and confirm tracks, and publish.
+
+        Args:
+            frame: the image.
+            seen: its measurements.
+            local: the map.
+            passed: time since the last image, s.
+            returned: whether the fork was restored.
+        """
+        boxes, stamp_ns = frame.detections, frame.detections.stamp_ns
         mismatch = self._matcher.scene_mismatch
         rows, columns = self._associate(seen, stamp_ns)
         if self._matcher.scene_mismatch and self._recovery.explains(seen, stamp_ns):
             self._go_back()
             returned = True
             rows, columns = self._associate(seen, stamp_ns)
+        tracks = self.table.tracks
         if self._image_evidence.blind_ns is not None:
-            rows, columns = self._image_evidence.uncontradicted(
-                self.table.tracks, boxes, seen, rows, columns
-            )
-        rows, columns, refused = self._correct(seen, rows, columns, stamp_ns, passed)
+            rows, columns = self._image_evidence.uncontradicted(tracks, boxes, seen, rows, columns)
+        columns = self._encounters.update(tracks, rows, columns, seen, stamp_ns)
+        window_ns = self._confirmation.rule.window_ns
+        impossible, labelled = self.table.update(seen, rows, columns, stamp_ns, window_ns)
+        fast = np.isin(rows, impossible) if len(impossible) else np.zeros(len(rows), np.bool_)
+        rows, columns, refused = rows[~fast], columns[~fast], columns[fast]
+        self._recovery.update(rows, labelled, stamp_ns, passed)
         if mismatch and not self._matcher.scene_mismatch:
             self._recovery.reject_unlabelled(stamp_ns)
         measured = dict(zip(rows.tolist(), seen.index[columns].tolist(), strict=True))
         if len(columns) + len(refused) < len(seen.index):
             self.table.start(seen, measured, np.concatenate([columns, refused]), boxes)
         self._account.note(self.table.tracks, measured, boxes)
+        masks = box_masks(seen, measured, seen.index[refused], len(boxes.class_ids))
         unexplained = returned or self._matcher.scene_mismatch or not len(seen.index)
         self._image_evidence.label(self.table.tracks, measured, frame, unexplained)
-        replaced = self._confirm(len(seen.index), frame.pose.height, local, stamp_ns)
-        return self._published(seen, measured, seen.index[refused], replaced, boxes)
+        ready = self._confirmation.ready(stamp_ns)
+        replaced: set[int] = set()
+        if ready or self._matcher.scene_mismatch:
+            replaced = self._confirm(ready, len(seen.index), frame.pose.height, local, stamp_ns)
+        names = self._labelled(measured, replaced)
+        estimates, platform = self._estimates(stamp_ns)
+        return TrackUpdate(estimates, names, *masks, platform)
 
     def misfit(self, frame: PosedFrame, points: WaterPoints, local: LocalMap) -> float:
         """Return how badly an image's boxes fit the robots in view, nats (see `Tracking`)."""
@@ -185,17 +208,27 @@ class Tracker:
         self._predict(stamp_ns)
         if boxes is not None:
             self._image_evidence.followed(boxes)
-        return self._estimates(stamp_ns)
+        return self._estimates(stamp_ns)[0]
 
     def check(self) -> None:
         """Check that all numbers are finite and within bounds (see `Tracking`)."""
         self.table.filter.check()
 
-    def _predict(self, stamp_ns: int) -> None:
-        """Predict all tracks to an image and drop those unseen for too long."""
+    def _predict(self, stamp_ns: int, posed: bool = False) -> float:
+        """Predict all tracks to an image and drop those unseen for too long.
+
+        Args:
+            stamp_ns: of the image, ns.
+            posed: whether it has a pose: such images confirm tracks.
+
+        Returns:
+            Time since the image before, s.
+        """
+        if posed:
+            self._confirmation.rule.note(stamp_ns)
         tracks, window_ns = self.table.tracks, self._confirmation.rule.window_ns
+        passed = 0.0 if self._stamp_ns is None else (stamp_ns - self._stamp_ns) * 1e-9
         if self._stamp_ns is not None:
-            passed = (stamp_ns - self._stamp_ns) * 1e-9
             self.table.filter.predict(passed)
             if self._recovery.fork is not None:
                 self._recovery.predict(passed)
@@ -215,6 +248,7 @@ class Tracker:
                 gone.add(row)
         if gone:
             self._drop(gone)
+        return passed
 
     def _associate(self, seen: Measurements, stamp_ns: int) -> tuple[Indices, Indices]:
         """Associate an image's boxes; return rows and columns of the pairs."""
@@ -227,32 +261,19 @@ class Tracker:
         self.table.apply(decided, able)
         return decided.rows, decided.columns
 
-    def _correct(
-        self, seen: Measurements, rows: Indices, columns: Indices, stamp_ns: int, passed: float
-    ) -> tuple[Indices, Indices, Indices]:
-        """Update tracks; return rows, columns of the pairs used, and refused columns."""
-        columns = self._encounters.update(self.table.tracks, rows, columns, seen, stamp_ns)
-        window_ns = self._confirmation.rule.window_ns
-        impossible, labelled = self.table.update(seen, rows, columns, stamp_ns, window_ns)
-        refused = columns[:0]
-        if len(impossible):
-            fast = np.isin(rows, impossible)
-            rows, columns, refused = rows[~fast], columns[~fast], columns[fast]
-        self._recovery.update(rows, labelled, stamp_ns, passed)
-        return rows, columns, refused
-
-    def _confirm(self, boxes: int, height: float, local: LocalMap, stamp_ns: int) -> set[int]:
+    def _confirm(
+        self, ready: list[int], boxes: int, height: float, local: LocalMap, stamp_ns: int
+    ) -> set[int]:
         """Label the tracks with enough hits; return the rows that they replace.
 
         Args:
+            ready: rows of these tracks.
             boxes: number of the image's boxes on the water.
             height: of the camera above the water, m.
             local: the map.
             stamp_ns: of the image, ns.
         """
-        ready, mismatch = self._confirmation.ready(stamp_ns), self._matcher.scene_mismatch
-        if not ready and not mismatch:
-            return set()
+        mismatch = self._matcher.scene_mismatch
         if mismatch:
             regrouped = self._recovery.regroup(ready)
             if regrouped is not None:
@@ -271,47 +292,37 @@ class Tracker:
         self._account.confirm(self.table.tracks)
         return replaced
 
-    def _published(
-        self,
-        seen: Measurements,
-        measured: dict[int, int],
-        refused: Indices,
-        replaced: set[int],
-        boxes: DetectionFrame,
-    ) -> TrackUpdate:
-        """Drop replaced and rejected tracks; return the image's effect on the robots.
+    def _labelled(self, measured: dict[int, int], replaced: set[int]) -> dict[str, int]:
+        """Drop replaced and rejected tracks; return the box of each label that was measured.
 
         Args:
-            seen: the image's measurements.
-            measured: detections by row of the track that they measured or started.
-            refused: detections that imply an impossible speed.
+            measured: boxes by row of the track that they measured or started.
             replaced: rows of tracks that continue in others.
-            boxes: all of the image.
         """
-        tracks, names, gone = self.table.tracks, {}, set(replaced)
+        tracks, labels, gone = self.table.tracks, {}, set(replaced)
         for row, index in measured.items():
             if tracks[row].robot_id:
-                names[tracks[row].robot_id] = index
+                labels[tracks[row].robot_id] = index
         for row, track in enumerate(tracks):
             if track.rejected and not track.robot_id and not track.previous_label:
                 gone.add(row)
-        gated, too_fast = box_masks(seen, measured, refused, len(boxes.class_ids))
         if gone:
             self._drop(gone)
-        platform = named_errors(*self.table.filter.platform)
-        return TrackUpdate(self._estimates(boxes.stamp_ns), names, gated, too_fast, platform)
+        return labels
 
-    def _estimates(self, stamp_ns: int) -> tuple[RobotEstimate, ...]:
-        """Return the labelled robots as published."""
+    def _estimates(
+        self, stamp_ns: int
+    ) -> tuple[tuple[RobotEstimate, ...], tuple[PlatformError, ...]]:
+        """Return the labelled robots and the platform's errors as published."""
         if self._local is None:
-            return ()
+            return (), ()
         altitude, fork = float(self._water_altitude), self._recovery.fork
-        estimates = robot_estimates(
+        estimates, platform = published(
             self.table, self._encounters, fork, self._local, altitude, stamp_ns
         )
         if estimates:
             self._identity.remember(estimates)
-        return estimates
+        return estimates, platform
 
     def _go_back(self) -> None:
         """Drop what was seen since the contradiction, and restore the fork."""

@@ -240,7 +240,7 @@ def test_a_state_that_cannot_be_fails_the_image_that_made_it(sea, monkeypatch):
 
     def spoiling(frame, samples):
         result = work(frame, samples)
-        engine._pipeline._tracking.table.filter._groups[0].covariance[8, 8] = math.nan
+        engine._pipeline.tracking.table.filter._groups[0].covariance[8, 8] = math.nan
         return result
 
     monkeypatch.setattr(engine._pipeline, "result", spoiling)

@@ -11,7 +11,7 @@ import pytest
 
 from aerial_gnss_ros.core.association.track import Track
 from aerial_gnss_ros.core.geometry.local_map import LocalMap
-from aerial_gnss_ros.core.tracker.publication import robot_estimates
+from aerial_gnss_ros.core.tracker.publication import published
 from aerial_gnss_ros.core.values.estimates import MapDatum, State
 
 LOCAL = LocalMap(MapDatum(0.8, 0.2, 0.0))
@@ -26,16 +26,19 @@ def table(*labels):
     joint = SimpleNamespace(
         moments=lambda: (mean.copy(), np.tile(np.eye(4), (len(labels), 1, 1))),
         add_fault_covariances=lambda _: None,
+        platform=(np.arange(7.0), np.diag([4.0, *[0.0] * 6])),
     )
     return SimpleNamespace(tracks=tracks, filter=joint)
 
 
 def test_robots_with_labels_come_in_their_order():
-    found = robot_estimates(table("aqua_2", "", "aqua_1"), CERTAIN, None, LOCAL, 3.0, 7)
+    found, _ = published(table("aqua_2", "", "aqua_1"), CERTAIN, None, LOCAL, 3.0, 7)
     assert [(one.robot_id, one.position[1]) for one in found] == [("aqua_1", 20.0), ("aqua_2", 0.0)]
     assert found[0].latitude - found[1].latitude == pytest.approx(20.0 / 6.37e6, rel=0.01)
     assert {(one.stamp_ns, one.last_seen_ns, one.altitude) for one in found} == {(7, 5, 3.0)}
-    assert robot_estimates(table("", ""), CERTAIN, None, LOCAL, 3.0, 7) == ()
+    nobody, platform = published(table("", ""), CERTAIN, None, LOCAL, 3.0, 7)
+    assert nobody == ()
+    assert [(one.name, one.sigma) for one in platform] == [("gnss_east", 2.0)]
 
 
 def test_covariances_contain_another_label_and_robots_as_they_were():
@@ -43,6 +46,6 @@ def test_covariances_contain_another_label_and_robots_as_they_were():
         ambiguous=True, ambiguity_covariances=lambda _: {"aqua_2": np.diag([4.0, 0.0])}
     )
     fork = SimpleNamespace(apart=lambda *_: {"aqua_1": np.array([0.0, 3.0])})
-    found = robot_estimates(table("aqua_2", "aqua_1"), doubtful, fork, LOCAL, 0.0, 7)
+    found, _ = published(table("aqua_2", "aqua_1"), doubtful, fork, LOCAL, 0.0, 7)
     assert found[0].covariance.diagonal().tolist() == [1.0, 10.0, 1.0, 1.0]
     assert found[1].covariance.diagonal().tolist() == [5.0, 1.0, 1.0, 1.0]
