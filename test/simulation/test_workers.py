@@ -10,7 +10,9 @@ import os
 import signal
 import subprocess
 import sys
+import threading
 import time
+from concurrent.futures import Future, ProcessPoolExecutor
 from pathlib import Path
 
 import pytest
@@ -27,6 +29,30 @@ def test_results_come_in_the_order_of_the_jobs(processes):
 def test_a_killed_process_is_told_instead_of_waited_for():
     with pytest.raises(OutputError, match="memory ran out"):
         list(shared(os._exit, [1, 1, 1], 2, "memory ran out"))
+
+
+def test_a_pool_that_breaks_finds_no_future_cancelled(monkeypatch):
+    """Its thread says of each job that the pool broke, while the caller already ends it.
+
+    Python 3.11 raises in that thread when a job that waits has been cancelled meanwhile.
+    """
+    caller_ends, raised = threading.Event(), []
+    shutdown, set_exception = ProcessPoolExecutor.shutdown, Future.set_exception
+
+    def ending(pool, **options):
+        caller_ends.set()
+        shutdown(pool, **options)
+
+    def telling(future, error):
+        set_exception(future, error)
+        assert caller_ends.wait(60.0)  # the caller hears of the first one
+
+    monkeypatch.setattr(ProcessPoolExecutor, "shutdown", ending)
+    monkeypatch.setattr(Future, "set_exception", telling)
+    monkeypatch.setattr(threading, "excepthook", lambda told: raised.append(told.exc_value))
+    with pytest.raises(OutputError, match="memory ran out"):
+        list(shared(os._exit, [1] * 9, 2, "memory ran out"))
+    assert raised == []
 
 
 def test_what_is_at_work_when_nobody_wants_it_any_more_is_ended():
