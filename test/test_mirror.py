@@ -21,17 +21,7 @@ PACKAGE = ROOT / "aerial_gnss_ros"
 TESTED_WITH = {
     "core/filter/test_blocks.py": "core/filter/state_arrays",
     "core/filter/test_joint_filter.py": "core/filter/camera_faults",
-    "adapters/test_canonical.py": "adapters/psdk adapters/stamps",
-    "adapters/test_cross_vehicle.py": "adapters/ardupilot adapters/axes adapters/mavros",
-    "adapters/test_dji_exporters.py": (
-        "adapters/dji_clock adapters/dji_columns adapters/dji_csv adapters/dji_flight"
-    ),
-    "adapters/test_dji_log.py": "adapters/dji_srt",
-    "adapters/test_map_frame.py": "adapters/transforms",
-    "adapters/test_parameter_files.py": "adapters/parameter_documents",
-    "adapters/test_results.py": "adapters/markers",
-    "adapters/test_table_files.py": "adapters/text_files evaluation/platform evaluation/truth",
-    "adapters/test_vehicles.py": "adapters/kinds",
+    "adapters/test_table_files.py": "evaluation/platform evaluation/truth",
     "bags/test_reader.py": "bags/definitions",
     "bags/test_results.py": "bags/maps bags/tables",
     "bags/test_writer.py": "bags/partial",
@@ -47,18 +37,15 @@ TESTED_WITH = {
         "commands/argument_types commands/dataset_arguments training/augment training/naming"
     ),
     "commands/test_benchmark.py": "benchmarking/flight benchmarking/suite",
-    "commands/test_camera.py": (
-        "adapters/camera_files adapters/camera_size adapters/photo_files commands/camera_arguments"
-    ),
+    "commands/test_camera.py": "commands/camera_arguments",
     "commands/test_check.py": "bags/watching commands/check_report",
-    "commands/test_doctor.py": "adapters/matching bags/survey",
+    "commands/test_doctor.py": "bags/survey",
     "commands/test_evaluate.py": "evaluation/figures evaluation/hover evaluation/report",
     "commands/test_import_dji.py": (
         "bags/alignment bags/import_dji bags/video commands/import_report"
     ),
     "commands/test_replay.py": "bags/detect bags/plan bags/replay",
     "commands/test_replay_vehicles.py": "commands/configuration",
-    "commands/test_robot_outputs.py": "adapters/ais adapters/gps_input adapters/nmea",
     "commands/test_simulate.py": "commands/simulate_arguments",
     "commands/test_stream.py": "commands/udp_outputs",
     "commands/test_train.py": "commands/ending commands/train_arguments",

@@ -11,10 +11,9 @@ import numpy as np
 import pytest
 from rosbags.typesys import Stores, get_typestore
 
-from aerial_gnss_ros.adapters import canonical, psdk
+from aerial_gnss_ros.adapters import canonical
 from aerial_gnss_ros.adapters.stamps import copied_header, nanoseconds, stamp_fields
 from aerial_gnss_ros.bags.typestore import serialize, typestore
-from aerial_gnss_ros.core.config.telemetry import GimbalConfig
 from aerial_gnss_ros.core.telemetry.validity import validate
 from aerial_gnss_ros.core.values.errors import CameraError
 
@@ -167,14 +166,9 @@ def test_angles_in_degrees_are_those_in_radians(message):
     ("angle", "given"),
     [(6283.0, True), (-6283.0, True), (6284.0, False), (-1e18, False), (math.inf, False)],
 )
-@pytest.mark.parametrize("kind", ["vector3", "psdk"])
-def test_an_angle_beyond_a_thousand_turns_is_none(message, kind, axis, angle, given):
+def test_an_angle_beyond_a_thousand_turns_is_none(message, axis, angle, given):
     read = message("geometry_msgs/msg/Vector3Stamped", {"vector": {axis: angle}})
-    orientation = (
-        canonical.orientation(read, NOW, "vector3")
-        if kind == "vector3"
-        else psdk.gimbal(read, NOW, GimbalConfig())
-    )
+    orientation = canonical.orientation(read, NOW, "vector3")
     trouble, _ = validate(orientation)
     assert ("1,000 turns" in trouble) != given
 

@@ -5,20 +5,21 @@
 from __future__ import annotations
 
 import math
+import sys
 from dataclasses import replace
-
-import numpy as np
+from pathlib import Path
 
 from aerial_gnss_ros.adapters.departures import Departures
 from aerial_gnss_ros.adapters.results import NO_FIX, UNKNOWN_LENGTH_M2, position_messages
-from aerial_gnss_ros.core.values.estimates import FrameResult, MapDatum, RobotEstimate, State
+from aerial_gnss_ros.core.values.estimates import FrameResult, State
 
-ONE = RobotEstimate(
-    5, "aqua_1", "aqua", State.CONFIRMED, 0.2, -1.0, -40.0, np.array([30.0, 20.0]),
-    np.array([0.0, 2.0]), np.diag([4.0, 9.0, 0.01, 0.04]), 5,
-)  # fmt: skip
+sys.path.insert(0, str(Path(__file__).parent))
+
+from one_robot import DATUM, ROBOT
+
+ONE = replace(ROBOT, stamp_ns=5, last_seen_ns=5)
+
 TWO = replace(ONE, robot_id="aqua_2", latitude=0.3)
-DATUM = MapDatum(0.2, -1.0, -42.0)
 
 
 def result(stamp_ns, *estimates):

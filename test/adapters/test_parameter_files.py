@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import pytest
 
-from aerial_gnss_ros.adapters.parameter_documents import document, scalar
+from aerial_gnss_ros.adapters.parameter_documents import document
 from aerial_gnss_ros.adapters.parameter_files import read, ros_parameters
 from aerial_gnss_ros.core.config.estimator import EstimatorConfig, estimator_config
 from aerial_gnss_ros.core.config.schema import build, key, leaves
@@ -116,21 +116,3 @@ def test_bad_files_are_refused_by_name(tmp_path, text, sentence):
 def test_a_missing_file_is_named(tmp_path):
     with pytest.raises(ConfigError, match=r"absent\.yaml: cannot be read: No such file"):
         read([tmp_path / "absent.yaml"], SCHEMAS)
-
-
-@pytest.mark.parametrize(
-    ("value", "text"),
-    [
-        ("true", '"true"'),
-        ("", '""'),
-        ("camera/info", "camera/info"),
-        ("a b", '"a b"'),
-        (True, "true"),
-        (3, "3"),
-        (float("nan"), ".nan"),
-        ((0.0, 90.0), "[0.0, 90.0]"),
-        ((), "[]"),
-    ],
-)
-def test_values_are_written_so_that_every_reader_agrees(value, text):
-    assert scalar(value) == text

@@ -5,7 +5,9 @@
 from __future__ import annotations
 
 import math
+import sys
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -22,34 +24,15 @@ from aerial_gnss_ros.adapters.results import (
 )
 from aerial_gnss_ros.adapters.results import odometry as adapters_odometry
 from aerial_gnss_ros.bags.typestore import serialize, typestore
-from aerial_gnss_ros.core.values.estimates import FrameResult, MapDatum, RobotEstimate, State
+from aerial_gnss_ros.core.values.estimates import State
 from aerial_gnss_ros.detection.base import Detections
 
-STAMP = 3_000_000_004
-# Every variance is another number, so that a wrong order shows.
-COVARIANCE = np.array(
-    [
-        [4.0, 0.5, 0.0, 0.0],
-        [0.5, 9.0, 0.0, 0.0],
-        [0.0, 0.0, 0.01, 0.0],
-        [0.0, 0.0, 0.0, 0.04],
-    ]
-)
-ESTIMATE = RobotEstimate(
-    stamp_ns=STAMP,
-    robot_id="aqua_1",
-    class_id="aqua",
-    state=State.CONFIRMED,
-    latitude=math.radians(13.0),
-    longitude=math.radians(-59.0),
-    altitude=-40.0,
-    position=np.array([30.0, 20.0]),
-    velocity=np.array([0.0, 2.0]),
-    covariance=COVARIANCE,
-    last_seen_ns=STAMP,
-)
-DATUM = MapDatum(math.radians(13.0), math.radians(-59.0), -42.0)
-RESULT = FrameResult(STAMP, "camera", (ESTIMATE,), (), DATUM)
+sys.path.insert(0, str(Path(__file__).parent))
+
+from one_robot import DATUM, RESULT, ROBOT
+
+ESTIMATE = replace(ROBOT, altitude=-40.0)
+RESULT = replace(RESULT, estimates=(ESTIMATE,), datum=replace(DATUM, altitude=-42.0))
 
 
 def published(result):
@@ -87,7 +70,7 @@ def test_every_header_carries_the_image_s_stamp_and_its_frame():
     }
     for topic, message in messages.items():
         header = message.markers[0].header if topic == "robots/markers" else message.header
-        assert (header.stamp.sec, header.stamp.nanosec) == (3, 4)
+        assert (header.stamp.sec, header.stamp.nanosec) == (5, 7)
 
 
 def test_geo_pose_has_north_first_and_the_course_as_yaw():
@@ -185,23 +168,6 @@ def test_the_datum_is_the_origin_of_the_map():
     position = published(RESULT)["map_datum"].pose.position
     assert (position.latitude, position.longitude) == (pytest.approx(13.0), pytest.approx(-59.0))
     assert position.altitude == -42.0
-
-
-def test_markers_replace_the_whole_picture():
-    markers = published(with_estimate(covariance=np.diag([1.0, 4.0, 1.0, 1.0])))["robots/markers"]
-    clear, ellipse, name = markers.markers
-    assert clear.action == 3  # DELETEALL: a lost robot disappears
-    assert [(m.ns, m.id, m.action) for m in (ellipse, name)] == [("aqua_1", 0, 0), ("aqua_1", 1, 0)]
-    # 95 %: 2.4477 sigma to each side; the long axis points north.
-    assert ellipse.scale.x == pytest.approx(2 * 2.4477 * 2.0, rel=1e-4)
-    assert ellipse.scale.y == pytest.approx(2 * 2.4477 * 1.0, rel=1e-4)
-    yaw = 2.0 * math.atan2(ellipse.pose.orientation.z, ellipse.pose.orientation.w)
-    assert abs(yaw) == pytest.approx(math.pi / 2)
-    assert (ellipse.pose.position.x, ellipse.pose.position.y) == (30.0, 20.0)
-    assert name.text == "aqua_1"
-    coasting = published(with_estimate(state=State.COASTING))["robots/markers"].markers
-    assert coasting[2].text == "aqua_1 (not seen)"
-    assert coasting[1].color.r > coasting[1].color.g
 
 
 def test_detections_copy_the_header_and_name_the_class():

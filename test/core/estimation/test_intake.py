@@ -145,3 +145,10 @@ def test_where_the_drone_turns_out_to_be_elsewhere_the_receiver_is_told():
         door.intake.add(Input.HEIGHT, Scalar(i * SECOND // 10, height))
     (words,) = door.receiver.got
     assert words == "The height is 500.0 m, 480 m from what it was before"
+
+
+def test_where_the_water_turns_out_to_be_elsewhere_the_receiver_is_told():
+    door = Door()
+    for i in range(20):
+        door.intake.add_water_level(Scalar(i * SECOND, 0.0 if i < 5 else 30.0))
+    assert door.receiver.got == ["The water is 30 m from where it was before"]

@@ -90,6 +90,16 @@ def test_a_robot_is_corrected_by_its_box_and_an_outlier_counts_less(sea):
     assert moved == pytest.approx(np.array([1.0, 3.0, 3.0]) * share * math.sqrt(spread) / METRE_PX)
 
 
+def test_a_robot_is_expected_to_go_on_as_it_moves(sea):
+    squares = []
+    for pixels in (16.0, 8.0, 0.0):
+        found = bank()
+        for t, right in ((0.0, 0.0), (STEP_S, 8.0), (2.0 * STEP_S, pixels)):
+            fit = seen(sea, found, t, {"a": at(right)})
+        squares.append(float(fit.squares[0]))
+    assert squares[0] < 0.01 < squares[1] < squares[2]
+
+
 def test_the_latency_with_which_robots_stay_costs_least(sea):
     """A camera that swings 2 m to and fro; images show what was 0.2 s before their stamps."""
     late_s = np.array([-0.2, 0.0, 0.2, 0.4])
@@ -119,7 +129,8 @@ def test_robots_long_unseen_begin_anew_and_no_more_than_four_are_followed(sea):
     seen(sea, found, 0.0, five)
     assert list(found._seen_ns) == list("abcd")
     seen(sea, found, 1.0, {name: five[name] for name in "bd"})
-    assert seen(sea, found, TUNING.forget_s + 0.1, {"e": five["e"], "a": five["a"]}) is None
+    fresh = {name: five[name] for name in "eac"}
+    assert seen(sea, found, TUNING.forget_s + 0.1, fresh) is None
     assert list(found._seen_ns) == list("bdea")
     places = found._state[0, :, :2] * METRE_PX
     assert -places[:, 1] == pytest.approx([20.0, 60.0, 80.0, 0.0])
