@@ -29,6 +29,7 @@ COMMANDS = {
     "augment": ("augment", "make variants of the training images of a labelled data set"),
     "export": ("export", "make a model smaller and faster (fp16, int8), scored beside the first"),
     "train": ("train", "train a detector on labelled images, first one robot, then several"),
+    "detect": ("detect", "boxes on images, a folder, a video or a bag, drawn and scored"),
     "evaluate": ("evaluate", "compare the result of a replay with the truth"),
     "benchmark": ("benchmark", "time the whole pipeline on this machine, stage by stage"),
     "calibrate": ("calibrate", "find latency, heading, gimbal and height errors from a recording"),

@@ -126,7 +126,7 @@ def messages(
 def images(footage: Footage, camera: CameraModel | None, start_ns: int) -> Iterator[Message]:
     """Yield the video's frames, each after the camera's description."""
     begin_ns = start_ns + round(footage.start_s * 1e9)
-    for seconds, jpeg in footage.video.frames(footage.every, footage.quality):
+    for seconds, jpeg in footage.video.jpegs(footage.every, footage.quality):
         stamp_ns = begin_ns + round(seconds * 1e9)
         if camera is not None:
             info = camera_info_fields(camera, stamp_ns, "camera")

@@ -11,8 +11,10 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import cv2
+import numpy as np
 
 from aerial_gnss_ros.core.values.errors import InputError
+from aerial_gnss_ros.detection.base import Image
 from aerial_gnss_ros.detection.image_header import MAX_PIXELS, read_header, refuse_large
 
 _PICTURE_START = 65536
@@ -41,7 +43,7 @@ class Video:
         """Length, s."""
         return self.count / self.rate_hz
 
-    def frames(self, every: int, quality: int) -> Iterator[tuple[float, bytes]]:
+    def jpegs(self, every: int, quality: int) -> Iterator[tuple[float, bytes]]:
         """Yield time in s and JPEG of every n-th frame.
 
         A frame of H.264 or H.265 video is mostly the difference from others, so it must be encoded
@@ -50,8 +52,19 @@ class Video:
         Raises:
             InputError: the video ends far before its own length (damaged, or cut off).
         """
-        capture = _open(self.path)
         options = [int(cv2.IMWRITE_JPEG_QUALITY), quality]
+        for stamp, image in self.frames(every):
+            encoded, data = cv2.imencode(".jpg", image, options)
+            if encoded:
+                yield stamp, data.tobytes()
+
+    def frames(self, every: int = 1) -> Iterator[tuple[float, Image]]:
+        """Yield time in s and pixels of every n-th frame.
+
+        Raises:
+            InputError: the video ends far before its own length (damaged, or cut off).
+        """
+        capture = _open(self.path)
         last, index, origin = -1.0, 0, 0.0
         try:
             while capture.grab():
@@ -62,10 +75,8 @@ class Video:
                     read, image = capture.retrieve()
                     if not read:
                         break
-                    encoded, data = cv2.imencode(".jpg", image, options)
-                    if encoded:
-                        last = stamp
-                        yield stamp, data.tobytes()
+                    last = stamp
+                    yield stamp, np.asarray(image, dtype=np.uint8)
                 index += 1
         finally:
             capture.release()

@@ -18,14 +18,18 @@ _JPEG_QUALITY = 88
 
 
 def boxes_jpeg(image: NDArray[np.uint8], found: DetectionFrame) -> bytes:
-    """Draw boxes, class names and scores.
+    """Return `with_boxes` as a JPEG."""
+    picture = with_boxes(image, found)
+    _, encoded = cv2.imencode(".jpg", picture, [cv2.IMWRITE_JPEG_QUALITY, _JPEG_QUALITY])
+    return bytes(encoded)
+
+
+def with_boxes(image: NDArray[np.uint8], found: DetectionFrame) -> NDArray[np.uint8]:
+    """Return an image with boxes, class names and scores drawn into it.
 
     Args:
         image: (h, w, 3) BGR; left as it is.
         found: the image's detections.
-
-    Returns:
-        A JPEG.
     """
     picture = image.copy()
     for center, size, score, name in zip(
@@ -38,5 +42,4 @@ def boxes_jpeg(image: NDArray[np.uint8], found: DetectionFrame) -> bytes:
             picture, f"{name} {score:.2f}", (low[0], max(low[1] - 6, 12)),
             cv2.FONT_HERSHEY_SIMPLEX, 0.55, _COLOUR, 1, cv2.LINE_AA,
         )  # fmt: skip
-    _, encoded = cv2.imencode(".jpg", picture, [cv2.IMWRITE_JPEG_QUALITY, _JPEG_QUALITY])
-    return bytes(encoded)
+    return picture

@@ -1,0 +1,186 @@
+# Copyright 2026 aerial_gnss_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""What is in pictures, by their names, from a table or YOLO's text files; and what is false on it.
+
+A table has a row for each thing: `file_name`, its class (`class` or `class_id`), left and top edge
+(`x_px`, `y_px`; the first pixel reaches from 0 to 1), width and height (`width_px`, `height_px`; in
+tables that state the picture's own size so, `width_box_px`, `height_box_px`). A row without a class
+says that nothing is in the picture.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aerial_gnss_ros.adapters.table_files import table_rows
+from aerial_gnss_ros.core.values.errors import InputError
+from aerial_gnss_ros.detection.base import Detections
+from aerial_gnss_ros.detection.yolo import iou
+from aerial_gnss_ros.text.sentences import cut, shown
+from aerial_gnss_ros.training.label_lines import parse
+from aerial_gnss_ros.training.labelled import Truth
+from aerial_gnss_ros.training.score import Score
+
+NOTHING = "nothing"
+_MIDDLE = 0.5  # from edges counted from 0 to the middle of the first pixel
+_ON_IOU = 0.1
+_POSITION = ("x_px", "y_px")
+_SIZES = (("width_box_px", "height_box_px"), ("width_px", "height_px"))
+
+
+@dataclass(frozen=True)
+class Labels:
+    """Things in one picture.
+
+    Attributes:
+        classes: (n,) names.
+        corners: (n, 4) left, top, right, bottom, px; the middle of the first pixel is (0, 0).
+    """
+
+    classes: tuple[str, ...]
+    corners: NDArray[np.float64]
+
+    def truth(self, class_names: Sequence[str]) -> Truth:
+        """Return those of the classes that a detector knows."""
+        known = [i for i, name in enumerate(self.classes) if name in class_names]
+        corners = self.corners[known]
+        return Truth(
+            corners,
+            np.ones(len(known), dtype=np.bool_),
+            (corners[:, 2:] - corners[:, :2]).max(axis=1, initial=0.0),
+            np.full(len(known), np.nan),
+            np.array([class_names.index(self.classes[i]) for i in known], dtype=np.int64),
+        )
+
+
+class PictureLabels:
+    """Labels of many pictures.
+
+    Args:
+        path: a table, or a folder with a text file for each picture as YOLO has them.
+        class_names: of the detector; the text files have indices into them.
+
+    Raises:
+        InputError: neither, or damaged.
+    """
+
+    def __init__(self, path: Path, class_names: Sequence[str]) -> None:
+        self._folder = path if path.is_dir() else None
+        self._names = tuple(class_names)
+        self._rows = {} if path.is_dir() else _table(path)
+        if path.is_dir() and not any(path.glob("*.txt")):
+            raise InputError(
+                f"{path} holds no label files (*.txt); give the folder of YOLO's text files, or a "
+                "table."
+            )
+
+    def of(self, name: str, size: tuple[int, int]) -> Labels | None:
+        """Return what is in a picture; None where nothing was said of it.
+
+        Args:
+            name: of its file; the folder does not count.
+            size: width and height, px.
+        """
+        own = Path(name)
+        if self._folder is None:
+            rows = self._rows.get(own.name)
+            return None if rows is None else _labels(rows)
+        file = self._folder / f"{own.stem}.txt"
+        if not file.is_file():
+            return None
+        return _labels(_yolo(file, self._names, size))
+
+
+Row = tuple[str, float, float, float, float]
+
+
+def _labels(rows: Sequence[Row]) -> Labels:
+    boxes = np.array([row[1:] for row in rows], dtype=np.float64).reshape(-1, 4)
+    low = boxes[:, :2] - _MIDDLE
+    return Labels(tuple(row[0] for row in rows), np.hstack([low, low + boxes[:, 2:]]))
+
+
+def _table(path: Path) -> dict[str, list[Row]]:
+    rows: dict[str, list[Row]] = {}
+    for line, row in table_rows(path, ("file_name", *_POSITION), "a table of labels"):
+        name = Path(row["file_name"]).name
+        of_picture = rows.setdefault(name, [])
+        kind = row.get("class", row.get("class_id", ""))
+        if not kind:
+            continue
+        sizes = next((both for both in _SIZES if both[0] in row and both[1] in row), None)
+        if sizes is None:
+            raise InputError(f"{path} lacks the columns width_px, height_px; it has no boxes.")
+        texts = [row[column] for column in (*_POSITION, *sizes)]
+        try:
+            left, top, width, height = map(float, texts)
+        except ValueError as error:
+            raise InputError(
+                f"{path}, line {line}: {shown(texts)} must be left, top, width and height in px."
+            ) from error
+        if not (np.isfinite([left, top, width, height]).all() and min(width, height) >= 0.0):
+            raise InputError(f"{path}, line {line}: {shown(texts)} is no box.")
+        of_picture.append((kind, left, top, width, height))
+    if not rows:
+        raise InputError(f"{path} has no rows; there is nothing to compare with.")
+    return rows
+
+
+def _yolo(file: Path, names: Sequence[str], size: tuple[int, int]) -> list[Row]:
+    rows: list[Row] = []
+    try:
+        lines = file.read_text(encoding="utf-8").splitlines()
+    except (OSError, UnicodeDecodeError) as error:
+        raise InputError(f"{file} cannot be read ({cut(str(error))}).") from error
+    for number, line in enumerate(lines, 1):
+        if not line.strip():
+            continue
+        try:
+            class_id, u, v, width, height = parse(line, len(names))
+        except InputError as error:
+            raise InputError(f"{file}, line {number}: {error}.") from error
+        wide, high = width * size[0], height * size[1]
+        left, top = u * size[0] - wide / 2, v * size[1] - high / 2
+        rows.append((names[class_id], left, top, wide, high))
+    return rows
+
+
+@dataclass
+class Comparison:
+    """Boxes against labels, picture by picture.
+
+    Attributes:
+        score: robots found and missed, false boxes.
+        labelled: pictures that have labels.
+        others: labels of classes that the detector does not know, by class.
+        false_on: false boxes by what they lie on: such a class, or `nothing`.
+    """
+
+    score: Score = field(default_factory=Score)
+    labelled: int = 0
+    others: Counter[str] = field(default_factory=Counter)
+    false_on: Counter[str] = field(default_factory=Counter)
+
+    def add(self, found: Detections, labels: Labels) -> None:
+        """Count one picture."""
+        self.labelled += 1
+        truth = labels.truth(found.class_names)
+        matched = self.score.add(found, truth)
+        strange = [i for i, name in enumerate(labels.classes) if name not in found.class_names]
+        self.others.update(labels.classes[i] for i in strange)
+        corners = labels.corners[strange]
+        false = np.flatnonzero(matched.robot == -1)
+        overlap = iou(found.xyxy[false], corners)
+        for row, box in zip(overlap, false, strict=True):
+            middle = found.xywh[box, :2]
+            inside = ((middle >= corners[:, :2]) & (middle <= corners[:, 2:])).all(axis=1)
+            fit = np.where(inside, row + 1.0, row)
+            best = int(fit.argmax()) if fit.size else -1
+            on = best >= 0 and fit[best] >= _ON_IOU
+            self.false_on[labels.classes[strange[best]] if on else NOTHING] += 1
