@@ -33,6 +33,8 @@ class CandidatePairs:
         reach: squared distance up to which a box is just outside a gate.
         robots: pairs of a robot and a box of its class.
         inside: those with boxes inside the robots' gates.
+        nearest: pairs of robots with boxes inside or near their gates, nearest first; each robot
+            and each box occurs at most once.
         new_near: pairs of a new track and a box of its class inside its gate or near it.
         new_inside: those with boxes inside the gates.
     """
@@ -48,6 +50,7 @@ class CandidatePairs:
     reach: float
     robots: list[int]
     inside: list[int]
+    nearest: list[int]
     new_near: list[int]
     new_inside: list[int]
 
@@ -90,9 +93,18 @@ class CandidatePairs:
                 beside.append(k)
                 if far <= threshold:
                     grown.append(k)
+        nearest: list[int] = []
+        rows: set[int] = set()
+        columns: set[int] = set()
+        for k in sorted(robots, key=squared.__getitem__):
+            if squared[k] <= reach and of[k] not in rows and to[k] not in columns:
+                rows.add(of[k])
+                columns.add(to[k])
+                nearest.append(k)
         return cls(
-            pairs, of, to, squared, wide, log, kind, threshold, reach, robots, inside, beside, grown
-        )
+            pairs, of, to, squared, wide, log, kind, threshold, reach, robots, inside, nearest,
+            beside, grown,
+        )  # fmt: skip
 
     def best(self, pairs: list[int]) -> list[int]:
         """Return the likeliest assignment of some pairs inside gates."""
@@ -103,23 +115,6 @@ class CandidatePairs:
         squared, wide = [self.squared[k] for k in pairs], [self.log_determinant[k] for k in pairs]
         found = likeliest(rows, columns, squared, wide, self.threshold)
         return [pairs[k] for k in found]
-
-    def nearest(self) -> list[int]:
-        """Return pairs of robots with boxes inside or near their gates, nearest first.
-
-        Each robot and each box occurs at most once.
-        """
-        rows: set[int] = set()
-        columns: set[int] = set()
-        found: list[int] = []
-        for k in sorted(self.robots, key=self.squared.__getitem__):
-            row, column = self.rows[k], self.columns[k]
-            if self.squared[k] > self.reach or row in rows or column in columns:
-                continue
-            rows.add(row)
-            columns.add(column)
-            found.append(k)
-        return found
 
     def left(self, chosen: list[int]) -> tuple[list[int], int]:
         """Return the pairs of robots and boxes that an assignment leaves over.

@@ -95,9 +95,9 @@ class Matcher:
             self._clutter.update(stamp_ns, 0, 0, 0)
             return None
         # Beyond, a pair is neither a near miss nor a manoeuvre.
+        kind = self._kinds(tracks, stamp_ns)
         swerve = self.threshold * (MOTION_MODEL.swerve_s * self._filter.motions.largest) ** 2
         pairs = self._filter.compare(seen, ASSIGNMENT.near_gate_radii**2 * self.threshold, swerve)
-        kind = self._kinds(tracks, stamp_ns)
         return CandidatePairs.of_image(pairs, kind, tracks, seen.class_ids.tolist(), self.threshold)
 
     def assign(
@@ -112,21 +112,17 @@ class Matcher:
             stamp_ns: of the image, ns.
         """
         # Robots choose first: a false track must not take a robot's boxes.
-        away_ns = stamp_ns - round(self._missed_s(stamp_ns) * 1e9)
         inside, kind, decided = candidates.inside, candidates.kind, Association(*NO_PAIRS)
-        given = keep_established(
-            tracks, candidates.rows, candidates.columns, candidates.best(inside), inside, away_ns
-        )
-        chosen = without_disputed(
-            tracks,
-            candidates.rows,
-            candidates.columns,
-            given,
-            candidates.log_likelihood,
-            kind,
-            stamp_ns,
-        )
+        of, to, given = candidates.rows, candidates.columns, candidates.best(inside)
+        if len(given) < len(inside):
+            away_ns = stamp_ns - round(self._missed_s(stamp_ns) * 1e9)
+            given = keep_established(tracks, of, to, given, inside, away_ns)
         left, decided.outside = candidates.left(given)
+        chosen, held_ns = given, MOTION_MODEL.held_s * 1e9
+        if any(stamp_ns - tracks[of[k]].last_seen_ns > held_ns for k in given):
+            chosen = without_disputed(
+                tracks, of, to, given, candidates.log_likelihood, kind, stamp_ns
+            )
         decided.matched = len(chosen)
         if self._is_mismatch(tracks, candidates, left, chosen, boxes):
             chosen = []

@@ -22,18 +22,15 @@ from aerial_gnss_ros.core.filter.innovation import PairInnovations, pair_innovat
 from aerial_gnss_ros.core.filter.linearization import (
     CameraView,
     by_angles,
-    by_platform,
     relinearize,
 )
 from aerial_gnss_ros.core.filter.state import JointState
 from aerial_gnss_ros.core.filter.state_arrays import Indices
 from aerial_gnss_ros.core.filter.update import correct, linearise
-from aerial_gnss_ros.core.geometry.local_map import on_water_surface
 from aerial_gnss_ros.core.geometry.map_pose import MapPose
 from aerial_gnss_ros.core.georeferencing.measurements import Measurements
 from aerial_gnss_ros.core.models.camera_motion import TUNING as CAMERA_MOTION
 from aerial_gnss_ros.core.models.camera_motion import CameraMotion
-from aerial_gnss_ros.core.models.measurement_model import on_water
 from aerial_gnss_ros.core.models.motion_model import ClassMotions
 from aerial_gnss_ros.core.models.platform_model import ANGLES, COUNT, LATENCY, PlatformModel
 from aerial_gnss_ros.core.values.events import Events
@@ -181,11 +178,12 @@ class JointFilter(CameraFaults):
             floor: m², of the squared distance up to which a pair is returned.
             groups: other laws, as if these held; None: the filter's own.
         """
-        view, found = self._seen_from(), []
-        body = _rays(view, seen)
+        view, found = self._sight, []
+        assert view is not None  # noqa: S101 - `update_camera` came first
+        rays = view.rays(seen.positions)
         for group in self._groups if groups is None else groups:
             if len(group.rows):
-                places, by_errors = _placed(view, group, body)
+                places, by_errors = relinearize(group, view, rays)
                 found.append(pair_innovations(group, places, by_errors, seen.white, scale, floor))
         return found[0] if len(found) == 1 else PairInnovations.of_groups(found)
 
@@ -270,9 +268,9 @@ class JointFilter(CameraFaults):
         if not len(columns):
             return
         view, white, speed = self._seen_from(), seen.white, self.motions.default_speed
-        body = _rays(view, seen)
+        rays = view.rays(seen.positions)
         for group, rows, taken in self.allocate(np.asarray(columns, np.intp)):
-            places, by_errors = _placed(view, group, body[taken])
+            places, by_errors = relinearize(group, view, rays[taken])
             own = self.motions.of(seen.class_ids[taken].tolist())
             group.add(rows, places, by_errors, white[taken], speed, own)
 
@@ -281,25 +279,3 @@ class JointFilter(CameraFaults):
         by_pixel = np.linalg.inv(linearise(self._seen_from(), np.zeros(COUNT), places).by_place)
         noise: Array = self.noise.level * self.model.pixel * by_pixel @ by_pixel.swapaxes(1, 2)
         return noise
-
-
-def _rays(view: CameraView, seen: Measurements) -> Array:
-    """Return the rays of detections in the axes of the camera as measured, (m, 3)."""
-    measured = view.measured
-    rays: Array = (on_water_surface(seen.positions) - measured.position) @ measured.rotation
-    return rays
-
-
-def _placed(view: CameraView, group: JointState, rays: Array) -> tuple[Array, Array]:
-    """Return where rays meet the water by a group's platform (m, 2), and derivatives (m, 2, 7).
-
-    Args:
-        view: the camera.
-        group: whose estimate of the platform's errors counts.
-        rays: (m, 3), see `_rays`.
-    """
-    pose = view.pose(group.mean[:COUNT])
-    places = on_water(pose, rays @ pose.rotation.T)
-    if group.view is view:
-        return places, by_platform(group, places)
-    return places, relinearize(group, view, places)

@@ -32,6 +32,7 @@ from aerial_gnss_ros.core.geometry.gimbal import error_axes
 from aerial_gnss_ros.core.geometry.local_map import on_water_surface
 from aerial_gnss_ros.core.geometry.map_pose import MapPose
 from aerial_gnss_ros.core.models.measurement_model import (
+    on_water,
     pose_by_errors,
     pose_jacobian,
     state_jacobian,
@@ -40,7 +41,7 @@ from aerial_gnss_ros.core.models.platform_model import ANGLES, COUNT
 
 Array = NDArray[np.float64]
 
-NOWHERE = np.zeros((0, 2))
+_NO_RAYS, _NOWHERE = np.zeros((0, 3)), np.zeros((0, 2))
 _EAST_NORTH_UP = np.eye(3)
 _NO_CHANGE = np.zeros((0, 2, COUNT))
 
@@ -93,6 +94,15 @@ class CameraView:
             bend[:3] = 0.75 * unsure_s**4 * np.square(np.cross(rates[3:], rates[:3]))
         return CameraView(camera, measured, pose.position, axes, rates, by_errors, applied, bend)
 
+    def rays(self, positions: Array) -> Array:
+        """Return the rays (m, 3) to positions (m, 2) on the water, in the camera's measured axes.
+
+        Of any length.
+        """
+        measured = self.measured
+        rays: Array = (on_water_surface(positions) - measured.position) @ measured.rotation
+        return rays
+
     def pose(self, errors: Array) -> MapPose:
         """Return the pose with the platform's errors (7,) taken out; the last one is kept."""
         key = errors.tobytes()
@@ -112,7 +122,9 @@ class CameraView:
         return place - late * self.rates[:3] if late else place
 
 
-def relinearize(joint: JointState, sight: CameraView, places: Array = NOWHERE) -> Array:
+def relinearize(
+    joint: JointState, sight: CameraView, rays: Array = _NO_RAYS
+) -> tuple[Array, Array]:
     """Carry the covariance along with robots that moved, and go on to the camera's new place.
 
     Done once for an image, before anything is taken from it.
@@ -120,15 +132,20 @@ def relinearize(joint: JointState, sight: CameraView, places: Array = NOWHERE) -
     Args:
         joint: changed in place.
         sight: the camera.
-        places: (m, 2) on the water, m.
+        rays: (m, 3) of detections, see `CameraView.rays`.
 
     Returns:
-        How these move with the platform's errors (m, 2, 7), where it was not done before.
+        Where these meet the water (m, 2) if the platform's errors are those estimated, and how
+        these places move with the errors (m, 2, 7).
     """
+    camera, places, moved = sight.standpoint(joint.mean[:COUNT]), _NOWHERE, _NO_CHANGE
+    if len(rays):
+        pose = sight.pose(joint.mean[:COUNT])
+        places = on_water(pose, rays @ pose.rotation.T)
     if joint.view is sight:
-        return _NO_CHANGE
+        return places, by_platform(joint, places) if len(rays) else moved
     robots, k = joint.mean[COUNT:].reshape(-1, 4), len(joint.by_pose)
-    n, camera, moved = len(robots), sight.standpoint(joint.mean[:COUNT]), _NO_CHANGE
+    n = len(robots)
     if n or len(places):
         points = on_water_surface(np.concatenate([robots[:, :2], places]))
         points[:, 2] -= joint.mean[2]
@@ -141,7 +158,7 @@ def relinearize(joint: JointState, sight: CameraView, places: Array = NOWHERE) -
             joint.carry((both[:k] - joint.by_pose) @ joint.by_errors)
         joint.by_pose, moved = both[k : k + n], both[k + n :, :2] @ sight.by_errors
     joint.camera, joint.by_errors, joint.view = camera, sight.by_errors, sight
-    return moved
+    return places, moved
 
 
 def by_platform(joint: JointState, places: Array) -> Array:

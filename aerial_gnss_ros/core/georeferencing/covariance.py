@@ -21,7 +21,7 @@ from aerial_gnss_ros.core.config.noise import Noise
 from aerial_gnss_ros.core.geometry.frames import skew
 from aerial_gnss_ros.core.geometry.gimbal import Reference, error_axes
 from aerial_gnss_ros.core.geometry.water_surface import SurfaceView
-from aerial_gnss_ros.core.numerics.small_arrays import all_finite, row_products
+from aerial_gnss_ros.core.numerics.small_arrays import all_finite
 from aerial_gnss_ros.core.values.camera_pose import CameraPose
 
 Array = NDArray[np.float64]
@@ -186,6 +186,6 @@ def elevation_sigma(points: RayPoints, known: Uncertainty) -> Array:
     tilts[:, :3] = level @ (_RAISE @ known.rotation_slow[:2])
     tilts[:, 3:5] = level @ (_RAISE * known.rotation_white[:2])
     tilts[:, 5:] = points.directions_by_pixel[:, 2] * known.pixel
-    across = np.maximum(row_products(level, level), 1e-18)
-    sigma: Array = np.sqrt(row_products(tilts, tilts) / across)
+    across = np.maximum(np.square(level).sum(axis=1), 1e-18)
+    sigma: Array = np.sqrt(np.square(tilts).sum(axis=1) / across)
     return sigma

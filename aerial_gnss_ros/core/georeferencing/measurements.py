@@ -58,14 +58,11 @@ def measurements(
     index = np.arange(len(points.reasons)) if whole else np.flatnonzero(points.valid)
     kept = slice(None) if whole else index
     pixels, class_ids = points.pixels[kept], frame.detections.class_ids
-    return Measurements(
-        index,
-        pixels,
-        local.positions(points.latitude[kept], points.longitude[kept]),
-        level * points.covariance_white[kept],
-        np.array([class_ids[i] for i in index.tolist()], dtype=str),
-        at_edge(pixels, frame.camera.width, frame.camera.height),
-    )
+    edge = at_edge(pixels, frame.camera.width, frame.camera.height)
+    names = np.array([class_ids[i] for i in index.tolist()], dtype=str)
+    positions = local.positions(points.latitude[kept], points.longitude[kept])
+    white = level * points.covariance_white[kept]
+    return Measurements(index, pixels, positions, white, names, edge)
 
 
 def at_edge(pixels: Array, width: int, height: int) -> NDArray[np.bool_]:

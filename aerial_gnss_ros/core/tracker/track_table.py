@@ -120,7 +120,7 @@ class TrackTable:
         offsets, spread = able.pairs.offsets.tolist(), able.pairs.spread.tolist()
         share = 1.0 / self.filter.noise.level
         seen: list[tuple[Innovation, ...]] = []
-        for k in able.nearest():
+        for k in able.nearest:
             (east, north), ((a, b), (_, d)) = offsets[k], spread[k]
             one = Innovation(stamp_ns, east, north, (share * a, share * b, share * d))
             track = self.tracks[able.rows[k]]

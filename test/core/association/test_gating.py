@@ -39,7 +39,7 @@ def test_a_box_of_another_class_is_in_no_list():
 
 def test_the_nearest_box_is_one_robots_and_no_box_is_two_robots():
     found = candidates([[2.0, 1.0], [0.5, 4.0], [9.1, 9.2]], [ROBOT] * 3)
-    assert found.nearest() == [2, 1]
+    assert found.nearest == [2, 1]
 
 
 def test_the_best_pairs_are_the_likeliest_all_together():

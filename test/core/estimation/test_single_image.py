@@ -12,6 +12,7 @@ import pytest
 from aerial_gnss_ros.core.camera.posed_frame import PosedFrame
 from aerial_gnss_ros.core.config.estimator import EstimatorConfig
 from aerial_gnss_ros.core.estimation.single_image import at_own_points, exact_points
+from aerial_gnss_ros.core.geometry.map_pose import MapPose
 from aerial_gnss_ros.core.georeferencing import paper
 from aerial_gnss_ros.core.georeferencing.localization import locate
 from aerial_gnss_ros.core.tracker.protocol import TrackUpdate
@@ -39,7 +40,9 @@ def test_single_publishes_each_point_by_itself(sea):
 def _located(sea, centers):
     """Return an image's boxes under a level camera, and where the exact method puts them."""
     world = sea.World()
-    frame = PosedFrame(sea.boxes(0.0, centers), sea.camera, world.pose(0.0))
+    pose = world.pose(0.0)
+    in_map = MapPose.of(pose, world.local)
+    frame = PosedFrame(sea.boxes(0.0, centers), sea.camera, pose, in_map)
     return frame, locate(frame.pose, frame.camera, frame.detections.centers, CONFIG.noise, CONFIG)
 
 

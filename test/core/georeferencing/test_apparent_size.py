@@ -14,6 +14,7 @@ from aerial_gnss_ros.core.camera.model import CameraModel
 from aerial_gnss_ros.core.camera.posed_frame import PosedFrame
 from aerial_gnss_ros.core.config.estimator import estimator_config
 from aerial_gnss_ros.core.geometry.frames import matrix_from_rpy
+from aerial_gnss_ros.core.geometry.map_pose import MapPose
 from aerial_gnss_ros.core.georeferencing.apparent_size import SizeCheck
 from aerial_gnss_ros.core.georeferencing.localization import locate
 from aerial_gnss_ros.core.values.camera_pose import CameraPose
@@ -22,6 +23,7 @@ from aerial_gnss_ros.core.values.detection_frame import DetectionFrame
 CAMERA = CameraModel.from_camera_info(
     2000, 1000, "plumb_bob", [], [1000.0, 0, 1000.0, 0, 1000.0, 500.0, 0, 0, 1.0]
 )
+UNASKED = MapPose(np.zeros(3), np.eye(3))
 QUIET = {"noise": {"box_center_px": 0.1, "height_m": 0.01, "gimbal_pitch_deg": 0.01}}
 # e^(3 * 0.2): foam, pose and the detector's margin.
 TOLERANCE = math.exp(0.6)
@@ -34,7 +36,7 @@ def wrong(size, length_m, *, down_deg=90.0, height=20.0, center=(1000.0, 500.0),
     boxes = DetectionFrame(
         0, "camera", np.array([center]), np.array([size], float), np.ones(1), ("aqua",)
     )
-    frame = PosedFrame(boxes, CAMERA, pose)
+    frame = PosedFrame(boxes, CAMERA, pose, UNASKED)
     points = locate(pose, CAMERA, boxes.centers, config.noise, config)
     check = SizeCheck(config)
     assert check.used
@@ -109,7 +111,7 @@ def recorded_boxes(flight, length_m):
         boxes = DetectionFrame(0, "camera", center, np.array([size]), np.ones(1), (row["class"],))
         points = locate(pose, camera, center, config.noise, config)
         if points.valid[0]:
-            refused = SizeCheck(config).wrong(PosedFrame(boxes, camera, pose), points)[0]
+            refused = SizeCheck(config).wrong(PosedFrame(boxes, camera, pose, UNASKED), points)[0]
             counts[row["class"]][0] += int(refused)
             counts[row["class"]][1] += 1
     return counts
@@ -133,7 +135,10 @@ def test_other_classes_have_any_length():
         0, "camera", np.full((2, 2), 500.0), np.full((2, 2), 400.0), np.ones(2), ("aqua", "buoy")
     )
     points = locate(pose, CAMERA, boxes.centers, config.noise, config)
-    assert SizeCheck(config).wrong(PosedFrame(boxes, CAMERA, pose), points).tolist() == [0, 1]
+    assert SizeCheck(config).wrong(PosedFrame(boxes, CAMERA, pose, UNASKED), points).tolist() == [
+        0,
+        1,
+    ]
     assert not SizeCheck(estimator_config({})).used
 
 

@@ -11,6 +11,7 @@ import pytest
 
 from aerial_gnss_ros.core.camera.posed_frame import PosedFrame
 from aerial_gnss_ros.core.config.estimator import estimator_config
+from aerial_gnss_ros.core.geometry.map_pose import MapPose
 from aerial_gnss_ros.core.georeferencing.localization import locate
 from aerial_gnss_ros.core.georeferencing.point_checks import PointChecks
 from aerial_gnss_ros.core.values.events import Events
@@ -27,7 +28,8 @@ def _image(sea):
     """An image of four boxes: the last one above the horizon, and where they see the water."""
     world = sea.World(rpy_deg=lambda _t: (0.0, 15.0, 90.0))
     boxes = sea.boxes(0.0, [[640, 300], [640, 400], [200, 700], [640, 20]])
-    frame = PosedFrame(boxes, world.camera, world.pose(0.0))
+    pose = world.pose(0.0)
+    frame = PosedFrame(boxes, world.camera, pose, MapPose.of(pose, world.local))
     config = estimator_config({})
     return frame, locate(frame.pose, frame.camera, boxes.centers, config.noise, config)
 
