@@ -247,6 +247,6 @@ def _weights(distances: Array) -> Array:
 
 def _factor(information: csc_matrix) -> SuperLU:
     return splu(
-        information, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0,
+        information, permc_spec="COLAMD", diag_pivot_thresh=0.0,
         options={"SymmetricMode": True},
     )  # fmt: skip
