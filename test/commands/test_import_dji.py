@@ -120,10 +120,10 @@ def test_a_flight_from_a_cliff_keeps_its_rows_and_says_what_to_set(tmp_path, cap
 
 def test_rows_too_far_apart_to_interpolate_between_are_told(tmp_path, capsys):
     log = write_log(tmp_path, ["13.25,-59.5,100,10,90,-90"] * 4)
-    assert run(log, tmp_path / "slow", "--rate", "1") == 0
+    assert run(log, tmp_path / "slow", "--rate", "0.3") == 0
     out = " ".join(capsys.readouterr().out.split())
     assert (
-        "every 1.0 s, more than attitude.max_gap (0.5 s) and gimbal.max_gap (0.5 s) allows" in out
+        "every 3.3 s, more than attitude.max_gap (2.5 s) and gimbal.max_gap (2.5 s) allows" in out
     )
     assert run(log, tmp_path / "fast") == 0
     assert "rows come only every" not in capsys.readouterr().out

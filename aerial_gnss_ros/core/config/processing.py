@@ -140,7 +140,7 @@ class TracksConfig:
     confirm_window_s: float = key(
         2.0,
         "Time within which these measurements must occur. If images are too rare for that, but at "
-        "least every 1.5 s with the defaults, it is extended and one more is required.",
+        "least every 3.5 s with the defaults, it is extended and one more is required.",
         unit="s",
         low=0.05,
         high=60.0,

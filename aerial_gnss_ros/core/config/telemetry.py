@@ -19,7 +19,10 @@ _STAMP = (
     "px4_us: `timestamp` of px4_msgs, microseconds of the agent's clock."
 )
 _CLOCKS = ("header", "arrival", "px4_us")
-_MAX_GAP = "Samples farther apart than this are not interpolated; the detection is refused."
+_MAX_GAP = (
+    "Samples farther apart than this are not interpolated; the detection is refused. Between "
+    "others the covariance holds what the platform may have done."
+)
 _LATENCY = (
     "Delay from measurement to stamp of this input, relative to the orientations; negative for "
     "early stamps. 0.1 s at 5 m/s is 0.5 m."
@@ -104,7 +107,7 @@ class AttitudeConfig:
         choices=("imu", "quaternion", "vector3", "pose", "geo_pose", "px4_attitude"),
     )
     stamp: str = key("header", _STAMP, choices=_CLOCKS)
-    max_gap: float = key(0.5, _MAX_GAP, unit="s", low=0.001, high=60.0)
+    max_gap: float = key(2.5, _MAX_GAP, unit="s", low=0.001, high=60.0)
     world: str = key("enu", _WORLD, choices=("enu", "ned", "nwu"))
     body: str = key("flu", _BODY, choices=("flu", "frd"))
     unit: str = key("rad", "Unit of the angles of type vector3.", choices=("rad", "deg"))
@@ -141,7 +144,7 @@ class GimbalConfig:
         ),
     )
     stamp: str = key("header", _STAMP, choices=_CLOCKS)
-    max_gap: float = key(0.5, _MAX_GAP, unit="s", low=0.001, high=60.0)
+    max_gap: float = key(2.5, _MAX_GAP, unit="s", low=0.001, high=60.0)
     reference: str = key(
         "earth",
         "What the angles are relative to. earth: the world; heading: level, yaw from the nose; "
@@ -204,7 +207,7 @@ class HeightConfig:
         _STAMP + " std_msgs numbers carry no stamp.",
         choices=_CLOCKS,
     )
-    max_gap: float = key(1.5, _MAX_GAP, unit="s", low=0.001, high=60.0)
+    max_gap: float = key(2.5, _MAX_GAP, unit="s", low=0.001, high=60.0)
     latency_s: float = key(0.0, _LATENCY, unit="s", low=-3.0, high=3.0)
     reference: str = key(
         "water",

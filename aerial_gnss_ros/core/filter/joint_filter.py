@@ -139,7 +139,13 @@ class JointFilter(CameraFaults):
         self.orientation_jumped = self._motion.jump is not None and self._jumped(shown, passed)
         unsure = frame.latency[1] if self._late and frame.latency is not None else 0.0
         self._sight = CameraView.of(
-            frame.camera, shown, self._motion.rates, applied, foretold, unsure
+            frame.camera,
+            shown,
+            self._motion.rates,
+            applied,
+            foretold,
+            unsure,
+            pose.interpolation_noise(passed),
         )
         return settled
 

@@ -58,8 +58,8 @@ class CameraView:
         rates: (6,) of the pose, m/s and rad/s.
         by_errors: (6, 7) `pose_by_errors` of these.
         applied: latency that the pose already allows for, beyond the configured one, s.
-        bend: (6,) variances of the pose, as `rates`, that an unknown latency adds to the white
-            noise, beyond what goes with the rates.
+        bend: (6,) variances of the pose, as `rates`, that interpolation of telemetry and an unknown
+            latency add to the white noise, the latter beyond what goes with the rates.
     """
 
     camera: CameraModel
@@ -80,8 +80,11 @@ class CameraView:
         applied: float,
         foretold: MapPose | None = None,
         unsure_s: float = 0.0,
+        interpolation: Array | None = None,
     ) -> CameraView:
         """Return it with its axes; without a foretold pose the measured one serves.
+
+        The variances of `interpolation` (6,) are added to `bend`.
 
         A camera that circles at the acceleration a = ω v is a t²/2 off the straight line that the
         rates tell: for a latency wrong by one sigma `unsure_s` that has the variance 3/4 a² sigma⁴.
@@ -89,9 +92,9 @@ class CameraView:
         pose = foretold or measured
         axes = error_axes(pose.rotation)
         by_errors = pose_by_errors(axes, rates)
-        bend = np.zeros(6)
+        bend = np.zeros(6) if interpolation is None else interpolation.copy()
         if unsure_s:
-            bend[:3] = 0.75 * unsure_s**4 * np.square(np.cross(rates[3:], rates[:3]))
+            bend[:3] += 0.75 * unsure_s**4 * np.square(np.cross(rates[3:], rates[:3]))
         return CameraView(camera, measured, pose.position, axes, rates, by_errors, applied, bend)
 
     def rays(self, positions: Array) -> Array:

@@ -122,13 +122,14 @@ def uncertainty(pose: CameraPose, noise: Noise, reference: Reference | str) -> U
     stated, own = _stated(noise, Reference(reference)), pose.fix_covariance
     if own is None or not all_finite(own):
         own = stated.position_slow
+    between = pose.interpolation
     return Uncertainty(
         error_axes(pose.enu_from_camera) * stated.rotation_slow,
-        stated.rotation_white,
+        np.sqrt(np.square(stated.rotation_white) + between[3:]),
         stated.height_slow,
-        stated.height_white,
+        math.sqrt(stated.height_white**2 + float(between[2])),
         own,
-        stated.position_white,
+        stated.position_white + np.diag(between[:2]),
         stated.pixel,
     )
 

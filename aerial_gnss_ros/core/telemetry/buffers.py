@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Collection
+from collections.abc import Callable, Collection
 from dataclasses import replace
 from functools import lru_cache
 from typing import cast
@@ -17,6 +17,13 @@ from aerial_gnss_ros.core.geometry.frames import matrix_from_rpy, quaternion_fro
 from aerial_gnss_ros.core.telemetry.cameras import Cameras
 from aerial_gnss_ros.core.telemetry.depths import Depths
 from aerial_gnss_ros.core.telemetry.input_status import InputState, InputStatus
+from aerial_gnss_ros.core.telemetry.interpolation_error import (
+    InterpolationError,
+    Uncertain,
+    fix_error,
+    orientation_error,
+    scalar_error,
+)
 from aerial_gnss_ros.core.telemetry.plausibility import Plausibility
 from aerial_gnss_ros.core.telemetry.scene import MissingTelemetry, SceneTelemetry
 from aerial_gnss_ros.core.telemetry.series import (
@@ -33,6 +40,13 @@ from aerial_gnss_ros.core.values.samples import Fix, Orientation, Scalar
 
 CAMERA_INFO, WATER_LEVEL = "camera_info", "water_level"
 _TELEMETRY = frozenset(source.value for source in Input)
+InputError = InterpolationError[Fix] | InterpolationError[Orientation] | InterpolationError[Scalar]
+_NEW_ERROR: dict[Input, Callable[[], InputError]] = {
+    Input.FIX: fix_error,
+    Input.ATTITUDE: orientation_error,
+    Input.GIMBAL: orientation_error,
+    Input.HEIGHT: scalar_error,
+}
 
 
 class TelemetryBuffers:
@@ -53,6 +67,7 @@ class TelemetryBuffers:
         self.plausibility = Plausibility(config)
         self._series: dict[Input, Series[Fix] | Series[Orientation] | Series[Scalar]] = {}
         self._constants: dict[Input, Fix | Orientation | Scalar] = {}
+        self._errors: dict[Input, InputError] = {}
         self._late_ns = {
             Input.FIX: round(config.fix.latency_s * 1e9),
             Input.HEIGHT: round(config.height.latency_s * 1e9),
@@ -66,6 +81,8 @@ class TelemetryBuffers:
         self.depths = Depths(config.depth, keep_s)
         self._level: Series[Scalar] = held_series(keep_s=keep_s)
         self._first_level = config.water_level.value_m
+        for source in self._series:
+            self._errors[source] = _NEW_ERROR[source]()
         self.cameras = Cameras(config, keep_s)
 
     def _set_up_fix(self) -> None:
@@ -125,6 +142,8 @@ class TelemetryBuffers:
         series = self._series.get(source)
         if series is not None:
             series.add(kept)  # type: ignore[arg-type]
+            if not trouble:
+                self._errors[source].add(kept)  # type: ignore[arg-type]
         return trouble
 
     def _judged(
@@ -150,6 +169,7 @@ class TelemetryBuffers:
         for source, series in self._series.items():
             if source.value in names:
                 series.clear()
+                self._errors[source].clear()
         self.plausibility.clear()
 
     def clear(self, kept: Collection[str] = ()) -> None:
@@ -168,6 +188,7 @@ class TelemetryBuffers:
     def at(self, stamp_ns: int) -> SceneTelemetry | MissingTelemetry:
         """Return all telemetry at the time of a scene, or which input it lacks."""
         values = self._constants.copy()
+        uncertain: dict[Input, Uncertain] = {}
         oldest_s = 0.0
         for source, series in self._series.items():
             sample = series.at(stamp_ns)
@@ -175,6 +196,9 @@ class TelemetryBuffers:
                 return self._missing(stamp_ns)
             values[source] = sample.value
             oldest_s = max(oldest_s, sample.age_s)
+            if sample.gap_s:
+                error = self._errors[source]
+                uncertain[source] = error.at(stamp_ns, sample.age_s, sample.gap_s)
         level = self._level.latest(stamp_ns)
         height = cast("Scalar | None", values.get(Input.HEIGHT))
         return SceneTelemetry(
@@ -185,6 +209,7 @@ class TelemetryBuffers:
             None if height is None else height.value,
             self._first_level if level is None else level.value,
             oldest_s,
+            uncertain,
         )
 
     def _missing(self, stamp_ns: int) -> MissingTelemetry:

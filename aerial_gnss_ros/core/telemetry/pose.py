@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from aerial_gnss_ros.core.config.estimator import EstimatorConfig
 from aerial_gnss_ros.core.geometry.frames import matrix_from_quaternion, matrix_from_rpy
 from aerial_gnss_ros.core.geometry.geodesy import geodetic_from_enu
-from aerial_gnss_ros.core.geometry.gimbal import enu_from_camera, mount_matrix
+from aerial_gnss_ros.core.geometry.gimbal import Reference, enu_from_camera, mount_matrix
 from aerial_gnss_ros.core.geometry.magnetic import declination, true_from_magnetic
 from aerial_gnss_ros.core.numerics.small_arrays import all_finite
 from aerial_gnss_ros.core.telemetry.corrections import corrected_camera
@@ -20,7 +20,7 @@ from aerial_gnss_ros.core.telemetry.scene import SceneTelemetry
 from aerial_gnss_ros.core.telemetry.vertical_datum import ellipsoidal_altitude
 from aerial_gnss_ros.core.values.camera_pose import CameraPose
 from aerial_gnss_ros.core.values.errors import InputError
-from aerial_gnss_ros.core.values.rejection import Reason
+from aerial_gnss_ros.core.values.rejection import Input, Reason
 from aerial_gnss_ros.core.values.samples import Fix
 
 Array = NDArray[np.float64]
@@ -145,6 +145,7 @@ class PoseBuilder:
             )
             return Reason.BAD_HEIGHT
         camera = enu_from_camera(reference, gimbal, body, self._mount)
+        variances, gaps_s = self._interpolated(samples, reference)
         return CameraPose(
             stamp_ns=samples.stamp_ns,
             latitude=latitude,
@@ -154,7 +155,32 @@ class PoseBuilder:
             enu_from_camera=corrected_camera(camera, self._turn) if self._turned else camera,
             fix_covariance=None if fix.covariance is None else _horizontal(fix.covariance),
             oldest_age_s=samples.oldest_age_s,
+            interpolation=variances,
+            gaps_s=gaps_s,
         )
+
+    def _interpolated(self, samples: SceneTelemetry, reference: str) -> tuple[Array, Array]:
+        """Return the variances (6,) of a pose by interpolation, and the gaps (6,), s."""
+        variances, gaps_s = [0.0] * 6, [0.0] * 6
+
+        def add(source: Input, kind: int, *axes: int) -> None:
+            one = samples.uncertain.get(source)
+            if one is None:
+                return
+            for axis in axes:
+                variances[axis] += one.variance[kind]
+                gaps_s[axis] = max(gaps_s[axis], one.gap_s)
+
+        add(Input.FIX, 0, 0, 1)
+        add(Input.FIX if samples.height is None else Input.HEIGHT, 0, 2)
+        if reference != Reference.FIXED:
+            add(Input.GIMBAL, 0, 3, 4)
+            add(Input.GIMBAL, 1, 5)
+        if reference != Reference.EARTH:
+            add(Input.ATTITUDE, 1, 5)
+        if reference not in (Reference.EARTH, Reference.HEADING):
+            add(Input.ATTITUDE, 0, 3, 4)
+        return np.array(variances), np.array(gaps_s)
 
     def _true_body(self, body: Array) -> Array:
         if not self._turn[2]:

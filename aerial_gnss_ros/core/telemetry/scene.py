@@ -4,9 +4,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 
-from aerial_gnss_ros.core.values.rejection import Reason
+from aerial_gnss_ros.core.telemetry.interpolation_error import Uncertain
+from aerial_gnss_ros.core.values.rejection import Input, Reason
 from aerial_gnss_ros.core.values.samples import Fix, Orientation
 
 
@@ -22,6 +24,7 @@ class SceneTelemetry:
         height: above the height's reference, m.
         water_level: above the same reference, m.
         oldest_age_s: largest distance in time to a sample used, s.
+        uncertain: how far interpolated values may be off, by input.
     """
 
     stamp_ns: int
@@ -31,6 +34,7 @@ class SceneTelemetry:
     height: float | None
     water_level: float
     oldest_age_s: float
+    uncertain: Mapping[Input, Uncertain] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)

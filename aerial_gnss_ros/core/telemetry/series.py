@@ -67,10 +67,12 @@ class Sample(Generic[T]):
     Attributes:
         value: interpolated; its stamp is the time asked for.
         age_s: distance in time to the farther of the samples used, s.
+        gap_s: time between these, s; 0 where one has that very time.
     """
 
     value: T
     age_s: float
+    gap_s: float = 0.0
 
 
 class Series(Generic[T]):
@@ -152,7 +154,7 @@ class Series(Generic[T]):
             if before >= self._start and stamps[after] - stamps[before] <= self._max_gap_ns:
                 since, gap = stamp_ns - stamps[before], stamps[after] - stamps[before]
                 value = self._between(values[before], values[after], since / gap, stamp_ns)
-                return Sample(value, max(since, gap - since) * 1e-9)
+                return Sample(value, max(since, gap - since) * 1e-9, gap * 1e-9)
         missing = self.missing_at(stamp_ns)
         assert missing is not None  # noqa: S101 - the same neighbours tell it
         return missing

@@ -83,7 +83,7 @@ class TrackConfirmation:
             lasting = lasting or track.rejected
             if track.state is State.TENTATIVE:
                 new += 1
-                if len(track.hits) >= self.rule.hits and not track.rejected:
+                if not track.rejected and self.rule.enough(track.hits):
                     ready.append(row)
         if not ready:
             return ready

@@ -4,12 +4,16 @@
 
 If images are so rare that `tracks.confirm_hits` of them do not fit into `tracks.confirm_window_s`,
 no robot could be confirmed. Then the window is extended. But gates that have grown for so long also
-admit clutter, so one more measurement is required (`test_confirmation_rule` has the effect).
+admit clutter, so one more measurement is required (`test_confirmation_rule` has the effect). Where
+images come fast, successive ones show the same glint: measurements are counted by the time between
+them, not by images.
 """
 
 from __future__ import annotations
 
+import math
 from collections import deque
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 from aerial_gnss_ros.core.config.processing import TracksConfig
@@ -21,8 +25,12 @@ class ConfirmationRuleTuning:
 
     median_gaps: int = 5
     """Number of intervals between images whose median is used. Judged."""
-    largest_stretch: float = 3.0
-    """Greatest extension of the window, as a factor; rarer images confirm nothing. Judged."""
+    largest_stretch: float = 7.0
+    """Greatest extension of the window, as a factor; rarer images confirm nothing. With the default
+    rule that is an image every 3.5 s: a robot swims out of its gate between rarer ones. Judged."""
+    look_s: float = 0.04
+    """A glint or an error of the detector lasts for that long, s: images closer together do not
+    tell the same thing twice. Judged."""
 
 
 TUNING = ConfirmationRuleTuning()
@@ -53,6 +61,19 @@ class ConfirmationRule:
         self.hits, self.window_ns = self._stated_hits, self._stated_ns
         self.images: deque[int] = deque()
         self.first_ns = 2**63 - 1
+
+    def enough(self, hits: Iterable[int]) -> bool:
+        """Return whether measurements are as many as the rule asks for.
+
+        Args:
+            hits: stamps of a track's measurements, ns, the oldest first; those within
+                `TUNING.look_s` count as one.
+        """
+        looks, last_ns = 0, -math.inf
+        for stamp_ns in hits:
+            if stamp_ns - last_ns >= TUNING.look_s * 1e9:
+                looks, last_ns = looks + 1, stamp_ns
+        return looks >= self.hits
 
     def note(self, stamp_ns: int) -> None:
         """Take in an image."""

@@ -165,7 +165,7 @@ def test_one_bad_neighbour_refuses_the_scene_between(sea):
 
 
 def test_what_can_never_come_is_told_at_once_and_waits_for_nothing_late(sea):
-    scene = sea.Scene()
+    scene = sea.Scene({"height.max_gap": 1.5})
     scene.samples |= {"fix": (0.9,), "height": (0.2, 2.0)}
     scene.feed()
     result = scene.engine.advance(sea.stamp(2.0))[0]

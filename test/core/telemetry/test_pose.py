@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -14,10 +15,11 @@ from aerial_gnss_ros.core.geometry.frames import matrix_from_rpy, quaternion_fro
 from aerial_gnss_ros.core.geometry.geodesy import enu_from_geodetic
 from aerial_gnss_ros.core.geometry.geoid import undulation
 from aerial_gnss_ros.core.geometry.magnetic import declination
+from aerial_gnss_ros.core.telemetry.interpolation_error import Uncertain
 from aerial_gnss_ros.core.telemetry.pose import PoseBuilder
 from aerial_gnss_ros.core.telemetry.scene import SceneTelemetry
 from aerial_gnss_ros.core.values.camera_pose import CameraPose
-from aerial_gnss_ros.core.values.rejection import Reason
+from aerial_gnss_ros.core.values.rejection import Input, Reason
 from aerial_gnss_ros.core.values.samples import Fix, Orientation
 
 LAT, LON = math.radians(13.194), math.radians(-59.6415)
@@ -202,3 +204,36 @@ def test_a_clock_without_a_date_cannot_correct_magnetic_north():
 def test_a_fix_covariance_that_says_nothing_is_not_used(covariance, kept):
     pose = _pose(_samples(covariance=covariance))
     assert (pose.fix_covariance is not None) == kept
+
+
+@pytest.mark.parametrize(
+    ("reference", "variances", "gaps_s"),
+    [
+        ("earth", (1.0, 1.0, 2.0, 3.0, 3.0, 4.0), (0.1, 0.1, 0.2, 0.3, 0.3, 0.3)),
+        ("heading", (1.0, 1.0, 2.0, 3.0, 3.0, 10.0), (0.1, 0.1, 0.2, 0.3, 0.3, 0.4)),
+        ("body", (1.0, 1.0, 2.0, 8.0, 8.0, 10.0), (0.1, 0.1, 0.2, 0.4, 0.4, 0.4)),
+        ("fixed", (1.0, 1.0, 2.0, 5.0, 5.0, 6.0), (0.1, 0.1, 0.2, 0.4, 0.4, 0.4)),
+    ],
+)
+def test_errors_of_interpolation_are_those_of_the_inputs_used(reference, variances, gaps_s):
+    uncertain = {
+        Input.FIX: Uncertain((1.0,), 0.1),
+        Input.HEIGHT: Uncertain((2.0,), 0.2),
+        Input.GIMBAL: Uncertain((3.0, 4.0), 0.3),
+        Input.ATTITUDE: Uncertain((5.0, 6.0), 0.4),
+    }
+    samples = replace(_samples(body=_orientation()), uncertain=uncertain)
+    if reference == "fixed":
+        samples = replace(samples, gimbal=None)
+    pose = _pose(samples, **{"gimbal.reference": reference})
+    assert isinstance(pose, CameraPose)
+    assert pose.interpolation.tolist() == list(variances)
+    assert pose.gaps_s.tolist() == list(gaps_s)
+
+
+def test_images_between_the_same_samples_count_for_one():
+    pose = CameraPose(0, 0.0, 0.0, 1.0, 1.0, np.eye(3), None, 0.0, np.ones(6), np.arange(6) * 0.1)
+    assert pose.interpolation_noise(0.0).tolist() == [1.0] * 6
+    assert pose.interpolation_noise(0.2).tolist() == pytest.approx([1.0, 1.0, 1.0, 1.5, 2.0, 2.5])
+    whole = pose.interpolation_noise(0.02) / 25.0  # 0.5 s of images at 50 Hz
+    assert whole[5] == pytest.approx(1.0)

@@ -37,6 +37,7 @@ def test_values_between_neighbours_are_linear_and_tell_the_age_of_the_farther_on
     assert isinstance(got, Sample)
     assert got.value == Scalar(round(10.25 * SECOND), 5.5)
     assert got.age_s == pytest.approx(0.75)
+    assert got.gap_s == pytest.approx(1.0)
 
 
 def test_an_exact_hit_needs_no_neighbour():

@@ -32,7 +32,8 @@ def paced(*gaps_s):
         ((1.01,) * 9, 4, 4.04),
         ((1.25,) * 9, 4, 5.0),
         ((1.5,) * 9, 4, 6.0),
-        ((1.51,) * 9, 3, 2.0),  # rarer than is made up for
+        ((3.4,) * 9, 4, 13.6),
+        ((3.51,) * 9, 3, 2.0),  # rarer than is made up for
         ((0.1, 0.1, 0.1, 1.3), 3, 2.0),  # one pause is none
         ((0.1, 1.3), 3, 2.0),
         ((1.25,) * 9 + (0.1,) * 3, 3, 2.0),
@@ -51,7 +52,15 @@ def test_a_reset_forgets_how_often_images_came():
     assert (pace.hits, pace.window_ns) == (3, 2 * SECOND)
 
 
-def robots_found(sea, clutter, seed):
+def test_images_of_one_moment_count_once():
+    rule = ConfirmationRule(TracksConfig())
+    for interval_s, enough in ((1.0 / 60.0, 7), (1.0 / 30.0, 5), (0.1, 3), (1.0, 3)):
+        stamps = [round(k * interval_s * SECOND) for k in range(enough)]
+        assert rule.enough(stamps)
+        assert not rule.enough(stamps[:-1])
+
+
+def robots_found(sea, clutter, seed, images=0.8, telemetry=5):
     world = sea.World(
         robots={
             "a": lambda t: (-3.0 + 0.3 * math.sin(t / 5.0), 18.0),
@@ -63,7 +72,7 @@ def robots_found(sea, clutter, seed):
         seed=seed,
     )
     engine = sea.estimator()
-    sea.play(engine, world, 30.0, images=0.8, telemetry=5)
+    sea.play(engine, world, max(24.0 / images, 8.0), images=images, telemetry=telemetry)
     assert engine.boxes == engine.used + engine.counts.total()
     return len(engine.robots)
 
@@ -71,6 +80,11 @@ def robots_found(sea, clutter, seed):
 @pytest.mark.parametrize("clutter", [0.0, 1.0, 5.0])
 def test_robots_are_confirmed_by_0_8_images_a_second_and_foam_is_not(sea, clutter):
     assert [robots_found(sea, clutter, seed) for seed in (1, 2)] == [2, 2]
+
+
+@pytest.mark.parametrize("images", [0.3, 5.0, 60.0])
+def test_robots_are_confirmed_at_any_rate_with_telemetry_once_a_second(sea, images):
+    assert robots_found(sea, 0.3, 1, images, 1) == 2
 
 
 def test_images_are_kept_within_the_window():
