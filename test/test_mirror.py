@@ -21,16 +21,13 @@ PACKAGE = ROOT / "aerial_gnss_ros"
 TESTED_WITH = {
     "core/filter/test_blocks.py": "core/filter/state_arrays",
     "core/filter/test_joint_filter.py": "core/filter/camera_faults",
-    "adapters/test_table_files.py": "evaluation/platform evaluation/truth",
+    "adapters/test_table_files.py": "evaluation/truth",
     "bags/test_reader.py": "bags/definitions",
-    "bags/test_results.py": "bags/maps bags/tables",
-    "bags/test_writer.py": "bags/partial",
     "benchmarking/test_figures.py": (
         "benchmarking/live benchmarking/machine benchmarking/one_process benchmarking/processes"
     ),
     "benchmarks/test_soak.py": "benchmarking/disturbing",
-    "calibration/test_advice.py": "calibration/excitation calibration/fit",
-    "calibration/test_evidence.py": "calibration/geometry calibration/measurement_model",
+    "calibration/test_evidence.py": "calibration/measurement_model",
     "calibration/test_motion.py": "calibration/telemetry_smoother",
     "calibration/test_recorded_delay.py": "calibration/recording",
     "commands/test_augment.py": (
@@ -38,12 +35,9 @@ TESTED_WITH = {
     ),
     "commands/test_benchmark.py": "benchmarking/flight benchmarking/suite",
     "commands/test_camera.py": "commands/camera_arguments",
-    "commands/test_check.py": "bags/watching commands/check_report",
-    "commands/test_doctor.py": "bags/survey",
+    "commands/test_check.py": "commands/check_report",
     "commands/test_evaluate.py": "evaluation/figures evaluation/hover evaluation/report",
-    "commands/test_import_dji.py": (
-        "bags/alignment bags/import_dji bags/video commands/import_report"
-    ),
+    "commands/test_import_dji.py": "bags/import_dji bags/video commands/import_report",
     "commands/test_replay.py": "bags/detect bags/plan bags/replay",
     "commands/test_replay_vehicles.py": "commands/configuration",
     "commands/test_simulate.py": "commands/simulate_arguments",
@@ -70,8 +64,6 @@ TESTED_WITH = {
     "nodes/test_run.py": "commands/run",
     "nodes/test_shared_parameters.py": "nodes/ros_arguments",
     "nodes/test_stream.py": "nodes/robots",
-    "preflight/test_monitor.py": "preflight/input_record",
-    "preflight/test_sign_tests.py": "preflight/flight_arrays",
     "simulation/blender/test_labels.py": (
         "simulation/blender/masks simulation/blender/nodes simulation/blender/ocean "
         "simulation/blender/picture simulation/blender/ranges simulation/blender/rig "

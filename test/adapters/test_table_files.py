@@ -14,7 +14,6 @@ from aerial_gnss_ros.evaluation.truth import read_truth_csv
 from aerial_gnss_ros.training.labelled import read_folder
 
 HEAD = ",".join(POSITION_COLUMNS)
-ROW = "17,aqua_1,aqua,13.2,-59.6,nan,4,0,4,0,0,confirmed"
 
 
 def test_rows_come_with_their_lines(tmp_path):
@@ -62,26 +61,3 @@ def test_what_is_no_table_is_refused(tmp_path, name, content):
     assert str(tmp_path / name) in str(refused.value)
     assert "\n" not in str(refused.value)
     assert len(str(refused.value)) < len(str(tmp_path)) + 400
-
-
-@pytest.mark.parametrize(
-    "change",
-    [("17", "9" * 30), ("17", "9" * 5000), ("17", "1.5"), ("13.2", "inf"), ("13.2", "91"),
-     ("-59.6", "nan"), ("-59.6", "181"), ("4,0,4", "nan,0,4"), ("confirmed", "conf")],
-    ids=lambda change: f"{change[0]} {change[1][:8]}",
-)  # fmt: skip
-def test_a_number_that_is_none_is_refused(tmp_path, change):
-    path = tmp_path / "positions.csv"
-    path.write_text(f"{HEAD}\n{ROW}\n")
-    assert len(read_positions(path)["aqua_1"]) == 1
-    path.write_text(f"{HEAD}\n{ROW.replace(*change)}\n")
-    with pytest.raises(InputError, match=r"positions\.csv"):
-        read_positions(path)
-
-
-@pytest.mark.parametrize("row", ["1,2,nan,1", "99999999999999999999,a,1,1", "1,a,1,1e999"])
-def test_a_platform_error_that_is_none_is_refused(tmp_path, row):
-    path = tmp_path / "platform.csv"
-    path.write_text(f"stamp_ns,error,value,sigma\n5,a,1,1\n{row}\n")
-    with pytest.raises(InputError, match=r"platform\.csv, line 3"):
-        read_platform(path)
