@@ -6,11 +6,15 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numpy as np
+from numpy.typing import NDArray
+
 from aerial_gnss_ros.core.association.assignment import TUNING as ASSIGNMENT
 from aerial_gnss_ros.core.association.assignment import likeliest
 from aerial_gnss_ros.core.association.track import Track
 from aerial_gnss_ros.core.filter.innovation import PairInnovations
-from aerial_gnss_ros.core.numerics.gaussian import mahalanobis
+
+Array = NDArray[np.float64]
 
 ROBOT, NEW, NEITHER = "robot", "new", ""
 """Kinds of tracks: robots choose boxes first, new tracks choose from what robots leave, and tracks
@@ -58,6 +62,7 @@ class CandidatePairs:
     def of_image(
         cls,
         pairs: PairInnovations,
+        distances: tuple[Array, Array],
         kind: list[str],
         tracks: list[Track],
         boxes: list[str],
@@ -67,14 +72,14 @@ class CandidatePairs:
 
         Args:
             pairs: innovations of tracks and nearby boxes.
+            distances: `mahalanobis` of these.
             kind: of each track.
             tracks: all of them.
             boxes: class of each box.
             threshold: squared distance at the edge of a gate.
         """
-        distances, log_determinant = mahalanobis(pairs.offsets, pairs.spread)
-        log = (-0.5 * (distances + log_determinant)).tolist()
-        squared, wide = distances.tolist(), log_determinant.tolist()
+        log = (-0.5 * (distances[0] + distances[1])).tolist()
+        squared, wide = distances[0].tolist(), distances[1].tolist()
         of, to = pairs.rows.tolist(), pairs.columns.tolist()
         robots: list[int] = []
         inside: list[int] = []

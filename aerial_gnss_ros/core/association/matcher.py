@@ -98,7 +98,8 @@ class Matcher:
         kind = self._kinds(tracks, stamp_ns)
         swerve = self.threshold * (MOTION_MODEL.swerve_s * self._filter.motions.largest) ** 2
         pairs = self._filter.compare(seen, ASSIGNMENT.near_gate_radii**2 * self.threshold, swerve)
-        return CandidatePairs.of_image(pairs, kind, tracks, seen.class_ids.tolist(), self.threshold)
+        distances, classes = mahalanobis(pairs.offsets, pairs.spread), seen.class_ids.tolist()
+        return CandidatePairs.of_image(pairs, distances, kind, tracks, classes, self.threshold)
 
     def assign(
         self, tracks: list[Track], candidates: CandidatePairs, boxes: int, stamp_ns: int
@@ -119,7 +120,7 @@ class Matcher:
             given = keep_established(tracks, of, to, given, inside, away_ns)
         left, decided.outside = candidates.left(given)
         chosen, held_ns = given, MOTION_MODEL.held_s * 1e9
-        if any(stamp_ns - tracks[of[k]].last_seen_ns > held_ns for k in given):
+        if [k for k in given if stamp_ns - tracks[of[k]].last_seen_ns > held_ns]:
             chosen = without_disputed(
                 tracks, of, to, given, candidates.log_likelihood, kind, stamp_ns
             )

@@ -199,7 +199,7 @@ class Pipeline:
 
         Also the pose, which is known without a camera as well.
         """
-        camera, pose = self._inputs.cameras.at(boxes.stamp_ns), self._pose(samples)
+        pose, camera = self._pose(samples), self._inputs.cameras.at(boxes.stamp_ns)
         if isinstance(camera, Reason):
             return camera, None if isinstance(pose, Reason) else pose
         if isinstance(pose, Reason):

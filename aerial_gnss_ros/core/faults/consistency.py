@@ -152,6 +152,32 @@ class InnovationMonitor:
             return "Boxes lie where they are expected again, within the stated noise."
         return None
 
+    def update_image(
+        self,
+        squared: float,
+        count: int,
+        level: float,
+        turned: float,
+        errors: Array,
+        stationary: Array,
+    ) -> list[str]:
+        """Take in what the filter made of an image; return sentences for the log.
+
+        Args:
+            squared: squared residual, see `update`.
+            count: its degrees of freedom.
+            level: factor of the noise, see `update`.
+            turned: rotation of the camera, see `update_rotation`.
+            errors: (7,) of the platform, see `check_platform`.
+            stationary: (7, 7) covariance stated.
+        """
+        news = (
+            self.update(squared, count, level),
+            self.update_rotation(turned),
+            self.check_platform(errors, stationary),
+        )
+        return [one for one in news if one is not None]
+
     def update_matches(self, matched: int, missed: int) -> None:
         """Take in how many robots have a box in their gate, and how many one just outside."""
         self._matches.append((matched, missed))

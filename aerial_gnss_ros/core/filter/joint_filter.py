@@ -240,7 +240,11 @@ class JointFilter(CameraFaults):
         if judged:
             self.rotation_fault.judge(judged)
         if not self._late:
-            self._monitor(squared, count)
+            errors, turned = self._groups[0].mean[:COUNT], self.rotation_fault.sigma
+            for sentence in self.monitor.update_image(
+                squared, count, self.noise.level, turned, errors, self._stationary
+            ):
+                self.log.add(sentence)
         gone = np.concatenate(refused)
         if len(gone) or self._refusing:
             self._report_refused(len(gone))
@@ -259,15 +263,6 @@ class JointFilter(CameraFaults):
                 "and are not used: the compass, the gimbal or camera.latency_s may be wrong."
             )
         self._refusing = bool(refused)
-
-    def _monitor(self, squared: float, count: int) -> None:
-        for sentence in (
-            self.monitor.update(squared, count, self.noise.level),
-            self.monitor.update_rotation(self.rotation_fault.sigma),
-            self.monitor.check_platform(self._groups[0].mean[:COUNT], self._stationary),
-        ):
-            if sentence is not None:
-                self.log.add(sentence)
 
     def begin(self, seen: Measurements, columns: Indices) -> None:
         """Add a robot for each of the detections `columns`, in rows after the present ones."""

@@ -71,6 +71,7 @@ class LatencySearch:
 
     Attributes:
         found: mean and sigma of the correction, s; None where it is not estimated.
+        scene_ns: estimated time from an image's scene to its stamp, ns.
     """
 
     def __init__(self, config: EstimatorConfig, inputs: TelemetryBuffers) -> None:
@@ -99,17 +100,16 @@ class LatencySearch:
         self._images = self._slope = 0.0
         self._lattice.clear()
         self._bank.reset()
-        self.found = self._posterior() if self._sigma > 0.0 else None
+        self._conclude(self._posterior() if self._sigma > 0.0 else None)
 
     @property
     def searches(self) -> bool:
         """Whether the latency is estimated at all."""
         return self._sigma > 0.0
 
-    @property
-    def scene_ns(self) -> int:
-        """Estimated time from an image's scene to its stamp, ns."""
-        return self._stated_ns + (0 if self.found is None else round(self.found[0] * 1e9))
+    def _conclude(self, found: tuple[float, float] | None) -> None:
+        self.found = found
+        self.scene_ns = self._stated_ns + (0 if found is None else round(found[0] * 1e9))
 
     def update(self, frame: PosedFrame, measured: dict[str, int], local: LocalMap) -> None:
         """Take in an image and compare all waiting ones whose telemetry has arrived.
@@ -132,7 +132,7 @@ class LatencySearch:
         )
         while self._waiting and self._compare(self._waiting[0]):
             self._waiting.popleft()
-        self.found = self._posterior()
+        self._conclude(self._posterior())
 
     def _compare(self, seen: BankObservation) -> bool:
         """Take an image to the bank; return False where telemetry for it may still come."""

@@ -23,7 +23,6 @@ from aerial_gnss_ros.core.geometry.local_map import on_water_surface
 from aerial_gnss_ros.core.models.measurement_model import pose_jacobian
 from aerial_gnss_ros.core.models.platform_model import COUNT, LATENCY, PlatformModel
 from aerial_gnss_ros.core.numerics.gaussian import mahalanobis
-from aerial_gnss_ros.core.numerics.small_arrays import row_products
 
 Array = NDArray[np.float64]
 
@@ -224,7 +223,7 @@ def _possible(
 ) -> NDArray[np.bool_] | None:
     """Return which corrected robots (m,) are not too fast; None if all are."""
     velocities = joint.mean[COUNT:].reshape(-1, 4)[slots, 2:]
-    squared = row_products(velocities, velocities)
+    squared = np.square(velocities).sum(axis=1)
     if max(squared.tolist()) <= float(np.min(fastest)) ** 2:
         return None
     speeds = np.sqrt(squared)

@@ -109,7 +109,11 @@ def locate(
         slow = slow + slope[:, :, None] * slope[:, None, :]
     depression = np.arcsin(np.minimum(np.maximum(-points.directions[:, 2], -1.0), 1.0))
     margin = depression - view.dip - HORIZON_SIGMAS * elevation_sigma(points, known)
-    reasons = _reasons(given, points, margin, white + slow, config)
+    total, limits = white + slow, config.surface
+    good = (points.distances <= limits.max_range) & (margin > 0.0) & points.in_image
+    good &= total[:, 0, 0] + total[:, 1, 1] <= limits.max_sigma_m**2
+    every = np.count_nonzero(good) == len(good)
+    reasons = (None,) * len(good) if every else _reasons(given, points, margin, total, config)
     latitude, longitude, _ = view.geodetic(points.offsets)
     found = WaterPoints(
         latitude,
@@ -189,10 +193,6 @@ def _reasons(
     pixels: Array, points: RayPoints, margin: Array, covariance: Array, config: EstimatorConfig
 ) -> tuple[Reason | None, ...]:
     limits = config.surface
-    good = (points.distances <= limits.max_range) & (margin > 0.0) & points.in_image
-    good &= covariance[:, 0, 0] + covariance[:, 1, 1] <= limits.max_sigma_m**2
-    if np.count_nonzero(good) == len(good):
-        return (None,) * len(pixels)
     sigma = largest_sigma(covariance)
     far = ~(points.distances <= limits.max_range) | ~(sigma <= limits.max_sigma_m)
     above = np.isnan(points.distances) | ~(margin > 0.0)

@@ -11,6 +11,7 @@ from scipy.stats import multivariate_normal
 from aerial_gnss_ros.core.association.gating import NEITHER, NEW, ROBOT, CandidatePairs
 from aerial_gnss_ros.core.association.track import Track
 from aerial_gnss_ros.core.filter.innovation import PairInnovations
+from aerial_gnss_ros.core.numerics.gaussian import mahalanobis
 
 GATE = 9.0  # a radius of 3 m, since covariances are of 1 m²; just outside it is up to 9 m
 
@@ -22,7 +23,8 @@ def candidates(apart, kind, tracks=("aqua",) * 3, boxes=("aqua",) * 3):
     offsets = np.column_stack([apart.ravel(), np.zeros(apart.size)])
     pairs = PairInnovations(rows, columns, offsets, np.tile(np.eye(2), (apart.size, 1, 1)))
     every = [Track(name, 0, 0) for name in tracks]
-    return CandidatePairs.of_image(pairs, list(kind), every, list(boxes), GATE)
+    distances = mahalanobis(pairs.offsets, pairs.spread)
+    return CandidatePairs.of_image(pairs, distances, list(kind), every, list(boxes), GATE)
 
 
 def test_robots_and_new_tracks_have_their_own_lists():
@@ -63,6 +65,9 @@ def test_only_robots_with_a_box_near_their_gates_are_missed():
 def test_likelihoods_are_those_of_the_normal_law():
     offsets, spread = np.array([[1.0, -2.0]]), np.array([[[4.0, 0.5], [0.5, 2.0]]])
     pairs = PairInnovations(np.array([0]), np.array([0]), offsets, spread)
-    found = CandidatePairs.of_image(pairs, [ROBOT], [Track("aqua", 0, 0)], ["aqua"], GATE)
+    distances = mahalanobis(offsets, spread)
+    found = CandidatePairs.of_image(
+        pairs, distances, [ROBOT], [Track("aqua", 0, 0)], ["aqua"], GATE
+    )
     density = multivariate_normal.logpdf(offsets[0], cov=spread[0]) + np.log(2.0 * np.pi)
     assert found.log_likelihood == pytest.approx([density])
