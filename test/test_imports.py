@@ -46,6 +46,7 @@ ROOMS = [
     "filter",
     "association",
     "identity",
+    "references",
     "tracker",
     "estimation",
 ]

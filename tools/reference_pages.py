@@ -32,6 +32,7 @@ from aerial_gnss_ros.bags.tables import POSITION_COLUMNS
 from aerial_gnss_ros.cli import COMMANDS
 from aerial_gnss_ros.core.config.estimator import DepthConfig, EstimatorConfig, HeightConfig
 from aerial_gnss_ros.core.config.noise import SETS, Noise
+from aerial_gnss_ros.core.config.references import REFERENCE_KEYS
 from aerial_gnss_ros.core.config.robot_classes import RobotClass
 from aerial_gnss_ros.core.config.schema import Leaf, leaves, type_hints
 from aerial_gnss_ros.core.values.estimates import FrameResult, MapDatum, RobotEstimate, State
@@ -109,6 +110,17 @@ robots:
   leader: {class: aqua, start: [13.19394, -59.64151]}
   follower: {class: aqua, start: [13.19401, -59.64160]}
 ```"""
+REFERENCES = """\
+### estimator: references
+
+Things in view whose position is known; [how to use them](../howto/references.md).
+
+```yaml
+references:
+  pier: {class: beacon, position: [13.194012, -59.641385], sigma_m: 0.05, height_m: 1.5}
+  mark: {class: buoy, position: [13.19405, -59.6414], sigma_m: 0.5, radius_m: 4.0}
+  boat: {class: boat, topic: boat/fix}
+```"""
 RESULT_FILES = {
     "positions.geojson": "a line and the last position of each robot (RFC 7946)",
     "positions.kml": "Google Earth",
@@ -140,6 +152,8 @@ def parameters() -> str:
         parts += [f"## {node.capitalize()}", *_groups(node, schema, "")]
     by_class = table(PARAMETER_HEADS, map(_parameter, leaves(RobotClass, "classes.<name>.")))
     parts += [f"### estimator: classes\n\n{CLASSES}", by_class, ROBOTS]
+    keys = [replace(leaf, name=f"references.<name>.{key}") for key, leaf in REFERENCE_KEYS.items()]
+    parts += [REFERENCES, table(PARAMETER_HEADS, map(_parameter, keys))]
     return "\n\n".join(parts) + "\n"
 
 

@@ -21,6 +21,7 @@ from aerial_gnss_ros.core.config.telemetry import (
     HeightConfig,
 )
 from aerial_gnss_ros.core.telemetry.depths import depth_input
+from aerial_gnss_ros.core.telemetry.reference_places import reference_input
 from aerial_gnss_ros.core.values.detection_frame import DetectionFrame
 from aerial_gnss_ros.core.values.errors import AerialGnssError, CameraError
 from aerial_gnss_ros.core.values.samples import Fix, Orientation, Scalar
@@ -50,6 +51,9 @@ class Inputs(Protocol):
     def add_depth(self, class_id: str, depth: Scalar) -> None:
         """Take the depth that robots of a class send; an empty name stands for all."""
 
+    def add_reference(self, name: str, fix: Fix) -> None:
+        """Take a position that a reference sends."""
+
     def add_camera(self, stamp_ns: int, camera: CameraModel | None) -> None:
         """Take the camera's description; None when it could not be used."""
 
@@ -66,7 +70,7 @@ class Subscription:
 
     Attributes:
         name: the input: fix, attitude, gimbal, height, home, water_level, depth, depth_<class>,
-            camera_info or detections.
+            reference_<name>, camera_info or detections.
         topic: relative to the namespace, or absolute.
         msgtype: such as `sensor_msgs/msg/NavSatFix`.
         depth: of the queue.
@@ -161,6 +165,10 @@ class Feed:
         found.append(_number("water_level", config.water_level.topic, self._water_level))
         for class_id, topic in config.depth.by_topic().items():
             found.append(_number(depth_input(class_id), topic, self._depth_of(class_id)))
+        for one in config.references:
+            if one.topic:
+                name, take = reference_input(one.name), self._reference(one.name)
+                found.append(_of_kind(name, one.topic, FIX["navsatfix"], take, required=False))
         return found
 
     def _refusing(self, subscription: Subscription) -> Subscription:
@@ -219,6 +227,13 @@ class Feed:
     def _depth_of(self, class_id: str) -> Callable[[Any, int], None]:
         def take(msg: Any, arrival_ns: int) -> None:
             self._estimator.add_depth(class_id, canonical.scalar(msg, arrival_ns))
+
+        return take
+
+    def _reference(self, name: str) -> Callable[[Any, int], None]:
+        def take(msg: Any, arrival_ns: int) -> None:
+            stamp = stamp_ns(msg, arrival_ns, "header")
+            self._estimator.add_reference(name, canonical.fix(msg, stamp))
 
         return take
 

@@ -18,6 +18,7 @@ from aerial_gnss_ros.bags.reader import BagReader
 from aerial_gnss_ros.core.config.estimator import EstimatorConfig
 from aerial_gnss_ros.core.estimation.estimator import Estimator
 from aerial_gnss_ros.core.telemetry.depths import depth_input
+from aerial_gnss_ros.core.telemetry.reference_places import reference_input
 from aerial_gnss_ros.core.values.errors import CameraError, InputError
 from aerial_gnss_ros.core.values.estimates import FrameResult
 from aerial_gnss_ros.core.values.rejection import Cause
@@ -115,7 +116,7 @@ class Replay:
             detect=detect,
         )
         self.summary = Summary(detections_from="recorded detections")
-        self._tell_absent_depths(config, namespace)
+        self._tell_absent(config, namespace)
         self._images: ImageDetector | None = None
         if self.plan.image_topic is not None:
             detector = load(detector_config)
@@ -125,16 +126,21 @@ class Replay:
             self.summary.detections_from = f"images, {detector.name}"
         self._camera_seen = False
 
-    def _tell_absent_depths(self, config: EstimatorConfig, namespace: str) -> None:
-        """Say which depths were asked for that the bag lacks: nothing else would show it."""
-        wanted = set(map(depth_input, config.depth.by_topic()))
-        for one in self._feed.subscriptions:
-            topic = resolve(one.topic, namespace)
-            if one.name in wanted and topic not in self.plan.routes:
-                self.summary.notes.append(
-                    f"The bag has no messages on {topic}, which depth.topics names: robots count "
-                    "as deep as depth.robots_m and depth.classes say."
-                )
+    def _tell_absent(self, config: EstimatorConfig, namespace: str) -> None:
+        """Say which depths and references the bag lacks: nothing else would show it."""
+        without = {
+            depth_input(name): "which depth.topics names: robots count as deep as depth.robots_m "
+            "and depth.classes say."
+            for name in config.depth.by_topic()
+        }
+        for one in config.references:
+            without[reference_input(one.name)] = (
+                f"which references.{one.name}.topic names: nothing refers to it."
+            )
+        for subscription in self._feed.subscriptions:
+            topic, why = resolve(subscription.topic, namespace), without.get(subscription.name)
+            if why is not None and topic not in self.plan.routes:
+                self.summary.notes.append(f"The bag has no messages on {topic}, {why}")
 
     @property
     def message_count(self) -> int:

@@ -9,6 +9,7 @@ import textwrap
 from pathlib import Path
 
 from aerial_gnss_ros.adapters.parameter_documents import document, meaning
+from aerial_gnss_ros.core.config.references import REFERENCE_KEYS
 from aerial_gnss_ros.core.config.robot_classes import RobotClass
 from aerial_gnss_ros.core.config.schema import leaves
 from aerial_gnss_ros.nodes.schemas import ESTIMATOR, SCHEMAS
@@ -24,7 +25,14 @@ Names bound to robots, so that each knows its own topic: the robot of that class
 confirmed near `start` (latitude and longitude in degrees; within start_radius_m) is called so.
 robots:
   leader: {class: aqua, start: [13.19394, -59.64151]}
-  follower: {class: aqua, start: [13.19401, -59.64160]}"""
+  follower: {class: aqua, start: [13.19401, -59.64160]}
+"""
+_REFERENCES = """\
+Things in view whose position is known: they make the receiver's offset observable.
+references:
+  pier: {class: beacon, position: [13.194012, -59.641385], sigma_m: 0.05, height_m: 1.5}
+  mark: {class: buoy, position: [13.19405, -59.6414], sigma_m: 0.5, radius_m: 4.0}
+  boat: {class: boat, topic: boat/fix}"""
 
 
 def _classes() -> str:
@@ -36,11 +44,23 @@ def _classes() -> str:
     return "\n".join([_CLASSES, *meanings, ""])
 
 
+def _references() -> str:
+    """Return an example of references, and what their keys mean."""
+    meanings = [
+        textwrap.fill(f"{key}: {meaning(leaf)}", 94, subsequent_indent="  ")
+        for key, leaf in REFERENCE_KEYS.items()
+    ]
+    return "\n".join([_REFERENCES, *meanings])
+
+
 def texts() -> dict[str, str]:
     """Return file names with their contents."""
     return {
         f"{node}.yaml": document(
-            node, schema, COMMAND, _classes() + _ROBOTS if node == ESTIMATOR else ""
+            node,
+            schema,
+            COMMAND,
+            _classes() + _ROBOTS + _references() if node == ESTIMATOR else "",
         )
         for node, schema in SCHEMAS.items()
     }

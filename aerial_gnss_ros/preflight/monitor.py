@@ -134,6 +134,10 @@ class InputMonitor:
         """Note that a robot's depth came: it says nothing of the drone."""
         self._arrive(depth.stamp_ns, lambda: "")
 
+    def add_reference(self, name: str, fix: Fix) -> None:
+        """Take a position that a reference sends."""
+        self._arrive(fix.stamp_ns, lambda: self._inputs.references.add(name, fix))
+
     def add_camera(self, stamp_ns: int, camera: CameraModel | None) -> None:
         """Take the camera's description; None when it could not be used."""
 

@@ -60,6 +60,21 @@ def test_depths_come_on_the_topics_of_their_classes():
     assert recorder.calls == [("add_depth", "red", Scalar(ARRIVAL, 0.6))]
 
 
+def test_references_that_move_send_fixes():
+    pier = {"class": "beacon", "position": [13.0, -59.0], "sigma_m": 0.1}
+    boat = {"class": "boat", "topic": "boat/fix", "sigma_m": 0.1}
+    found, recorder = feed({"references": {"pier": pier, "boat": boat}})
+    assert "reference_pier" not in found
+    one = found["reference_boat"]
+    assert (one.topic, one.msgtype, one.required) == (
+        "boat/fix", "sensor_msgs/msg/NavSatFix", False,
+    )  # fmt: skip
+    one.handle(make("sensor_msgs/msg/NavSatFix", {"header": HEADER, "latitude": 90.0}), ARRIVAL)
+    [(called, name, fix)] = recorder.calls
+    assert (called, name, fix.stamp_ns) == ("add_reference", "boat", STAMP)
+    assert fix.latitude == pytest.approx(math.pi / 2.0)
+
+
 @pytest.mark.parametrize(
     ("values", "absent"),
     [

@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 CORE = Path(__file__).resolve().parents[2] / "aerial_gnss_ros" / "core"
-ROOMS = ("models", "faults", "filter", "association", "identity", "tracker")
+ROOMS = ("models", "faults", "filter", "association", "identity", "references", "tracker")
 FIXED = {
     "POSE_COUNT", "STEP_S", "STEP_NS", "VERSION", "_FORBIDDEN", "_MEDIAN", "_ENTRIES",
 }  # fmt: skip

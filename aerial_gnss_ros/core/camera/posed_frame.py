@@ -10,6 +10,7 @@ from aerial_gnss_ros.core.camera.model import CameraModel
 from aerial_gnss_ros.core.geometry.map_pose import MapPose
 from aerial_gnss_ros.core.values.camera_pose import CameraPose
 from aerial_gnss_ros.core.values.detection_frame import DetectionFrame
+from aerial_gnss_ros.core.values.reference_place import ReferencePlace
 
 
 @dataclass(frozen=True)
@@ -23,6 +24,7 @@ class PosedFrame:
         in_map: the same in the frame `map`.
         latency: what is known of the correction of `camera.latency_s` that the pose allows for,
             mean and sigma, s; None where it is not estimated.
+        references: where things of known position are at the time of the scene.
     """
 
     detections: DetectionFrame
@@ -30,3 +32,4 @@ class PosedFrame:
     pose: CameraPose
     in_map: MapPose
     latency: tuple[float, float] | None = None
+    references: tuple[ReferencePlace, ...] = ()

@@ -20,6 +20,7 @@ from aerial_gnss_ros.core.config.processing import (
     SurfaceConfig,
     TracksConfig,
 )
+from aerial_gnss_ros.core.config.references import Reference, references
 from aerial_gnss_ros.core.config.robot_bindings import RobotBinding, robot_bindings
 from aerial_gnss_ros.core.config.robot_classes import RobotClass, robot_classes
 from aerial_gnss_ros.core.config.schema import build, flatten, group, key
@@ -48,6 +49,7 @@ __all__ = [
     "HeightConfig",
     "LimitsConfig",
     "MapConfig",
+    "Reference",
     "RobotBinding",
     "SurfaceConfig",
     "TracksConfig",
@@ -102,6 +104,7 @@ class EstimatorConfig:
     noise: Noise = group(Noise)
     robots: tuple[RobotBinding, ...] = field(default=())
     classes: tuple[tuple[str, RobotClass], ...] = field(default=())
+    references: tuple[Reference, ...] = field(default=())
 
     def robot_class(self, class_id: str) -> RobotClass:
         """Return the parameters of a class, the global ones where it has none of its own."""
@@ -128,7 +131,8 @@ def estimator_config(values: Mapping[str, Any]) -> EstimatorConfig:
 
     Args:
         values: as in config/estimator.yaml; `robots` maps names to `class` and `start`
-            ([latitude, longitude] in degrees), `classes` maps classes to `RobotClass`.
+            ([latitude, longitude] in degrees), `classes` maps classes to `RobotClass`, `references`
+            names to `Reference`.
 
     Raises:
         ConfigError: unknown key, wrong type, out of range, or keys that contradict one another.
@@ -136,10 +140,12 @@ def estimator_config(values: Mapping[str, Any]) -> EstimatorConfig:
     flat = flatten(values)
     robots = {name: value for name, value in flat.items() if name.startswith("robots.")}
     classes = {name: value for name, value in flat.items() if name.startswith("classes.")}
-    free = {*robots, *classes, "robots", "classes"}
+    known = {name: value for name, value in flat.items() if name.startswith("references.")}
+    free = {*robots, *classes, *known, "robots", "classes", "references"}
     rest = {name: value for name, value in flat.items() if name not in free}
     config = replace(build(EstimatorConfig, rest), robots=robot_bindings(robots))
     config = replace(config, classes=robot_classes(classes, config.detections.classes))
+    config = replace(config, references=references(known, config.detections.classes))
     _check_together(config)
     return config
 

@@ -184,6 +184,10 @@ class Estimator:
         """Take the depth that robots of a class send (empty: of all); it holds for a while."""
         self._intake.add_depth(class_id, depth)
 
+    def add_reference(self, name: str, fix: Fix) -> None:
+        """Take a position that a reference sends."""
+        self._intake.add_reference(name, fix)
+
     def add_camera(self, stamp_ns: int, camera: CameraModel | None) -> None:
         """Take the camera's description; None when it could not be used."""
         self._intake.add_camera(stamp_ns, camera)

@@ -17,6 +17,7 @@ from aerial_gnss_ros.core.telemetry.buffers import CAMERA_INFO, WATER_LEVEL, Tel
 from aerial_gnss_ros.core.telemetry.clock import DETECTIONS, Clock
 from aerial_gnss_ros.core.telemetry.depths import depth_input
 from aerial_gnss_ros.core.telemetry.input_status import InputStatus, MessageCounter
+from aerial_gnss_ros.core.telemetry.reference_places import reference_input
 from aerial_gnss_ros.core.telemetry.stamp_decision import Decision
 from aerial_gnss_ros.core.values.detection_frame import DetectionFrame
 from aerial_gnss_ros.core.values.events import Events
@@ -71,8 +72,10 @@ class Intake:
         self._inputs, self._time, self._log, self._receiver = inputs, time, log, receiver
         needed = [str(i) for i in Input if inputs.state_without_messages(i) is None]
         held = [WATER_LEVEL, CAMERA_INFO, *map(depth_input, config.depth.by_topic())]
+        sent = map(reference_input, inputs.references.sent)
         self.tallies: dict[str, MessageCounter] = {
-            name: MessageCounter() for name in (*map(str, Input), *held[:2], DETECTIONS, *held[2:])
+            name: MessageCounter()
+            for name in (*map(str, Input), *held[:2], DETECTIONS, *held[2:], *sent)
         }
         self.arrivals = Arrivals(
             Clock(needed, held), self.tallies, dropped, log, receiver.begin_anew
@@ -109,6 +112,11 @@ class Intake:
         self._arrive(
             name, depth.stamp_ns, lambda: self._inputs.depths.add(class_id, of_time(depth))
         )
+
+    def add_reference(self, name: str, fix: Fix) -> None:
+        """Take a position that a reference sends."""
+        of_time, known = self._time.shifted, self._inputs.references
+        self._arrive(reference_input(name), fix.stamp_ns, lambda: known.add(name, of_time(fix)))
 
     def add_camera(self, stamp_ns: int, camera: CameraModel | None) -> None:
         """Take the camera's description; None when it could not be used."""

@@ -221,7 +221,8 @@ class Pipeline:
                 "stands still, and they are refused until it changes (bad_detections).",
             )
             return Reason.BAD_DETECTIONS, None
-        scene = PosedFrame(boxes, camera, pose, in_map, self.latency.found)
+        known = self._inputs.references.at(pose.stamp_ns)
+        scene = PosedFrame(boxes, camera, pose, in_map, self.latency.found, known)
         misfit = partial(self._misfit, scene, local)
         used = self._camera_change.update(camera, boxes.stamp_ns, misfit)
         return scene if used is camera else replace(scene, camera=used), pose

@@ -25,6 +25,7 @@ from aerial_gnss_ros.core.telemetry.interpolation_error import (
     scalar_error,
 )
 from aerial_gnss_ros.core.telemetry.plausibility import Plausibility
+from aerial_gnss_ros.core.telemetry.reference_places import ReferencePlaces, reference_input
 from aerial_gnss_ros.core.telemetry.scene import MissingTelemetry, SceneTelemetry
 from aerial_gnss_ros.core.telemetry.series import (
     Missing,
@@ -58,6 +59,7 @@ class TelemetryBuffers:
     Attributes:
         depths: of robots.
         cameras: by time.
+        references: where things of known position are.
         plausibility: judges each sample before it is kept.
     """
 
@@ -79,6 +81,7 @@ class TelemetryBuffers:
         elif config.height.source == "topic":
             self._series[Input.HEIGHT] = scalar_series(config.height.max_gap, keep_s=keep_s)
         self.depths = Depths(config.depth, keep_s)
+        self.references = ReferencePlaces(config.references)
         self._level: Series[Scalar] = held_series(keep_s=keep_s)
         self._first_level = config.water_level.value_m
         for source in self._series:
@@ -125,7 +128,7 @@ class TelemetryBuffers:
         name, state = status.name, None
         if name in _TELEMETRY:
             state = self.state_without_messages(Input(name))
-        elif name != "detections":
+        elif name != "detections" and name not in map(reference_input, self.references.sent):
             given = self.cameras.fixed is not None if name == CAMERA_INFO else not status.count
             if given:
                 state = InputState.CONSTANT
@@ -183,6 +186,7 @@ class TelemetryBuffers:
         self._first_level = last.value if last is not None else self._first_level
         self._level.clear()
         self.depths.clear()
+        self.references.clear()
         self.cameras.clear()
 
     def at(self, stamp_ns: int) -> SceneTelemetry | MissingTelemetry:

@@ -2,5 +2,5 @@
 # SPDX-License-Identifier: Apache-2.0
 """Track management: the life of tracks from the first box over confirmation to the end.
 
-May import the rooms of core up to identity.
+May import the rooms of core up to references.
 """

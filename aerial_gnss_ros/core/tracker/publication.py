@@ -11,6 +11,7 @@ from aerial_gnss_ros.core.geometry.local_map import LocalMap
 from aerial_gnss_ros.core.identity.encounters import Encounters
 from aerial_gnss_ros.core.identity.label_ambiguity import Position
 from aerial_gnss_ros.core.models.platform_model import named_errors
+from aerial_gnss_ros.core.references.references import References
 from aerial_gnss_ros.core.tracker.fork import Fork
 from aerial_gnss_ros.core.tracker.track_table import TrackTable
 from aerial_gnss_ros.core.values.estimates import PlatformError, RobotEstimate
@@ -22,6 +23,7 @@ def published(
     table: TrackTable,
     encounters: Encounters,
     fork: Fork | None,
+    references: References,
     local: LocalMap,
     altitude: float,
     stamp_ns: int,
@@ -32,6 +34,7 @@ def published(
         table: of the tracks.
         encounters: ambiguities of labels.
         fork: the alternative hypothesis, if there is one.
+        references: things of known position.
         local: the frame `map`.
         altitude: of the water above the ellipsoid, m.
         stamp_ns: of the image, ns.
@@ -46,6 +49,7 @@ def published(
     labelled.sort()
     labels, rows = zip(*labelled, strict=True)
     mean, covariance = joint.moments()
+    errors = references.apply(table.tracks, mean, covariance, stamp_ns) or errors
     joint.add_fault_covariances(covariance)
     if list(rows) != list(range(len(mean))):
         mean, covariance = mean[list(rows)], covariance[list(rows)]

@@ -38,6 +38,7 @@ from aerial_gnss_ros.core.georeferencing.measurements import Measurements, measu
 from aerial_gnss_ros.core.identity.encounters import Encounters
 from aerial_gnss_ros.core.identity.labels import Labels
 from aerial_gnss_ros.core.numerics.gaussian import gate_threshold
+from aerial_gnss_ros.core.references.references import References
 from aerial_gnss_ros.core.tracker.box_account import BoxAccount, Settled, box_masks
 from aerial_gnss_ros.core.tracker.confirmation import TrackConfirmation
 from aerial_gnss_ros.core.tracker.image_evidence import ImageEvidence
@@ -86,6 +87,7 @@ class Tracker:
             config.noise.value("box_center_px"), joint.motion.speed_sigma
         )
         self._account = BoxAccount()
+        self._references = References(joint, joint.log)
         self._identity = identity
         self._local: LocalMap | None = None
         self._stamp_ns: int | None = None
@@ -96,6 +98,7 @@ class Tracker:
         self.end()
         self.table.reset()
         self._encounters.reset()
+        self._references.reset()
         self._confirmation.reset()
         self._image_evidence.reset()
         self._recovery.reset()
@@ -163,6 +166,7 @@ class Tracker:
         if ready or self._matcher.scene_mismatch:
             replaced = self._confirm(ready, len(seen.index), frame.pose.height, local, stamp_ns)
         names = self._labelled(measured, replaced)
+        self._references.update(self.table.tracks, frame, local)
         estimates, platform = self._estimates(stamp_ns)
         return TrackUpdate(estimates, names, *masks, platform)
 
@@ -318,7 +322,7 @@ class Tracker:
             return (), ()
         altitude, fork = float(self._water_altitude), self._recovery.fork
         estimates, platform = published(
-            self.table, self._encounters, fork, self._local, altitude, stamp_ns
+            self.table, self._encounters, fork, self._references, self._local, altitude, stamp_ns
         )
         if estimates:
             self._identity.remember(estimates)

@@ -16,6 +16,7 @@ from aerial_gnss_ros.core.values.estimates import MapDatum, State
 
 LOCAL = LocalMap(MapDatum(0.8, 0.2, 0.0))
 CERTAIN = SimpleNamespace(ambiguous=False)
+NO_REFERENCES = SimpleNamespace(apply=lambda *_: None)
 
 
 def table(*labels):
@@ -32,11 +33,11 @@ def table(*labels):
 
 
 def test_robots_with_labels_come_in_their_order():
-    found, _ = published(table("aqua_2", "", "aqua_1"), CERTAIN, None, LOCAL, 3.0, 7)
+    found, _ = published(table("aqua_2", "", "aqua_1"), CERTAIN, None, NO_REFERENCES, LOCAL, 3.0, 7)
     assert [(one.robot_id, one.position[1]) for one in found] == [("aqua_1", 20.0), ("aqua_2", 0.0)]
     assert found[0].latitude - found[1].latitude == pytest.approx(20.0 / 6.37e6, rel=0.01)
     assert {(one.stamp_ns, one.last_seen_ns, one.altitude) for one in found} == {(7, 5, 3.0)}
-    nobody, platform = published(table("", ""), CERTAIN, None, LOCAL, 3.0, 7)
+    nobody, platform = published(table("", ""), CERTAIN, None, NO_REFERENCES, LOCAL, 3.0, 7)
     assert nobody == ()
     assert [(one.name, one.sigma) for one in platform] == [("gnss_east", 2.0)]
 
@@ -46,6 +47,20 @@ def test_covariances_contain_another_label_and_robots_as_they_were():
         ambiguous=True, ambiguity_covariances=lambda _: {"aqua_2": np.diag([4.0, 0.0])}
     )
     fork = SimpleNamespace(apart=lambda *_: {"aqua_1": np.array([0.0, 3.0])})
-    found, _ = published(table("aqua_2", "aqua_1"), doubtful, fork, LOCAL, 0.0, 7)
+    labelled = table("aqua_2", "aqua_1")
+    found, _ = published(labelled, doubtful, fork, NO_REFERENCES, LOCAL, 0.0, 7)
     assert found[0].covariance.diagonal().tolist() == [1.0, 10.0, 1.0, 1.0]
     assert found[1].covariance.diagonal().tolist() == [5.0, 1.0, 1.0, 1.0]
+
+
+def test_references_move_robots_and_the_receiver_s_offset():
+    def apply(_tracks, mean, covariance, _stamp_ns):
+        mean[:, 0] += 5.0
+        covariance[:, 0, 0] = 0.25
+        return np.full(7, 5.0), np.diag([0.25, *[0.0] * 6])
+
+    known = SimpleNamespace(apply=apply)
+    found, platform = published(table("aqua_1"), CERTAIN, None, known, LOCAL, 0.0, 7)
+    assert found[0].position.tolist() == [5.0, 0.0]
+    assert found[0].covariance[0, 0] == 0.25
+    assert [(one.name, one.value, one.sigma) for one in platform] == [("gnss_east", 5.0, 0.5)]

@@ -1,0 +1,132 @@
+# Copyright 2026 aerial_gnss_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""The normal law of robots and of the receiver's offset, and what it becomes by known positions.
+
+A known position is conditioned on, not filtered: its error is the same in every image, so that it
+must count once however many images there are. The filter's own law stays as it is, so that a wrong
+reference can be left out again without a trace.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aerial_gnss_ros.core.filter.state_arrays import Indices, StateArrays
+from aerial_gnss_ros.core.models.platform_model import COUNT
+
+Array = NDArray[np.float64]
+
+GNSS = slice(0, 2)
+
+
+@dataclass(frozen=True)
+class PlatformKnowledge:
+    """Some linear functions of the platform's errors, with their values.
+
+    Attributes:
+        by_errors: (m, 7) derivatives by the errors.
+        value: (m,) m.
+        spread: (m, m) covariance of the values, m².
+    """
+
+    by_errors: Array
+    value: Array
+    spread: Array
+
+    def later(self, keep: Array, stationary: Array) -> PlatformKnowledge:
+        """Return it after the errors have drifted (Gauss-Markov).
+
+        Args:
+            keep: (7,) factors by which their old values still count.
+            stationary: (7, 7) their covariance when nothing is known of them.
+        """
+        drift = (1.0 - np.outer(keep, keep)) * stationary
+        kept = float(keep[0])  # that of the latency differs, which references do not tell of
+        spread = kept**2 * self.spread + self.by_errors @ drift @ self.by_errors.T
+        return PlatformKnowledge(self.by_errors, kept * self.value, spread)
+
+
+@dataclass(frozen=True)
+class PositionLaw:
+    """Robots that share one covariance with the platform.
+
+    Attributes:
+        rows: (n,) which robots of the whole program these are.
+        mean: (7 + 4 n,) of the platform's errors and robots, see `StateArrays`.
+        covariance: (7 + 4 n, 7 + 4 n).
+    """
+
+    rows: Indices
+    mean: Array
+    covariance: Array
+
+    @classmethod
+    def of(cls, group: StateArrays) -> PositionLaw:
+        """Return the law of a group of robots."""
+        return cls(group.rows, group.mean, group.covariance)
+
+    def places(self, rows: list[int]) -> Indices:
+        """Return where in the state East and North of some robots are, (2 k,)."""
+        slots = [int(np.flatnonzero(self.rows == row)[0]) for row in rows]
+        return (COUNT + 4 * np.array(slots, np.intp)[:, None] + np.arange(2)).ravel()
+
+    def states(self) -> tuple[Array, Array]:
+        """Return robots' states (n, 4) and their covariances (n, 4, 4)."""
+        n = len(self.rows)
+        blocks = self.covariance[COUNT:, COUNT:].reshape(n, 4, n, 4).diagonal(axis1=0, axis2=2)
+        return self.mean[COUNT:].reshape(n, 4), blocks.transpose(2, 0, 1)
+
+    def offset(self) -> tuple[Array, Array]:
+        """Return the receiver's offset (2,), m, and its covariance (2, 2), m²."""
+        return self.mean[GNSS], self.covariance[GNSS, GNSS]
+
+    def known(self, rows: list[int], positions: Array, spread: Array) -> PositionLaw:
+        """Return the law given where some robots are.
+
+        Args:
+            rows: k of them.
+            positions: (k, 2) East, North, m.
+            spread: (k, 2, 2) covariances of these, m².
+        """
+        own = self.places(rows)
+        cross = self.covariance[own]
+        gain = np.linalg.solve(cross[:, own] + blocks_apart(spread), cross)
+        mean = self.mean + (positions.ravel() - self.mean[own]) @ gain
+        return PositionLaw(self.rows, mean, self.covariance - cross.T @ gain)
+
+    def tells(self, rows: list[int], positions: Array, spread: Array) -> PlatformKnowledge:
+        """Return what known positions of robots tell of the platform's errors.
+
+        A robot's position is a linear function of these (regression), and a rest of its own.
+
+        Args:
+            rows: k of them.
+            positions: (k, 2) East, North, m.
+            spread: (k, 2, 2) covariances of these, m².
+        """
+        own = self.places(rows)
+        platform, cross = self.covariance[:COUNT, :COUNT], self.covariance[own, :COUNT]
+        # An error known exactly has no variance and moves nothing: hence the pseudo-inverse.
+        by_errors = cross @ np.linalg.pinv(platform, hermitian=True)
+        rest = self.covariance[np.ix_(own, own)] - by_errors @ cross.T
+        apart = positions.ravel() - self.mean[own] + by_errors @ self.mean[:COUNT]
+        return PlatformKnowledge(by_errors, apart, rest + blocks_apart(spread))
+
+    def told(self, known: PlatformKnowledge) -> PositionLaw:
+        """Return the law given what is known of the platform's errors."""
+        cross = known.by_errors @ self.covariance[:COUNT]
+        spread = cross[:, :COUNT] @ known.by_errors.T + known.spread
+        gain = np.linalg.solve(spread, cross)
+        apart = known.value - known.by_errors @ self.mean[:COUNT]
+        return PositionLaw(self.rows, self.mean + apart @ gain, self.covariance - cross.T @ gain)
+
+
+def blocks_apart(blocks: Array) -> Array:
+    """Return (2 k, 2 k) with the covariances (k, 2, 2) on the diagonal."""
+    k = len(blocks)
+    whole = np.zeros((k, 2, k, 2))
+    whole[np.arange(k), :, np.arange(k)] = blocks
+    return whole.reshape(2 * k, 2 * k)

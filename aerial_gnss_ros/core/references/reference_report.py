@@ -1,0 +1,107 @@
+# Copyright 2026 aerial_gnss_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""What is said of references: which track each is, and which are not used and why."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from aerial_gnss_ros.core.association.track import Track
+from aerial_gnss_ros.core.references.hypotheses import Candidate, Hypothesis
+from aerial_gnss_ros.core.references.position_law import PositionLaw
+from aerial_gnss_ros.core.values.events import Events, WarningText
+
+
+@dataclass(frozen=True)
+class ReferenceReportTuning:
+    """Chosen numbers of this module, with their units and where they come from."""
+
+    said_after_s: float = 2.0
+    """A reference that is not used is told of after so long, s. Judged."""
+    not_it: float = 0.05
+    """Probability below which a track is called not the reference. Odds of 20 to 1."""
+
+
+TUNING = ReferenceReportTuning()
+
+
+class ReferenceReport:
+    """Says of each reference, once, what becomes of it.
+
+    Args:
+        log: is told.
+    """
+
+    def __init__(self, log: Events) -> None:
+        self._log = log
+        self._since_ns: dict[str, int] = {}
+        self._said: dict[str, str] = {}
+
+    def update(
+        self,
+        stamp_ns: int,
+        told: list[Candidate],
+        found: list[Hypothesis],
+        links: Mapping[str, str],
+        law: PositionLaw,
+        tracks: Sequence[Track],
+    ) -> None:
+        """Take in what was decided.
+
+        Args:
+            stamp_ns: of the image, ns.
+            told: the references that may be in view.
+            found: all hypotheses.
+            links: label of the track that each used reference is.
+            law: of the tracks, without references.
+            tracks: by row.
+        """
+        for one in told:
+            label = links.get(one.name, "")
+            if label:
+                self._since_ns.pop(one.name, None)
+                self._say(one.name, f"Reference {one.name} is {label}: positions refer to it.")
+                continue
+            since_ns = self._since_ns.setdefault(one.name, stamp_ns)
+            if (stamp_ns - since_ns) * 1e-9 >= TUNING.said_after_s:
+                self._say(one.name, self._refusal(one, found, links, law, tracks))
+
+    def _say(self, name: str, sentence: str) -> None:
+        kind = sentence.partition(":")[0]
+        if self._said.get(name) != kind:
+            self._said[name] = kind
+            self._log.add(sentence if " is not used" not in sentence else WarningText(sentence))
+
+    def _refusal(
+        self,
+        one: Candidate,
+        found: list[Hypothesis],
+        links: Mapping[str, str],
+        law: PositionLaw,
+        tracks: Sequence[Track],
+    ) -> str:
+        """Return why a reference in view is not used."""
+        begin = f"Reference {one.name} is not used"
+        likely = sum(other.probability for other in found if one.name in other.rows)
+        distances = [
+            (math.dist(law.mean[law.places([row])].tolist(), one.position.tolist()), row)
+            for row in one.rows
+        ]
+        metres, row = min(distances)
+        label = tracks[row].robot_id
+        if likely > 1.0 - TUNING.not_it:
+            return f"{begin}: it may be one of several of its class; give it a class of its own."
+        own = law.places([row])
+        sigma = math.sqrt(float(np.trace(law.covariance[np.ix_(own, own)] + one.spread)) / 2.0)
+        others = ", ".join(sorted(links)) or "the receiver"
+        if likely > TUNING.not_it:
+            others = "the receiver or another reference"
+        return (
+            f"{begin}: {label} is seen {metres:,.1f} m from where it should be (one sigma without "
+            f"references {sigma:.1f} m), which contradicts {others}; check the position, and "
+            f"which {tracks[row].class_id} it is."
+        )

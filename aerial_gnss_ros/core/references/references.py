@@ -1,0 +1,302 @@
+# Copyright 2026 aerial_gnss_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""References in view: differential GNSS by camera.
+
+The receiver's offset moves drone and robots alike, so that no robot tells of it. One thing of known
+position does. Which track it is, and whether it is where it is said to be, is weighed anew as the
+filter learns (`hypotheses`); where that is clear, what is published is conditioned on it
+(`position_law`), and widened by what remains of the doubt. The filter itself never sees a
+reference: one that turns out to be wrong leaves no trace.
+
+Once no reference is in view, what the last image that showed one told of receiver and camera is
+carried on: it drifts as `noise.correlation_time_s` states.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aerial_gnss_ros.core.association.track import Track
+from aerial_gnss_ros.core.camera.posed_frame import PosedFrame
+from aerial_gnss_ros.core.filter.joint_filter import JointFilter
+from aerial_gnss_ros.core.geometry.local_map import LocalMap
+from aerial_gnss_ros.core.identity.label_format import class_token
+from aerial_gnss_ros.core.models.platform_model import COUNT
+from aerial_gnss_ros.core.references.hypotheses import Candidate, Hypothesis, hypotheses
+from aerial_gnss_ros.core.references.position_law import PlatformKnowledge, PositionLaw
+from aerial_gnss_ros.core.references.reference_report import ReferenceReport
+from aerial_gnss_ros.core.values.events import Events
+from aerial_gnss_ros.core.values.reference_place import ReferencePlace
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class ReferencesTuning:
+    """Chosen numbers of this module, with their units and where they come from."""
+
+    sure: float = 0.95
+    """Probability from which a track is taken to be a reference. Odds of 20 to 1, as everywhere."""
+    unsure: float = 0.5
+    """Probability below which it is not any more. Judged."""
+    weighed_every_s: float = 0.2
+    """How often hypotheses are weighed: filter and offsets change no faster. Judged."""
+    negligible: float = 1e-5
+    """Probability below which a hypothesis widens nothing. Judged."""
+
+
+TUNING = ReferencesTuning()
+
+
+@dataclass(frozen=True)
+class _Memory:
+    """What references told when they were last seen.
+
+    Attributes:
+        known: of the platform's errors at that time.
+        stamp_ns: of the image, ns.
+        believed: (2,) jumps of the receiver that were accepted until then, m.
+    """
+
+    known: PlatformKnowledge
+    stamp_ns: int
+    believed: Array
+
+
+class References:
+    """Corrects what is published by things of known position.
+
+    Args:
+        joint: the filter; only read.
+        log: is told which track is which reference, and which reference is not used.
+
+    Attributes:
+        links: label of the track that each used reference is.
+        report: what is said of each.
+    """
+
+    def __init__(self, joint: JointFilter, log: Events) -> None:
+        self._joint = joint
+        self.report = ReferenceReport(log)
+        self.reset()
+
+    def reset(self) -> None:
+        """Forget everything but what was said."""
+        self.links: dict[str, str] = {}
+        self._told: dict[str, Candidate] = {}
+        self._moving: set[str] = set()
+        self._stamp_ns = self._weighed_ns = -1
+        self._doubt: Array | None = None
+        self._memory: _Memory | None = None
+
+    def update(self, tracks: Sequence[Track], frame: PosedFrame, local: LocalMap) -> None:
+        """Take in what an image shows, after the filter has.
+
+        Args:
+            tracks: by row of the filter.
+            frame: the image, and where references are at its time.
+            local: the map.
+        """
+        if not frame.references and not self.links:
+            return
+        self._stamp_ns = frame.detections.stamp_ns
+        self._moving = {place.name for place in frame.references if place.moves}
+        told = [
+            _candidate(place, frame, local, self._rows(place, tracks)) for place in frame.references
+        ]
+        crowded = _crowded(frame.references, told)
+        told = [replace(one, crowded=one.name in crowded) for one in told]
+        self._told = {one.name: one for one in told}
+        for name in [name for name in self.links if name not in self._told]:
+            del self.links[name]
+        if (self._stamp_ns - self._weighed_ns) * 1e-9 >= TUNING.weighed_every_s:
+            self._weighed_ns = self._stamp_ns
+            self._weigh(tracks, [one for one in told if one.rows])
+        self._remember(tracks)
+
+    def apply(
+        self, tracks: Sequence[Track], mean: Array, covariance: Array, stamp_ns: int
+    ) -> tuple[Array, Array] | None:
+        """Correct robots' states; return the platform's errors (7,) and their covariance, or None.
+
+        Args:
+            tracks: by row of the filter.
+            mean: (n, 4) of all robots, changed in place, m, m/s.
+            covariance: (n, 4, 4) likewise.
+            stamp_ns: for which time they hold, ns.
+        """
+        found = self._corrected(tracks, stamp_ns)
+        if found is None:
+            return None
+        best, known = found
+        for group in self._joint.groups:
+            law = best if group.rows is best.rows else PositionLaw.of(group).told(known)
+            mean[law.rows], covariance[law.rows] = law.states()
+        if self._doubt is not None:
+            covariance[:, :2, :2] += self._doubt
+        return best.mean[:COUNT], best.covariance[:COUNT, :COUNT]
+
+    def _corrected(
+        self, tracks: Sequence[Track], stamp_ns: int
+    ) -> tuple[PositionLaw, PlatformKnowledge] | None:
+        """Return the law by references in view or by those that were, None: there are none.
+
+        The better of the two; with it comes what these tell of the platform.
+        """
+        found: list[tuple[PositionLaw, PlatformKnowledge]] = []
+        pairs = self._pairs(tracks, stamp_ns == self._stamp_ns)
+        own = [row for _, row in pairs]
+        law = self._law(own)
+        if pairs:
+            found.append((law.known(*_known(law, pairs)), law.tells(*_known(law, pairs))))
+        memory = self._memory
+        if memory is not None and np.array_equal(memory.believed, self._joint.jumps.believed):
+            seconds = max((stamp_ns - memory.stamp_ns) * 1e-9, 0.0)
+            keep, stationary = self._joint.model.decay(seconds), self._joint.stationary
+            later = memory.known.later(keep, stationary)
+            found.append((law.told(later), later))
+        return min(found, key=lambda one: _uncertainty(one[0], own), default=None)
+
+    def _remember(self, tracks: Sequence[Track]) -> None:
+        """Keep what references in view tell of the platform, unless older ones tell more."""
+        pairs = self._pairs(tracks, True)
+        if not any(tracks[row].last_seen_ns == self._stamp_ns for _, row in pairs):
+            return
+        rows = [row for _, row in pairs]
+        law, best = self._law(rows), self._corrected(tracks, self._stamp_ns)
+        own = law.known(*_known(law, pairs))
+        if best is not None and _uncertainty(own, rows) <= _uncertainty(best[0], rows):
+            known, believed = law.tells(*_known(law, pairs)), self._joint.jumps.believed.copy()
+            self._memory = _Memory(known, self._stamp_ns, believed)
+
+    def _weigh(self, tracks: Sequence[Track], told: list[Candidate]) -> None:
+        """Weigh which tracks references are, and whether they are right."""
+        if not told:
+            return
+        rows = [row for one in told for row in one.rows]
+        law = self._law(rows)
+        inside = set(law.rows.tolist())
+        told = [replace(one, rows=tuple(row for row in one.rows if row in inside)) for one in told]
+        found = hypotheses(law, told)
+        for one in told:
+            likely = _probabilities(one.name, found)
+            row = max(likely, key=lambda row: likely[row], default=-1)
+            label = tracks[row].robot_id if row >= 0 else ""
+            before = self.links.get(one.name, "")
+            least = TUNING.unsure if label == before else TUNING.sure
+            if label and likely[row] >= least:
+                self.links[one.name] = label
+            else:
+                self.links.pop(one.name, None)
+                if before:
+                    self._memory = None
+        self._doubt = self._doubted(tracks, law, told, found)
+        self.report.update(self._stamp_ns, told, found, self.links, law, tracks)
+
+    def _doubted(
+        self,
+        tracks: Sequence[Track],
+        law: PositionLaw,
+        told: list[Candidate],
+        found: list[Hypothesis],
+    ) -> Array | None:
+        """Return by how much (2, 2) the hypotheses not chosen widen all positions, m²."""
+        pairs = self._pairs(tracks, True)
+        if not pairs:
+            return None
+        candidates = {one.name: one for one in told}
+        offset, spread = law.known(*_known(law, pairs)).offset()
+        doubt = np.zeros((2, 2))
+        for one in found:
+            if one.probability < TUNING.negligible:
+                break
+            other = law
+            if one.rows:
+                own = [(candidates[name], row) for name, row in one.rows.items()]
+                other = law.known(*_known(law, own))
+            mean, unsure = other.offset()
+            apart = mean - offset
+            wider = max(float(np.trace(unsure - spread)), 0.0)
+            doubt += one.probability * (np.outer(apart, apart) + 0.5 * wider * np.eye(2))
+        return doubt
+
+    def _pairs(self, tracks: Sequence[Track], now: bool) -> list[tuple[Candidate, int]]:
+        """Return used references with the rows of their tracks.
+
+        Args:
+            tracks: by row.
+            now: whether it is for the time of the last image: those that move are known then.
+        """
+        rows = {track.robot_id: row for row, track in enumerate(tracks) if track.robot_id}
+        pairs: list[tuple[Candidate, int]] = []
+        for name, label in self.links.items():
+            if label in rows and name in self._told and (now or name not in self._moving):
+                pairs.append((self._told[name], rows[label]))
+        return pairs
+
+    def _law(self, rows: list[int]) -> PositionLaw:
+        """Return the law of the group of robots that has most of some rows."""
+        groups = self._joint.groups
+        best = max(groups, key=lambda group: int(np.isin(rows, group.rows).sum()))
+        return PositionLaw.of(best)
+
+    def _rows(self, place: ReferencePlace, tracks: Sequence[Track]) -> tuple[int, ...]:
+        """Return the tracks that a reference may be: of its class, and in view or it already."""
+        token, label = class_token(place.class_id), self.links.get(place.name)
+        return tuple(
+            row
+            for row, track in enumerate(tracks)
+            if track.robot_id
+            and class_token(track.class_id) == token
+            and (track.last_seen_ns == self._stamp_ns or track.robot_id == label)
+        )
+
+
+def _candidate(
+    place: ReferencePlace, frame: PosedFrame, local: LocalMap, rows: tuple[int, ...]
+) -> Candidate:
+    """Return where a reference's box should be: what stands out of the water seems farther off."""
+    position = local.positions([place.latitude], [place.longitude])[0]
+    pose, high = frame.pose, place.height
+    if 0.0 < high < pose.height:
+        camera = local.positions([pose.latitude], [pose.longitude])[0]
+        position = position + high / (pose.height - high) * (position - camera)
+    return Candidate(place.name, position, place.covariance, rows, False)
+
+
+def _crowded(places: Sequence[ReferencePlace], told: list[Candidate]) -> set[str]:
+    """Return the references of whose class there are more tracks than references."""
+    found: set[str] = set()
+    for place, one in zip(places, told, strict=True):
+        alike = sum(other.class_id == place.class_id for other in places)
+        if len(one.rows) > alike:
+            found.add(place.name)
+    return found
+
+
+def _known(law: PositionLaw, pairs: list[tuple[Candidate, int]]) -> tuple[list[int], Array, Array]:
+    """Return rows, positions and covariances of references among a law's robots."""
+    inside = set(law.rows.tolist())
+    own = [(one, row) for one, row in pairs if row in inside]
+    positions, spread = [one.position for one, _ in own], [one.spread for one, _ in own]
+    return [row for _, row in own], np.array(positions), np.array(spread)
+
+
+def _uncertainty(law: PositionLaw, without: list[int]) -> float:
+    """Return the variances of the receiver's offset and of robots but some rows, summed, m²."""
+    blocks = law.states()[1][~np.isin(law.rows, without), :2, :2]
+    return float(np.trace(law.offset()[1]) + np.trace(blocks, axis1=1, axis2=2).sum())
+
+
+def _probabilities(name: str, found: list[Hypothesis]) -> dict[int, float]:
+    """Return how probable a reference is each track."""
+    likely: dict[int, float] = {}
+    for one in found:
+        if name in one.rows:
+            row = one.rows[name]
+            likely[row] = likely.get(row, 0.0) + one.probability
+    return likely

@@ -1,0 +1,64 @@
+# Copyright 2026 aerial_gnss_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Each thing is said once, and a reference that is not used only after a while."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from aerial_gnss_ros.core.association.track import Track
+from aerial_gnss_ros.core.models.platform_model import COUNT
+from aerial_gnss_ros.core.references.hypotheses import Candidate, Hypothesis
+from aerial_gnss_ros.core.references.position_law import PositionLaw
+from aerial_gnss_ros.core.references.reference_report import TUNING, ReferenceReport
+from aerial_gnss_ros.core.values.events import Events, WarningText
+
+LAW = PositionLaw(np.array([0]), np.zeros(COUNT + 4), np.eye(COUNT + 4))
+TRACKS = [Track("beacon", 0, 5, robot_id="beacon_1")]
+PIER = Candidate("pier", np.array([6.0, 8.0]), 3.0 * np.eye(2), (0,), False)
+
+
+def said(log, report, seconds, found, links=None):
+    for t in seconds:
+        report.update(round(t * 1e9), [PIER], found, links or {}, LAW, TRACKS)
+    return log.drain()
+
+
+def test_one_that_is_not_used_is_said_once_after_a_while():
+    log = Events()
+    report, none = ReferenceReport(log), [Hypothesis({}, 1.0)]
+    assert said(log, report, [0.0, TUNING.said_after_s - 0.1], none) == []
+    (sentence,) = said(log, report, [2.0, 3.0, 60.0], none)
+    assert isinstance(sentence, WarningText)
+    assert sentence.startswith(
+        "Reference pier is not used: beacon_1 is seen 10.0 m from where it should be (one sigma "
+        "without references 2.0 m), which contradicts the receiver; check the position"
+    )
+
+
+def test_what_contradicts_it_is_named():
+    log = Events()
+    report, none = ReferenceReport(log), [Hypothesis({}, 1.0)]
+    (sentence,) = said(log, report, [0.0, 5.0], none, {"post": "post_1"})
+    assert "contradicts post;" in sentence
+    log = Events()
+    either = [Hypothesis({"pier": 0}, 0.5), Hypothesis({"post": 1}, 0.5)]
+    (sentence,) = said(log, ReferenceReport(log), [0.0, 5.0], either)
+    assert "contradicts the receiver or another reference;" in sentence
+
+
+def test_one_of_several_alike_is_said_to_be_that():
+    log = Events()
+    either = [Hypothesis({"pier": 0}, 0.5), Hypothesis({"pier": 1}, 0.5)]
+    (sentence,) = said(log, ReferenceReport(log), [0.0, 5.0], either)
+    assert sentence.endswith("it may be one of several of its class; give it a class of its own.")
+
+
+def test_one_that_is_used_is_said_once_and_again_after_a_pause():
+    log = Events()
+    report, used = ReferenceReport(log), {"pier": "beacon_1"}
+    found = [Hypothesis({"pier": 0}, 1.0)]
+    expected = "Reference pier is beacon_1: positions refer to it."
+    assert said(log, report, [0.0, 1.0], found, used) == [expected]
+    assert len(said(log, report, [2.0, 5.0], [Hypothesis({}, 1.0)])) == 1
+    assert said(log, report, [6.0, 7.0], found, used) == [expected]

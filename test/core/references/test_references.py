@@ -1,0 +1,195 @@
+# Copyright 2026 aerial_gnss_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Flights with things of known position: what they correct, and what a wrong one does not."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from aerial_gnss_ros.core.values.estimates import State
+from aerial_gnss_ros.core.values.samples import Fix
+
+OFF = (1.5, -1.1)
+"""What the drone's receiver is wrong by, m: usual for a consumer one."""
+PIER = (4.0, 18.0)
+ROBOTS = {"aqua": lambda _t: (-3.0, 20.0), "beacon": lambda _t: PIER}
+
+
+def fly(sea, references, seconds=12.0, sent=None, robots=None, hidden=None, values=None):
+    """Fly over robots whose names begin with their classes.
+
+    Args:
+        references: as stated; a position is given in metres from the origin.
+        sent: of references with a topic, the path that their fixes tell.
+        hidden: whether the detector misses a robot at a time.
+    """
+    world = sea.World(robots=robots or ROBOTS, gnss_bias=OFF, pixel_sigma=1.0)
+    stated = {name: dict(one) for name, one in references.items()}
+    for one in stated.values():
+        if "position" in one:
+            one["position"] = np.degrees(world.local.places(np.array([one["position"]]))).ravel()
+            one["position"] = one["position"].tolist()
+    engine = sea.estimator({"references": stated, **(values or {})})
+    engine.add_camera(sea.stamp(0.0), sea.camera)
+    results = []
+    for i in range(round(seconds * 10)):
+        t = i / 10
+        engine.add_fix(world.fix(t))
+        engine.add_gimbal(world.gimbal(t))
+        engine.add_height(world.height(t))
+        for name, path in (sent or {}).items():
+            if i % 2 == 0:
+                latitude, longitude = world.local.places(np.array([path(t)]))
+                covariance = 0.02**2 * np.eye(3)
+                engine.add_reference(
+                    name, Fix(sea.stamp(t), latitude[0], longitude[0], 0.0, covariance)
+                )
+        engine.add_detections(_boxes(sea, world, t, hidden))
+        results += engine.advance(sea.stamp(t))
+    return engine, results + engine.flush()
+
+
+def _boxes(sea, world, t, hidden):
+    names, centers = [], []
+    for name, place in world.robots.items():
+        latitude, longitude = world.local.places(np.array([place(t)]))
+        pixels, inside = sea.project_to_image(world.pose(t), world.camera, latitude, longitude)
+        if inside[0] and not (hidden and hidden(name, t)):
+            names.append(name.split("_", maxsplit=1)[0])
+            centers.append(pixels[0] + world.pixel_sigma * world.rng.standard_normal(2))
+    return replace(sea.boxes(t, centers), class_ids=tuple(names))
+
+
+def pier(position=PIER, sigma_m=0.05, **more):
+    return {"pier": {"class": "beacon", "position": position, "sigma_m": sigma_m} | more}
+
+
+def last(results, label="aqua_1"):
+    return next(one for one in results[-1].estimates if one.robot_id == label)
+
+
+def error(estimate, place):
+    return math.dist(estimate.position, place)
+
+
+def test_a_surveyed_point_corrects_every_robot(sea):
+    without = last(fly(sea, {})[1])
+    engine, results = fly(sea, pier())
+    robot = last(results)
+    assert error(without, ROBOTS["aqua"](0)) == pytest.approx(math.hypot(*OFF), abs=0.4)
+    assert error(robot, ROBOTS["aqua"](0)) < 0.3
+    assert robot.sigma < 0.35
+    assert without.sigma > 1.2
+    assert error(last(results, "beacon_1"), PIER) < 0.1
+    assert "Reference pier is beacon_1: positions refer to it." in engine.events
+    receiver = {one.name: one for one in results[-1].platform}
+    for name, off in zip(("gnss_east", "gnss_north"), OFF, strict=True):
+        assert receiver[name].value == pytest.approx(-off, abs=0.3)
+        assert receiver[name].sigma < 0.6
+
+
+def test_without_references_nothing_changes(sea):
+    plain, absent = fly(sea, {})[1], fly(sea, pier(position=(900.0, 900.0)))[1]
+    for one, other in zip(plain, absent, strict=True):
+        assert [e.position.tolist() for e in one.estimates] == [
+            e.position.tolist() for e in other.estimates
+        ]
+
+
+def test_a_known_error_of_the_point_is_not_averaged_out(sea):
+    robot = last(fly(sea, pier(sigma_m=1.0))[1])
+    expected = 1.0 / math.sqrt(1.0 / 1.2**2 + 1.0)
+    assert robot.sigma == pytest.approx(expected, rel=0.25)
+
+
+@pytest.mark.parametrize("off", [8.0, 1000.0, 5e6])
+def test_a_wrong_point_is_refused_said_and_does_no_harm(sea, off):
+    engine, results = fly(sea, pier(position=(PIER[0] + off, PIER[1])))
+    plain = fly(sea, {})[1]
+    assert last(results).position.tolist() == last(plain).position.tolist()
+    assert last(results).covariance.tolist() == last(plain).covariance.tolist()
+    said = [one for one in engine.events if "pier" in one]
+    assert len(said) == 1
+    assert "Reference pier is not used: beacon_1 is seen" in said[0]
+
+
+def test_a_receiver_that_is_sure_refuses_a_point_that_is_a_little_off(sea):
+    sure = {"noise.gnss_offset_m": 0.02, "noise.heading_deg": 0.1, "noise.height_m": 0.02,
+            "noise.gimbal_pitch_deg": 0.05, "noise.gimbal_roll_deg": 0.05}  # fmt: skip
+    east = PIER[0] + OFF[0] + 1.0
+    engine, _ = fly(sea, pier(position=(east, PIER[1] + OFF[1])), values=sure)
+    assert any("is not used" in one for one in engine.events)
+    engine, _ = fly(sea, pier(position=(east - 1.0, PIER[1] + OFF[1])), values=sure)
+    assert not any("is not used" in one for one in engine.events)
+
+
+def test_of_two_that_contradict_one_another_the_likelier_is_used(sea):
+    robots = ROBOTS | {"post": lambda _t: (0.0, 16.0)}
+    both = pier() | {"post": {"class": "post", "position": (5.0, 16.0), "sigma_m": 0.05}}
+    engine, results = fly(sea, both, robots=robots)
+    assert error(last(results), ROBOTS["aqua"](0)) < 0.3
+    assert any("Reference post is not used" in one and "pier" in one for one in engine.events)
+
+
+def test_two_that_agree_outvote_a_receiver_that_is_far_off(sea):
+    """5 m off, where one point alone would not be believed."""
+    robots = ROBOTS | {"post": lambda _t: (0.0, 16.0)}
+    away = np.array([5.0, 0.0])
+    points = {
+        name: {"class": name, "position": tuple(np.add(robots[name](0), away)), "sigma_m": 0.05}
+        for name in ("beacon", "post")
+    }
+    _, results = fly(sea, points, robots=robots)
+    assert error(last(results), np.add(ROBOTS["aqua"](0), away)) < 0.4
+
+
+def test_a_boat_with_a_receiver_of_its_own_corrects_while_it_moves(sea):
+    robots = {"aqua": ROBOTS["aqua"], "boat": lambda t: (2.0 + 0.4 * t, 17.0)}
+    stated = {"rtk": {"class": "boat", "topic": "rtk/fix"}}
+    _, results = fly(sea, stated, robots=robots, sent={"rtk": robots["boat"]})
+    assert error(last(results), ROBOTS["aqua"](0)) < 0.3
+    assert last(results).sigma < 0.4
+
+
+def test_a_boat_whose_fix_is_elsewhere_is_refused(sea):
+    robots = {"aqua": ROBOTS["aqua"], "boat": lambda t: (2.0 + 0.4 * t, 17.0)}
+    stated = {"rtk": {"class": "boat", "topic": "rtk/fix"}}
+    engine, results = fly(sea, stated, robots=robots, sent={"rtk": lambda _t: (60.0, 0.0)})
+    assert error(last(results), ROBOTS["aqua"](0)) == pytest.approx(math.hypot(*OFF), abs=0.4)
+    assert any("Reference rtk is not used" in one for one in engine.events)
+
+
+def test_after_it_leaves_the_view_the_error_grows_as_the_receiver_drifts(sea):
+    _, results = fly(sea, pier(), 42.0, hidden=lambda name, t: name == "beacon" and t > 12.0)
+    sigmas = [last([one]).sigma for one in (results[115], results[415])]
+    drift = 1.2 * math.sqrt(1.0 - math.exp(-2.0 * 30.0 / 300.0))
+    assert error(last(results), ROBOTS["aqua"](0)) < 0.6
+    assert sigmas[0] + 0.1 < sigmas[1] <= math.hypot(sigmas[0], drift) + 0.02
+
+
+def test_what_is_moored_may_swing(sea):
+    _, results = fly(sea, pier(sigma_m=0.2, radius_m=4.0, position=(PIER[0] + 1.0, PIER[1])))
+    assert last(results).sigma > 0.9
+
+
+def test_one_of_a_class_that_others_have_is_not_mistaken(sea):
+    """Two buoys 1.5 m apart, one of them known, and a receiver that is wrong by as much."""
+    robots = {"aqua": ROBOTS["aqua"], "buoy": lambda _t: (4.0, 18.0),
+              "buoy_b": lambda _t: (4.0 - OFF[0], 18.0 - OFF[1])}  # fmt: skip
+    stated = {"mark": {"class": "buoy", "position": (4.0, 18.0), "sigma_m": 0.1}}
+    engine, results = fly(sea, stated, robots=robots)
+    assert last(results).sigma > 0.8
+    assert any("give it a class of its own" in one for one in engine.events)
+
+
+def test_the_middle_of_a_box_above_the_water_seems_farther_off(sea):
+    """A beacon 2 m high is seen where its ray meets the water, 2/28 of the way beyond."""
+    seen = np.array(PIER) * 30.0 / 28.0
+    robots = {"aqua": ROBOTS["aqua"], "beacon": lambda _t: tuple(seen)}
+    _, results = fly(sea, pier(height_m=2.0), robots=robots)
+    assert error(last(results), ROBOTS["aqua"](0)) < 0.3
+    assert last(results).state is State.CONFIRMED
