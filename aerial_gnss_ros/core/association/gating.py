@@ -41,6 +41,8 @@ class CandidatePairs:
             and each box occurs at most once.
         new_near: pairs of a new track and a box of its class inside its gate or near it.
         new_inside: those with boxes inside the gates.
+        given: the likeliest assignment of the pairs inside robots' gates.
+        left_over: `left` of that.
     """
 
     pairs: PairInnovations
@@ -57,6 +59,8 @@ class CandidatePairs:
     nearest: list[int]
     new_near: list[int]
     new_inside: list[int]
+    given: list[int]
+    left_over: tuple[list[int], int]
 
     @classmethod
     def of_image(
@@ -106,36 +110,57 @@ class CandidatePairs:
                 rows.add(of[k])
                 columns.add(to[k])
                 nearest.append(k)
+        given = _best(of, to, squared, wide, threshold, inside)
         return cls(
             pairs, of, to, squared, wide, log, kind, threshold, reach, robots, inside, nearest,
-            beside, grown,
+            beside, grown, given, _left(of, to, squared, reach, robots, given),
         )  # fmt: skip
 
     def best(self, pairs: list[int]) -> list[int]:
         """Return the likeliest assignment of some pairs inside gates."""
-        rows = list(map(self.rows.__getitem__, pairs))
-        columns = list(map(self.columns.__getitem__, pairs))
-        if len({*rows}) == len({*columns}) == len(rows):  # nothing to weigh
-            return pairs
-        squared, wide = [self.squared[k] for k in pairs], [self.log_determinant[k] for k in pairs]
-        found = likeliest(rows, columns, squared, wide, self.threshold)
-        return [pairs[k] for k in found]
+        return _best(
+            self.rows, self.columns, self.squared, self.log_determinant, self.threshold, pairs
+        )
 
     def left(self, chosen: list[int]) -> tuple[list[int], int]:
         """Return the pairs of robots and boxes that an assignment leaves over.
 
         Also returns how many of these robots have a box near their gates.
         """
-        rows: set[int] = set()
-        columns: set[int] = set()
-        for k in chosen:
-            rows.add(self.rows[k])
-            columns.add(self.columns[k])
-        found: list[int] = []
-        missed: set[int] = set()
-        for k in self.robots:
-            if self.rows[k] not in rows and self.columns[k] not in columns:
-                found.append(k)
-                if self.squared[k] <= self.reach:
-                    missed.add(self.rows[k])
-        return found, len(missed)
+        return _left(self.rows, self.columns, self.squared, self.reach, self.robots, chosen)
+
+
+def _best(
+    of: list[int],
+    to: list[int],
+    squared: list[float],
+    wide: list[float],
+    threshold: float,
+    pairs: list[int],
+) -> list[int]:
+    """Return the likeliest assignment of some pairs, see `CandidatePairs.best`."""
+    rows, columns = list(map(of.__getitem__, pairs)), list(map(to.__getitem__, pairs))
+    if len({*rows}) == len({*columns}) == len(rows):  # nothing to weigh
+        return pairs
+    near, log = list(map(squared.__getitem__, pairs)), list(map(wide.__getitem__, pairs))
+    return [pairs[k] for k in likeliest(rows, columns, near, log, threshold)]
+
+
+def _left(
+    of: list[int],
+    to: list[int],
+    squared: list[float],
+    reach: float,
+    robots: list[int],
+    chosen: list[int],
+) -> tuple[list[int], int]:
+    """Return what an assignment leaves over, see `CandidatePairs.left`."""
+    rows, columns = {of[k] for k in chosen}, {to[k] for k in chosen}
+    found: list[int] = []
+    missed: set[int] = set()
+    for k in robots:
+        if of[k] not in rows and to[k] not in columns:
+            found.append(k)
+            if squared[k] <= reach:
+                missed.add(of[k])
+    return found, len(missed)

@@ -114,11 +114,12 @@ class Matcher:
         """
         # Robots choose first: a false track must not take a robot's boxes.
         inside, kind, decided = candidates.inside, candidates.kind, Association(*NO_PAIRS)
-        of, to, given = candidates.rows, candidates.columns, candidates.best(inside)
+        of, to, given = candidates.rows, candidates.columns, candidates.given
         if len(given) < len(inside):
             away_ns = stamp_ns - round(self._missed_s(stamp_ns) * 1e9)
             given = keep_established(tracks, of, to, given, inside, away_ns)
-        left, decided.outside = candidates.left(given)
+        same = given is candidates.given
+        left, decided.outside = candidates.left_over if same else candidates.left(given)
         chosen, held_ns = given, MOTION_MODEL.held_s * 1e9
         if [k for k in given if stamp_ns - tracks[of[k]].last_seen_ns > held_ns]:
             chosen = without_disputed(

@@ -94,12 +94,6 @@ class StateArrays:
         accelerations, speeds = np.where(np.isnan(own), np.array(both)[:, None], own)
         return MotionOf(accelerations, speeds)
 
-    def fastest(self, slots: Indices, default: float) -> Array | float:
-        """Return the fastest speeds of some robots; `default` where no class has its own, m/s."""
-        speeds = self.own[1, slots]
-        own = ~np.isnan(speeds)
-        return np.where(own, 2.0 * speeds, default) if own.any() else default
-
     def positions(self) -> tuple[Array, Array, Array]:
         """Return the robots' positions (n, 2) and how well they are known; views.
 

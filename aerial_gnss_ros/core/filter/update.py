@@ -159,7 +159,7 @@ def correct(
     gain[:, LATENCY] = reduction[LATENCY, LATENCY] = 0.0
     joint.mean = before + white @ gain
     _iterate(joint, before, slots, pixels, sight, linear, root, gain)
-    possible = _possible(joint, slots, reduction, joint.fastest(slots, fastest))
+    possible = _possible(joint, slots, reduction, fastest)
     if possible is not None:
         joint.mean = before
         rest = correct(joint, slots[possible], pixels[possible], sight, model, fastest, level)
@@ -219,12 +219,21 @@ def _iterate(
 
 
 def _possible(
-    joint: JointState, slots: Indices, reduction: Array, fastest: Array | float
+    joint: JointState, slots: Indices, reduction: Array, default: float
 ) -> NDArray[np.bool_] | None:
-    """Return which corrected robots (m,) are not too fast; None if all are."""
+    """Return which corrected robots (m,) are not too fast; None if all are.
+
+    Args:
+        joint: the law.
+        slots: (m,) the robots.
+        reduction: of its covariance.
+        default: fastest speed of robots whose class has none of its own, m/s.
+    """
+    own = joint.own[1, slots]
+    fastest = np.where(np.isnan(own), default, 2.0 * own)
     velocities = joint.mean[COUNT:].reshape(-1, 4)[slots, 2:]
     squared = np.square(velocities).sum(axis=1)
-    if max(squared.tolist()) <= float(np.min(fastest)) ** 2:
+    if max(squared.tolist()) <= min(fastest.tolist()) ** 2:
         return None
     speeds = np.sqrt(squared)
     own = COUNT + 4 * slots[:, None] + [2, 3]

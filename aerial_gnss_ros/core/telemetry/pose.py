@@ -129,6 +129,7 @@ class PoseBuilder:
         gimbal: Array | None,
         reference: str,
     ) -> CameraPose | Reason:
+        variances, gaps_s = self._interpolated(samples, reference)
         fix, altitude = samples.fix, ellipsoidal_altitude(samples.fix, self._config.fix)
         latitude, longitude = fix.latitude, fix.longitude
         if body is not None and self._apart:
@@ -145,7 +146,6 @@ class PoseBuilder:
             )
             return Reason.BAD_HEIGHT
         camera = enu_from_camera(reference, gimbal, body, self._mount)
-        variances, gaps_s = self._interpolated(samples, reference)
         return CameraPose(
             stamp_ns=samples.stamp_ns,
             latitude=latitude,
