@@ -31,7 +31,7 @@ TESTED_WITH = {
     "calibration/test_motion.py": "calibration/telemetry_smoother",
     "calibration/test_recorded_delay.py": "calibration/recording",
     "commands/test_augment.py": (
-        "commands/argument_types commands/dataset_arguments training/augment training/naming"
+        "commands/argument_types commands/dataset_arguments training/augment"
     ),
     "commands/test_benchmark.py": "benchmarking/flight benchmarking/suite",
     "commands/test_camera.py": "commands/camera_arguments",
@@ -43,14 +43,10 @@ TESTED_WITH = {
     "commands/test_simulate.py": "commands/simulate_arguments",
     "commands/test_stream.py": "commands/udp_outputs",
     "commands/test_train.py": "commands/ending commands/train_arguments",
-    "detection/test_compiled_sizes.py": "detection/background",
-    "detection/test_onnx_model.py": "detection/second_look_terms",
     "detection/test_roi.py": "detection/following detection/pieces detection/windowed",
-    "detection/test_second_look.py": "detection/search detection/views",
+    "detection/test_second_look.py": "detection/views",
     "detection/test_select.py": "detection/config detection/openvino_backend",
     "detection/test_tensorrt_backend.py": "detection/cuda detection/engine_card training/engine",
-    "detection/test_tiling.py": "detection/windows",
-    "detection/test_ultralytics_backend.py": "detection/offline",
     "evaluation/test_track_map.py": "evaluation/picture",
     "nodes/test_arrivals.py": "nodes/inputs nodes/newest",
     "nodes/test_detector.py": (
@@ -81,20 +77,10 @@ TESTED_WITH = {
         "simulation/composite simulation/raster simulation/scene simulation/shading "
         "simulation/sky simulation/wash"
     ),
-    "training/test_carrying.py": "training/geometry_operations",
-    "training/test_exports.py": (
-        "training/calibration_images training/contact_sheet training/half training/onnx_graph "
-        "training/quantize"
-    ),
-    "training/test_inspection.py": "training/label_lines training/layout",
-    "training/test_run_folder.py": "training/curves training/data_view training/model_card",
-    "training/test_score.py": "training/compare training/failures training/labelled",
-    "training/test_second_look.py": (
-        "training/proposals training/second_look_network training/share"
-    ),
+    "training/test_score.py": "training/labelled",
+    "training/test_second_look.py": "training/proposals training/second_look_network",
     "training/test_supervise.py": "training/offline training/results training/worker",
     "training/test_train.py": "training/export",
-    "training/test_variants.py": "training/colour training/pixel_operations",
 }
 
 # Modules that no test runs in this process.

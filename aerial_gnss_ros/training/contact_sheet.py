@@ -35,10 +35,11 @@ def write_contact_sheet(folder: Path, split: str, stems: Sequence[str], file: Pa
     shown = [stem for stem, images in variants.items() if images]
     labelled = [stem for stem in shown if any(_boxes(image) for image in variants[stem])]
     pool = labelled or shown
-    picked = [pool[i] for i in sorted({int(i) for i in np.linspace(0, len(pool) - 1, ROWS)})]
+    spread = np.linspace(0, len(pool) - 1, ROWS) if pool else np.zeros(0)
+    picked = [pool[i] for i in sorted({int(i) for i in spread})]
     rows = []
     columns = min(COLUMNS, max((len(variants[stem]) for stem in pool), default=1))
-    for stem in picked if pool else []:
+    for stem in picked:
         cells = [_cell(image) for image in variants[stem][:columns]]
         cells += [np.zeros((SIDE, SIDE, 3), np.uint8)] * (columns - len(cells))
         rows.append(np.hstack(cells))

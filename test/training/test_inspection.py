@@ -9,9 +9,8 @@ import numpy as np
 import pytest
 from PIL import Image as PillowImage
 
-from aerial_gnss_ros.core.values.errors import InputError
 from aerial_gnss_ros.training.inspection import DatasetError, inspect
-from aerial_gnss_ros.training.layout import label_file, open_dataset
+from aerial_gnss_ros.training.layout import open_dataset
 
 
 def problems(folder, **options):
@@ -118,52 +117,6 @@ def test_images_without_labels_may_count_as_empty(tmp_path, make_set):
     assert len(found.examples["val"][0].boxes) == 0
 
 
-def test_paths_as_roboflow_writes_them(tmp_path, make_set):
-    """train/images beside data.yaml, called ../train/images in it."""
-    made, folder = make_set(tmp_path / "made"), tmp_path / "set"
-    for split in ("train", "val"):
-        (folder / split).mkdir(parents=True)
-        for kind in ("images", "labels"):
-            (made / kind / split).rename(folder / split / kind)
-    paths = "train: ../train/images\nval: ../val/images\nnc: 1\nnames: [aqua]\n"
-    (folder / "data.yaml").write_text(paths)
-    assert problems(folder) == []
-    assert [len(e.boxes) for e in inspect(open_dataset(folder)).examples["val"]] == [1, 2, 1, 3]
-    (folder / "data.yaml").write_text(paths.replace("val/images", "valid/images"))
-    with pytest.raises(InputError, match=r"'\.\./valid/images', but .* is neither a folder"):
-        open_dataset(folder)
-
-
-def test_lists_of_images(tmp_path, make_set):
-    folder = make_set(tmp_path / "set")
-    (folder / "some.txt").write_text("images/train/1.png\n\nimages/train/9.png\n")
-    (folder / "data.yaml").write_text("train: some.txt\nval: [images/val]\nnames: [aqua]\n")
-    dataset = open_dataset(folder)
-    assert [path.name for path in dataset.images["train"]] == ["1.png", "9.png"]
-    (said,) = problems(folder)
-    assert said.endswith("9.png: the image is missing")
-
-
-@pytest.mark.parametrize(
-    ("text", "expected"),
-    [
-        ("train: [", "is not YAML"),
-        ("- train", "must have the keys"),
-        ("train: images/train", "has no names"),
-        ("val: images/val\nnames: [a]", "has no train"),
-        ("train: images/train\nnames: {1: a, 2: b}", "numbered 0, 1, 2"),
-        ("train: images/train\nnames: [a, b]\nnc: 3", "nc is 3, but there are 2"),
-        ("train: images/train\nnames: [a, a]", "same name"),
-        ("train: images/none\nnames: [a]", "neither a folder of images nor a text file"),
-    ],
-)
-def test_what_data_yaml_must_say(tmp_path, make_set, text, expected):
-    folder = make_set(tmp_path / "set")
-    (folder / "data.yaml").write_text(text)
-    with pytest.raises(InputError, match=expected):
-        open_dataset(folder)
-
-
 def test_an_empty_set_and_a_missing_one_are_errors(tmp_path, make_set):
     folder = make_set(tmp_path / "set", robots=())
     assert any("train has no images" in line for line in problems(folder))
@@ -182,9 +135,3 @@ def test_the_fingerprint_knows_every_byte_but_not_the_place(tmp_path, make_set):
     labels = second / "labels" / "val" / "3.txt"
     labels.write_text(labels.read_text().replace("0.", "0.0", 1))
     assert fingerprint(first) != fingerprint(second)
-
-
-def test_labels_lie_beside_the_last_images_folder(tmp_path):
-    image = tmp_path / "images" / "set" / "images" / "train" / "a.b.jpg"
-    assert label_file(image) == tmp_path / "images" / "set" / "labels" / "train" / "a.b.txt"
-    assert label_file(tmp_path / "plain" / "a.jpg").name == "a.txt"

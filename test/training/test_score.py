@@ -5,44 +5,23 @@
 from __future__ import annotations
 
 import json
+import sys
+from pathlib import Path
 
 import cv2
 import numpy as np
 import pytest
 
 from aerial_gnss_ros.core.values.errors import InputError
-from aerial_gnss_ros.detection.base import Detections, within_image
+from aerial_gnss_ros.detection.base import within_image
 from aerial_gnss_ros.simulation.dataset import DatasetConfig, generate
-from aerial_gnss_ros.training import failures
 from aerial_gnss_ros.training.labelled import LabelledImage, Truth, read_folder
 from aerial_gnss_ros.training.score import Score, main, match, report, score, sweep, sweep_report
 
+sys.path.insert(0, str(Path(__file__).parent))
 
-def found(*rows: tuple[float, ...]) -> Detections:
-    """Boxes of (left, top, right, bottom, score)."""
-    table = np.array(rows, dtype=np.float64).reshape(-1, 5)
-    centre = (table[:, :2] + table[:, 2:4]) / 2
-    return Detections(
-        np.hstack([centre, table[:, 2:4] - table[:, :2]]),
-        table[:, 4],
-        np.zeros(len(table), np.int64),
-        ("aqua",),
-    )
+from scored import ROBOT, Fixed, found, truth
 
-
-def truth(*rows: tuple[float, ...], contrast: float = 0.3) -> Truth:
-    """Robots of (left, top, right, bottom, counted)."""
-    table = np.array(rows, dtype=np.float64).reshape(-1, 5)
-    return Truth(
-        table[:, :4],
-        table[:, 4] > 0,
-        (table[:, 2:4] - table[:, :2]).max(axis=1, initial=0.0),
-        np.full(len(table), contrast),
-        np.zeros(len(table), np.int64),
-    )
-
-
-ROBOT = (0.0, 0.0, 40.0, 20.0, 1.0)
 FAINT = (100.0, 0.0, 140.0, 20.0, 0.0)
 
 
@@ -153,15 +132,6 @@ def test_figures_for_a_machine(rendered, capsys, monkeypatch):
     assert json.loads(capsys.readouterr().out)["recall"] == 1.0
 
 
-class Fixed:
-    """A detector that always finds the same."""
-
-    name, class_names = "fixed", ("aqua",)
-
-    def detect(self, _):
-        return found((0, 0, 40, 20, 0.72), (200, 0, 240, 20, 0.33), (300, 0, 340, 20, 0.21))
-
-
 def test_a_sweep_counts_the_boxes_above_each_threshold():
     image = LabelledImage("a", truth(ROBOT, (200, 0, 240, 20, 1)), lambda: np.zeros((9, 9, 3)))
     results = sweep(Fixed(), [image])
@@ -171,21 +141,3 @@ def test_a_sweep_counts_the_boxes_above_each_threshold():
     assert counts[0.35] == (1, 0)
     assert counts[0.75] == (0, 0)
     assert "| 0.35 | 1.000 | 0.500 | 0.667 |" in sweep_report(results)
-
-
-def test_failures_are_shown_with_their_scores(tmp_path, monkeypatch, capsys):
-    image = np.full((60, 400, 3), 90, np.uint8)
-    labelled = LabelledImage("a", truth(ROBOT, (100, 30, 140, 50, 1)), lambda: image)
-    missed, false = failures.failures(Fixed(), [labelled])
-    assert [one.words for one in missed + false] == ["missed", "false 0.33", "false 0.21"]
-    assert missed[0].cell.shape == (failures.CELL, failures.CELL, 3)
-    # The box's middle is the cell's, and it is drawn 1/1.8 of the cell wide.
-    green = (missed[0].cell == (0, 255, 0)).all(axis=2)
-    columns = np.flatnonzero(green.any(axis=0))
-    assert (columns[0] + columns[-1]) / 2 == pytest.approx((failures.CELL - 1) / 2, abs=1)
-    assert np.ptp(columns) == pytest.approx(failures.CELL / 1.8, abs=2)
-    monkeypatch.setattr(failures, "load_detector", lambda _: Fixed())
-    monkeypatch.setattr(failures, "open_images", lambda *_: [labelled])
-    assert failures.main(["x", "y", "-o", str(tmp_path / "f.png"), "--columns", "3"]) == 0
-    assert "1 missed, 2 false boxes" in capsys.readouterr().out
-    assert cv2.imread(str(tmp_path / "f.png")).shape == (320, 480, 3)

@@ -1,0 +1,50 @@
+# Copyright 2026 aerial_gnss_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""How much a second look counts is what held-out images say."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from aerial_gnss_ros.detection.base import Detections
+from aerial_gnss_ros.training.labelled import Truth
+from aerial_gnss_ros.training.share import Look, best_share
+
+
+def truth_of(*corners):
+    count = len(corners)
+    return Truth(
+        np.array(corners, float).reshape(-1, 4), np.ones(count, bool), np.full(count, 20.0),
+        np.full(count, np.nan), np.zeros(count, np.int64),
+    )  # fmt: skip
+
+
+def look_of(detector, second):
+    """Two robots and a false box, with the scores that each network gives them."""
+    middles = np.array([[10.0, 10.0], [60.0, 10.0], [10.0, 60.0]])
+    corners = np.hstack([middles - 10.0, middles + 10.0])
+    xywh, none = np.hstack([middles, np.full((3, 2), 20.0)]), np.zeros(3, np.int64)
+    found = Detections(xywh, np.array(detector), none, ("aqua",))
+    return Look(found, np.array(second), truth_of(*corners[:2]))
+
+
+def test_the_share_is_what_the_held_out_images_say():
+    # The detector takes the false box for a robot, the second look does not take the second one
+    # for one; only together, at even odds or nearly, they are right.
+    look = look_of([0.79, 0.55, 0.65], [0.7, 0.45, 0.04])
+    share, reached = best_share([[look]])
+    assert reached == 1.0
+    boxes, _ = look.shared(share.weight)
+    odds = np.log(boxes.scores / (1.0 - boxes.scores)) + share.shift
+    assert (odds[:2] > np.log(0.3 / 0.7)).all()
+    assert odds[2] < np.log(0.3 / 0.7)
+    assert boxes.xywh[2, 1] == 60.0
+    # Ten images of another kind, in which the detector alone is right, count no more than this one.
+    others = [look_of([0.79, 0.7, 0.04], [0.79, 0.7, 0.04])] * 10
+    again, reached = best_share([[look], others])
+    assert (again, reached) == (share, 1.0)
+    # A box that was not looked at again keeps the score that it had.
+    assert look_of([0.9, 0.5, 0.02], [0.9, 0.7, 0.02]).shared(1.0)[0].scores.tolist() == (
+        pytest.approx([0.9, 0.7, 0.02])
+    )
