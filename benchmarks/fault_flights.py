@@ -22,7 +22,7 @@ from aerial_gnss_ros.core.camera.model import CameraModel
 from aerial_gnss_ros.core.config.estimator import estimator_config
 from aerial_gnss_ros.core.estimation.estimator import Estimator
 from aerial_gnss_ros.core.geometry.frames import matrix_from_quaternion, quaternion_from_matrix
-from aerial_gnss_ros.core.geometry.local_map import LocalMap
+from aerial_gnss_ros.core.geometry.geodesy import LocalMap
 from aerial_gnss_ros.core.values.detection_frame import DetectionFrame
 from aerial_gnss_ros.core.values.estimates import FrameResult
 from aerial_gnss_ros.core.values.samples import Fix, Orientation, Scalar

@@ -38,7 +38,7 @@ from scipy.optimize import linear_sum_assignment
 from tables import show
 
 from aerial_gnss_ros.core.geometry.frames import matrix_from_quaternion
-from aerial_gnss_ros.core.geometry.local_map import LocalMap
+from aerial_gnss_ros.core.geometry.geodesy import LocalMap
 from aerial_gnss_ros.core.georeferencing import localization, paper
 from aerial_gnss_ros.core.values.detection_frame import DetectionFrame
 from aerial_gnss_ros.core.values.estimates import FrameResult, State

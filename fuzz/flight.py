@@ -22,7 +22,7 @@ from aerial_gnss_ros.bags.typestore import make
 from aerial_gnss_ros.core.config.estimator import EstimatorConfig
 from aerial_gnss_ros.core.estimation.estimator import Estimator
 from aerial_gnss_ros.core.geometry.frames import rpy_from_matrix
-from aerial_gnss_ros.core.geometry.local_map import LocalMap
+from aerial_gnss_ros.core.geometry.geodesy import LocalMap
 from aerial_gnss_ros.core.georeferencing.localization import locate
 from aerial_gnss_ros.core.values.estimates import FrameResult, MapDatum
 from aerial_gnss_ros.core.values.samples import Array

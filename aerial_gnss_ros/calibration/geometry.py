@@ -14,7 +14,7 @@ from aerial_gnss_ros.calibration.motion import Poses
 from aerial_gnss_ros.calibration.pose_errors import error_axes_of
 from aerial_gnss_ros.core.camera.model import CameraModel
 from aerial_gnss_ros.core.geometry.frames import FLU_FROM_OPTICAL, skew
-from aerial_gnss_ros.core.geometry.local_map import on_water_surface
+from aerial_gnss_ros.core.geometry.geodesy import on_water_surface
 from aerial_gnss_ros.core.geometry.refraction import submerged_offsets
 
 Array = NDArray[np.float64]

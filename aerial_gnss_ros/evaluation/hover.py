@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aerial_gnss_ros.bags.tables import EstimatedTrack, Track
-from aerial_gnss_ros.core.geometry.local_map import LocalMap
+from aerial_gnss_ros.core.geometry.geodesy import LocalMap
 from aerial_gnss_ros.core.values.errors import InputError
 from aerial_gnss_ros.core.values.estimates import FrameResult, MapDatum, State
 

@@ -10,8 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aerial_gnss_ros.core.geometry.frames import FLU_FROM_OPTICAL
-from aerial_gnss_ros.core.geometry.geodesy import ecef_of_places, enu_axes
-from aerial_gnss_ros.core.geometry.local_map import LocalMap
+from aerial_gnss_ros.core.geometry.geodesy import LocalMap, ecef_of_places, enu_axes
 from aerial_gnss_ros.core.geometry.rotation_vectors import rotation_matrix
 from aerial_gnss_ros.core.values.camera_pose import CameraPose
 

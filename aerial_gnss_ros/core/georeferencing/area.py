@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aerial_gnss_ros.core.config.area_of_operation import Polygon
-from aerial_gnss_ros.core.geometry.local_map import LocalMap
+from aerial_gnss_ros.core.geometry.geodesy import LocalMap
 from aerial_gnss_ros.core.georeferencing.localization import WaterPoints
 from aerial_gnss_ros.core.numerics.small_arrays import row_products
 from aerial_gnss_ros.core.values.estimates import MapDatum

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from aerial_gnss_ros.core.association.assignment import assign
 from aerial_gnss_ros.core.config.estimator import EstimatorConfig, RobotBinding
-from aerial_gnss_ros.core.geometry.local_map import LocalMap
+from aerial_gnss_ros.core.geometry.geodesy import LocalMap
 from aerial_gnss_ros.core.identity.label_format import LabelRegistry, class_token
 from aerial_gnss_ros.core.identity.saved_labels import SavedNames, SavedRobot
 from aerial_gnss_ros.core.numerics.gaussian import gate_threshold, mahalanobis

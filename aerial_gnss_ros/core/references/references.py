@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 from aerial_gnss_ros.core.association.track import Track
 from aerial_gnss_ros.core.camera.posed_frame import PosedFrame
 from aerial_gnss_ros.core.filter.joint_filter import JointFilter
-from aerial_gnss_ros.core.geometry.local_map import LocalMap
+from aerial_gnss_ros.core.geometry.geodesy import LocalMap
 from aerial_gnss_ros.core.identity.label_format import class_token
 from aerial_gnss_ros.core.models.platform_model import COUNT
 from aerial_gnss_ros.core.references.hypotheses import Candidate, Hypothesis, hypotheses

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aerial_gnss_ros.core.config.corrections import DepthConfig
-from aerial_gnss_ros.core.geometry.local_map import LocalMap
+from aerial_gnss_ros.core.geometry.geodesy import LocalMap
 from aerial_gnss_ros.core.geometry.refraction import depth_slopes
 from aerial_gnss_ros.core.telemetry.series import Series, held_series
 from aerial_gnss_ros.core.values.camera_pose import CameraPose

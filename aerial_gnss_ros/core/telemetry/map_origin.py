@@ -7,7 +7,7 @@ from __future__ import annotations
 import math
 
 from aerial_gnss_ros.core.config.estimator import EstimatorConfig
-from aerial_gnss_ros.core.geometry.local_map import LocalMap
+from aerial_gnss_ros.core.geometry.geodesy import LocalMap
 from aerial_gnss_ros.core.telemetry.plausibility import distance
 from aerial_gnss_ros.core.telemetry.vertical_datum import describe_datums, ellipsoidal_altitude
 from aerial_gnss_ros.core.values.estimates import MapDatum

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 
 from aerial_gnss_ros.core.association.track import Track
 from aerial_gnss_ros.core.config.processing import TracksConfig
-from aerial_gnss_ros.core.geometry.local_map import LocalMap
+from aerial_gnss_ros.core.geometry.geodesy import LocalMap
 from aerial_gnss_ros.core.identity.encounters import Encounters
 from aerial_gnss_ros.core.identity.label_ambiguity import Position, exchange_probabilities
 from aerial_gnss_ros.core.identity.labels import ConfirmedTrack, Labels

@@ -14,6 +14,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from aerial_gnss_ros.core.geometry import geodesy
+from aerial_gnss_ros.core.values.estimates import MapDatum
 
 latitudes = st.floats(-89.9, 89.9)
 longitudes = st.floats(-180.0, 180.0)
@@ -109,3 +110,27 @@ def test_few_points_become_geodetic_as_many_do(places):
     many = geodesy.geodetic_from_ecef(np.concatenate([xyz, np.full((13, 3), 6.3e6)]))
     for one, other, off in zip(few, many, (1e-15, 1e-15, 1e-8), strict=True):
         assert one == pytest.approx(other[: len(places)], abs=off)
+
+
+@given(
+    st.floats(-80.0, 80.0),
+    st.floats(-180.0, 180.0),
+    st.floats(-20_000.0, 20_000.0),
+    st.floats(-20_000.0, 20_000.0),
+)
+def test_the_map_there_and_back_to_a_millimetre_within_20_km(latitude, longitude, east, north):
+    local = geodesy.LocalMap(MapDatum(math.radians(latitude), math.radians(longitude), math.nan))
+    there = local.places(np.array([[east, north]]))
+    assert local.positions(*there)[0] == pytest.approx([east, north], abs=1e-3)
+
+
+def test_distances_in_the_map_are_those_on_the_ellipsoid():
+    origin = MapDatum(math.radians(13.194), math.radians(-59.6415), math.nan)
+    latitude, longitude = geodesy.LocalMap(origin).places(np.array([[300.0, -400.0]]))
+    distance, azimuth, _ = geodesy.geodesic_inverse(
+        origin.latitude, origin.longitude, float(latitude[0]), float(longitude[0])
+    )
+    assert distance == pytest.approx(500.0, abs=1e-3)
+    assert math.degrees(azimuth) == pytest.approx(
+        180.0 - math.degrees(math.atan2(300.0, 400.0)), abs=1e-3
+    )

@@ -10,8 +10,7 @@ import numpy as np
 import pytest
 
 from aerial_gnss_ros.core.geometry.frames import FLU_FROM_OPTICAL, matrix_from_rpy
-from aerial_gnss_ros.core.geometry.geodesy import enu_from_geodetic, geodetic_from_enu
-from aerial_gnss_ros.core.geometry.local_map import LocalMap
+from aerial_gnss_ros.core.geometry.geodesy import LocalMap, enu_from_geodetic, geodetic_from_enu
 from aerial_gnss_ros.core.geometry.map_pose import MapPose
 from aerial_gnss_ros.core.values.camera_pose import CameraPose
 from aerial_gnss_ros.core.values.estimates import MapDatum

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from aerial_gnss_ros.core.config.estimator import estimator_config
-from aerial_gnss_ros.core.geometry.local_map import LocalMap
+from aerial_gnss_ros.core.geometry.geodesy import LocalMap
 from aerial_gnss_ros.core.identity.labels import ConfirmedTrack, Labels
 from aerial_gnss_ros.core.identity.saved_labels import SavedNames, SavedRobot
 from aerial_gnss_ros.core.values.estimates import MapDatum, RobotEstimate, State

@@ -13,8 +13,7 @@ from aerial_gnss_ros.core.camera.model import CameraModel
 from aerial_gnss_ros.core.filter.linearization import CameraView
 from aerial_gnss_ros.core.filter.update import linearise
 from aerial_gnss_ros.core.geometry.frames import matrix_from_rpy
-from aerial_gnss_ros.core.geometry.geodesy import geodetic_from_enu
-from aerial_gnss_ros.core.geometry.local_map import LocalMap, on_water_surface
+from aerial_gnss_ros.core.geometry.geodesy import LocalMap, geodetic_from_enu, on_water_surface
 from aerial_gnss_ros.core.geometry.map_pose import MapPose
 from aerial_gnss_ros.core.geometry.rotation_vectors import rotation_matrix, rotation_vector
 from aerial_gnss_ros.core.georeferencing.localization import located_jacobian
