@@ -21,6 +21,7 @@ from aerial_gnss_ros.core.values.errors import AerialGnssError
 COMMANDS = {
     "demo": ("demo", "simulate a short flight and localise its robots with the real nodes, live"),
     "run": ("run", "start detector and estimator nodes, and start again one that dies"),
+    "where": ("where", "say where one robot is: ask the live estimator once"),
     "stream": ("stream", "send live positions on: robots' autopilots, plotters, TAK, MAVLink"),
     "replay": ("replay", "localise the robots in recorded bags"),
     "play": ("play", "play a recording into live nodes, with /clock"),

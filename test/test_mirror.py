@@ -60,6 +60,7 @@ TESTED_WITH = {
     "nodes/test_run.py": "commands/run",
     "nodes/test_shared_parameters.py": "nodes/ros_arguments",
     "nodes/test_stream.py": "nodes/robots",
+    "nodes/test_where.py": "commands/where",
     "simulation/blender/test_labels.py": (
         "simulation/blender/masks simulation/blender/nodes simulation/blender/ocean "
         "simulation/blender/picture simulation/blender/ranges simulation/blender/rig "

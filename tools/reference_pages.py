@@ -25,7 +25,7 @@ import numpy as np
 from aerial_gnss_ros.adapters.feed import Feed, Inputs
 from aerial_gnss_ros.adapters.kinds import ATTITUDE, FIX, GIMBAL, HEIGHT
 from aerial_gnss_ros.adapters.parameter_documents import scalar
-from aerial_gnss_ros.adapters.results import result_messages
+from aerial_gnss_ros.adapters.results import position_update, result_messages
 from aerial_gnss_ros.adapters.transforms import TF, TF_STATIC, TF_TYPE
 from aerial_gnss_ros.bags.results import PLATFORM_COLUMNS, REJECTED_COLUMNS
 from aerial_gnss_ros.bags.tables import POSITION_COLUMNS
@@ -63,6 +63,8 @@ OUTPUTS = {
     "measured in this image, `NO_FIX` while predicted.",
     "robots/<id>/odom": "The same position in the map frame (`map.frame`, ENU), z = 0 on the "
     "water, with the velocity in `child_frame_id` `<namespace>/<id>/course`.",
+    "robots/<id>/position_update": "A position each `updates.interval_s` at most, for other "
+    "filters: errors of two of them may be taken as independent. Not latched.",
     "robots/markers": "Error ellipses and names for RViz and Foxglove; made while somebody "
     "subscribes.",
     "map_datum": "Origin of the map frame, on the water; altitude NaN where it is unknown.",
@@ -297,7 +299,9 @@ def _estimator_topics() -> Iterator[list[str]]:
     for wanted in Feed(config, listening).subscriptions:
         meaning = INPUTS[wanted.name]
         yield ["in", f"`{wanted.topic}`", _type(wanted.msgtype), meaning]
-    for message in result_messages(_example()):
+    example = _example()
+    update = position_update(example.estimates[0], example.datum)
+    for message in (*result_messages(example), update):
         topic = message.topic.replace("aqua_1", "<id>")
         yield ["out", f"`{topic}`", _type(message.msgtype), OUTPUTS[topic]]
     for topic in (TF, TF_STATIC):

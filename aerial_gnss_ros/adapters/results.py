@@ -68,6 +68,7 @@ class OutgoingMessage:
 
 
 MAP_DATUM = "map_datum"
+POSITION_UPDATE = "position_update"
 MARKERS = ("robots/markers", "visualization_msgs/msg/MarkerArray")
 
 
@@ -200,6 +201,33 @@ def odometry(
             "covariance": _floats(twist_covariance),
         },
     }
+
+
+def position_update(
+    estimate: RobotEstimate, datum: MapDatum | None, frames: Frames = ROOT
+) -> OutgoingMessage:
+    """Return a sample for other filters, a geometry_msgs/PoseWithCovarianceStamped.
+
+    Only the position is stated; orientation has the variance of what is not known.
+    """
+    covariance = _position_covariance(estimate)
+    up, covariance[2, 2] = frames.up(estimate, datum)
+    east, north = estimate.position
+    fields = {
+        "header": header_fields(estimate.stamp_ns, frames.map),
+        "pose": {
+            "pose": {
+                "position": {"x": float(east), "y": float(north), "z": up},
+                "orientation": yaw_quaternion(0.0),
+            },
+            "covariance": _pose_covariance(covariance, UNKNOWN_ANGLE_RAD2),
+        },
+    }
+    return OutgoingMessage(
+        f"robots/{estimate.robot_id}/{POSITION_UPDATE}",
+        "geometry_msgs/msg/PoseWithCovarianceStamped",
+        fields,
+    )
 
 
 def detection_array(detections: Boxes, header: dict[str, Any]) -> dict[str, Any]:

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from aerial_gnss_ros.adapters.map_frame import OnWater, frames
-from aerial_gnss_ros.adapters.results import MAP_DATUM, result_messages
+from aerial_gnss_ros.adapters.results import MAP_DATUM, position_update, result_messages
 from aerial_gnss_ros.adapters.transforms import course_transforms, earth_transform
 from aerial_gnss_ros.bags.detect import DETECTIONS_TYPE
 from aerial_gnss_ros.bags.maps import geojson, gpx, kml
@@ -23,6 +23,7 @@ from aerial_gnss_ros.bags.tables import POSITION_COLUMNS, Track
 from aerial_gnss_ros.bags.typestore import GEOJSON_TYPE
 from aerial_gnss_ros.bags.writer import LATCHED, RELIABLE, BagVersion, BagWriter
 from aerial_gnss_ros.core.config.processing import MapConfig
+from aerial_gnss_ros.core.estimation.position_updates import PositionUpdates
 from aerial_gnss_ros.core.values.camera_pose import CameraPose
 from aerial_gnss_ros.core.values.estimates import FrameResult, PlatformError, RobotEstimate
 from aerial_gnss_ros.core.values.rejection import Rejection
@@ -45,6 +46,7 @@ class ResultFolder:
         namespace: put before the result topics.
         config: of the map frame.
         version: of the bag's files, see `BagWriter`.
+        updates: picks the samples for other filters; None: none are written.
     """
 
     def __init__(
@@ -53,8 +55,10 @@ class ResultFolder:
         namespace: str = "",
         config: MapConfig | None = None,
         version: BagVersion | None = None,
+        updates: PositionUpdates | None = None,
     ) -> None:
         self._config = config or MapConfig()
+        self._updates = updates
         self._frames = frames(self._config, namespace)
         self._on_water = OnWater(self._frames)
         self._folder = folder
@@ -106,6 +110,9 @@ class ResultFolder:
             messages = [one for one in messages if one.topic != MAP_DATUM]
         for one in messages:
             self._bag.write(one.topic, one.msgtype, result.stamp_ns, one.fields, LATCHED)
+        for sample in () if self._updates is None else self._updates.take(result):
+            one = position_update(sample, result.datum, self._frames)
+            self._bag.write(one.topic, one.msgtype, result.stamp_ns, one.fields, RELIABLE)
         if moved and result.datum is not None and self._config.publish_earth_tf:
             earth = earth_transform(result.stamp_ns, result.datum, self._frames)
             self._bag.write(earth.topic, earth.msgtype, result.stamp_ns, earth.fields, LATCHED)

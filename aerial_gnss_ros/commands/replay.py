@@ -21,6 +21,8 @@ from aerial_gnss_ros.commands.configuration import configuration
 from aerial_gnss_ros.commands.ending import ended_cleanly
 from aerial_gnss_ros.commands.progress import progress
 from aerial_gnss_ros.commands.replay_summary import as_json, as_text, folded
+from aerial_gnss_ros.core.config.estimator import EstimatorConfig
+from aerial_gnss_ros.core.estimation.position_updates import PositionUpdates
 from aerial_gnss_ros.detection.select import load_detector
 from aerial_gnss_ros.evaluation.errors import compare
 from aerial_gnss_ros.evaluation.platform import read_platform
@@ -65,9 +67,7 @@ def run(args: argparse.Namespace) -> int:
         with partial(args.output) as folder:
             folder.mkdir()
             with (
-                ResultFolder(
-                    folder, args.namespace, config.estimator.map, args.rosbag_version
-                ) as results,
+                _result_folder(folder, args, config.estimator) as results,
                 progress("replaying", replay.message_count, "messages") as report,
             ):
                 for result in replay.results(report, results.add_detections):
@@ -80,6 +80,11 @@ def run(args: argparse.Namespace) -> int:
     else:
         print(as_text(args.output, replay.summary))
     return 0
+
+
+def _result_folder(folder: Path, args: argparse.Namespace, config: EstimatorConfig) -> ResultFolder:
+    updates = PositionUpdates(config.updates, config.noise.value("correlation_time_s"))
+    return ResultFolder(folder, args.namespace, config.map, args.rosbag_version, updates)
 
 
 def write_replay_report(folder: Path, results: ResultFolder, replay: Replay, truth: Truth) -> None:

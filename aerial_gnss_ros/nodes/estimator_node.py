@@ -9,6 +9,7 @@ import time
 from typing import Any
 
 from rclpy.publisher import Publisher
+from rclpy.qos import QoSProfile
 
 from aerial_gnss_ros.adapters.departures import Departures
 from aerial_gnss_ros.adapters.feed import Feed, Subscription
@@ -18,6 +19,7 @@ from aerial_gnss_ros.adapters.results import (
     MARKERS,
     OutgoingMessage,
     position_messages,
+    position_update,
 )
 from aerial_gnss_ros.adapters.stamps import nanoseconds
 from aerial_gnss_ros.adapters.versions import newest_version
@@ -25,6 +27,7 @@ from aerial_gnss_ros.core.association import assignment
 from aerial_gnss_ros.core.config.estimator import EstimatorConfig, estimator_config
 from aerial_gnss_ros.core.estimation.estimator import Estimator
 from aerial_gnss_ros.core.estimation.health import RobotSummary, summary
+from aerial_gnss_ros.core.estimation.position_updates import PositionUpdates
 from aerial_gnss_ros.core.telemetry.input_status import InputState
 from aerial_gnss_ros.core.values.estimates import FrameResult, State
 from aerial_gnss_ros.core.values.events import ErrorText, WarningText
@@ -75,6 +78,9 @@ class EstimatorNode(SupervisedNode):
         self._frames = frames(self._config.map, self.get_namespace())
         self._on_water = OnWater(self._frames)
         self._picture = Picture(self.announce(*MARKERS, qos.latched()), self._frames)
+        self._updates = PositionUpdates(
+            self._config.updates, self._config.noise.value("correlation_time_s")
+        )
         self._transforms = Transforms(self._config.map, self._frames, self.announce)
         self.timings = Timings()
         self._waits = Waits()
@@ -177,6 +183,10 @@ class EstimatorNode(SupervisedNode):
         result = self._on_water.leveled(result)
         for outgoing in position_messages(self._departures.completed(result), self._frames):
             self._publisher(outgoing).publish(message(outgoing.msgtype, outgoing.fields))
+        for sample in self._updates.take(result):
+            outgoing = position_update(sample, result.datum, self._frames)
+            publisher = self._publisher(outgoing, qos.sent_once())
+            publisher.publish(message(outgoing.msgtype, outgoing.fields))
         self._give_up_oldest()
         self._transforms.send(result)
         self._picture.show(result)
@@ -203,12 +213,12 @@ class EstimatorNode(SupervisedNode):
         """Return a time whose differences count: simulated, or else one that nobody steps."""
         return self.now_ns() if self.get_clock().ros_time_is_active else self.steady_ns()
 
-    def _publisher(self, outgoing: OutgoingMessage) -> Publisher:
+    def _publisher(self, outgoing: OutgoingMessage, profile: QoSProfile | None = None) -> Publisher:
         if outgoing.topic not in self._results:
             if outgoing.topic != MAP_DATUM:
                 self._latched.setdefault(outgoing.topic.split("/")[1], []).append(outgoing.topic)
             self._results[outgoing.topic] = self.announce(
-                outgoing.topic, outgoing.msgtype, qos.latched()
+                outgoing.topic, outgoing.msgtype, profile or qos.latched()
             )
         return self._results[outgoing.topic]
 

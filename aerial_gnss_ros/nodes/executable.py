@@ -29,5 +29,7 @@ def execute(name: str, node_class: Callable[[], Callable[[], Any]]) -> int:
         sys.stderr.write(f"{name}: {error}\n")
         return WRONG_INPUT
     from aerial_gnss_ros.nodes import process
+    from aerial_gnss_ros.nodes.transport import use_prompt_profile
 
+    use_prompt_profile()
     return process.main(name, node_class())

@@ -14,7 +14,7 @@ GLOBAL = ("/tf", "/tf_static", "/clock", "/diagnostics", "/rosout", "/parameter_
 
 _LIVE = ("/clock", "/diagnostics", "/rosout", "/parameter_events")
 """What player and live nodes publish themselves."""
-_RESULT = re.compile(r"(/.*)?/(robots/[^/]+(/(geo_pose|fix|odom))?|map_datum)")
+_RESULT = re.compile(r"(/.*)?/(robots/[^/]+(/(geo_pose|fix|odom|position_update))?|map_datum)")
 _TRUTH = re.compile(r"(/.*)?/truth/.*")
 
 

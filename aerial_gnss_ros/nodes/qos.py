@@ -35,6 +35,11 @@ def latched() -> QoSProfile:
     return _profile(1, ReliabilityPolicy.RELIABLE, DurabilityPolicy.TRANSIENT_LOCAL)
 
 
+def sent_once() -> QoSProfile:
+    """Return what samples for other filters are published with: none of them comes twice."""
+    return _profile(10, ReliabilityPolicy.RELIABLE, DurabilityPolicy.VOLATILE)
+
+
 def transforms() -> QoSProfile:
     """Return what /tf is published with everywhere in ROS."""
     return _profile(100, ReliabilityPolicy.RELIABLE, DurabilityPolicy.VOLATILE)

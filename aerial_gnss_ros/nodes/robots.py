@@ -60,11 +60,57 @@ def hear_robots(
     work(task, ["aerial-gnss", "--ros-args", *ros_args])
 
 
+def ask(
+    robot: str, namespace: str, seconds: float, wanted: Callable[[Any], bool]
+) -> tuple[Any | None, float, list[str]]:
+    """Return what is published of one robot, once.
+
+    Args:
+        robot: its label.
+        namespace: of the estimator.
+        seconds: wait at most so long.
+        wanted: whether a message answers the question; the last position known comes first.
+
+    Returns:
+        The message, or None; the time from the question to it, s; the robots that are published.
+
+    Raises:
+        ConfigError: the label or the namespace cannot be part of a topic.
+        RosError: ROS cannot start.
+    """
+    answers: list[Any] = []
+    spent: list[float] = []
+    others: list[str] = []
+
+    def task() -> None:
+        steady = Clock(clock_type=ClockType.STEADY_TIME)
+        start = int(steady.now().nanoseconds)
+
+        def heard(message: Any) -> None:
+            if not answers and wanted(message):
+                answers.append(message)
+                spent.append((int(steady.now().nanoseconds) - start) * 1e-9)
+
+        with valid_names():
+            node = rclpy.create_node("where", namespace=namespace or None)
+            node.create_subscription(NavSatFix, f"robots/{robot}/fix", heard, qos.latched())
+        executor = SingleThreadedExecutor()
+        executor.add_node(node)
+        while rclpy.ok() and not answers:
+            if int(steady.now().nanoseconds) - start >= seconds * 1e9:
+                break
+            executor.spin_once(timeout_sec=0.05)
+        others.extend(name for name, _ in _published(node) if name != robot)
+        executor.shutdown()
+        node.destroy_node()
+
+    work(task, ["aerial-gnss"])
+    return (answers or [None])[0], (spent or [0.0])[0], others
+
+
 def _look(node: Node, known: set[str], take: Callable[[str, Any], None]) -> None:
-    start = node.resolve_topic_name("robots") + "/"
-    for topic, _ in node.get_topic_names_and_types():
-        robot = topic.removeprefix(start).removesuffix("/fix")
-        if topic != f"{start}{robot}/fix" or robot in known or "/" in robot:
+    for robot, topic in _published(node):
+        if robot in known:
             continue
         known.add(robot)
 
@@ -72,3 +118,14 @@ def _look(node: Node, known: set[str], take: Callable[[str, Any], None]) -> None
             take(robot, message)
 
         node.create_subscription(NavSatFix, topic, heard, qos.latched())
+
+
+def _published(node: Node) -> list[tuple[str, str]]:
+    """Return the robots on the graph with their topics."""
+    start = node.resolve_topic_name("robots") + "/"
+    found = []
+    for topic, _ in node.get_topic_names_and_types():
+        robot = topic.removeprefix(start).removesuffix("/fix")
+        if topic == f"{start}{robot}/fix" and "/" not in robot and node.count_publishers(topic):
+            found.append((robot, topic))
+    return found

@@ -29,7 +29,7 @@ from aerial_gnss_ros.nodes.schemas import DETECTOR, ESTIMATOR, SCHEMAS
 ENCLAVE = "/aerial_gnss"
 """Of the shipped policies; each node's own is below it."""
 
-RESULTS = tuple(f"robots/*/{kind}" for kind in ("geo_pose", "fix", "odom"))
+RESULTS = tuple(f"robots/*/{kind}" for kind in ("geo_pose", "fix", "odom", "position_update"))
 _EVERY_PUBLISHED = ("/rosout", "/parameter_events", "/diagnostics")
 _EVERY_SUBSCRIBED = ("/clock", "/parameter_events")
 _PARAMETERS = (

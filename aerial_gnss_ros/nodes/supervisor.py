@@ -22,6 +22,7 @@ from pathlib import Path
 from aerial_gnss_ros.nodes.executable import WRONG_INPUT
 from aerial_gnss_ros.nodes.leaving import asked_to_leave, leave_on_signals, noted_only
 from aerial_gnss_ros.nodes.shared_memory import remove_abandoned
+from aerial_gnss_ros.nodes.transport import use_prompt_profile
 
 _LOOK_S = 0.05
 _END_S = 15.0
@@ -173,9 +174,10 @@ _DIE_WITH_PARENT = _die_with_parent()
 
 
 def node_environment() -> None:
-    """Let children find this package, and nothing else in the working folder.
+    """Let children find this package, and nothing else in the working folder; and be found soon.
 
     `python -m` looks into the working folder first, where files of others may lie.
     """
     if Path(__file__).resolve().parents[2] != Path.cwd():
         os.environ["PYTHONSAFEPATH"] = "1"  # Python 3.11 and later
+    use_prompt_profile()

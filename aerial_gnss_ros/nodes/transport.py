@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Chooses the Fast DDS transport profile for processes of this package that publish images."""
+"""Chooses the Fast DDS profile for processes of this package: large images, or prompt discovery."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from pathlib import Path
 
 from aerial_gnss_ros.resources import config_path
 
-PROFILE = "fastdds_large_data.xml"
+PROFILE, PROMPT = "fastdds_large_data.xml", "fastdds_prompt.xml"
 VARIABLE = "FASTRTPS_DEFAULT_PROFILES_FILE"  # the one that Jazzy's Fast DDS 2.14 reads
 # Where users set transports themselves; any of them wins.
 _USERS_OWN = (VARIABLE, "FASTDDS_DEFAULT_PROFILES_FILE", "FASTDDS_BUILTIN_TRANSPORTS")
@@ -26,9 +26,25 @@ def use_large_data_profile(environment: MutableMapping[str, str] = os.environ) -
     Returns:
         False where the user has chosen transports already, which are left as they are.
     """
+    return _use(PROFILE, environment)
+
+
+def use_prompt_profile(environment: MutableMapping[str, str] = os.environ) -> bool:
+    """Let this process be found within half a second by programs that start later.
+
+    Args:
+        environment: where the variable is set.
+
+    Returns:
+        False where the user has chosen transports already, which are left as they are.
+    """
+    return _use(PROMPT, environment)
+
+
+def _use(profile: str, environment: MutableMapping[str, str]) -> bool:
     if any(environment.get(name) for name in _USERS_OWN):
         return False
     if any(Path(name).is_file() for name in _USERS_FILES):
         return False
-    environment[VARIABLE] = str(config_path(PROFILE))
+    environment[VARIABLE] = str(config_path(profile))
     return True

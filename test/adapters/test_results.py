@@ -20,6 +20,7 @@ from aerial_gnss_ros.adapters.results import (
     UNKNOWN_LENGTH_M2,
     course,
     detection_array,
+    position_update,
     result_messages,
 )
 from aerial_gnss_ros.adapters.results import odometry as adapters_odometry
@@ -45,6 +46,17 @@ def published(result):
 
 def with_estimate(**changes):
     return replace(RESULT, estimates=(replace(ESTIMATE, **changes),))
+
+
+def test_a_sample_for_other_filters_states_the_position_alone():
+    sample = position_update(RESULT.estimates[0], RESULT.datum)
+    assert sample.topic == "robots/aqua_1/position_update"
+    pose = sample.fields["pose"]["pose"]["position"]
+    assert [pose["x"], pose["y"]] == RESULT.estimates[0].position.tolist()
+    covariance = np.reshape(sample.fields["pose"]["covariance"], (6, 6))
+    assert covariance[:2, :2].tolist() == RESULT.estimates[0].covariance[:2, :2].tolist()
+    assert min(covariance.diagonal()[3:]) == UNKNOWN_ANGLE_RAD2
+    assert sample.fields["header"]["frame_id"] == "map"
 
 
 def test_topics_types_and_order():

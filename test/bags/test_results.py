@@ -12,11 +12,15 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from rosbags.interfaces import QosDurability
 
+from aerial_gnss_ros.bags.reader import open_bag
 from aerial_gnss_ros.bags.results import ResultFolder, position_row, rejection_row
 from aerial_gnss_ros.bags.tables import read_positions, read_rejections
+from aerial_gnss_ros.core.config.processing import UpdatesConfig
+from aerial_gnss_ros.core.estimation.position_updates import PositionUpdates
 from aerial_gnss_ros.core.values.camera_pose import CameraPose
-from aerial_gnss_ros.core.values.estimates import FrameResult
+from aerial_gnss_ros.core.values.estimates import FrameResult, State
 from aerial_gnss_ros.core.values.rejection import Reason, Rejection
 
 sys.path.insert(0, str(Path(__file__).parent))
@@ -38,6 +42,19 @@ def test_a_row_of_rejections():
 
 def pose(stamp_ns):
     return CameraPose(stamp_ns, 0.25, -1.0, 20.0, math.nan, np.eye(3))
+
+
+def test_samples_for_other_filters_are_in_the_bag_and_not_latched(tmp_path):
+    seen = replace(ESTIMATE, state=State.CONFIRMED)
+    updates = PositionUpdates(UpdatesConfig(settle_s=0.0), 300.0)
+    with ResultFolder(tmp_path, "drone1", updates=updates) as folder:
+        for late_ns in (0, 10):  # the second one is not due
+            later = replace(seen, stamp_ns=seen.stamp_ns + late_ns)
+            folder.add(FrameResult(later.stamp_ns, "camera", (later,), (), None, pose(9)))
+    with open_bag(tmp_path / "bag") as bag:
+        topic = bag.topics["/drone1/robots/aqua_1/position_update"]
+        assert topic.count == 1
+        assert topic.qos[0].durability is QosDurability.VOLATILE
 
 
 def test_a_folder_is_in_order_and_its_tables_read_back(tmp_path):

@@ -9,7 +9,13 @@ from xml.etree import ElementTree as ET
 
 import pytest
 
-from aerial_gnss_ros.nodes.transport import VARIABLE, use_large_data_profile
+from aerial_gnss_ros.nodes.transport import (
+    PROFILE,
+    PROMPT,
+    VARIABLE,
+    use_large_data_profile,
+    use_prompt_profile,
+)
 from aerial_gnss_ros.resources import config_path
 
 
@@ -20,8 +26,9 @@ def test_the_profile_holds_several_images():
     assert [one.text for one in root.findall(".//{*}useBuiltinTransports")] == ["false"]
 
 
-def test_the_profile_announces_often():
-    root = ET.parse(config_path("fastdds_large_data.xml")).getroot()  # noqa: S314 (our own)
+@pytest.mark.parametrize("name", [PROFILE, PROMPT])
+def test_profiles_announce_often(name):
+    root = ET.parse(config_path(name)).getroot()  # noqa: S314 (our own)
     path = (
         "./{*}profiles/{*}participant/{*}rtps/{*}builtin/{*}discovery_config/{*}leaseAnnouncement"
     )
@@ -36,9 +43,13 @@ def test_a_users_own_transports_are_left_alone(tmp_path, monkeypatch):
     environment = {}
     assert use_large_data_profile(environment)
     assert environment == {VARIABLE: str(config_path("fastdds_large_data.xml"))}
+    environment = {}
+    assert use_prompt_profile(environment)
+    assert environment == {VARIABLE: str(config_path("fastdds_prompt.xml"))}
     for own in (VARIABLE, "FASTDDS_BUILTIN_TRANSPORTS", "FASTDDS_DEFAULT_PROFILES_FILE"):
         environment = {own: "mine"}
         assert not use_large_data_profile(environment)
+        assert not use_prompt_profile(environment)
         assert environment == {own: "mine"}
     (tmp_path / "DEFAULT_FASTRTPS_PROFILES.xml").write_text("<dds/>")
     assert not use_large_data_profile({})

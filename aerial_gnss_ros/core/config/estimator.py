@@ -19,6 +19,7 @@ from aerial_gnss_ros.core.config.processing import (
     MapConfig,
     SurfaceConfig,
     TracksConfig,
+    UpdatesConfig,
 )
 from aerial_gnss_ros.core.config.references import Reference, references
 from aerial_gnss_ros.core.config.robot_bindings import RobotBinding, robot_bindings
@@ -53,6 +54,7 @@ __all__ = [
     "RobotBinding",
     "SurfaceConfig",
     "TracksConfig",
+    "UpdatesConfig",
     "WaterLevelConfig",
     "estimator_config",
 ]
@@ -101,6 +103,7 @@ class EstimatorConfig:
     detections: DetectionsConfig = group(DetectionsConfig)
     tracks: TracksConfig = group(TracksConfig)
     map: MapConfig = group(MapConfig)
+    updates: UpdatesConfig = group(UpdatesConfig)
     noise: Noise = group(Noise)
     robots: tuple[RobotBinding, ...] = field(default=())
     classes: tuple[tuple[str, RobotClass], ...] = field(default=())

@@ -198,3 +198,26 @@ class MapConfig:
         high=10000.0,
         optional=True,
     )
+
+
+@dataclass(frozen=True)
+class UpdatesConfig:
+    """Positions for other filters, robots/<id>/position_update: independent of one another."""
+
+    interval_s: float = key(
+        NAN,
+        "Least time between two of them. NaN: three times noise.correlation_time_s, so 900 s. A "
+        "shorter one widens their covariance, 20 times with 30 s: for filters that average over "
+        "many, such as dead reckoning with a Doppler log.",
+        unit="s",
+        low=30.0,
+        high=86400.0,
+        optional=True,
+    )
+    settle_s: float = key(
+        5.0,
+        "A robot must have been measured for so long, without as long a gap.",
+        unit="s",
+        low=0.0,
+        high=600.0,
+    )

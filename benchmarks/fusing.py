@@ -1,0 +1,184 @@
+# Copyright 2026 aerial_gnss_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Does a robot's own filter stay honest with our positions? docs/results/fusing.md.
+
+python benchmarks/fusing.py --seeds 100 --flown fusing.jsonl --markdown docs/results/fusing.md
+
+Simulated flights of 46 minutes over a swimming robot, a consumer receiver, an image a second and
+telemetry at 5 Hz. The robot has a Kalman filter of its own, which takes every position that it is
+given as independent of the others, and dead reckoning between them: its true displacement with
+white noise, which it knows. NEES is e' P^-1 e of that filter's East and North; 2 is expected. The
+band is at 95 % over the times of a row together (Bonferroni).
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import one_thread  # noqa: F401 - before numpy
+
+# isort: split
+import numpy as np
+from families import ORIGIN, results, robots_of, truth
+from scipy.stats import chi2
+from tables import columns, show
+
+from aerial_gnss_ros.core.config.estimator import estimator_config
+from aerial_gnss_ros.core.config.processing import UpdatesConfig
+from aerial_gnss_ros.core.estimation.position_updates import PositionUpdates
+from aerial_gnss_ros.core.values.estimates import FrameResult, RobotEstimate, State
+from aerial_gnss_ros.simulation.experiment import CameraClock, Experiment, default_camera
+from aerial_gnss_ros.simulation.flight import FlightPlan, GeneratedFlight
+from aerial_gnss_ros.simulation.robots import SwimPlan
+from aerial_gnss_ros.simulation.sensors import sensor_plan
+
+DURATION_S = 2760.0
+TIMES_S = (300.0, 1200.0, 2700.0)
+TIME_S = 300.0  # correlation time of the consumer set
+WALKS = {"0.01": 0.01, "0.1": 0.1, "1": 1.0}
+"""Random walk of dead reckoning, m per root second: a Doppler log; a compass and a thruster model;
+hardly anything. Over ten minutes 0.25, 2.5 and 25 m."""
+WAYS = {
+    "every image": None,
+    "one in 30 s, as `fix` states it": 30.0,
+    "`position_update`, 30 s": UpdatesConfig(interval_s=30.0),
+    "`position_update`, 300 s": UpdatesConfig(interval_s=300.0),
+    "`position_update` (900 s)": UpdatesConfig(),
+}
+
+
+class Seldom:
+    """Positions as `fix` has them, every so many seconds."""
+
+    def __init__(self, seconds: float) -> None:
+        self._step_ns = round(seconds * 1e9)
+        self._last: dict[str, int] = {}
+
+    def take(self, result: FrameResult) -> list[RobotEstimate]:
+        """Return those that are due."""
+        due = [
+            one
+            for one in result.estimates
+            if one.state is State.CONFIRMED
+            and one.stamp_ns - self._last.get(one.robot_id, -self._step_ns) >= self._step_ns
+        ]
+        self._last |= {one.robot_id: one.stamp_ns for one in due}
+        return due
+
+
+def fly(seed: int) -> dict[str, object]:
+    """Return NEES of one robot's filter by way, walk and time."""
+    made = Experiment(
+        GeneratedFlight(FlightPlan(kind="hover", duration_s=DURATION_S, height_m=30.0), seed),
+        default_camera(1280, 720),
+        replace(sensor_plan("consumer"), fix_hz=5.0, attitude_hz=5.0, gimbal_hz=5.0, height_hz=5.0),
+        CameraClock(rate_hz=1.0),
+        robots=1,
+        swim=SwimPlan(),
+        seed=seed,
+    )
+    stated = estimator_config(
+        {
+            "map.latitude_deg": np.degrees(ORIGIN.latitude),
+            "map.longitude_deg": np.degrees(ORIGIN.longitude),
+        }
+    )
+    images = list(made.detections())
+    true = truth(made, images)
+    found = results(made, stated, images)
+    names = robots_of(found, true)
+    path = np.array([frame.positions[0] for frame in true])
+    stamps = np.array([frame.pose.stamp_ns for frame in true])
+    nees = {
+        f"{way} {walk}": follow(way, walk, found, path, stamps, seed)
+        for way in WAYS
+        for walk in WALKS
+    }
+    return {"seed": seed, "names": len(names), "nees": nees}
+
+
+def follow(
+    way: str,
+    walk: str,
+    found: list[FrameResult],
+    path: np.ndarray,
+    stamps: np.ndarray,
+    seed: int,
+) -> dict[str, float]:
+    """Return NEES at `TIMES_S` of a filter that is given positions in one way."""
+    config = WAYS[way]
+    if isinstance(config, UpdatesConfig):
+        source: PositionUpdates | Seldom = PositionUpdates(config, TIME_S)
+    else:
+        source = Seldom(config or 0.0)
+    rng = np.random.default_rng([seed, list(WALKS).index(walk)])
+    mean, covariance, former = None, np.zeros((2, 2)), stamps[0]
+    nees: dict[str, float] = {}
+    for k, result in enumerate(found):
+        step_s = (stamps[k] - former) * 1e-9
+        former = stamps[k]
+        if mean is not None:
+            noise = WALKS[walk] * np.sqrt(step_s)
+            mean = mean + path[k] - path[k - 1] + noise * rng.normal(size=2)
+            covariance = covariance + noise**2 * np.eye(2)
+        for one in source.take(result):
+            if mean is None:
+                mean, covariance = one.position, one.covariance[:2, :2]
+                continue
+            gain = covariance @ np.linalg.inv(covariance + one.covariance[:2, :2])
+            mean = mean + gain @ (one.position - mean)
+            covariance = (np.eye(2) - gain) @ covariance
+        t = (stamps[k] - stamps[0]) * 1e-9
+        for wanted in TIMES_S:
+            if mean is not None and f"{wanted:g}" not in nees and t >= wanted:
+                error = mean - path[k]
+                nees[f"{wanted:g}"] = float(error @ np.linalg.solve(covariance, error))
+    return nees
+
+
+def table(flights: list[dict[str, object]]) -> str:
+    """Return mean NEES by way and walk."""
+    heads = ["positions given", "dead reckoning, m/√s",
+             *(f"NEES after {t / 60:g} min" for t in TIMES_S), "in band"]  # fmt: skip
+    rows = []
+    for way in WAYS:
+        for walk in WALKS:
+            means, outside = [], set()
+            for t in TIMES_S:
+                values = [one["nees"][f"{way} {walk}"].get(f"{t:g}") for one in flights]  # type: ignore[index]
+                values = [value for value in values if value is not None]
+                mean, count = float(np.mean(values)), len(values)
+                tail = 0.05 / len(TIMES_S) / 2.0
+                low, high = chi2.ppf([tail, 1.0 - tail], 2 * count) / count
+                means.append(f"{mean:.2f}")
+                outside |= {"too small"} if mean < low else {"TOO LARGE"} if mean > high else set()
+            rows.append([way, walk, *means, ", ".join(sorted(outside)) or "yes"])
+    return f"{len(flights)} flights.\n\n" + columns(heads, rows)
+
+
+def main() -> int:
+    """Fly what lacks and write the table."""
+    parser = argparse.ArgumentParser(description=str(__doc__).splitlines()[0])
+    parser.add_argument("--seeds", type=int, default=100, help="flights (default 100)")
+    parser.add_argument("--first", type=int, default=0, help="seed of the first one (default 0)")
+    parser.add_argument("--flown", type=Path, required=True, help="file of flights, taken up again")
+    parser.add_argument("--markdown", type=Path, help="page with a place for the table")
+    given = parser.parse_args()
+    lines = given.flown.read_text().splitlines() if given.flown.is_file() else []
+    flights = {record["seed"]: record for record in map(json.loads, lines)}
+    for seed in range(given.first, given.first + given.seeds):
+        if seed not in flights:
+            flights[seed] = fly(seed)
+            with given.flown.open("a", encoding="utf-8") as file:
+                file.write(json.dumps(flights[seed]) + "\n")
+    chosen = [flights[seed] for seed in range(given.first, given.first + given.seeds)]
+    show(table(chosen), given.markdown)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
