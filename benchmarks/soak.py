@@ -116,7 +116,7 @@ def _note(minute: Minute, listener: Listener, nodes: subprocess.Popen[bytes], lo
     minute.delay_ms, minute.control_ms = heard["delay_ms"], heard["control_ms"]
     minute.load = os.getloadavg()[0]
     minute.positions_hz, minute.wrong = heard["positions"] / 60.0, heard["wrong"]
-    minute.ended = log.read_text(encoding="utf-8", errors="replace").count("it is started again")
+    minute.ended = log.read_text(encoding="utf-8", errors="replace").count("it is restarted")
     for name, pid in {"supervisor": nodes.pid, **by_name(nodes.pid)}.items():
         minute.usage[name] = Usage(
             pid,

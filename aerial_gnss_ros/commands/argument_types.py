@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Types of command-line arguments that refuse invalid values in words."""
+"""Types of command-line arguments that explain why a value is refused."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""`aerial-gnss augment`: several variants of each training image, boxes carried along."""
+"""`aerial-gnss augment`: several variants of each training image, with their boxes."""
 
 from __future__ import annotations
 
@@ -30,19 +30,19 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("-o", "--output", type=Path, required=True, help="new folder")
     parser.add_argument(
         "--variants", type=int, default=plan.variants, metavar="N",
-        help=f"of each training image (default {plan.variants})",
+        help=f"variants of each training image (default {plan.variants})",
     )  # fmt: skip
     defaults = ", ".join(f"{name}={value:g}" for name, value in PROBABILITIES.items())
     parser.add_argument(
         "--probability", type=_probability, action="append", default=[], metavar="NAME=P",
-        help=f"of an operation; 0 leaves it out; repeat for more (default {defaults})",
+        help=f"probability of an operation, 0 disables it; may be repeated (default {defaults})",
     )  # fmt: skip
     parser.add_argument(
         "--size", type=size, default=(SIDE, SIDE), metavar="WxH",
-        help=f"larger images are cropped to this, px (default {SIDE}x{SIDE})",
+        help=f"crop larger images to this size, px (default {SIDE}x{SIDE})",
     )  # fmt: skip
     parser.add_argument(
-        "--keep-originals", action="store_true", help="have the images themselves as well"
+        "--keep-originals", action="store_true", help="copy the original images as well"
     )
     parser.add_argument(
         "--shows", choices=tuple(SHOWS), default=plan.shows,
@@ -50,19 +50,27 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "paper's two sets (default all; train splits them itself)",
     )  # fmt: skip
     parser.add_argument(
-        "--quality", type=int, default=plan.quality, help=f"of the JPEGs (default {plan.quality})"
+        "--quality",
+        type=int,
+        default=plan.quality,
+        help=f"quality of the JPEGs (default {plan.quality})",
     )
-    parser.add_argument("--seed", type=int, default=plan.seed, help="same seed, same bytes")
+    parser.add_argument(
+        "--seed",
+        type=int,
+        default=plan.seed,
+        help="* random seed; the same seed gives the same bytes",
+    )
     cores = len(os.sched_getaffinity(0))
     parser.add_argument(
         "--processes", type=int, default=cores, metavar="N",
-        help="that share the work (default: as many as there are cores)",
+        help="worker processes (default: one per core)",
     )  # fmt: skip
     parser.add_argument("--json", action="store_true", help="print the summary as JSON")
 
 
 def run(args: argparse.Namespace) -> int:
-    """Write the augmented data set and say what is in it.
+    """Write the augmented data set and print a summary.
 
     Raises:
         AerialGnssError: wrong arguments, a data set with errors, an output that exists.
@@ -84,8 +92,8 @@ def run(args: argparse.Namespace) -> int:
         return 0
     print(
         f"made {args.output}: {counted(made.images, 'variant')} of {counted(total, 'image')}, "
-        f"{counted(made.boxes, 'box')}; {counted(made.dropped, 'variant')} dropped because a box's "
-        f"centre had left them; {counted(made.copied, 'image')} copied as they are."
+        f"{counted(made.boxes, 'box')}; {counted(made.dropped, 'variant')} dropped because a "
+        f"box's centre left the image; {counted(made.copied, 'image')} copied unchanged."
     )
     print(f"look at {args.output / SHEET}")
     return 0

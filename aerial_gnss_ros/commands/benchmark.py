@@ -39,28 +39,46 @@ BEGIN, END = "<!-- benchmark -->", "<!-- end of benchmark -->"
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the command's arguments."""
     parser.epilog = (
-        "A short simulated flight is rendered for each number of robots and played to and fro with "
-        "stamps that go on; or give a recording with --bag."
+        "A short simulated flight is rendered for each number of robots and played forward and "
+        "backward in turn with increasing stamps; --bag uses a recording instead."
     )
     add = parser.add_argument
-    add("--frames", type=int, default=3000, metavar="N", help="images a run (default 3000)")
+    add("--frames", type=int, default=3000, metavar="N", help="images per run (default 3000)")
     add("--robots", type=int, nargs="+", default=[1, 3], metavar="N", help="default 1 3")
-    add("--search", nargs="+", choices=SEARCHES, default=["roi", "full"], help="default roi full")
+    add(
+        "--search",
+        nargs="+",
+        choices=SEARCHES,
+        default=["roi", "full"],
+        help="search modes to measure (default roi full)",
+    )
     add("--way", nargs="+", choices=(NODES, ALONE), default=[NODES, ALONE], help="default both")
-    add("--starts", type=int, default=5, metavar="N", help="starts of the nodes (default 5)")
-    add("--rate", type=float, default=30.0, metavar="HZ", help="images a second (default 30)")
+    add(
+        "--starts",
+        type=int,
+        default=5,
+        metavar="N",
+        help="number of starts of the nodes (default 5)",
+    )
+    add("--rate", type=float, default=30.0, metavar="HZ", help="image rate, Hz (default 30)")
     add("--size", type=size, default=(1280, 720), metavar="WxH", help="px (default 1280x720)")
     add("--bag", type=Path, help="play this rosbag2 instead of a simulated flight")
-    add("--model", help="instead of the shipped one")
-    add("--backend", help="instead of the fastest one that is installed")
+    add("--model", help="detection model (default: the shipped one)")
+    add("--backend", help="inference back end (default: the fastest one installed)")
     add("--params", type=Path, nargs="+", default=[], metavar="YAML", help="parameter files")
-    add("--compare", metavar="MODEL", help="time ultralytics' predict with this model as well")
+    add("--compare", metavar="MODEL", help="also time ultralytics' predict with this model")
     add("--allow-pickle", action="store_true", help="trust the .pt file of --compare")
-    add("--seed", type=int, default=1, help="of the flights (default 1)")
-    add("-o", "--output", type=Path, metavar="DIR", help="write benchmark.json and benchmark.md")
+    add("--seed", type=int, default=1, help="random seed of the flights (default 1)")
+    add(
+        "-o",
+        "--output",
+        type=Path,
+        metavar="DIR",
+        help="folder for benchmark.json and benchmark.md",
+    )
     add(
         "--page", type=Path, metavar="MD",
-        help=f"put the table into this file, between {BEGIN} and {END}",
+        help=f"insert the table into this file, between {BEGIN} and {END}",
     )  # fmt: skip
     add("--json", action="store_true", help="print JSON instead of Markdown")
 
@@ -69,11 +87,13 @@ def run(args: argparse.Namespace) -> int:
     """Measure, and print or write the figures.
 
     Raises:
-        AerialGnssError: wrong arguments, a recording or model that cannot be used, or no ROS.
+        AerialGnssError: wrong arguments, an unusable recording or model, or no ROS.
     """
     require_ros()
     _check(args)
-    os.environ.setdefault("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")  # no other machine's topics
+    os.environ.setdefault(
+        "ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST"
+    )  # excludes other machines' topics
     from aerial_gnss_ros.benchmarking.figures import markdown
     from aerial_gnss_ros.benchmarking.suite import Setting, costs
     from aerial_gnss_ros.nodes.memory import keep_freed_memory
@@ -121,7 +141,7 @@ def _check(args: argparse.Namespace) -> None:
             raise ConfigError(f"{name} must lie within {low:g} to {high:g}, not {value:g}.")
     if args.page is not None:
         _split_page(args.page)
-    if args.compare is not None:  # it is looked at last, after half an hour
+    if args.compare is not None:  # it would be needed only after half an hour
         if not find_model(args.compare).is_file():
             raise ConfigError(
                 f"--compare {args.compare} does not exist; give ultralytics' .pt file."
@@ -135,17 +155,18 @@ def _check(args: argparse.Namespace) -> None:
 
 def _images_words(args: argparse.Namespace) -> str:
     if args.bag:
-        return f"of {args.bag.name}, played to and fro"
+        return f"of {args.bag.name}, played forward and backward in turn"
     width, height = args.size
     return (
         f"{width}x{height}, simulated: an orbit {HEIGHT_M:g} m above the water, {SECONDS:g} s "
-        f"played to and fro, seed {args.seed}; telemetry at 50 Hz without latency"
+        f"played forward and backward in turn, seed {args.seed}; telemetry at 50 Hz without "
+        "latency"
     )
 
 
 @contextmanager
 def _recording(args: argparse.Namespace, robots: int | None, folder: Path) -> Iterator[Path]:
-    """Give a recording; a rendered one is removed afterwards."""
+    """Yield a recording; a rendered one is removed afterwards."""
     if robots is None:
         yield args.bag
         return
@@ -187,16 +208,18 @@ def _write(args: argparse.Namespace, figures: dict[str, Any], text: str) -> None
 
 
 def _split_page(page: Path) -> tuple[str, str]:
-    """Return what stands before and after the table's place.
+    """Return the page before and after the table.
 
     Raises:
-        ConfigError: the page is missing or has no place for a table.
+        ConfigError: the page is missing or has no markers for the table.
     """
     text = page.read_text(encoding="utf-8") if page.is_file() else ""
     before, begin, rest = text.partition(BEGIN)
     _, end, after = rest.partition(END)
     if not (begin and end):
-        raise ConfigError(f"--page {page} has no lines {BEGIN} and {END}; write them into it.")
+        raise ConfigError(
+            f"--page {page} has no lines {BEGIN} and {END}; add them where the table belongs."
+        )
     return before, after
 
 

@@ -42,17 +42,19 @@ KEYS = {
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the command's arguments."""
     parser.epilog = (
-        "Robots that swim suffice for the latency; angles and height need at least one that stays. "
-        "The best flight is an orbit around it, once at a near and once at a far distance. A "
-        "correction is what is added to the measured value, East-North-Up and counter-clockwise. "
-        "The GNSS offset cannot be determined from such a flight. If the boxes do not fit, nothing "
-        "is written and the exit status is 1."
+        "Swimming robots suffice for the latency; angles and height need at least one that stays "
+        "in place. The best flight is an orbit around it, once close and once far. A correction "
+        "is added to the measured value, East-North-Up and counter-clockwise. The GNSS offset "
+        "cannot be determined from such a flight. If the boxes do not fit, nothing is written "
+        "and the exit status is 1."
     )
-    parser.add_argument("bags", type=Path, nargs="+", metavar="BAG", help="as for replay")
+    parser.add_argument(
+        "bags", type=Path, nargs="+", metavar="BAG", help="recorded bags, as for replay"
+    )
     parser.add_argument(
         "-o", "--output", type=Path, metavar="YAML", help="parameter file to write for --params"
     )
-    parser.add_argument("--focal", action="store_true", help="estimate the focal length, too")
+    parser.add_argument("--focal", action="store_true", help="also estimate the focal length")
     parser.add_argument(
         "--robot-speed", type=float, default=0.0, metavar="MPS",
         help="has no effect: whether a robot swims is estimated",
@@ -86,12 +88,12 @@ def run(args: argparse.Namespace) -> int:
 
 @dataclass(frozen=True)
 class Calibration:
-    """What was found.
+    """Result of a calibration.
 
     Attributes:
         fit: corrections to the given parameters.
-        given: these parameters.
-        flown: how the flight varied.
+        given: parameters before calibration.
+        flown: variation of angles, distance and speed during the flight.
     """
 
     fit: Fit
@@ -99,7 +101,7 @@ class Calibration:
     flown: Excitation
 
     def parameters(self) -> dict[str, float]:
-        """Return the parameters that were determined, by their dotted names."""
+        """Return the determined parameters by their dotted names."""
         corrected = corrected_config(self.given, self.fit)
         keys: dict[str, tuple[str, ...]] = {"latency": ("camera.latency_s",)}
         keys["focal"] = ("calibration.focal_scale",)
@@ -114,7 +116,7 @@ class Calibration:
 
 
 def corrected_config(config: EstimatorConfig, fit: Fit) -> EstimatorConfig:
-    """Return parameters with what was determined added to them."""
+    """Return parameters with the determined corrections added."""
     camera, calibration = config.camera, config.calibration
     fix, height = config.fix, config.height
     for name in fit.names:
@@ -152,13 +154,13 @@ def _calibrate(
         with progress("reading", replay.message_count, "messages") as report:
             for _ in replay.results(report):
                 pass
-    with progress("searching the latency", GRID, "steps") as report:
+    with progress("searching for the latency", GRID, "steps") as report:
         fit = calibrate(recording, config, focal=args.focal, progress=report)
     return Calibration(fit, config, fit.flown)
 
 
 def as_yaml(found: Calibration, bags: list[Path]) -> str:
-    """Return the parameter file; values that were not determined are comments in it."""
+    """Return the parameter file, with undetermined values as comments."""
     lines = [
         f"# Written by `aerial-gnss calibrate` from {', '.join(path.name for path in bags)}.",
         "# True value = measured value + correction; ENU, counter-clockwise.",
@@ -210,7 +212,7 @@ def _as_text(found: Calibration) -> list[str]:
     if fit.misfit:
         return [
             *lines,
-            "The boxes fit no delay and no error of the platform; nothing is written:",
+            "No delay and no platform errors explain the boxes; nothing is written:",
             *(f"  {sentence}" for sentence in fit.misfit),
             (
                 "The boxes may show things that move faster than robots, the focal length or the "
@@ -221,7 +223,7 @@ def _as_text(found: Calibration) -> list[str]:
     lines += [
         "correction (true = measured + correction), one sigma:",
         *(f"  {line}" for line in _table(found)),
-        "GNSS offset: not determined by the flight; it moves drone and robots alike.",
+        "GNSS offset: not determined by the flight; it displaces drone and robots equally.",
     ]
     todo = advice(fit)
     if todo:

@@ -33,16 +33,18 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="CameraInfo as camera_calibration writes it or `ros2 topic echo` prints it, a "
         "photo (its EXIF), or the name of a known drone (--list); or give the numbers below",
     )  # fmt: skip
-    add_numbers(parser.add_argument_group("numbers", "all three, or --image-size with a NAME"))
+    add_numbers(parser.add_argument_group("numbers", "give all three, or --image-size with a NAME"))
     parser.add_argument("--zoom", type=float, default=1.0, metavar="X", help="with a NAME (1)")
-    parser.add_argument("--height", type=float, metavar="M", help="of the camera above the water")
+    parser.add_argument(
+        "--height", type=float, metavar="M", help="height of the camera above the water, m"
+    )
     parser.add_argument(
         "--tilt", type=float, default=90.0, metavar="DEG",
-        help="of the optical axis below the horizon, 90 is straight down (%(default)g)",
+        help="angle of the optical axis below the horizon, deg; 90 is straight down (%(default)g)",
     )  # fmt: skip
     parser.add_argument("--write", type=Path, metavar="YAML", help="write a CameraInfo file")
     parser.add_argument("--list", action="store_true", help="list the known drones")
-    parser.add_argument("--json", action="store_true", help="the result for machines")
+    parser.add_argument("--json", action="store_true", help="print the result as JSON")
 
 
 def run(args: argparse.Namespace) -> int:

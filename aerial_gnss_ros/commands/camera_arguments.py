@@ -20,12 +20,12 @@ from aerial_gnss_ros.core.values.errors import InputError
 
 _MM = 1e-3
 _STABILISATION = (
-    "Electronic stabilisation (RockSteady, HorizonSteady, EIS) crops and shifts every frame by "
-    "itself, which no CameraInfo can say: switch it off. The gimbal's own stabilisation is fine."
+    "Electronic stabilisation (RockSteady, HorizonSteady, EIS) crops and shifts every frame, "
+    "which no CameraInfo can describe: switch it off. The gimbal's own stabilisation is fine."
 )
 _CROP = (
-    "The sensor's width must be the part that the image covers: a video that crops the sensor "
-    "needs the smaller width."
+    "The sensor width must be that of the part which the image covers: a video that crops the "
+    "sensor needs the smaller width."
 )
 _ZOOM = (
     "A zoom changes the focal length: fly at the zoom given here, or publish a CameraInfo that "
@@ -40,8 +40,8 @@ class ChosenCamera:
     Attributes:
         camera: the model.
         name: for a file.
-        source: where the figures come from, in words.
-        warnings: sentences about what can make them wrong.
+        source: origin of the figures, in words.
+        warnings: sentences about possible errors.
     """
 
     camera: CameraModel
@@ -52,10 +52,15 @@ class ChosenCamera:
 
 def add_numbers(group: argparse._ArgumentGroup) -> None:
     """Add the arguments that describe a camera by numbers."""
-    group.add_argument("--image-size", metavar="WxH", help="px, such as 1920x1080")
-    group.add_argument("--focal-length-mm", type=float, metavar="MM", help="at the zoom used")
+    group.add_argument("--image-size", metavar="WxH", help="image size, px, such as 1920x1080")
     group.add_argument(
-        "--sensor-width-mm", type=float, metavar="MM", help="that the image's width covers"
+        "--focal-length-mm", type=float, metavar="MM", help="focal length at the zoom used, mm"
+    )
+    group.add_argument(
+        "--sensor-width-mm",
+        type=float,
+        metavar="MM",
+        help="width of the sensor that the image covers, mm",
     )
 
 
@@ -65,16 +70,16 @@ def chosen_camera(
     size: tuple[int, int] | None = None,
     zoom: float = 1.0,
 ) -> ChosenCamera | None:
-    """Return the camera that the arguments describe, None where they describe none.
+    """Return the camera that the arguments describe, or None.
 
     Args:
         args: with those of `add_numbers`.
         given: path of a CameraInfo YAML or of a photo, or the name of a known camera.
-        size: of the images, where it is known otherwise (from a video).
-        zoom: on top of a known camera's focal length.
+        size: of the images if already known (from a video), else None.
+        zoom: factor on a known camera's focal length.
 
     Raises:
-        InputError: arguments are missing, contradict each other or the images' size.
+        InputError: arguments are missing, or contradict each other or the image size.
         CameraError: the description cannot be used.
     """
     asked = _size(args.image_size) if args.image_size else None
@@ -89,7 +94,7 @@ def chosen_camera(
         return _from_numbers(args, size, asked is not None)
     if any(number is not None for number in numbers):
         raise InputError(
-            f"a camera is given twice, as {given} and as focal length or sensor width; give one."
+            f"a camera is given twice, as {given} and by focal length or sensor width; give one."
         )
     path = Path(given).expanduser()
     if path.suffix.lower() in SUFFIXES:
@@ -146,8 +151,8 @@ def _from_table(known: KnownCamera, size: tuple[int, int] | None, zoom: float) -
     warnings = [rounded]
     if known.is_cropped((camera.width, camera.height)):
         warnings.append(
-            f"{camera.width}x{camera.height} has another shape than the photo "
-            f"({known.photo[0]}x{known.photo[1]}): taken as the full width of the sensor with rows "
+            f"{camera.width}x{camera.height} has another aspect ratio than the photo "
+            f"({known.photo[0]}x{known.photo[1]}): assumed to use the full sensor width with rows "
             "cut off. Modes that also crop the width (high frame rates, some 4K modes) have a "
             "longer focal length: compare with a photo."
         )
@@ -166,27 +171,29 @@ def _from_photo(path: Path, size: tuple[int, int] | None, zoom: float) -> Chosen
     warnings = [guessed]
     if camera.width * photo.size[1] != camera.height * photo.size[0]:
         warnings.append(
-            f"{camera.width}x{camera.height} has another shape than the photo "
-            f"({photo.size[0]}x{photo.size[1]}): taken as cut from it without a change of scale."
+            f"{camera.width}x{camera.height} has another aspect ratio than the photo "
+            f"({photo.size[0]}x{photo.size[1]}): assumed to be cropped from it without scaling."
         )
     source = f"EXIF of {path}: {photo.equivalent_mm:g} mm in 35 mm, {photo.model or 'no model'}"
     return ChosenCamera(camera, photo.model or "camera", source, [*warnings, _ZOOM, _STABILISATION])
 
 
 def _doubts(camera: CameraModel) -> list[str]:
-    """Return what looks odd in a calibration, in words."""
+    """Return sentences about implausible values in a calibration."""
     fx, fy, cx, cy = camera.K[0, 0], camera.K[1, 1], camera.K[0, 2], camera.K[1, 2]
     doubts = []
     if abs(fx / fy - 1.0) > 0.02:
-        doubts.append(f"fx {fx:.1f} and fy {fy:.1f} px differ: are the images squeezed?")
+        doubts.append(f"fx {fx:.1f} and fy {fy:.1f} px differ: are the images stretched?")
     off = max(abs(cx / camera.width - 0.5), abs(cy / camera.height - 0.5))
     if off > 0.05:
         doubts.append(
-            f"The principal point ({cx:.0f}, {cy:.0f}) is far from the image's middle: is this the "
-            "calibration of another image size, or of a cropped image?"
+            f"The principal point ({cx:.0f}, {cy:.0f}) is far from the image centre: was this "
+            "calibrated at another image size, or on a cropped image?"
         )
     if not np.any(camera.D):
-        doubts.append("It has no lens distortion: fine for a simulation, rare for a lens.")
+        doubts.append(
+            "It has no lens distortion: plausible for a simulation, rare for a real lens."
+        )
     return doubts
 
 

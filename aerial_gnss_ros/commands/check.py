@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""`aerial-gnss check`: says in words where drone and camera are, so that signs can be verified."""
+"""`aerial-gnss check`: reports drone and camera pose in words, so that signs can be verified."""
 
 from __future__ import annotations
 
@@ -24,29 +24,32 @@ from aerial_gnss_ros.nodes import require_ros
 from aerial_gnss_ros.preflight.monitor import InputMonitor
 from aerial_gnss_ros.preflight.sign_tests import sign_tests
 
-HELP = "say in words where the camera points, and test signs and references"
+HELP = "report in words where the camera points, and test signs and references"
 NOT_GOOD = 1
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the command's arguments."""
     parser.epilog = (
-        "Status 0: the camera's pose is known, no input is missing and no test failed; 1: else. "
-        "docs/howto/field_check.md guides a pilot through two minutes at the field."
+        "Status 0: the camera's pose is known, no input is missing and no test failed; 1: "
+        "otherwise. docs/howto/field_check.md guides a pilot through two minutes at the field."
     )
     parser.add_argument(
         "bags", type=Path, nargs="*", metavar="BAG",
-        help="recorded bags; without one it listens to the live topics",
+        help="recorded bags (default: the live topics)",
     )  # fmt: skip
     parser.add_argument(
         "--seconds", type=float, default=10.0, metavar="S",
-        help="how long to listen to live topics (%(default)g)",
+        help="duration for live topics, s (%(default)g)",
     )  # fmt: skip
     parser.add_argument(
-        "--at", type=float, metavar="S", help="read a bag up to this time from its start (its end)"
+        "--at",
+        type=float,
+        metavar="S",
+        help="read a bag up to this time after its start, s (default: its end)",
     )
     add_configuration(parser)
-    parser.add_argument("--json", action="store_true", help="the report for machines")
+    parser.add_argument("--json", action="store_true", help="print the report as JSON")
 
 
 def run(args: argparse.Namespace) -> int:

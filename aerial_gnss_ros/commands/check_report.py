@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""What `aerial-gnss check` says: drone, camera, every input and the sign tests, in words."""
+"""The report of `aerial-gnss check`: drone, camera, inputs and sign tests, in words."""
 
 from __future__ import annotations
 
@@ -22,21 +22,21 @@ from aerial_gnss_ros.text.sentences import counted
 
 _WIDTH = 100
 _CLOCK_S = 3.0
-_STEEP_DEG = 80.0  # beyond, `view_heading` is that of the image's top or bottom
+_STEEP_DEG = 80.0  # above, `view_heading` is that of the image's top or bottom
 _REFERENCES = ("type", "altitude_datum", "world", "body", "unit", "north", "reference", "along",
                "home_topic", "mount_rpy_deg", "stamp", "latency_s")  # fmt: skip
 
 
 @dataclass(frozen=True)
 class Check:
-    """All that is reported.
+    """The data of a report.
 
     Attributes:
         config: the estimator's parameters.
-        monitor: what came.
+        monitor: the inputs received.
         subscriptions: the inputs.
         problems: sentences by input about topics that cannot be received.
-        now_ns: arrival time that ages count from, ns.
+        now_ns: arrival time from which ages are counted, ns.
         tests: the sign tests.
         notes: other sentences.
     """
@@ -51,14 +51,14 @@ class Check:
 
     @property
     def state(self) -> FlightState | None:
-        """The newest state with a pose, or without one where there never was one."""
+        """The newest state with a pose; without one if there never was one."""
         posed = (m for m in reversed(self.monitor.states) if m.pose is not None)
         last = self.monitor.states[-1] if self.monitor.states else None
         return next(posed, last)
 
     @property
     def missing(self) -> list[str]:
-        """The inputs without which there are no positions; detections come later."""
+        """Missing inputs that positions need, except detections, which come later."""
         needed = [s.name for s in self.subscriptions if s.required and s.name != "detections"]
         return [name for name in needed if name not in self.monitor.records]
 
@@ -74,7 +74,7 @@ class Check:
 def one_line(monitor: InputMonitor) -> str:
     """Return the newest state in one line, for a pilot who turns the drone by hand."""
     if not monitor.states:
-        return "nothing yet: waiting for telemetry"
+        return "waiting for telemetry"
     state = monitor.states[-1]
     nose = "" if state.body is None else f"nose {heading_words(_nose(state))}, "
     if state.pose is None:
@@ -106,7 +106,7 @@ def as_text(check: Check) -> str:
 
 
 def as_json(check: Check) -> dict[str, Any]:
-    """Return the report for machines."""
+    """Return the report as JSON."""
     state = check.state
     found: dict[str, Any] = {"good": check.good, "drone": None, "camera": None}
     if state is not None and state.fix is not None:
@@ -142,7 +142,7 @@ def as_json(check: Check) -> dict[str, Any]:
 def _place_lines(check: Check) -> list[str]:
     state, monitor = check.state, check.monitor
     if state is None:
-        return ["drone   unknown: no telemetry came"]
+        return ["drone   unknown: no telemetry"]
     lines = []
     if state.fix is None:
         lines.append("drone   its position is unknown")
@@ -164,14 +164,14 @@ def _place_lines(check: Check) -> list[str]:
         if math.isfinite(point.distance):
             where = _place(point.latitude, point.longitude)
             lines.append(
-                f"        its middle meets the water at {where}, {point.range_m:.1f} m away"
+                f"        image centre on the water at {where}, {point.range_m:.1f} m away"
             )
     if monitor.reasons:
         total = len(monitor.states)
         common = monitor.reasons.most_common()
         parts = [f"{r} {n / total:.0%}" for r, n in common if n > 0.01 * total]
         if parts:
-            lines.append(f"        no pose in a part of the time: {', '.join(parts)}")
+            lines.append(f"        no pose part of the time: {', '.join(parts)}")
     return lines
 
 
@@ -181,9 +181,9 @@ def _sentence(state: FlightState, point: ViewCenter) -> str:
     tilt = "along the horizon" if abs(below) < 0.5 else tilt
     if below < -_STEEP_DEG:
         top = heading_words(point.heading + math.pi)  # `view_heading` is the bottom's
-        return f"straight up, image top to {top}, {tilt}: looks at no water"
+        return f"straight up, image top to {top}, {tilt}: sees no water"
     if math.isnan(point.distance):
-        return f"heading {heading_words(point.heading)}, {tilt}: looks at no water"
+        return f"heading {heading_words(point.heading)}, {tilt}: sees no water"
     if point.distance < 0.05 * point.range_m:
         return f"straight below, image top to {heading_words(point.heading)}, {tilt}"
     where = "out" if state.body is None else relative_direction(point.bearing, _nose(state))
@@ -216,9 +216,9 @@ def _input_line(check: Check, subscription: Subscription) -> str:
     uses = ", ".join(f"{name} {value}" for name, value in fields["uses"].items())
     if not fields["count"]:
         need = "MISSING" if subscription.name in check.missing else "none"
-        why = fields["problem"] or f"nothing came on {subscription.topic}"
+        why = fields["problem"] or f"no message on {subscription.topic}"
         return f"  {subscription.name:<12} {need}: {why}"
-    bad = f", {fields['bad']} of no use ({fields['trouble']})" if fields["bad"] else ""
+    bad = f", {fields['bad']} unusable ({fields['trouble']})" if fields["bad"] else ""
     line = (
         f"  {subscription.name:<12} {fields['rate_hz']:6.1f} Hz, age {fields['age_s']:.2f} s, "
         f"{counted(fields['count'], 'message')}{bad}; {uses}"
@@ -259,7 +259,7 @@ def _place(latitude: float, longitude: float) -> str:
 
 
 def _nose(state: FlightState) -> float:
-    assert state.body is not None  # noqa: S101 - asked for only where there is one
+    assert state.body is not None  # noqa: S101 - only called with a pose
     return float(heading_from_yaw(yaw_of(state.body)))
 
 

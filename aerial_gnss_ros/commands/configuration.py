@@ -19,35 +19,37 @@ from aerial_gnss_ros.nodes.schemas import DETECTOR, ESTIMATOR, SCHEMAS
 
 @dataclass(frozen=True)
 class Configuration:
-    """The parameters of both halves."""
+    """Parameters of detector and estimator."""
 
     detector: DetectorConfig
     estimator: EstimatorConfig
 
 
 def add_arguments(parser: argparse._ActionsContainer) -> None:
-    """Add the arguments that choose parameters."""
+    """Add the arguments that select parameters."""
     parser.add_argument(
         "--params",
         type=Path,
         action="append",
         default=[],
         metavar="YAML",
-        help="parameter file as for the nodes; may be given again, a later one wins",
+        help="parameter file as for the nodes; may be repeated, later ones take precedence",
     )
     parser.add_argument(
         "--vehicle",
         metavar="NAME|PATH",
         help=f"vehicle profile: {', '.join(vehicle_names())}, or a file",
     )
-    parser.add_argument("--namespace", default="", help="of relative topics, such as drone1")
+    parser.add_argument(
+        "--namespace", default="", help="namespace of relative topics, such as drone1"
+    )
     parser.add_argument(
         "--method",
         choices=("filter", "single", "paper"),
-        help="tracked over time, each image alone, or the published equations",
+        help="filter: tracked over time; single: each image alone; paper: the published equations",
     )
     parser.add_argument(
-        "--model", metavar="FILE", help="detection model instead of the shipped one"
+        "--model", metavar="FILE", help="detection model (default: the shipped one)"
     )
 
 
@@ -56,7 +58,7 @@ def _say(sentence: str) -> None:
 
 
 def configuration(args: argparse.Namespace) -> Configuration:
-    """Return what the arguments of `add_arguments` ask for.
+    """Return the configuration that the arguments select.
 
     Raises:
         ConfigError: a file is missing, or a parameter is unknown, of a wrong type or out of range.

@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Arguments that name a labelled data set, and its inspection before any work is done."""
+"""Arguments that name a labelled data set, and its inspection beforehand."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from aerial_gnss_ros.training.layout import open_dataset
 
 
 def add_dataset_arguments(parser: argparse.ArgumentParser, optional: bool = False) -> None:
-    """Declare which data set, and what images without labels mean."""
+    """Add the data set and the meaning of images without labels."""
     parser.add_argument(
         "dataset",
         type=Path,
@@ -28,10 +28,10 @@ def add_dataset_arguments(parser: argparse.ArgumentParser, optional: bool = Fals
 
 
 def inspected(args: argparse.Namespace, needed: tuple[str, ...]) -> Inspection:
-    """Return the data set that the arguments name, inspected and without problems.
+    """Return the data set that the arguments name, after an inspection without errors.
 
     Raises:
-        InputError: it cannot be read, or has errors; each file is named.
+        InputError: it is unreadable or has errors; each file is named.
     """
     dataset = open_dataset(args.dataset)
     total = sum(len(images) for images in dataset.images.values())

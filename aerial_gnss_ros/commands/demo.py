@@ -51,7 +51,7 @@ if TYPE_CHECKING:
     from aerial_gnss_ros.nodes.live import LivePosition
 
 SIMULATED = (
-    "The images are simulated: sea and robots are rendered, sensor errors are drawn with the "
+    "The images are simulated: sea and robots are rendered, sensor errors are random with the "
     "stated sigmas. Nodes, topics and transport are real."
 )
 LIVE = "filter, live: what the nodes published"
@@ -62,33 +62,41 @@ METHODS = {
 }
 RELATIVE = " (relative)"
 RELATIVE_MEANS = (
-    "Relative: the error of the drone's own GNSS receiver taken out, as the paper measures; "
+    "Relative: without the error of the drone's own GNSS receiver, as the paper measures; "
     "nothing aboard can observe it."
 )
 IMAGES = "/" + IMAGE_TOPICS["jpeg"]
 PLAYED = (IMAGES, "/camera/camera_info", "/fix", "/attitude", "/gimbal", "/height")
 NOISE = "consumer"
-SEARCH = {"search.mode": "roi"}  # whole images take too long for real time on a processor
-_TRIED = 30  # images by which the machine is judged
-_BUSY = 0.6  # share of the time that looking into images may take; the rest is for the others
+SEARCH = {"search.mode": "roi"}  # searching whole images is too slow for real time on a CPU
+_TRIED = 30  # images that measure the machine's speed
+_BUSY = 0.6  # share of the time that detection may take; the rest is for other processes
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the command's arguments."""
     parser.epilog = SIMULATED
     parser.add_argument(
-        "--duration", type=float, default=30.0, metavar="S", help="of the flight (default 30)"
+        "--duration",
+        type=float,
+        default=30.0,
+        metavar="S",
+        help="duration of the flight, s (default 30)",
     )
     parser.add_argument("--robots", type=int, default=3, metavar="N", help="default 3")
     parser.add_argument(
-        "--height", type=float, default=15.0, metavar="M", help="above the water (default 15)"
+        "--height",
+        type=float,
+        default=15.0,
+        metavar="M",
+        help="height above the water, m (default 15)",
     )
-    parser.add_argument("--seed", type=int, default=1, help="of all chance (default 1)")
+    parser.add_argument("--seed", type=int, default=1, help="random seed (default 1)")
     parser.add_argument(
         "-o", "--output", type=Path, default=Path(), metavar="DIR",
-        help="folder in which a new numbered one is made (default: this one)",
+        help="folder for a new numbered folder (default: the working folder)",
     )  # fmt: skip
-    parser.add_argument("--json", action="store_true", help="the figures for machines")
+    parser.add_argument("--json", action="store_true", help="print the figures as JSON")
 
 
 def run(args: argparse.Namespace) -> int:
@@ -124,7 +132,7 @@ def run(args: argparse.Namespace) -> int:
     write_report(
         folder / "report.html",
         Report(
-            "Demo: robots found from a drone",
+            "Demo: robots localised from a drone",
             [SIMULATED, RELATIVE_MEANS], live, truth.robots, truth.drone,
             replay.summary.rejections, errors, pictures,
             [("flight", experiment.flight.words), ("sensor errors", NOISE),
@@ -158,26 +166,26 @@ def numbered_folder(parent: Path) -> Path:
 
 
 def _rate(bag: BagReader) -> float:
-    """Return how fast to play so that this machine's detector keeps up; 1 is real time."""
+    """Return a playback rate with which this machine's detector keeps up; 1 is real time."""
     detector, seconds = load_detector(detector_config(SEARCH)), []
     for recorded in itertools.islice(bag.messages({IMAGES}), _TRIED):
         image = decode(recorded.message())
         began = time.perf_counter()
         detector.detect(image)
         seconds.append(time.perf_counter() - began)
-    # The first images set the network up, and are searched whole.
+    # The first images initialise the network, and are searched whole.
     each = float(np.percentile(seconds[_TRIED // 3 :], 90))
     rate = min(1.0, _BUSY / (each * CameraClock().rate_hz))
     if rate < 1.0:
         _say(
-            f"An image takes {1000.0 * each:.0f} ms here, too long for "
-            f"{CameraClock().rate_hz:g} a second: the flight is played at {rate:.2f} of real time."
+            f"An image takes {1000.0 * each:.0f} ms here, too slow for {CameraClock().rate_hz:g} "
+            f"images a second: the flight is played at {rate:.2f} of real time."
         )
     return rate
 
 
 def _fly(folder: Path, truth: Truth, rate: float) -> dict[str, EstimatedTrack]:
-    """Play the flight into the nodes; keep the boxes; return the positions published."""
+    """Play the flight into the nodes, keep the boxes, and return the published positions."""
     import rclpy
 
     from aerial_gnss_ros.nodes.live import fly
@@ -200,19 +208,19 @@ def _fly(folder: Path, truth: Truth, rate: float) -> dict[str, EstimatedTrack]:
     if not heard.detections:
         raise RosError(
             f"no detections arrived; see {folder / 'nodes.log'}, and check that no firewall "
-            "keeps processes on this machine from talking."
+            "blocks communication between processes on this machine."
         )
     with BagWriter(folder / "detections") as boxes:
         for stamp_ns, raw in heard.detections:
             boxes.write("detections", DETECTIONS_TYPE, stamp_ns, raw)
-    _say(f"{len(heard.detections)} of {heard.images} images came through both nodes.")
+    _say(f"{len(heard.detections)} of {heard.images} images passed through both nodes.")
     return _tracks(heard.positions)
 
 
 def _tracks(positions: Mapping[str, Sequence[LivePosition]]) -> dict[str, EstimatedTrack]:
     tracks = {}
     for name, heard in sorted(positions.items()):
-        rows = list(heard)  # the subscriber's thread goes on appending
+        rows = list(heard)  # the subscriber's thread continues to append
         cov = np.array([row.covariance for row in rows])
         tracks[name] = EstimatedTrack(
             np.array([row.stamp_ns for row in rows], dtype=np.int64),
@@ -225,7 +233,7 @@ def _tracks(positions: Mapping[str, Sequence[LivePosition]]) -> dict[str, Estima
 
 
 def _replay(bag: BagReader, method: str, folder: Path) -> tuple[dict[str, EstimatedTrack], Replay]:
-    """Replay flight and live boxes with one method into a folder of its own."""
+    """Replay the flight and its live boxes with one method, into a separate folder."""
     config = replace(EstimatorConfig(), method=method)
     replay = Replay(bag, config, DetectorConfig(), load_detector)
     target = folder / method
@@ -240,7 +248,7 @@ def _replay(bag: BagReader, method: str, folder: Path) -> tuple[dict[str, Estima
 
 
 def _pictures(bag: BagReader) -> list[tuple[str, bytes]]:
-    """Return the image in the middle of the flight with the boxes that were found in it."""
+    """Return the image in the middle of the flight with its boxes."""
     found: dict[int, DetectionFrame] = {}
     for recorded in bag.messages({"/detections"}):
         frame = detection_frame(recorded.message())
@@ -250,7 +258,7 @@ def _pictures(bag: BagReader) -> list[tuple[str, bytes]]:
         message = recorded.message()
         if nanoseconds(message.header.stamp) == wanted:
             boxes = found.get(wanted, empty_detections(wanted))
-            return [("A rendered image and the boxes found in it.",
+            return [("A rendered image with the detected boxes.",
                      boxes_jpeg(decode(message), boxes))]  # fmt: skip
     return []
 

@@ -44,26 +44,26 @@ _INSTEAD = {
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the command's arguments."""
     parser.epilog = (
-        "Status 0: a profile has all it needs; 1: none has. Profiles are told apart by names and "
-        "types of topics only: let `aerial-gnss check` judge signs and references afterwards."
+        "Status 0: a profile has all its inputs; 1: none has. Profiles are matched by topic "
+        "names and types only: check signs and references with `aerial-gnss check` afterwards."
     )
     parser.add_argument(
         "bags", type=Path, nargs="*", metavar="BAG",
-        help="recorded bags; without one it looks at the live topics",
+        help="recorded bags (default: the live topics)",
     )  # fmt: skip
     parser.add_argument(
         "--seconds", type=float, default=5.0, metavar="S",
-        help="how long to look at live topics (%(default)g)",
+        help="duration for live topics, s (%(default)g)",
     )  # fmt: skip
     parser.add_argument(
         "--vehicle", action="append", metavar="NAME|PATH", default=[],
-        help="look at this profile only; may be given again",
+        help="consider only this profile; may be repeated",
     )  # fmt: skip
-    parser.add_argument("--json", action="store_true", help="the findings for machines")
+    parser.add_argument("--json", action="store_true", help="print the findings as JSON")
 
 
 def run(args: argparse.Namespace) -> int:
-    """Look at a bag or the live graph."""
+    """Inspect a bag or the live graph."""
     if not (math.isfinite(args.seconds) and args.seconds > 0.0):
         raise InputError(f"--seconds must be above 0, not {args.seconds:g}.")
     seen = _seen(args)
@@ -92,7 +92,7 @@ def _seen(args: argparse.Namespace) -> list[SeenTopic]:
     seen = survey_live(args.seconds)
     if not seen:
         raise InputError(
-            f"nobody publishes anything (within {args.seconds:g} s): start the vehicle's driver, "
+            f"no topic has a publisher (within {args.seconds:g} s): start the vehicle's driver, "
             "and compare ROS_DOMAIN_ID and ROS_AUTOMATIC_DISCOVERY_RANGE on both sides."
         )
     return seen
@@ -105,14 +105,14 @@ def _subscriptions(vehicle: str) -> Sequence[Subscription]:
 
 
 def _given(value: Any) -> Any:
-    """Return a value with NaN replaced: which topics a mast needs does not depend on its place."""
+    """Return a value with NaN replaced: the topics of a mast do not depend on its position."""
     if isinstance(value, tuple):
         return tuple(_given(item) for item in value)
     return 1.0 if isinstance(value, float) and math.isnan(value) else value
 
 
 def _images(vehicle: str, namespace: str, seen: Sequence[SeenTopic]) -> tuple[str, list[SeenTopic]]:
-    """Return the profile's image topic where it is there, else empty, and all image topics."""
+    """Return the profile's image topic if it exists, else empty, and all image topics."""
     topic = detector_config(read([vehicle_file(vehicle)], SCHEMAS, "/")[DETECTOR]).image.topic
     name = topic if topic.startswith("/") else "/" + f"{namespace}/{topic}".strip("/")
     images = [t for t in seen if t.msgtype in IMAGE_TYPES]
@@ -138,8 +138,8 @@ def _print(
     best = ranked[0]
     if not best.matched:
         print(
-            "\nNo profile fits. Copy config/vehicles/generic.yaml, put your topics and their "
-            "references in, and give it with --vehicle."
+            "\nNo profile matches. Copy config/vehicles/generic.yaml, enter your topics and "
+            "their references, and pass it with --vehicle."
         )
         _print_yaml(best, seen)
         return
@@ -152,7 +152,7 @@ def _print(
         f.profile for f in ranked[1:] if f.score == best.score and f.namespace == best.namespace
     ]
     if equals:
-        print(f"  {' and '.join(equals)} fits as well: take the one of your autopilot.")
+        print(f"  {' and '.join(equals)} matches equally well: choose the one of your autopilot.")
     for other in others:
         flags = f"--vehicle {other.profile}" + (
             f" --namespace {other.namespace}" if other.namespace else ", no namespace"
@@ -192,7 +192,7 @@ def _print_commands(bags: Sequence[Path], best: Fit) -> None:
 
 
 def _print_yaml(best: Fit, seen: Sequence[SeenTopic]) -> None:
-    """Print parameters for what the profile lacks, with every topic that could serve."""
+    """Print parameters for the profile's missing inputs, with all candidate topics."""
     lines = _estimator_lines(best, seen)
     image, images = _images(best.profile, best.namespace, seen)
     detector = []
@@ -204,7 +204,7 @@ def _print_yaml(best: Fit, seen: Sequence[SeenTopic]) -> None:
         detector += [f"      # or {other.name}" for other in images[1:]]
     if not lines and not detector:
         return
-    print("\nand in a file for --params, after choosing where there is a choice")
+    print("\nand in a file for --params, after choosing among alternatives")
     if detector:
         print("  /**/detector:\n    ros__parameters:\n      image:")
         print("\n".join("  " + line for line in detector))
@@ -218,16 +218,16 @@ def _estimator_lines(best: Fit, seen: Sequence[SeenTopic]) -> list[str]:
     lacking = {subscription.name for subscription in best.missing}
     for subscription in best.missing:
         if subscription.name == "home":
-            if "height" not in lacking:  # else the height may come from elsewhere
+            if "height" not in lacking:  # otherwise the height may have another source
                 lines += ["      height:", "        # home_topic: altitude of the take-off point"]
             continue
         group = {"camera_info": "camera"}.get(subscription.name, subscription.name)
         found = candidates(subscription.name, seen)
         lines.append(f"      {group}:")
         if not found:
-            lines.append(f"        # no topic has a type that {subscription.name} can be read from")
+            lines.append(f"        # no topic has a message type with {subscription.name}")
             instead = _INSTEAD.get(subscription.name, "constant, with its values")
-            lines.append(f"        # source: {instead}, where it never changes")
+            lines.append(f"        # source: {instead}, if it never changes")
         for i, (topic, kind) in enumerate(found):
             mark = "" if i == 0 else "# or "
             lines.append(f"        {mark}topic: {topic.name}")

@@ -44,7 +44,7 @@ ERROR_COLUMNS = (
 
 @dataclass(frozen=True)
 class _Found:
-    """The truth that positions are compared with, and its source."""
+    """The truth for a comparison, and its source."""
 
     truth: Truth
     estimates: dict[str, EstimatedTrack]
@@ -55,8 +55,8 @@ class _Found:
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the command's arguments."""
     parser.epilog = (
-        "Truth is stamped with the scene's time and positions with the image's: --latency, or what "
-        "a simulated bag states on truth/scenario, brings them together."
+        "Truth is stamped with the scene's time and positions with the image's: --latency, or "
+        "what a simulated bag states on truth/scenario, aligns them."
     )
     parser.add_argument("result", type=Path, metavar="RESULT", help="folder that replay wrote")
     source = parser.add_mutually_exclusive_group(required=True)
@@ -67,38 +67,44 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )  # fmt: skip
     source.add_argument(
         "--hover", type=Path, nargs="+", metavar="BAG",
-        help="the flight itself: a robot's place is taken where the camera looks straight down at "
-        "it, as the paper does; errors are then relative to the drone's receiver",
+        help=
+                "truth from the flight itself: a robot's position is measured while the camera "
+                "looks straight down at it, as in the paper; errors are then relative to the "
+                "drone's receiver",
     )  # fmt: skip
     parser.add_argument(
         "--latency", type=float, metavar="S",
-        help="an image stamped t shows the scene at t - S (default: what the bag states, else 0)",
+        help="an image stamped t shows the scene at t - S (default: the bag's value, else 0)",
     )  # fmt: skip
     parser.add_argument(
         "--nadir-deg", type=float, metavar="DEG",
-        help=f"with --hover: straight down is so near to the vertical (default {NADIR_DEG:g})",
+        help=
+                "with --hover: greatest angle from the vertical that counts as straight down, "
+                f"deg (default {NADIR_DEG:g})",
     )  # fmt: skip
     parser.add_argument(
         "--still", type=float, metavar="S",
-        help="with --hover: a robot stays so long before and after (default: the whole flight)",
+        help=
+                "with --hover: time before and after for which a robot counts as still, s "
+                "(default: the whole flight)",
     )  # fmt: skip
     parser.add_argument(
         "-o", "--output", type=Path, metavar="DIR",
         help="new folder for report.html, the figures as PNG, errors.csv and summary.json",
     )  # fmt: skip
-    parser.add_argument("--json", action="store_true", help="the figures for machines")
-    add_configuration(parser.add_argument_group("with --hover, as for replay"))
+    parser.add_argument("--json", action="store_true", help="print the figures as JSON")
+    add_configuration(parser.add_argument_group("vehicle profile, with --hover, as for replay"))
 
 
 def run(args: argparse.Namespace) -> int:
-    """Compare, print, and write what is asked for."""
+    """Compare, print, and write the requested files."""
     _check(args)
     estimates = read_positions(args.result / "positions.csv")
     found = _hovers(args, estimates) if args.hover else _Found(_truth(args), estimates)
     truth = found.truth
     refuse_strangers(found.estimates, truth.robots)
     errors = compare(found.estimates, truth.robots, truth.drone)
-    # Truth from hovers takes its names from the tracker, and has none of the other robots.
+    # Truth from hovers has the tracker's labels, and only robots that were hovered over.
     identity = (
         None if args.hover else identities(found.estimates, truth.robots, errors, truth.in_view)
     )
@@ -126,7 +132,7 @@ def _check(args: argparse.Namespace) -> None:
     if not args.hover:
         for name in ("nadir_deg", "still", "params", "vehicle", "namespace", "method", "model"):
             if getattr(args, name) not in (None, [], ""):
-                raise ConfigError(f"--{name.replace('_', '-')} has a meaning only with --hover.")
+                raise ConfigError(f"--{name.replace('_', '-')} applies only with --hover.")
     if args.nadir_deg is not None and not 0.5 <= args.nadir_deg <= 45.0:
         raise ConfigError(f"--nadir-deg must lie within 0.5 to 45, not {args.nadir_deg:g}.")
     if args.still is not None and not args.still >= 0.0:
@@ -160,20 +166,20 @@ def _hovers(args: argparse.Namespace, estimates: dict[str, EstimatedTrack]) -> _
             bag, single, config.detector, load_detector, namespace=args.namespace,
             detect=args.model is not None,
         )  # fmt: skip
-        with progress("looking for hovers", replay.message_count, "messages") as report:
+        with progress("searching for hovers", replay.message_count, "messages") as report:
             results = list(replay.results(report))
     hovers = find_hovers(results, math.radians(nadir_deg))
     stamps = np.array([result.stamp_ns for result in results], dtype=np.int64)
     robots = hover_truth(hovers, stamps, args.still)
     note = (
         "Truth is taken from hovers over the robots, with the drone's own receiver: errors are "
-        "relative to it, its offset does not show, and as the published covariance contains it, "
+        "relative to it, its offset cancels, and because the published covariance contains it, "
         "NEES is small. Images during the hovers are left out."
     )
     notes = [note]
     notes += [
-        f"{h.robot} was hovered over for {(h.end_ns - h.start_ns) * 1e-9:.1f} s; {h.count} images "
-        f"agree within {h.spread_m:.2f} m."
+        f"{h.robot}: {(h.end_ns - h.start_ns) * 1e-9:.1f} s of hover; {h.count} images agree "
+        f"within {h.spread_m:.2f} m."
         for h in hovers
     ]
     still = "the whole flight" if args.still is None else f"{args.still:g} s before and after"
@@ -183,20 +189,21 @@ def _hovers(args: argparse.Namespace, estimates: dict[str, EstimatedTrack]) -> _
 
 
 def _refuse_without_a_look_down(nearest: float, nadir_deg: float) -> None:
-    """Say at once, before images are looked at, that no robot can have been hovered over.
+    """Refuse a flight without any view straight down, before its images are processed.
 
     Args:
-        nearest: least angle between straight down and anything in an image, rad; NaN: unknown.
-        nadir_deg: how far off the vertical a robot may be seen, deg.
+        nearest: least angle between straight down and any line of sight in the images, rad; NaN:
+            unknown.
+        nadir_deg: greatest angle from the vertical, deg.
 
     Raises:
         InputError: the camera never looked down.
     """
     if math.degrees(nearest) > nadir_deg:
         raise InputError(
-            f"there is no hover: all that the camera ever saw lies {math.degrees(nearest):.1f} deg "
-            f"or more off straight down, and {nadir_deg:g} deg is asked for; give --truth, or a "
-            "wider --nadir-deg."
+            f"there is no hover: every line of sight is {math.degrees(nearest):.1f} deg or more "
+            f"from straight down, and at most {nadir_deg:g} deg counts; give --truth, or a wider "
+            "--nadir-deg."
         )
 
 

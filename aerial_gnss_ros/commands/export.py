@@ -33,7 +33,7 @@ FP32, FP16, INT8 = "fp32", "fp16", "int8"
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
-    parser.add_argument("model", help=".onnx in fp32, the name of a shipped one, or .pt")
+    parser.add_argument("model", help="model: .onnx in fp32, the name of a shipped one, or .pt")
     parser.add_argument("-o", "--output", type=Path, required=True, help="file to write")
     parser.add_argument(
         "--format", choices=(ONNX, ENGINE),
@@ -42,11 +42,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--precision", choices=(FP32, FP16, INT8), default=FP32)
     parser.add_argument(
         "--size", type=size, metavar="WxH",
-        help="fixed input, from .pt and for engines (default: any multiples of 32)",
+        help="fixed input size, from .pt and for engines (default: any multiples of 32)",
     )  # fmt: skip
     parser.add_argument(
         "--workspace", type=_count, default=EnginePlan.workspace_mb, metavar="MB",
-        help="memory that TensorRT may build with (default %(default)s)",
+        help="memory for TensorRT's build (default %(default)s)",
     )  # fmt: skip
     parser.add_argument("--allow-pickle", action="store_true", help="trust a .pt file")
     eight = parser.add_argument_group("int8")
@@ -55,11 +55,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     eight.add_argument(
         "--images", type=_count, default=USUAL_COUNT, metavar="N",
-        help=f"at most so many of them, evenly taken (default {USUAL_COUNT})",
+        help=f"greatest number of them, evenly sampled (default {USUAL_COUNT})",
     )  # fmt: skip
     eight.add_argument(
         "--runtime", choices=tuple(ARRANGEMENTS),
-        help="which one the file shall be fast on (default openvino; tensorrt for an engine)",
+        help="runtime to optimise for (default openvino; tensorrt for an engine)",
     )  # fmt: skip
     eight.add_argument(
         "--reduce-range", action="store_true",
@@ -69,11 +69,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--score", type=Path, metavar="DATASET",
         help="labelled images in YOLO's layout, or a simulated bag: score original and export",
     )  # fmt: skip
-    parser.add_argument("--split", default="test", help="of the data set (default test)")
+    parser.add_argument("--split", default="test", help="split of the data set (default test)")
     parser.add_argument(
-        "--backend", choices=BACKENDS, default=DetectorConfig.backend, help="to score on"
+        "--backend", choices=BACKENDS, default=DetectorConfig.backend, help="runtime for scoring"
     )
-    parser.add_argument("--json", action="store_true", help="the scores for machines")
+    parser.add_argument("--json", action="store_true", help="print the scores as JSON")
 
 
 def _count(text: str) -> int:
@@ -86,7 +86,7 @@ def run(args: argparse.Namespace) -> int:
     """Export, then score if asked.
 
     Raises:
-        AerialGnssError: wrong arguments, a model that cannot be used, an output that exists.
+        AerialGnssError: wrong arguments, an unusable model, an output that exists.
     """
     source, kind = _checked(args)
     images = [] if args.score is None else list(labelled(args.score, args.split))
@@ -102,7 +102,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _checked(args: argparse.Namespace) -> tuple[Path, str]:
-    """Return source and format, after all checks that need no work."""
+    """Return source and format after all cheap checks."""
     source: Path = find_model(args.model)
     kind = args.format or (ENGINE if args.output.suffix.lower() == ".engine" else ONNX)
     if args.output.suffix.lower() != f".{kind}":
@@ -128,7 +128,7 @@ def _checked(args: argparse.Namespace) -> tuple[Path, str]:
         for name in ("calibration", "runtime", "reduce_range"):
             if getattr(args, name):
                 option = name.replace("_", "-")
-                raise ConfigError(f"--{option} has a meaning only with --precision int8.")
+                raise ConfigError(f"--{option} applies only with --precision int8.")
     return source, kind
 
 
@@ -169,7 +169,7 @@ def _score(args: argparse.Namespace, source: Path, images: list[LabelledImage]) 
                 DetectorConfig(
                     model=str(model),
                     backend=args.backend,
-                    precision="f32",  # what is lost is the file's, not the runtime's
+                    precision="f32",  # measures the file's loss, not the runtime's
                     allow_pickle=args.allow_pickle,
                 )
             )

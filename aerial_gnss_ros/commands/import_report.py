@@ -28,18 +28,18 @@ _ANGLES = {"attitude": AttitudeConfig().max_gap, "gimbal": GimbalConfig().max_ga
 
 @dataclass(frozen=True)
 class Imported:
-    """What was imported.
+    """Data of an import report.
 
     Attributes:
         path: of the bag.
         log: the flight.
         camera: as described in the bag.
         video: the file.
-        alignment: when it began.
-        every: each n-th frame was taken.
-        start_ns: Unix time at which the log's time is zero, ns.
+        alignment: start of the video in the log's time.
+        every: every n-th frame was imported.
+        start_ns: Unix time of the log's time zero, ns.
         counts: messages by topic.
-        water_level: above the take-off point, m; None where it is not given.
+        water_level: above the take-off point, m; None if not given.
     """
 
     path: Path
@@ -59,7 +59,7 @@ class Imported:
 
 
 def as_json(done: Imported) -> dict[str, object]:
-    """Return the summary for machines."""
+    """Return the summary as JSON."""
     found: dict[str, object] = {
         "bag": str(done.path),
         "rows": len(done.log),
@@ -86,7 +86,7 @@ def as_json(done: Imported) -> dict[str, object]:
 
 
 def as_text(done: Imported) -> str:
-    """Return the table for people."""
+    """Return the summary as text."""
     lines = [f"{done.log.path}: {counted(len(done.log), 'row')}, {done.duration_s:.1f} s"]
     groups = {
         "read": list(_read(done)),
@@ -125,7 +125,7 @@ def _read(done: Imported) -> Iterator[str]:
         each = "every frame" if done.every == 1 else f"one frame in {done.every}"
         yield (
             f"video: {video.path}, {video.width}x{video.height}, {video.rate_hz:.2f} frames a "
-            f"second, {video.duration_s:.1f} s; {each} encoded anew as JPEG (an H.264 frame cannot "
+            f"second, {video.duration_s:.1f} s; {each} re-encoded as JPEG (an H.264 frame cannot "
             "be copied)"
         )
         yield f"video begins at {done.alignment.start_s:g} s: {done.alignment.how}"
@@ -134,16 +134,16 @@ def _read(done: Imported) -> Iterator[str]:
 
 
 def _guesses(done: Imported) -> Iterator[str]:
-    stated = done.water_level is not None  # then nothing of the height is guessed
+    stated = done.water_level is not None  # then the height is not guessed
     yield from (guess for guess in done.log.guesses if not (stated and guess in _of_height(done)))
     under_water = done.log.lowest - (done.water_level or 0.0)
     if stated and under_water <= 0.0:
         yield (
             f"height: down to {under_water:.1f} m above the water with this --water-level; images "
-            "from there give no positions: is its sign right?"
+            "from there give no positions; check its sign"
         )
     if done.log.clock_ns is None:
-        yield f"date: the log names none in UTC, so it begins at {iso_time(done.start_ns)}"
+        yield f"date: the log has none in UTC, so it begins at {iso_time(done.start_ns)}"
     if done.camera is None:
         yield (
             "camera: none in the bag; give --camera, or --image-size, --focal-length-mm and "
@@ -166,8 +166,8 @@ def _refused(done: Imported) -> Iterator[str]:
     if slow:
         keys = " and ".join(f"{name}.max_gap ({_ANGLES[name]:g} s)" for name in slow)
         yield (
-            f"rows come only every {step:.1f} s, more than {keys} allows: images between them "
-            "give no positions; raise it where the camera was held still"
+            f"rows are {step:.1f} s apart, more than {keys} allows: images between them give no "
+            "positions; raise it if the camera was held still"
         )
     gaps = done.log.gaps_s
     if gaps:

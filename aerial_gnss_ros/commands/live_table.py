@@ -22,7 +22,7 @@ _PLAIN_EVERY_S = 2.0
 def rows(
     estimates: Mapping[str, EstimatedTrack], truth: Mapping[str, Track]
 ) -> list[tuple[str, ...]]:
-    """Return a row of text for each robot: its newest position, one sigma and error."""
+    """Return a text row per robot: newest position, one sigma and error."""
     last = {
         errors.robot_id: float(errors.distance[-1])
         for errors in compare(estimates, truth)
@@ -44,7 +44,7 @@ def _row(name: str, track: EstimatedTrack, error: float | None) -> tuple[str, ..
 
 @contextmanager
 def live_table(truth: Mapping[str, Track], stream: TextIO) -> Iterator[Show]:
-    """Yield a function that takes seconds of flight and the positions published so far."""
+    """Yield a function of the flight time in s and the positions published so far."""
     if stream.isatty():
         with _terminal(truth, stream) as show:
             yield show

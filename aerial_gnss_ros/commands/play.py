@@ -29,24 +29,28 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("bags", nargs="+", type=Path, metavar="BAG", help="rosbag2 recordings")
     parser.add_argument("--rate", type=float, default=1.0, help="2 plays twice as fast")
     parser.add_argument(
-        "--start", type=float, default=0.0, metavar="S", help="begin so long after the first one"
+        "--start",
+        type=float,
+        default=0.0,
+        metavar="S",
+        help="start this long after the first message, s",
     )
     parser.add_argument(
         "--topics", nargs="+", metavar="TOPIC",
-        help="absolute names as recorded; default: all but what the nodes publish themselves",
+        help="absolute topic names as recorded (default: all but the nodes' own outputs)",
     )  # fmt: skip
-    parser.add_argument("--namespace", default="", help="play below it, such as drone1")
+    parser.add_argument("--namespace", default="", help="namespace for the topics, such as drone1")
     parser.add_argument(
         "--wait-for", nargs="+", default=[], metavar="NODE",
-        help="begin when these nodes listen, such as detector estimator",
+        help="wait until these nodes have subscribed, such as detector estimator",
     )  # fmt: skip
     parser.add_argument(
-        "--wait", type=float, default=60.0, metavar="S", help="at most so long (%(default)g)"
+        "--wait", type=float, default=60.0, metavar="S", help="longest wait, s (%(default)g)"
     )
     parser.add_argument("--pause", action="store_true", help="begin paused")
     parser.add_argument(
         "--ros-args", nargs=argparse.REMAINDER, default=[], metavar="ARG",
-        help="everything after it goes to ROS, such as -r FROM:=TO",
+        help="arguments for ROS, such as -r FROM:=TO; must come last",
     )  # fmt: skip
 
 
@@ -87,10 +91,15 @@ def _play(args: argparse.Namespace, bag: BagReader) -> None:
         player.paused = args.pause
         pausing = Pausing(node, player, keyboard=keyboard)
         if not args.topics and (left := sorted(set(bag.topics) - set(topics))):
-            _say(f"not played, as nodes publish them: {', '.join(left)} (--topics plays them)")
+            _say(
+                f"not played because the nodes publish them: {', '.join(left)} (--topics "
+                "plays them)"
+            )
         missing = player.wait_for_nodes(args.wait_for, args.wait, pausing.going_on)
         if missing:
-            _say(f"{' and '.join(missing)} does not listen after {args.wait:g} s; playing anyway")
+            _say(
+                f"{' and '.join(missing)} has not subscribed after {args.wait:g} s; playing anyway"
+            )
         end_ns = player.play(pausing.going_on, bag.start_ns + round(args.start * 1e9))
         player.run_on(end_ns, _AFTER_S, pausing.going_on)
         if rclpy.ok():

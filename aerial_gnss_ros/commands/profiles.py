@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""`aerial-gnss profiles`: the vehicle profiles that come with the package, and their texts."""
+"""`aerial-gnss profiles`: lists and prints the vehicle profiles of the package."""
 
 from __future__ import annotations
 
@@ -15,28 +15,28 @@ from aerial_gnss_ros.resources import config_path
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the command's arguments."""
     parser.epilog = (
-        "Use one with --vehicle NAME (run, replay) or vehicle:=NAME (launch). For a drone that "
-        "differs: aerial-gnss profiles NAME > mine.yaml, change it, and give its path instead; "
-        "--keys explains what can be set."
+        "Use one with --vehicle NAME (run, replay) or vehicle:=NAME (launch). For another drone: "
+        "aerial-gnss profiles NAME > mine.yaml, edit it, and give its path instead; --keys "
+        "explains all keys."
     )
     parser.add_argument("name", nargs="?", metavar="NAME", help="print this profile")
     parser.add_argument(
         "--keys", action="store_true",
         help="print every key of both nodes with unit, meaning, default and consequence",
     )  # fmt: skip
-    parser.add_argument("--json", action="store_true", help="the list for machines")
+    parser.add_argument("--json", action="store_true", help="print the list as JSON")
 
 
 def run(args: argparse.Namespace) -> int:
     """List the profiles, or print one, or the keys of all."""
     if args.keys:
         if args.name or args.json:
-            raise InputError("--keys stands alone: every profile has the same keys.")
+            raise InputError("--keys takes no profile: every profile has the same keys.")
         for node in ("detector", "estimator"):
             print(config_path(f"{node}.yaml").read_text(encoding="utf-8"), end="")
         return 0
     if args.name and args.json:
-        raise InputError("--json is for the list; a profile is printed as the YAML that it is.")
+        raise InputError("--json is for the list; a profile is printed as YAML.")
     if args.name:
         print(vehicle_text(args.name), end="")
         return 0

@@ -10,23 +10,23 @@ from contextlib import contextmanager
 from typing import TextIO
 
 Report = Callable[[int], None]
-"""Called with how much of the total is done."""
+"""Called with the amount done."""
 
 PLAIN_LINES = 10
-"""A log file gets about this many lines, however long the work is."""
+"""Approximate number of lines in a log file, however long the work takes."""
 
 
 @contextmanager
 def progress(
     what: str, total: int, unit: str = "", stream: TextIO | None = None
 ) -> Iterator[Report]:
-    """Yield a function to call with how much is done.
+    """Yield a function to call with the amount done.
 
     Args:
-        what: the work in words, such as `rendering`.
-        total: all of it; 0 when unknown.
-        unit: what is counted, such as `images`.
-        stream: where to show it; None: standard error.
+        what: name of the work, such as `rendering`.
+        total: total amount; 0 if unknown.
+        unit: of the amount, such as `images`.
+        stream: output; None: standard error.
     """
     stream = sys.stderr if stream is None else stream
     if stream.isatty():

@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""`aerial-gnss replay`: localises the robots in recorded bags, through the core that flies."""
+"""`aerial-gnss replay`: localises the robots in recorded bags with the core that flies."""
 
 from __future__ import annotations
 
@@ -35,19 +35,20 @@ HELP = "localise the robots in recorded bags"
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the command's arguments."""
     parser.epilog = (
-        "Recorded detections are used where the bag has them, unless --model is given; otherwise "
-        "robots are looked for in the images. Same machine, versions and back end: same bytes."
+        "Recorded detections are used if the bag has them, unless --model is given; otherwise "
+        "the detector searches the images. The same machine, versions and back end give the same "
+        "bytes."
     )
     parser.add_argument(
         "bags", type=Path, nargs="+", metavar="BAG",
-        help="rosbag2 folder, .mcap, .db3 or ROS 1 .bag; several that belong together",
+        help="rosbag2 folder, .mcap, .db3 or ROS 1 .bag; several if they belong together",
     )  # fmt: skip
     parser.add_argument(
         "-o", "--output", type=Path, required=True, metavar="DIR", help="new folder for the results"
     )
     add_rosbag_version(parser)
     add_configuration(parser)
-    parser.add_argument("--json", action="store_true", help="the summary for machines")
+    parser.add_argument("--json", action="store_true", help="print the summary as JSON")
 
 
 def run(args: argparse.Namespace) -> int:
@@ -88,7 +89,7 @@ def _result_folder(folder: Path, args: argparse.Namespace, config: EstimatorConf
 
 
 def write_replay_report(folder: Path, results: ResultFolder, replay: Replay, truth: Truth) -> None:
-    """Write report.html from the tables beside it, with errors where the bag has truth."""
+    """Write report.html from the tables beside it, with errors if the bag has truth."""
     summary = replay.summary
     estimates = read_positions(folder / "positions.csv")
     errors = {replay.method: compare(estimates, truth.robots)} if truth.robots else {}
@@ -108,12 +109,12 @@ def write_replay_report(folder: Path, results: ResultFolder, replay: Replay, tru
                 ("robots from", summary.detections_from),
                 ("method", replay.method),
                 ("images", str(summary.frames)),
-                ("boxes", f"{summary.boxes}, of which {summary.used} measured robots"),
+                ("boxes", f"{summary.boxes}, of which {summary.used} updated robots"),
             ],
         ),
     )
 
 
 def say(sentence: str) -> None:
-    """Inform the user during the work; standard output is for the result."""
+    """Print progress to standard error; standard output is for the result."""
     print(sentence, file=sys.stderr)

@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Summary of a replay, in words and as JSON: every box is used, or refused for a reason."""
+"""Summary of a replay as text and JSON; every box is used or refused for a reason."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ from aerial_gnss_ros.core.values.rejection import Cause, Reason
 from aerial_gnss_ros.text.sentences import counted
 
 WIDTH = 100
-"""Columns of a line."""
+"""Line width in columns."""
 
 
 def as_json(output: Path, summary: Summary) -> dict[str, Any]:
-    """Return the summary for machines."""
+    """Return the summary as JSON."""
     return {
         "output": str(output),
         "detections_from": summary.detections_from,
@@ -37,7 +37,7 @@ def as_json(output: Path, summary: Summary) -> dict[str, Any]:
 
 
 def as_text(output: Path, summary: Summary) -> str:
-    """Return the summary in words."""
+    """Return the summary as text."""
     robots = summary.positions
     positions = sum(robots.values())
     counts = (summary.frames, "image"), (len(robots), "robot"), (positions, "position")
@@ -47,18 +47,18 @@ def as_text(output: Path, summary: Summary) -> str:
     ]
     lines += boxes(summary)
     if summary.images_refused:
-        lines.append(f"images that could not be used: {summary.images_refused}")
+        lines.append(f"unusable images: {summary.images_refused}")
     for reason, count in sorted(summary.images_dropped.items()):
-        lines.append(f"images left out ({reason}): {count}")
+        lines.append(f"images skipped ({reason}): {count}")
     return "\n".join(lines)
 
 
 def boxes(summary: Summary) -> list[str]:
-    """Return lines that say what became of every box, the commonest reason first."""
+    """Return lines that account for every box, the most frequent reason first."""
     refused = sum(summary.rejections.values())
     if not refused:
         return [f"boxes: {summary.boxes}, refused: none"]
-    lines = [f"boxes: {summary.boxes}, of which {summary.used} measured robots; refused: {refused}"]
+    lines = [f"boxes: {summary.boxes}, of which {summary.used} updated robots; refused: {refused}"]
     for name, count in summary.rejections.most_common():
         lines += _explained(f"  {name:<24} {count:>6}", Reason(name).meaning)
         if name == Reason.UNCONFIRMED:
@@ -68,7 +68,7 @@ def boxes(summary: Summary) -> list[str]:
 
 
 def folded(notes: Iterable[str]) -> list[str]:
-    """Return sentences in their order, those that differ in numbers alone as the first of them."""
+    """Return sentences in order, merging those that differ only in numbers into the first."""
     first: dict[str, str] = {}
     more: dict[str, int] = {}
     for note in notes:
@@ -87,7 +87,7 @@ def _words(cause: Cause, summary: Summary) -> str:
 
 
 def _explained(start: str, meaning: str) -> list[str]:
-    """Return lines with a meaning beside a count, and below it as far as it is longer."""
+    """Return lines with a meaning beside a count, wrapped below it if longer."""
     return textwrap.wrap(
         meaning, WIDTH, initial_indent=f"{start}  ", subsequent_indent=" " * (len(start) + 2)
     )

@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Sends each robot to an address of its own: GPS_INPUT, NMEA; and chosen ones to a plotter: AIS."""
+"""Per-robot outputs: GPS_INPUT and NMEA to each robot's address, AIS to a plotter."""
 
 from __future__ import annotations
 
@@ -20,14 +20,14 @@ from aerial_gnss_ros.resources import install_hint
 
 GPS_COMPONENT = 220  # MAV_COMP_ID_GPS
 NAME_S = 60.0
-"""How often a plotter is told a target's name; AIS itself does so every 6 minutes."""
+"""Interval of a target's name, s; AIS itself uses 6 minutes."""
 
 
 def by_robot(pairs: Sequence[str], flag: str, default: str) -> dict[str, tuple[str, int]]:
     """Return addresses by robot of arguments such as `aqua_1=192.168.2.2:14560` and `aqua_1`.
 
     Raises:
-        InputError: one is not of that form, or a robot has two.
+        InputError: an argument has another form, or a robot has two addresses.
     """
     found: dict[str, tuple[str, int]] = {}
     for pair in pairs:
@@ -42,7 +42,7 @@ def mmsis(pairs: Sequence[str]) -> dict[str, int]:
     """Return MMSIs by robot of arguments such as `aqua_1=211234567`.
 
     Raises:
-        InputError: one is not nine digits.
+        InputError: an MMSI is not nine digits.
     """
     found = {}
     for pair in pairs:
@@ -54,13 +54,13 @@ def mmsis(pairs: Sequence[str]) -> dict[str, int]:
 
 
 class Fresh:
-    """Lets positions pass that are as new as they seem, at most so often.
+    """Passes positions that are really new, at a limited rate.
 
-    The first one of a robot may have been latched long ago, and receivers of these formats take a
-    position as one of now.
+    A robot's first position may have been latched long ago, but receivers of these formats take
+    every position as current.
 
     Args:
-        rate_hz: at most so many a second, by the stamps.
+        rate_hz: greatest rate by the stamps, Hz.
     """
 
     def __init__(self, rate_hz: float) -> None:
@@ -76,7 +76,7 @@ class Fresh:
         if newest_ns is None or stamp_ns <= newest_ns:
             return False
         last_ns = self._sent.get(robot)
-        # A tenth of a step early is not early: images come with jitter.
+        # Tolerates a tenth of a step: images arrive with jitter.
         if last_ns is not None and 0 <= stamp_ns - last_ns < 0.9 * self._step_ns:
             return False
         self._sent[robot] = stamp_ns
@@ -89,8 +89,8 @@ class ToRobots:
     Args:
         name: of the format, for messages.
         addresses: by robot; others are not sent.
-        encode: makes a datagram of a position; None: nothing is sent.
-        rate_hz: at most so many a second.
+        encode: encodes a position as a datagram; None: nothing is sent.
+        rate_hz: greatest rate, Hz.
 
     Raises:
         InputError: a host is unknown.
@@ -113,7 +113,7 @@ class ToRobots:
         return [robot for robot, udp in self._udp.items() if udp.leaves]
 
     def send(self, seen: Sighting) -> bool:
-        """Send a position; return whether it was."""
+        """Send a position; return whether it was sent."""
         udp = self._udp.get(seen.robot_id)
         if udp is None or not self._fresh.passes(seen):
             return False
@@ -134,7 +134,7 @@ def nmea_datagram(seen: Sighting) -> bytes:
 
 
 def gps_input_encoder(system: int, satellites: int) -> Callable[[Sighting], bytes | None]:
-    """Return what makes GPS_INPUT messages; none of a robot that is not seen.
+    """Return an encoder of GPS_INPUT messages; a robot out of view gives none.
 
     Raises:
         InputError: pymavlink is not installed.
@@ -158,7 +158,7 @@ class Ais:
     Args:
         address: host and port of the plotter.
         numbers: MMSI by robot; robots without one are not sent.
-        rate_hz: at most so many a second.
+        rate_hz: greatest rate, Hz.
         clock: monotonic seconds.
 
     Raises:
@@ -190,7 +190,7 @@ class Ais:
         return list(self._numbers) if self._udp.leaves else []
 
     def send(self, seen: Sighting) -> bool:
-        """Send a position, and now and then the name; return whether it was sent."""
+        """Send a position, and periodically the name; return whether it was sent."""
         mmsi = self._numbers.get(seen.robot_id)
         if mmsi is None or not self._fresh.passes(seen):
             return False

@@ -23,8 +23,8 @@ NODES = ("detector", "estimator")
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of `run`."""
     parser.epilog = (
-        "A parameter's value comes from, in this order, --ros-args, the last --params that has it, "
-        "the vehicle profile, the default (config/detector.yaml, config/estimator.yaml)."
+        "A parameter's value is taken from the first that has it: --ros-args, the last --params, "
+        "the vehicle profile, the defaults (config/detector.yaml, config/estimator.yaml)."
     )
     parser.add_argument(
         "--vehicle", metavar="NAME|PATH", help=f"vehicle profile: {', '.join(vehicle_names())}"
@@ -38,23 +38,23 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         default=[],
         help="parameter files",
     )
-    parser.add_argument("--namespace", metavar="NS", help="of both nodes, such as drone1")
+    parser.add_argument("--namespace", metavar="NS", help="namespace of both nodes, such as drone1")
     ways = parser.add_mutually_exclusive_group()
     ways.add_argument(
         "--one-process", action="store_true",
-        help="both nodes in one process that is not started again: needs less memory",
+        help="both nodes in one process, which is not restarted; needs less memory",
     )  # fmt: skip
     ways.add_argument(
-        "--node", choices=NODES, help="only this node, not started again (for launch files)"
+        "--node", choices=NODES, help="only this node, not restarted (for launch files)"
     )
     parser.add_argument(
         "--session", type=Path, metavar="FILE",
-        help="with --node: where the estimator keeps names until it is started again",
+        help="with --node: file in which the estimator keeps labels for a restart",
     )  # fmt: skip
     parser.add_argument(
         "--enclave",
         metavar="PATH",
-        help="of ROS' security, such as /aerial_gnss: each node's is below it",
+        help="SROS2 enclave, such as /aerial_gnss; each node's is below it",
     )
     parser.add_argument("--refusal", type=Path, help=argparse.SUPPRESS)
     parser.add_argument(
@@ -62,7 +62,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         nargs=argparse.REMAINDER,
         default=[],
         metavar="ARG",
-        help="everything after it goes to ROS: -r FROM:=TO, -p NAME:=VALUE, --log-level LEVEL",
+        help="arguments for ROS; must come last: -r FROM:=TO, -p NAME:=VALUE, --log-level LEVEL",
     )
 
 
@@ -96,7 +96,7 @@ def _here(args: argparse.Namespace, files: list[Path]) -> int:
 
 
 def _supervised(args: argparse.Namespace, files: list[Path]) -> int:
-    """Run each node in a process of its own; raise what the first that refuses its input says."""
+    """Run each node in its own process; raise the error of the first that refuses its input."""
     from aerial_gnss_ros.nodes.supervisor import node_environment, supervise
 
     node_environment()

@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""`aerial-gnss simulate --dataset`: labelled pictures to train or to test a detector."""
+"""`aerial-gnss simulate --dataset`: labelled images for training or testing a detector."""
 
 from __future__ import annotations
 
@@ -37,18 +37,23 @@ def add_arguments(group: Any) -> None:
 def _add_kind(group: Any) -> None:
     group.add_argument(
         "--dataset", type=Path, metavar="FOLDER",
-        help="make labelled pictures of random scenes, in YOLO's layout, instead of a bag",
+        help="write labelled images of random scenes, in YOLO's layout, instead of a bag",
     )  # fmt: skip
-    group.add_argument("--count", type=int, metavar="N", help=f"pictures (default {COUNT})")
+    group.add_argument("--count", type=int, metavar="N", help=f"number of images (default {COUNT})")
     group.add_argument(
-        "--val", type=int, metavar="N", help="further ones to validate (default: a tenth)"
+        "--val",
+        type=int,
+        metavar="N",
+        help="number of validation images in addition (default: a tenth)",
     )
     group.add_argument(
-        "--crop", type=int, metavar="PX", help=f"side of the pictures (default {CROP_PX})"
+        "--crop", type=int, metavar="PX", help=f"side of the images, px (default {CROP_PX})"
     )
     group.add_argument(
         "--whole-frames", action="store_true", default=None,
-        help="split `test`, to score detectors: frames of --size, small and faint robots left in",
+        help=
+                "split `test`, for scoring detectors: frames of --size, including small and "
+                "faint robots",
     )  # fmt: skip
     group.add_argument(
         "--renderer",
@@ -57,26 +62,35 @@ def _add_kind(group: Any) -> None:
     )
     group.add_argument(
         "--ranges", metavar="NAME",
-        help="with --renderer blender: train (default), or unseen, which shares no look with it",
+        help=
+                "with --renderer blender: appearance: train (default), or unseen, which shares "
+                "no appearance with it",
     )  # fmt: skip
     group.add_argument(
         "--samples", type=int, metavar="N",
-        help=f"with --renderer blender: paths a pixel (default {_SAMPLES})",
+        help=f"with --renderer blender: samples per pixel (default {_SAMPLES})",
     )  # fmt: skip
-    group.add_argument("--processes", type=int, metavar="N", help="at a time (default 1)")
+    group.add_argument(
+        "--processes", type=int, metavar="N", help="number of renderers at a time (default 1)"
+    )
     group.add_argument(
         "--occupied", type=float, metavar="SHARE",
-        help=f"of the pictures have robots (default {_OCCUPIED:g}, {_OCCUPIED_FRAMES:g} of whole "
-        "frames)",
+        help=
+                f"share of the images with robots (default {_OCCUPIED:g}, {_OCCUPIED_FRAMES:g} of "
+                "whole frames)",
     )  # fmt: skip
 
 
 def _add_ranges(group: Any) -> None:
     for name, value, text in (
-        ("heights", _USUAL.height_m, "above the water, m"),
-        ("tilts", (10.0, 90.0), "camera below the horizon, deg"),
-        ("lengths", _USUAL.long_px, "robots' long side in the image, px"),
-        ("depths", _USUAL.depth_m, "robots below the surface, m; negative floats high"),
+        ("heights", _USUAL.height_m, "height above the water, m"),
+        ("tilts", (10.0, 90.0), "angle of the camera below the horizon, deg"),
+        ("lengths", _USUAL.long_px, "length of robots in the image, px"),
+        (
+            "depths",
+            _USUAL.depth_m,
+            "depth of robots below the surface, m; negative values float high",
+        ),
     ):
         usual = ",".join(f"{v:g}" for v in value)
         group.add_argument(
@@ -85,44 +99,47 @@ def _add_ranges(group: Any) -> None:
         )  # fmt: skip
     group.add_argument(
         "--winds", type=numbers(2), metavar="LOW,HIGH",
-        help="m/s; foam from about 4 (default: mostly 2 to 9)",
+        help="wind speed, m/s; foam from about 4 (default: mostly 2 to 9)",
     )  # fmt: skip
 
 
 def _add_things(group: Any) -> None:
     group.add_argument(
         "--extra-robots", type=float, metavar="MEAN",
-        help=f"beside the first (default {_USUAL.extra_robots:g})",
+        help=f"number of robots beside the first (default {_USUAL.extra_robots:g})",
     )  # fmt: skip
     group.add_argument(
         "--flotsam", type=float, metavar="MEAN",
-        help=f"further things, of random shape and colour (default {_USUAL.flotsam:g})",
+        help=
+                "mean number of further objects of random shape and colour (default "
+                f"{_USUAL.flotsam:g})",
     )  # fmt: skip
     group.add_argument(
         "--distractors", type=float, metavar="MEAN",
-        help="buoys, birds, boats, swimmers, turtles, weed, rubbish in a picture "
-        f"(default {_USUAL.distractors:g}); in a flight: so many in all, where there is room "
-        "clear of the robots' paths (default 0)",
+        help=
+                "mean number of buoys, birds, boats, swimmers, turtles, weed and rubbish in an "
+                f"image (default {_USUAL.distractors:g}); in a flight their total number, placed "
+                "clear of the robots' paths (default 0)",
     )  # fmt: skip
 
 
 def refuse_options(args: argparse.Namespace, flight: Mapping[str, Any]) -> None:
-    """Refuse options that have a meaning only with the other kind of output.
+    """Refuse options that apply only to the other kind of output.
 
     Args:
         args: all of them.
-        flight: options of flights, as they are where they are not given.
+        flight: options of flights with their defaults.
 
     Raises:
         ConfigError: names the option.
     """
     if args.dataset is not None:
         if args.size != flight["size"] and not args.whole_frames:
-            raise ConfigError("--size of pictures has a meaning only with --whole-frames.")
+            raise ConfigError("--size of images applies only with --whole-frames.")
         for name in sorted(flight.keys() - {"size"}):
             if getattr(args, name) != flight[name]:
                 raise ConfigError(
-                    f"{_option(name)} has no meaning with --dataset: it has no flight."
+                    f"{_option(name)} cannot be used with --dataset, which has no flight."
                 )
         return
     given = vars(args)
@@ -131,11 +148,11 @@ def refuse_options(args: argparse.Namespace, flight: Mapping[str, Any]) -> None:
         "heights", "tilts", "lengths", "depths", "winds", "occupied", "extra_robots", "flotsam",
     ):  # fmt: skip
         if given[name] is not None:
-            raise ConfigError(f"{_option(name)} has a meaning only with --dataset.")
+            raise ConfigError(f"{_option(name)} applies only with --dataset.")
     if args.distractors is not None and not 0 <= args.distractors <= 100:
         raise ConfigError(f"--distractors must lie within 0 to 100, not {args.distractors:g}.")
     if args.no_images and args.distractors:
-        raise ConfigError("--distractors are seen in images only; leave out --no-images.")
+        raise ConfigError("--distractors need images; leave out --no-images.")
 
 
 def _option(name: str) -> str:
@@ -143,7 +160,7 @@ def _option(name: str) -> str:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Make the pictures and say what they are.
+    """Write the images and print a summary.
 
     Raises:
         AerialGnssError: wrong arguments, an output that exists, a full disk, no such renderer.
@@ -163,9 +180,7 @@ def run(args: argparse.Namespace) -> int:
         print(json.dumps(about, indent=2))
     else:
         counts = ", ".join(f"{count} {split}" for split, count in config.counts.items())
-        print(
-            f"made {args.dataset}: {counts} pictures, {config.renderer} renderer, seed {args.seed}"
-        )
+        print(f"made {args.dataset}: {counts} images, {config.renderer} renderer, seed {args.seed}")
     return 0
 
 
@@ -178,7 +193,7 @@ def _config(args: argparse.Namespace) -> DatasetConfig:
             raise ConfigError(f"--{name} must be {least} or more, not {value}.")
     for name in ("ranges", "samples"):
         if getattr(args, name) is not None and args.renderer != "blender":
-            raise ConfigError(f"--{name} has a meaning only with --renderer blender.")
+            raise ConfigError(f"--{name} applies only with --renderer blender.")
     if args.occupied is not None and not 0.0 <= args.occupied <= 1.0:
         raise ConfigError(f"--occupied is a share, 0 to 1, not {args.occupied:g}.")
     usually = _OCCUPIED_FRAMES if args.whole_frames else _OCCUPIED
@@ -193,7 +208,7 @@ def _config(args: argparse.Namespace) -> DatasetConfig:
     }
     if args.whole_frames:
         if args.crop is not None or args.val is not None:
-            raise ConfigError("--crop and --val have no meaning with --whole-frames.")
+            raise ConfigError("--crop and --val cannot be used with --whole-frames.")
         counts = {"test": count}
         return DatasetConfig(counts, None, image=args.size, prune=False, **common)
     val = count // 10 if args.val is None else args.val

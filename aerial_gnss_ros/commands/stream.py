@@ -35,8 +35,8 @@ GPS_DEFAULT, NMEA_DEFAULT, AIS_DEFAULT = "127.0.0.1:14560", "127.0.0.1:10110", "
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the command's arguments."""
     parser.epilog = (
-        "Nothing leaves this computer unless an address says so; what is sent is neither encrypted "
-        "nor signed. For files see `aerial-gnss replay`: GPX, GeoJSON, KML."
+        "Nothing leaves this computer unless you give another address; messages are neither "
+        "encrypted nor signed. For files see `aerial-gnss replay`: GPX, GeoJSON, KML."
     )
     parser.add_argument(
         "--cot", nargs="?", const=COT_DEFAULT, metavar="HOST:PORT",
@@ -44,42 +44,54 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )  # fmt: skip
     parser.add_argument(
         "--cot-type", default="a-f-S", metavar="TYPE",
-        help="of the events: a-f-S friendly sea surface, a-f-U subsurface (%(default)s)",
+        help="type of the events: a-f-S friendly sea surface, a-f-U subsurface (%(default)s)",
     )  # fmt: skip
     parser.add_argument(
         "--stale", type=float, default=30.0, metavar="S",
-        help="after so long receivers show a position as outdated (%(default)g)",
+        help="time after which receivers show a position as outdated, s (%(default)g)",
     )  # fmt: skip
     parser.add_argument(
         "--mavlink", nargs="?", const=MAVLINK_DEFAULT, metavar="HOST:PORT",
         help="CAMERA_TRACKING_GEO_STATUS by UDP (%(const)s), of one robot: see --robot",
     )  # fmt: skip
     parser.add_argument(
-        "--mavlink-system", type=int, default=1, metavar="ID", help="of the drone (%(default)s)"
+        "--mavlink-system",
+        type=int,
+        default=1,
+        metavar="ID",
+        help="MAVLink system id of the drone (%(default)s)",
     )
     _add_robot_arguments(parser)
     parser.add_argument(
-        "--robot", metavar="ID", help="only this robot; MAVLink otherwise follows the first one"
+        "--robot",
+        metavar="ID",
+        help="send only this robot; MAVLink otherwise follows the first one",
     )
-    parser.add_argument("--namespace", default="", help="of the estimator, such as drone1")
     parser.add_argument(
-        "--seconds", type=float, metavar="S", help="end after so long (default: at a signal)"
+        "--namespace", default="", help="namespace of the estimator, such as drone1"
+    )
+    parser.add_argument(
+        "--seconds", type=float, metavar="S", help="duration, s (default: until a signal)"
     )
 
 
 def _add_robot_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add the outputs that send a robot to an address of its own, and the plotter's."""
+    """Add the per-robot outputs and the plotter's."""
     parser.add_argument(
         "--gps-input", action="append", default=[], metavar="ROBOT[=HOST:PORT]",
-        help=f"MAVLink GPS_INPUT by UDP, to that robot's autopilot ({GPS_DEFAULT}); repeat it",
+        help=
+                f"MAVLink GPS_INPUT by UDP, to that robot's autopilot ({GPS_DEFAULT}); may be "
+                "repeated",
     )  # fmt: skip
     parser.add_argument(
         "--satellites", type=int, default=10, metavar="N",
-        help="in GPS_INPUT, which has no value for unknown; autopilots ask for 6 (%(default)s)",
+        help=
+                "number of satellites in GPS_INPUT, which has no value for unknown; autopilots "
+                "require 6 (%(default)s)",
     )  # fmt: skip
     parser.add_argument(
         "--nmea", action="append", default=[], metavar="ROBOT[=HOST:PORT]",
-        help=f"NMEA 0183 GGA and RMC by UDP ({NMEA_DEFAULT}); repeat it",
+        help=f"NMEA 0183 GGA and RMC by UDP ({NMEA_DEFAULT}); may be repeated",
     )  # fmt: skip
     parser.add_argument(
         "--ais", nargs="?", const=AIS_DEFAULT, metavar="HOST:PORT",
@@ -87,18 +99,18 @@ def _add_robot_arguments(parser: argparse.ArgumentParser) -> None:
     )  # fmt: skip
     parser.add_argument(
         "--mmsi", action="append", default=[], metavar="ROBOT=MMSI",
-        help="assigned to that robot; without one it is no AIS target",
+        help="MMSI assigned to a robot; robots without one are not sent",
     )  # fmt: skip
     parser.add_argument(
         "--rate", type=float, default=5.0, metavar="HZ",
-        help="of GPS_INPUT, NMEA and AIS, at most (%(default)g)",
+        help="greatest rate of GPS_INPUT, NMEA and AIS, Hz (%(default)g)",
     )  # fmt: skip
 
 
 def run(args: argparse.Namespace) -> int:
     """Stream until a signal."""
     if args.cot is None and args.mavlink is None and not _robot_outputs_wanted(args):
-        raise InputError("nothing to send to; give --cot, --mavlink, --gps-input, --nmea or --ais.")
+        raise InputError("no output; give --cot, --mavlink, --gps-input, --nmea or --ais.")
     if not 0.0 < args.rate <= _FASTEST_HZ:
         raise InputError(f"--rate must be above 0 and at most {_FASTEST_HZ:g}, not {args.rate:g}.")
     if not 0 <= args.satellites <= 254:
@@ -139,23 +151,23 @@ def run(args: argparse.Namespace) -> int:
     total = ", ".join(f"{robot} {count}" for robot, count in sorted(stream.sent.items()))
     print(f"sent: {total or 'nothing, no robot was published'}")
     if stream.refused:
-        print(f"not sent: {counted(stream.refused, 'message')}, the first: {stream.why}")
+        print(f"not sent: {counted(stream.refused, 'message')}; the first: {stream.why}")
     return 0
 
 
 class Stream:
-    """Sends positions to the outputs, and says once which robot goes where.
+    """Sends positions to the outputs, and reports each robot's destination once.
 
     Args:
-        cot: takes every robot; None: no such output.
-        mavlink: takes one robot, for its message names none; None: no such output.
-        only: the robot to send; None: all, and of MAVLink the first one received.
-        own: outputs that know which robots are theirs.
+        cot: output of every robot, or None.
+        mavlink: output of one robot, because its message has no robot's name; or None.
+        only: the robot to send; None: all, by MAVLink the first one received.
+        own: outputs with their own choice of robots.
 
     Attributes:
         sent: positions sent, by robot.
-        refused: messages that held no position.
-        why: what was wrong with the first of them.
+        refused: number of messages without a position.
+        why: the error of the first of them.
     """
 
     def __init__(
@@ -169,7 +181,7 @@ class Stream:
         self._cot, self._mavlink, self._only = cot, mavlink, only
         self._followed = only
         self._told: set[str] = set()
-        self._said: set[str] = set()  # robots of which it was said that they are sent
+        self._said: set[str] = set()  # robots already reported as sent
         self.sent: Counter[str] = Counter()
         self.refused, self.why = 0, ""
 
@@ -200,7 +212,7 @@ class Stream:
         self.sent[robot] += bool(self._cot is not None or follows or any(taken))
 
     def _first_of(self, robot: str) -> bool:
-        """Return whether it was not yet said that a robot is sent."""
+        """Return whether a robot has not yet been reported as sent."""
         first = robot not in self._said
         self._said.add(robot)
         return first
@@ -211,8 +223,8 @@ class Stream:
             print(f"sending {robot}", file=sys.stderr, flush=True)
         if self._mavlink is not None and not follows:
             print(
-                f"MAVLink's message names one robot, which is {self._followed}: {robot} is not "
-                f"sent there; choose with --robot {robot}",
+                f"MAVLink follows one robot, {self._followed}: {robot} is not sent there; choose "
+                f"it with --robot {robot}",
                 file=sys.stderr, flush=True,
             )  # fmt: skip
 
@@ -222,7 +234,7 @@ def _robot_outputs_wanted(args: argparse.Namespace) -> bool:
 
 
 def _robot_outputs(args: argparse.Namespace) -> list[ToRobots | Ais]:
-    """Return the outputs that know which robots are theirs."""
+    """Return the outputs with their own choice of robots."""
     gps = by_robot(args.gps_input, "--gps-input", GPS_DEFAULT)
     nmea = by_robot(args.nmea, "--nmea", NMEA_DEFAULT)
     numbers = mmsis(args.mmsi)
@@ -240,7 +252,7 @@ def _robot_outputs(args: argparse.Namespace) -> list[ToRobots | Ais]:
         if output.leaving:
             print(
                 f"{output.name}: positions of {', '.join(output.leaving)} leave this computer, "
-                "readable for all on the way", file=sys.stderr,
+                "unencrypted", file=sys.stderr,
             )  # fmt: skip
     return found
 
@@ -264,6 +276,6 @@ def _mavlink(args: argparse.Namespace) -> Output | None:
 
 
 def _announce(output: CursorOnTarget | Mavlink, host: str, what: str) -> None:
-    """Say where positions leave this computer, whatever name stands for the address."""
+    """Report destinations outside this computer, whatever their host names."""
     if output.leaves:
-        print(f"{what}: positions go to {host}, readable for all on the way", file=sys.stderr)
+        print(f"{what}: positions go to {host}, unencrypted", file=sys.stderr)

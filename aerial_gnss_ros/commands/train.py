@@ -50,7 +50,7 @@ def run(args: argparse.Namespace) -> int:
             _follow(folder, plan)
         except TrainingError as error:
             if error.explained and not args.resume and not folder.has_learnt:
-                shutil.rmtree(folder.path)  # nothing to resume; the name is free again
+                shutil.rmtree(folder.path)  # nothing to resume; frees the name
             raise
     scores = json.loads((folder.path / "scores.json").read_text(encoding="utf-8"))
     if args.json:
@@ -65,7 +65,7 @@ def run(args: argparse.Namespace) -> int:
 def _summary(scores: dict[str, Any]) -> str:
     where = f"on {scores['images']} held-out images ({scores['split']})"
     precise = f"mAP50-95 {figure(scores['map50_95'])}"
-    if not scores["recall"]:  # 0, or no robot there to find
+    if not scores["recall"]:  # 0, or no labelled robot
         return f"{where}: {precise}, no robot found at score {scores['score_threshold']:g} or more"
     return (
         f"{where}: {precise}, precision {figure(scores['precision'])}, recall "
@@ -95,7 +95,7 @@ def _check(args: argparse.Namespace) -> int:
             )
         print(f"fingerprint {found.fingerprint()}")
     for phase in phases_of(args):
-        members(phase, found.examples["train"])  # what training would refuse
+        members(phase, found.examples["train"])  # errors that training would refuse
     return 0
 
 
@@ -118,8 +118,8 @@ def _resumed(args: argparse.Namespace) -> tuple[RunFolder, Plan]:
     folder = RunFolder(args.resume)
     plan = plan_resumed(folder.load(), args)
     if folder.weights.exists():
-        raise InputError(f"{folder.path} is finished already: {folder.weights} is its result.")
-    if args.dataset is not None:  # it lies elsewhere now, and no other may take its place
+        raise InputError(f"{folder.path} is already finished; its result is {folder.weights}.")
+    if args.dataset is not None:  # it has moved, and no other file may replace it
         plan = replace(plan, dataset=open_dataset(args.dataset).file.resolve())
         planned_data(plan)
     require_ultralytics("training")
@@ -146,7 +146,7 @@ def _follow(folder: RunFolder, plan: Plan) -> None:
 
 @contextmanager
 def _stopped_politely(args: argparse.Namespace) -> Iterator[None]:
-    """Say how to resume a stopped training; nothing learnt is lost."""
+    """Print how to resume a stopped training; no finished epoch is lost."""
     try:
         with ended_cleanly():
             yield
@@ -156,8 +156,8 @@ def _stopped_politely(args: argparse.Namespace) -> Iterator[None]:
             raise
         result = RunFolder(folder).weights
         if result.is_file():
-            words = f"stopped after its end: {result} is its result"
+            words = f"stopped after its end; its result is {result}"
         else:
-            words = f"stopped; go on with aerial-gnss train --resume {folder}"
+            words = f"stopped; continue with aerial-gnss train --resume {folder}"
         print(f"aerial-gnss: {words}", file=sys.stderr)
         raise SystemExit(INTERRUPTED) from None

@@ -19,10 +19,10 @@ from aerial_gnss_ros.training.run_folder import ONLINE, Plan
 
 SCRATCH = "yolo11n.yaml"
 _EPOCHS = (100, 100)
-# Those that go into the plan as they are; of the machine's there may be others when it goes on.
+# Arguments copied into the plan; those of the machine may change on resuming.
 _PARAMETERS = ("image_size", "learning_rate", "online", "seed", "freeze", "bfloat16")
 _MACHINE = ("batch", "threads", "device")
-# What a training that is resumed has fixed already.
+# Arguments that a resumed training has already fixed.
 _FIXED = ("output", "weights", "allow_pickle", "epochs", "time", "one_phase")
 _RANGES = {
     "image_size": (32, 8192), "batch": (1, 4096), "seed": (0, 2**31), "threads": (0, 1024),
@@ -39,12 +39,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="resume an interrupted training; --batch, --threads and --device may differ",
     )  # fmt: skip
     parser.add_argument(
-        "--check", action="store_true", help="only look through the data set, train nothing"
+        "--check", action="store_true", help="only inspect the data set, without training"
     )
     parser.add_argument(
         "--weights", metavar="FILE",
-        help="begin with an .onnx that `export` wrote, a shipped one, or a .pt (needs "
-        f"--allow-pickle); or a network's name, from scratch (default {SCRATCH})",
+        help=
+                "initial weights: an .onnx that `export` wrote, a shipped one, or a .pt (needs "
+                f"--allow-pickle); or a network's name to start from scratch (default {SCRATCH})",
     )  # fmt: skip
     parser.add_argument(
         "--allow-pickle", action="store_true", default=None,
@@ -61,58 +62,58 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def _add_length(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--epochs", type=_epochs, metavar="N,N",
-        help="of the phase with one robot and of that with several (default 100,100)",
+        help="epochs of the phases with one and with several robots (default 100,100)",
     )  # fmt: skip
     parser.add_argument(
         "--one-phase", action="store_true", default=None,
-        help="all images at once, for the sum of the epochs",
+        help="one phase with all images, for the sum of the epochs",
     )  # fmt: skip
     parser.add_argument(
         "--time", type=float, metavar="HOURS",
-        help="instead of epochs: all images at once, for so long (0.5: half an hour)",
+        help="instead of epochs: one phase with all images, of this many hours",
     )  # fmt: skip
 
 
 def _add_learning(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--image-size", "--imgsz", type=int, metavar="PX",
-        help=f"side of the square that images are fitted into (default {Plan.image_size})",
+        help=f"side of the square network input, px (default {Plan.image_size})",
     )  # fmt: skip
-    parser.add_argument(
-        "--batch", type=int, metavar="N", help=f"images a step (default {Plan.batch})"
-    )
+    parser.add_argument("--batch", type=int, metavar="N", help=f"batch size (default {Plan.batch})")
     parser.add_argument(
         "--learning-rate", "--lr0", type=float, metavar="R",
-        help=f"at the start of each phase (default {Plan.learning_rate:g})",
+        help=f"learning rate at the start of each phase (default {Plan.learning_rate:g})",
     )  # fmt: skip
     parser.add_argument(
         "--freeze", type=int, metavar="N",
-        help="keep the first N layers, and all normalisations, as --weights has them (default 0)",
+        help="freeze the first N layers and all normalisations (default 0)",
     )  # fmt: skip
     parser.add_argument(
         "--online", choices=ONLINE,
-        help="augmentation while training: light (default: colour, small shifts, flips) or none",
+        help="augmentation during training: light (default: colour, small shifts, flips) or none",
     )  # fmt: skip
-    parser.add_argument("--seed", type=int, help=f"default {Plan.seed}")
+    parser.add_argument("--seed", type=int, help=f"random seed (default {Plan.seed})")
 
 
 def _add_machine(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--threads", type=int, metavar="N",
-        help="of the processor (default: as many as other programs leave free)",
+        help="CPU threads (default: as many as other programs leave free)",
     )  # fmt: skip
-    parser.add_argument("--device", help="cpu, or the number of a GPU (default: one, if there is)")
+    parser.add_argument(
+        "--device", help="cpu, or the number of a GPU (default: a GPU if there is one)"
+    )
     parser.add_argument(
         "--bfloat16", action="store_true", default=None,
-        help="on a processor: 16 bits; twice as fast with AVX512-BF16 or AMX, slower without",
+        help="16-bit training on a CPU: twice as fast with AVX512-BF16 or AMX, slower without",
     )  # fmt: skip
 
 
 def plan_of(args: argparse.Namespace) -> Plan:
-    """Return the plan of a training; its data set is filled in after inspection.
+    """Return the plan of a training, without its data set, which is set after inspection.
 
     Raises:
-        ConfigError: an argument is wrong, or two have no meaning together.
+        ConfigError: an argument is wrong, or two contradict each other.
         InputError: the weights do not exist.
     """
     phases, weights = phases_of(args), _weights(args.weights or SCRATCH, args.allow_pickle)
@@ -133,7 +134,7 @@ def plan_of(args: argparse.Namespace) -> Plan:
 
 
 def plan_resumed(plan: Plan, args: argparse.Namespace) -> Plan:
-    """Return the plan of a resumed training, whose batch, threads and device may be new.
+    """Return the plan of a resumed training; batch, threads and device may be new.
 
     Raises:
         ConfigError: an argument is wrong, or would alter what is trained.
@@ -158,12 +159,12 @@ def phases_of(args: argparse.Namespace) -> tuple[Phase, ...]:
     """Return the phases to train.
 
     Raises:
-        ConfigError: no sensible length, or two.
+        ConfigError: an invalid duration, or two.
     """
     if args.time is None:
         return plan_phases(args.epochs or _EPOCHS, bool(args.one_phase))
     if args.epochs is not None:
-        raise ConfigError("--epochs and --time both say how long to train: give one of them.")
+        raise ConfigError("--epochs and --time both set the duration: give one of them.")
     return timed_phase(args.time)
 
 
@@ -182,7 +183,7 @@ def _check(plan: Plan) -> None:
 
 
 def _weights(given: str, allow_pickle: bool | None) -> str:
-    """Return what to begin with: the absolute path of a file, or a network's name."""
+    """Return the initial weights: the absolute path of a file, or a network's name."""
     suffix = Path(given).suffix.lower()
     if suffix not in (".onnx", ".pt", ".yaml"):
         raise ConfigError(f"--weights {given} is no .onnx, .pt or .yaml file.")

@@ -30,15 +30,15 @@ class Output(Protocol):
 class Udp:
     """Sends datagrams to one address.
 
-    To this computer they are sent from its loopback address: a socket without an address of its
-    own would take datagrams from the network, too.
+    Datagrams to this computer are sent from its loopback address: an unbound socket would also
+    accept datagrams from the network.
     """
 
     def __init__(self, host: str, port: int) -> None:
         try:
             found = socket.getaddrinfo(host, port, type=socket.SOCK_DGRAM)[0]
         except OSError as error:
-            raise InputError(f"{host} is no address that this computer knows ({error}).") from error
+            raise InputError(f"{host} cannot be resolved ({error}).") from error
         self._address: Any = found[4]
         self._socket = socket.socket(found[0], found[1])
         self._socket.setblocking(False)
@@ -52,10 +52,10 @@ class Udp:
         return not ipaddress.ip_address(self._address[0].partition("%")[0]).is_loopback
 
     def write(self, data: bytes) -> None:
-        """Send a datagram; one that cannot be sent is counted."""
+        """Send a datagram; a failure is counted."""
         try:
             self._socket.sendto(data, self._address)
-        except OSError:  # no route, or a full buffer: the next position comes soon
+        except OSError:  # no route or a full buffer: the next position follows soon
             self.lost += 1
 
     def close(self) -> None:

@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""When messages come on one topic: count, rate, age and silence. Knows no ROS."""
+"""Arrival statistics of one topic: count, rate, age and silence. Independent of ROS."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ _REMEMBERED = 200
 
 
 class Arrivals:
-    """Times of a steady clock at which messages came.
+    """Arrival times of messages on a steady clock.
 
     Args:
-        started_ns: from when on messages are expected.
+        started_ns: time from which messages are expected.
 
     Attributes:
         count: messages so far.
-        silent: whether silence was noticed and has not ended since.
+        silent: whether a silence has been reported and still lasts.
     """
 
     def __init__(self, started_ns: int) -> None:
@@ -30,7 +30,7 @@ class Arrivals:
         self._recent: deque[int] = deque(maxlen=_REMEMBERED)
 
     def record(self, now_ns: int) -> float | None:
-        """Note a message; return for how many seconds there was silence, None if there was none."""
+        """Record a message; return the duration of the silence it ends, s; None without one."""
         quiet_s = self.quiet_s(now_ns)
         was_silent, self.silent = self.silent, False
         self.count += 1
@@ -43,7 +43,7 @@ class Arrivals:
         return (now_ns - last) / SECOND_NS
 
     def age_s(self, now_ns: int) -> float | None:
-        """Return the seconds since the last message, None when there was none."""
+        """Return the seconds since the last message, None before the first one."""
         return self.quiet_s(now_ns) if self._recent else None
 
     def rate(self, now_ns: int) -> float:
@@ -54,7 +54,7 @@ class Arrivals:
         return (len(recent) - 1) * SECOND_NS / (recent[-1] - recent[0])
 
     def fell_silent(self, now_ns: int) -> bool:
-        """Whether silence has just become worth a report; true once a silence."""
+        """Return True once per silence, when it is long enough to be reported."""
         if self.silent or self.quiet_s(now_ns) < SILENCE_S:
             return False
         self.silent = True

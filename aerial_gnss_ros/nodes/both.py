@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Makes the nodes of a process, so that positions come soon."""
+"""Factories for the nodes of a process, ordered for a fast start."""
 
 from __future__ import annotations
 
@@ -12,16 +12,16 @@ from aerial_gnss_ros.nodes.supervised import Given
 
 
 def both(given: Given) -> list[Callable[[], Any]]:
-    """Return what makes the nodes, in their order: the network loads while the rest is imported."""
+    """Return the node factories in order: the network loads while the rest is imported."""
     return [lambda: _detector(given), lambda: _estimator(given)]
 
 
 def only(name: str, given: Given) -> Callable[[], Any]:
-    """Return what makes one node.
+    """Return the factory of one node.
 
     Args:
         name: detector or estimator.
-        given: what it is given.
+        given: parameter files, namespace and session.
     """
     return lambda: _detector(given) if name == DETECTOR else _estimator(given)
 

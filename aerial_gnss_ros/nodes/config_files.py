@@ -36,7 +36,7 @@ references:
 
 
 def _classes() -> str:
-    """Return an example of parameters by class, and what each means."""
+    """Return an example of parameters by class, and their meanings."""
     meanings = [
         textwrap.fill(f"{leaf.name}: {meaning(leaf)}", 94, subsequent_indent="  ")
         for leaf in leaves(RobotClass)
@@ -67,7 +67,7 @@ def texts() -> dict[str, str]:
 
 
 def main() -> int:
-    """Write the files into the folder given."""
+    """Write the files to the given folder."""
     if len(sys.argv) != 2 or not Path(sys.argv[1]).is_dir():
         sys.stderr.write("usage: python3 -m aerial_gnss_ros.nodes.config_files FOLDER\n")
         return 2

@@ -38,8 +38,8 @@ DETECTIONS_TYPE = "vision_msgs/msg/Detection2DArray"
 _LEAVES = {leaf.name: leaf for leaf in leaves(DetectorConfig)}
 _AT_START = ("autostart", "detections.topic")
 MOST_FAILURES = 30
-"""After so many failures with no image that succeeds only a new process can help: what a graphics
-processor's driver keeps, or memory in pieces, is not mended in this one."""
+"""After this many consecutive failures only a new process can help: a GPU driver's state or
+fragmented memory cannot be repaired within this one."""
 
 _LOST_HINT = (
     "it does not send, or its images are lost between the processes: "
@@ -48,15 +48,15 @@ _LOST_HINT = (
 
 
 class DetectorNode(Managed, SupervisedNode):
-    """Finds robots in images, in a thread of its own: the newest image wins.
+    """Detects robots in images, in its own thread; only the newest waiting image is processed.
 
-    Its lifecycle: configured it holds the network, active it also listens and works. It goes to
-    active by itself unless `autostart` is false.
+    Lifecycle: when configured it holds the network, when active it also subscribes and detects. It
+    activates itself unless `autostart` is false.
 
     Args:
         given: parameter files and namespace.
-        load: makes the detector of the configuration.
-        meanwhile: load in a thread of its own; `begin` waits for it, and must be called.
+        load: creates the detector of a configuration.
+        meanwhile: load in a separate thread; `begin` waits for it and must be called.
 
     Attributes:
         timings: milliseconds of each stage.
@@ -103,7 +103,7 @@ class DetectorNode(Managed, SupervisedNode):
             self._early = begun(lambda: load(config), "loading")
 
     def begin(self) -> None:
-        """Go to active where `autostart` says so; the constructor has done so but for `meanwhile`.
+        """Activate if `autostart` is true; only with `meanwhile` is anything left to do.
 
         Raises:
             AerialGnssError: the model cannot be used.
@@ -113,7 +113,7 @@ class DetectorNode(Managed, SupervisedNode):
         self._begun = True
         self.manage(self._config.autostart)
         if not self._config.autostart:
-            self.get_logger().info("waits for the transitions configure and activate")
+            self.get_logger().info("waiting for the transitions configure and activate")
 
     def load(self) -> None:
         """Load the network."""
@@ -125,13 +125,13 @@ class DetectorNode(Managed, SupervisedNode):
         self._detector = self._load(self._config)
 
     def start(self) -> None:
-        """Listen for images and work on them."""
+        """Subscribe to images and process them."""
         self._worker.start()
         self._subscribe()
         self.get_logger().info(self._start_message())
 
     def stop(self) -> None:
-        """End listening and the thread, which finishes its image first."""
+        """Unsubscribe and end the thread, which finishes its current image first."""
         self._worker.stop()
         for source in (self._images, self._camera):
             if source is not None:
@@ -139,9 +139,9 @@ class DetectorNode(Managed, SupervisedNode):
         self._images = self._camera = None
 
     def release(self) -> None:
-        """Give the network's memory back."""
+        """Release the network's memory."""
         detector, self._detector = self._detector, None
-        close = getattr(detector, "close", None)  # what more than forgetting it is needed
+        close = getattr(detector, "close", None)  # dropping the reference is not enough
         if close is not None:
             close()
         del detector, close
@@ -175,21 +175,23 @@ class DetectorNode(Managed, SupervisedNode):
         super().destroy_node()
 
     def _attempt(self, msg: Any) -> None:
-        """Work on an image; what goes wrong with one does not end the others."""
+        """Process an image; a failure does not stop the following ones."""
         try:
             self._process(msg)
         except Exception as error:
             self._failures += 1
             if self._failures >= MOST_FAILURES or not self.context.ok():
                 raise
-            if isinstance(error, ModelError):  # such as for want of memory: the next image may do
+            if isinstance(
+                error, ModelError
+            ):  # for example out of memory: the next image may succeed
                 self._refuse("failed", str(error))
                 return
             self._refused.add("internal", f"{type(error).__name__}: {error}", self.steady_ns())
             self.survive(error)
 
     def _process(self, msg: Any) -> None:
-        """Work on an image; runs in the worker's thread."""
+        """Process an image; runs in the worker's thread."""
         self._reload_if_wanted()
         assert self._detector is not None  # noqa: S101 - no thread without a network
         assert self._images is not None  # noqa: S101
@@ -216,7 +218,7 @@ class DetectorNode(Managed, SupervisedNode):
             )
 
     def _decoded(self, msg: Any, topic: str) -> Image | None:
-        """Return an image of the camera's size, or None where it was refused."""
+        """Return an image of the camera's size, or None if it was refused."""
         try:
             image = decode(msg, self._config.image.max_pixels)
         except InputError as error:
@@ -239,7 +241,7 @@ class DetectorNode(Managed, SupervisedNode):
         if leaf is None or leaf.key.dynamic:
             return ""
         if name in _AT_START:
-            return f"{name} can only be given at the start"
+            return f"{name} can only be set at the start"
         if self.phase == "unconfigured":
             return ""
         return (
@@ -257,7 +259,7 @@ class DetectorNode(Managed, SupervisedNode):
         try:
             self._detector = self._load(wanted)
         except AerialGnssError as error:
-            self.get_logger().warning(f"the former parameters stay in use: {error}")
+            self.get_logger().warning(f"the previous parameters remain in use: {error}")
             self._wanted = self._config
             return
         self._config = wanted
@@ -275,7 +277,7 @@ class DetectorNode(Managed, SupervisedNode):
         )
 
     def advice(self, source: Input) -> str:
-        """Say so when images come in the form that the detector is not set to."""
+        """Return a hint if images arrive in the form that `image.transport` does not name."""
         image = self._config.image
         other = "raw" if image.transport == "compressed" else "compressed"
         topic = self.resolve_topic_name(replace(image, transport=other).full_topic)
@@ -284,9 +286,9 @@ class DetectorNode(Managed, SupervisedNode):
         return f"but {topic} has publishers: set image.transport to {other}"
 
     def statuses(self) -> list[Status]:
-        """Return how images fared and what each stage took."""
+        """Return the status of images and the time each stage takes."""
         if self._images is None or self._detector is None:
-            return [Status("detection", STALE, f"{self.phase}: no images are looked at")]
+            return [Status("detection", STALE, f"{self.phase}: no images are processed")]
         received = self._images.arrivals.count
         lost, refused = self._images.lost, self._refused.recent(self.steady_ns())
         level, words = OK, "detecting"

@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Lines of /diagnostics and the message that they make."""
+"""Status lines and the /diagnostics message made of them."""
 
 from __future__ import annotations
 
@@ -27,8 +27,8 @@ class Status:
     Attributes:
         name: of the component within the node.
         level: OK, WARN, ERROR or STALE.
-        message: how it does, in words.
-        values: details, in the order in which they are shown.
+        message: its condition, in words.
+        values: details, in display order.
     """
 
     name: str
@@ -38,11 +38,11 @@ class Status:
 
 
 def input_status(source: Input, now_ns: int) -> Status:
-    """Return how an input does.
+    """Return the status line of an input.
 
     Args:
         source: the input.
-        now_ns: of the clock that its arrivals were recorded with.
+        now_ns: time of the clock that recorded its arrivals, ns.
     """
     age_s = source.arrivals.age_s(now_ns)
     level, words = OK, "received"
@@ -52,7 +52,7 @@ def input_status(source: Input, now_ns: int) -> Status:
     elif age_s >= SILENCE_S and source.missed:
         level, words = WARN, f"silent for {age_s:.0f} s"
     elif age_s >= SILENCE_S and source.expected == ONCE:
-        words = "received, the last one holds"
+        words = "received, the last value holds"
     values = {
         "topic": source.topic,
         "messages": source.arrivals.count,
@@ -69,7 +69,7 @@ def diagnostic_array(node: str, stamp: Any, lines: Sequence[Status]) -> Any:
     Args:
         node: full name of the node.
         stamp: builtin_interfaces/Time.
-        lines: in the order in which they are shown.
+        lines: in display order.
     """
     prefix = node.lstrip("/")
     made = DiagnosticArray()

@@ -47,11 +47,11 @@ from aerial_gnss_ros.nodes.transforms import Transforms
 from aerial_gnss_ros.text.sentences import counted, utc
 
 DETECTIONS = "detections"
-SENT_ONCE = ("camera_info", "home")  # latched or repeated: it may stay silent after the first
-ADVANCE_S = 0.02  # what waits for its time gives up at most this late
-MOST_LATCHED = 100  # robots whose topics stay; the one lost longest goes first
-RECORDED_S = 600.0  # no camera's clock lags so far
-PREDICT_S = 0.1  # a prediction that is due comes at most this late
+SENT_ONCE = ("camera_info", "home")  # latched or repeated: it may be silent after the first message
+ADVANCE_S = 0.02  # longest delay until a message waiting for telemetry is given up
+MOST_LATCHED = 100  # robots that keep their topics; the one lost longest is dropped first
+RECORDED_S = 600.0  # no camera's clock lags this far
+PREDICT_S = 0.1  # longest delay of a due prediction
 
 
 class EstimatorNode(SupervisedNode):
@@ -61,7 +61,7 @@ class EstimatorNode(SupervisedNode):
         given: parameter files and namespace.
 
     Attributes:
-        timings: milliseconds of each stage; `wait` is for telemetry of the image's time.
+        timings: milliseconds of each stage; `wait` is the wait for telemetry at the image's time.
 
     Raises:
         AerialGnssError: a parameter or the state file cannot be used.
@@ -74,7 +74,7 @@ class EstimatorNode(SupervisedNode):
         self._estimator = Estimator(self._config, session=given.session)
         self._feed = Feed(self._config, self._estimator, self.warn_seldom)
         self._results: dict[str, Publisher] = {}
-        self._latched: dict[str, list[str]] = {}  # topics by robot, who is lost longest first
+        self._latched: dict[str, list[str]] = {}  # topics by robot, the one lost longest first
         self._frames = frames(self._config.map, self.get_namespace())
         self._on_water = OnWater(self._frames)
         self._picture = Picture(self.announce(*MARKERS, qos.latched()), self._frames)
@@ -101,7 +101,7 @@ class EstimatorNode(SupervisedNode):
         self.get_logger().info(self._start_message())
 
     def destroy_node(self) -> None:
-        """Save the robots' names where a state file is wanted, then end the node."""
+        """Save the robots' labels if a state file is set, then destroy the node."""
         self._estimator.flush()
         self._log_events()
         super().destroy_node()
@@ -122,7 +122,7 @@ class EstimatorNode(SupervisedNode):
             self._versioned.append(source)
 
     def _follow_versions(self) -> None:
-        """Go over to `<topic>_v<n>` where only that is published: PX4 since 1.16."""
+        """Switch to `<topic>_v<n>` if only that is published: PX4 since 1.16."""
         silent = [source for source in self._versioned if not source.arrivals.count]
         if not silent:
             return
@@ -135,8 +135,13 @@ class EstimatorNode(SupervisedNode):
 
     def _take(self, subscription: Subscription, msg: Any) -> None:
         now_ns = self.now_ns()
-        if now_ns == 0:  # simulated time has not begun: what is stamped on arrival has no time
-            self.warn_seldom("messages come, but no time yet: use_sim_time is true, /clock silent")
+        if (
+            now_ns == 0
+        ):  # simulated time has not begun: messages stamped on arrival have no stamp yet
+            self.warn_seldom(
+                "messages arrive, but there is no time yet: use_sim_time is true and /clock "
+                "is silent"
+            )
             return
         if subscription.name == DETECTIONS:
             stamp_ns = nanoseconds(msg.header.stamp)
@@ -147,14 +152,14 @@ class EstimatorNode(SupervisedNode):
         self._advance()
 
     def _tell_of_recording(self, stamp_ns: int, now_ns: int) -> None:
-        """Say why nothing fits where a recording is played without its clock."""
+        """Report a recording that is played without its clock."""
         if now_ns - stamp_ns < RECORDED_S * SECOND_NS or not self._feed.stamps_on_arrival:
             return
         self.warn_seldom(
             f"images are stamped {utc(stamp_ns)}, but this node's clock says {utc(now_ns)[:10]}: "
-            f"{', '.join(self._feed.stamps_on_arrival)}, stamped on arrival, cannot fit. If this "
-            "is a recording, start the nodes with use_sim_time:=true and play it with /clock "
-            "(`aerial-gnss play BAG`, or `ros2 bag play --clock`)"
+            f"{', '.join(self._feed.stamps_on_arrival)}, stamped on arrival, cannot match. If "
+            "this is a recording, start the nodes with use_sim_time:=true and play it with "
+            "/clock (`aerial-gnss play BAG`, or `ros2 bag play --clock`)"
         )
 
     def _advance(self) -> None:
@@ -172,7 +177,9 @@ class EstimatorNode(SupervisedNode):
 
     def _publish(self, result: FrameResult) -> None:
         self._images += 1
-        if self._images == 1:  # now there is time for what a later image may need at once
+        if (
+            self._images == 1
+        ):  # there is time now for work that a later image would have to wait for
             begun(assignment.solver, "importing")
         started = time.perf_counter()
         self._overdue.processed(result.stamp_ns, self._passing_ns())
@@ -192,9 +199,9 @@ class EstimatorNode(SupervisedNode):
         self._picture.show(result)
 
     def _give_up_oldest(self) -> None:
-        """End the topics of robots lost long ago where there are very many: false ones, mostly."""
+        """Remove the topics of robots lost long ago if there are very many: most are false."""
         present = {one.robot_id for one in self._departures.present}
-        for name in present:  # whoever is there is the last to go
+        for name in present:  # robots in view are removed last
             self._latched[name] = self._latched.pop(name)
         while len(self._latched) > max(MOST_LATCHED, len(present)):
             oldest = next(name for name in self._latched if name not in present)
@@ -202,15 +209,15 @@ class EstimatorNode(SupervisedNode):
                 self.destroy_publisher(self._results.pop(topic))
 
     def _predict(self) -> None:
-        """Publish where robots are expected while no image comes, so that no message grows old."""
+        """Publish predicted positions while no image arrives, so that no message grows old."""
         stamp_ns = self._overdue.due(self._passing_ns())
         if stamp_ns is None or not self._departures.present:
             return
-        nothing = FrameResult(stamp_ns, "", (), (), None)  # the estimator began anew
+        nothing = FrameResult(stamp_ns, "", (), (), None)  # the estimator has restarted
         self._send(self._estimator.predicted(stamp_ns) or nothing)
 
     def _passing_ns(self) -> int:
-        """Return a time whose differences count: simulated, or else one that nobody steps."""
+        """Return a time for differences: simulated time, or else a clock that is never stepped."""
         return self.now_ns() if self.get_clock().ros_time_is_active else self.steady_ns()
 
     def _publisher(self, outgoing: OutgoingMessage, profile: QoSProfile | None = None) -> Publisher:
@@ -244,7 +251,7 @@ class EstimatorNode(SupervisedNode):
         return f"method {self._config.method}; {heard} -> {out}/<id>/geo_pose, fix, odom"
 
     def judge(self, source: Input, status: Status) -> Status:
-        """Add how the core finds an input: its state, and messages that were of no use."""
+        """Add the core's judgement of an input: its state, and unusable messages."""
         known = self._estimator.inputs.get(source.name)
         if known is None:
             return status
@@ -255,16 +262,14 @@ class EstimatorNode(SupervisedNode):
             "unordered": known.unordered,
         }
         if known.state is InputState.BAD:
-            words = (
-                f"the last message was of no use ({known.bad} of {known.count}): {known.trouble}"
-            )
+            words = f"the last message was unusable ({known.bad} of {known.count}): {known.trouble}"
             return Status(status.name, ERROR, words, values)
         if known.state is InputState.STALE and status.level == OK and source.expected == ALWAYS:
             return Status(status.name, WARN, "its stamps lag behind the images", values)
         return Status(status.name, status.level, status.message, values)
 
     def statuses(self) -> list[Status]:
-        """Return inputs that need no topic, each robot, and what was refused."""
+        """Return lines for inputs without a topic, for each robot, and for refusals."""
         listened = {source.name for source in self.inputs}
         still = [
             Status(name, OK, str(known.state))
@@ -276,7 +281,7 @@ class EstimatorNode(SupervisedNode):
         return [*still, *robots, self._positions_status(len(robots)), self._health_status()]
 
     def _health_status(self) -> Status:
-        """Return whether what is stated of the sensors fits, and the platform's errors."""
+        """Return the consistency of the stated noise, and the platform's errors."""
         health = self._estimator.health
         values: dict[str, Any] = {"innovation_ratio": health.fit.ratio}
         for error in health.platform:

@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""What both executables do first; imports little, so that a signal ends them properly at once."""
+"""Entry of both executables; imports little, so that a signal ends them cleanly at any time."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ def execute(name: str, node_class: Callable[[], Callable[[], Any]]) -> int:
 
     Args:
         name: of the executable, for messages.
-        node_class: imports and returns what makes the node.
+        node_class: imports and returns the node's class.
     """
     leave_on_signals()
     try:

@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""A topic that a node listens to, and what to say when nothing comes. Knows no ROS."""
+"""A topic that a node subscribes to, and the report of its silence. Independent of ROS."""
 
 from __future__ import annotations
 
@@ -14,16 +14,16 @@ ALWAYS, ONCE, OPTIONAL = "always", "once", "optional"
 
 @dataclass
 class Input:
-    """One topic that a node listens to.
+    """One topic that a node subscribes to.
 
     Attributes:
-        name: what comes there, in words.
+        name: its content, in words.
         topic: resolved name.
         msgtype: such as `sensor_msgs/msg/Image`.
         expected: `always`, `once` (then it may stay silent) or `optional`.
-        hint: what to look at when nothing comes though somebody publishes.
-        arrivals: when messages came.
-        lost: messages that were published and did not arrive, as the middleware counts them.
+        hint: what to check if nothing arrives although there is a publisher.
+        arrivals: statistics of its messages.
+        lost: messages lost in transport, as counted by the middleware.
     """
 
     name: str
@@ -36,7 +36,7 @@ class Input:
 
     @property
     def missed(self) -> bool:
-        """Whether silence on it now is worth a report."""
+        """Whether silence on it should be reported."""
         return self.expected == ALWAYS or (self.expected == ONCE and self.arrivals.count == 0)
 
     def silence(self, publisher_types: Sequence[str], unfit: bool = False) -> str:
@@ -44,7 +44,7 @@ class Input:
 
         Args:
             publisher_types: message type of each publisher on the topic.
-            unfit: whether one offers another quality of service than this node asks for.
+            unfit: whether a publisher offers an incompatible quality of service.
         """
         begin = (
             f"no {self.name} for {SILENCE_S:.0f} s on {self.topic} "
@@ -52,26 +52,26 @@ class Input:
         )
         other = sorted(set(publisher_types) - {self.msgtype})
         if other:
-            return f"{begin}: {', '.join(other)} comes there where {self.msgtype} is meant"
+            return f"{begin}: {', '.join(other)} is published there instead of {self.msgtype}"
         if unfit:
-            return f"{begin}: its quality of service does not fit, see the message about it"
+            return f"{begin}: its quality of service is incompatible, see the message about it"
         if publisher_types:
             return f"{begin}: {self.hint}"
-        return f"{begin}: start what publishes it, or remap {self.topic}"
+        return f"{begin}: start its publisher, or remap {self.topic}"
 
 
 def mismatch(topic: str, other: str, policy: str, ours: str) -> str:
-    """Return the sentence that reports publisher and subscriber that do not fit.
+    """Return the sentence that reports an incompatible publisher or subscriber.
 
     Args:
         topic: resolved name.
-        other: `publisher` or `subscriber`, who does not fit this node.
+        other: `publisher` or `subscriber`, whichever is incompatible with this node.
         policy: the quality of service in question, such as `reliability`.
-        ours: what this node asks for or offers; empty when the policy is none that it sets.
+        ours: what this node requests or offers; empty if it does not set the policy.
     """
     verb = "asks for" if other == "publisher" else "offers"
     ours = ours or "the default"
     return (
-        f"{topic}: a {other} does not fit in {policy}, so nothing passes between it and this node, "
-        f"which {verb} {ours}; set the {other}'s {policy} to {ours}"
+        f"{topic}: a {other} has an incompatible {policy}, so nothing passes between it and this "
+        f"node, which {verb} {ours}; set the {other}'s {policy} to {ours}"
     )

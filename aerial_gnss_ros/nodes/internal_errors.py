@@ -9,7 +9,7 @@ import traceback
 from collections import deque
 
 MOST_A_SECOND = 200
-"""With more errors a second nothing works any more: then the process ends, and is started anew."""
+"""With more errors a second the process ends and is restarted: nothing works any more."""
 
 
 class InternalErrors:
@@ -27,10 +27,10 @@ class InternalErrors:
         self._times: deque[float] = deque(maxlen=MOST_A_SECOND)
 
     def add(self, error: Exception) -> str:
-        """Count an error; return what to log: empty if the same one was logged before.
+        """Count an error; return the log message: empty if the same one was logged before.
 
         Raises:
-            Exception: the error itself, where there are too many to go on.
+            Exception: the error itself, if there are too many to continue.
         """
         self.count += 1
         self.last = f"{type(error).__name__}: {error}"
@@ -47,6 +47,6 @@ class InternalErrors:
         self._told.add(place)
         text = "".join(traceback.format_exception(error)).rstrip()
         return (
-            "An error in the program; what it was about is left out, and the node goes on. It is "
-            f"logged once and counted in /diagnostics; please report it:\n{text}"
+            "Internal error; the message that caused it is skipped, and the node continues. It "
+            f"is logged once and counted in /diagnostics; please report it:\n{text}"
         )

@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Ends a process with status 0 on SIGINT and SIGTERM, also while it is still importing."""
+"""Exit with status 0 on SIGINT and SIGTERM, even while the process is still importing."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ SIGNALS = (signal.SIGINT, signal.SIGTERM)
 
 
 class Leave(SystemExit):
-    """A signal asked the process to end; it does so with status 0."""
+    """Raised on a signal: the process exits with status 0."""
 
     def __init__(self) -> None:
         super().__init__(0)
@@ -37,15 +37,15 @@ def leaves_on(number: int) -> bool:
 
 
 def asked_to_leave() -> bool:
-    """Return whether a signal came, whatever became of its `Leave`."""
+    """Return whether a signal was received, even if its `Leave` was lost."""
     return bool(_came)
 
 
 @contextmanager
 def noted_only() -> Iterator[None]:
-    """Let signals raise nothing meanwhile: who loops looks at `asked_to_leave`.
+    """Keep signals from raising within the context: loops check `asked_to_leave`.
 
-    Raised inside rclpy's C++, or while Python tidies up, `Leave` would be lost with a traceback.
+    Raised inside rclpy's C++ or during Python's shutdown, `Leave` would be lost with a traceback.
     """
     _noted_only.append(True)
     try:

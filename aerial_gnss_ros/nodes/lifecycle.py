@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""A node with ROS' lifecycle that starts by itself: what it holds can be given back in flight."""
+"""A lifecycle node that starts by itself; its resources can be released in flight."""
 
 from __future__ import annotations
 
@@ -18,33 +18,33 @@ _RCL_ERROR: type[Exception] = rclpy._rclpy_pybind11.RCLError  # noqa: SLF001 (no
 
 
 class Managed(LifecycleNodeMixin):  # type: ignore[misc]  # rclpy has no complete types
-    """Adds the lifecycle to a node; a subclass says what each step does.
+    """Adds the lifecycle to a node; a subclass implements each step.
 
-    configure: `load`; activate: `start`; deactivate: `stop`; cleanup: `release`. A step that raises
-    `AerialGnssError` fails, which is logged, and the node stays in its state.
+    configure: `load`; activate: `start`; deactivate: `stop`; cleanup: `release`. If a step raises
+    `AerialGnssError`, the failure is logged and the node stays in its state.
     """
 
     @abstractmethod
     def load(self) -> None:
-        """Get what is expensive to hold."""
+        """Acquire the expensive resources."""
 
     @abstractmethod
     def start(self) -> None:
-        """Begin to work."""
+        """Start processing."""
 
     @abstractmethod
     def stop(self) -> None:
-        """End the work; nothing where it has not begun."""
+        """Stop processing; no effect if it has not started."""
 
     @abstractmethod
     def release(self) -> None:
-        """Give back what `load` got; nothing where there is nothing."""
+        """Release what `load` acquired; no effect without it."""
 
     def manage(self, autostart: bool) -> None:
-        """Offer the transitions, once the node itself is made.
+        """Offer the transitions; call it at the end of the constructor.
 
         Args:
-            autostart: go to active at once.
+            autostart: activate at once.
 
         Raises:
             Exception: whatever a step of the autostart raised.
@@ -84,7 +84,7 @@ class Managed(LifecycleNodeMixin):  # type: ignore[misc]  # rclpy has no complet
         return self._step(self._end)
 
     def on_error(self, _state: Any) -> Any:
-        """Go back to where nothing is held."""
+        """Return to the unconfigured state."""
         return self._step(self._end)
 
     def _end(self) -> None:
@@ -105,7 +105,7 @@ class Managed(LifecycleNodeMixin):  # type: ignore[misc]  # rclpy has no complet
         return TransitionCallbackReturn.SUCCESS
 
     def _refuse_impossible_transitions(self) -> None:
-        """Answer a request that does not fit the state with a no; rclpy would end the node."""
+        """Refuse a transition that does not start from the current state; rclpy would raise."""
         change = self._service_change_state.callback
 
         def guarded(request: Any, response: Any) -> Any:

@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Hears live topics for some seconds, for the commands that look at a graph."""
+"""Subscribes to live topics for a limited time, for commands that inspect a graph."""
 
 from __future__ import annotations
 
@@ -35,18 +35,18 @@ def listen(
     tick: Callable[[int], None],
     ros_args: Sequence[str] = (),
 ) -> dict[str, str]:
-    """Subscribe and spin; returns earlier when a signal comes.
+    """Subscribe and spin for some time, or until a signal.
 
     Args:
-        subscriptions: what to hear.
+        subscriptions: topics to subscribe to.
         namespace: of relative topics.
-        seconds: for how long.
+        seconds: duration, s.
         take: called with the subscription, the message and the node's time, ns.
         tick: called once a second, and at the end, with the node's time, ns.
         ros_args: for ROS, such as remappings.
 
     Returns:
-        Sentences by input about topics on which nobody publishes, or with another type.
+        Sentences by input about topics without a publisher, or with another type.
 
     Raises:
         RosError: ROS cannot start, or a message type is not installed.
@@ -87,16 +87,16 @@ def listen(
 
 @contextmanager
 def valid_names() -> Iterator[None]:
-    """Turn rclpy's picture of a bad name into a sentence.
+    """Convert rclpy's multi-line report of an invalid name into a sentence.
 
     Raises:
-        ConfigError: a namespace or topic cannot be one.
+        ConfigError: a namespace or topic is invalid.
     """
     try:
         yield
     except NameValidationException as error:
         reason = str(error).split("\n", 1)[0].split(": ", 1)[-1].rstrip(":. ")
-        raise ConfigError(f"a namespace or topic cannot be used: {reason}.") from error
+        raise ConfigError(f"a namespace or topic is invalid: {reason}.") from error
 
 
 def _subscribe(
@@ -117,7 +117,7 @@ def _subscribe(
 
 
 def _newest_version(node: Node, subscription: Subscription, current: str) -> str:
-    """Return the topic to hear: PX4 appends _v1, _v2, … to names whose message has changed."""
+    """Return the topic to subscribe to: PX4 appends _v1 and so on when a message changes."""
     if not subscription.versioned:
         return current
     names = [name for name, _ in node.get_topic_names_and_types()]
@@ -140,10 +140,10 @@ def _problems(
 
 
 def survey(seconds: float, ros_args: Sequence[str] = ()) -> list[SeenTopic]:
-    """Return the live topics with their types; rates of those whose type is installed.
+    """Return the live topics with their types, and rates of those whose type is installed.
 
     Args:
-        seconds: how long to look.
+        seconds: duration, s.
         ros_args: for ROS.
 
     Raises:

@@ -1,8 +1,8 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Plays a bag into detector and estimator, each a process of its own, and hears what they publish.
+"""Plays a bag into detector and estimator processes and records what they publish.
 
-Everything goes through ROS as aboard a drone: images best effort, boxes and positions reliable.
+Everything passes through ROS as aboard a drone: images best effort, boxes and positions reliable.
 """
 
 from __future__ import annotations
@@ -42,11 +42,11 @@ class LivePosition:
     """A position as a subscriber received it.
 
     Attributes:
-        stamp_ns: of the image that it came from.
+        stamp_ns: stamp of its image, ns.
         latitude_deg: WGS84.
         longitude_deg: WGS84.
         covariance: (var East, cov East North, var North), m².
-        measured: False while the robot coasts.
+        measured: False if the robot is coasting.
     """
 
     stamp_ns: int
@@ -63,7 +63,7 @@ class LivePosition:
 
 @dataclass
 class Heard:
-    """What the nodes published during a flight.
+    """Output of the nodes during a flight.
 
     Attributes:
         positions: by robot id, in the order received.
@@ -128,14 +128,14 @@ def fly(
     Args:
         bag: open; its images and telemetry.
         topics: absolute names to play.
-        log: file that takes what the nodes print.
+        log: file for the nodes' output.
         on_tick: called about five times a second with seconds since the start of the bag and
             the positions heard so far.
         rate: 1 plays in real time, 0.5 takes twice as long.
-        detector: the detector's parameters that are not its defaults, by dotted name.
+        detector: non-default parameters of the detector, by dotted name.
 
     Raises:
-        RosError: a node ended by itself, or nobody listened to a topic; the log's last line says
+        RosError: a node ended by itself, or a topic has no subscriber; the log's last line says
             why.
     """
     heard = Heard()
@@ -155,7 +155,7 @@ def fly(
 
 
 class _Ticks:
-    """Says whether to go on playing, and calls back now and then while it does."""
+    """Decides whether to continue playing, and calls back periodically."""
 
     def __init__(
         self, processes: list[subprocess.Popen[bytes]], on_tick: Callable[[float], None]

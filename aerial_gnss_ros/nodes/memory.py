@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""What the C library does with memory that is freed: keeps that of images, or gives it back."""
+"""Controls whether glibc keeps freed memory for reuse or returns it to the system."""
 
 from __future__ import annotations
 
@@ -15,17 +15,16 @@ _ARENAS = 2
 
 
 def keep_freed_memory() -> bool:
-    """Let the C library reuse the memory of images instead of giving each back to the system.
+    """Let glibc reuse the memory of images instead of returning it to the system.
 
-    Each raw image passes several buffers of its size. By default each of them is asked from the
-    kernel anew, which clears it page by page: 2000 page faults for an image of 1280 x 720 that only
-    arrives.
+    Each raw image passes through several buffers of its size. By default each is requested from the
+    kernel, which clears it page by page: 2000 page faults just to receive an image of 1280 x 720.
 
-    What is kept is shared by all threads that start from now on. By default most of them, such as
-    those of DDS and of the network's runtime, have a part of the memory of their own: 25 MB more.
+    Threads that start from now on share the kept memory. By default most of them, such as those of
+    DDS and of the inference runtime, have their own arena: 25 MB more.
 
     Returns:
-        False where the C library is another one than glibc: nothing is changed.
+        False if the C library is not glibc: nothing is changed.
     """
     mallopt = _of_glibc("mallopt")
     if mallopt is None:
@@ -35,10 +34,9 @@ def keep_freed_memory() -> bool:
 
 
 def give_freed_memory_back() -> None:
-    """Give the system all that is freed and kept, where the C library is glibc: not for each image.
+    """Return all freed memory to the system if the C library is glibc; too slow for every image.
 
-    What many threads have used and freed, such as those that compile a network, is not given back
-    otherwise.
+    Memory freed by many threads, such as those that compile a network, is not returned otherwise.
     """
     trim = _of_glibc("malloc_trim")
     if trim is not None:

@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Names of nodes, namespaces and topics, and what is wrong with one."""
+"""Validation of node, namespace and topic names."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ from aerial_gnss_ros.nodes.rivals import UNKNOWN
 
 
 def absolute_namespace(given: str | None) -> str | None:
-    """Return a namespace as rclpy wants it; None and nothing as they are.
+    """Return a namespace as rclpy expects it; None and the empty string unchanged.
 
     Raises:
-        ConfigError: it cannot be one.
+        ConfigError: it is invalid.
     """
     if not given:
         return given
@@ -24,7 +24,7 @@ def absolute_namespace(given: str | None) -> str | None:
     try:
         validate_namespace(absolute)
     except NameValidationException as error:
-        raise ConfigError(f"{given!r} cannot be a namespace: {reason(error)}.") from error
+        raise ConfigError(f"{given!r} is not a valid namespace: {reason(error)}.") from error
     return absolute
 
 
@@ -32,21 +32,21 @@ def check_topic(topic: str) -> None:
     """Check the name of a topic.
 
     Raises:
-        ConfigError: it cannot be one.
+        ConfigError: it is invalid.
     """
     try:
         validate_topic_name(topic)
     except NameValidationException as error:
-        raise ConfigError(f"{topic!r} cannot be a topic: {reason(error)}.") from error
+        raise ConfigError(f"{topic!r} is not a valid topic: {reason(error)}.") from error
 
 
 def full_name(name: str, namespace: str) -> str:
-    """Return a node's fully qualified name, as far as the graph knows it."""
+    """Return a node's fully qualified name as the graph shows it."""
     if name == "_NODE_NAME_UNKNOWN_":  # as rmw calls it
         return UNKNOWN
     return f"{namespace.rstrip('/')}/{name}"
 
 
 def reason(error: NameValidationException) -> str:
-    """Return what is wrong with a name, without rclpy's picture of the place."""
+    """Return what is wrong with a name, without rclpy's marker of the position."""
     return str(error).split("\n", 1)[0].split(": ", 1)[-1].rstrip(":. ")

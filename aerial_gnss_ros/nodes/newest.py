@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""A place for one item between two threads: the newest wins, those it replaces are counted."""
+"""A one-item queue between two threads: a newer item replaces an older one, which is counted."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ T = TypeVar("T")
 
 
 class Newest(Generic[T]):
-    """Hands the newest item from one thread to another.
+    """Passes the newest item from one thread to another.
 
     Attributes:
-        dropped: items replaced before anybody took them.
+        dropped: number of items replaced before they were taken.
     """
 
     def __init__(self) -> None:
@@ -24,7 +24,7 @@ class Newest(Generic[T]):
         self._changed = threading.Condition()
 
     def put(self, item: T) -> None:
-        """Offer an item; one that waits is replaced. After `close` nothing happens."""
+        """Offer an item, replacing one that waits. No effect after `close`."""
         with self._changed:
             if self._closed:
                 return
@@ -34,14 +34,14 @@ class Newest(Generic[T]):
             self._changed.notify()
 
     def take(self) -> T | None:
-        """Wait for an item and return it, or None once closed."""
+        """Wait for an item and return it; None once closed."""
         with self._changed:
             self._changed.wait_for(lambda: self._closed or self._item is not None)
             item, self._item = self._item, None
             return None if self._closed else item
 
     def close(self) -> None:
-        """End waiting; what was not taken is lost."""
+        """Close the queue; an item that waits is discarded."""
         with self._changed:
             self._closed = True
             self._changed.notify_all()

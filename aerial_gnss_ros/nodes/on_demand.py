@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""A latched topic whose messages are made only for somebody who listens."""
+"""A latched topic whose messages are built only if there is a subscriber."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ from aerial_gnss_ros.core.values.estimates import FrameResult
 from aerial_gnss_ros.nodes.ros_messages import message
 
 LOOK_S = 0.1
-"""A viewer that joins between images, or after the last one, waits at most so long."""
+"""Longest wait of a subscriber that joins between images or after the last one."""
 
 
 class Picture:
-    """`robots/markers`: most flights have no viewer, and its message is the dearest of all.
+    """Publisher of `robots/markers`, the most expensive message; most flights have no viewer.
 
     Args:
-        publisher: of the topic.
+        publisher: of the markers.
         frames: names of frames.
     """
 
@@ -29,12 +29,12 @@ class Picture:
         self._newest: FrameResult | None = None
 
     def show(self, result: FrameResult) -> None:
-        """Publish a result, now or when somebody listens."""
+        """Publish a result now, or as soon as there is a subscriber."""
         self._newest = result
         self.look()
 
     def look(self) -> None:
-        """Publish what nobody heard yet, if somebody listens now; call it now and then."""
+        """Publish a pending result if there is a subscriber now; call it periodically."""
         if self._newest is None or not self._publisher.get_subscription_count():
             return
         outgoing: OutgoingMessage = markers(self._newest, self._frames)

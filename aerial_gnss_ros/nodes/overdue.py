@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""When positions are predicted for want of images: from 2 s on, once a second. Knows no ROS."""
+"""Decides when to publish predictions without images: after 2 s, once a second."""
 
 from __future__ import annotations
 
@@ -11,9 +11,10 @@ EVERY_NS = SECOND_NS
 
 
 class Overdue:
-    """Tells for which time robots are to be predicted, by the images' clock.
+    """Returns the times of due predictions, on the images' clock.
 
-    That clock may differ from the node's by a constant: only elapsed node time is added.
+    That clock may be offset from the node's, so only elapsed node time is added. Independent of
+    ROS.
     """
 
     def __init__(self) -> None:
@@ -22,7 +23,7 @@ class Overdue:
         self._done = 0
 
     def processed(self, stamp_ns: int, now_ns: int) -> None:
-        """Note an image that was processed.
+        """Record a processed image.
 
         Args:
             stamp_ns: of the image, ns.
@@ -31,18 +32,18 @@ class Overdue:
         self._stamp_ns, self._at_ns, self._done = stamp_ns, now_ns, 0
 
     def seconds(self, now_ns: int) -> float:
-        """Return for how long no image was processed, s; 0 before the first one and while due."""
+        """Return the time since the last processed image, s; 0 before the first one."""
         elapsed_ns = now_ns - self._at_ns
         return 0.0 if self._stamp_ns is None or elapsed_ns < FROM_NS else elapsed_ns / SECOND_NS
 
     def due(self, now_ns: int) -> int | None:
         """Return the stamp of a prediction that is due now, ns; None while none is.
 
-        Several that were missed, because nobody asked, count as one.
+        Predictions missed because `due` was not called count as one.
         """
         if self._stamp_ns is None:
             return None
-        if now_ns < self._at_ns:  # the clock went backward: what has elapsed is unknown
+        if now_ns < self._at_ns:  # the clock was set back: the elapsed time is unknown
             self._at_ns, self._done = now_ns, 0
         elapsed_ns = now_ns - self._at_ns
         count = 0 if elapsed_ns < FROM_NS else 1 + (elapsed_ns - FROM_NS) // EVERY_NS

@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""ROS parameters from dataclasses: descriptors, ranges, and a refusal of what ROS would ignore."""
+"""ROS parameters from dataclasses: descriptors, ranges, refusal of keys that ROS would ignore."""
 
 from __future__ import annotations
 
@@ -36,16 +36,16 @@ _ARRAYS = {
 def own_values(
     node: str, overrides: Mapping[str, Any], foreign: Collection[str] = ()
 ) -> dict[str, Any]:
-    """Return what ROS was given for a node, checked.
+    """Return the checked parameter values that ROS was given for a node.
 
     A shared section, or `-p` with two nodes in one process, gives each node the other's keys too:
-    those are left out, as are keys of other programs. Any other unknown key is refused: ROS itself
-    would ignore it.
+    these are ignored, as are keys of other programs. Any other unknown key is refused, which ROS
+    itself would ignore.
 
     Args:
         node: the node's name in `SCHEMAS`.
         overrides: from `--params-file` and `-p`.
-        foreign: keys that only stand where other programs' may stand, too.
+        foreign: keys from sections that other programs may share.
 
     Raises:
         ConfigError: an unknown key, a wrong type or a value out of range.
@@ -74,13 +74,13 @@ def _foreign(name: str, free: set[str], schema: type[Any]) -> bool:
 def declare(
     node: Node, schema: type[Any], values: Mapping[str, Any], *, changeable: bool = False
 ) -> None:
-    """Declare every parameter of a schema, and the free keys given.
+    """Declare every parameter of a schema, and its free keys that have values.
 
     Args:
-        node: declares them.
+        node: the node that declares them.
         schema: the dataclass of its parameters.
-        values: checked values by dotted name; what is absent keeps its default.
-        changeable: whether the node itself says when a parameter can be changed.
+        values: checked values by dotted name; absent ones keep their defaults.
+        changeable: whether the node itself decides when a parameter can be changed.
     """
     known = {leaf.name: leaf for leaf in leaves(schema)}
     for name, leaf in known.items():
@@ -99,7 +99,7 @@ def declare(
 
 
 def _declare_list(node: Node, leaf: Leaf, value: list[Any], changeable: bool) -> None:
-    """Declare with the type stated: rclpy would take an empty list for one of bytes."""
+    """Declare a list with its type: rclpy would take an empty one for bytes."""
     kind = _ARRAYS[get_args(leaf.kind)[0]]
     node.declare_parameter(leaf.name, kind, ParameterDescriptor(), ignore_override=True)
     node.set_parameters([Parameter(leaf.name, kind, value)])
@@ -143,15 +143,15 @@ def follow_changes(
     accept: Callable[[dict[str, Any], Any], None],
     fixed: Callable[[str], str] = lambda _name: "",
 ) -> None:
-    """Let a running node take new values of its dynamic parameters.
+    """Let a running node accept new values of its dynamic parameters.
 
     Args:
-        node: its parameters are declared already.
+        node: with its parameters declared.
         current: returns the values in use, by dotted name.
-        build: makes a configuration of values; raises ConfigError with the sentence that the
+        build: creates a configuration from values; raises ConfigError with the sentence that the
             caller of `ros2 param set` reads.
-        accept: takes the new values and their configuration.
-        fixed: why a parameter cannot be changed now; empty where it can.
+        accept: called with the new values and their configuration.
+        fixed: returns why a parameter cannot be changed now; empty if it can.
     """
 
     def merged(parameters: list[Parameter]) -> dict[str, Any]:

@@ -20,11 +20,11 @@ from aerial_gnss_ros.nodes.player import Player
 
 
 class Pausing:
-    """Takes requests to pause and to go on.
+    """Handles requests to pause and to resume.
 
     Args:
         node: offers the services `~/pause`, `~/resume` and `~/toggle_paused`.
-        player: is paused.
+        player: the player to pause.
         keyboard: whether the space bar pauses, too.
     """
 
@@ -43,7 +43,7 @@ class Pausing:
         self._node.create_service(Trigger, f"~/{name}", answer)
 
     def going_on(self) -> bool:
-        """Take what was asked for; return whether to go on playing. Call it often."""
+        """Apply pending requests; return whether to continue playing. Call it often."""
         rclpy.spin_once(self._node, timeout_sec=0.0)
         if self._keyboard and select.select([sys.stdin], [], [], 0.0)[0]:
             key = sys.stdin.read(1)
@@ -64,7 +64,7 @@ def _word(paused: bool) -> str:
 
 @contextlib.contextmanager
 def keys() -> Iterator[bool]:
-    """Let single keys arrive at once; yield whether there is a terminal to press them on."""
+    """Put the terminal into single-key mode; yield whether there is a terminal."""
     if not sys.stdin.isatty():
         yield False
         return

@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Plays a bag into ROS in real time: images best effort, detections reliable, /clock with it.
 
-Recorded bytes are published as they are. As the messages carry the time of the recording, nodes
-that listen need `use_sim_time`; /clock then gives them the bag's time.
+Recorded bytes are published unchanged. The messages carry the time of the recording, so subscribing
+nodes need `use_sim_time`; /clock gives them the bag's time.
 """
 
 from __future__ import annotations
@@ -34,8 +34,8 @@ _IMAGE_DEPTH = 5
 _TELEMETRY_DEPTH = 50
 _CLOCK_STEP_S = 0.01
 _PAUSE_S = 0.05
-_SETTLE_S = 0.5  # a subscriber may learn of its publisher later than the publisher of it
-_LINGER_S = 0.5  # a large message lies in this process's memory until it has been read
+_SETTLE_S = 0.5  # discovery is asymmetric: a subscriber may match later than its publisher
+_LINGER_S = 0.5  # a large message stays in this process's memory until it has been read
 
 
 class Player:
@@ -51,10 +51,10 @@ class Player:
 
     Attributes:
         published: messages published so far by topic, as recorded.
-        paused: while it is True, /clock stands and nothing else is published.
+        paused: while True, /clock stands still and nothing else is published.
 
     Raises:
-        InputError: the bag has none of the topics, or is one of ROS 1.
+        InputError: the bag has none of the topics, or is a ROS 1 bag.
     """
 
     def __init__(
@@ -100,7 +100,7 @@ class Player:
         self._publishers[topic.name] = node.create_publisher(kind, name, _profile(topic))
 
     def wait_for_subscribers(self, topics: Collection[str], timeout_s: float) -> list[str]:
-        """Wait until somebody listens to each of `topics`; return those that nobody does."""
+        """Wait until each of `topics` has a subscriber; return those without one."""
         deadline = time.monotonic() + timeout_s
         waited = [name for name in topics if name in self._publishers]
         missing = waited
@@ -115,12 +115,12 @@ class Player:
     def wait_for_nodes(
         self, names: Collection[str], timeout_s: float, going_on: Callable[[], bool] = rclpy.ok
     ) -> list[str]:
-        """Wait until each of some nodes listens to something played; return those that do not.
+        """Wait until each node subscribes to a played topic; return those that do not.
 
         Args:
-            names: of nodes, in this node's namespace.
-            timeout_s: at most, s.
-            going_on: ends the waiting where it says no.
+            names: of the nodes, in this node's namespace.
+            timeout_s: longest wait, s.
+            going_on: ends the wait when it returns False.
         """
         deadline = time.monotonic() + timeout_s
         missing = list(names)
@@ -140,11 +140,11 @@ class Player:
         return any(topic in played for topic, _ in found)
 
     def play(self, going_on: Callable[[], bool] = rclpy.ok, from_ns: int = 0) -> int:
-        """Publish until the end of the bag, or until `going_on` says no; return the bag's time, ns.
+        """Publish until the end of the bag or until `going_on` is False; return the bag's time, ns.
 
         Args:
-            going_on: ends playing where it says no.
-            from_ns: log time to begin at; of what lies before it, only latched messages are sent.
+            going_on: ends playing when it returns False.
+            from_ns: log time to begin at; of earlier messages, only latched ones are sent.
 
         Raises:
             InputError: the bag is damaged.
@@ -163,7 +163,7 @@ class Player:
         return now_ns
 
     def run_on(self, from_ns: int, seconds: float, going_on: Callable[[], bool] = rclpy.ok) -> None:
-        """Let /clock go on after the last message, so that what waits for its time gets it."""
+        """Continue /clock after the last message, for nodes that wait for a time."""
         self._start = time.monotonic()
         self._run_clock(from_ns, from_ns, from_ns + int(seconds * 1e9), going_on)
 
@@ -186,7 +186,7 @@ class Player:
         return False
 
     def _hold(self, now_ns: int) -> None:
-        """Let time stand for a moment."""
+        """Sleep for a moment without advancing /clock."""
         began = time.monotonic()
         self._tell_time(now_ns)
         time.sleep(_PAUSE_S)
@@ -216,7 +216,7 @@ def _profile(topic: Topic) -> QoSProfile:
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Play bags as a process of its own: `python3 -m aerial_gnss_ros.nodes.player BAG...`."""
+    """Play bags in a separate process: `python3 -m aerial_gnss_ros.nodes.player BAG...`."""
     arguments = list(sys.argv if argv is None else argv)
     parser = argparse.ArgumentParser(prog="player", description="Play bags into ROS.")
     parser.add_argument("bags", nargs="+", type=Path)

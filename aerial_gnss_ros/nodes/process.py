@@ -34,14 +34,14 @@ from aerial_gnss_ros.nodes.schemas import SCHEMAS
 from aerial_gnss_ros.nodes.worker import WorkEndedError
 
 WRONG_INPUT = 2
-_SWITCH_S = 0.001  # the thread that detects waits for Python's lock after every run of the network
+_SWITCH_S = 0.001  # the detection thread waits for the GIL after every inference
 _RCL_ERROR: type[Exception] = rclpy._rclpy_pybind11.RCLError  # noqa: SLF001 (no public name)
 _ENDS = (ExternalShutdownException, WorkEndedError)
 _GONE = (_RCL_ERROR, InvalidHandle, NotInitializedException)
 
 
 def main(program: str, make_node: Callable[[], Node], argv: Sequence[str] | None = None) -> int:
-    """Run one node as an executable of its own and return the exit status.
+    """Run one node as an executable and return the exit status.
 
     Args:
         program: its name, for messages.
@@ -54,7 +54,7 @@ def main(program: str, make_node: Callable[[], Node], argv: Sequence[str] | None
         asked = rest[0] in ("-h", "--help")
         usage = f"usage: {program} [--ros-args --params-file FILE -p NAME:=VALUE -r FROM:=TO ...]"
         print(
-            usage if asked else f"{program}: {rest[0]!r} is not understood; {usage}",
+            usage if asked else f"{program}: unknown argument {rest[0]!r}; {usage}",
             file=sys.stdout if asked else sys.stderr,
         )
         return 0 if asked else WRONG_INPUT
@@ -66,9 +66,9 @@ def main(program: str, make_node: Callable[[], Node], argv: Sequence[str] | None
 
 
 def own_arguments(arguments: Sequence[str]) -> list[str]:
-    """Return what is not meant for ROS: all but `--ros-args ...` up to its end or to `--`.
+    """Return the arguments that are not for ROS: all but `--ros-args ...` up to its end or `--`.
 
-    rclpy's own function reads the parameter files at once and raises where one is bad.
+    rclpy's own function also reads the parameter files and raises if one is invalid.
     """
     own, ours = [], True
     for argument in arguments:
@@ -85,11 +85,11 @@ def spin(makers: Sequence[Callable[[], Any]], arguments: Sequence[str]) -> int:
     """Initialise ROS, make nodes and spin them until SIGINT or SIGTERM; return 0.
 
     Args:
-        makers: each returns a node (`SupervisedNode`); what one raises ends the process.
+        makers: factories of nodes (`SupervisedNode`); their exceptions end the process.
         arguments: with the program's name first, then `--ros-args …`.
 
     Raises:
-        AerialGnssError: the input was wrong; ROS is shut down again.
+        AerialGnssError: the input was wrong; ROS has been shut down.
     """
     nodes: list[Any] = []
 
@@ -115,7 +115,7 @@ def _made(make: Callable[[], Any]) -> Any:
     """Make a node.
 
     Raises:
-        RosError: ROS refuses to, such as for want of its security libraries.
+        RosError: ROS refuses, for example without its security libraries.
     """
     try:
         return make()
@@ -126,20 +126,20 @@ def _made(make: Callable[[], Any]) -> Any:
 
 
 def _spin_once(executor: SingleThreadedExecutor, nodes: Sequence[Any]) -> None:
-    """Do what is due; an error that leaves a callback does not end the nodes."""
+    """Execute due callbacks; an exception in one does not end the nodes."""
     try:
         executor.spin_once()
     except Exception as error:
         if asked_to_leave() or not rclpy.ok() or isinstance(error, _ENDS):
             raise
-        for node in nodes:  # nobody knows whose callback it was
+        for node in nodes:  # the callback's node is unknown
             node.survive(error)
 
 
 def work(
     task: Callable[[], None], arguments: Sequence[str], after: Callable[[], None] = lambda: None
 ) -> int:
-    """Initialise ROS, do a task until its end, SIGINT or SIGTERM, and shut ROS down; return 0.
+    """Initialise ROS, run a task until its end or a signal, and shut ROS down; return 0.
 
     Args:
         task: the work.
@@ -149,7 +149,7 @@ def work(
     Raises:
         AerialGnssError: the input was wrong.
     """
-    # Where a signal ended the process before, it is over now: a second one has nothing to end.
+    # After a first signal the process is ending anyway: a second one has no effect.
     former = {
         number: nothing_to_end if leaves_on(number) else signal.getsignal(number)
         for number in SIGNALS
@@ -164,14 +164,14 @@ def work(
     except (Leave, ExternalShutdownException):
         pass
     except Exception as error:
-        # A signal in the middle of something: rclpy's C++ makes any error of a `Leave`, or the
-        # context is gone.
+        # A signal at any point: rclpy's C++ converts `Leave` into other errors, or the context is
+        # gone.
         if not (asked_to_leave() or (isinstance(error, _GONE) and not rclpy.ok())):
             raise
     finally:
         for number in former:
             signal.signal(number, signal.SIG_IGN)
-        # A signal may leave one of rclpy's handlers unstarted, of which Python tells at its end.
+        # A signal may leave a coroutine of rclpy unstarted, about which Python warns at exit.
         warnings.filterwarnings("ignore", "coroutine 'Executor", RuntimeWarning)
         after()
         rclpy.try_shutdown()
@@ -188,7 +188,7 @@ def _initialise(arguments: Sequence[str]) -> None:
         files = [b for a, b in pairwise(arguments) if a == "--params-file"]
         read(
             files, SCHEMAS, tell=lambda _: None
-        )  # says what is wrong better than rcl does, if it finds it
+        )  # a better error message than rcl's, if it finds the error
         raise _init_error(str(error), files) from error
 
 

@@ -18,19 +18,19 @@ def sensor(depth: int) -> QoSProfile:
 
 
 def sent_before(depth: int) -> QoSProfile:
-    """Return what also receives what a publisher latched before: only a reliable one gets it."""
+    """Return the profile that also receives earlier latched messages; it must be reliable."""
     return _profile(depth, ReliabilityPolicy.RELIABLE, DurabilityPolicy.TRANSIENT_LOCAL)
 
 
 def detections() -> QoSProfile:
-    """Reliable and volatile, at both ends: a lost array is a lost measurement."""
+    """Reliable and volatile on both sides: a lost array is a lost measurement."""
     return _profile(10, ReliabilityPolicy.RELIABLE, DurabilityPolicy.VOLATILE)
 
 
 def latched() -> QoSProfile:
-    """Return what results are published with: a late subscriber gets the last one at once.
+    """Return the profile of results: a late subscriber receives the last one at once.
 
-    That subscriber must itself ask for reliable and transient local.
+    The subscriber must request reliable and transient local.
     """
     return _profile(1, ReliabilityPolicy.RELIABLE, DurabilityPolicy.TRANSIENT_LOCAL)
 
@@ -41,12 +41,12 @@ def sent_once() -> QoSProfile:
 
 
 def transforms() -> QoSProfile:
-    """Return what /tf is published with everywhere in ROS."""
+    """Return the customary profile of /tf."""
     return _profile(100, ReliabilityPolicy.RELIABLE, DurabilityPolicy.VOLATILE)
 
 
 def diagnostics() -> QoSProfile:
-    """Return what /diagnostics is published with everywhere in ROS."""
+    """Return the customary profile of /diagnostics."""
     return _profile(10, ReliabilityPolicy.RELIABLE, DurabilityPolicy.VOLATILE)
 
 

@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Images that were refused: how many for which reason, and what was wrong with the last one."""
+"""Refused images: counts by reason, and the error of the last one."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from collections import Counter
 from aerial_gnss_ros.nodes.arrivals import SECOND_NS
 
 RECENT_S = 10.0
-"""So long a refused image is worth a warning: one damaged frame shall not leave one for a day."""
+"""Duration of the warning after a refused image: a single damaged frame must not warn all day."""
 
 
 class Refusals:
@@ -25,22 +25,22 @@ class Refusals:
 
     @property
     def total(self) -> int:
-        """How many there were."""
+        """Total number of refused images."""
         return sum(self.counts.values())
 
     def add(self, reason: str, sentence: str, now_ns: int) -> None:
         """Count one.
 
         Args:
-            reason: a word, the same for all that have it.
-            sentence: what was wrong with this one.
+            reason: short identifier of the reason.
+            sentence: the error of this image.
             now_ns: steady time.
         """
         self.counts[reason] += 1
         self._last, self._last_ns = sentence.rstrip("."), now_ns
 
     def recent(self, now_ns: int) -> str:
-        """Return what was wrong with the last one, where it came less than `RECENT_S` ago."""
+        """Return the error of the last refused image if less than `RECENT_S` ago."""
         recent = self.total and now_ns - self._last_ns < RECENT_S * SECOND_NS
         return self._last if recent else ""
 

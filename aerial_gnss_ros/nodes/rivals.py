@@ -1,30 +1,30 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Other publishers of what only one node may publish. Knows no ROS."""
+"""Detects other publishers on topics that only one node may publish. Independent of ROS."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 
-UNKNOWN = "a node of which nothing more is known yet"
-"""Of a publisher whose node is not: the graph learns of both in any order."""
+UNKNOWN = "a node not yet identified"
+"""Node of a publisher before the graph knows it: they are discovered in any order."""
 
 LOOKS = 2
-"""So often in a row others must be there, a second apart: the graph changes in steps."""
+"""Consecutive looks, a second apart, in which a rival must be present: discovery is gradual."""
 
 FIRST_LOOKS, LEASE_LOOKS = 3, 25
-"""Who is there already in the first looks may be what this node replaces: DDS forgets a process
-that could not say goodbye only after 20 s. So others must then be there for longer."""
+"""A rival present from the first looks may be the process that this node replaces: DDS drops a
+killed process only after its lease of 20 s. Such a rival must be present for longer."""
 
 
 class Rivals:
-    """Watches for others that do what a node does.
+    """Watches for rivals of a node.
 
     Args:
         kind: of the node, such as estimator.
 
     Attributes:
-        trouble: what is wrong, in a sentence; empty while the node is the only one.
+        trouble: the fault in a sentence; empty without rivals.
     """
 
     def __init__(self, kind: str) -> None:
@@ -35,7 +35,7 @@ class Rivals:
         self._told = False
 
     def look(self, own: str, publishers: Mapping[str, Iterable[str]], nodes: Iterable[str]) -> str:
-        """Take in who is there; return a sentence to log, the first time that others are.
+        """Update with the current graph; return a sentence to log when rivals first appear.
 
         Args:
             own: the node's fully qualified name.

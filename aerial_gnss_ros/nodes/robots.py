@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Hears every robot's published position, also of robots that appear later."""
+"""Subscribes to every robot's position, including robots that appear later."""
 
 from __future__ import annotations
 
@@ -26,12 +26,12 @@ def hear_robots(
     take: Callable[[str, Any], None],
     ros_args: Sequence[str] = (),
 ) -> None:
-    """Hear `robots/<id>/fix` until a signal comes, or for some seconds.
+    """Receive `robots/<id>/fix` until a signal, or for a limited time.
 
     Args:
         namespace: of the estimator.
-        seconds: for how long; None: until a signal.
-        take: called with a robot's id and the message; the last position known comes at once.
+        seconds: duration, s; None until a signal.
+        take: called with a robot's id and the message; the last known position comes at once.
         ros_args: for ROS, such as remappings.
 
     Raises:

@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""What the process gave ROS: rclpy hands out merged values, not the files that they come from."""
+"""ROS arguments of the process: rclpy gives merged values, not the files they come from."""
 
 from __future__ import annotations
 
@@ -24,15 +24,15 @@ def parameter_files() -> list[Path]:
 
 
 def refuse_one_name_for_both(arguments: Sequence[str]) -> None:
-    """Check remappings of a process, or two, that run both nodes.
+    """Check the remappings of processes that run both nodes.
 
     Raises:
-        ConfigError: one gives both the same name.
+        ConfigError: a remapping gives both nodes the same name.
     """
     for flag, rule in pairwise(arguments):
         if flag in ("-r", "--remap") and rule.startswith(("__node:=", "__name:=")):
             name = rule.split(":=", 1)[1]
             raise ConfigError(
-                f"{flag} {rule} names detector and estimator alike; name one of them: "
+                f"{flag} {rule} gives detector and estimator the same name; rename one of them: "
                 f"{flag} detector:__node:={name}, or run it alone with --node."
             )

@@ -33,7 +33,7 @@ def message_class(msgtype: str) -> Any:
 
 
 def _remedy(package: str) -> str:
-    """Return where a message package comes from."""
+    """Return how to install a message package."""
     if package == "px4_msgs":
         return (
             "build px4_msgs of the firmware's release in a colcon workspace and source it, or "
@@ -46,7 +46,7 @@ def _remedy(package: str) -> str:
 
 
 def message(msgtype: str, fields: dict[str, Any]) -> Any:
-    """Return a message; what is absent in `fields` keeps its default (zero, empty, identity).
+    """Return a message; fields absent from `fields` keep their defaults (zero, empty, identity).
 
     Raises:
         RosError: the type is not installed.
@@ -62,14 +62,16 @@ def _fill(made: Any, fields: dict[str, Any]) -> None:
         if isinstance(value, dict):
             _fill(getattr(made, name), value)
         elif isinstance(value, list | tuple) and value and isinstance(value[0], dict):
-            element = _element(made.get_fields_and_field_types()[name])  # makes a copy: only here
+            element = _element(
+                made.get_fields_and_field_types()[name]
+            )  # copies the list, so only here
             setattr(made, name, [message(element, item) for item in value])
         else:
             setattr(made, name, _plain(getattr(made, name), value))
 
 
 def _plain(default: Any, value: Any) -> Any:
-    """Return a value as its field's own type; rclpy copies lists into arrays element by element."""
+    """Return a value in its field's own type; rclpy copies lists into arrays element by element."""
     if isinstance(default, array.array):
         return array.array(default.typecode, value)
     return value

@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Writes SROS2 policies: what each node publishes, subscribes to and serves, and nothing more.
+"""Writes SROS2 policies that allow exactly what each node publishes, subscribes to and serves.
 
 python3 -m aerial_gnss_ros.nodes.security_policy --vehicle anafi --namespace drone1 > drone1.xml
 python3 -m aerial_gnss_ros.nodes.security_policy --all config/security
@@ -27,7 +27,7 @@ from aerial_gnss_ros.detection.config import detector_config
 from aerial_gnss_ros.nodes.schemas import DETECTOR, ESTIMATOR, SCHEMAS
 
 ENCLAVE = "/aerial_gnss"
-"""Of the shipped policies; each node's own is below it."""
+"""Enclave path of the shipped policies, above those of the nodes."""
 
 RESULTS = tuple(f"robots/*/{kind}" for kind in ("geo_pose", "fix", "odom", "position_update"))
 _EVERY_PUBLISHED = ("/rosout", "/parameter_events", "/diagnostics")
@@ -46,7 +46,7 @@ def policy(files: Sequence[Path] = (), namespace: str = "/", enclave: str = ENCL
     """Return the policy of both nodes as XML.
 
     Args:
-        files: their parameter files: these name the topics.
+        files: their parameter files, which name the topics.
         namespace: of the nodes.
         enclave: path above those of both nodes.
 
@@ -58,7 +58,7 @@ def policy(files: Sequence[Path] = (), namespace: str = "/", enclave: str = ENCL
     images = (detector.image.full_topic, detector.camera_info.topic)
     published = (detector.detections.topic, "~/transition_event")
     estimator = estimator_config(values[ESTIMATOR])
-    # Only the topics are asked for; nothing is ever fed.
+    # Only for its topics; it receives no messages.
     feed = Feed(estimator, cast(Inputs, None))
     heard = [one.topic for one in feed.subscriptions]
     heard += [f"{one.topic}_v*" for one in feed.subscriptions if one.versioned]
@@ -81,7 +81,7 @@ def _transforms(config: EstimatorConfig) -> list[str]:
 def texts() -> dict[str, str]:
     """Return the shipped files' names with their contents.
 
-    A profile that needs a user's values first, such as the place of a mast, has none.
+    A profile that needs a user's values first, such as a mast's position, has none.
     """
     found = {}
     for name in vehicle_names():
@@ -134,7 +134,7 @@ def _rule(kind: str, verb: str, names: Iterable[str]) -> list[str]:
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Write the policy of some parameters, or all shipped ones; return the exit status."""
+    """Write the policy for given parameters, or all shipped ones; return the exit status."""
     parser = argparse.ArgumentParser(prog="security_policy", description=__doc__.splitlines()[0])
     parser.add_argument("--vehicle", help=f"profile: {', '.join(vehicle_names())}, or a file")
     parser.add_argument("--params", type=Path, nargs="+", default=[], help="parameter files")

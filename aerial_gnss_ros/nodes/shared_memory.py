@@ -1,11 +1,11 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Gives back the shared memory that killed processes left behind.
+"""Removes shared memory left behind by killed processes.
 
 Fast DDS gives each process a segment in /dev/shm, 0.5 MB, with the profile for images 34 MB. A
-process that is killed leaves it for ever, and one that dies again and again fills the memory. The
-owner of a segment locks the file beside it: a lock that can be had is nobody's any more, which is
-how Fast DDS' own `fastdds shm clean` tells.
+killed process never releases it, and one that keeps crashing fills the memory. The owner of a
+segment holds a lock on the file beside it, so a segment whose lock is free has no owner; `fastdds
+shm clean` uses the same test.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from pathlib import Path
 
 FOLDER = Path("/dev/shm")  # noqa: S108 - where the system has shared memory
 YOUNGEST_S = 60.0
-"""Segments younger than this may belong to a process that is just about to lock them."""
+"""Segments younger than this may belong to a process that has not locked them yet."""
 
 _LOCK = re.compile(r"(fastrtps_[0-9a-f]{16})_el")
 
@@ -29,7 +29,7 @@ def remove_abandoned(folder: Path = FOLDER, youngest_s: float = YOUNGEST_S) -> i
 
     Args:
         folder: of shared memory.
-        youngest_s: those that are younger stay, s.
+        youngest_s: younger segments are kept, s.
     """
     removed = 0
     with suppress(OSError):  # no such folder
@@ -47,7 +47,7 @@ def _removed(lock: Path, segment: Path, youngest_s: float) -> bool:
         about = os.fstat(descriptor)
         if about.st_uid != os.getuid() or time.time() - about.st_mtime < youngest_s:
             return False
-        fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)  # raises where it is somebody's
+        fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)  # raises if it has an owner
         segment.unlink(missing_ok=True)
         lock.unlink()
         return True

@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""What both nodes share: parameters, watched inputs, QoS reports, diagnostics once a second."""
+"""Base of both nodes: parameters, watched inputs, QoS reports, diagnostics once a second."""
 
 from __future__ import annotations
 
@@ -51,12 +51,12 @@ _NO_COUNT = 2**31 - 1
 
 @dataclass(frozen=True)
 class Given:
-    """What a process gives its nodes besides ROS arguments.
+    """Settings of a node besides its ROS arguments.
 
     Attributes:
         files: parameter files, the later one wins; `--ros-args` beats them all.
         namespace: of the nodes; None: from ROS arguments.
-        session: file in which the estimator keeps names for a restart; None: none.
+        session: file in which the estimator keeps labels for a restart, or None.
     """
 
     files: Sequence[Path] = ()
@@ -76,7 +76,7 @@ class SupervisedNode(Node):  # type: ignore[misc]  # rclpy has no complete types
     """
 
     CHANGEABLE = False
-    """Whether `fixed` says which parameters can be changed, instead of their definition."""
+    """Whether `fixed` decides which parameters can be changed, instead of the schema."""
 
     def __init__(self, name: str, given: Given) -> None:
         super().__init__(name, namespace=absolute_namespace(given.namespace))
@@ -103,7 +103,7 @@ class SupervisedNode(Node):  # type: ignore[misc]  # rclpy has no complete types
     def _checked_values(
         self, name: str, given: Given, overrides: Mapping[str, Any]
     ) -> dict[str, Any]:
-        """Return the values of files and ROS arguments; tell of keys of other programs."""
+        """Return the values of files and ROS arguments; log ignored keys of other programs."""
         told = self.get_logger().warning
         namespace = self.get_namespace()
         values = read(given.files, SCHEMAS, namespace, told)[name]
@@ -113,11 +113,11 @@ class SupervisedNode(Node):  # type: ignore[misc]  # rclpy has no complete types
         return values | own_values(name, overrides, others)
 
     def fixed(self, _name: str) -> str:
-        """Return why a parameter cannot be changed now; empty where it can."""
+        """Return why a parameter cannot be changed now; empty if it can."""
         return ""
 
     def _set_ros_parameters(self, given: Given, name: str, overrides: Mapping[str, Any]) -> None:
-        """Take `use_sim_time` and its like from the files, where ROS was given none."""
+        """Set `use_sim_time` and its like from the files unless ROS arguments set them."""
         own = ros_parameters(given.files, name, self.get_namespace())
         wanted = {key: value for key, value in own.items() if key not in overrides}
         known = [Parameter(k, value=v) for k, v in wanted.items() if self.has_parameter(k)]
@@ -126,21 +126,21 @@ class SupervisedNode(Node):  # type: ignore[misc]  # rclpy has no complete types
                 raise ConfigError(result.reason)
 
     def begin(self) -> None:
-        """Begin to work, once all nodes of the process are made."""
+        """Start; called when all nodes of the process exist."""
 
     def every(self, seconds: float, callback: Callable[[], None]) -> None:
-        """Call back periodically on the steady clock, also while simulated time stands still."""
+        """Create a timer on the steady clock, which runs also while simulated time stands still."""
         self.create_timer(seconds, callback, clock=self._steady)
 
     def follow(
         self, build: Callable[[Mapping[str, Any]], Any], apply: Callable[[Any], None]
     ) -> None:
-        """Take changes of dynamic parameters.
+        """Accept changes of dynamic parameters.
 
         Args:
-            build: makes a configuration of all values; raises ConfigError with the sentence that
-                the caller of `ros2 param set` reads.
-            apply: takes the new configuration.
+            build: creates a configuration from all values; raises ConfigError with the sentence
+                that the caller of `ros2 param set` reads.
+            apply: called with the new configuration.
         """
 
         def accept(values: dict[str, Any], config: Any) -> None:
@@ -158,12 +158,12 @@ class SupervisedNode(Node):  # type: ignore[misc]  # rclpy has no complete types
         callback: Callable[[Any], None],
         *,
         expected: str = ALWAYS,
-        hint: str = "it does not send",
+        hint: str = "its publisher is silent",
         sent_once: bool = False,
     ) -> Input:
         """Subscribe to a topic and watch it; see `Input` for the arguments.
 
-        With `sent_once`, a message that was latched before this node came is received, too.
+        With `sent_once`, a message latched before this node started is received, too.
         """
         resolved = self.resolved(topic)
         arrivals = Arrivals(self.steady_ns())
@@ -185,16 +185,16 @@ class SupervisedNode(Node):  # type: ignore[misc]  # rclpy has no complete types
         return source
 
     def listen_instead(self, source: Input, topic: str) -> None:
-        """Listen on another topic for an input that was listened to before."""
+        """Switch an input to another topic."""
         callback, profile, former = self._attached.pop(source.name)
         self.destroy_subscription(former)
-        self.get_logger().info(f"{source.name} comes on {topic} instead of {source.topic}")
+        self.get_logger().info(f"{source.name} is published on {topic} instead of {source.topic}")
         source.topic = topic
         self._latched_too.follow(source.name, topic)
         self._attach(source, topic, callback, profile)
 
     def listen_no_more(self, source: Input) -> None:
-        """End listening for an input."""
+        """Unsubscribe from an input."""
         _, _, subscription = self._attached.pop(source.name)
         self.destroy_subscription(subscription)
         self._latched_too.forget(source.name)
@@ -206,8 +206,8 @@ class SupervisedNode(Node):  # type: ignore[misc]  # rclpy has no complete types
         resolved = source.topic
 
         def lost(event: Any) -> None:
-            # Fast DDS now and then reports a step of the largest number that it has, after which
-            # its total is beyond repair: 18446744071562067973 lost of 16 was seen.
+            # Fast DDS occasionally reports an increment of its largest integer, which ruins the
+            # total: 18446744071562067973 lost of 16 was seen.
             if 0 < event.total_count_change < _NO_COUNT:
                 source.lost += event.total_count_change
 
@@ -222,7 +222,7 @@ class SupervisedNode(Node):  # type: ignore[misc]  # rclpy has no complete types
         self._attached[source.name] = (callback, profile, made)
 
     def announce(self, topic: str, msgtype: str, profile: QoSProfile) -> Publisher:
-        """Return a publisher that reports subscribers which cannot be served."""
+        """Return a publisher that reports incompatible subscribers."""
         resolved = self.resolved(topic)
         events = PublisherEventCallbacks(
             incompatible_qos=lambda event: self._mismatch(resolved, "subscriber", profile, event)
@@ -230,10 +230,10 @@ class SupervisedNode(Node):  # type: ignore[misc]  # rclpy has no complete types
         return self.create_publisher(message_class(msgtype), topic, profile, event_callbacks=events)
 
     def resolved(self, topic: str) -> str:
-        """Return a topic's full name, remapped.
+        """Return a topic's full name after remapping.
 
         Raises:
-            ConfigError: it cannot be a topic's name.
+            ConfigError: the name is invalid.
         """
         check_topic(topic)
         return str(self.resolve_topic_name(topic))
@@ -247,27 +247,27 @@ class SupervisedNode(Node):  # type: ignore[misc]  # rclpy has no complete types
         return int(self.get_clock().now().nanoseconds)
 
     def survive(self, error: Exception) -> None:
-        """Log an exception that left a callback, the first time, and count it.
+        """Count an exception raised by a callback, and log it the first time.
 
         Raises:
-            Exception: the error itself, where there are too many to go on.
+            Exception: the error itself, if there are too many to continue.
         """
         sentence = self._errors.add(error)
         if sentence:
             self.get_logger().error(sentence)
 
     def claim(self, topic: str) -> None:
-        """Watch that nobody else publishes on a topic of this node."""
+        """Watch for other publishers on a topic of this node."""
         self._only_ours.append(self.resolved(topic))
 
     def warn_seldom(self, sentence: str) -> None:
-        """Log a warning, the same one at most every 30 s."""
+        """Log a warning, each at most every 30 s."""
         now_ns = self.steady_ns()
         last_ns = self._said.get(sentence)
         if last_ns is None or now_ns - last_ns >= _REPEAT_S * SECOND_NS:
             self._said.pop(sentence, None)  # the newest is the last one
             self._said[sentence] = now_ns
-            if len(self._said) > _MOST_SAID:  # sentences with numbers in them are ever new
+            if len(self._said) > _MOST_SAID:  # sentences that contain numbers are always new
                 del self._said[next(iter(self._said))]
             self.get_logger().warning(sentence)
 
@@ -276,11 +276,11 @@ class SupervisedNode(Node):  # type: ignore[misc]  # rclpy has no complete types
         """Return this node's lines of /diagnostics, without those of its inputs."""
 
     def advice(self, _source: Input) -> str:
-        """Return what a node itself knows of why an input is silent; empty for nothing."""
+        """Return the node's own explanation of a silent input; empty without one."""
         return ""
 
     def judge(self, _source: Input, status: Status) -> Status:
-        """Return the line of an input with what the node itself knows of it."""
+        """Return the status line of an input with the node's own judgement."""
         return status
 
     def _each_second(self) -> None:
@@ -313,17 +313,17 @@ class SupervisedNode(Node):  # type: ignore[misc]  # rclpy has no complete types
             self.get_logger().warning(sentence)
 
     def _node_status(self) -> Status:
-        """Return how the node itself does: errors of the program, and others like it."""
+        """Return the status of the node itself: internal errors and rivals."""
         values = {"internal_errors": self._errors.count}
         if self._rivals.trouble:
             return Status("node", ERROR, self._rivals.trouble, values)
         if self._errors.count:
-            words = f"{counted(self._errors.count, 'error')} in the program: {self._errors.last}"
+            words = f"{counted(self._errors.count, 'internal error')}: {self._errors.last}"
             return Status("node", WARN, words, values)
         return Status("node", OK, "no errors", values)
 
     def _status(self, source: Input, now_ns: int) -> Status:
-        """Return an input's line; while it is silent, with what is known of why."""
+        """Return an input's status line, with an explanation if it is silent."""
         status = input_status(source, now_ns)
         if not source.arrivals.silent:
             return status

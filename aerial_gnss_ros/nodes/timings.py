@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Milliseconds per stage over the last images."""
+"""Duration of each stage over the last images."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ _REMEMBERED = 300
 
 
 class Timings:
-    """Milliseconds by stage; stages appear in the order in which they came first.
+    """Milliseconds by stage, in the order in which stages first appeared.
 
     Args:
-        remembered: images that count, the last ones.
+        remembered: number of last images that count.
     """
 
     def __init__(self, remembered: int = _REMEMBERED) -> None:
@@ -23,27 +23,27 @@ class Timings:
         self._stages: dict[str, deque[float]] = {}
 
     def remember(self, images: int) -> None:
-        """Forget all, and remember so many images from now on."""
+        """Clear, and keep this many images from now on."""
         self._remembered = images
         self._stages = {}
 
     def add(self, timings_ms: Mapping[str, float]) -> None:
-        """Take the milliseconds of one image."""
+        """Add the milliseconds of one image."""
         for stage, value in timings_ms.items():
             if stage not in self._stages:
                 self._stages[stage] = deque(maxlen=self._remembered)
             self._stages[stage].append(value)
 
     def samples_ms(self) -> dict[str, list[float]]:
-        """Return what each stage took for each image that counts."""
+        """Return the duration of each stage for each image that counts, ms."""
         return {stage: list(values) for stage, values in self._stages.items()}
 
     def means_ms(self) -> dict[str, float]:
-        """Return the mean of each stage."""
+        """Return the mean of each stage, ms."""
         return {stage: sum(values) / len(values) for stage, values in self.samples_ms().items()}
 
     def p95_ms(self) -> dict[str, float]:
-        """Return what each stage takes at most in 95 of 100 images."""
+        """Return the 95th percentile of each stage, ms."""
         return {stage: _p95(values) for stage, values in self.samples_ms().items()}
 
 
@@ -52,7 +52,7 @@ def _p95(values: list[float]) -> float:
 
 
 class Waits:
-    """How long each image has waited, by its stamp; bounded."""
+    """Waiting time of each image, by its stamp; bounded."""
 
     _MOST = 4096
 
@@ -60,11 +60,11 @@ class Waits:
         self._since: dict[int, float] = {}
 
     def begin(self, stamp_ns: int, now_s: float) -> None:
-        """Take the time at which an image began to wait."""
+        """Record the time at which an image begins to wait."""
         if len(self._since) >= self._MOST:
             self._since.pop(next(iter(self._since)))
         self._since[stamp_ns] = now_s
 
     def end(self, stamp_ns: int, now_s: float) -> float:
-        """Return how long it has waited, ms; NaN for an unknown one."""
+        """Return the waiting time of an image, ms; NaN for an unknown one."""
         return 1e3 * (now_s - self._since.pop(stamp_ns, math.nan))

@@ -30,7 +30,7 @@ class Transforms:
     """Frames of one estimator.
 
     Args:
-        config: says which transforms are published.
+        config: selects the published transforms.
         frames: names.
         announce: returns a publisher of a topic.
 
@@ -47,7 +47,7 @@ class Transforms:
         self._datum: MapDatum | None = None
 
     def send(self, result: FrameResult) -> None:
-        """Publish the frames of a result; /tf only while somebody listens."""
+        """Publish the frames of a result; /tf only while it has a subscriber."""
         datum = result.datum
         if self._earth is not None and datum is not None and not _same(datum, self._datum):
             self._datum = datum
@@ -60,7 +60,7 @@ class Transforms:
 
 
 def _same(one: MapDatum, other: MapDatum | None) -> bool:
-    return repr(one) == repr(other)  # NaN is no other altitude than NaN
+    return repr(one) == repr(other)  # NaN equals NaN here
 
 
 def _publish(publisher: Publisher, outgoing: OutgoingMessage) -> None:

@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""A thread that works on the newest of what comes."""
+"""A thread that processes the newest item."""
 
 from __future__ import annotations
 
@@ -14,17 +14,17 @@ T = TypeVar("T")
 
 
 class WorkEndedError(Exception):
-    """The thread that works has ended: nothing goes on without it."""
+    """The worker thread has ended: processing cannot continue."""
 
 
 class Worker(Generic[T]):
-    """Works in a thread of its own, from `start` to `stop`: the newest item wins.
+    """Processes items in its own thread from `start` to `stop`; only the newest one waits.
 
     Args:
-        work: does an item; what it raises ends the thread.
+        work: processes an item; an exception ends the thread.
 
     Attributes:
-        failure: what ended the thread; None as long as all is well.
+        failure: the exception that ended the thread, or None.
     """
 
     def __init__(self, work: Callable[[T], None]) -> None:
@@ -35,21 +35,21 @@ class Worker(Generic[T]):
 
     @property
     def dropped(self) -> int:
-        """Items since the start that a newer one replaced."""
+        """Number of items since the start that a newer one replaced."""
         return self._waiting.dropped
 
     def put(self, item: T) -> None:
-        """Offer an item; one that waits is replaced."""
+        """Offer an item, replacing one that waits."""
         self._waiting.put(item)
 
     def start(self) -> None:
-        """Begin; a worker that has been stopped can begin again."""
+        """Start; a stopped worker can be started again."""
         self._waiting = Newest()
         self._thread = threading.Thread(target=self._run, name="work", daemon=True)
         self._thread.start()
 
     def stop(self, timeout_s: float | None = None) -> None:
-        """End the thread, which finishes its item first; wait for that at most `timeout_s`."""
+        """End the thread after its current item; wait at most `timeout_s`."""
         self._waiting.close()
         if self._thread is not None:
             self._thread.join(timeout_s)
@@ -59,5 +59,5 @@ class Worker(Generic[T]):
         try:
             while (item := self._waiting.take()) is not None:
                 self._work(item)
-        except BaseException as error:  # noqa: BLE001 - for whoever started the thread to raise
+        except BaseException as error:  # noqa: BLE001 - re-raised in the starting thread
             self.failure = error

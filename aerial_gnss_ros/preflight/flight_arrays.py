@@ -23,7 +23,7 @@ LAG = round(2.0 / STEP_S)
 """Changes are taken over two seconds."""
 HALF = round(1.0 / STEP_S)
 FAST = 1.5
-"""Below this speed in m/s a course says nothing."""
+"""Least speed at which a course is meaningful, m/s."""
 
 
 @dataclass(frozen=True)
@@ -82,7 +82,7 @@ def _velocity(east_north: Array) -> Array:
 
 
 def courses(flight: FlightArrays) -> Array:
-    """Return compass courses (n,) in rad; NaN where it is slow."""
+    """Return compass courses (n,) in rad; NaN below `FAST`."""
     east, north = flight.velocity.T
     fast = np.hypot(east, north) > FAST
     return np.where(fast, np.arctan2(east, north), np.nan)
@@ -96,7 +96,7 @@ def differences(values: Array) -> Array:
 
 
 def changes(angles: Array) -> Array:
-    """Return how angles change over two seconds, each step on the shorter way, rad."""
+    """Return how angles change over two seconds, each step the shorter way, rad."""
     if len(angles) <= LAG:
         return np.full(0, np.nan)
     steps = np.diff(angles)

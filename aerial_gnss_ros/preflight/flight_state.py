@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""The drone's state at one time, as checks before a flight sample it."""
+"""The drone's state at one time, sampled for checks before a flight."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ STEP_NS = 200_000_000
 
 @dataclass(frozen=True)
 class FlightState:
-    """State of the drone at one time; None where it is unknown.
+    """State of the drone at one time; None if unknown.
 
     Attributes:
         stamp_ns: ns.

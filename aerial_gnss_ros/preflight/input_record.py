@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Messages of one input: how many, how often, how late, and why some were no use."""
+"""Statistics of one input's messages: number, rate, delay, and why some were unusable."""
 
 from __future__ import annotations
 
@@ -12,16 +12,16 @@ import numpy as np
 
 @dataclass
 class InputRecord:
-    """Messages of one input.
+    """Statistics of one input's messages.
 
     Attributes:
         count: messages.
-        bad: messages that were no use.
-        trouble: why the last of them was no use.
+        bad: number of unusable messages.
+        trouble: why the last of them was unusable.
         first_arrival_ns: of the first message, ns.
         last_arrival_ns: of the newest, ns.
         last_stamp_ns: its stamp, ns.
-        delays_ns: arrival less stamp of the newest messages whose stamps are believed, ns.
+        delays_ns: arrival less stamp of the newest messages with trusted stamps, ns.
     """
 
     count: int = 0
@@ -33,12 +33,12 @@ class InputRecord:
     delays_ns: deque[int] = field(default_factory=lambda: deque(maxlen=500))
 
     def refuse(self, trouble: str) -> None:
-        """Count a message that is no use; `trouble` says why."""
+        """Count an unusable message; `trouble` says why."""
         self.bad += 1
         self.trouble = trouble
 
     def undo_refusal(self) -> None:
-        """Take back a message that was refused: it is of use after all."""
+        """Take back a refusal: the message is usable after all."""
         self.bad -= 1
         self.trouble = self.trouble if self.bad else ""
 
@@ -50,5 +50,5 @@ class InputRecord:
 
     @property
     def delay_s(self) -> float:
-        """Median of how much later than its stamp a message arrives, s."""
+        """Median delay from stamp to arrival, s."""
         return float(np.median(self.delays_ns)) * 1e-9 if self.delays_ns else 0.0

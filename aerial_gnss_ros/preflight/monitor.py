@@ -47,23 +47,23 @@ Array = NDArray[np.float64]
 V = TypeVar("V", Orientation, Scalar)
 
 MAX_STATES = 18_000
-"""States that are kept: one hour."""
+"""Number of states kept: one hour."""
 
 _JUMP_NS = 30_000_000_000
 _BACK_NS = 1_000_000_000
 
 
 class InputMonitor:
-    """Receives what the feed would give an estimator.
+    """Receives the values that the feed would give to an estimator.
 
     Args:
         config: the estimator's parameters.
 
     Attributes:
-        records: what came, by input.
+        records: message statistics by input.
         states: the drone's states, the oldest first.
-        reasons: how often there was no pose, and why.
-        camera: the newest description.
+        reasons: counts of states without a pose, by reason.
+        camera: the newest camera model.
         troubles: sentences that say more about a reason.
     """
 
@@ -76,12 +76,13 @@ class InputMonitor:
         self._config = config
         self._inputs = TelemetryBuffers(config)
         self._posing = PoseBuilder(config)
-        # The estimator keeps only what it needs; the sign tests want all there is.
+        # The estimator keeps only what it needs; the sign tests use everything.
         self._fixes = fix_series(config.fix.max_gap)
         self._bodies = orientation_series(config.attitude.max_gap)
         self._heights = scalar_series(config.height.max_gap)
         self._wait_ns = round(config.max_wait * 1e9)
-        # What the pose waits for; a camera on a mast has none, and boxes or CameraInfo tell time.
+        # Inputs that the pose needs; a camera on a mast has none, and boxes or CameraInfo give the
+        # time.
         self._needed = [i.value for i in Input if self._inputs.state_without_messages(i) is None]
         held = (CAMERA_INFO, WATER_LEVEL, *map(depth_input, config.depth.by_topic()))
         self._log = Events()
@@ -98,14 +99,14 @@ class InputMonitor:
         return self._log.sentences
 
     def arriving(self, name: str, arrival_ns: int) -> None:
-        """Note that a message of an input is about to be handed to the feed."""
+        """Record that a message of an input is about to be passed to the feed."""
         self._name, self._arrival_ns = name, arrival_ns
         record = self.records.setdefault(name, InputRecord(first_arrival_ns=arrival_ns))
         record.count += 1
         record.last_arrival_ns = arrival_ns
 
     def add_fix(self, fix: Fix) -> None:
-        """Take a position of the drone."""
+        """Add a position of the drone."""
 
         def keep() -> str:
             trouble = self._inputs.add(Input.FIX, fix)
@@ -115,23 +116,23 @@ class InputMonitor:
         self._arrive(fix.stamp_ns, keep)
 
     def add_attitude(self, attitude: Orientation) -> None:
-        """Take an orientation of the body."""
+        """Add an orientation of the body."""
         self._take(Input.ATTITUDE, attitude, self._bodies.add)
 
     def add_gimbal(self, gimbal: Orientation) -> None:
-        """Take an orientation of the camera."""
+        """Add an orientation of the camera."""
         self._take(Input.GIMBAL, gimbal, lambda _gimbal: None)
 
     def add_height(self, height: Scalar) -> None:
-        """Take a height of the drone."""
+        """Add a height of the drone."""
         self._take(Input.HEIGHT, height, self._heights.add)
 
     def add_water_level(self, level: Scalar) -> None:
-        """Take a level of the water."""
+        """Add a water level."""
         self._arrive(level.stamp_ns, lambda: self._inputs.add_level(level))
 
     def add_depth(self, _class_id: str, depth: Scalar) -> None:
-        """Note that a robot's depth came: it says nothing of the drone."""
+        """Record that a robot's depth arrived; it is not a state of the drone."""
         self._arrive(depth.stamp_ns, lambda: "")
 
     def add_reference(self, name: str, fix: Fix) -> None:
@@ -139,7 +140,7 @@ class InputMonitor:
         self._arrive(fix.stamp_ns, lambda: self._inputs.references.add(name, fix))
 
     def add_camera(self, stamp_ns: int, camera: CameraModel | None) -> None:
-        """Take the camera's description; None when it could not be used."""
+        """Add the camera model; None if it was unusable."""
 
         def keep() -> str:
             self.camera = camera or self.camera
@@ -148,11 +149,11 @@ class InputMonitor:
         self._arrive(stamp_ns, keep)
 
     def add_detections(self, frame: DetectionFrame) -> None:
-        """Note that boxes came."""
+        """Record that boxes arrived."""
         self._arrive(frame.stamp_ns, lambda: "")
 
     def refuse(self, _name: str, trouble: str) -> None:
-        """Take note of a message that could not be read, and why."""
+        """Record an unreadable message, and why."""
         self.records[self._name].refuse(trouble)
 
     def advance(self, final: bool = False) -> None:
@@ -168,7 +169,7 @@ class InputMonitor:
             return
         names = [name for name in self._needed if name in self.records] or list(self.records)
         newest = max(self.records[name].last_stamp_ns for name in names)
-        if self._next_ns - newest > _BACK_NS:  # every clock was set back, one by one
+        if self._next_ns - newest > _BACK_NS:  # all clocks were set back, one after another
             self._sample_anew(newest)
         if newest - self._next_ns > _JUMP_NS:
             self._next_ns = newest - self._wait_ns
@@ -220,7 +221,7 @@ class InputMonitor:
         return true_from_magnetic(body, east)
 
     def _take(self, source: Input, value: V, add: Callable[[V], None]) -> None:
-        """Take in a sample, which is added where it is of use."""
+        """Record a sample, and add it if it is usable."""
 
         def keep() -> str:
             trouble = self._inputs.add(source, value)
@@ -231,11 +232,11 @@ class InputMonitor:
         self._arrive(value.stamp_ns, keep)
 
     def _arrive(self, stamp_ns: int, keep: Callable[[], str]) -> None:
-        """Take in a message, now or when its stamp is believed.
+        """Process a message, now or once its stamp is trusted.
 
         Args:
             stamp_ns: its stamp, ns.
-            keep: keeps its value; returns why it is no use, else empty.
+            keep: stores its value; returns why it is unusable, else empty.
         """
         name, arrival_ns = self._name, self._arrival_ns
 
@@ -251,7 +252,7 @@ class InputMonitor:
         self._arrivals.take(name, stamp_ns, let_in)
 
     def _begin_anew(self, decision: Decision) -> None:
-        """Forget what was before time began anew, or before the clock of an input was set."""
+        """Discard what precedes a reset of time or of an input's clock."""
         self._log.add(f"{decision}.")
         if decision.anew:
             moved = set(self.records) - set(decision.kept)
@@ -271,6 +272,6 @@ class InputMonitor:
             self.records[name].last_stamp_ns = 0
 
     def _sample_anew(self, stamp_ns: int) -> None:
-        """Forget the states and resume sampling at a time, rounded up."""
+        """Discard the states and resume sampling at a time, rounded up."""
         self.states.clear()
         self._next_ns = -(-stamp_ns // STEP_NS) * STEP_NS

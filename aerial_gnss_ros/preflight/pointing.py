@@ -29,7 +29,7 @@ class ViewCenter:
     Attributes:
         heading: compass heading of the view, rad; see `view_heading` for steep ones.
         below_horizon: rad; negative looks at the sky.
-        distance: level, from the drone to the point on the water, m; NaN where there is none.
+        distance: horizontal, from the drone to the point on the water, m; NaN where there is none.
         range_m: from the camera, m; NaN where there is none.
         bearing: compass bearing of the point from the drone, rad; NaN where there is none.
         latitude: of the point, rad; NaN where there is none.

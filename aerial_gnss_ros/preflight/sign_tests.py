@@ -1,10 +1,9 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Simple tests of signs and references on a monitored flight: what physics requires.
+"""Tests of signs and references on a monitored flight, from simple physics.
 
-Each compares two inputs that know nothing of each other (where the GNSS moved, where the attitude
-says the nose is), so that a wrong sign shows. What the flight did not show, or what never
-varied, is not tested: a stuck value agrees with much.
+Each compares two independent inputs (where the GNSS moved, where the attitude puts the nose), so
+that a wrong sign shows. An input that did not vary is not tested: a stuck value agrees with much.
 """
 
 from __future__ import annotations
@@ -40,7 +39,7 @@ _STUCK = "never changed: it may be stuck or a constant"
 
 
 class Verdict(str, Enum):
-    """What a test says. LOOK: two explanations fit, and a person knows which one is true."""
+    """Result of a test. LOOK: two explanations fit, and the operator knows which is true."""
 
     PASS = "pass"  # noqa: S105 - no password
     FAIL = "FAIL"
@@ -53,7 +52,7 @@ class Verdict(str, Enum):
 
 @dataclass(frozen=True)
 class SignTest:
-    """One test: its name, what must hold, the verdict and what was seen, in words."""
+    """One test: its name, what must hold, the verdict and the observation, in words."""
 
     name: str
     rule: str
@@ -86,17 +85,18 @@ def _level(flight: FlightArrays) -> SignTest:
     if median < 20.0 and _never_varied(flight.up):
         return SignTest(
             name, rule, Verdict.NOT_TESTED,
-            f"{seen}, and roll and pitch never changed: tilt it by hand: do they follow?",
+            f"{seen}, and roll and pitch never changed: tilt the drone by hand and see whether "
+            "they follow",
         )  # fmt: skip
     if median < 20.0:
         return SignTest(name, rule, Verdict.PASS, seen)
     if median > 135.0:
         return SignTest(
             name, rule, Verdict.FAIL,
-            f"{seen}: upside down, so the attitude is probably FRD or NED where FLU in ENU is set",
+            f"{seen}: upside down, so the attitude is probably FRD or NED, but FLU in ENU is set",
         )  # fmt: skip
     verdict = Verdict.FAIL if median > 45.0 else Verdict.LOOK
-    return SignTest(name, rule, verdict, f"{seen}: more than flying explains, unless in a storm")
+    return SignTest(name, rule, verdict, f"{seen}: more than flight explains, except in a storm")
 
 
 def _camera_down(flight: FlightArrays) -> SignTest:
@@ -109,7 +109,7 @@ def _camera_down(flight: FlightArrays) -> SignTest:
     if median > 2.0 and _never_varied(np.radians(below)):
         return SignTest(
             name, rule, Verdict.NOT_TESTED,
-            f"{seen}, and it never changed: tilt the camera: does it follow?",
+            f"{seen}, and it never changed: tilt the camera and see whether it follows",
         )  # fmt: skip
     if median > 2.0:
         return SignTest(name, rule, Verdict.PASS, seen)
@@ -127,7 +127,7 @@ def _turn(flight: FlightArrays) -> SignTest:
     known = np.isfinite(turned)
     if known.sum() < HALF:
         return SignTest(name, rule, Verdict.NOT_TESTED, "no attitude came")
-    way = np.nancumsum(np.where(known, turned, 0.0)) / LAG  # the whole turn so far
+    way = np.nancumsum(np.where(known, turned, 0.0)) / LAG  # the whole turn up to now
     most = float(way[np.argmax(np.abs(way))])
     total = math.degrees(float(np.ptp(way)))
     if total < 30.0:
@@ -141,13 +141,15 @@ def _turn(flight: FlightArrays) -> SignTest:
     if both.sum() >= _ENOUGH and np.sqrt(np.mean(course[both] ** 2)) > math.radians(4.0):
         agree = correlation(turned[both], course[both])
         if agree > 0.5:
-            return SignTest(name, rule, Verdict.PASS, f"{seen}; the GNSS course turned alike")
+            return SignTest(
+                name, rule, Verdict.PASS, f"{seen}; the GNSS course turned the same way"
+            )
         if agree < -0.5:
             return SignTest(
                 name, rule, Verdict.FAIL,
                 f"{seen}; the GNSS course turned the other way: the sense of yaw is wrong",
             )  # fmt: skip
-    return SignTest(name, rule, Verdict.LOOK, f"{seen}: right if that is what the nose did")
+    return SignTest(name, rule, Verdict.LOOK, f"{seen}: right if the nose turned that way")
 
 
 def _nose_and_course(flight: FlightArrays) -> SignTest:
@@ -180,9 +182,9 @@ def _nose_and_course(flight: FlightArrays) -> SignTest:
 def _lean(flight: FlightArrays) -> SignTest:
     """Fit the lean of the body (complex, east + i north) to velocity and acceleration.
 
-    A yaw error turns all of it by one angle; a wrong sense of yaw mirrors it.
+    A yaw error rotates it; a wrong sense of yaw mirrors it.
     """
-    name, rule = "lean", "a multicopter leans to where it flies and speeds up"
+    name, rule = "lean", "a multicopter leans in the direction in which it flies and accelerates"
     lean = flight.up[:, 0] + 1j * flight.up[:, 1]
     velocity = flight.velocity[:, 0] + 1j * flight.velocity[:, 1]
     gain = np.full(len(velocity), np.nan + 0j)
@@ -204,12 +206,12 @@ def _lean(flight: FlightArrays) -> SignTest:
     mirrored, _ = _explained(lean[use], velocity[use].conj(), gain[use].conj())
     if max(straight, mirrored) < 0.3:
         return SignTest(
-            name, rule, Verdict.NOT_TESTED, "lean and motion have little in common (wind, no roll?)"
+            name, rule, Verdict.NOT_TESTED, "lean and motion are hardly correlated (wind, no roll?)"
         )
     if mirrored > straight + 0.2:
         return SignTest(
             name, rule, Verdict.FAIL,
-            "it leans to the mirror image of where it flies: the sense of yaw is wrong",
+            "its lean is the mirror image of its motion: the sense of yaw is wrong",
         )  # fmt: skip
     angle = -math.degrees(phase)  # clockwise positive
     seen = f"it leans {abs(angle):.0f} deg {_way(angle)} of its motion"
@@ -244,14 +246,14 @@ def _camera_and_nose(flight: FlightArrays) -> SignTest:
     if share >= 1.4:
         return SignTest(
             name, rule, Verdict.FAIL,
-            f"{seen}: its yaw is from north already; set gimbal.reference: earth",
+            f"{seen}: its yaw is measured from north; set gimbal.reference: earth",
         )  # fmt: skip
     if share < -0.4:
         return SignTest(name, rule, Verdict.FAIL, f"{seen}: its yaw has the wrong sign")
     return SignTest(
         name, rule, Verdict.LOOK,
         f"{seen}: right for a camera that holds its heading; if it follows the nose, its yaw is "
-        "from the nose: set gimbal.reference: heading",
+        "measured from the nose: set gimbal.reference: heading",
     )  # fmt: skip
 
 

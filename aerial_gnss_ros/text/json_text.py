@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""JSON of files and messages: whatever a text holds, the answer is its content or a ValueError."""
+"""Strict JSON for files and messages: a text gives its content or a ValueError."""
 
 from __future__ import annotations
 

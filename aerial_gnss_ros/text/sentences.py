@@ -25,18 +25,18 @@ def utc(stamp_ns: int) -> str:
 
 
 def shown(value: object) -> str:
-    """Return a value as Python writes it, cut off where a sentence would no longer be one."""
+    """Return a value's `repr`, shortened to fit into a sentence."""
     text = _SHORT.repr(value)
     return text if len(text) <= _LONGEST else f"{text[: _LONGEST - 3]}..."
 
 
 def cut(text: str) -> str:
-    """Return a text without quotes, cut off as by `shown`; what cannot be printed is escaped."""
+    """Return a text without quotes, shortened like `shown`; unprintable characters are escaped."""
     return shown(text)[1:-1]
 
 
 class _Short(reprlib.Repr):
-    """Bounded before it is written: a value may be gigabytes in full."""
+    """Truncates while formatting: a value's full text may have gigabytes."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -45,7 +45,7 @@ class _Short(reprlib.Repr):
         self.maxlevel = 3
 
     def repr_int(self, value: int, level: int) -> str:
-        """Return a whole number; Python itself refuses to write very long ones."""
+        """Return a whole number; Python itself refuses to format very long ones."""
         return super().repr_int(value, level) if value.bit_length() < 4096 else "a huge number"
 
 

@@ -73,7 +73,7 @@ def test_what_is_written_is_read_back(tmp_path, capsys):
 
 def test_a_known_drones_video_warns_of_the_crop(capsys):
     found = summary(capsys, "dji_mini_2", "--image-size", "1920x1080")
-    assert any("another shape than the photo" in warning for warning in found["warnings"])
+    assert any("another aspect ratio than the photo" in warning for warning in found["warnings"])
     assert cli.main(["camera", "--list"]) == 0
     assert "dji_mini_2" in capsys.readouterr().out
 

@@ -41,8 +41,8 @@ def test_a_hover_is_described_in_words_and_numbers(flight, tmp_path, capsys):
 @pytest.mark.parametrize(
     ("pitch_deg", "words"),
     [
-        (-90.0, "camera  straight up, image top to 270 deg, 90 deg above the horizon: looks at no"),
-        (-30.0, "camera  heading 90 deg, 30 deg above the horizon: looks at no water"),
+        (-90.0, "camera  straight up, image top to 270 deg, 90 deg above the horizon: sees no"),
+        (-30.0, "camera  heading 90 deg, 30 deg above the horizon: sees no water"),
         (30.0, "35 m ahead, heading 90 deg, 30 deg below the horizon"),
     ],
 )
@@ -109,7 +109,7 @@ def test_bad_values_and_foreign_clocks_are_told(flight, tmp_path, capsys):
 
     status, out = check(capsys, flight.write(tmp_path / "bag", change=spoilt))
     assert status == 1
-    assert "30 of no use" in out
+    assert "30 unusable" in out
     assert "attitude: its stamps are 500.0 s older than their arrival" in out
 
 

@@ -82,7 +82,7 @@ def test_what_is_missing_is_proposed_as_parameters_that_can_be_read(tmp_path, ca
     assert status == 1
     assert "height: no topic wrapper/psdk_ros2/altitude_sea_level" in out
     assert "/robots" not in out.split("best:")[1]
-    text = out.split("where there is a choice\n")[1]
+    text = out.split("among alternatives\n")[1]
     params = tmp_path / "my.yaml"
     params.write_text(text)
     yaml.safe_load(text)
@@ -122,7 +122,7 @@ def test_several_drones_are_told_apart(tmp_path, capsys):
     assert "best: dji_psdk, namespace d1" in out
     assert "another drone: --vehicle generic --namespace d2\n" in out
     assert out.count("another drone") == 1
-    assert "fits as well" not in out
+    assert "matches equally well" not in out
     found = json.loads(doctor(capsys, bag, "--json")[1])
     assert found["other_drones"] == [{"profile": "generic", "namespace": "d2"}]
 

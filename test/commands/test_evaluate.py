@@ -190,8 +190,8 @@ def test_that_there_is_no_hover_is_known_before_any_image_is_looked_at(
         (["--truth", "then.csv"], "no time in common: truth is from 1 to 1 ns"),
         (["--truth", "exchanged.csv"], "are latitude and longitude exchanged?"),
         (["--truth", "positions.csv", "--hover", "bag"], "not allowed with"),
-        (["--truth", "positions.csv", "--still", "0"], "--still has a meaning only with --hover"),
-        (["--truth", "positions.csv", "--params", "p"], "--params has a meaning only with --hover"),
+        (["--truth", "positions.csv", "--still", "0"], "--still applies only with --hover"),
+        (["--truth", "positions.csv", "--params", "p"], "--params applies only with --hover"),
     ],
 )
 def test_one_sentence_for_wrong_input(late, monkeypatch, capsys, arguments, words):

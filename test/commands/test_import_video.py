@@ -95,7 +95,7 @@ def test_the_table_says_what_was_read_and_guessed(tmp_path, capsys, video):
     words = " ".join(out.split())
     assert status == 0, err
     assert "video begins at 12.5 s: --offset 12.5 s" in words
-    assert "encoded anew as JPEG" in words
+    assert "re-encoded as JPEG" in words
     assert "guessed" in words
     assert "camera: none in the bag" in words
 
@@ -166,7 +166,7 @@ def test_no_video_and_a_broken_one_are_refused(tmp_path, capsys, video):
         assert any(words in line for line in err)
     status, _, err = run(capsys, flight, "-o", tmp_path / "bag", "--offset", "1")
     assert status == 2
-    assert "belong to a video" in err[-1]
+    assert "need a video" in err[-1]
     assert not (tmp_path / "bag").exists()
     chosen = run(capsys, log(tmp_path, [(1.0, 4.0), (9.0, 12.0)], name="two.csv"), video(),
                  "-o", tmp_path / "bag", "--recording", "2", "--json")  # fmt: skip

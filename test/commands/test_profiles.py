@@ -45,7 +45,7 @@ def test_all_keys_are_printed_with_their_meaning(capsys):
     assert "/**/detector:" in out
     assert "# An image stamped t shows the scene at t - latency_s" in out
     assert cli.main(["profiles", "generic", "--keys"]) == 2
-    assert "--keys stands alone" in capsys.readouterr().err
+    assert "--keys takes no profile" in capsys.readouterr().err
     assert cli.main(["profiles", "generic", "--json"]) == 2
     assert "--json is for the list" in capsys.readouterr().err
 

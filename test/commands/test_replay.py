@@ -235,7 +235,7 @@ def test_damaged_images_are_counted_and_told(tmp_path, flight, detector, capsys,
     assert replay(bag, tmp_path / "out") == 0
     assert detector.calls == flight.images - len(damaged)
     captured = capsys.readouterr()
-    assert f"images that could not be used: {len(damaged)}" in captured.out
+    assert f"unusable images: {len(damaged)}" in captured.out
     assert f"{counted(len(damaged), 'image')} left out: /camera/image_raw: " in captured.err
     assert "was cut off" in captured.err
 

@@ -57,7 +57,7 @@ def test_same_input_gives_the_same_rejections(tmp_path, flight, capsys, replay):
     assert tables[0] == tables[1]
     assert b"unconfirmed" in tables[0]
     text = capsys.readouterr().out
-    assert "measured robots; refused: 4\n  unconfirmed " in text
+    assert "updated robots; refused: 4\n  unconfirmed " in text
 
 
 def test_the_text_names_likely_causes_the_commonest_first():
@@ -67,7 +67,7 @@ def test_the_text_names_likely_causes_the_commonest_first():
         causes=Counter({Cause.IMAGES_TOO_SELDOM: 98, Cause.OUT_OF_GATE: 400}),
     )  # fmt: skip
     lines = as_text(Path("out"), summary).splitlines()
-    assert lines[1] == "boxes: 534, of which 31 measured robots; refused: 503"
+    assert lines[1] == "boxes: 534, of which 31 updated robots; refused: 503"
     words = [line.split()[0] for line in lines[2:] if line[:5].strip()]
     assert words == ["unconfirmed", "out_of_gate", "images_too_seldom", "gated"]
     text = " ".join(" ".join(lines).split())

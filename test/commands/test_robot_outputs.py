@@ -143,7 +143,7 @@ def test_a_plotter_shows_robots_that_have_an_mmsi(plotter):
         (["--gps-input", "aqua_1=boat"], "'boat' is not HOST:PORT"),
         (["--ais"], "--ais needs --mmsi ROBOT=MMSI: an MMSI is assigned, never invented."),
         (["--ais", "--mmsi", "aqua_1=12"], "give ROBOT=MMSI with nine digits"),
-        (["--mmsi", "aqua_1=211234567"], "nothing to send to"),
+        (["--mmsi", "aqua_1=211234567"], "no output; give --cot"),
         (["--nmea", "aqua_1", "--rate", "0"], "--rate must be above 0"),
         (["--gps-input", "aqua_1", "--satellites", "300"], "--satellites must be 0 to 254"),
     ],

@@ -58,7 +58,7 @@ def test_the_summary_as_json(tmp_path, capsys):
         (["--sigma", "speed=1"], "'speed=1' is not NAME=VALUE"),
         (["--robot-at", "13.19"], "'13.19' is not 2 numbers"),
         (["--robot-at", "91,0"], "--robot-at 91,0 is not a place on Earth"),
-        (["--no-images", "--raw"], "--raw has no meaning with --no-images"),
+        (["--no-images", "--raw"], "--raw cannot be used with --no-images"),
         (["--robot-at", "50.0,8.0"], "km from the flight"),
         (["--robot-at", "13.19,-59.64", "--robots", "2"], "not both"),
         (["--height", "-5"], "height must lie within"),
@@ -88,7 +88,7 @@ def test_a_log_decides_the_flight_and_says_how_it_was_read(tmp_path, capsys, sha
     log = str(shared_data / "dji_tracking.csv")
     arguments = ["simulate", "-o", str(tmp_path / "flight"), "--no-images", "--telemetry", log]
     assert main([*arguments, "--height", "20"]) == 2
-    assert "--height has no meaning with --telemetry" in capsys.readouterr().err
+    assert "--height cannot be used with --telemetry" in capsys.readouterr().err
     assert main([*arguments, "--start", "660", "--duration", "5"]) == 0
     said = capsys.readouterr().out
     assert (

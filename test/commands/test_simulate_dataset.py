@@ -57,13 +57,13 @@ def test_whole_frames_to_score_on(tmp_path, capsys):
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        ([], "give -o BAG for a flight or --dataset FOLDER"),
-        (["-o", "b", "--dataset", "d"], "one of them"),
-        (["-o", "b", "--no-images", "--distractors", "5"], "--distractors are seen in images only"),
-        (["-o", "b", "--count", "5"], "--count has a meaning only with --dataset"),
-        (["--dataset", "d", "--duration", "9"], "--duration has no meaning with --dataset"),
-        (["--dataset", "d", "--size", "640x360"], "--size of pictures has a meaning only with"),
-        (["--dataset", "d", "--flight", "orbit"], "--flight has no meaning with --dataset"),
+        ([], "give either -o BAG for a flight or --dataset FOLDER"),
+        (["-o", "b", "--dataset", "d"], "give either -o BAG"),
+        (["-o", "b", "--no-images", "--distractors", "5"], "--distractors need images"),
+        (["-o", "b", "--count", "5"], "--count applies only with --dataset"),
+        (["--dataset", "d", "--duration", "9"], "--duration cannot be used with --dataset"),
+        (["--dataset", "d", "--size", "640x360"], "--size of images applies only with"),
+        (["--dataset", "d", "--flight", "orbit"], "--flight cannot be used with --dataset"),
         (["--dataset", "d", "--occupied", "2"], "--occupied is a share, 0 to 1, not 2"),
         (["--dataset", "d", "--count", "0"], "--count must be 1 or more, not 0"),
         (["--dataset", "d", "--heights", "20,8"], "--heights must be LOW,HIGH .* not 20,8"),
@@ -73,7 +73,10 @@ def test_whole_frames_to_score_on(tmp_path, capsys):
             ["--dataset", "d", "--distractors", "99"],
             "--distractors must lie within 0 to 10, not 99",
         ),
-        (["--dataset", "d", "--whole-frames", "--crop", "99"], "no meaning with --whole-frames"),
+        (
+            ["--dataset", "d", "--whole-frames", "--crop", "99"],
+            "cannot be used with --whole-frames",
+        ),
         (["--dataset", "d", "--renderer", "gl"], "invalid choice: 'gl'"),
         (
             ["--dataset", "d", "--count", "1", "--heights", "400,500", "--lengths", "300,400"],

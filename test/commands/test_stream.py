@@ -47,7 +47,7 @@ def test_what_goes_nowhere_is_not_counted_as_sent_and_said_once(capsys):
     assert sent(None, Kept(), None) == {"a": 2, "b": 0}
     said = capsys.readouterr().err
     assert "sending b" not in said
-    assert said.count("b is not sent there; choose with --robot b") == 1
+    assert said.count("b is not sent there; choose it with --robot b") == 1
 
 
 @pytest.mark.parametrize(

@@ -73,7 +73,7 @@ def test_a_missing_extra_is_named(tmp_path, make_set, capsys, monkeypatch):
         (["--weights", "here.pt"], "is a pickle, which can run any code"),
         (["--time", "0"], "--time must be above 0"),
         (["--time", "nan"], "--time must be above 0"),
-        (["--time", "1", "--epochs", "3,3"], "--epochs and --time both say how long"),
+        (["--time", "1", "--epochs", "3,3"], "--epochs and --time both set the duration"),
         (["--freeze", "3"], "--freeze 3 would keep random layers"),
         (["--freeze", "-1"], "--freeze must lie within"),
         (["--bfloat16", "--device", "0"], "--bfloat16 is for a processor, not for --device 0"),
@@ -99,7 +99,7 @@ def test_who_stops_it_is_told_how_to_go_on(tmp_path, make_set, capfd, monkeypatc
     monkeypatch.setattr(supervise, "COMMAND", (sys.executable, "-c", stop))
     run = tmp_path / "run"
     assert cli.main(["train", str(make_set(tmp_path / "set")), "-o", str(run)]) == 130
-    assert f"stopped; go on with aerial-gnss train --resume {run}" in capfd.readouterr().err
+    assert f"stopped; continue with aerial-gnss train --resume {run}" in capfd.readouterr().err
     assert RunFolder(run).load().phases == (Phase("single", 100), Phase("several", 100))
 
 
@@ -143,5 +143,5 @@ def test_what_can_be_resumed(tmp_path, capsys):
     assert "leave out --time, --unlabelled." in said
     assert "--batch must lie within" in refused(capsys, "--resume", tmp_path, "--batch", "0")
     run.weights.touch()
-    assert "is finished already" in refused(capsys, "--resume", tmp_path)
+    assert "is already finished" in refused(capsys, "--resume", tmp_path)
     assert "exists already" in refused(capsys, tmp_path, "-o", tmp_path)

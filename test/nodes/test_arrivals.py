@@ -47,10 +47,10 @@ def test_only_what_is_needed_is_missed():
 def test_sentences_name_topic_publishers_and_remedy():
     source = Input("fix", "/d/fix", "sensor_msgs/msg/NavSatFix", ALWAYS, "off?", Arrivals(0))
     assert source.silence([]) == (
-        "no fix for 5 s on /d/fix (publishers: 0): start what publishes it, or remap /d/fix"
+        "no fix for 5 s on /d/fix (publishers: 0): start its publisher, or remap /d/fix"
     )
     assert source.silence(["sensor_msgs/msg/NavSatFix"]).endswith("(publishers: 1): off?")
-    assert "std_msgs/msg/String comes there where sensor_msgs/msg/NavSatFix is meant" in (
+    assert "std_msgs/msg/String is published there instead of sensor_msgs/msg/NavSatFix" in (
         source.silence(["std_msgs/msg/String"])
     )
     said = mismatch("/detections", "publisher", "reliability", "reliable")

@@ -149,7 +149,7 @@ def test_before_simulated_time_begins_nothing_is_taken(ros, hovering, tmp_path):
     path.write_text("use_sim_time: true\n")
     node = ros.add(EstimatorNode(Given([path])))
     hovering().telemetry(5)
-    assert any("/clock silent" in sentence for sentence in node._said)
+    assert any("/clock is silent" in sentence for sentence in node._said)
     status = {line.name: line for line in node.statuses()}["positions"]
     assert (status.level, status.message) == (STALE, "no image yet")
 

@@ -99,7 +99,7 @@ def test_it_starts_by_itself_gives_the_network_back_and_takes_it_up_again(bench)
     assert made.ask("cleanup")
     assert (made.node.phase, made.held, Nothing.closed) == ("unconfigured", [], 1)
     (status,) = made.node.statuses()
-    assert status.message == "unconfigured: no images are looked at"
+    assert status.message == "unconfigured: no images are processed"
     assert made.ask("configure")
     assert made.ask("activate")
     made.look()

@@ -103,7 +103,7 @@ WHOLE = "/**:\n  ros__parameters: {%s}\n"
         (WHOLE % "fix: {source: constant}", "fix.latitude_deg and fix.longitude_deg must be given"),
         (WHOLE % "classes: {aqua: {max_sped: 1.0}}", "did you mean classes.aqua.max_speed?"),
         (WHOLE % "robots: {Leader: {class: aqua}}", "robots.Leader cannot be a topic name"),
-        (WHOLE % 'fix: {topic: "a b"}', "'a b' cannot be a topic: "),
+        (WHOLE % 'fix: {topic: "a b"}', "'a b' is not a valid topic: "),
         ("/**:\n  ros__parameters: [1", "is not YAML"),
     ],
 )
@@ -125,7 +125,7 @@ def test_a_bad_parameter_file_ends_with_status_2_and_a_sentence(tmp_path, capfd,
         (["--ros-args", "-p", "max_wiat:=1.0"], "max_wiat is not a parameter"),
         (["--ros-args", "--params-file", "/absent.yaml"], "/absent.yaml: cannot be read: No such"),
         (["--ros-args", "--nonsense"], "--nonsense"),
-        (["nonsense"], "'nonsense' is not understood"),
+        (["nonsense"], "unknown argument 'nonsense'"),
         (["--ros-args", "-r", "__ns:=/1 2"], "ROS cannot start"),
     ],
 )

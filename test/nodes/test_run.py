@@ -78,7 +78,7 @@ def test_a_killed_estimator_is_back_with_its_names_and_the_detector_does_not_not
     ros.spin(1.2)  # names are kept once a second
     was = until(lambda: children(program))
     os.kill(was["estimator"], signal.SIGKILL)
-    program.wait_for("the estimator ended by SIGKILL after .*; it is started again in 0.5 s")
+    program.wait_for("the estimator ended by SIGKILL after .*; it is restarted in 0.5 s")
     until(lambda: program.text.count("method filter") == 2)
     after = positions()
     assert {name: pytest.approx(place, abs=1e-5) for name, place in before.items()} == after
@@ -155,7 +155,7 @@ def test_security_that_this_ros_lacks_is_told_in_one_sentence(start, tmp_path, m
         (["--ros-args", "-p", "max_wiat:=1.0"], "max_wiat is not a parameter"),
         (["--ros-args", "-p", "model:=/absent.onnx"], "/absent.onnx"),
         (["--params", "/absent.yaml"], "/absent.yaml: cannot be read: No such file"),
-        (["--namespace", "1 2"], "'1 2' cannot be a namespace"),
+        (["--namespace", "1 2"], "'1 2' is not a valid namespace"),
         (["--vehicle", "submarine"], "submarine is not a vehicle profile; there are"),
     ],
 )

@@ -81,7 +81,7 @@ def test_an_unconfigured_detector_takes_another_model(ros, tmp_path):
     assert set_to("model", "mine.onnx").successful
     assert set_to("image.topic", "other/image").successful
     refused = set_to("detections.topic", "elsewhere")
-    assert refused.reason == "detections.topic can only be given at the start"
+    assert refused.reason == "detections.topic can only be set at the start"
     node.trigger_configure()
     node.trigger_activate()
     assert loaded == ["mine.onnx"]
@@ -115,6 +115,6 @@ def test_one_name_for_both_nodes_is_refused(capsys, more):
     assert cli.main(["run", *more, "--ros-args", "-r", "__node:=both"]) == 2
     said = capsys.readouterr().err.strip()
     assert said == (
-        "aerial-gnss: -r __node:=both names detector and estimator alike; name one of them: "
-        "-r detector:__node:=both, or run it alone with --node."
+        "aerial-gnss: -r __node:=both gives detector and estimator the same name; rename "
+        "one of them: -r detector:__node:=both, or run it alone with --node."
     )

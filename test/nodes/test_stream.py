@@ -62,9 +62,9 @@ def test_a_position_arrives_as_cursor_on_target(capsys):
 @pytest.mark.parametrize(
     ("args", "words"),
     [
-        ((), "nothing to send to"),
+        ((), "no output; give --cot"),
         (("--cot", "nowhere"), "is not HOST:PORT"),
-        (("--cot", "no.such.host.invalid:4242"), "no address that this computer knows"),
+        (("--cot", "no.such.host.invalid:4242"), "cannot be resolved"),
         (("--cot", "--stale", "0"), "--stale must be above 0"),
         (("--cot", "--stale", "1e300"), "--stale must be above 0 s and at most 10000000"),
         (("--cot", "--cot-type", "a\x01"), "--cot-type must be letters and digits"),

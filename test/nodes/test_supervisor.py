@@ -52,7 +52,7 @@ def test_one_that_dies_is_started_again_and_the_other_left_alone(start, number):
     first, other = pid(program, "one"), pid(program, "two")
     os.kill(first, number)
     name = signal.Signals(number).name
-    program.wait_for(rf"the one ended by {name} after \d+ s; it is started again in 0.1 s\.")
+    program.wait_for(rf"the one ended by {name} after \d+ s; it is restarted in 0.1 s\.")
     assert within(lambda: program.text.count("one ") > program.text.count("the one ended") + 1)
     assert program.text.count("two ") == 1
     assert not gone(other)
@@ -74,7 +74,7 @@ def test_the_pause_grows_with_every_death_and_is_short_again_after_a_long_life(s
 def test_wrong_input_ends_all_with_status_2(start):
     program = supervised(start, one="raise SystemExit(2)", two=LIVES.format(name="two"))
     assert program.process.wait(timeout=20.0) == 2
-    assert "started again" not in program.text
+    assert "restarted" not in program.text
     found = [line.split() for line in program.lines if line.startswith("two ")]
     assert all(within(lambda number=int(words[1]): gone(number)) for words in found)
 
@@ -99,7 +99,7 @@ def test_a_signal_ends_all_with_status_0(start, number):
     program = supervised(start, one=LIVES.format(name="one"))
     child = pid(program, "one")
     assert program.end(number) == 0
-    assert "started again" not in program.text
+    assert "restarted" not in program.text
     assert gone(child)
 
 

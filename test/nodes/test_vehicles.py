@@ -81,7 +81,7 @@ def test_diagnostics_say_what_a_vehicle_sends_wrong_or_not_at_all(ros, elsewhere
             lines.update({s.name.removeprefix("estimator: "): s for s in array.status})
         return name in lines and words in lines[name].message
 
-    said = "std_msgs/msg/Float64 comes there where std_msgs/msg/Float32 is meant"
+    said = "std_msgs/msg/Float64 is published there instead of std_msgs/msg/Float32"
     ros.spin_until(lambda: is_said("fix", "no fix for") and is_said("height", said), 20.0)
     zero = message(gimbal, {"quaternion": {"x": 0.0, "y": 0.0, "z": 0.0, "w": 0.0}})
 
