@@ -13,9 +13,9 @@ from aerial_gnss_ros.core.values.samples import Fix
 
 
 def fix(msg: Any, stamp_ns: int, _config: FixConfig) -> Fix:
-    """Return `drone/gps/location`: its variances come in the order latitude, longitude.
+    """Return `drone/gps/location`, whose variances are in the order latitude, longitude.
 
-    A position that the drone does not know is NaN, which the core refuses.
+    An unknown position is NaN, which the core refuses.
     """
     read = canonical.fix(msg, stamp_ns)
     if read.covariance is None:

@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """ArduPilot's own DDS client: the fused pose of `/ap/geopose/filtered` and `/ap/pose/filtered`.
 
-There is no gimbal among its topics. `/ap/imu/experimental/data` is not read: its quaternion has
-its components in the wrong places.
+It publishes no gimbal. `/ap/imu/experimental/data` is not read: its quaternion has its components
+in the wrong places.
 """
 
 from __future__ import annotations
@@ -34,5 +34,5 @@ def pose_orientation(msg: Any, stamp_ns: int, config: AttitudeConfig) -> Orienta
 
 
 def pose_height(msg: Any, stamp_ns: int, _config: HeightConfig) -> Scalar:
-    """Return z of a geometry_msgs/PoseStamped, which counts from home."""
+    """Return z of a geometry_msgs/PoseStamped, which is above home."""
     return Scalar(stamp_ns, float(msg.pose.position.z))

@@ -20,8 +20,8 @@ from aerial_gnss_ros.core.values.samples import Array, Orientation
 MAVLINK_FLAGS = "mavlink_flags"
 
 MOST_RAD = 1000.0 * 2.0 * math.pi
-"""Drivers may count turns on; but of a larger angle the sine is a matter of chance, and any sine
-and cosine make a rotation."""
+"""Drivers may unwrap angles over many turns, but the sine of a larger number is meaningless, and
+any sine and cosine would make a valid rotation."""
 
 
 def from_angles(roll: float, pitch: float, yaw: float) -> Array:
@@ -33,7 +33,7 @@ def from_angles(roll: float, pitch: float, yaw: float) -> Array:
         yaw: rad.
 
     Returns:
-        NaN, so that the core refuses it, where an angle is beyond `MOST_RAD` or is no number.
+        NaN, so that the core refuses it, if an angle is beyond `MOST_RAD` or not finite.
     """
     if not all(abs(angle) <= MOST_RAD for angle in (roll, pitch, yaw)):  # true for NaN
         return np.full(4, np.nan)
@@ -54,15 +54,15 @@ def body(quaternion: Array, stamp_ns: int, config: AttitudeConfig) -> Orientatio
 def camera(
     quaternion: Array, stamp_ns: int, config: GimbalConfig, reference: str = ""
 ) -> Orientation:
-    """Return the camera FLU in ENU, or in the vehicle's FLU where it is relative to the vehicle.
+    """Return the camera FLU in ENU, or in the vehicle's FLU if it is relative to the vehicle.
 
     Args:
         quaternion: (4,) x, y, z, w of `config.body` axes in `config.world` axes, or in the
             vehicle's `config.body` axes.
         stamp_ns: time of validity, ns.
-        config: names the axes and what they are relative to.
-        reference: what this message says it is relative to; counts only where the configuration
-            leaves it to the message.
+        config: names the axes and their reference.
+        reference: the message's own reference; used only if the configuration leaves it to the
+            message.
     """
     own = reference if config.reference == MAVLINK_FLAGS else ""
     if (own or config.reference) == "earth":

@@ -24,11 +24,11 @@ _EXPECTED = (
 
 @dataclass(frozen=True)
 class CameraFile:
-    """A camera as a file describes it.
+    """A camera described by a file.
 
     Attributes:
         path: the file.
-        name: `camera_name`; empty where the file has none.
+        name: `camera_name`; empty if the file has none.
         camera: the model of images that are not rectified.
     """
 
@@ -41,8 +41,8 @@ def read_camera_file(path: str | Path) -> CameraFile:
     """Read a CameraInfo YAML.
 
     Raises:
-        InputError: the file is missing or not YAML, or has no camera; the message names both.
-        CameraError: the description cannot be used (zeros, unknown distortion model, …).
+        InputError: the file is missing, is not YAML, or has no camera.
+        CameraError: the description is unusable (zeros, unknown distortion model, …).
     """
     path = Path(path)
     fields = _mapping(path)
@@ -71,12 +71,12 @@ def read_camera_file(path: str | Path) -> CameraFile:
     except CameraError as error:
         raise CameraError(f"{path}: {error}") from error
     except (TypeError, ValueError, OverflowError) as error:
-        raise InputError(f"{path} has a value that is no number ({error}).") from error
+        raise InputError(f"{path} has a value that is not a number ({error}).") from error
     return CameraFile(path, str(fields.get("camera_name") or ""), camera)
 
 
 def camera_file_text(camera: CameraModel, name: str) -> str:
-    """Return a camera as camera_calibration's YAML, which camera drivers take as it is."""
+    """Return a camera as camera_calibration's YAML, which camera drivers accept."""
     projection = np.zeros((3, 4))
     projection[:, :3] = camera.K
     parts = {
@@ -108,12 +108,12 @@ def _mapping(path: Path) -> Mapping[str, Any]:
 def _numbers(value: Any) -> list[float]:
     data = value.get("data", []) if isinstance(value, Mapping) else value
     if not isinstance(data, Sequence) or isinstance(data, str):
-        raise TypeError(f"{shown(data)} is no list of numbers")
+        raise TypeError(f"{shown(data)} is not a list of numbers")
     return [float(number) for number in data]
 
 
 def _whole(value: Any) -> int:
     number = int(value)
     if number != float(value):
-        raise ValueError(f"{shown(value)} is no whole number")
+        raise ValueError(f"{shown(value)} is not a whole number")
     return number

@@ -11,11 +11,11 @@ class CameraSize:
     """Compares images with the newest CameraInfo.
 
     Args:
-        remedy: what a user can do about two sizes, for the sentence.
+        remedy: advice for different sizes, as part of the sentence.
 
     Attributes:
-        size: width and height of the camera as it is described, px; zeros where the description is
-            of no use, None before the first.
+        size: width and height in the camera's description, px; zeros if it is unusable, None before
+            the first.
     """
 
     def __init__(self, remedy: str) -> None:
@@ -29,19 +29,21 @@ class CameraSize:
         self.size = (int(info.width), int(info.height)) if usable else (0, 0)
 
     def refusal(self, width: int, height: int, described: str) -> tuple[str, str] | None:
-        """Return why an image cannot be used: a word to count it by and a sentence; else None.
+        """Return why an image is refused, as an identifier and a sentence; None if it is not.
 
         Args:
             width: of the image, px.
             height: of the image, px.
-            described: what describes the camera, such as the topic of the CameraInfo.
+            described: source of the description, such as the topic of the CameraInfo.
         """
         size = self.size
         if size is None or size == (width, height):
             return None
         if size == (0, 0):
             reason = "its size or focal length is 0: the camera is not calibrated"
-            return "camera_info_zeros", f"images are refused, {described} cannot be used: {reason}"
+            return "camera_info_zeros", (
+                f"images are refused because {described} is unusable: {reason}"
+            )
         sentence = (
             f"images of {width} x {height} are refused: {described} describes a camera of "
             f"{size[0]} x {size[1]}; {self._remedy}"

@@ -1,10 +1,9 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Messages on the canonical topics to core values, by attribute only.
+"""Converts messages on the canonical topics to core values, by attribute only.
 
-The same functions serve rclpy messages and those that rosbags reads from a bag. They convert and
-nothing else: whether a value can be used (a quaternion of zeros, a NaN) is judged by the core,
-which counts what it refuses.
+The same functions serve rclpy messages and those that rosbags reads from a bag. They only convert;
+the core judges whether a value is usable (not a zero quaternion, not NaN), and counts refusals.
 """
 
 from __future__ import annotations
@@ -34,15 +33,15 @@ def fix(msg: Any, stamp_ns: int) -> Fix:
         longitude=math.radians(msg.longitude),
         altitude=float(msg.altitude),
         covariance=_fix_covariance(msg),
-        valid=int(msg.status.status) != NO_FIX,  # -2 says unknown: drivers that set no status
+        valid=int(msg.status.status) != NO_FIX,  # -2 means unknown: from drivers that set no status
     )
 
 
 def _fix_covariance(msg: Any) -> Array | None:
-    """Return the covariance (3, 3) East, North, Up as it is, or None where the message gives none.
+    """Return the covariance (3, 3) East, North, Up, or None if the message has none.
 
-    Simulators and some drivers fill in a type but leave the variances at zero: that gives none
-    either, nobody's GNSS is perfect.
+    Simulators and some drivers set a type but leave the variances at zero, which also counts as
+    none: no GNSS is perfect.
     """
     if int(msg.position_covariance_type) == COVARIANCE_UNKNOWN:
         return None
@@ -60,9 +59,8 @@ def orientation(msg: Any, stamp_ns: int, kind: str, unit: str = "rad") -> Orient
         unit: of a vector's angles, `rad` or `deg`.
 
     Returns:
-        The orientation; of NaN, so that the core refuses it, where angles are none, or an Imu says
-        that it measures none: what then stands in the message is often identity, level and facing
-        east.
+        The orientation; NaN, so that the core refuses it, if angles are not finite or an Imu states
+        that it measures none: such messages often contain the identity, level and facing east.
     """
     if kind == "vector3":
         angles = np.array([msg.vector.x, msg.vector.y, msg.vector.z], dtype=np.float64)
@@ -77,8 +75,8 @@ def orientation(msg: Any, stamp_ns: int, kind: str, unit: str = "rad") -> Orient
 def scalar(msg: Any, stamp_ns: int) -> Scalar:
     """Return a std_msgs/Float64 or Float32, or the range of a sensor_msgs/Range.
 
-    A range outside the sensor's own limits is none (REP 117), and one that is just the least or the
-    largest is what many sensors send instead of none: NaN. Limits of 0, 0 say nothing.
+    A range outside the sensor's own limits is no measurement (REP 117), and many sensors send
+    exactly the least or the greatest instead: both become NaN. Limits of 0, 0 mean unknown.
     """
     if not hasattr(msg, "range"):
         return Scalar(stamp_ns, float(msg.data))
@@ -104,7 +102,7 @@ def camera(msg: Any, rectified: bool) -> CameraModel:
 
 
 def camera_key(msg: Any) -> tuple[Any, ...]:
-    """Return what two messages that describe the same camera have in common."""
+    """Return a key that is equal for messages that describe the same camera."""
     return tuple(
         field.tobytes() if isinstance(field, np.ndarray) else field for field in _camera_fields(msg)
     )
@@ -135,8 +133,8 @@ def _camera_fields(msg: Any) -> tuple[Any, ...]:
 def detection_frame(msg: Any) -> DetectionFrame:
     """Return a vision_msgs/Detection2DArray.
 
-    The best hypothesis of each box counts. A box without one has score 0 and no class, so that
-    it is refused and counted instead of lost.
+    The best hypothesis of each box is used. A box without one gets score 0 and no class, so that it
+    is counted as refused.
     """
     boxes = [detection.bbox for detection in msg.detections]
     best = [_best(detection.results) for detection in msg.detections]

@@ -1,10 +1,10 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""The last message of a lost robot, which its latched topic keeps for later subscribers.
+"""The final message of a lost robot, which its latched topic keeps for later subscribers.
 
 Without it, the topic would keep the last estimate, whose covariance was valid at its stamp only.
 The final message has the state LOST (NO_FIX in NavSatFix), the last estimated position, and a
-covariance that states that nothing is known.
+covariance of a kilometre: unknown.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ class Departures:
         return tuple(self._present.values())
 
     def completed(self, result: FrameResult) -> FrameResult:
-        """Return a result with the robots that the one before it had and it has not, as lost."""
+        """Return a result with the robots that only the previous one had added as lost."""
         present = {estimate.robot_id: estimate for estimate in result.estimates}
         gone = [one for name, one in self._present.items() if name not in present]
         self._present = present
@@ -44,7 +44,7 @@ def lost(estimate: RobotEstimate, stamp_ns: int) -> RobotEstimate:
 
     Args:
         estimate: the newest one published.
-        stamp_ns: from when on the robot is lost, ns.
+        stamp_ns: time from which the robot is lost, ns.
     """
     return replace(
         estimate,

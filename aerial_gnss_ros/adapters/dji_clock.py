@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""When a flight record began, from its column of UTC dates."""
+"""Start time of a flight record, from its column of UTC dates."""
 
 from __future__ import annotations
 
@@ -16,20 +16,20 @@ from aerial_gnss_ros.core.values.samples import Array
 
 _SECOND_NS = 1_000_000_000
 _EARLIEST_S, _LATEST_S = 946_684_800, 2_100_000_000
-"""2000 to 2036: earlier there was no such drone, later no ROS stamp."""
+"""2000 to 2036: before, there were no such drones; later, no valid ROS stamps."""
 _FORMS = ("%m/%d/%Y %I:%M:%S.%f %p", "%m/%d/%Y %I:%M:%S %p", "%Y/%m/%d %H:%M:%S.%f")
 
 
 def log_start_ns(columns: Columns, rows: Sequence[Sequence[str]], times: Array) -> int | None:
-    """Return the Unix time, ns, at which the log's time is zero; None where no column says it.
+    """Return the Unix time of the log's time zero, ns; None if no column has it.
 
     Some exporters write whole seconds. Where such a column changes, the second begins between the
-    row before and this one. The median over all changes is good to half the time between rows,
-    and one wrong date moves nothing; a single row would be wrong by up to a second.
+    previous row and this one. The median over all changes is accurate to half the row interval and
+    robust against a wrong date; a single row would be wrong by up to a second.
 
     Args:
-        columns: where things stand.
-        rows: (n) of them.
+        columns: of the file.
+        rows: the n rows.
         times: (n,) of the rows in the log's own time, s.
     """
     known: dict[str, int | None] = {}
@@ -47,7 +47,7 @@ def log_start_ns(columns: Columns, rows: Sequence[Sequence[str]], times: Array) 
 
 
 def _at_changes(clock: NDArray[np.int64], log: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Return (k,) the start of the log by each change of a clock of whole seconds, ns."""
+    """Return (k,) estimates of the log's start from the changes of a clock of whole seconds, ns."""
     steps = np.diff(log)
     usual = float(np.median(steps)) if len(steps) else 0.0
     changed = np.flatnonzero((np.diff(clock) > 0) & (steps < 1.5 * usual))  # not across a gap
@@ -55,9 +55,9 @@ def _at_changes(clock: NDArray[np.int64], log: NDArray[np.int64]) -> NDArray[np.
 
 
 def _utc_ns(columns: Columns, row: Sequence[str], known: dict[str, int | None]) -> int | None:
-    """Return a row's Unix time in ns where the file says it in UTC; `known` is kept between rows.
+    """Return a row's Unix time in ns if the file has it in UTC; `known` is a cache across rows.
 
-    A date repeats in several rows, and reading one takes longer than all else of a row.
+    A date repeats in several rows, and parsing one takes longer than the rest of a row.
     """
     if "clock" in columns:
         text = columns.text("clock", row)

@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Names and units of the columns of flight-record CSV, by exporter.
 
-Known are the flight records as decoded by the common viewers (`OSD.height [ft]`), by command-line
-parsers (`OSD.height`, metres) and AirData's (`height_above_takeoff(feet)`). All have DJI's angles.
+Supported are flight records decoded by the common viewers (`OSD.height [ft]`), by command-line
+parsers (`OSD.height`, metres) and by AirData (`height_above_takeoff(feet)`). All have DJI's angles.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from aerial_gnss_ros.text.sentences import cut
 REQUIRED = ("latitude", "longitude", "height", "pitch", "yaw", "gimbal_pitch")
 _LENGTH = r"( ?[\[(](?P<unit>ft|feet|m|meters?|metres?)[\])])?"
 _ANGLE = r"( ?[\[(](deg|degrees|360)[\])])?"
-# The first pattern that any column matches wins, so the surer name stands first.
+# The first pattern that a column matches is used, so less ambiguous names come first.
 _PATTERNS: dict[str, tuple[str, ...]] = {
     "latitude": (r"(osd\.)?latitude",),
     "longitude": (r"(osd\.)?longitude",),
@@ -55,8 +55,8 @@ class Columns:
 
     Attributes:
         header: the file's own names.
-        index: column by what is wanted of it.
-        metres: factor that makes the height metres.
+        index: column by quantity.
+        metres: factor that converts the height to metres.
         unit: its unit in words.
     """
 
@@ -73,7 +73,7 @@ class Columns:
         return self.header[self.index[wanted]]
 
     def text(self, wanted: str, row: Sequence[str]) -> str:
-        """Return a field as it stands; empty where the row is too short."""
+        """Return a field's text; empty if the row is too short."""
         place = self.index[wanted]
         return row[place].strip() if place < len(row) else ""
 
@@ -82,7 +82,7 @@ def match_columns(path: Path, header: Sequence[str]) -> Columns:
     """Return the columns of a header.
 
     Raises:
-        InputError: a required one is missing; the message names both.
+        InputError: a required column is missing; the message lists found and expected ones.
     """
     index: dict[str, int] = {}
     units: dict[str, str] = {}
@@ -109,7 +109,7 @@ def match_columns(path: Path, header: Sequence[str]) -> Columns:
 
 
 def has_unit(columns: Columns) -> bool:
-    """Whether the header says what the height's unit is."""
+    """Whether the header names the height's unit."""
     return re.search(r"[\[(]\w+[\])]$", columns.name("height")) is not None
 
 
@@ -117,7 +117,7 @@ def seconds(columns: Columns, row: Sequence[str], index: int, rate_hz: float) ->
     """Return a row's time in s.
 
     Raises:
-        ValueError: the field is no time.
+        ValueError: the field is not a time.
     """
     if "time_s" in columns:
         return float(columns.text("time_s", row))
@@ -129,7 +129,7 @@ def seconds(columns: Columns, row: Sequence[str], index: int, rate_hz: float) ->
 
 
 def is_true(text: str) -> bool:
-    """Whether a field says yes: True, 1, Yes, Recording."""
+    """Whether a field is affirmative: True, 1, Yes, Recording."""
     return text.lower() in ("true", "1", "1.0", "yes", "recording", "starting")
 
 

@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Flight-record CSV of several exporters to a flight."""
+"""Reads flight-record CSV of several exporters."""
 
 from __future__ import annotations
 
@@ -88,8 +88,8 @@ def _read_rows(path: Path) -> tuple[list[str], list[list[str]], int]:
         raise InputError(f"{path} is empty; expected a header with {EXPECTED}.")
     if len(rows[skip]) > _MOST_COLUMNS:
         raise InputError(
-            f"{path} has {len(rows[skip])} columns, which no flight record has; expected a header "
-            f"with {EXPECTED}."
+            f"{path} has {len(rows[skip])} columns, more than any flight record has; expected a "
+            f"header with {EXPECTED}."
         )
     return [name.strip() for name in rows[skip]], rows[skip + 1 :], skip + 2
 
@@ -136,10 +136,10 @@ def _refusal(value: dict[str, float], last_time: float) -> str | None:
 def _gimbal_heading(
     values: dict[str, Array], columns: Columns, heading: Array
 ) -> tuple[Array, bool]:
-    """Return the camera's compass heading (n,), and whether the file gave it from the nose.
+    """Return the camera's compass heading (n,), and whether the file has it relative to the nose.
 
-    DJI's gimbal yaw is from north. Some exporters write it from the nose: then it stays near zero
-    while the nose turns all around.
+    DJI's gimbal yaw is from north. Some exporters write it relative to the nose: then it stays near
+    zero while the nose turns.
     """
     if "gimbal_yaw" not in columns:
         return heading, False
@@ -154,7 +154,7 @@ def _gimbal_heading(
 def _recordings(
     columns: Columns, rows: list[list[str]], times: Array
 ) -> tuple[tuple[float, float], ...]:
-    """Return when the log says that a video was recorded, s."""
+    """Return the times of video recordings in the log, s."""
     if "video" not in columns:
         return ()
     on: NDArray[np.bool_] = np.array([is_true(columns.text("video", row)) for row in rows])
@@ -169,7 +169,7 @@ def _recordings(
 def _statements(columns: Columns, rate_hz: float, relative: bool) -> tuple[str, ...]:
     name = columns.name("height")
     kind = (
-        "above sea level by DJI's own reckoning from the take-off point"
+        "above sea level as DJI computes it from the take-off point"
         if "altitude" in name.lower()
         else "above the take-off point"
     )
@@ -208,13 +208,13 @@ def _guesses(columns: Columns, relative: bool, lowest: float) -> tuple[str, ...]
         guesses.append(f"not recorded, so assumed: {'; '.join(absent)}")
     if relative:
         guesses.append(
-            f"gimbal yaw: {columns.name('gimbal_yaw')} stays near 0 while the nose turns, so it is "
-            "taken from the nose, not from north"
+            f"gimbal yaw: {columns.name('gimbal_yaw')} stays near 0 while the nose turns, so it "
+            "is assumed relative to the nose, not to north"
         )
     if not has_unit(columns):
-        guesses.append(f"height unit: {columns.name('height')} names none, taken as m")
+        guesses.append(f"height unit: {columns.name('height')} has none, assumed m")
     if "local_date" in columns and "clock" not in columns and "date" not in columns:
         guesses.append(
-            f"date: {columns.name('local_date')} is local time of an unknown zone, not used"
+            f"date: {columns.name('local_date')} is local time of an unknown zone, ignored"
         )
     return tuple(guesses)

@@ -18,28 +18,28 @@ from aerial_gnss_ros.text.sentences import counted
 
 METRES_PER_FOOT = 0.3048
 HEIGHT_GUESS = (
-    "height: taken as height above the water, of which the log says nothing; if you took off from "
-    "higher up, or the tide moved, give water_level.value_m"
+    "height: assumed to be above the water, which the log does not know; if you took off from "
+    "higher up, or the tide changed, give water_level.value_m"
 )
 BELOW_HOME = (
     "height: down to {lowest:.1f} m, which is below the take-off point: you took off above the "
-    "water, from a cliff, a pier or a deck. These are heights above home. Say how far the water "
-    "stands above the take-off point, a negative number here (about {example:g} m or less), when "
+    "water, from a cliff, a pier or a deck. These are heights above home. Give the water level "
+    "relative to the take-off point, here a negative number (about {example:g} m or less), when "
     "you import (--water-level) or in a --params file (height: {{reference: home}}, water_level: "
     "{{value_m: {example:g}}}): height above water = height - water_level"
 )
 LONGEST_STEP_S = 1.0
-"""Rows farther apart leave a gap that is reported: telemetry is not interpolated far."""
+"""Rows farther apart than this are reported as a gap: telemetry is not interpolated far, s."""
 LAST_TIME_S = 1e7
-"""A time later in a log (four months) is damage."""
+"""A later time in a log (four months) means damage, s."""
 HIGHEST_M = 10_000.0
-"""A height farther from the take-off point is damage."""
+"""A height farther from the take-off point means damage, m."""
 MOST_ANGLE_DEG = 360.0
 
 
 @dataclass(frozen=True)
 class RefusedRow:
-    """A row that gives no telemetry: its line in the file (the header is line 1) and why."""
+    """A row without usable telemetry: its line (the header is line 1) and the reason."""
 
     line: int
     reason: str
@@ -47,23 +47,23 @@ class RefusedRow:
 
 @dataclass(frozen=True)
 class DjiLog:
-    """A flight as recorded, in SI and this package's frames; refused rows are left out.
+    """A recorded flight in SI units and this package's frames, without refused rows.
 
     Attributes:
         path: the file.
         stamps_ns: (n,) time since the file's first row, ns, strictly increasing.
         latitude: (n,) rad, WGS84.
         longitude: (n,) rad, WGS84.
-        height: (n,) m; what it is measured from is DJI's, see `statements`: mostly the take-off
-            point, below which it is negative. NaN in rows without one; (0,) where all are.
+        height: (n,) m, above the datum in `statements`, mostly the take-off point, below which it
+            is negative. NaN in rows without one; (0,) if all are.
         attitude: (n, 4) quaternions x, y, z, w of the body, FLU in ENU; (0, 4) where absent.
         gimbal: (n, 4) quaternions of the camera, FLU in ENU (earth-referenced); (0, 4) likewise.
-        refused: rows that give nothing.
-        statements: how each column was understood, in words for the user.
-        guesses: what the file does not say and was assumed, in words.
+        refused: rows without usable telemetry.
+        statements: interpretation of each column, in words for the user.
+        guesses: assumptions about what the file leaves open, in words.
         recordings_s: (start, end) of each video recording that the log marks, s.
-        clock_ns: Unix time of the file's first row, ns, where the file says it in UTC.
-        of_video: whether the times are those of the video itself (subtitles).
+        clock_ns: Unix time of the file's first row, ns, if the file has it in UTC; else None.
+        of_video: whether the times are the video's own (subtitles).
     """
 
     path: Path
@@ -90,18 +90,18 @@ class DjiLog:
 
     @property
     def lowest(self) -> float:
-        """The least height, m; NaN where there is none."""
+        """The least height, m; NaN without heights."""
         return float(np.nanmin(self.height)) if len(self.height) else math.nan
 
     def chosen(self, rows: NDArray[np.bool_]) -> DjiLog:
-        """Return the flight with some of its rows (n,) only."""
+        """Return the flight with only the rows selected by a mask (n,)."""
         columns = ("stamps_ns", "latitude", "longitude", "height", "attitude", "gimbal")
         kept = {name: getattr(self, name) for name in columns}
         return replace(self, **{name: v[rows] if len(v) else v for name, v in kept.items()})
 
     @property
     def gaps_s(self) -> tuple[tuple[float, float], ...]:
-        """Where rows are missing: (time of the last row before, length), s."""
+        """Gaps between rows: (time of the last row before, length), s."""
         seconds = self.seconds
         lengths = np.diff(seconds)
         usual = float(np.median(lengths)) if len(lengths) else 0.0
@@ -109,22 +109,22 @@ class DjiLog:
         return tuple((float(seconds[i]), float(lengths[i])) for i in long)
 
     def fixes(self, start_ns: int = 0) -> list[Fix]:
-        """Return the positions; altitude is NaN, for the log's datum is not stated."""
+        """Return the positions; the altitude is NaN because the log does not state its datum."""
         return [
             Fix(start_ns + int(stamp), float(lat), float(lon), math.nan)
             for stamp, lat, lon in zip(self.stamps_ns, self.latitude, self.longitude, strict=True)
         ]
 
     def attitudes(self, start_ns: int = 0) -> list[Orientation]:
-        """Return the body's orientations, FLU in ENU; empty where the log has none."""
+        """Return the body's orientations, FLU in ENU; empty if the log has none."""
         return self._orientations(self.attitude, start_ns)
 
     def gimbals(self, start_ns: int = 0) -> list[Orientation]:
-        """Return the camera's orientations, FLU in ENU; empty where the log has none."""
+        """Return the camera's orientations, FLU in ENU; empty if the log has none."""
         return self._orientations(self.gimbal, start_ns)
 
     def heights(self, start_ns: int = 0) -> list[Scalar]:
-        """Return the heights, m, without rows that have none; empty where no row has one."""
+        """Return the heights, m, of the rows that have one."""
         if not len(self.height):
             return []
         return [
@@ -191,7 +191,7 @@ def range_refusal(time_s: float, height: float, angles_deg: Iterable[float]) -> 
 
 
 def position_refusal(latitude_deg: float, longitude_deg: float) -> str | None:
-    """Return why a position cannot be one, or None."""
+    """Return why a position is invalid, or None."""
     if not (math.isfinite(latitude_deg) and math.isfinite(longitude_deg)):
         return "a value is missing or not a number"
     if abs(latitude_deg) > 90.0 or abs(longitude_deg) > 180.0:

@@ -1,12 +1,12 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""SRT subtitles with telemetry, as DJI drones write beside their videos, to a flight.
+"""Reads SRT subtitles with telemetry, which DJI drones write beside their videos.
 
-Generations known: `GPS(lon,lat,sats) BAROMETER:h` (Phantom 3, 4); `GPS (lon, lat, sats), D …m,
+Supported generations: `GPS(lon,lat,sats) BAROMETER:h` (Phantom 3, 4); `GPS (lon, lat, sats), D …m,
 H …m`, with or without `F.PRY (p°, r°, y°), G.PRY (p°, r°, y°)` (Mavic Mini, Phantom 4 RTK);
 brackets `[latitude: …] [longtitude: …] [altitude: …] [Drone: Yaw:…]` (Mavic Air, 2 Enterprise);
-`[rel_alt: … abs_alt: …]` (Mini 3, Air 3); `[gb_yaw: … gb_pitch: … gb_roll: …]` (Mavic 3
-Enterprise, M30). The times are those of the video.
+`[rel_alt: … abs_alt: …]` (Mini 3, Air 3); `[gb_yaw: … gb_pitch: … gb_roll: …]` (Mavic 3 Enterprise,
+M30). The times are those of the video.
 """
 
 from __future__ import annotations
@@ -53,7 +53,7 @@ def _pry(name: str) -> re.Pattern[str]:
     return re.compile(rf"{name}\.PRY\s*\(\s*{_N}°?\s*,\s*{_N}°?\s*,\s*{_N}°?\s*\)")
 
 
-# Pattern, and where roll, pitch and yaw stand in it.
+# Pattern, and the groups of roll, pitch and yaw in it.
 _GIMBAL = ((_triple("gb_yaw", "gb_pitch", "gb_roll"), (2, 1, 0)), (_pry("G"), (1, 0, 2)))
 _BODY = (
     (_triple("drone_yaw", "drone_pitch", "drone_roll"), (2, 1, 0)),
@@ -112,7 +112,7 @@ def _blocks(path: Path) -> Iterator[tuple[int, float, str]]:
         raise InputError(f"cannot read {path}: {error.strerror or error}.") from error
     if len(content) > _MOST_BYTES:
         raise InputError(
-            f"{path} is larger than {_MOST_BYTES // 1_000_000} MB, which no subtitles are."
+            f"{path} is larger than {_MOST_BYTES // 1_000_000} MB, too large for subtitles."
         )
     lines = content.decode("utf-8-sig", errors="replace").splitlines()
     start, time, text = 0, 0.0, list[str]()
@@ -137,7 +137,7 @@ def _is_latitude_first(texts: list[str]) -> bool:
 
 
 def _zoom(texts: list[str]) -> list[str]:
-    """Return what the file says against a camera of one focal length, in words; mostly nothing."""
+    """Return signs of a changing focal length, in words; usually empty."""
     ratios = {float(match[1]) for text in texts if (match := _DIGITAL_ZOOM.search(text))}
     zooms = sorted({r / _ZOOM_UNIT if r >= 0.5 * _ZOOM_UNIT else r for r in ratios})
     lengths = sorted({float(match[1]) for text in texts if (match := _FOCAL_LENGTH.search(text))})
@@ -149,8 +149,8 @@ def _zoom(texts: list[str]) -> list[str]:
     if not found:
         return []
     sentence = (
-        f"zoom: {' and '.join(found)}, but the camera is described once for all images: positions "
-        "from images at another zoom are wrong"
+        f"zoom: {' and '.join(found)}, but one camera model applies to all images: positions from "
+        "images at another zoom are wrong"
     )
     return [sentence]
 
@@ -162,7 +162,7 @@ def _span(values: list[float]) -> str:
 def _row(
     time: float, text: str, swapped: bool, sources: set[str]
 ) -> tuple[tuple[float, ...] | None, str | None]:
-    """Return time, latitude, longitude, height, body and gimbal roll, pitch, yaw; or why not."""
+    """Return time, latitude, longitude, height, body and gimbal roll, pitch, yaw; or an error."""
     latitude, longitude, gps = _LATITUDE.search(text), _LONGITUDE.search(text), _GPS.search(text)
     if latitude and longitude:
         place = float(latitude[1]), float(longitude[1])
@@ -252,7 +252,7 @@ def _flight(
 
 
 def _orientations(rpy_deg: Array) -> Array:
-    """Return FLU in ENU (n, 4); (0, 4) where any row lacks an angle."""
+    """Return FLU in ENU (n, 4); (0, 4) if any row lacks an angle."""
     if not np.isfinite(rpy_deg).all():
         return np.zeros((0, 4))
     roll, pitch, yaw = rpy_deg.T

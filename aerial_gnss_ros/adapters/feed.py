@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Routes messages into the estimator, for live nodes and replay alike."""
+"""Routes messages into the estimator, both live and in replay."""
 
 from __future__ import annotations
 
@@ -31,42 +31,42 @@ DETECTIONS_DEPTH = 10
 
 
 class Inputs(Protocol):
-    """What the feed needs from `core.estimation.estimator.Estimator`."""
+    """Inputs of `core.estimation.estimator.Estimator` that the feed uses."""
 
     def add_fix(self, fix: Fix) -> None:
-        """Take a position of the drone."""
+        """Add a position of the drone."""
 
     def add_attitude(self, attitude: Orientation) -> None:
-        """Take an orientation of the body."""
+        """Add an orientation of the body."""
 
     def add_gimbal(self, gimbal: Orientation) -> None:
-        """Take an orientation of the camera."""
+        """Add an orientation of the camera."""
 
     def add_height(self, height: Scalar) -> None:
-        """Take a height of the drone."""
+        """Add a height of the drone."""
 
     def add_water_level(self, level: Scalar) -> None:
-        """Take a level of the water."""
+        """Add a water level."""
 
     def add_depth(self, class_id: str, depth: Scalar) -> None:
-        """Take the depth that robots of a class send; an empty name stands for all."""
+        """Add a depth that robots of a class send; an empty name stands for all."""
 
     def add_reference(self, name: str, fix: Fix) -> None:
         """Take a position that a reference sends."""
 
     def add_camera(self, stamp_ns: int, camera: CameraModel | None) -> None:
-        """Take the camera's description; None when it could not be used."""
+        """Add the camera model; None if it was unusable."""
 
     def add_detections(self, frame: DetectionFrame) -> None:
-        """Take one image's boxes."""
+        """Add one image's boxes."""
 
     def refuse(self, name: str, trouble: str) -> None:
-        """Take note of a message that could not be read, and why."""
+        """Record an unreadable message, and why."""
 
 
 @dataclass(frozen=True)
 class Subscription:
-    """One topic that the estimator listens to.
+    """One topic that the estimator subscribes to.
 
     Attributes:
         name: the input: fix, attitude, gimbal, height, home, water_level, depth, depth_<class>,
@@ -74,10 +74,10 @@ class Subscription:
         topic: relative to the namespace, or absolute.
         msgtype: such as `sensor_msgs/msg/NavSatFix`.
         depth: of the queue.
-        handle: takes a message and when it came, ns.
-        required: whether no position can be found without it.
+        handle: called with a message and its arrival time, ns.
+        required: whether positions need it.
         versioned: whether the topic may end with `_v1`, `_v2`, … instead.
-        sent_once: whether it may be sent once and latched, before anybody listens.
+        sent_once: whether it may be sent once and latched, before there is a subscriber.
     """
 
     name: str
@@ -95,12 +95,12 @@ class Feed:
 
     Args:
         config: the estimator's parameters.
-        estimator: takes the values.
-        warn: takes a sentence when a message cannot be used at all (a CameraInfo of zeros); the
-            same sentence is not repeated.
+        estimator: receives the values.
+        warn: called with a sentence about an unusable message (a CameraInfo of zeros), once per
+            sentence.
 
     Attributes:
-        subscriptions: the topics to listen to; those replaced by a constant are absent.
+        subscriptions: the topics to subscribe to, without those replaced by a constant.
     """
 
     def __init__(
@@ -120,7 +120,7 @@ class Feed:
 
     @property
     def stamps_on_arrival(self) -> list[str]:
-        """Names of inputs on topics whose messages are stamped when they arrive."""
+        """Names of inputs whose messages are stamped on arrival."""
         config = self._config
         groups: dict[str, FixConfig | AttitudeConfig | GimbalConfig | HeightConfig] = {
             "fix": config.fix,
@@ -172,13 +172,13 @@ class Feed:
         return found
 
     def _refusing(self, subscription: Subscription) -> Subscription:
-        """Return a subscription whose messages are refused where they cannot be read."""
+        """Return a subscription that refuses messages that cannot be read."""
         name, read = subscription.name, subscription.handle
 
         def handle(msg: Any, arrival_ns: int) -> None:
             try:
                 read(msg, arrival_ns)
-            except (MemoryError, AerialGnssError):  # the latter is meant for the user
+            except (MemoryError, AerialGnssError):  # ConfigError is meant for the user
                 raise
             except Exception as error:  # noqa: BLE001 - no message ends a flight
                 why = f"it cannot be read ({type(error).__name__}: {error})"
@@ -209,13 +209,13 @@ class Feed:
         stamp = stamp_ns(msg, arrival_ns, config.stamp)
         height = HEIGHT[config.type].read(msg, stamp, config)
         if config.home_topic:
-            if math.isnan(self._home_altitude):  # an altitude is no height: better none than it
+            if math.isnan(self._home_altitude):  # an altitude is not a height: use none
                 return
             height = replace(height, value=height.value - self._home_altitude)
         self._estimator.add_height(height)
 
     def _home(self, msg: Any, arrival_ns: int) -> None:
-        """Keep the altitude of the take-off point: it is sent seldom, or once."""
+        """Store the altitude of the take-off point, which is sent rarely or once."""
         config = self._config.height
         altitude = HEIGHT[config.type].read(msg, arrival_ns, config).value
         if math.isfinite(altitude):
@@ -239,7 +239,9 @@ class Feed:
 
     def _info(self, msg: Any, arrival_ns: int) -> None:
         key = canonical.camera_key(msg)
-        if key != self._camera_key:  # a model costs more than a comparison, and comes per image
+        if (
+            key != self._camera_key
+        ):  # building a model costs more than comparing, and CameraInfo comes with every image
             self._camera_key = key
             self._camera = self._model(msg)
         stamp = stamp_ns(msg, arrival_ns, self._config.camera.stamp)
@@ -252,7 +254,7 @@ class Feed:
             sentence = f"{self._config.camera.topic}: {error}"
         except (ArithmeticError, LookupError, TypeError, ValueError) as error:
             sentence = (
-                f"{self._config.camera.topic}: this CameraInfo cannot be used "
+                f"{self._config.camera.topic}: this CameraInfo is unusable "
                 f"({type(error).__name__}: {error})."
             )
         if self._warn is not None and sentence != self._last_warning:

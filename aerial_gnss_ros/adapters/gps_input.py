@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""A published position as MAVLink GPS_INPUT (232): a robot's autopilot takes it as a receiver."""
+"""A published position as MAVLink GPS_INPUT (232), a GNSS receiver to a robot's autopilot."""
 
 from __future__ import annotations
 
@@ -27,11 +27,11 @@ VERTICAL_M = 5.0
 def gps_input(seen: Sighting, satellites: int) -> dict[str, Any]:
     """Return the fields of a GPS_INPUT.
 
-    The fix is 3D where the altitude is known, above mean sea level by EGM96, else 2D. Velocity is
+    The fix is 3D if the altitude is known (above mean sea level by EGM96), else 2D. Velocity is
     left out: a NavSatFix has none.
 
     Args:
-        seen: measured: nothing is to be sent of a robot that coasts.
+        seen: a measured position; coasting robots must not be sent.
         satellites: a constant; the message has no value for unknown.
     """
     known = math.isfinite(seen.altitude)

@@ -28,7 +28,7 @@ class Kind(Generic[Group, Value]):
 
     Attributes:
         msgtype: such as `sensor_msgs/msg/NavSatFix`.
-        read: takes the message, its stamp in ns and the input's configuration.
+        read: converts the message, given its stamp in ns and the input's configuration.
         versioned: whether its topic may end with `_v1`, `_v2`, … (PX4 since 1.16).
     """
 
@@ -38,7 +38,7 @@ class Kind(Generic[Group, Value]):
 
 
 def stamp_ns(msg: Any, arrival_ns: int, clock: str) -> int:
-    """Return a message's time of validity, ns, by the clock that the configuration names."""
+    """Return a message's time of validity, ns, on the clock that the configuration names."""
     if clock == "arrival":
         return arrival_ns
     return px4.nanoseconds(msg) if clock == "px4_us" else nanoseconds(msg.header.stamp)

@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Names of the published frames, and where z of the map frame is 0."""
+"""Names of the published frames, and the height at which z of the map frame is 0."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ WAVES_M2 = 0.25
 """Variance of z where z is 0 on the water by definition: half a metre of waves and body."""
 
 ALTITUDE_M2 = 25.0
-"""Variance of a known altitude: it is the drone's GNSS altitude less its height above the water,
-and five metres is what a receiver without corrections does vertically. An estimate of it does not
-exist; message fields that contain it say `approximated`."""
+"""Variance of a known altitude, which is the drone's GNSS altitude less its height above the water:
+five metres is the vertical error of a receiver without corrections. It is not estimated; message
+fields that contain it say `approximated`."""
 
 UNKNOWN_LENGTH_M2 = 1e6
-"""Variance of a coordinate about which nothing is known: one sigma is a kilometre."""
+"""Variance of an unknown coordinate: one sigma is a kilometre."""
 
 
 @dataclass(frozen=True)
@@ -32,7 +32,7 @@ class Frames:
     Attributes:
         map: the local frame, x east and y north.
         prefix: of robots' frames, such as `drone1/`.
-        on_water: z is 0 on the water; False: at the altitude that was configured.
+        on_water: z is 0 on the water; False: at the configured altitude.
     """
 
     map: str = "map"
@@ -44,7 +44,7 @@ class Frames:
         return f"{self.prefix}{robot_id}/course"
 
     def up(self, estimate: RobotEstimate, datum: MapDatum | None) -> tuple[float, float]:
-        """Return a robot's z in `map`, m, and its variance, m²; never NaN, which viewers drop."""
+        """Return a robot's z in `map`, m, and its variance, m²; never NaN: viewers drop it."""
         if self.on_water:
             return 0.0, WAVES_M2
         up = estimate.altitude - (math.nan if datum is None else datum.altitude)
@@ -55,8 +55,8 @@ def frames(config: MapConfig, namespace: str = "") -> Frames:
     """Return the frames of a node.
 
     Args:
-        config: `frame`, and the origin's altitude where it is given.
-        namespace: of the node; two drones then have frames of their own.
+        config: with `frame`, and the origin's altitude if given.
+        namespace: of the node, so that frames of two drones differ.
     """
     inner = namespace.strip("/")
     prefix = f"{inner}/" if inner else ""
@@ -64,12 +64,12 @@ def frames(config: MapConfig, namespace: str = "") -> Frames:
 
 
 class OnWater:
-    """Puts the published origin onto the water, at the altitude that the first pose gives.
+    """Places the published origin on the water, at the altitude that the first pose gives.
 
-    The altitude then stays, as the origin does; the receiver's altitude drifts by metres.
+    The altitude then stays fixed like the origin; the receiver's altitude drifts by metres.
 
     Args:
-        names: where `on_water` is False, nothing is changed.
+        names: if `on_water` is False, nothing is changed.
     """
 
     def __init__(self, names: Frames) -> None:
@@ -79,7 +79,7 @@ class OnWater:
         self._begun = False
 
     def leveled(self, result: FrameResult) -> FrameResult:
-        """Return a result whose origin lies on the water; without one until a pose is known."""
+        """Return a result whose origin is on the water; without one until a pose is known."""
         if result.datum is None or not self._names.on_water:
             return result
         place = (result.datum.latitude, result.datum.longitude)

@@ -28,10 +28,10 @@ _WHITE = {"r": 1.0, "g": 1.0, "b": 1.0, "a": 1.0}
 
 
 def marker_array(result: FrameResult, frames: Frames) -> dict[str, Any]:
-    """Return a visualization_msgs/MarkerArray that holds the whole picture.
+    """Return a visualization_msgs/MarkerArray of all robots.
 
-    It begins by deleting everything: a lost robot disappears, and a viewer that joins late needs
-    only the latched last array. A robot's markers have its id as name space and stable numbers.
+    It begins with DELETEALL: a lost robot disappears, and a late viewer needs only the latched last
+    array. A robot's markers have its id as namespace and stable numbers.
     """
     header = header_fields(result.stamp_ns, frames.map)
     markers: list[dict[str, Any]] = [

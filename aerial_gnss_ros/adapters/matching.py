@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Finds the vehicle profile and namespace that fit present topics, by name and type."""
+"""Matches vehicle profiles and namespaces with existing topics, by name and type."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ DETECTIONS = "detections"
 CAMERA_INFO_TYPE = "sensor_msgs/msg/CameraInfo"
 IMAGE_TYPES = ("sensor_msgs/msg/Image", "sensor_msgs/msg/CompressedImage")
 
-# Our own results and a simulation's truth look like inputs, and are none.
+# This package's results and a simulation's truth look like inputs but are not.
 _NOT_INPUTS = re.compile(r".*/(robots|truth)/.*")
 _KINDS: Mapping[str, Mapping[str, Kind[Any, Any]]] = {
     "fix": FIX,
@@ -33,9 +33,9 @@ class SeenTopic:
     Attributes:
         name: absolute.
         msgtype: such as `sensor_msgs/msg/NavSatFix`.
-        rate_hz: messages a second; 0 where it is not known.
+        rate_hz: messages a second; 0 if unknown.
         count: messages seen.
-        trouble: why its messages cannot be read; empty where they can.
+        trouble: why its messages cannot be read; empty if they can.
     """
 
     name: str
@@ -47,14 +47,14 @@ class SeenTopic:
 
 @dataclass(frozen=True)
 class Fit:
-    """How well a profile fits in a namespace.
+    """How well a profile matches in a namespace.
 
     Attributes:
         profile: its name.
         namespace: without slashes around it; empty for none.
         matched: topics by input.
-        wrong_type: topics by input that are there with another type.
-        missing: inputs without which no position can be found.
+        wrong_type: topics by input that exist with another type.
+        missing: absent inputs that positions need.
     """
 
     profile: str
@@ -65,16 +65,16 @@ class Fit:
 
     @property
     def score(self) -> int:
-        """Higher fits better."""
+        """Higher is a better match."""
         return 2 * len(self.matched) - 2 * len(self.missing) - len(self.wrong_type)
 
 
 def fits(profiles: Mapping[str, Sequence[Subscription]], seen: Sequence[SeenTopic]) -> list[Fit]:
-    """Return each profile in the namespace where it fits best, the best profile first.
+    """Return each profile in its best namespace, the best profile first.
 
     Args:
         profiles: the feed's subscriptions by profile.
-        seen: what there is.
+        seen: the existing topics.
     """
     found = [
         max(
@@ -89,12 +89,12 @@ def fits(profiles: Mapping[str, Sequence[Subscription]], seen: Sequence[SeenTopi
 def other_drones(
     profiles: Mapping[str, Sequence[Subscription]], seen: Sequence[SeenTopic], found: Fit
 ) -> list[Fit]:
-    """Return the best complete profile of each other namespace in which a drone has a position.
+    """Return the best complete profile of each other namespace with a drone's position.
 
     Args:
         profiles: the feed's subscriptions by profile.
-        seen: what there is.
-        found: the profile whose namespace is known already.
+        seen: the existing topics.
+        found: the profile of the first drone.
     """
     others: dict[str, Fit] = {}
     for name, inputs in profiles.items():
@@ -108,7 +108,7 @@ def other_drones(
 
 
 def candidates(source: str, seen: Iterable[SeenTopic]) -> list[tuple[SeenTopic, str]]:
-    """Return topics that could serve an input, each with the name of its type in the parameters."""
+    """Return candidate topics for an input, each with the name of its type in the parameters."""
     if source == "camera_info":
         return [(t, "") for t in seen if t.msgtype == CAMERA_INFO_TYPE and _is_input(t)]
     kinds = _KINDS.get(source, {})

@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""MAVLink's gimbal: what GIMBAL_DEVICE_ATTITUDE_STATUS is relative to, as its flags say.
+"""Reference of MAVLink's GIMBAL_DEVICE_ATTITUDE_STATUS, from its flags.
 
 Its quaternion is FRD in a level frame whose x axis points north or along the vehicle's nose; roll
 and pitch are always from the horizon (MAVLink common.xml, message 285).
@@ -21,9 +21,9 @@ YAW_IN_EARTH_FRAME = 64
 
 
 def reference(flags: int) -> str:
-    """Return `earth` or `heading`, or nothing where the flags contradict one another.
+    """Return `earth` or `heading`, or None if the flags contradict each other.
 
-    Devices that set neither frame flag are older: YAW_LOCK then says that yaw is earth's.
+    Older devices set neither frame flag: then YAW_LOCK means that yaw is earth-referenced.
     """
     earth, vehicle = bool(flags & YAW_IN_EARTH_FRAME), bool(flags & YAW_IN_VEHICLE_FRAME)
     if earth and vehicle:
@@ -38,13 +38,13 @@ def gimbal(quaternion: Array, flags: int, stamp_ns: int, config: GimbalConfig) -
 
     Args:
         quaternion: (4,) x, y, z, w.
-        flags: its GIMBAL_DEVICE_FLAGS; not regarded where `config.reference` names a frame: some
+        flags: its GIMBAL_DEVICE_FLAGS; ignored if `config.reference` names a frame, because some
             devices set wrong ones.
         stamp_ns: time of validity, ns.
         config: of the gimbal.
 
     Returns:
-        The orientation; of NaN, so that the core refuses it, where the flags contradict.
+        The orientation; NaN, so that the core refuses it, if the flags contradict each other.
     """
     said = reference(flags)
     if config.reference == axes.MAVLINK_FLAGS and not said:

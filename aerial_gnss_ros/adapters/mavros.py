@@ -1,9 +1,9 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""MAVROS (PX4 and ArduPilot). Its position, attitude and heights are canonical messages already.
+"""MAVROS (PX4 and ArduPilot). Its position, attitude and heights are canonical messages.
 
-What it passes through unconverted is the gimbal: FRD axes, MAVLink's signs (camera down is a
-negative pitch), whatever its `frame_id` says.
+Only the gimbal is passed through unconverted: FRD axes, MAVLink's signs (camera down is a negative
+pitch), whatever its `frame_id`.
 """
 
 from __future__ import annotations

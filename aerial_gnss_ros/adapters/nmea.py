@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""A published position as NMEA 0183 sentences, for plotters and for what reads a receiver."""
+"""A published position as NMEA 0183 sentences, for plotters and programs that read a receiver."""
 
 from __future__ import annotations
 
@@ -11,16 +11,16 @@ from aerial_gnss_ros.adapters.sightings import Sighting
 from aerial_gnss_ros.core.geometry.geoid import undulation
 
 USER_RANGE_ERROR_M = 5.0
-"""What readers of an HDOP multiply it with to have metres: a receiver without corrections."""
+"""Error in metres per unit of HDOP, for a receiver without corrections."""
 
 _MEASURED, _ESTIMATED = "1", "6"  # GGA's quality: GPS fix; dead reckoning
 
 
 def gga(seen: Sighting) -> str:
-    """Return a GGA sentence; quality 6, estimated, while the robot is not seen.
+    """Return a GGA sentence; quality 6, estimated, while the robot is coasting.
 
-    The altitude is above mean sea level (EGM96), and empty, as the geoid's separation is, where
-    nobody knows it. There are no satellites to count: that field is empty, too.
+    The altitude is above mean sea level (EGM96); it and the geoid separation are empty if unknown.
+    The number of satellites is empty, too.
     """
     altitude = separation = ""
     if math.isfinite(seen.altitude):
@@ -33,9 +33,9 @@ def gga(seen: Sighting) -> str:
 
 
 def rmc(seen: Sighting) -> str:
-    """Return an RMC sentence; status V and mode E, estimated, while the robot is not seen.
+    """Return an RMC sentence; status V and mode E, estimated, while the robot is coasting.
 
-    Speed and course are empty: the position does not say them.
+    Speed and course are empty: the message has none.
     """
     place = (*_angle(seen.latitude, "N", "S", 2), *_angle(seen.longitude, "E", "W", 3))
     status, mode = ("A", "A") if seen.measured else ("V", "E")
@@ -44,7 +44,7 @@ def rmc(seen: Sighting) -> str:
 
 
 def hdop(sigma: float) -> float:
-    """Return the HDOP of one sigma per axis, m: 99.9 where it is unknown or larger."""
+    """Return the HDOP of one sigma per axis, m: 99.9 if it is unknown or larger."""
     value = math.sqrt(2.0) * sigma / USER_RANGE_ERROR_M
     return min(max(value, 0.1), 99.9) if math.isfinite(value) else 99.9
 

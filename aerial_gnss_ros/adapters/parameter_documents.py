@@ -31,7 +31,7 @@ def document(node: str, schema: type[Any], generator: str, examples: str = "") -
         node: the node's name.
         schema: the dataclass of its parameters.
         generator: the command that writes the file, for the header.
-        examples: text that is put at the end as comment, for keys that have no default.
+        examples: text appended as comments, for keys without a default.
     """
     lines = [
         f"# {line}".rstrip() for line in _HEADER.format(node=node, generator=generator).splitlines()
@@ -59,7 +59,7 @@ def _group(schema: type[Any], prefix: str, indent: int) -> Iterator[str]:
 
 
 def meaning(leaf: Leaf) -> str:
-    """Return what a parameter means, with unit, range, default and when it can be changed."""
+    """Return a parameter's meaning, unit, range, default and whether it is dynamic."""
     key = leaf.key
     facts = []
     if key.unit:

@@ -4,9 +4,9 @@
 
 ROS itself ignores a parameter that no node declares. Here a misspelt key is refused by name, and
 every message names the file. Only in a section that other programs may share (`/**`, `/drone1/*`)
-it is told and left out: it may be theirs. A section is chosen as ROS chooses it: by the node's full
-name, where `*` stands for one token and `**` for any number; an exact name beats a pattern, and of
-two equal ones the later wins. A file without `ros__parameters` is one section for every node.
+it is reported and ignored. Sections are selected as in ROS: by the node's full name, with `*` for
+one token and `**` for any number; an exact name takes precedence over a pattern, and the later of
+two equal ones over the earlier. A file without `ros__parameters` is one section for every node.
 """
 
 from __future__ import annotations
@@ -38,18 +38,18 @@ def read(
     namespace: str = "/",
     tell: Tell | None = None,
 ) -> dict[str, dict[str, Any]]:
-    """Return what parameter files give to each node, as dotted names with checked values.
+    """Return the checked values that parameter files give to each node, by dotted name.
 
     Args:
-        paths: the files; a later one wins.
+        paths: the files; later ones take precedence.
         schemas: node name (`estimator`) to the dataclass of its parameters.
         namespace: the nodes' namespace, for files with sections such as `/drone1/estimator`.
-        tell: takes a sentence about an unknown key in a section that other programs may share,
-            which is left out; None: it is refused as everywhere.
+        tell: called with a sentence about each unknown key ignored in a shared section; None: such
+            keys are refused, too.
 
     Returns:
-        For each node name the values to build its configuration from. `use_sim_time` and other
-        parameters of ROS itself are not among them: see `ros_parameters`.
+        Values for each node's configuration, by node name. `use_sim_time` and other parameters of
+        ROS itself are not among them: see `ros_parameters`.
 
     Raises:
         ConfigError: a file is missing or not YAML, none of its sections is for these nodes, or a
@@ -68,7 +68,7 @@ def read(
 def foreign(
     paths: Sequence[Path | str], schemas: Mapping[str, type[Any]], node: str, namespace: str = "/"
 ) -> dict[str, str]:
-    """Return unknown keys that a node has only from sections that other programs may share.
+    """Return a node's unknown keys from sections that other programs may share.
 
     Args:
         paths: parameter files that ROS itself was given.
@@ -77,7 +77,7 @@ def foreign(
         namespace: of the node.
 
     Returns:
-        The file that has it, by key.
+        The file, by key.
 
     Raises:
         ConfigError: a file is missing or not YAML.
@@ -97,10 +97,10 @@ def foreign(
 
 
 def left_out(path: Path | str, name: str) -> str:
-    """Return the sentence about a key of other programs."""
+    """Return the sentence about an ignored key."""
     return (
-        f"{path}: {cut(name)} is no parameter of ours and is left out; if it was meant for a node "
-        "of this package, it is misspelt."
+        f"{path}: {cut(name)} is not a parameter of this package and is ignored; if it was meant "
+        "for one of its nodes, it is misspelt."
     )
 
 
@@ -126,12 +126,12 @@ def ros_parameters(paths: Sequence[Path | str], node: str, namespace: str = "/")
 
 
 def is_ros_own(name: str) -> bool:
-    """Whether a parameter belongs to ROS itself, so that no schema knows it."""
+    """Whether a parameter belongs to ROS itself and so to no schema."""
     return _ROS_OWN.fullmatch(name) is not None
 
 
 def checked(schema: type[Any], values: Mapping[str, Any]) -> dict[str, Any]:
-    """Return flat values, each as its parameter's own type; names in free groups are left.
+    """Return flat values converted to their parameters' types, except in free groups.
 
     Raises:
         ConfigError: an unknown key, a wrong type or a value out of range.
@@ -152,7 +152,7 @@ def _checked_free(name: str, value: Any) -> Any:
 
 
 def free_groups(schema: type[Any]) -> tuple[str, ...]:
-    """Return the groups whose keys the user invents, such as `robots`."""
+    """Return the groups whose keys the user chooses, such as `robots`."""
     hints = type_hints(schema)
     return tuple(
         item.name
@@ -171,14 +171,14 @@ def _checked_value(schema: type[Any], known: Mapping[str, Leaf], name: str, valu
         raise ConfigError(f"{name} is not a parameter.")
     if value is None:
         if known[name].key.length is None and "tuple" in str(known[name].kind):
-            return ()  # how ROS hands over an empty list
+            return ()  # ROS passes an empty list this way
         raise ConfigError(f"{name} has no value; give one or remove the line.")
     return check(known[name], value)
 
 
 @contextmanager
 def _naming(path: Path) -> Iterator[None]:
-    """Put the file's name before what was wrong in it."""
+    """Prefix errors with the file's name."""
     try:
         yield
     except ConfigError as error:
@@ -213,7 +213,7 @@ def _merge(
 def _shares(
     flat: Mapping[str, Any], matched: Sequence[tuple[str, type[Any]]]
 ) -> dict[str, dict[str, Any]]:
-    """Give each node those values of a section that it knows; one that none knows is refused."""
+    """Give each node its values of a section; a value that no node knows is refused."""
     shares: dict[str, dict[str, Any]] = {node: {} for node, _ in matched}
     for name, value in flat.items() if matched else ():
         takers = [pair for pair in matched if _knows(pair[1], name)] or _nearest(matched, name)
@@ -225,7 +225,7 @@ def _shares(
 def _nearest(
     matched: Sequence[tuple[str, type[Any]]], name: str
 ) -> Sequence[tuple[str, type[Any]]]:
-    """Return the node whose parameters an unknown key was probably meant for: it refuses best."""
+    """Return the node for which an unknown key was probably meant, for the better suggestion."""
     first = name.split(".", 1)[0]
     near = [
         pair
@@ -252,7 +252,7 @@ def _matches(pattern: Sequence[str], name: Sequence[str]) -> bool:
 
 
 def _is_shared(pattern: Sequence[str]) -> bool:
-    """Whether a section may be meant for nodes of other names, too."""
+    """Whether a section may also apply to nodes of other names."""
     return not pattern or pattern[-1] in ("*", "**")
 
 

@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""What the EXIF of a photo says about the camera that took it."""
+"""Camera data from a photo's EXIF."""
 
 from __future__ import annotations
 
@@ -11,17 +11,17 @@ from pathlib import Path
 from aerial_gnss_ros.core.values.errors import InputError
 
 SUFFIXES = (".jpg", ".jpeg")
-_FORMATS = ("JPEG", "MPO")  # MPO: some drones put a second, smaller JPEG behind the first
+_FORMATS = ("JPEG", "MPO")  # MPO: some drones append a second, smaller JPEG
 _EXIF_IFD, _FOCAL_EQUIVALENT, _MODEL = 0x8769, 0xA405, 0x0110
 
 
 @dataclass(frozen=True)
 class Photo:
-    """A photo's own description.
+    """Camera data of a photo.
 
     Attributes:
         size: width and height, px.
-        equivalent_mm: focal length on 36 x 24 mm film of the same field of view, mm.
+        equivalent_mm: 35 mm equivalent focal length, mm.
         model: the camera's name, or "".
     """
 
@@ -41,12 +41,12 @@ def read_photo(path: Path) -> Photo:
     try:
         with warnings.catch_warnings(), Image.open(path, formats=_FORMATS) as image:
             warnings.simplefilter("ignore", Image.DecompressionBombWarning)
-            size, exif = image.size, image.getexif()  # neither decodes a pixel of a JPEG
+            size, exif = image.size, image.getexif()  # neither decodes the pixels of a JPEG
             equivalent = exif.get_ifd(_EXIF_IFD).get(_FOCAL_EQUIVALENT, 0)
     except FileNotFoundError as error:
         raise InputError(f"{path} does not exist; give a photo of the camera.") from error
-    except Exception as error:  # Pillow raises whatever the damage causes
-        raise InputError(f"{path} is not a photo that can be read; give a JPEG.") from error
+    except Exception as error:  # Pillow raises arbitrary exceptions on damage
+        raise InputError(f"{path} is not a readable photo; give a JPEG.") from error
     if not isinstance(equivalent, int | float) or not equivalent > 0:
         raise InputError(
             f"the EXIF of {path} has no focal length in 35 mm (FocalLengthIn35mmFilm); give a "

@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""DJI through psdk_ros2. Only its gimbal is not a canonical message."""
+"""DJI through psdk_ros2. Only its gimbal message is not canonical."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from aerial_gnss_ros.adapters import axes
 from aerial_gnss_ros.core.config.telemetry import GimbalConfig
 from aerial_gnss_ros.core.values.samples import Orientation
 
-NORTH_TO_EAST = 1.571  # psdk_ros2 takes it for pi/2, so that its yaw is 0.012 deg too large
+NORTH_TO_EAST = 1.571  # psdk_ros2 uses this for pi/2, so its yaw is 0.012 deg too large
 
 
 def gimbal(msg: Any, stamp_ns: int, config: GimbalConfig) -> Orientation:

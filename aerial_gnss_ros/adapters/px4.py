@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""PX4 over uXRCE-DDS (px4_msgs). Releases differ: fields that came or went are looked for.
+"""PX4 over uXRCE-DDS (px4_msgs). Releases differ: fields that were added or removed are optional.
 
 Everything is NED and FRD; quaternions are w, x, y, z; stamps are microseconds.
 """
@@ -75,12 +75,12 @@ def gimbal(msg: Any, stamp_ns: int, config: GimbalConfig) -> Orientation:
 
 
 def height_above_origin(msg: Any, stamp_ns: int, _config: HeightConfig) -> Scalar:
-    """Return the height above where the local frame began, of a px4_msgs/VehicleLocalPosition."""
+    """Return the height above the local frame's origin, of a px4_msgs/VehicleLocalPosition."""
     return Scalar(stamp_ns, -float(msg.z) if msg.z_valid else math.nan)
 
 
 def height_above_bottom(msg: Any, stamp_ns: int, _config: HeightConfig) -> Scalar:
-    """Return the range finder's height as PX4's filter has it, NaN while it is not valid."""
+    """Return the range finder's height from PX4's filter, NaN while it is invalid."""
     return Scalar(stamp_ns, float(msg.dist_bottom) if msg.dist_bottom_valid else math.nan)
 
 
@@ -90,10 +90,10 @@ def _xyzw(wxyz: Any) -> Array:
 
 
 def _covariance(horizontal: float, vertical: float) -> Array | None:
-    """Return (3, 3) East, North, Up in m² of standard deviations; None where none is given: 0.
+    """Return (3, 3) East, North, Up in m² from standard deviations; None if they are 0: not given.
 
-    What is no standard deviation (negative, infinite, NaN) makes no covariance: the core refuses
-    the position.
+    Invalid standard deviations (negative, infinite, NaN) make an invalid covariance, so that the
+    core refuses the position.
     """
     if horizontal == 0.0:
         return None

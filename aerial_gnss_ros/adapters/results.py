@@ -1,9 +1,9 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Results as nested dicts in ROS field names; `bags` and `nodes` make messages of them.
+"""Results as nested dicts in ROS field names; `bags` and `nodes` convert them to messages.
 
-A dict names only what is not zero, empty or identity. Positions are east, north, up in the map
-frame; only GeoPoseWithCovarianceStamped wants north first.
+A dict contains only fields that are not zero, empty or identity. Positions are east, north, up in
+the map frame; only GeoPoseWithCovarianceStamped has north first.
 """
 
 from __future__ import annotations
@@ -25,11 +25,11 @@ ROOT = Frames()
 """Frames of an estimator in the root namespace."""
 
 UNKNOWN_ANGLE_RAD2 = math.pi**2
-"""Variance of an angle about which nothing is known: one sigma is half a turn."""
+"""Variance of an unknown angle: one sigma is half a turn."""
 
 COURSE_KNOWN = 9.21
-"""Squared ratio of velocity to its own uncertainty from which on it has a direction: 99 % of a
-resting robot's estimates lie below (chi-square, two degrees of freedom)."""
+"""Squared ratio of velocity to its uncertainty above which the course is published: 99 % of a
+resting robot's estimates are below (chi-square, two degrees of freedom)."""
 
 FIX, NO_FIX = 0, -1  # sensor_msgs/NavSatStatus
 SERVICE_GPS = 1
@@ -37,7 +37,7 @@ COVARIANCE_APPROXIMATED = 1  # sensor_msgs/NavSatFix
 
 
 class Boxes(Protocol):
-    """What is needed of `detection.base.Detections`, which lies above this package."""
+    """Attributes used of `detection.base.Detections`, which is above this package."""
 
     @property
     def xywh(self) -> Array:
@@ -73,12 +73,12 @@ MARKERS = ("robots/markers", "visualization_msgs/msg/MarkerArray")
 
 
 def result_messages(result: FrameResult, frames: Frames = ROOT) -> list[OutgoingMessage]:
-    """Return all topics of an estimator for one image but transforms, in a fixed order."""
+    """Return all messages of an estimator for one image except transforms, in a fixed order."""
     return [*position_messages(result, frames), markers(result, frames)]
 
 
 def markers(result: FrameResult, frames: Frames = ROOT) -> OutgoingMessage:
-    """Return the picture of all robots."""
+    """Return the markers of all robots."""
     return OutgoingMessage(*MARKERS, marker_array(result, frames))
 
 
@@ -106,10 +106,10 @@ def position_messages(result: FrameResult, frames: Frames = ROOT) -> list[Outgoi
 
 
 def course(estimate: RobotEstimate) -> tuple[float, float] | None:
-    """Return a robot's course as ENU yaw in rad and its variance in rad², None when unknown.
+    """Return a robot's course as ENU yaw in rad and its variance in rad², None if unknown.
 
-    A course exists when the velocity is larger than its own uncertainty can explain; the variance
-    is the first-order one of atan2.
+    The course is known if the velocity exceeds its uncertainty (`COURSE_KNOWN`); its variance is
+    that of atan2 to first order.
     """
     velocity, covariance = estimate.velocity, estimate.covariance[2:, 2:]
     if not (all_finite(velocity) and all_finite(covariance)):
@@ -127,7 +127,9 @@ def _squared_ratio(velocity: Array, covariance: Array) -> float:
     determinant = a * d - b * b
     if determinant > 1e-9 * (a + d) ** 2:
         return float((d * x * x - 2.0 * b * x * y + a * y * y) / determinant)
-    return float(velocity @ np.linalg.pinv(covariance) @ velocity)  # known along one line only
+    return float(
+        velocity @ np.linalg.pinv(covariance) @ velocity
+    )  # singular: known in one direction only
 
 
 def map_datum(stamp_ns: int, datum: MapDatum, frames: Frames = ROOT) -> OutgoingMessage:
@@ -175,7 +177,7 @@ def nav_sat_fix(estimate: RobotEstimate, frames: Frames = ROOT) -> dict[str, Any
 def odometry(
     estimate: RobotEstimate, datum: MapDatum | None, frames: Frames = ROOT
 ) -> dict[str, Any]:
-    """Return a nav_msgs/Odometry in the map frame, twist along the course where that is known."""
+    """Return a nav_msgs/Odometry in the map frame, twist along the course if known."""
     heading = course(estimate)
     yaw, yaw_variance = heading or (0.0, UNKNOWN_ANGLE_RAD2)
     covariance = _position_covariance(estimate)
@@ -256,7 +258,7 @@ def detection_array(detections: Boxes, header: dict[str, Any]) -> dict[str, Any]
 
 
 def _known_velocity(estimate: RobotEstimate) -> tuple[Array, Array]:
-    """Return velocity and covariance, ENU; zero with a huge variance where none is estimated."""
+    """Return velocity and covariance, ENU; zero with a huge variance if not estimated."""
     velocity, covariance = estimate.velocity, estimate.covariance[2:, 2:]
     if all_finite(velocity) and all_finite(covariance):
         return velocity, covariance
@@ -272,7 +274,7 @@ def _position_covariance(estimate: RobotEstimate) -> Array:
 
 
 def _pose_covariance(position: Array, yaw_variance: float) -> list[float]:
-    """Return 36 numbers; a robot's roll and pitch are never known, its yaw is its course."""
+    """Return 36 numbers; a robot's roll and pitch are unknown, its yaw is its course."""
     covariance = np.diag([0.0, 0.0, 0.0, UNKNOWN_ANGLE_RAD2, UNKNOWN_ANGLE_RAD2, yaw_variance])
     covariance[:3, :3] = position
     return _floats(covariance)

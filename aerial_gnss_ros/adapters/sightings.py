@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""A published position as other programs want it: Cursor on Target XML, MAVLink fields."""
+"""A published position for other programs: Cursor on Target XML, MAVLink fields."""
 
 from __future__ import annotations
 
@@ -32,9 +32,9 @@ class Sighting:
         longitude: rad.
         altitude: of the water above the ellipsoid, m; NaN when unknown.
         sigma: one sigma per horizontal axis, m.
-        measured: False while the robot coasts.
+        measured: False if the robot is coasting.
         namespace: of the drone's estimator without slashes at its ends, such as `drone1`; empty
-            where there is one drone only.
+            with one drone.
     """
 
     robot_id: str
@@ -48,14 +48,14 @@ class Sighting:
 
 
 def sighting(robot_id: str, msg: Any, namespace: str = "") -> Sighting:
-    """Return what a `robots/<id>/fix` (sensor_msgs/NavSatFix) says.
+    """Return the position in a `robots/<id>/fix` (sensor_msgs/NavSatFix).
 
     Raises:
-        InputError: its position is none on Earth.
+        InputError: its position is not on Earth.
     """
     if not (abs(msg.latitude) <= 90.0 and abs(msg.longitude) <= 180.0):
         raise InputError(
-            f"{robot_id} is said to be at {msg.latitude:g}, {msg.longitude:g}, which is no position"
+            f"the position of {robot_id}, {msg.latitude:g}, {msg.longitude:g}, is invalid"
         )
     east, north = float(msg.position_covariance[0]), float(msg.position_covariance[4])
     return Sighting(
@@ -71,12 +71,12 @@ def sighting(robot_id: str, msg: Any, namespace: str = "") -> Sighting:
 
 
 def cursor_on_target(seen: Sighting, kind: str = "a-f-S", stale_s: float = 30.0) -> bytes:
-    """Return a Cursor on Target event (version 2.0) as TAK programs take it by UDP.
+    """Return a Cursor on Target event (version 2.0) for TAK programs by UDP.
 
     Args:
         seen: the position; its stamp is the event's time, so that an old one shows as stale.
         kind: the event's type: a-f-S is a friendly sea surface track, a-f-U a subsurface one.
-        stale_s: after so long receivers show the position as outdated, s.
+        stale_s: time after which receivers show the position as outdated, s.
     """
     known = math.isfinite(seen.altitude)
     # Robots of two drones may have the same name; receivers distinguish marks by uid alone.
@@ -85,7 +85,7 @@ def cursor_on_target(seen: Sighting, kind: str = "a-f-S", stale_s: float = 30.0)
         "lat": f"{math.degrees(seen.latitude):.8f}",
         "lon": f"{math.degrees(seen.longitude):.8f}",
         "hae": f"{seen.altitude if known else COT_UNKNOWN:.2f}",
-        # One sigma, as the schema says of error.
+        # One sigma, as the schema defines error.
         "ce": f"{seen.sigma if math.isfinite(seen.sigma) else COT_UNKNOWN:.2f}",
         "le": f"{COT_UNKNOWN:.1f}",
     }
@@ -100,7 +100,7 @@ def cursor_on_target(seen: Sighting, kind: str = "a-f-S", stale_s: float = 30.0)
         "stale": _iso(seen.stamp_ns + round(stale_s * 1e9)),
     }
     name = "/".join([*drone, seen.robot_id])
-    state = "seen in the image" if seen.measured else "not seen now, predicted"
+    state = "seen in the image" if seen.measured else "out of view, predicted"
     return (
         '<?xml version="1.0" encoding="UTF-8" standalone="yes"?>'
         f"<event {_attributes(event)}><point {_attributes(place)}/><detail>"
@@ -112,8 +112,8 @@ def cursor_on_target(seen: Sighting, kind: str = "a-f-S", stale_s: float = 30.0)
 def tracking_geo_status(seen: Sighting) -> dict[str, Any]:
     """Return the fields of a MAVLink CAMERA_TRACKING_GEO_STATUS (276).
 
-    Its altitude is above mean sea level: the ellipsoidal one less EGM96's undulation, NaN where
-    it is unknown, as are velocity, distance and heading, which this message cannot leave out.
+    Its altitude is above mean sea level: the ellipsoidal one less EGM96's undulation, NaN if
+    unknown, as are velocity, distance and heading, which this message cannot omit.
     """
     altitude = seen.altitude
     if math.isfinite(altitude):
@@ -133,7 +133,7 @@ def host_and_port(text: str) -> tuple[str, int]:
     """Parse HOST:PORT; an IPv6 address stands in brackets.
 
     Raises:
-        InputError: it is none.
+        InputError: it has another form.
     """
     host, _, port = text.rpartition(":")
     host = host.strip("[]")

@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Stamps and headers of messages, by attribute: rclpy's and those of rosbags alike."""
+"""Stamps and headers of messages, by attribute, of rclpy and of rosbags."""
 
 from __future__ import annotations
 
@@ -26,5 +26,5 @@ def header_fields(stamp_ns: int, frame_id: str) -> dict[str, Any]:
 
 
 def copied_header(header: Any) -> dict[str, Any]:
-    """Return the fields of a header exactly as another message carries it."""
+    """Return the fields of a copy of another message's header."""
     return header_fields(nanoseconds(header.stamp), str(header.frame_id))

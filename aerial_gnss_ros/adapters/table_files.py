@@ -15,12 +15,12 @@ from aerial_gnss_ros.text.sentences import cut
 def table_rows(
     path: Path, columns: Sequence[str], meant: str
 ) -> Iterator[tuple[int, dict[str, str]]]:
-    """Yield line number and fields of each row; what a short row lacks is empty.
+    """Yield line number and fields of each row; fields missing from a short row are empty.
 
     Args:
         path: the table, with a header, separated by commas.
-        columns: that it must have.
-        meant: what it should be, for the error, such as `the positions.csv of a replay`.
+        columns: the required columns.
+        meant: the kind of file expected, for the error, such as `the positions.csv of a replay`.
 
     Raises:
         InputError: it cannot be read, is not text, or lacks a column.

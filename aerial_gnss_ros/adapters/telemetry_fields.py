@@ -42,7 +42,7 @@ def fix_fields(fix: Fix, frame_id: str = "gnss") -> dict[str, Any]:
 
 
 def imu_fields(attitude: Orientation, frame_id: str = "body") -> dict[str, Any]:
-    """Return a sensor_msgs/Imu that holds an orientation and nothing else (as its -1 says)."""
+    """Return a sensor_msgs/Imu with only an orientation (-1 marks the rest as absent)."""
     absent = [-1.0] + [0.0] * 8
     return {
         "header": header_fields(attitude.stamp_ns, frame_id),
@@ -57,7 +57,7 @@ def quaternion_fields(orientation: Orientation, frame_id: str) -> dict[str, Any]
 
     Args:
         orientation: the body or the camera.
-        frame_id: what it is relative to, such as `enu`.
+        frame_id: its reference frame, such as `enu`.
     """
     return {
         "header": header_fields(orientation.stamp_ns, frame_id),

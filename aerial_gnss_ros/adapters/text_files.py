@@ -17,7 +17,7 @@ def read_text(path: Path, most_bytes: int) -> str:
 
     Args:
         path: the file.
-        most_bytes: of a larger file nothing is used.
+        most_bytes: size limit; a larger file is refused.
 
     Raises:
         InputError: the file cannot be read, is larger, or is not UTF-8; the line is named.
@@ -31,8 +31,8 @@ def read_text(path: Path, most_bytes: int) -> str:
         raise InputError(f"{cut(str(path))}: cannot be read: {error}.") from error
     if len(content) > most_bytes:
         raise InputError(
-            f"{path}: is larger than {most_bytes / _MEGABYTE:g} MB, the most that is read of such "
-            "a file; see whether it is the right one."
+            f"{path}: is larger than {most_bytes / _MEGABYTE:g} MB, the limit for such a file; "
+            "check that it is the right one."
         )
     try:
         return content.decode("utf-8-sig")

@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Transforms for /tf and /tf_static: where each robot's frame is in `map`, and `map` on Earth."""
+"""Transforms for /tf and /tf_static: each robot's frame in `map`, and `map` on Earth."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ TF_TYPE = "tf2_msgs/msg/TFMessage"
 def course_transforms(result: FrameResult, frames: Frames) -> OutgoingMessage | None:
     """Return `map` to each robot's course frame, None without a robot.
 
-    A frame has no covariance: that of a coasting robot is where it is expected, and ends with it.
+    A transform has no covariance: a coasting robot's frame is at its predicted position.
     """
     found = []
     for estimate in result.estimates:
@@ -48,8 +48,8 @@ def course_transforms(result: FrameResult, frames: Frames) -> OutgoingMessage | 
 def earth_transform(stamp_ns: int, datum: MapDatum, frames: Frames) -> OutgoingMessage:
     """Return `earth` to `map`, which does not change.
 
-    Where nobody knows the altitude, the transform cannot say so: it is then that of mean sea level
-    (EGM96). `map_datum` says NaN.
+    A transform cannot express an unknown altitude: it then uses that of mean sea level (EGM96),
+    while `map_datum` has NaN.
     """
     altitude = datum.altitude
     if math.isnan(altitude):

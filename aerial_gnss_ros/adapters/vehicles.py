@@ -21,7 +21,7 @@ def vehicle_file(vehicle: str) -> Path:
         vehicle: the name of a shipped profile (`generic`), or the path of a YAML file.
 
     Raises:
-        ConfigError: there is no such profile.
+        ConfigError: no such profile.
     """
     path = Path(vehicle).expanduser()
     if path.suffix in (".yaml", ".yml") or path.name != vehicle:
@@ -32,16 +32,16 @@ def vehicle_file(vehicle: str) -> Path:
         return config_path(f"{_FOLDER}/{vehicle}.yaml")
     except InputError as error:
         raise ConfigError(
-            f"{vehicle} is not a vehicle profile; there are {', '.join(vehicle_names())}, or give "
-            "the path of a YAML file of your own."
+            f"{vehicle} is not a vehicle profile; choose from {', '.join(vehicle_names())}, or "
+            "give the path of your own YAML file."
         ) from error
 
 
 def vehicle_text(vehicle: str) -> str:
-    """Return a profile as it stands in its file.
+    """Return the text of a profile.
 
     Raises:
-        ConfigError: there is no such profile.
+        ConfigError: no such profile.
         InputError: the file is not text.
     """
     return read_text(vehicle_file(vehicle), MOST_BYTES)
@@ -53,10 +53,10 @@ def vehicle_names() -> list[str]:
 
 
 def vehicle_summary(vehicle: str) -> str:
-    """Return what a profile is for: the comment in its first line.
+    """Return a profile's summary: the comment in its first line.
 
     Raises:
-        ConfigError: there is no such profile.
+        ConfigError: no such profile.
     """
     first = vehicle_text(vehicle).partition("\n")[0]
     return first.removeprefix("#").strip() if first.startswith("#") else ""

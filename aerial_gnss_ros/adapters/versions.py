@@ -9,11 +9,11 @@ from collections.abc import Iterable
 
 
 def newest_version(topic: str, present: Iterable[str]) -> str:
-    """Return the topic itself where it is present, else its newest version, else itself.
+    """Return the topic itself if present, else its newest version, else itself.
 
     Args:
         topic: full name without version, such as `/fmu/out/vehicle_local_position`.
-        present: full names of topics that somebody publishes or published.
+        present: full names of published or recorded topics.
     """
     names = set(present)
     if topic in names:

@@ -1,10 +1,10 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Reads YAML, with bounds: whatever a file holds, the answer is its content or one sentence.
+"""Reads YAML within bounds: the result is the file's content or an error of one sentence.
 
-Aliases can make a file of a few lines stand for gigabytes, and PyYAML's own constructors raise
-whatever a wrong value causes. So size, depth and what aliases expand to are bounded while the file
-is composed, and every error names file and line.
+Aliases can expand a few lines to gigabytes, and PyYAML's constructors raise arbitrary exceptions on
+wrong values. So size, depth and the expansion of aliases are bounded while the file is composed,
+and every error names file and line.
 """
 
 from __future__ import annotations
@@ -24,21 +24,21 @@ MOST_BYTES = 1_000_000
 MOST_DEPTH = 32
 MOST_NODES = 50_000
 MOST_EXPANDED = 2 * MOST_BYTES
-"""Characters of all values, those behind aliases counted wherever they are used."""
+"""Limit of the characters of all values, with aliases counted at every use."""
 _MOST_KEY = 256
 _MOST_BITS = 64
 
 
 class _RefusedError(Exception):
-    """What is wrong, to be put behind the file's name."""
+    """An error, to be prefixed with the file's name."""
 
 
 def read_yaml(path: Path, *, first: bool = False) -> Any:
-    """Return the content of a YAML file; None where it is empty.
+    """Return the content of a YAML file; None if it is empty.
 
     Args:
         path: the file.
-        first: whether further documents (behind `---`) are left out; otherwise they are an error.
+        first: whether further documents (after `---`) are ignored; otherwise they are an error.
 
     Raises:
         InputError: the file cannot be read, is not YAML, or exceeds the bounds of this module.
@@ -53,11 +53,11 @@ def read_yaml(path: Path, *, first: bool = False) -> Any:
 
 
 def check_depth(path: Path, most_bytes: int) -> None:
-    """Refuse a YAML file that another reader would take long over: one that nests too deep.
+    """Refuse a YAML file that nests too deeply for another reader.
 
     Args:
         path: the file.
-        most_bytes: of the file.
+        most_bytes: size limit of the file.
 
     Raises:
         InputError: the file cannot be read, is not YAML, or nests deeper than `MOST_DEPTH`.
@@ -86,15 +86,15 @@ def _load(text: str, first: bool) -> Any:
 
 
 class _Loader(yaml.SafeLoader):
-    """YAML as ROS reads it: 1e-3 is a number; but a key given twice is an error."""
+    """YAML as ROS reads it (1e-3 is a number), except that a duplicate key is an error."""
 
     def __init__(self, text: str) -> None:
         super().__init__(text)
         self._depth = self._nodes = self._expanded = 0
-        self._sizes: dict[str, tuple[int, int]] = {}  # of anchored nodes that are complete
+        self._sizes: dict[str, tuple[int, int]] = {}  # of completed anchored nodes
 
     def compose_node(self, parent: yaml.Node | None, index: int) -> yaml.Node | None:
-        """Compose a node within the bounds; an alias counts as all that it stands for."""
+        """Compose a node within the bounds; an alias counts with its full content."""
         event: Any = self.peek_event()  # type: ignore[no-untyped-call]
         line = event.start_mark.line + 1
         if isinstance(event, yaml.AliasEvent) and event.anchor is not None:
@@ -114,12 +114,12 @@ class _Loader(yaml.SafeLoader):
         return node
 
     def construct_object(self, node: yaml.Node, deep: bool = False) -> Any:
-        """Construct a value; whatever its constructor raises becomes a sentence."""
+        """Construct a value; any exception of its constructor becomes a sentence."""
         try:
             made = super().construct_object(node, deep)
         except (yaml.YAMLError, _RefusedError):
             raise
-        except Exception as error:  # a constructor raises whatever a wrong value causes
+        except Exception as error:  # constructors raise arbitrary exceptions on wrong values
             raise _RefusedError(_unusable(node)) from error
         if isinstance(made, int) and made.bit_length() > _MOST_BITS:
             raise _RefusedError(_unusable(node))
@@ -131,7 +131,7 @@ class _Loader(yaml.SafeLoader):
         if self._nodes > MOST_NODES or self._expanded > MOST_EXPANDED:
             raise _RefusedError(
                 f"holds more than {MOST_NODES} values or {MOST_EXPANDED} characters (aliases "
-                f"counted wherever they are used), exceeded in line {line}."
+                f"counted at every use), exceeded in line {line}."
             )
 
 
@@ -164,7 +164,7 @@ _Loader.add_constructor(yaml.resolver.BaseResolver.DEFAULT_MAPPING_TAG, _mapping
 def _unusable(node: yaml.Node) -> str:
     kind = node.tag.rpartition(":")[2]
     value = shown(node.value) if isinstance(node, yaml.ScalarNode) else "what follows"
-    return f"{value} in line {node.start_mark.line + 1} cannot be used as {kind}."
+    return f"{value} in line {node.start_mark.line + 1} is not a valid {kind}."
 
 
 def _problem(error: yaml.YAMLError, text: str) -> str:

@@ -1,3 +1,3 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Recorded bags in and out, through `rosbags`: no ROS needed."""
+"""Reading and writing of bags through `rosbags`, without ROS."""

@@ -11,16 +11,16 @@ from aerial_gnss_ros.core.values.errors import InputError
 
 _SLACK_S = 2.0
 _SHARE = 0.02
-_FIX_IT = "give --offset SECONDS (log time at which the video begins), or the right files"
+_FIX_IT = "give --offset SECONDS (log time of the video's start), or the right files"
 
 
 @dataclass(frozen=True)
 class Alignment:
-    """When a video began.
+    """Start of a video.
 
     Attributes:
         start_s: in the log's time, s.
-        how: how that is known, in words.
+        how: source of the start time, in words.
     """
 
     start_s: float
@@ -33,16 +33,16 @@ def align(
     offset_s: float | None = None,
     recording: int | None = None,
 ) -> Alignment:
-    """Return when a video began in the log.
+    """Return the start of a video in the log's time.
 
     Args:
         log: the flight.
         duration_s: of the video.
-        offset_s: log time at which it began, from the user.
+        offset_s: log time of its start, from the user.
         recording: which of the log's recordings it is, from 1, from the user.
 
     Raises:
-        InputError: the durations do not fit, or its beginning is unknown.
+        InputError: the durations do not match, or the start is unknown.
     """
     if recording is not None and offset_s is not None:
         raise InputError("--recording and --offset contradict each other; give one.")
@@ -72,8 +72,8 @@ def _marked(log: DjiLog, duration_s: float, recording: int | None) -> Alignment:
         begin, end = spans[fitting[0]]
         return Alignment(
             begin,
-            f"recording {fitting[0] + 1} of the log ({begin:.1f} to {end:.1f} s), good to about "
-            "1 s: the marker is coarse",
+            f"recording {fitting[0] + 1} of the log ({begin:.1f} to {end:.1f} s), accurate to "
+            "about 1 s: the marker is coarse",
         )
     if fitting:
         numbers = " and ".join(str(i + 1) for i in fitting)
@@ -92,7 +92,7 @@ def _check_overlap(log: DjiLog, duration_s: float, start_s: float) -> None:
     slack = max(_SLACK_S, _SHARE * duration_s)
     if start_s < first - slack or start_s + duration_s > last + slack:
         raise InputError(
-            f"log and video do not fit: the video would last from {start_s:.1f} to "
+            f"log and video do not match: the video would last from {start_s:.1f} to "
             f"{start_s + duration_s:.1f} s, but {log.path} covers {first:.1f} to {last:.1f} s; "
             f"{_FIX_IT}."
         )

@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Which store of message types reads a connection: the common one, or one of the bag's own."""
+"""Chooses the type store for a connection: the common one, or one with the bag's definitions."""
 
 from __future__ import annotations
 
@@ -22,17 +22,17 @@ _IDL_SEPARATOR = "=" * 80 + "\n"
 
 
 class Definitions:
-    """Finds and keeps the stores that one bag needs.
+    """Creates and caches the type stores that one bag needs.
 
-    A bag's own definition wins: it says how its bytes were written, and types that this program
-    has never heard of come with it. Where it equals the common one, the common store is used.
+    A bag's own definition takes precedence: its bytes were written with it, and it may describe
+    types unknown to this program. If it equals the common one, the common store is used.
     """
 
     def __init__(self) -> None:
         self._stores: dict[tuple[str, str], Typestore | None] = {}
 
     def store(self, connection: Connection) -> Typestore | None:
-        """Return the store that knows a connection's type, or None if it is not described."""
+        """Return the store with a connection's type, or None if it is not described."""
         key = (connection.msgtype, connection.msgdef.data)
         if key not in self._stores:
             self._stores[key] = _find(connection)
@@ -51,7 +51,7 @@ def _find(connection: Connection) -> Typestore | None:
             return known
         store = get_typestore(Stores.EMPTY)
         store.register(types)
-        store.get_msgdef(connection.msgtype)  # fails where a nested type is missing
+        store.get_msgdef(connection.msgtype)  # fails if a nested type is missing
     except (TypesysError, KeyError, AssertionError):  # a definition that cannot be parsed
         return known
     return store
@@ -71,5 +71,5 @@ def _own_types(connection: Connection) -> dict[str, Any]:
 
 
 def _fields(definition: Any) -> list[Any]:
-    """Return names and types of a definition's fields; its constants are no matter for reading."""
+    """Return names and types of a definition's fields, without constants."""
     return [(name, kind) for name, kind in definition[1]]

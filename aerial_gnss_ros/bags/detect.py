@@ -22,21 +22,21 @@ _REMEDY = "give the camera of these images as parameters (camera.source: paramet
 
 
 class ImageDetector:
-    """Turns images into arrays of boxes.
+    """Detects boxes in recorded images.
 
-    An image that is damaged is counted and left out. If none of the first `LEAST_TRIED` can be
-    used the others will fare no better, so that is an error.
+    A damaged image is counted and skipped. If none of the first `LEAST_TRIED` is usable, the others
+    will not be either, which is an error.
 
     Args:
         detector: finds the boxes.
         topic: of the images, for messages.
-        described: what describes the camera, for messages.
+        described: source of the camera's description, for messages.
         max_pixels: larger images are refused before they are decoded.
 
     Attributes:
-        refused: images that gave nothing.
-        refusals: why, in words, and how many of them; the first `MOST_TOLD` different reasons.
-        camera_size: of the camera as it is described; takes CameraInfo.
+        refused: number of refused images.
+        refusals: counts by sentence, of the first `MOST_TOLD` different ones.
+        camera_size: compares images with CameraInfo.
     """
 
     def __init__(
@@ -52,10 +52,10 @@ class ImageDetector:
         self.camera_size = CameraSize(_REMEDY)
 
     def detect(self, msg: Any) -> dict[str, Any] | None:
-        """Return the fields of a Detection2DArray, or None when the image cannot be used.
+        """Return the fields of a Detection2DArray, or None if the image is refused.
 
         Raises:
-            InputError: none of the first images can be decoded and has the camera's size.
+            InputError: none of the first images could be decoded with the camera's size.
         """
         try:
             image = decode(msg, self._max_pixels)
@@ -72,7 +72,7 @@ class ImageDetector:
         return detection_array(self._detector.detect(image), copied_header(msg.header))
 
     def check(self) -> None:
-        """Raise InputError, with what was wrong with the first one, where no image was of use."""
+        """Raise InputError with the first refusal if no image was usable."""
         if self.refused and not self._used:
             raise InputError(next(iter(self.refusals)))
 
@@ -83,5 +83,5 @@ class ImageDetector:
 
 
 def detections_message(fields: dict[str, Any]) -> Any:
-    """Return the array as a message, as if it had been recorded."""
+    """Return the array as a recorded message."""
     return make(DETECTIONS_TYPE, fields)

@@ -27,8 +27,8 @@ _COLORS = ("ffb27200", "ff005ed5", "ff739e00", "ffa779cc", "ff009fe6", "ffe9b456
 def geojson(tracks: Tracks) -> str:
     """Return a FeatureCollection (RFC 7946): each robot's line with its stamps, and last position.
 
-    QGIS and web maps open it as it is; `name` and `style` are what Foxglove's map panel reads. A
-    line that crosses the antimeridian is cut there, as the RFC asks (3.1.9).
+    QGIS and web maps open it directly; Foxglove's map panel reads `name` and `style`. A line that
+    crosses the antimeridian is cut there, as the RFC asks (3.1.9).
     """
     features = []
     for index, (robot_id, track) in enumerate(tracks.items()):
@@ -62,9 +62,9 @@ def geojson(tracks: Tracks) -> str:
 
 
 def gpx(tracks: Tracks) -> str:
-    """Return GPX 1.1: a track for each robot, and a waypoint where it was last.
+    """Return GPX 1.1: a track for each robot, and a waypoint at its last position.
 
-    Without elevations: programs take them as above sea level, which nobody measured here.
+    It has no elevations: programs take them as above sea level, which is not measured here.
     """
     marks = "".join(
         f"<wpt {_gpx_place(track[-1])}><time>{iso_time(track[-1].stamp_ns)}</time>"
@@ -139,13 +139,13 @@ def _gpx_place(estimate: RobotEstimate) -> str:
 
 
 def _line(coordinates: list[list[float]]) -> dict[str, Any]:
-    """Return a LineString, or where it crosses the antimeridian a MultiLineString cut there."""
+    """Return a LineString, or a MultiLineString cut at the antimeridian."""
     parts = [[coordinates[0]]]
     for before, after in pairwise(coordinates):
         if abs(after[0] - before[0]) > 180.0:
             side = math.copysign(180.0, before[0])
             width = after[0] + 2.0 * side - before[0]
-            share = (side - before[0]) / width if width else 0.0  # both lie on it
+            share = (side - before[0]) / width if width else 0.0  # both are on it
             latitude = round(before[1] + share * (after[1] - before[1]), _DECIMALS)
             height = before[2:]
             parts[-1].append([side, latitude, *height])
@@ -162,7 +162,7 @@ def _spaced(estimate: RobotEstimate, separator: str) -> str:
 
 
 def _coordinates(estimate: RobotEstimate) -> list[float]:
-    """Return longitude, latitude and, where it is known, altitude."""
+    """Return longitude, latitude and, if known, altitude."""
     place = [
         round(math.degrees(estimate.longitude), _DECIMALS),
         round(math.degrees(estimate.latitude), _DECIMALS),

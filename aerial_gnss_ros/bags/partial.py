@@ -15,10 +15,10 @@ from aerial_gnss_ros.core.values.errors import OutputError
 
 @contextmanager
 def partial(final: Path) -> Iterator[Path]:
-    """Yield where to write a file or folder that takes its final name when the block succeeds.
+    """Yield the temporary path of a result that gets its final name when the block succeeds.
 
-    The place is `.NAME.partial/NAME` beside it, on the same disk. The caller makes it. On any
-    error, an interrupt included, it is removed.
+    The path is `.NAME.partial/NAME` beside it, on the same disk. The caller creates the file or
+    folder. On any error, including an interrupt, it is removed.
 
     Args:
         final: the result; must not exist.
@@ -29,7 +29,7 @@ def partial(final: Path) -> Iterator[Path]:
     refuse_existing(final)
     hidden = final.parent / f".{final.name}.partial"
     with _disk_errors(final):
-        shutil.rmtree(hidden, ignore_errors=True)  # of a run that was killed
+        shutil.rmtree(hidden, ignore_errors=True)  # left by a killed run
         hidden.mkdir(parents=True)
     try:
         with _disk_errors(final):
@@ -41,13 +41,13 @@ def partial(final: Path) -> Iterator[Path]:
 
 
 def refuse_existing(final: Path) -> None:
-    """Raise OutputError where a result would overwrite something."""
+    """Raise OutputError if a result would overwrite something."""
     if final.exists() or final.is_symlink():
         raise OutputError(f"{final} exists already; choose another name or remove it.")
 
 
 def _asked_for(final: Path) -> Path:
-    """Return the result that the user named: a bag may lie in a folder that is partial itself."""
+    """Return the result that the user named: a bag may be inside a partial folder."""
     for folder in final.parents:
         if folder.name.startswith(".") and folder.name.endswith(".partial"):
             return _asked_for(folder.parent / folder.name[1 : -len(".partial")])
@@ -62,7 +62,7 @@ def _disk_errors(final: Path) -> Iterator[None]:
         final = _asked_for(final)
         if error.errno == errno.ENOSPC:
             raise OutputError(
-                f"the disk is full: {final} could not be written and nothing of it was kept; free "
-                "some space or choose another folder."
+                f"the disk is full: {final} could not be written and was removed; free some space "
+                "or choose another folder."
             ) from error
         raise OutputError(f"{final} cannot be written: {error.strerror or error}.") from error

@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Which recorded topics a replay uses; says what is missing before any work is done."""
+"""Selects the recorded topics for a replay; reports missing ones beforehand."""
 
 from __future__ import annotations
 
@@ -21,13 +21,13 @@ _TYPED = ("fix", "attitude", "gimbal", "height")  # inputs whose message type is
 
 @dataclass(frozen=True)
 class Plan:
-    """What a replay reads.
+    """The topics that a replay reads.
 
     Attributes:
-        routes: inputs of the estimator by absolute topic; without `detections` where images are
-            detected.
-        detections: the input that takes boxes, recorded or detected.
-        image_topic: images to detect robots in; None where recorded detections are used.
+        routes: inputs of the estimator by absolute topic; without `detections` if the detector runs
+            on images.
+        detections: the input for boxes, recorded or detected.
+        image_topic: images for the detector; None if recorded detections are used.
     """
 
     routes: dict[str, Subscription]
@@ -49,18 +49,18 @@ def make_plan(
     namespace: str = "",
     detect: bool = False,
 ) -> Plan:
-    """Return what to read.
+    """Return the topics to read.
 
     Args:
         bag: open.
         subscriptions: the estimator's inputs.
-        image_topic: of raw images, relative or absolute; compressed ones lie below it.
-        namespace: that relative topics were recorded in.
-        detect: look for robots in the images even where the bag has detections.
+        image_topic: of raw images, relative or absolute; compressed ones are below it.
+        namespace: of relative recorded topics.
+        detect: run the detector even if the bag has detections.
 
     Raises:
         InputError: a needed topic is missing (all missing ones are named) or has another type, or
-            there are neither detections nor images.
+            the bag has neither detections nor images.
     """
     inputs = {s.name: s for s in subscriptions}
     boxes = inputs.pop(DETECTIONS)
@@ -80,7 +80,7 @@ def make_plan(
 
 
 def recorded_name(bag: BagReader, subscription: Subscription, namespace: str) -> str:
-    """Return the absolute topic of an input; the newest version where the bag has versions."""
+    """Return the absolute topic of an input, its newest version if the bag has versions."""
     name = resolve(subscription.topic, namespace)
     if not subscription.versioned:
         return name
@@ -127,7 +127,7 @@ def _images(bag: BagReader, topic: str, boxes: Subscription, namespace: str) -> 
     if _has(bag, resolve(boxes.topic, namespace)):
         raise InputError(
             f"{_names(bag)} has no images on {raw} or {compressed}, only recorded detections; "
-            "replay uses these where --model is left out."
+            "replay uses these without --model."
         )
     raise InputError(
         f"{_names(bag)} has neither detections on {resolve(boxes.topic, namespace)} nor images on "
@@ -140,8 +140,8 @@ def _check_type(bag: BagReader, topic: str, subscription: Subscription) -> None:
     if found != subscription.msgtype:
         if subscription.name.split("_")[0] == "depth":
             raise InputError(
-                f"{topic} has message type {found}, but depths are read from "
-                f"{subscription.msgtype} alone; publish it as such, or take it out of depth.topics."
+                f"{topic} has message type {found}, but depths must be {subscription.msgtype}; "
+                "publish it as such, or remove it from depth.topics."
             )
         group = "camera" if subscription.name == "camera_info" else subscription.name
         keys = f"{group}.type or {group}.topic" if group in _TYPED else f"{group}.topic"
@@ -158,7 +158,7 @@ def _missing_sentence(bag: BagReader, missing: Sequence[Subscription], namespace
 
 
 def _advice(bag: BagReader, wanted: Sequence[str], namespace: str) -> str:
-    """Return what to do: the namespace under which the wanted topics are, where there is one."""
+    """Return advice: the namespace that has the wanted topics, if there is one."""
     prefixes = {
         name[: -len(topic) - 1]
         for name in bag.topics
@@ -169,7 +169,7 @@ def _advice(bag: BagReader, wanted: Sequence[str], namespace: str) -> str:
         prefix
         for prefix in prefixes
         if prefix.strip("/") != namespace.strip("/")
-        and not prefix.endswith("/truth")  # of a simulated flight: not what a drone measures
+        and not prefix.endswith("/truth")  # truth of a simulated flight, not a measurement
         and any(_has(bag, f"{prefix}/{topic}") for topic in wanted)
     )
     if len(fitting) == 1:

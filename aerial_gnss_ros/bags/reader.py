@@ -34,7 +34,7 @@ class Topic:
         name: absolute, such as `/drone1/fix`.
         msgtype: such as `sensor_msgs/msg/NavSatFix`; «A and B» where bags disagree.
         count: number of messages.
-        qos: what the publishers offered; empty where the bag does not say.
+        qos: as offered by the publishers; empty if the bag has none.
     """
 
     name: str
@@ -50,8 +50,8 @@ class Recorded:
     Attributes:
         topic: absolute name.
         msgtype: such as `sensor_msgs/msg/NavSatFix`.
-        log_ns: when the recorder received it, ns.
-        raw: the message as recorded: CDR, or ROS 1's own form.
+        log_ns: time at which the recorder received it, ns.
+        raw: the serialised message: CDR, or ROS 1's form.
     """
 
     topic: str
@@ -62,10 +62,10 @@ class Recorded:
     _connection: Connection
 
     def message(self) -> Any:
-        """Return the message; its attributes are those of rclpy's.
+        """Return the message, with the same attributes as rclpy's.
 
         Raises:
-            InputError: the type is not known, or the bytes do not fit it.
+            InputError: the type is unknown, or the bytes do not match it.
         """
         return self._bag.decode(self._connection, self.raw, self.log_ns)
 
@@ -74,14 +74,14 @@ _MOST_METADATA = 50_000_000  # bytes; a bag split into thousands of files has me
 
 
 class _Bag:
-    """One bag of either generation."""
+    """One bag of ROS 1 or ROS 2."""
 
     def __init__(self, path: Path) -> None:
         self.path = path
         self.definitions = Definitions()
         with _bag_errors(path):
             if (metadata := path / "metadata.yaml").is_file():
-                check_depth(metadata, _MOST_METADATA)  # rosbags takes long over such a file
+                check_depth(metadata, _MOST_METADATA)  # rosbags is slow with such a file
             if path.suffix == ".bag":
                 self.reader: Reader1 | Reader2 = Reader1(path)
             else:
@@ -99,7 +99,7 @@ class _Bag:
             if isinstance(self.reader, Reader1):
                 return store.deserialize_ros1(raw, connection.msgtype)
             return store.deserialize_cdr(raw, connection.msgtype)
-        except Exception as error:  # damaged bytes make generated code raise anything
+        except Exception as error:  # generated code raises arbitrary exceptions on damaged bytes
             raise InputError(
                 f"{self.path}: a message of {connection.topic} ({connection.msgtype}) at "
                 f"{log_ns} ns cannot be read ({error}); the bag is damaged."
@@ -162,12 +162,12 @@ class BagReader:
 
     @property
     def start_ns(self) -> int:
-        """Time of the first message, ns; 0 when there is none."""
+        """Time of the first message, ns; 0 without messages."""
         return min((b.reader.start_time for b in self._bags if b.reader.message_count), default=0)
 
     @property
     def end_ns(self) -> int:
-        """Time just after the last message, ns; 0 when there is none."""
+        """Time just after the last message, ns; 0 without messages."""
         return max((b.reader.end_time for b in self._bags if b.reader.message_count), default=0)
 
     def messages(self, topics: Collection[str] | None = None) -> Iterator[Recorded]:
@@ -240,17 +240,19 @@ def _topics(bags: Sequence[_Bag]) -> dict[str, Topic]:
 
 @contextmanager
 def _bag_errors(path: Path) -> Iterator[None]:
-    """Turn whatever a parser says about a bad file into one sentence."""
+    """Convert a parser's exception into one sentence."""
     try:
         yield
     except InputError:
         raise
-    except Exception as error:  # damaged bytes make a parser raise anything
+    except Exception as error:  # parsers raise arbitrary exceptions on damaged bytes
         reason = " ".join(str(error).split())[:200].rstrip(".") or type(error).__name__
         recover = {
-            ".mcap": "; if the recording was cut off, `mcap recover` may save what is whole",
-            ".bag": "; if the recording was cut off, `rosbag reindex` may save what is whole",
+            ".mcap": "; if the recording was cut off, `mcap recover` may recover the undamaged "
+            "part",
+            ".bag": "; if the recording was cut off, `rosbag reindex` may recover the undamaged "
+            "part",
         }.get(path.suffix, "")
         raise InputError(
-            f"{path} cannot be read as a bag, it is truncated or damaged ({reason}){recover}."
+            f"{path} cannot be read as a bag; it is truncated or damaged ({reason}){recover}."
         ) from error

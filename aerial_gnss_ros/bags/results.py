@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 
 PLATFORM_COLUMNS = ("stamp_ns", "error", "value", "sigma")
 PLATFORM_STEP_NS = 500_000_000
-"""The platform's errors drift over minutes: a row each half second shows them."""
+"""Interval of rows in platform.csv: platform errors drift over minutes."""
 REJECTED_COLUMNS = ("stamp_ns", "reason", "u_px", "v_px")
 
 
@@ -42,8 +42,8 @@ class ResultFolder:
     """Collects results and writes them into an existing folder; use as a context manager.
 
     Args:
-        folder: where to write; made by the caller.
-        namespace: put before the result topics.
+        folder: an existing folder.
+        namespace: of the result topics.
         config: of the map frame.
         version: of the bag's files, see `BagWriter`.
         updates: picks the samples for other filters; None: none are written.
@@ -90,7 +90,7 @@ class ResultFolder:
             self._write_tables()
 
     def add(self, result: FrameResult) -> None:
-        """Take one image's result."""
+        """Add one image's result."""
         self._estimates += result.estimates
         self._rejections += (*result.rejections, *result.late)
         self._poses += [result.pose] if result.pose is not None else []
@@ -121,7 +121,7 @@ class ResultFolder:
             self._bag.write(found.topic, found.msgtype, result.stamp_ns, found.fields, RELIABLE)
 
     def add_detections(self, log_ns: int, fields: dict[str, Any]) -> None:
-        """Keep boxes found in an image, so that the next replay needs no detector."""
+        """Record the boxes of an image, so that the next replay needs no detector."""
         self._bag.write("detections", DETECTIONS_TYPE, log_ns, fields, RELIABLE)
 
     @property
@@ -135,7 +135,7 @@ class ResultFolder:
         )
 
     def _tracks(self) -> dict[str, list[RobotEstimate]]:
-        """Return what was estimated by robot, in the order of names and stamps."""
+        """Return the estimates by robot, sorted by label and stamp."""
         tracks: dict[str, list[RobotEstimate]] = {}
         for estimate in sorted(self._estimates, key=lambda e: (e.robot_id, e.stamp_ns)):
             tracks.setdefault(estimate.robot_id, []).append(estimate)
@@ -176,7 +176,7 @@ def position_row(estimate: RobotEstimate) -> list[str]:
 
 
 def platform_row(row: tuple[int, PlatformError]) -> list[str]:
-    """Return a row of platform.csv: m, rad or s, to be added to what was measured."""
+    """Return a row of platform.csv: corrections to be added to measurements, m, rad or s."""
     stamp_ns, error = row
     return [str(stamp_ns), spreadsheet_cell(error.name), f"{error.value:.9g}", f"{error.sigma:.9g}"]
 

@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""What a simulated recording itself states of its altitudes, where the user states nothing."""
+"""Altitude datum stated by a simulated recording, used if the user states none."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ _SCENARIO, _TEXT = "/truth/scenario", "std_msgs/msg/String"
 
 
 def with_stated_datum(config: EstimatorConfig, bag: BagReader) -> EstimatorConfig:
-    """Return a configuration whose fixes are above the ellipsoid where the recording says so.
+    """Return a configuration with fixes above the ellipsoid if the recording says so.
 
     Args:
-        config: kept where it names a datum.
+        config: unchanged if it names a datum.
         bag: open; a simulated one has a scenario.
 
     Raises:

@@ -11,7 +11,7 @@ from aerial_gnss_ros.core.values.errors import InputError
 
 
 def survey(bag: BagReader) -> list[SeenTopic]:
-    """Return the topics that have messages; of unknown types one message is tried."""
+    """Return the topics with messages; one message of each unknown type is tried."""
     seconds = (bag.end_ns - bag.start_ns) * 1e-9
     return [
         SeenTopic(

@@ -69,7 +69,7 @@ def read_positions(path: Path) -> dict[str, EstimatedTrack]:
         raise InputError(f"There is no {path}; give the folder that `aerial-gnss replay` wrote.")
     rows: dict[str, list[dict[str, str]]] = {}
     for line, row in table_rows(path, POSITION_COLUMNS, "the positions.csv of a replay"):
-        if row["state"] not in STATES:  # the last column: what is cut off lacks it first
+        if row["state"] not in STATES:  # the last column is the first to be cut off
             raise InputError(
                 f"{path}, line {line}: state is {cut(row['state']) or 'missing'}, not "
                 f"{' or '.join(STATES)}: the table was cut off or changed; replay again."
@@ -78,7 +78,7 @@ def read_positions(path: Path) -> dict[str, EstimatedTrack]:
     try:
         return {name: _track(rows[name]) for name in sorted(rows)}
     except (TypeError, ValueError, OverflowError) as error:
-        raise InputError(f"{path} has a row that cannot be read: {cut(str(error))}.") from error
+        raise InputError(f"{path} has an invalid row: {cut(str(error))}.") from error
 
 
 def _track(rows: list[dict[str, str]]) -> EstimatedTrack:

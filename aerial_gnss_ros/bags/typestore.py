@@ -20,15 +20,15 @@ TEXTS = Path(__file__).resolve().parent / "msg"
 """The .msg texts that rosbags lacks; interfaces/ compiles the same files for the pip build."""
 
 GEOJSON_TYPE = "foxglove_msgs/msg/GeoJSON"
-"""What Foxglove's map panel draws; only bags hold it, so no package is needed for it."""
+"""Type that Foxglove's map panel draws; it occurs only in bags, so no package is needed."""
 
-_NUMPY = {"bool": "bool", "byte": "uint8", "char": "uint8"}  # others are named as numpy does
+_NUMPY = {"bool": "bool", "byte": "uint8", "char": "uint8"}  # others have numpy's names
 _DEFAULTS = {"geometry_msgs/msg/Quaternion": {"w": 1.0}}  # the only one in the types used here
 
 
 @functools.cache
 def typestore() -> Typestore:
-    """Return the one store of message types that bags are read and written with."""
+    """Return the type store for reading and writing bags."""
     store = get_typestore(Stores.ROS2_JAZZY)
     types: dict[str, Any] = {}
     for path in sorted(TEXTS.glob("*/msg/*.msg")):
@@ -40,7 +40,7 @@ def typestore() -> Typestore:
 
 
 def extended(texts: Mapping[str, str]) -> Typestore:
-    """Return a store of its own with the types of `typestore` and further ones.
+    """Return a new store with the types of `typestore` and others.
 
     Args:
         texts: definitions as in .msg files, by message type.
@@ -59,11 +59,11 @@ def make(msgtype: str, fields: Mapping[str, Any], store: Typestore | None = None
 
     Args:
         msgtype: such as `sensor_msgs/msg/NavSatFix`.
-        fields: what is absent gets its default (zero, empty, identity).
+        fields: absent ones keep their defaults (zero, empty, identity).
         store: of the message types; None: `typestore`.
 
     Raises:
-        InputError: the type is unknown, or it has no field of a given name.
+        InputError: the type is unknown or lacks a given field.
     """
     store = store or typestore()
     if msgtype not in store.fielddefs:

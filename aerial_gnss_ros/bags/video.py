@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Reads frames of a video one at a time, in the memory of one frame."""
+"""Reads a video frame by frame, with the memory of one frame."""
 
 from __future__ import annotations
 
@@ -28,8 +28,8 @@ class Video:
         path: the file.
         width: of its frames, px.
         height: px.
-        rate_hz: frames a second.
-        count: frames, as the file says.
+        rate_hz: frame rate, Hz.
+        count: number of frames stated by the file.
     """
 
     path: Path
@@ -46,11 +46,11 @@ class Video:
     def jpegs(self, every: int, quality: int) -> Iterator[tuple[float, bytes]]:
         """Yield time in s and JPEG of every n-th frame.
 
-        A frame of H.264 or H.265 video is mostly the difference from others, so it must be encoded
-        anew; at quality 95 that costs nothing that a detector sees.
+        A frame of H.264 or H.265 video is mostly a difference from others, so it must be
+        re-encoded; at quality 95 that makes no difference to a detector.
 
         Raises:
-            InputError: the video ends far before its own length (damaged, or cut off).
+            InputError: the video ends long before its stated length (damaged, or cut off).
         """
         options = [int(cv2.IMWRITE_JPEG_QUALITY), quality]
         for stamp, image in self.frames(every):
@@ -69,7 +69,9 @@ class Video:
         try:
             while capture.grab():
                 own = float(capture.get(cv2.CAP_PROP_POS_MSEC)) * 1e-3
-                origin = own if index == 0 else origin  # the first frame is at 0, whatever it says
+                origin = (
+                    own if index == 0 else origin
+                )  # the first frame is at 0, whatever its stamp
                 stamp = _time(own - origin, index / self.rate_hz, last)
                 if index % every == 0:
                     read, image = capture.retrieve()
@@ -82,13 +84,13 @@ class Video:
             capture.release()
         if index < 0.9 * self.count:
             raise InputError(
-                f"{self.path} breaks off after {index} of {self.count} frames; it is damaged or "
-                "cut off, copy it from the card again."
+                f"{self.path} ends after {index} of {self.count} frames; it is damaged or cut "
+                "off, copy it from the card again."
             )
 
 
 def open_video(path: str | Path) -> Video:
-    """Look at a video.
+    """Open a video and check it.
 
     Raises:
         InputError: no such file, or OpenCV cannot read it.
@@ -116,12 +118,12 @@ def open_video(path: str | Path) -> Video:
 
 
 def _open(path: Path) -> cv2.VideoCapture:
-    os.environ.setdefault("OPENCV_FFMPEG_LOGLEVEL", "-8")  # what is wrong is said below, once
+    os.environ.setdefault("OPENCV_FFMPEG_LOGLEVEL", "-8")  # the error is reported once, below
     capture = cv2.VideoCapture(str(path))
     if not capture.isOpened():
         raise InputError(
-            f"{path} is no video that OpenCV can read; copy it from the card again if it is cut "
-            "off, else convert it to mp4 first."
+            f"OpenCV cannot read {path}; copy it from the card again if it is cut off, else "
+            "convert it to mp4 first."
         )
     return capture
 
@@ -135,12 +137,12 @@ def _refuse_picture(path: Path) -> None:
     except OSError as error:
         raise InputError(f"cannot read {path}: {error.strerror or error}.") from error
     except InputError as error:
-        raise InputError(f"{path} is no video: {error}") from error
+        raise InputError(f"{path} is not a video: {error}") from error
     if header is not None:
         raise InputError(f"{path} is a {header.kind} image, not a video; give the video file.")
 
 
 def _time(own: float, counted: float, last: float) -> float:
-    """Return a frame's time, s: its own stamp where that makes sense, else by its number."""
+    """Return a frame's time, s: its own stamp if plausible, else from its number."""
     sensible = math.isfinite(own) and own > last and abs(own - counted) < 0.05 * counted + 0.5
     return own if sensible else max(counted, last + 1e-6)

@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Hands recorded telemetry to a monitor; says what the bag lacks or has in another type."""
+"""Passes recorded telemetry to a monitor; reports topics that are missing or of another type."""
 
 from __future__ import annotations
 
@@ -27,9 +27,9 @@ def watch_bag(
     Args:
         bag: open.
         subscriptions: of the feed that drives the monitor.
-        monitor: takes it.
+        monitor: receives it.
         namespace: that relative topics were recorded in.
-        until_s: read so much from the bag's start, s; None: all.
+        until_s: end of reading after the bag's start, s; None: all.
         on_message: takes the number of messages read so far.
 
     Returns:
@@ -43,7 +43,7 @@ def watch_bag(
     if not routes:
         wanted = ", ".join(resolve(s.topic, namespace) for s in subscriptions)
         raise InputError(
-            f"the bag has none of {wanted}: it is of another vehicle or namespace; `aerial-gnss "
+            f"the bag has none of {wanted}: it is from another vehicle or namespace; `aerial-gnss "
             "doctor` with the same bag proposes one."
         )
     end_ns = bag.start_ns
@@ -65,14 +65,14 @@ def watch_bag(
 def route(
     bag: BagReader, subscriptions: Sequence[Subscription], namespace: str
 ) -> tuple[dict[str, list[Subscription]], dict[str, str]]:
-    """Return inputs by recorded topic (one may serve several), and for the others why not."""
+    """Return inputs by recorded topic (one may serve several), and errors of the others."""
     routes: dict[str, list[Subscription]] = {}
     problems: dict[str, str] = {}
     for subscription in subscriptions:
         name = recorded_name(bag, subscription, namespace)
         topic = bag.topics.get(name)
         if topic is None or not topic.count:
-            problems[subscription.name] = f"nothing on {name}"
+            problems[subscription.name] = f"no messages on {name}"
         elif topic.msgtype != subscription.msgtype:
             problems[subscription.name] = (
                 f"{name} carries {topic.msgtype}, not {subscription.msgtype}"
@@ -83,5 +83,5 @@ def route(
 
 
 def message_count(bag: BagReader, subscriptions: Sequence[Subscription], namespace: str) -> int:
-    """Return how many messages `watch_bag` reads at most."""
+    """Return the greatest number of messages that `watch_bag` reads."""
     return sum(bag.topics[name].count for name in route(bag, subscriptions, namespace)[0])

@@ -240,4 +240,4 @@ def test_a_camera_whose_model_cannot_be_made_is_told_and_none(monkeypatch):
     monkeypatch.setattr(canonical, "camera", failing)
     found["camera_info"].handle(make("sensor_msgs/msg/CameraInfo", {"header": HEADER}), ARRIVAL)
     assert recorder.calls == [("add_camera", STAMP, None)]
-    assert told == ["camera/camera_info: this CameraInfo cannot be used (LinAlgError: singular)."]
+    assert told == ["camera/camera_info: this CameraInfo is unusable (LinAlgError: singular)."]

@@ -50,7 +50,7 @@ def _focal(found):
     ("make", "sentence"),
     [
         (lambda p: _photo(p, equivalent=None), "has no focal length in 35 mm"),
-        (lambda p: p.write_text("hello"), "is not a photo that can be read"),
+        (lambda p: p.write_text("hello"), "is not a readable photo"),
         (lambda _: None, "does not exist"),
     ],
 )
@@ -66,5 +66,5 @@ def test_a_photo_too_large_for_pillow_or_of_another_format_is_refused(tmp_path, 
     huge.write_bytes(bytes(header) + b"\x01\0\0\0\0" + bytes(100))
     assert cli.main(["camera", str(huge)]) == 2
     captured = capsys.readouterr()
-    assert "is not a photo that can be read; give a JPEG" in captured.err
+    assert "is not a readable photo; give a JPEG" in captured.err
     assert "Traceback" not in captured.err

@@ -36,7 +36,7 @@ def test_one_is_printed_as_a_file_that_can_be_given_back(capsys, tmp_path):
 def test_an_unknown_one_is_refused_with_those_there_are(capsys):
     assert cli.main(["profiles", "submarine"]) == 2
     said = capsys.readouterr().err
-    assert "submarine is not a vehicle profile; there are anafi, ardupilot_dds, dji_psdk" in said
+    assert "submarine is not a vehicle profile; choose from anafi, ardupilot_dds, dji_psdk" in said
 
 
 def test_all_keys_are_printed_with_their_meaning(capsys):

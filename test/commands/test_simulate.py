@@ -91,9 +91,7 @@ def test_a_log_decides_the_flight_and_says_how_it_was_read(tmp_path, capsys, sha
     assert "--height cannot be used with --telemetry" in capsys.readouterr().err
     assert main([*arguments, "--start", "660", "--duration", "5"]) == 0
     said = capsys.readouterr().out
-    assert (
-        "OSD.altitude [ft] (feet, converted to m), above sea level by DJI's own reckoning" in said
-    )
+    assert "OSD.altitude [ft] (feet, converted to m), above sea level as DJI computes it" in said
     assert "gimbal roll: 0" in said
     assert "refused rows: none" in said
 

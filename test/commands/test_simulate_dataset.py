@@ -51,7 +51,7 @@ def test_whole_frames_to_score_on(tmp_path, capsys):
     assert main([*arguments, "--size", "320x192"]) == 0
     (path,) = folder.glob("images/test/*.jpg")
     assert cv2.imread(str(path)).shape == (192, 320, 3)
-    assert "1 test pictures, fast renderer, seed 1" in capsys.readouterr().out
+    assert "1 test images, fast renderer, seed 1" in capsys.readouterr().out
 
 
 @pytest.mark.parametrize(

@@ -28,7 +28,7 @@ def test_every_vehicle_profile_is_understood_by_both_nodes():
 @pytest.mark.parametrize(
     ("vehicle", "sentence"),
     [
-        ("submarine", "submarine is not a vehicle profile; there are .*generic"),
+        ("submarine", "submarine is not a vehicle profile; choose from .*generic"),
         ("my/absent.yaml", "vehicle profile my/absent.yaml does not exist"),
     ],
 )

@@ -151,5 +151,5 @@ def test_files_of_the_program_lie_below_ros_arguments(tmp_path):
 
 @pytest.mark.usefixtures("ros")
 def test_a_bad_namespace_is_refused():
-    with pytest.raises(ConfigError, match=r"'1 2' cannot be a namespace: namespace must not"):
+    with pytest.raises(ConfigError, match=r"'1 2' is not a valid namespace: namespace must not"):
         EstimatorNode(Given(namespace="1 2"))

@@ -156,7 +156,7 @@ def test_security_that_this_ros_lacks_is_told_in_one_sentence(start, tmp_path, m
         (["--ros-args", "-p", "model:=/absent.onnx"], "/absent.onnx"),
         (["--params", "/absent.yaml"], "/absent.yaml: cannot be read: No such file"),
         (["--namespace", "1 2"], "'1 2' is not a valid namespace"),
-        (["--vehicle", "submarine"], "submarine is not a vehicle profile; there are"),
+        (["--vehicle", "submarine"], "submarine is not a vehicle profile; choose from"),
     ],
 )
 def test_wrong_input_ends_both_nodes_with_one_sentence_and_status_2(start, arguments, sentence):

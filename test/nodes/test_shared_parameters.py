@@ -30,7 +30,9 @@ def test_a_key_of_other_programs_is_told_and_left_out(tmp_path, section):
     path, told = tmp_path / "p.yaml", []
     path.write_text(SHARED.replace("/**", section))
     read([path], SCHEMAS, "/" if section == "/*" else "/d1", told.append)
-    assert told[0].startswith(f"{path}: robot_name is no parameter of ours and is left out")
+    assert told[0].startswith(
+        f"{path}: robot_name is not a parameter of this package and is ignored"
+    )
     node, namespace = "estimator", "/" if section == "/*" else "/d1"
     assert foreign([path], SCHEMAS, node, namespace) == {"robot_name": str(path)}
 
