@@ -1,3 +1,3 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Constant errors of the platform from a whole recording, by least squares."""
+"""Estimation of the platform's constant errors from a whole recording."""

@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""What to fly next for the constants that a flight did not determine."""
+"""Advice on the next flight for constants that a flight did not determine."""
 
 from __future__ import annotations
 
@@ -8,9 +8,9 @@ from aerial_gnss_ros.calibration.fit import Fit
 
 ORBIT = "orbit a still robot once, at a distance of one to two heights, looking at it"
 _ADVICE = {
-    "latency": "fly past a still robot to and fro at 3 m/s or more: a delay shifts positions one "
-    "way on the way out and the other way on the way back",
-    "fix_latency": "fly past a still robot to and fro at 3 m/s or more, near and far",
+    "latency": "fly back and forth past a still robot at 3 m/s or more: a delay shifts positions "
+    "in opposite directions on both legs",
+    "fix_latency": "fly back and forth past a still robot at 3 m/s or more, near and far",
     "heading": ORBIT,
     "gimbal_pitch": ORBIT,
     "gimbal_roll": ORBIT,
@@ -20,13 +20,13 @@ _ADVICE = {
 }
 _AGAIN = {
     "gimbal_pitch": "at twice the distance, which separates pitch from height",
-    "gimbal_roll": "with the robot at the left of the image, then at the right",
+    "gimbal_roll": "with the robot first at the left of the image, then at the right",
     "height": "at half the height, which separates height from pitch",
 }
 
 
 def advice(fit: Fit) -> list[str]:
-    """Return one sentence for each flight that is needed; none if all is determined."""
+    """Return one sentence for each flight needed; none if all constants are determined."""
     wanted: dict[str, list[str]] = {}
     for name in fit.names:
         if not fit.determined(name):

@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Consistency checks: both halves of a recording agree, and the boxes fit."""
+"""Consistency checks: agreement of both halves of a recording, and fit of the boxes."""
 
 from __future__ import annotations
 
@@ -17,21 +17,21 @@ from aerial_gnss_ros.core.config.estimator import EstimatorConfig
 Array = NDArray[np.float64]
 
 LEAST_INTERVAL_S = 0.03
-"""Between samples closer than that a latency is known well enough."""
+"""Sample intervals below this need no check: the latency is known well enough, s."""
 IN_STEP = 0.5
-"""Mean length of phasors, an interval being a turn, from which images count as in step."""
+"""Length of the mean phasor (one turn per interval) above which images count as in step."""
 DEEPER_NATS = 10.0
-"""How much a fit must be better a whole interval away than half an interval away."""
+"""Least log-likelihood advantage of a fit one interval away over one half an interval away."""
 AGREE = 2.0
 OUTLIERS = 0.08
 FASTER = 1.25
-"""A path may be so much faster than `tracks.max_speed` by noise alone."""
+"""Factor on `tracks.max_speed` that noise alone can cause in a path."""
 COARSE_BOXES = 0.006
-"""Greatest white noise of a detector's boxes, as a share of the image's width."""
+"""Greatest plausible white noise of a detector's boxes, as a share of the image width."""
 
 
 def disagreement(search: Search, best: Candidate, held: frozenset[int], delays: list[int]) -> Array:
-    """Return the factors (k,) by which the delays' sigmas must grow for the halves to agree."""
+    """Return the factors (k,) on the delays' sigmas with which the halves agree."""
     fits = [search.half(best, held, late) for late in (False, True)]
     factors = np.ones(len(delays))
     if fits[0] is None or fits[1] is None:
@@ -47,12 +47,12 @@ def disagreement(search: Search, best: Candidate, held: frozenset[int], delays: 
 
 
 def between_samples(search: Search, best: Candidate, held: frozenset[int]) -> str | None:
-    """Return why the latency may be that of the samples, not of the images; None if it is not.
+    """Return why the latency may be an artefact of sampling; None if it is not.
 
-    Interpolation lessens the samples' errors, and most so halfway between two. Where images come at
-    one phase of the samples' interval, a latency that places them there fits better whether it is
-    true or not: the likelihood has a maximum in each interval. So it is asked whether a whole
-    interval away from the best latency the fit is better than half an interval away.
+    Interpolation reduces the samples' errors, most of all halfway between two. If images are at a
+    constant phase of the sampling interval, a latency that puts them halfway fits better whether it
+    is true or not: the likelihood has a maximum in each interval. The test is whether the fit a
+    whole interval from the best latency is better than half an interval from it.
     """
     motion, interval_s = search.motion, search.motion.sample_s
     since_ns = (search.fine.stamps_ns - motion.start_ns).astype(np.float64)
@@ -74,8 +74,8 @@ def between_samples(search: Search, best: Candidate, held: frozenset[int]) -> st
     if not known:
         return None
     return (
-        f"images come in step with telemetry, and fit well halfway between samples "
-        f"{interval_s:.2f} s apart wherever that is"
+        "images are in step with telemetry, and fit well halfway between any two samples "
+        f"{interval_s:.2f} s apart"
     )
 
 
@@ -92,10 +92,10 @@ def misfit(best: Candidate, config: EstimatorConfig) -> tuple[str, ...]:
     width = max(camera.width for camera, _ in best.evidence.model.boxes.cameras)
     if state.pixel > max(COARSE_BOXES * width, 3.0 * config.noise.value("box_center_px")):
         found.append(
-            f"boxes are {state.pixel:.0f} px off the best fit, far more than a detector's noise."
+            f"boxes are {state.pixel:.0f} px from the best fit, far more than a detector's noise."
         )
     if share > OUTLIERS:
-        found.append(f"{share:.0%} of the boxes are far off the best fit.")
+        found.append(f"{share:.0%} of the boxes are far from the best fit.")
     speeds = math.sqrt(2.0) * state.sigmas[FIRST_ROBOT:]
     fast = [
         f"{name} at {speed:.1f} m/s"

@@ -1,15 +1,15 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""The likelihood of a recording's boxes, all functions of time being integrated out.
+"""Marginal likelihood of a recording's boxes, with all functions of time integrated out.
 
-Unknowns x with precision Q before the data, residuals r of boxes with noise s: Gauss-Newton steps
-lead to the most likely x (damped as Levenberg and Marquardt do, for height, tilt and heading are
-far from linear), and with the information H = JᵀJ/s² + Q there,
+Unknowns x with prior precision Q, residuals r of boxes with noise s: damped Gauss-Newton steps
+(Levenberg-Marquardt, because height, tilt and heading are strongly nonlinear) lead to the most
+likely x, and with the information H = JᵀJ/s² + Q there,
 
     log p(boxes) = -1/2 (|r|²/s² + xᵀQx + n log 2πs² + log det H - log det Q)
 
 (Laplace's approximation; exact where the model is linear). All matrices are sparse: unknowns far
-apart in time are not coupled.
+apart in time are uncoupled.
 """
 
 from __future__ import annotations
@@ -39,19 +39,19 @@ Array = NDArray[np.float64]
 
 HUBER = 2.5
 UNSEEN = 30.0
-"""Distance, in sigmas, of a box that the model does not see at all."""
+"""Distance, in sigmas, of a box whose robot the model places out of view."""
 LONGEST_STEP_S = 0.25
 FIRST_DAMPING, DAMPINGS = 10.0, (1e-2, 1e6)
-"""Precision, over that of the prior, by which a step holds errors of the platform back; its bounds.
-Where robots swim, boxes tell little of height and tilt, and an undamped step leads far beyond what
-is linear: by 40 m of height."""
+"""Damping of platform errors as a multiple of the prior's precision: initial value and bounds. With
+swimming robots, boxes hardly determine height and tilt, and an undamped step goes far beyond the
+linear range: by 40 m of height."""
 EASED, RAISED = 0.2, 10.0
-"""Damping is multiplied by so much after a step at the first trial, and after one that failed."""
+"""Factors on the damping after a step that succeeds at once, and after one that fails."""
 TRIALS = 6
 LEAST_GAIN = 0.02
-"""A descent at given noise and sigmas ends with a step that lessens the cost by less."""
+"""Decrease of the cost below which a descent at given noise and sigmas ends."""
 HELD = 1e12
-"""Precision of a constant that keeps its value."""
+"""Precision of a constant that is held."""
 
 
 @dataclass(frozen=True)
@@ -66,7 +66,7 @@ class State:
         cost: of residuals and unknowns.
         log_likelihood: with the unknowns integrated out.
         factor: of H; None before the first step.
-        effective: (processes + 1,) effective number of unknowns of each process, at last of the
+        effective: (processes + 1,) effective number of unknowns of each process, the last of the
             receiver's drift; None before the first step.
         damping: of the next step, see `FIRST_DAMPING`.
     """
@@ -83,7 +83,7 @@ class State:
 
 
 class Evidence:
-    """Likelihood of boxes and the descent to the most likely unknowns.
+    """Likelihood of boxes, and descent to the most likely unknowns.
 
     Args:
         model: of the boxes.
@@ -102,13 +102,13 @@ class Evidence:
         )
 
     def descend(self, state: State, steps: int, held: frozenset[int], adapt: bool = True) -> State:
-        """Return the state after so many Gauss-Newton steps.
+        """Return the state after some Gauss-Newton steps.
 
         Args:
-            state: to begin at.
-            steps: most of them.
-            held: constants that keep their value.
-            adapt: estimate noise and sigmas, too.
+            state: initial state.
+            steps: greatest number of steps.
+            held: constants that keep their values.
+            adapt: also estimate noise and sigmas.
         """
         for _ in range(steps):
             before = state
@@ -127,10 +127,10 @@ class Evidence:
         information, _ = self._normal(state, found, prior, held)
         factor = _factor(information)
         whole = float(np.sum(np.log(np.abs(factor.U.diagonal()))))
-        # What is held is no unknown: its entry of H cancels, and its precision does not count.
+        # A held constant is no unknown: its entry of H cancels, and its precision does not count.
         log_det += sum(math.log(HELD * PRIOR_SIGMAS[one] ** 2) for one in held)
         boxes = 2.0 * len(self.model.tracks) * math.log(state.pixel * math.sqrt(2.0 * math.pi))
-        volume = 2.0 * float(self._shares(state) @ found.area)  # is in the determinant already
+        volume = 2.0 * float(self._shares(state) @ found.area)  # already in the determinant
         value = -0.5 * (state.cost - volume + whole - log_det) - boxes
         return replace(state, log_likelihood=value, factor=factor)
 
@@ -170,16 +170,16 @@ class Evidence:
         return replace(state, factor=factor, damping=damping)
 
     def _damped(self, damping: float) -> csc_matrix:
-        """Return what damping adds to the information."""
+        """Return the damping's contribution to the information."""
         firm = np.zeros(self.model.layout.size)
         firm[FOCAL:GLOBALS] = damping / np.square(PRIOR_SIGMAS[FOCAL:])
         return diags(firm, format="csc")
 
     def _along(self, state: State, prior: csc_matrix) -> State:
-        """Return the state with the constants held and everything else solved for again.
+        """Return the state with the constants held and all other unknowns solved for again.
 
-        A step in height or roll moves the robots' places far: beyond the linear prediction they
-        have to follow.
+        A step in height or roll moves the robots' positions beyond the linear range, so they must
+        be solved for again.
         """
         found = self.model.predicted(state.unknowns)
         information, gradient = self._normal(state, found, prior, frozenset(range(GLOBALS)))
@@ -191,7 +191,7 @@ class Evidence:
         )
 
     def _adapted(self, state: State) -> State:
-        """Return the state with sigmas and noise by one turn of the fixed point."""
+        """Return the state after one fixed-point iteration of sigmas and noise."""
         assert state.factor is not None  # noqa: S101
         sigmas, effective, drifts = self._reestimation.turn(
             state.unknowns, state.sigmas, state.factor

@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""How much a flight varied: errors with the same effect throughout cannot be separated."""
+"""Excitation of a flight: errors with the same effect throughout cannot be separated."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Excitation:
-    """How much a flight varied.
+    """Variation of distance, direction, tilt and speed during a flight.
 
     Attributes:
         travelled_m: length of the drone's horizontal path.
         speed_mps: root mean square of its velocity.
-        turned_dps: root mean square of the camera's turning, deg/s.
+        turned_dps: root mean square of the camera's angular rate, deg/s.
         heights_m: lowest and highest.
         directions_deg: range of bearings, in sectors of 10 deg, from which one robot was seen.
         tilts_deg: least and greatest angle below the horizon at which robots were seen.
@@ -47,8 +47,8 @@ class Excitation:
             ),
             (
                 f"robots were seen {self.ranges_m[0]:.0f} to {self.ranges_m[1]:.0f} m away, "
-                f"{self.tilts_deg[0]:.0f} to {self.tilts_deg[1]:.0f} deg below the horizon, one of "
-                f"them from {self.directions_deg:.0f} deg of the compass"
+                f"{self.tilts_deg[0]:.0f} to {self.tilts_deg[1]:.0f} deg below the horizon, one "
+                f"of them over a range of bearings of {self.directions_deg:.0f} deg"
             ),
         ]
 
@@ -56,13 +56,13 @@ class Excitation:
 def excitation(
     poses: Poses, images: NDArray[np.intp], robots: NDArray[np.intp], places: Array
 ) -> Excitation:
-    """Return how much a recording varied.
+    """Return the excitation of a recording.
 
     Args:
         poses: of the images.
         images: (n,) image of each box.
         robots: (n,) robot of each box.
-        places: (n, 2) East, North of the robots, m.
+        places: (n, 2) East, North positions of the robots, m.
     """
     known = poses.known
     way = np.diff(poses.position[known, :2], axis=0)
@@ -83,5 +83,5 @@ def excitation(
 
 
 def _spread(angles: Array) -> float:
-    """Return the degrees of the compass, in sectors of 10 deg, that angles fall into."""
+    """Return the range of bearings, in sectors of 10 deg, that angles cover, deg."""
     return 10.0 * len(np.unique(np.floor(angles / 10.0)))

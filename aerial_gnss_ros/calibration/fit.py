@@ -15,7 +15,7 @@ from aerial_gnss_ros.calibration.excitation import Excitation
 Array = NDArray[np.float64]
 
 STAYS_MPS = 0.02
-"""A robot slower than this counts as one that stays."""
+"""Speed below which a robot counts as one that stays, m/s."""
 
 
 @dataclass(frozen=True)
@@ -25,8 +25,8 @@ class Unknown:
     Attributes:
         name: latency, fix_latency, heading, gimbal_pitch, gimbal_roll, height or focal.
         unit: s, deg, m or %.
-        scale: of the unit: SI value times this.
-        enough: at most this sigma, in the unit, counts as determined.
+        scale: factor from SI to the unit.
+        enough: greatest sigma that counts as determined, in the unit.
     """
 
     name: str
@@ -56,13 +56,13 @@ class Fit:
         covariance: of `mean`.
         residual_px: one sigma of the boxes' white noise, px.
         boxes: used.
-        outliers: boxes far from the fit, which have less weight.
+        outliers: number of boxes far from the fit, which have less weight.
         images: used.
-        robots: their names here: class and number, the most often seen first.
-        flown: how much the flight varied.
+        robots: class and number, the most frequently seen first.
+        flown: excitation of the flight.
         speeds_mps: root mean square of each robot's velocity.
-        ambiguities: why a constant does not count as determined whatever its sigma, by its name.
-        misfit: why boxes do not fit and nothing is to be used, sentences.
+        ambiguities: why a constant is undetermined whatever its sigma, by its name.
+        misfit: sentences on why the boxes do not fit; then nothing may be used.
     """
 
     names: tuple[str, ...]
@@ -85,13 +85,13 @@ class Fit:
         return float(self.mean[at]) * scale, math.sqrt(float(self.covariance[at, at])) * scale
 
     def determined(self, name: str) -> bool:
-        """Whether it is known well enough to be used."""
+        """Whether a constant is known well enough to be used."""
         if self.misfit or name in self.ambiguities:
             return False
         if "latency" in self.ambiguities:
-            return False  # all else was found at that latency
+            return False  # all other constants were estimated at that latency
         if name == "fix_latency" and not self.determined("latency"):
-            return False  # it counts from the latency
+            return False  # it is relative to the latency
         return self.value(name)[1] <= unknown(name).enough
 
     def moved(self) -> str:

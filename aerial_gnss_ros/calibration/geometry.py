@@ -21,7 +21,7 @@ Array = NDArray[np.float64]
 Index = NDArray[np.intp]
 
 HORIZON = -0.02
-"""Rays less steep than this (down per length) are taken to miss the water."""
+"""Rays less steep than this (down per length) count as missing the water."""
 
 
 @dataclass(frozen=True)
@@ -34,7 +34,7 @@ class Boxes:
         rays: (n, 3) unit directions in the optical frame; NaN where the camera has none.
         depths: (n,) of the robots below the surface, m.
         kinds: (n,) numbers of the class names.
-        cameras: camera models with the rows (k,) that they took.
+        cameras: camera models, each with its rows (k,).
     """
 
     images: Index
@@ -61,13 +61,13 @@ class Predicted:
 
     Attributes:
         values: (n, 2) measured less predicted, px; NaN where the model does not see the robot.
-        by_place: (n, 2, 2) derivative of the prediction by the robot's East, North.
+        by_place: (n, 2, 2) derivative of the prediction by the robot's East, North position.
         by_error: (n, 2, 6) by the pose's errors.
-        by_latency: (n, 2) px/s, all telemetry being taken earlier.
-        by_fix_delay: (n, 2) px/s, the camera's places alone being taken later.
+        by_latency: (n, 2) px/s, with all telemetry taken earlier.
+        by_fix_delay: (n, 2) px/s, with only the camera's positions taken later.
         by_focal: (n, 2) by the logarithm of the focal length.
-        area: (n,) logarithm of how many px² a place of 1 m² covers, less a constant of the pixel.
-        area_by_error: (n, 6) its derivative, the pixel fixed.
+        area: (n,) logarithm of the px² that 1 m² covers, less a constant of the pixel.
+        area_by_error: (n, 6) its derivative at a fixed pixel.
     """
 
     values: Array
@@ -99,7 +99,9 @@ def predicted(boxes: Boxes, poses: Poses, errors: Array, places: Array, focal: f
     if boxes.depths.any():
         offsets = _surface(offsets, boxes.depths)
     pixels, by_offset, by_focal, seen = _projected(boxes, offsets, optical, focal)
-    by_turn = by_offset @ skew(offsets)  # turning the camera by w moves what it sees by -w x offset
+    by_turn = by_offset @ skew(
+        offsets
+    )  # rotating the camera by w moves points in it by -w x offset
     by_turning = (by_turn @ poses.turning[at][:, :, None])[:, :, 0]
     by_motion = (by_offset @ poses.velocity[at][:, :, None])[:, :, 0]
     values = boxes.pixels - pixels
@@ -113,7 +115,7 @@ def predicted(boxes: Boxes, poses: Poses, errors: Array, places: Array, focal: f
 
 
 def on_water(boxes: Boxes, poses: Poses) -> tuple[Array, Array]:
-    """Return where boxes lie on the water (n, 2), NaN if nowhere, and their distances (n,)."""
+    """Return positions on the water (n, 2), NaN if above the horizon, and distances (n,)."""
     optical = poses.rotation[boxes.images] @ FLU_FROM_OPTICAL
     rays = np.einsum("nij,nj->ni", optical, boxes.rays)
     height = poses.position[boxes.images, 2]
@@ -126,10 +128,10 @@ def on_water(boxes: Boxes, poses: Poses) -> tuple[Array, Array]:
 
 
 def _areas(offsets: Array, axes: Array) -> tuple[Array, Array]:
-    """Return logarithms of areas (n,) and their derivatives (n, 6) by errors, the pixels fixed.
+    """Return logarithms of areas (n,) and their derivatives (n, 6) by errors at fixed pixels.
 
-    A ray that falls at an angle d from the height h is h / sin d long. What covers a pixel grows
-    with the square of that, and once more with 1 / sin d as it is seen aslant.
+    A ray at an angle d below the horizon from the height h has the length h / sin d. The area of a
+    pixel grows with its square, and with 1 / sin d because the water is seen obliquely.
     """
     rays = offsets / np.linalg.norm(offsets, axis=1, keepdims=True)
     down = np.maximum(-rays[:, 2], 0.02)
@@ -142,7 +144,7 @@ def _areas(offsets: Array, axes: Array) -> tuple[Array, Array]:
 
 
 def _surface(offsets: Array, depths: Array) -> Array:
-    """Return the offsets (n, 3) of the points of the surface at which robots are seen."""
+    """Return the offsets (n, 3) of the points on the surface at which robots are seen."""
     seen = offsets.copy()
     for _ in range(3):
         rays = seen / np.linalg.norm(seen, axis=1, keepdims=True)

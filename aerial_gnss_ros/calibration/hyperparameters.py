@@ -1,10 +1,10 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Noise of the boxes and sigmas of the processes: where the likelihood of a recording is largest.
+"""Noise of the boxes and sigmas of the processes: of greatest likelihood.
 
-MacKay's fixed point: with g the effective number of unknowns of a process, those that the data
+MacKay's fixed point: with g the effective number of unknowns of a process, which the data
 determine, its variance is xᵀQx / g (MacKay 1992, Bayesian interpolation). A robot that stays is one
-whose speed comes out as 0.
+whose speed is estimated as 0.
 """
 
 from __future__ import annotations
@@ -23,19 +23,20 @@ Array = NDArray[np.float64]
 
 PROBES = 12
 OVERRELAXATION = 1.5
-"""The fixed point is approached by small steps in one direction: longer ones get there sooner."""
+"""The fixed point is approached by small steps in one direction, so longer ones converge sooner."""
 STATED_WEIGHT = 10.0
-"""The noise set's sigma of boxes counts as much as so many residuals."""
+"""Weight of the noise set's sigma of boxes, as a number of residuals."""
 LEAST_EFFECTIVE = 1e-6
-"""Of pointing errors and boxes: small, or a sigma once near 0 would stay there. Of paths, whose
-precision is singular, the random signs tell it no better than to a few hundredths."""
+"""Least effective numbers. Of pointing errors and boxes: small, or a sigma once near 0 would stay
+there. Of paths, whose precision is singular: the random signs determine it only to a few
+hundredths."""
 LEAST = {POINTING: 1e-6, BOX: 0.02}
 SPEEDS = (3e-4, 3.0)
 PIXELS = (0.2, 500.0)
 
 
 class Reestimation:
-    """One turn of the fixed point after another.
+    """Fixed-point iteration of the sigmas.
 
     Args:
         layout: of the unknowns.
@@ -77,9 +78,9 @@ class Reestimation:
         """Return one sigma of the boxes' white noise, px.
 
         Args:
-            squares: weighted sum of the squared residuals, px².
+            squares: weighted sum of squared residuals, px².
             count: of boxes.
-            effective: number of unknowns that they determine, constants and paths' ends aside.
+            effective: number of unknowns that they determine, without constants and ends of paths.
         """
         left = 2.0 * count - effective - len(CONSTANTS) - 2.0 * len(self._layout.paths)
         stated = STATED_WEIGHT * self._prior.pixel**2
@@ -87,9 +88,9 @@ class Reestimation:
         return min(max(found, PIXELS[0]), PIXELS[1])
 
     def _undetermined(self, factor: SuperLU, sigmas: Array) -> tuple[Array, tuple[float, float]]:
-        """Return how many unknowns of each process the data leave open, and those they determine.
+        """Return the numbers of undetermined unknowns of each process, and of determined ones.
 
-        The latter of the receiver's drift and of the other drifts. They are traces of a process's
+        The latter for the receiver's drift and for the other drifts. Both are traces of a process's
         precision times the covariance, estimated with random signs (Hutchinson 1990).
         """
         kinds = [*range(len(sigmas)), DRIFT]

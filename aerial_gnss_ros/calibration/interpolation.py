@@ -1,9 +1,9 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""How much poses err between two samples of telemetry, told by cross-validation.
+"""Error of poses interpolated between telemetry samples, by cross-validation.
 
-Every sample is predicted from every other one. That errs as interpolation does at twice the
-spacing, at the very times at which the drone manoeuvred.
+Every sample is interpolated from every other one. That has the errors of interpolation at twice the
+spacing, during the same manoeuvres.
 """
 
 from __future__ import annotations
@@ -16,10 +16,10 @@ from scipy.ndimage import uniform_filter1d
 Array = NDArray[np.float64]
 
 SHARE = 0.5
-"""Interpolating errs by about so much of what it does at twice the spacing: 0.35 where rates are a
-random walk, 1 where the motion is faster than the samples."""
+"""Interpolation error as a share of that at twice the spacing: 0.35 if rates are a random walk, 1
+if the motion is faster than the samples."""
 WINDOW, WINDOW_S = 5, 2.0
-"""Errors are averaged over so many samples and this time at least."""
+"""Errors are averaged over at least this many samples and this time, s."""
 PASSED = 1.64
 """Variance of a sample less its prediction per variance of white noise: 1 and the squares of the
 prediction's weights, -1/16, 9/16, 9/16 and -1/16."""
@@ -48,7 +48,7 @@ class InterpolationError:
         self._variances: list[Array] = []
 
     def add(self, t: Array, errors: Array) -> None:
-        """Take the errors (n, k) of predicting the samples of one piece, in the order of time."""
+        """Add the errors (n, k) of predicting the samples of one piece, in time order."""
         errors = errors.copy()
         errors[0], errors[-1] = errors[1], errors[-2]  # ends are extrapolated, not interpolated
         window = max(WINDOW, round(WINDOW_S / float(np.median(np.diff(t)))))

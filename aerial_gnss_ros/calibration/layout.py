@@ -1,11 +1,11 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Where each unknown of a recording stands.
+"""Layout of a recording's unknowns.
 
 After the constants (`unknowns.py`) come functions of time, all Gaussian processes on knots
-(`processes.py`, `prior.py`): drifts of the platform's errors; pointing errors, which are what
-telemetry lacks of the camera's motion between two samples; each robot's path; and errors of a
-robot's boxes that last for seconds.
+(`processes.py`, `prior.py`): drifts of the platform's errors; pointing errors, which are the
+camera's motion that telemetry misses between samples; each robot's path; and errors of a robot's
+boxes that last for seconds.
 """
 
 from __future__ import annotations
@@ -25,13 +25,13 @@ MOST_DRIFT, MOST_BOX = 400, 80
 
 
 class Layout:
-    """Where each unknown stands, and how much it counts at each box.
+    """Index of each unknown, and its weight at each box.
 
     Args:
         t: (n,) times of the boxes, s.
         tracks: (n,) robots, all from 0 on.
         step_s: between the knots of pointing errors.
-        smoothing_s: shortest time that the poses tell of, by the names of ERRORS.
+        smoothing_s: shortest time scale that the poses resolve, by the names of ERRORS.
         sizes: (n, 3) of the pointing errors at each box, about each axis, over their sigma.
 
     Attributes:

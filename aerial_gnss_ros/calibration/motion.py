@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""The camera's motion as telemetry gives it: smooth in time, each input at its own samples."""
+"""The camera's motion from telemetry: smooth in time, each input from its own samples."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ class Poses:
         rotation: (n, 3, 3) camera FLU in `map`.
         velocity: (n, 3) m/s.
         turning: (n, 3) about East, North, Up, rad/s.
-        known: (n,) False where there is no telemetry; the values there are meaningless.
+        known: (n,) False without telemetry; values are meaningless then.
     """
 
     position: Array
@@ -54,7 +54,7 @@ class Motion:
         start_ns: time 0 of the splines.
         samples_s: times of the samples of the slowest input, from time 0.
         sample_s: median time between two of them.
-        smoothing_s: by the names of ERRORS, the time over which motion is smoothed.
+        smoothing_s: time over which motion is smoothed, by the names of ERRORS.
     """
 
     def __init__(self, recording: Recording) -> None:
@@ -94,8 +94,8 @@ class Motion:
 
         Args:
             stamps_ns: of the images.
-            latency_s: the scene was so much earlier.
-            fix_delay_s: fixes and heights were stamped so much later than they held.
+            latency_s: time from the scene to the stamp.
+            fix_delay_s: time from the validity of fixes and heights to their stamps.
         """
         t: Array = np.asarray((stamps_ns - self.start_ns) * 1e-9 - latency_s, dtype=np.float64)
         level, level_rate, known = self._level.at(t + fix_delay_s)
@@ -118,8 +118,8 @@ class Motion:
 
         Args:
             stamps_ns: (n,) of the images.
-            latency_s: the scene was so much earlier.
-            ranges_m: (n,) distances, by which an error of the place is one of direction.
+            latency_s: time from the scene to the stamp.
+            ranges_m: (n,) distances, which convert position errors to directions.
         """
         t: Array = np.asarray((stamps_ns - self.start_ns) * 1e-9 - latency_s, dtype=np.float64)
         moved = self._errors.place_error.variance(t).mean(axis=1) / np.square(ranges_m)
@@ -181,7 +181,7 @@ def _thinned(stamps: list[int]) -> list[int]:
 def _turning(quaternion: Array, rate: Array) -> Array:
     """Return (n, 3) rad/s in the world of quaternions x, y, z, w and their rates.
 
-    The rate's part along the quaternion, which only changes its length, drops out.
+    The component along the quaternion, which only changes its length, cancels.
     """
     vector, scalar = quaternion[:, :3], quaternion[:, 3:]
     found: Array = 2.0 * (

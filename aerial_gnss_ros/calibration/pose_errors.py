@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""The errors of a measured camera pose, and the axes about which its angles are."""
+"""Errors of a measured camera pose, and the axes of its angles."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 
 ERRORS = ("gnss_east", "gnss_north", "height", "gimbal_roll", "gimbal_pitch", "heading")
-"""What is added to the measured pose to have the true one: m, m, m, rad, rad, rad."""
+"""Corrections: true pose minus measured pose, m, m, m, rad, rad, rad."""
 
 
 def error_axes_of(rotations: Array) -> Array:

@@ -1,9 +1,9 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""The precision of all unknowns before the data, as a sparse matrix.
+"""Prior precision of all unknowns, as a sparse matrix.
 
-Its entries are multiplied by 1 / sigma² of the process that they belong to, so that a change of
-sigmas needs no new assembly.
+Its entries are multiplied by 1 / sigma² of their process, so a change of sigmas needs no new
+assembly.
 """
 
 from __future__ import annotations
@@ -32,9 +32,9 @@ Array = NDArray[np.float64]
 Index = NDArray[np.intp]
 
 POINTING_TIME_S = 0.7
-"""Correlation time of pointing errors: shaking between samples, and what smoothing removed."""
+"""Correlation time of pointing errors, s: vibration between samples, and smoothed-out motion."""
 BOX_TIME_S = 2.0
-"""Correlation time of the errors of a robot's boxes: the hull turns in the view."""
+"""Correlation time of the errors of a robot's boxes, s: its hull turns in the image."""
 _NOISE_KEYS = {
     "gnss_east": "gnss_offset_m",
     "gnss_north": "gnss_offset_m",
@@ -46,7 +46,7 @@ _NOISE_KEYS = {
 
 
 class Prior:
-    """The precision before the data for any sigmas of the processes.
+    """The prior precision for any sigmas of the processes.
 
     Args:
         layout: of the unknowns.
@@ -77,7 +77,7 @@ class Prior:
         """Return the precision (size, size) and its logarithmic determinant.
 
         Args:
-            sigmas: (processes,) rad, px, m/s a robot.
+            sigmas: (processes,) rad, px, and m/s for each robot.
         """
         scale = np.append(1.0 / np.square(sigmas), [1.0, 1.0])
         constants = 1.0 / np.square(PRIOR_SIGMAS)
@@ -89,7 +89,7 @@ class Prior:
         return matrix, log_det + self._log_det - 2.0 * float(self._ranks @ np.log(sigmas))
 
     def part(self, process: int) -> tuple[Index, csc_matrix]:
-        """Return the columns of a process and their precision where its sigma is 1."""
+        """Return the columns of a process and their precision at sigma 1."""
         if process not in self._parts:
             own = self._processes == process
             entries = self._values[own], (self._rows[own], self._columns[own])

@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Sets up a fit: images and boxes, their association and the unknowns for assumed delays."""
+"""Sets up a fit at assumed delays: images, boxes, their association, and the unknowns."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ Array = NDArray[np.float64]
 Index = NDArray[np.intp]
 
 LIMIT_S = 3.0
-"""Latencies are looked for as far as that."""
+"""Latencies are searched from minus to plus this, s."""
 MARGIN_S = 0.5
 FIRST_SPEED = 0.2
 FIRST_PIXELS = 4.0
@@ -36,10 +36,10 @@ class Linked:
     """Boxes associated with robots.
 
     Attributes:
-        evidence: what they say.
-        state: a first guess.
+        evidence: their likelihood.
+        state: initial state.
         clutter: negative log likelihood of the boxes without a robot, uniform over the image.
-        share: of all boxes, those whose image has telemetry at these delays.
+        share: of the boxes whose images have telemetry at these delays.
     """
 
     evidence: Evidence
@@ -54,13 +54,13 @@ class Problem:
     Args:
         recording: after the replay.
         motion: its poses.
-        most_images: evenly over the recording.
+        most_images: greatest number of images, evenly sampled.
         within_ns: first and last stamp of images to use; None: all.
-        throughout: use images with telemetry at every latency, not at any.
+        throughout: use only images with telemetry at every latency.
 
     Attributes:
         stamps_ns: of the images used.
-        boxes: in them.
+        boxes: of these images.
     """
 
     def __init__(
@@ -90,10 +90,10 @@ class Problem:
         Args:
             latency_s: of the images.
             fix_delay_s: of fixes and heights against orientations.
-            speed_mps: of robots, to begin with.
+            speed_mps: initial speed of robots.
         """
         poses = self._motion.at(self.stamps_ns, latency_s, fix_delay_s)
-        for side in (-MARGIN_S, MARGIN_S):  # what a fit may move to
+        for side in (-MARGIN_S, MARGIN_S):  # latencies that a fit may reach
             poses.known[:] &= self._motion.at(self.stamps_ns, latency_s + side, fix_delay_s).known
         places, ranges = on_water(self.boxes, poses)
         t: Array = np.asarray((self.stamps_ns - self._motion.start_ns) * 1e-9, dtype=np.float64)

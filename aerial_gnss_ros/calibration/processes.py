@@ -20,9 +20,9 @@ Index = NDArray[np.intp]
 
 PATH_KNOT_S, MOST_PATH = 1.0, 150
 VELOCITY_TIME_S = 8.0
-"""Correlation time of a robot's velocity."""
+"""Correlation time of a robot's velocity, s."""
 ANYWHERE_M = 300.0
-"""One sigma of the place of a path's middle."""
+"""Prior sigma of the position of a path's middle, m."""
 
 
 @dataclass(frozen=True)
@@ -31,7 +31,7 @@ class LinearBasis:
 
     Attributes:
         columns: (n, 2) knots.
-        weights: (n, 2) how much they count.
+        weights: (n, 2) of both functions.
         count: of knots.
         step_s: between them.
     """
@@ -43,7 +43,7 @@ class LinearBasis:
 
     @staticmethod
     def of(t: Array, step_s: float, most: int) -> LinearBasis:
-        """Return those over the span of the times."""
+        """Return the basis over the span of some times."""
         first, span = float(t.min()), max(float(np.ptp(t)), 1e-3)
         count = int(np.clip(math.ceil(span / step_s - 1e-6) + 1, 2, most))
         at = (t - first) / span * (count - 1)
@@ -67,11 +67,11 @@ class Path:
 
     Attributes:
         rows: boxes of the robot.
-        columns: (k, 4) coefficients that count at each box, from 0.
+        columns: (k, 4) indices of the coefficients at each box, from 0.
         weights: (k, 4).
         count: of coefficients for one axis.
-        rough: (count, count) precision where the speed's one sigma is 1 m/s.
-        middle: (count,) how much coefficients count in the middle of the path.
+        rough: (count, count) precision for a speed of 1 m/s, one sigma.
+        middle: (count,) weights of the coefficients in the middle of the path.
         log_det: of the precision of one axis at 1 m/s.
     """
 

@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Collects what a calibration needs from a replay: all telemetry and all boxes."""
+"""Collects all telemetry and boxes of a replay for a calibration."""
 
 from __future__ import annotations
 
@@ -32,8 +32,8 @@ class Recording(Estimator):
         config: the estimator's parameters; its corrections are applied to all poses.
 
     Attributes:
-        config: these parameters.
-        frames: the boxes of each image that are not refused, by the image's stamp.
+        config: the parameters.
+        frames: the accepted boxes of each image, by its stamp.
         stamps: of the samples received, by input, ns.
     """
 
@@ -51,42 +51,42 @@ class Recording(Estimator):
         self._local: LocalMap | None = None
 
     def add_fix(self, fix: Fix) -> None:
-        """Take a position of the drone."""
+        """Add a position of the drone."""
         super().add_fix(fix)
         self._remember(Input.FIX, fix)
 
     def add_attitude(self, attitude: Orientation) -> None:
-        """Take an orientation of the body."""
+        """Add an orientation of the body."""
         super().add_attitude(attitude)
         self._remember(Input.ATTITUDE, attitude)
 
     def add_gimbal(self, gimbal: Orientation) -> None:
-        """Take an orientation of the camera."""
+        """Add an orientation of the camera."""
         super().add_gimbal(gimbal)
         self._remember(Input.GIMBAL, gimbal)
 
     def add_height(self, height: Scalar) -> None:
-        """Take a height of the drone."""
+        """Add a height of the drone."""
         super().add_height(height)
         self._remember(Input.HEIGHT, height)
 
     def add_water_level(self, level: Scalar) -> None:
-        """Take a level of the water."""
+        """Add a water level."""
         super().add_water_level(level)
         self._all.add_level(level)
 
     def add_depth(self, class_id: str, depth: Scalar) -> None:
-        """Take the depth that robots of a class send."""
+        """Add a depth that robots of a class send."""
         super().add_depth(class_id, depth)
         self._all.depths.add(class_id, depth)
 
     def add_camera(self, stamp_ns: int, camera: CameraModel | None) -> None:
-        """Take the camera's description."""
+        """Add the camera model."""
         super().add_camera(stamp_ns, camera)
         self._all.cameras.add(stamp_ns, camera)
 
     def add_detections(self, frame: DetectionFrame) -> None:
-        """Take one image's boxes."""
+        """Add one image's boxes."""
         wanted = self.config.detections
         reasons = detection_filter.refusals(frame, wanted.min_score, wanted.classes)
         self.frames[frame.stamp_ns] = frame.keep(np.array([one is None for one in reasons], bool))
@@ -110,11 +110,11 @@ class Recording(Estimator):
         return np.zeros(len(frame)) if found is None else found
 
     def pose(self, scene_ns: int, at_antenna: bool = False) -> MapPose | None:
-        """Return the camera in `map` at the time of a scene; None where telemetry lacks.
+        """Return the camera in `map` at the time of a scene; None without telemetry.
 
         Args:
             scene_ns: time.
-            at_antenna: the place of the GNSS antenna instead of the camera's.
+            at_antenna: the position of the GNSS antenna instead of the camera's.
         """
         if self._first_fix is None:
             return None

@@ -25,24 +25,24 @@ GRID = round(2.0 * LIMIT_S / GRID_S) + 1
 COARSE_S, COARSE_IMAGES, MOST_IMAGES = 1.2, (50, 150), 240
 COARSE_STEPS, STEPS, LAST_STEPS = 6, 8, 12
 SPEEDS_MPS = (0.2, 0.003)
-"""Initial speeds of robots: a descent may be slow to get from one that swims to one that stays."""
+"""Initial speeds of robots, m/s: a descent is slow from a swimming to a resting robot."""
 DISTINCT_S = 0.15
 LEAST_IMAGES = 20
 LEAST_COMMON = 0.6
-"""Latencies are compared on the images with telemetry at all of them, if so many of all are."""
+"""Least share of images with telemetry at all latencies for comparing latencies on these."""
 LACKING = (
-    "Too few images have telemetry round them, at any latency within 3 s. Record telemetry from "
-    "3 s before the images to 3 s after them; where samples are seldom, raise max_gap of the input."
+    "Too few images have telemetry around them, at any latency within 3 s. Record telemetry from "
+    "3 s before the images to 3 s after them; if samples are rare, raise max_gap of the input."
 )
 LEAST_SHARE = 0.4
-"""Delays are tried if at least this share of the boxes has telemetry there."""
+"""Least share of boxes with telemetry for delays to be tried."""
 HALF_STEPS, LEAST_HALF = 10, 8
 RIVAL_NATS = 60.0
-"""Coarse or short fits that are so far behind are tried still: they are far from converged, and
-with few images a wrong latency is fitted nearly as well as the right one."""
+"""Log-likelihood deficit up to which coarse or short fits are refined: they have not converged, and
+with few images a wrong latency fits nearly as well as the right one."""
 FIX_DELAYS_S = (-0.8, -0.4, 0.4, 0.8)
 SEPARATE_NATS = 5.0
-"""Fixes have a delay of their own if the logarithm of the likelihood grows by more."""
+"""Least gain of log likelihood for a separate delay of fixes."""
 
 
 @dataclass(frozen=True)
@@ -50,9 +50,9 @@ class Candidate:
     """A fit at one local maximum of the likelihood of the delays.
 
     Attributes:
-        evidence: the boxes linked there.
+        evidence: the boxes associated there.
         state: the fit.
-        score: logarithm of the likelihood of the boxes, those without a robot being anywhere.
+        score: log likelihood of the boxes, with unassociated ones uniform over the image.
     """
 
     evidence: Evidence
@@ -75,7 +75,7 @@ class Search:
 
     Args:
         recording: after the replay.
-        focal: whether the focal length is to be found.
+        focal: whether to estimate the focal length.
 
     Raises:
         InputError: too few images have telemetry.
@@ -88,7 +88,7 @@ class Search:
             raise InputError(LACKING)
         common = Problem(recording, self.motion, MOST_IMAGES, throughout=True)
         enough = len(common.stamps_ns) >= max(LEAST_IMAGES, LEAST_COMMON * len(self.fine.stamps_ns))
-        # A fit to fewer boxes is likelier or less likely for that alone.
+        # Likelihoods of fits to different numbers of boxes cannot be compared.
         if np.array_equal(common.stamps_ns, self.fine.stamps_ns):
             common = self.fine
         self.compared = common if enough else self.fine
@@ -109,7 +109,7 @@ class Search:
         return self._base
 
     def grid(self, report: Callable[[int], None]) -> list[Candidate]:
-        """Return the local maxima reached from a grid of latencies, the likeliest first."""
+        """Return the local maxima reached from a grid of latencies, the most likely first."""
         found = []
         for done, latency in enumerate(np.arange(-LIMIT_S, LIMIT_S + 1e-9, GRID_S), start=1):
             one = self.fit(self.coarse, float(latency), 0.0, COARSE_STEPS, self.common)
@@ -136,9 +136,9 @@ class Search:
         return Candidate(linked.evidence, state, score)
 
     def best(self, modes: list[Candidate]) -> list[Candidate]:
-        """Return fits of all maxima that may be the likeliest, the best first and refined.
+        """Return refined fits of all maxima that may be the global one, the best first.
 
-        Others are refined, too, where they are within `RIVAL_NATS` of a refined one.
+        Those within `RIVAL_NATS` of a refined one are refined, too.
         """
         top = modes[0].score
         tried = [one for one in modes if one.score > top - RIVAL_NATS]
@@ -162,7 +162,7 @@ class Search:
         return max(self._again(self.fine, one, held), key=lambda fit: fit.score, default=one)
 
     def _again(self, problem: Problem, one: Candidate, held: frozenset[int]) -> list[Candidate]:
-        """Return fits begun at its delays and at each of `SPEEDS_MPS`."""
+        """Return fits started at its delays and each of `SPEEDS_MPS`."""
         at = one.latency_s, one.fix_delay_s
         fits = [self.fit(problem, *at, LAST_STEPS, held, speed) for speed in SPEEDS_MPS]
         return [fit for fit in fits if fit is not None]
@@ -178,7 +178,7 @@ class Search:
         return self.fit(problem, best.latency_s, best.fix_delay_s, HALF_STEPS, held)
 
     def separate_fit(self, best: Candidate) -> Candidate | None:
-        """Return a fit in which fixes have a delay of their own, if that is likelier."""
+        """Return a fit with a separate delay of fixes, if that is more likely."""
         plain = self.fit(self.coarse, best.latency_s, 0.0, COARSE_STEPS, self.common)
         tries = [(best.latency_s, 0.0)]
         for delay in FIX_DELAYS_S:
@@ -193,7 +193,7 @@ class Search:
 
 
 def _distinct(found: list[Candidate]) -> list[Candidate]:
-    """Return fits that are not close to a better one, the likeliest first."""
+    """Return fits that are not close to a better one, the most likely first."""
     kept: list[Candidate] = []
     for one in sorted(found, key=lambda one: -one.score):
         if abs(one.latency_s) <= LIMIT_S + 0.3 and all(

@@ -1,11 +1,10 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Smoothing splines that let motion through and hold back what errors do between samples.
+"""Smoothing splines that pass motion and suppress errors between samples.
 
-Differences of the second order over a time h have a variance of 2 q h + 6 w² if they are errors
-that drift by q a second and are white with w. A cubic smoothing spline passes what is slower than
-the shortest h over which the differences are clearly larger than that at the time, as a Wiener
-filter does.
+Second differences over a time h have the variance 2 q h + 6 w² if they are errors with a drift of q
+per second and white noise w. The cubic smoothing spline passes what is slower than the shortest h
+over which the differences clearly exceed that variance, like a Wiener filter.
 """
 
 from __future__ import annotations
@@ -22,7 +21,8 @@ Array = NDArray[np.float64]
 
 LEAST_SAMPLES = 6
 CLEARLY, WINDOW = 4.0, 12
-"""Bends are motion where their mean square over so many lags is so many times that of errors."""
+"""Second differences are motion if their mean square over WINDOW lags is CLEARLY times that of
+errors."""
 
 
 class PiecewiseSpline:
@@ -62,12 +62,13 @@ def adapted(
 ) -> tuple[BSpline, list[float]]:
     """Return a spline of the motion in values (n, k), and the median smoothing time of each, s.
 
-    How much is smoothed is judged at each time by the bends round it: a flight is calm at times.
+    The smoothing time is chosen at each time from the second differences around it: flights have
+    calm parts.
 
     Args:
         t: (n,) times, s.
         values: (n, k).
-        errors: of each column: variance that a drift grows by a second, one sigma of white noise.
+        errors: of each column: growth of the drift's variance per second, one sigma of white noise.
     """
     spread = float(np.median(np.diff(t)))
     grid = np.arange(t[0], t[-1] + 0.5 * spread, spread)
@@ -91,9 +92,9 @@ def adapted(
 def _levels(
     grid: Array, t: Array, column: Array, error: tuple[float, float], lags: NDArray[np.int64]
 ) -> Array:
-    """Return how much each lag's smoothing counts at each time of an even grid, (lags, n).
+    """Return the weight of each lag's smoothing at each time of an even grid, (lags, n).
 
-    It is that of the shortest lag whose bends are clearly larger than errors there.
+    It selects the shortest lag whose second differences clearly exceed the errors.
     """
     even, spread = np.interp(grid, t, column), float(grid[1] - grid[0])
     level = np.full(len(grid), len(lags) - 1)
@@ -114,10 +115,10 @@ def _levels(
 
 
 def penalty(t: Array, shortest_s: float) -> float:
-    """Return the penalty on squared curvature at which bends over such a time are half let through.
+    """Return the penalty on squared curvature that halves bends over a given time.
 
-    A smoothing spline lets 1 / (1 + p (2 pi f)^4 dt) of a frequency f through, and a bend over a
-    time h is one of f = 1 / 2h.
+    A smoothing spline passes 1 / (1 + p (2 pi f)^4 dt) of a frequency f, and a bend over a time h
+    has f = 1 / 2h.
     """
     return (shortest_s / math.pi) ** 4 / float(np.median(np.diff(t)))
 

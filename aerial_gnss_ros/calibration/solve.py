@@ -1,11 +1,11 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Finds the constants of a recording: delays first, then the platform's errors.
+"""Estimates the constants of a recording: delays first, then the platform's errors.
 
 Both come from the likelihood of the boxes (`evidence.py`). Robots that swim contribute to the
 delays only: their motion is independent of the camera's rotation and vibration. But a wrong height
-or tilt changes exactly the size and the curvature of their paths, and no robot follows the motion
-model exactly. Their paths are therefore left free when the platform's errors are estimated.
+or tilt changes the size and curvature of their paths, and no robot follows the motion model
+exactly, so their paths are left free when the platform's errors are estimated.
 """
 
 from __future__ import annotations
@@ -31,12 +31,13 @@ Array = NDArray[np.float64]
 
 SWIMS_MPS, FREE_MPS = 0.01, 10.0
 FREE_STEPS = 1
-"""With free paths the fit is a linear one about the most likely unknowns. Further steps would lower
-the height: near the camera all paths are short."""
+"""Number of steps with free paths: one, a linear fit about the most likely unknowns. Further steps
+would lower the height, because all paths are short near the camera."""
 CAUTION = 1.3
 """Factor on the sigmas of the likelihood: neither robots nor errors follow the model exactly."""
 RIVAL_NATS = 6.0 * CAUTION**2
-"""A fit that is less far behind may be the true one: a factor of 400 with sigmas so increased."""
+"""Log-likelihood deficit below which a fit may be the true one: a factor of 400 with sigmas
+increased by `CAUTION`."""
 
 
 def calibrate(
@@ -46,12 +47,12 @@ def calibrate(
     focal: bool = False,
     progress: Callable[[int], None] = lambda _done: None,
 ) -> Fit:
-    """Find all constants.
+    """Estimate all constants.
 
     Args:
         recording: after the replay.
-        config: that it was made with.
-        focal: estimate the focal length too.
+        config: of the replay.
+        focal: whether to estimate the focal length.
         progress: called with a growing number.
 
     Raises:
@@ -60,15 +61,15 @@ def calibrate(
     seen = sum(1 for frame in recording.frames.values() if len(frame))
     if seen < LEAST_IMAGES:
         raise InputError(
-            f"{counted(seen, 'image')} have boxes that may be robots, and a calibration needs "
-            f"{LEAST_IMAGES} at least; record a robot that is seen for longer."
+            f"{counted(seen, 'image')} have boxes that may be robots, but a calibration needs at "
+            f"least {LEAST_IMAGES}; record a robot that is in view for longer."
         )
     search = Search(recording, focal)
     modes = search.grid(progress)
     if not modes:
         raise InputError(
-            "No robot was seen in several images that follow one another closely; record a robot "
-            "that is seen for longer, with more images a second."
+            "No robot was seen in several images in quick succession; record a robot that is in "
+            "view for longer, with more images a second."
         )
     fits = search.best(modes)
     best, rivals = fits[0], _rivals(fits)
@@ -80,7 +81,7 @@ def calibrate(
 
 
 def _rivals(fits: list[Candidate]) -> list[float]:
-    """Return the latencies that fit nearly as well as the first, s."""
+    """Return the latencies that fit nearly as well as the best, s."""
     return [one.latency_s for one in fits[1:] if one.score > fits[0].score - RIVAL_NATS]
 
 
@@ -144,7 +145,7 @@ def _with_platform(
 
 
 def _with_free_paths(state: State) -> State:
-    """Return the state with the paths of all robots that swim left free."""
+    """Return the state with free paths of all swimming robots."""
     sigmas = state.sigmas.copy()
     swims = sigmas[FIRST_ROBOT:] > SWIMS_MPS
     sigmas[FIRST_ROBOT:][swims] = FREE_MPS

@@ -2,10 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Splines through telemetry, smoothed by the errors that the noise set states.
 
-A latency is found by comparing boxes with poses at other times. What telemetry's own errors do from
-sample to sample (white noise, drifts) looks like motion, and a fit takes it for information on the
-latency: it would be biased, and surer than it is. So only that part of the motion is used which
-exceeds the stated errors.
+A latency is found by comparing boxes with poses at other times. Telemetry errors between samples
+(white noise, drifts) look like motion, and a fit would take them for information on the latency:
+biased and overconfident. So only the part of the motion that exceeds the stated errors is used.
 """
 
 from __future__ import annotations
@@ -27,15 +26,16 @@ from aerial_gnss_ros.core.georeferencing.covariance import white_rotation
 Array = NDArray[np.float64]
 
 REFERENCE_S = 1.0
-"""Turns slower than this are left out before a camera's roll, pitch and heading are smoothed."""
+"""Rotations slower than this are removed before a camera's roll, pitch and heading are smoothed,
+s."""
 
 
 class TelemetrySmoother:
-    """Splines through samples whose errors are as the noise set says.
+    """Splines through samples with the noise set's errors.
 
     Args:
         noise: the noise set.
-        reference: what the gimbal's orientation is relative to.
+        reference: of the gimbal's orientation.
 
     Attributes:
         times_s: longest of the smoothing times of each column, by input.
@@ -69,14 +69,14 @@ class TelemetrySmoother:
         return self._smoothed("height", t, values, [self._height])
 
     def lever(self, t: Array, values: Array) -> BSpline:
-        """Return the camera's place relative to the antenna, as smooth as its angles."""
+        """Return the camera's position relative to the antenna, as smooth as its angles."""
         return self._smoothed("lever", t, values, [(1e-6, 1e-3)] * 3)
 
     def turn(self, t: Array, values: Array) -> BSpline:
         """Return quaternions, not of unit length; each angle is smoothed by its own error.
 
-        Angles are relative to a slow turn, for roll, pitch and heading have no meaning over a whole
-        flight where the camera looks down.
+        Angles are relative to a slow rotation, because roll, pitch and heading are undefined when
+        the camera looks straight down.
         """
         flips = np.sum(values[1:] * values[:-1], axis=1) < 0.0
         values = values.copy()

@@ -3,8 +3,8 @@
 """Associates boxes with robots at assumed delays, without the tracker.
 
 Boxes are placed on the water and assigned to tracks from image to image, by least distance from the
-expected places. A wrong latency shifts neighbouring images nearly alike, so that the association
-holds far from the true latency; it is repeated for each candidate.
+predicted positions. A wrong latency shifts consecutive images almost equally, so the association is
+valid far from the true latency; it is repeated for each candidate.
 """
 
 from __future__ import annotations
@@ -22,14 +22,14 @@ LONGEST_GAP_S = 5.0
 LEAST_BOXES = 6
 MOST_TRACKS = 10
 SLACK_M, SLACK = 0.8, 0.02
-"""Gate around the expected place, besides what a robot swims: constant, and as a share of the
-distance from the camera (1 deg)."""
+"""Gate around the predicted position, in addition to a robot's motion: constant, and as a share of
+the distance from the camera (1 deg)."""
 FAR = 1e6
 
 
 @dataclass
 class _Track:
-    """A track: rows of its boxes, place and time of the last one, and velocity."""
+    """A track: rows of its boxes, position and time of the last one, and velocity."""
 
     kind: int
     place: Array
@@ -46,7 +46,7 @@ def link(
     Args:
         t: times of the images, s, increasing.
         images: (n,) image of each box, not decreasing.
-        places: (n, 2) East, North on the water, m; NaN where a box is not on the water.
+        places: (n, 2) East, North on the water, m; NaN if a box is not on the water.
         ranges: (n,) distances from the camera, m.
         kinds: (n,) number of each box's class.
         max_speed: of robots, m/s.

@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""What a detector is, and what it returns."""
+"""The detector's interface and its result."""
 
 from __future__ import annotations
 
@@ -12,7 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 Image = NDArray[np.uint8]
-_FIRST_PIXEL_MIDDLE = 0.5  # from edges counted from 0 (networks, labels) to middles (camera models)
+_FIRST_PIXEL_MIDDLE = (
+    0.5  # from coordinates of pixel edges (networks, labels) to pixel centres (camera models)
+)
 
 
 @dataclass(frozen=True)
@@ -21,8 +23,8 @@ class Detections:
 
     Attributes:
         xywh: (n, 4) centre u, v, width and height, pixels of the source image. As in OpenCV and
-            CameraInfo the middle of the first pixel is (0, 0): the image reaches from -0.5 to
-            its width - 0.5, and boxes lie within.
+            CameraInfo the centre of the first pixel is (0, 0): the image reaches from -0.5 to its
+            width - 0.5, and boxes are within.
         scores: (n,) 0 to 1.
         class_ids: (n,) index into `class_names`.
         class_names: the model's classes.
@@ -79,11 +81,11 @@ def within_image(
     size: tuple[int, int],
     timings_ms: dict[str, float] | None = None,
 ) -> Detections:
-    """Return detections from corners: clipped to the image, those that are left empty dropped.
+    """Return detections from corners: clipped to the image, without those left empty.
 
     Args:
-        xyxy: (n, 4) left, top, right, bottom, source pixels; here, as networks count, the first
-            pixel reaches from 0 to 1.
+        xyxy: (n, 4) left, top, right, bottom, source pixels; here, as in networks, the first pixel
+            reaches from 0 to 1.
         scores: (n,) 0 to 1.
         class_ids: (n,) whole numbers.
         class_names: the model's classes.
@@ -105,7 +107,7 @@ def within_image(
 
 
 class Detector(Protocol):
-    """Finds robots in an image."""
+    """Detects robots in an image."""
 
     @property
     def name(self) -> str:
@@ -113,7 +115,7 @@ class Detector(Protocol):
 
     @property
     def class_names(self) -> tuple[str, ...]:
-        """The classes that the model knows."""
+        """The model's classes."""
 
     def detect(self, image: Image) -> Detections:
         """Return the boxes found.
@@ -122,13 +124,13 @@ class Detector(Protocol):
             image: (height, width, 3) blue, green, red.
 
         Raises:
-            ModelError: this image could not be processed, such as for lack of memory; the next
-                one may do.
+            ModelError: this image could not be processed, for example out of memory; the next one
+                may succeed.
         """
 
 
 def detect_all(detector: Detector, images: Sequence[Image]) -> list[Detections]:
-    """Return the boxes found in each image, side by side where the detector can.
+    """Return the boxes of each image, processed in parallel if the detector can.
 
     Raises:
         ModelError: as `Detector.detect`.
@@ -141,7 +143,7 @@ def detect_all(detector: Detector, images: Sequence[Image]) -> list[Detections]:
 
 
 class Wrapper:
-    """What all Detectors have in common that let another one look.
+    """Base of Detectors that use another one.
 
     Args:
         inner: the other one.
@@ -152,11 +154,11 @@ class Wrapper:
 
     @property
     def class_names(self) -> tuple[str, ...]:
-        """The classes that the model knows."""
+        """The model's classes."""
         return self._inner.class_names
 
     def close(self) -> None:
-        """Give back what the inner detector holds."""
+        """Release the inner detector's resources."""
         close = getattr(self._inner, "close", None)
         if close is not None:
             close()

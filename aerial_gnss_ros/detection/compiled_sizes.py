@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""One model compiled for the sizes of images that come often, and once for all others."""
+"""A model compiled separately for frequent image sizes, and once for all others."""
 
 from __future__ import annotations
 
@@ -16,16 +16,16 @@ from aerial_gnss_ros.detection.background import begun
 Shape = tuple[int, ...]
 Compile = Callable[[Any, bool], Any]
 _MOST = 3
-"""Sizes beside the first image's; each takes some 20 MB."""
-_OFTEN = 10  # runs with a size, of the last _RECENT, that make it worth compiling for
+"""Greatest number of compiled sizes besides the first image's; each takes some 20 MB."""
+_OFTEN = 10  # runs with a size, among the last _RECENT, from which it is compiled
 _RECENT = 1000
 _NAME = "compiling"
-_COMPILED_WITHIN = 50  # runs; half a second of `search.mode` roi, twice what compiling takes
+_COMPILED_WITHIN = 50  # runs; half a second of `search.mode` roi, twice the time of compiling
 
 
 @dataclass
 class _Job:
-    """A size that is being compiled for."""
+    """A size being compiled."""
 
     shape: Shape
     made: Future[Any]
@@ -33,23 +33,23 @@ class _Job:
 
 
 class CompiledSizes:
-    """Chooses what runs an image: the model compiled for just its size, or for any size.
+    """Chooses the compiled model for an image: that for its exact size, or for any size.
 
-    For just one size it is a quarter faster, and as large as a whole image it takes a third of the
-    memory; but compiling takes a quarter of a second. So it is done at once only for the size that
-    images most likely have. The windows of `search.mode` roi, of many sizes, are run by what takes
-    any size, until those that come often have been compiled for in a thread of their own.
+    A model compiled for one size is a quarter faster, and at the size of a whole image takes a
+    third of the memory; but compiling takes a quarter of a second. So it is done at once only for
+    the most likely size. The windows of `search.mode` roi, of many sizes, use the model for any
+    size until the frequent ones have been compiled in a separate thread.
 
-    When a size changes over is decided by counting runs, never by the clock: equal images give
-    equal boxes. Not for several threads.
+    When a size switches is decided by counting runs, never by the clock, so equal images give equal
+    boxes. Not thread-safe.
 
     Args:
-        compiled: makes what runs a model, and is given whether that is for a size that comes beside
-            the first one, such as of windows.
-        model: takes any size; has `clone` and `reshape` as OpenVINO's.
-        first: shape of the input that is likely, with which the model is tried.
-        others: whether smaller images than the first will come: prepare for them once the first
-            has been run.
+        compiled: compiles a model; its argument tells whether the size is an additional one, such
+            as of windows.
+        model: for any size, with `clone` and `reshape` as in OpenVINO.
+        first: most likely input shape, with which the model is tested.
+        others: whether smaller images than the first are expected: prepare for them after the first
+            run.
 
     Raises:
         ModelError: the model cannot be compiled.
@@ -75,20 +75,22 @@ class CompiledSizes:
         self._others = others
 
     def __getitem__(self, shape: Shape) -> Any:
-        """Return what runs an image of this shape, the next one that is run.
+        """Return the compiled model for the next image, of this shape.
 
         Raises:
-            ModelError: it cannot be compiled, such as for want of memory.
+            ModelError: it cannot be compiled, for example out of memory.
         """
         self._runs += 1
         if self._runs % _RECENT == 0:
             self._uses.clear()
         self._change_over()
-        if self._runs == 2 and shape != self._whole:  # the first run was the trial: a wrong guess
+        if (
+            self._runs == 2 and shape != self._whole
+        ):  # the first run was the trial: the guess was wrong
             self._own.clear()
             self._whole = shape
             self._own[shape] = self._fitted(shape, beside=False)
-        if self._runs == 3 and self._others:  # not before: the first boxes would come later
+        if self._runs == 3 and self._others:  # not earlier: it would delay the first boxes
             self._any = begun(lambda: self._compiled(self._model, False), _NAME)
         if shape in self._own:
             self._last[shape] = self._runs
@@ -97,11 +99,11 @@ class CompiledSizes:
         return self._for_any()
 
     def has_own(self, shape: Shape) -> bool:
-        """Return whether a model of its own runs images of this shape: no others wait for it."""
+        """Return whether images of this shape have their own model, for which no others wait."""
         return shape in self._own
 
     def close(self) -> None:
-        """Forget all that is compiled, once nothing is being compiled any more."""
+        """Release all compiled models after pending compilations."""
         for made in (self._any, self._job.made if self._job else None):
             if made is not None:
                 made.exception()  # waits
@@ -113,7 +115,7 @@ class CompiledSizes:
         if made is None:
             made = Future()
             made.set_result(self._compiled(self._model, False))
-        result = made.result()  # one that failed is forgotten: the next image tries again
+        result = made.result()  # a failed one is forgotten: the next image tries again
         self._any = made
         return result
 
@@ -125,11 +127,11 @@ class CompiledSizes:
         try:
             self._own[job.shape] = job.made.result()
             self._last[job.shape] = self._runs
-        except ModelError:  # most likely for want of memory; what takes any size still works
+        except ModelError:  # most likely out of memory; the model for any size still works
             self._hopeless.add(job.shape)
 
     def _consider(self, shape: Shape) -> None:
-        """Begin to compile for a size if it comes often and there is room."""
+        """Start compiling for a size if it is frequent and there is room."""
         self._uses[shape] += 1
         if self._uses[shape] < _OFTEN or self._job is not None or shape in self._hopeless:
             return
@@ -138,7 +140,7 @@ class CompiledSizes:
             self._job = _Job(shape, made, self._runs + _COMPILED_WITHIN)
 
     def _room(self) -> bool:
-        """Return whether one more size may be kept; forget one that does not come any more."""
+        """Return whether another size may be kept, after dropping an unused one."""
         kept = {shape: self._last[shape] for shape in self._own if shape != self._whole}
         if len(kept) < _MOST:
             return True

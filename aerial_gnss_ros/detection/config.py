@@ -15,7 +15,7 @@ from aerial_gnss_ros.detection.search import SearchConfig
 
 @dataclass(frozen=True)
 class ImageConfig:
-    """Where images come from."""
+    """Source of images."""
 
     topic: str = key(
         "camera/image_raw",
@@ -86,8 +86,8 @@ class DetectorConfig:
     )
     allow_pickle: bool = key(
         False,
-        "A .pt file is a pickle: loading it can run any code that its author put there. Set True "
-        "only if you trust the file.",
+        "A .pt file is a pickle: loading it can run arbitrary code. Set True only if you trust "
+        "the file.",
     )
     second_look: str = key(
         "auto",

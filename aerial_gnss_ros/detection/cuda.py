@@ -16,7 +16,7 @@ from aerial_gnss_ros.resources import install_hint
 
 
 class CudaError(RuntimeError):
-    """A call failed, such as for want of memory."""
+    """A CUDA call failed, for example out of memory."""
 
 
 @dataclass(frozen=True)
@@ -54,7 +54,7 @@ class Cuda:
         return int(self._call("cudaMalloc", size))
 
     def free(self, address: int) -> None:
-        """Give memory back."""
+        """Free memory."""
         self._call("cudaFree", address)
 
     def to_gpu(self, address: int, values: NDArray[Any]) -> None:
@@ -66,7 +66,7 @@ class Cuda:
         self._copy(values.ctypes.data, address, values.nbytes, "cudaMemcpyDeviceToHost")
 
     def wait(self) -> None:
-        """Wait until all that is queued is done."""
+        """Wait until all queued work is done."""
         self._call("cudaStreamSynchronize", self.stream)
 
     def _copy(self, to: int, source: int, size: int, kind: str) -> None:

@@ -1,9 +1,9 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""The sidecar of a TensorRT engine: what it was built for, checked before it is loaded.
+"""The sidecar of a TensorRT engine: its target, checked before loading.
 
-An engine is compiled code for one GPU and one version of TensorRT. Another one does not always
-refuse it: it can crash, or be slow. So MODEL.engine comes with MODEL.engine.json.
+An engine is compiled code for one GPU and one version of TensorRT. On another one it is not always
+refused: it can crash or be slow. So MODEL.engine comes with MODEL.engine.json.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ _REBUILD = "build it on this device with aerial-gnss export"
 
 @dataclass(frozen=True)
 class EngineCard:
-    """What an engine was built for and of.
+    """Target and source of an engine.
 
     Attributes:
         tensorrt: version, exactly.
@@ -29,9 +29,9 @@ class EngineCard:
         compute_capability: such as 8.7.
         input_shape: batch, 3, height, width; -1: any (of the range it was built for).
         precision: fp32, fp16 or int8.
-        source: name of the model that it was built of.
+        source: name of the model from which it was built.
         source_sha256: of that file.
-        engine_sha256: of the engine: a copy that was cut off is recognised.
+        engine_sha256: of the engine, to recognise an incomplete copy.
         metadata: names and task, as in the ONNX model.
     """
 
@@ -51,7 +51,7 @@ class EngineCard:
 
 
 def card_path(engine: Path) -> Path:
-    """Return where the sidecar of an engine lies."""
+    """Return the path of an engine's sidecar."""
     return engine.with_name(f"{engine.name}.json")
 
 
@@ -59,13 +59,13 @@ def read_card(engine: Path) -> EngineCard:
     """Return the sidecar of an engine.
 
     Raises:
-        ModelError: missing, or not one.
+        ModelError: missing or invalid.
     """
     path = card_path(engine)
     if not path.is_file():
         raise ModelError(
-            f"{engine} has no {path.name} beside it, so the GPU that it fits is unknown; {_REBUILD}"
-            ", or choose the back end ultralytics if that made it."
+            f"{engine} has no {path.name} beside it, so its GPU is unknown; {_REBUILD}, or choose "
+            "the back end ultralytics if that made it."
         )
     try:
         stored = parse_json(path.read_text(encoding="utf-8"))
@@ -77,7 +77,7 @@ def read_card(engine: Path) -> EngineCard:
 def check_fits(
     engine: Path, card: EngineCard, tensorrt: str, gpu: str, compute_capability: str
 ) -> None:
-    """Refuse an engine that was built for something else.
+    """Refuse an engine that was built for another GPU or version.
 
     Args:
         engine: the file.
@@ -87,7 +87,7 @@ def check_fits(
         compute_capability: of the GPU here.
 
     Raises:
-        ModelError: it does not fit; the sentence names both sides.
+        ModelError: it does not match; the sentence names both sides.
     """
     for what, built, here in (
         ("TensorRT", card.tensorrt, tensorrt),
@@ -106,7 +106,7 @@ def check_fits(
 
 
 def engine_of(model: Path) -> Path | None:
-    """Return the engine beside a model, if it was made of exactly this model."""
+    """Return the engine beside a model, if it was built from exactly this model."""
     engine = model.with_suffix(".engine")
     if not (engine.is_file() and model.is_file()):
         return None
@@ -118,5 +118,5 @@ def engine_of(model: Path) -> Path | None:
 
 
 def sha256(path: Path) -> str:
-    """Return the fingerprint of a file."""
+    """Return the SHA-256 of a file."""
     return hashlib.sha256(path.read_bytes()).hexdigest()

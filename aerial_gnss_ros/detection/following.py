@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Where in the next image each box will be: constant velocity, in pixels."""
+"""Prediction of boxes in the next image with constant velocity in pixels."""
 
 from __future__ import annotations
 
@@ -12,24 +12,24 @@ from numpy.typing import NDArray
 
 from aerial_gnss_ros.detection.pieces import Piece
 
-_GROWTH_PX = 24.0  # more margin for each image in which a box was not found
+_GROWTH_PX = 24.0  # additional margin for each image in which a box was missed
 _SMOOTHING = 0.5  # share of the newest displacement in the velocity
-_SURE = 3  # sightings that make a box a sure one, and not a wave's
+_SURE = 3  # detections after which a box is confirmed and not a wave
 _PATIENCE = 2  # images without it after which a box is lost
 _PATIENCE_IF_SURE = 10  # the network does not find a faint robot in every image
 
 
 @dataclass
 class Followed:
-    """One box that is followed.
+    """One followed box.
 
     Attributes:
         corners: (4,) left, top, right, bottom in the image now, px.
         velocity: (2,) px an image.
         class_id: index of the class.
-        sightings: images in which it was found.
-        missed: images in a row in which it was not.
-        cut: whether an edge of its window cut it off.
+        sightings: number of images in which it was detected.
+        missed: number of consecutive images in which it was not.
+        cut: whether the edge of a window truncates it.
     """
 
     corners: NDArray[np.float64]
@@ -41,12 +41,12 @@ class Followed:
 
     @property
     def sure(self) -> bool:
-        """Whether it is worth looking for when it is not found."""
+        """Whether it is confirmed, so that it is searched for when missed."""
         return self.sightings >= _SURE
 
     @property
     def lost(self) -> bool:
-        """Whether it is not looked for any more."""
+        """Whether it is no longer searched for."""
         return self.missed >= (_PATIENCE_IF_SURE if self.sure else _PATIENCE)
 
     @property
@@ -56,10 +56,10 @@ class Followed:
         return half
 
     def reach(self, margin: float) -> float:
-        """Return how far beyond its corners it may be, px."""
+        """Return the search margin beyond its corners, px."""
         longest = float((self.corners[2:] - self.corners[:2]).max())
         speed = float(np.abs(self.velocity).max())
-        more = longest if self.cut else 0.0  # of what lies beyond the edge nothing is known
+        more = longest if self.cut else 0.0  # its extent beyond the edge is unknown
         return margin + more + 0.5 * speed + _GROWTH_PX * min(self.missed, _PATIENCE)
 
 
@@ -67,7 +67,7 @@ class Follower:
     """Follows boxes from image to image.
 
     Args:
-        margin: px round a box within which it is found again.
+        margin: search margin around a box, px.
     """
 
     def __init__(self, margin: float) -> None:
@@ -75,18 +75,18 @@ class Follower:
         self.followed: list[Followed] = []
 
     def forget(self) -> None:
-        """Follow nothing any more."""
+        """Drop all boxes."""
         self.followed = []
 
     @property
     def blind(self) -> bool:
-        """Whether not one of the boxes was found in the last image."""
+        """Whether none of the boxes was detected in the last image."""
         return all(box.missed for box in self.followed)
 
     def predict(self, size: tuple[int, int]) -> NDArray[np.float64]:
-        """Move all boxes on to the next image; return (n, 4) where they may be, px.
+        """Predict all boxes in the next image; return their search regions (n, 4), px.
 
-        Those that leave the image are forgotten.
+        Those that leave the image are dropped.
         """
         for box in self.followed:
             box.corners = box.corners + np.tile(box.velocity, 2)
@@ -99,14 +99,14 @@ class Follower:
         return likely
 
     def update(self, found: Sequence[Piece]) -> bool:
-        """Take what was found in the image; return whether a sure box is missed anew."""
+        """Update with an image's detections; return whether a confirmed box is newly missed."""
         pairs = self._pairs(found)
         moved = [self._see(self.followed[i], found[j]) for i, j in pairs.items()]
         for i, box in enumerate(self.followed):
             box.missed += i not in pairs
         missed = any(box.sure and box.missed == _PATIENCE for box in self.followed)
         self.followed = [box for box in self.followed if not box.lost]
-        # What comes into view moves as the others do: mostly it is the camera that turns.
+        # New boxes get the others' motion, which is mostly the camera's rotation.
         common = np.median(moved, axis=0) if moved else np.zeros(2)
         taken = set(pairs.values())
         self.followed += [
@@ -117,7 +117,7 @@ class Follower:
         return missed
 
     def _pairs(self, found: Sequence[Piece]) -> dict[int, int]:
-        """Return which followed box is which found one: nearest first, each once."""
+        """Return pairs of followed and detected boxes: nearest first, each once."""
         if not self.followed or not found:
             return {}
         middles = np.array([(p.corners[:2] + p.corners[2:]) / 2 for p in found])
@@ -136,9 +136,9 @@ class Follower:
 
     @staticmethod
     def _see(box: Followed, piece: Piece) -> NDArray[np.float64]:
-        """Bring a box to where it was found; return its velocity."""
+        """Move a box to its detection; return its velocity."""
         off = (piece.corners[:2] + piece.corners[2:]) / 2 - box.middle
-        if not box.cut and piece.whole:  # the middle of a cut box is none of the robot's
+        if not box.cut and piece.whole:  # the centre of a truncated box is not the robot's
             gain = 1.0 if box.sightings == 1 else _SMOOTHING
             box.velocity = box.velocity + gain * off / (1 + box.missed)
         box.corners, box.cut = piece.corners, not piece.whole

@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Format and size of an encoded image from its header, without decoding a pixel.
 
-A PNG of a few hundred kilobytes may unpack to gigabytes, so the size is read first. Only what can
-be read here is given to a decoder.
+A PNG of a few hundred kilobytes may unpack to gigabytes, so the size is read first. Only formats
+read here are given to a decoder.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ _TIFF_NUMBERS = {1: "B", 3: "H", 4: "I", 16: "Q"}
 
 @dataclass(frozen=True)
 class ImageHeader:
-    """What an encoded image says of itself.
+    """Format and size of an encoded image.
 
     Attributes:
         kind: PNG, JPEG, BMP, WebP, TIFF or GIF.
@@ -48,11 +48,11 @@ class ImageHeader:
 
 
 def read_header(data: bytes, kinds: Sequence[str] = ()) -> ImageHeader | None:
-    """Return format and size of an encoded image; None where it is none that is known.
+    """Return format and size of an encoded image; None for an unknown format.
 
     Args:
         data: the image, or its beginning as far as the header reaches.
-        kinds: formats that are wanted; empty: all.
+        kinds: accepted formats; empty: all.
 
     Raises:
         InputError: the format is known, but the header is damaged or cut off.
@@ -76,14 +76,14 @@ def refuse_large(width: int, height: int, max_pixels: int, name: str = "image.ma
     Args:
         width: px.
         height: px.
-        max_pixels: most pixels that are decoded.
-        name: the parameter that sets them; empty where none does.
+        max_pixels: greatest number of pixels to decode.
+        name: the parameter that sets it; empty without one.
 
     Raises:
         InputError: it has more pixels.
     """
     if width * height > max_pixels:
-        remedy = f"if that is what your camera takes, raise {name}" if name else "make it smaller"
+        remedy = f"if your camera has this size, raise {name}" if name else "make it smaller"
         raise InputError(
             f"an image of {width} x {height} pixels is larger than {max_pixels} pixels and was not "
             f"decoded; {remedy}."

@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Images to blue-green-red arrays: rclpy's and rosbags' messages by attribute, and files.
+"""Decodes images to blue-green-red arrays: messages of rclpy and rosbags, and files.
 
 An image's size is read from its header, or from the message, before memory is allocated for it.
 """
@@ -22,12 +22,12 @@ from aerial_gnss_ros.detection.image_header import MAX_PIXELS, read_header, refu
 
 @dataclass(frozen=True)
 class _Layout:
-    """How an encoding lies in memory.
+    """Memory layout of an encoding.
 
     Attributes:
         channels: bytes of a pixel in a row.
-        convert: OpenCV's code to blue, green, red; None: it is that already.
-        even: sides that must be even, of "w" and "h".
+        convert: OpenCV's code to blue, green, red; None: no conversion needed.
+        even: sides that must be even: "w", "h" or both.
         rows: rows of memory for two rows of the image.
     """
 
@@ -46,7 +46,7 @@ _LAYOUTS = {
     "bgra8": _Layout(4, cv2.COLOR_BGRA2BGR),
     "rgba8": _Layout(4, cv2.COLOR_RGBA2BGR),
     "nv12": _Layout(1, cv2.COLOR_YUV2BGR_NV12, even="wh", rows=3),
-    "yuv422": _UYVY,  # this is what ROS means by yuv422
+    "yuv422": _UYVY,  # ROS's yuv422
     "uyvy": _UYVY,
     "yuv422_yuy2": _YUYV,
     "yuyv": _YUYV,
@@ -62,7 +62,7 @@ _REASONS: tuple[tuple[Callable[[str], bool], str], ...] = (
         lambda e: "16" in e or "32" in e or "64" in e,
         "more than 8 bits a channel; set the driver to 8 bits",
     ),
-    (lambda e: e.startswith("8"), "does not tell the order of colours; set the driver to bgr8"),
+    (lambda e: e.startswith("8"), "does not state the order of colours; set the driver to bgr8"),
 )
 
 
@@ -86,7 +86,7 @@ def decode(message: Any, max_pixels: int = MAX_PIXELS) -> Image:
 
 
 def read_image(path: Path, max_pixels: int = MAX_PIXELS) -> Image:
-    """Return an image file as (height, width, 3) blue, green, red; EXIF does not turn it.
+    """Return an image file as (height, width, 3) blue, green, red, ignoring EXIF rotation.
 
     Raises:
         InputError: missing, not an image, damaged, or of more pixels than `max_pixels`.
@@ -102,7 +102,7 @@ def read_image(path: Path, max_pixels: int = MAX_PIXELS) -> Image:
 
 
 def write_jpeg(path: Path, image: Image, quality: int) -> None:
-    """Write an image; unlike cv2.imwrite, this says when the disk is full.
+    """Write an image; unlike cv2.imwrite, this raises if the disk is full.
 
     Raises:
         OSError: it cannot be written.
@@ -116,7 +116,7 @@ def write_jpeg(path: Path, image: Image, quality: int) -> None:
 def _decode_file(content: bytes, max_pixels: int) -> Image:
     header = read_header(content)
     if header is None:
-        raise InputError("it is empty, damaged or no image.")
+        raise InputError("it is empty, damaged or not an image.")
     refuse_large(header.width, header.height, max_pixels, "")
     return _decode_bytes(content, header.kind)
 
@@ -125,15 +125,15 @@ def _decode_raw(message: Any, max_pixels: int) -> Image:
     encoding = str(message.encoding)
     layout = _LAYOUTS.get(encoding.lower())
     if layout is None:
-        raise InputError(f"images in encoding {encoding!r} cannot be used: {_reason(encoding)}.")
+        raise InputError(f"images in encoding {encoding!r} are not supported: {_reason(encoding)}.")
     width, height, step = int(message.width), int(message.height), int(message.step)
     if width <= 0 or height <= 0:
-        raise InputError(f"an image of {width} x {height} pixels has nothing in it.")
+        raise InputError(f"an image of {width} x {height} pixels is empty.")
     if (width % 2 and "w" in layout.even) or (height % 2 and "h" in layout.even):
         raise InputError(f"an image in {encoding} cannot be {width} x {height}: odd side.")
     refuse_large(width, height, max_pixels)
     row = width * layout.channels
-    step = step or row  # some drivers leave it out where rows are not padded
+    step = step or row  # some drivers omit it if rows are not padded
     if step < row:
         raise InputError(
             f"the image's step is {step} bytes, but a row of {width} pixels in {encoding} has "
@@ -181,11 +181,12 @@ def _decode_compressed(message: Any, max_pixels: int) -> Image:
     if header is None:
         reason = _reason(named) if any(applies(named.lower()) for applies, _ in _REASONS) else ""
         reason = reason or "its bytes are neither JPEG nor PNG"
-        raise InputError(f"a compressed image in format {named!r} cannot be used: {reason}.")
+        raise InputError(f"a compressed image in format {named!r} is not supported: {reason}.")
     refuse_large(header.width, header.height, max_pixels)
     if header.kind == "PNG" and len(data) > 24 and data[24] > 8:
         raise InputError(
-            f"a PNG image with {data[24]} bits a channel cannot be used; set the driver to 8 bits."
+            f"a PNG image with {data[24]} bits a channel is not supported; set the driver to 8 "
+            "bits."
         )
     if header.kind == "JPEG":
         _check_jpeg_end(data)
@@ -196,7 +197,7 @@ def _decode_bytes(content: bytes, kind: str) -> Image:
     if kind == "PNG":
         _check_png_chunks(content)
     data = np.frombuffer(content, dtype=np.uint8)
-    # The camera's geometry belongs to the pixels as they were taken: EXIF must not turn them.
+    # The camera model applies to the pixels as captured: EXIF must not rotate them.
     try:
         image = cv2.imdecode(data, cv2.IMREAD_COLOR | cv2.IMREAD_IGNORE_ORIENTATION)
     except (cv2.error, MemoryError) as error:
@@ -207,7 +208,7 @@ def _decode_bytes(content: bytes, kind: str) -> Image:
 
 
 def _check_jpeg_end(data: bytes) -> None:
-    """Refuse a JPEG that was cut off: decoders fill the rest with grey and say nothing.
+    """Refuse a truncated JPEG: decoders silently fill the rest with grey.
 
     Neither marker can occur inside compressed data, where 0xff is followed by 0 or a restart.
     """

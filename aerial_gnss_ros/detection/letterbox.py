@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Fits an image of any size into the network's rectangle, and brings boxes back."""
+"""Fits an image of any size into the network's input, and maps boxes back."""
 
 from __future__ import annotations
 
@@ -14,15 +14,15 @@ from numpy.typing import NDArray
 from aerial_gnss_ros.detection.base import Image
 
 STRIDE = 32
-_GREY = 114  # what YOLO networks see around an image in training
+_GREY = 114  # the padding of YOLO networks in training
 
 
 @dataclass(frozen=True)
 class Letterbox:
     """Shrinks (never enlarges) with the same factor both ways, then pads with grey on all sides.
 
-    Coordinates are edges: 0 is the left of the first pixel, `width` the right of the last one, so
-    that scaling is a factor and nothing else.
+    Coordinates are of pixel edges: 0 is the left of the first pixel, `width` the right of the last
+    one, so that scaling is a pure factor.
 
     Attributes:
         source: width and height of the image, px.
@@ -51,7 +51,7 @@ class Letterbox:
         Args:
             source: width and height, px.
             longest: longest side of the shrunk image, px.
-            stride: what the sides of the input must be a multiple of.
+            stride: divisor of the input's sides.
         """
         factor = min(1.0, longest / max(source))
         sides = [stride * -(-max(1, round(side * factor)) // stride) for side in source]
@@ -72,7 +72,7 @@ class Letterbox:
 
 
 class Canvas:
-    """The network's rectangle, kept from image to image: only the image's own pixels are copied."""
+    """A reused buffer of the network's input: only the image's own pixels are copied."""
 
     def __init__(self) -> None:
         self._box: Letterbox | None = None

@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""A YOLO network in any runtime as a Detector: fit the image in, run, read the output."""
+"""A YOLO network in any runtime as a Detector: letterbox, inference, decoding."""
 
 from __future__ import annotations
 
@@ -36,17 +36,16 @@ class Network:
     Attributes:
         path: the model's file.
         runtime: runtime and device in words.
-        prepare: from (height, width, 3) blue, green, red, of the input's size, to what `run` takes;
-            nothing but a view where the runtime converts colours itself.
-        run: to the list of outputs, which are read before the next run.
+        prepare: converts (height, width, 3) blue, green, red, of the input's size, for `run`; only
+            a view if the runtime converts colours itself.
+        run: returns the list of outputs, which are read before the next run.
         size: of the input.
-        metadata: what the model says of itself.
-        trial: width and height of the black image that the model is tried with, px, where its
-            size is free; large enough for the 300 boxes of an end-to-end head: 84 of them look like
-            80 classes.
-        close: gives the device's memory back.
-        begin: begins to run, and returns what waits for the outputs; what is of another size may be
-            run meanwhile. None: that is no gain.
+        metadata: of the model.
+        trial: width and height of the black test image, px, if the input size is free; large enough
+            for the 300 boxes of an end-to-end head, as 84 of them would look like 80 classes.
+        close: releases the device's memory.
+        begin: starts a run and returns a function that waits for the outputs; images of other sizes
+            may run meanwhile. None: no gain.
     """
 
     path: Path
@@ -62,13 +61,13 @@ class Network:
 
 @dataclass(frozen=True)
 class _Running:
-    """An image on its way through the network.
+    """An image being processed.
 
     Attributes:
         image: as given.
-        box: how it fits in.
-        pre_ms: what fitting it in took.
-        outputs: waits for them.
+        box: its letterbox.
+        pre_ms: duration of letterboxing.
+        outputs: function that waits for the outputs.
     """
 
     image: Image
@@ -78,17 +77,17 @@ class _Running:
 
 
 class NetworkDetector:
-    """A Detector made of a network.
+    """A Detector based on a network.
 
     Args:
         network: the loaded model.
         config: thresholds and size.
 
     Attributes:
-        remark: added to the name, such as which faster back ends could not be used and why.
+        remark: appended to the name, such as faster back ends that were unusable and why.
 
     Raises:
-        ModelError: the model cannot be run, or its output is not that of a detection network.
+        ModelError: the model cannot be run, or is not a detection network.
     """
 
     def __init__(self, network: Network, config: DetectorConfig) -> None:
@@ -109,7 +108,7 @@ class NetworkDetector:
         return f"{words} ({self.remark})" if self.remark else words
 
     def close(self) -> None:
-        """Release the device's memory where the runtime needs a request."""
+        """Release the device's memory if the runtime needs an explicit call."""
         self._network.close()
 
     @property
@@ -126,20 +125,20 @@ class NetworkDetector:
         """Return the boxes found in `image` (height, width, 3), blue, green, red.
 
         Raises:
-            ModelError: the runtime failed, such as for want of memory; the next image may do.
+            ModelError: the runtime failed, for example out of memory; the next image may succeed.
         """
         return self._detect(image, self._fitted(image))
 
     def detect_all(self, images: Sequence[Image]) -> list[Detections]:
-        """Return the boxes found in each image; the largest input is run beside the others.
+        """Return the boxes of each image; the largest input runs in parallel to the others.
 
-        The milliseconds of all of them add up to the time that passed.
+        Their milliseconds add up to the elapsed time.
 
         Raises:
             ModelError: as `detect`.
         """
         begin, boxes = self._network.begin, [self._fitted(image) for image in images]
-        sizes = [box.network for box in boxes]  # images of several sizes may be shrunk to one
+        sizes = [box.network for box in boxes]  # images of several sizes may be reduced to one
         if begin is None or len(set(sizes)) < 2:
             return [self._detect(*each) for each in zip(images, boxes, strict=True)]
         largest = max(range(len(images)), key=lambda i: math.prod(sizes[i]))
@@ -203,14 +202,14 @@ class NetworkDetector:
         text = first_line(error)
         if isinstance(error, MemoryError) or any(word in text.lower() for word in _MEMORY_WORDS):
             return (
-                f"memory ran out while {name} worked on an image of {size}; lower image_size or "
-                "stop other programs."
+                f"{name} ran out of memory on an image of {size}; lower image_size or stop other "
+                "programs."
             )
         return f"{name} failed on an image of {size}: {text}"
 
 
 def _try(network: Network) -> tuple[int, ...]:
-    """Run once on black: finds the output's true shape, and makes the first image as fast."""
+    """Run once on a black image: determines the output's shape and warms up the network."""
     width, height = network.size.fixed or network.trial
     try:
         outputs = network.run(network.prepare(np.zeros((height, width, 3), np.uint8)))
@@ -224,6 +223,6 @@ def _try(network: Network) -> tuple[int, ...]:
 
 
 def first_line(error: Exception) -> str:
-    """Return the first line of an error of a runtime, which may have many."""
+    """Return the first line of a runtime's error."""
     lines = str(error).strip().splitlines()
     return lines[0] if lines else type(error).__name__

@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Keeps ultralytics from the network, and from the user's home: a robot has none, or a full one."""
+"""Keeps ultralytics off the network and out of the user's home, which may be full or absent."""
 
 from __future__ import annotations
 
@@ -11,22 +11,22 @@ import tempfile
 from pathlib import Path
 
 QUIET = {"YOLO_VERBOSE": "false"}
-"""Keeps its talk out of standard output, where our results go; read when it is imported, too."""
+"""Keeps its messages off standard output, which carries results; read on import, too."""
 OFFLINE = {"YOLO_OFFLINE": "true", "YOLO_AUTOINSTALL": "false"}
-"""Environment variables that it reads when it is imported."""
+"""Environment variables that it reads on import."""
 SETTINGS = "YOLO_CONFIG_DIR"
-"""Names the folder of its settings, also when it is imported; else they are in the user's home."""
+"""Names the folder of its settings, read on import; otherwise they are in the user's home."""
 
 
 def forbid_network() -> None:
-    """Set these variables where the user has not; before anything imports ultralytics."""
+    """Set these variables unless the user has; call it before ultralytics is imported."""
     for name, value in {**OFFLINE, **QUIET}.items():
         os.environ.setdefault(name, value)
     settings_folder()
 
 
 def settings_folder() -> Path:
-    """Return the folder of its settings: the user's, or one that goes with this process."""
+    """Return the folder of its settings: the user's, or a temporary one of this process."""
     if not os.environ.get(SETTINGS):
         os.environ[SETTINGS] = tempfile.mkdtemp(prefix="aerial_gnss_")
         atexit.register(shutil.rmtree, os.environ[SETTINGS], ignore_errors=True)

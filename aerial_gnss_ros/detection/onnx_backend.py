@@ -26,7 +26,7 @@ _CPU, _CUDA = "CPUExecutionProvider", "CUDAExecutionProvider"
 
 
 def has_cuda() -> bool:
-    """Return whether the installed ONNX Runtime is built for CUDA; a GPU may be missing still."""
+    """Return whether the installed ONNX Runtime is built for CUDA; there may still be no GPU."""
     try:
         import onnxruntime
     except ImportError:
@@ -57,7 +57,7 @@ def load(path: Path, config: DetectorConfig, *, cuda: bool = False) -> NetworkDe
     if len(inputs) != 1 or inputs[0].type not in _TYPES:
         types = ", ".join(f"{item.name}: {item.type}" for item in inputs)
         raise ModelError(
-            f"{path} takes {types or 'no input'}, but one image of type float is wanted; export "
+            f"{path} takes {types or 'no input'}, but one image of type float is needed; export "
             "it from YOLO with task detect."
         )
     name, dtype = inputs[0].name, _TYPES[inputs[0].type]
@@ -114,15 +114,15 @@ def open_session(path: Path, threads: int, *, cuda: bool = False) -> Any:
     options = onnxruntime.SessionOptions()
     options.intra_op_num_threads = threads
     options.inter_op_num_threads = 1
-    # Waiting threads would burn a third more processor time, which the other nodes need.
+    # Spinning threads would take a third more CPU time, which the other nodes need.
     options.add_session_config_entry("session.intra_op.allow_spinning", "0")
-    # From the second image of a size on, all that it needs would be one block, beside those that
-    # the first one took, which are kept too: 11 to 17 MB more, and no faster.
+    # From the second image of a size on, memory would be allocated as one block in addition to the
+    # first image's blocks: 11 to 17 MB more, and no faster.
     options.enable_mem_pattern = cuda
-    options.log_severity_level = 3  # what is wrong reaches the reader as ModelError
+    options.log_severity_level = 3  # errors are reported as ModelError
     providers = [_CUDA, _CPU] if cuda else [_CPU]
     try:
-        with warnings.catch_warnings():  # what it says of providers is raised below
+        with warnings.catch_warnings():  # missing providers are reported below
             warnings.simplefilter("ignore")
             session = onnxruntime.InferenceSession(str(path), options, providers=providers)
     except Exception as error:  # ONNX Runtime has no common error
@@ -130,7 +130,7 @@ def open_session(path: Path, threads: int, *, cuda: bool = False) -> Any:
             f"{path} is not a model that ONNX Runtime {onnxruntime.__version__} can read: "
             f"{first_line(error)}"
         ) from error
-    if cuda and session.get_providers()[0] != _CUDA:  # it goes on on the processor, silently
+    if cuda and session.get_providers()[0] != _CUDA:  # it silently falls back to the CPU
         raise ModelError(
             "ONNX Runtime found no GPU that CUDA can use; check nvidia-smi, or choose another "
             "back end."

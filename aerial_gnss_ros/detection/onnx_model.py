@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""What an ONNX detection model says of itself, whichever runtime reads it."""
+"""Metadata of an ONNX detection model, independent of the runtime."""
 
 from __future__ import annotations
 
@@ -26,12 +26,12 @@ _UNREADABLE = (ValueError, TypeError, SyntaxError, RecursionError, MemoryError, 
 
 @dataclass(frozen=True)
 class InputSize:
-    """The network's input: width and height in px, or None where any multiple of 32 will do."""
+    """The network's input: width and height in px, or None if any multiple of 32 is accepted."""
 
     fixed: tuple[int, int] | None
 
     def letterbox(self, image: Image, longest: int) -> Letterbox:
-        """Return how `image` fits; `longest` is used where the size is free."""
+        """Return the letterbox of `image`; `longest` applies if the size is free."""
         source = (image.shape[1], image.shape[0])
         if self.fixed is not None:
             return Letterbox.fixed(source, self.fixed)
@@ -44,15 +44,15 @@ class InputSize:
 
 
 def check_file(path: Path, what: str = "the model", kind: str = "an .onnx file") -> None:
-    """Refuse a path that is no file, or an empty one.
+    """Refuse a path that is not a file, or an empty file.
 
     Args:
         path: of the file.
         what: it is for, for the error.
-        kind: of file that it should be, likewise.
+        kind: of file expected, for the error.
 
     Raises:
-        ModelError: the sentence for the reader.
+        ModelError: the file is missing, not a file, or empty.
     """
     if not path.exists():
         raise ModelError(f"{what} {path} does not exist; give the path of {kind}.")
@@ -66,7 +66,7 @@ def input_size(shape: Sequence[Any], where: str) -> InputSize:
     """Return the input's size.
 
     Args:
-        shape: of the model's input; what is not a whole number is free.
+        shape: of the model's input; sizes that are not whole numbers are free.
         where: the model, for the error.
 
     Raises:
@@ -96,7 +96,7 @@ def agreed_names(own: tuple[str, ...], given: tuple[str, ...], where: str) -> tu
     """Return the class names that the configuration gives, or else the model's own.
 
     Args:
-        own: of the model.
+        own: the model's class names.
         given: `class_names` of the configuration; empty: none.
         where: the model, for the error.
 

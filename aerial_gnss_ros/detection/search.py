@@ -77,7 +77,7 @@ def searching(
         second: rescores uncertain boxes.
 
     Raises:
-        ModelError: the model's input has one size, so that smaller parts would not be faster.
+        ModelError: the model's input has a fixed size, so smaller parts would not be faster.
     """
     mode = config.search.mode
     if mode == FULL:

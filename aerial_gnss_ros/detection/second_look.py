@@ -1,10 +1,10 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Looks again, larger and with more of what lies around, at boxes that a network is not sure of.
+"""Rescores uncertain boxes with a second network, from an enlarged crop with more context.
 
-A network that goes over the whole image decides on each place by little more than the place
-itself: a bow, a box or a patch of foam looks like a robot there. This one sees few places, so that
-it can afford to see each well: in equal size, and with the boat to which the bow belongs.
+A network that searches the whole image has little context at each position: a bow, a box or a patch
+of foam looks like a robot. This one examines few positions, and so can afford to see each well: at
+equal size, and with the boat to which the bow belongs.
 """
 
 from __future__ import annotations
@@ -25,14 +25,14 @@ from aerial_gnss_ros.detection.views import views
 
 
 class SecondLook:
-    """A network that gives doubtful boxes a new score.
+    """A network that rescores doubtful boxes.
 
     Args:
         path: the .onnx file.
         threads: of the processor; 0: one for each core.
 
     Attributes:
-        terms: what it looks at.
+        terms: selection and size of its views.
 
     Raises:
         ModelError: missing, or not such a network.
@@ -49,7 +49,7 @@ class SecondLook:
     def scores(
         self, image: Image, xywh: NDArray[np.float64], scores: NDArray[np.float64]
     ) -> NDArray[np.float64]:
-        """Return scores (n,), those of doubtful boxes given anew.
+        """Return scores (n,), with doubtful boxes rescored.
 
         Args:
             image: (height, width, 3) blue, green, red, all of it.
@@ -57,7 +57,7 @@ class SecondLook:
             scores: (n,) 0 to 1, the best first.
 
         Raises:
-            ModelError: the runtime failed, such as for want of memory; the next image may do.
+            ModelError: the runtime failed, for example out of memory; the next image may succeed.
         """
         chosen = self.terms.doubtful(scores)
         judged = scores.copy()
@@ -75,16 +75,16 @@ class SecondLook:
 
 
 def words(detector: Detector, second: SecondLook | None) -> str:
-    """Return a detector in words, with the second look where there is one."""
+    """Return a detector's name, with the second look if there is one."""
     return f"{detector.name}, second look {second.name}" if second else detector.name
 
 
 class LookingTwice(Wrapper):
-    """A Detector that has the boxes of another one looked at again.
+    """A Detector that rescores the boxes of another one.
 
     Args:
-        inner: finds boxes, from `SecondLook.terms.from_score` on.
-        second: looks at them again.
+        inner: detects boxes, from `SecondLook.terms.from_score` on.
+        second: rescores them.
         score_threshold: boxes below are not reported.
     """
 

@@ -16,21 +16,21 @@ from aerial_gnss_ros.text.json_text import parse_json
 
 METADATA = "second_look"
 INPUTS, OUTPUT = ("views", "traits"), "scores"
-ODDS_UNIT = 3.0  # of log odds, as given to the network
-_MOST = 32  # boxes of an image; each costs about half a millisecond
+ODDS_UNIT = 3.0  # scale of log odds, as given to the network
+_MOST = 32  # greatest number of boxes of an image; each costs about half a millisecond
 
 
 @dataclass(frozen=True)
 class Terms:
-    """What is looked at again, and how; the file of the network carries it.
+    """Selection and views of the second look, stored in the network's file.
 
     Attributes:
         side: of a view, px.
         near: side of the near view in the image, long sides of the box.
         wide: of the wide view.
         least: shortest side of the near view in the image, px.
-        from_score: boxes of less are not looked at again, and so not reported.
-        to_score: the network is believed from here on.
+        from_score: boxes below are not rescored, and so not reported.
+        to_score: boxes above keep their score.
     """
 
     side: int = 64
@@ -45,7 +45,7 @@ class Terms:
         """Return the terms in an ONNX model's metadata.
 
         Raises:
-            ModelError: there are none; the model is for something else.
+            ModelError: there are none; the model has another purpose.
         """
         try:
             stored = cls(**parse_json(metadata[METADATA]))
@@ -53,14 +53,14 @@ class Terms:
             stored = replace(stored, side=int(stored.side))
         except (KeyError, TypeError, ValueError, OverflowError) as error:
             raise ModelError(
-                f"{where} is no network for a second look; give one that "
+                f"{where} is not a network for the second look; give one that "
                 "aerial_gnss_ros.training.second_look made, or set second_look to off."
             ) from error
 
         return stored
 
     def check(self) -> None:
-        """Raise ValueError where a value is none that any network was made for."""
+        """Raise ValueError for an implausible value."""
         if not (
             8 <= self.side <= 1024
             and float(self.side).is_integer()
@@ -72,11 +72,11 @@ class Terms:
 
     @property
     def text(self) -> str:
-        """What `read` reads."""
+        """The text that `read` parses."""
         return json.dumps(asdict(self))
 
     def doubtful(self, scores: NDArray[np.float64]) -> NDArray[np.int64]:
-        """Return the indices of the boxes to look at again, of scores with the best first."""
+        """Return the indices of the boxes to rescore, from scores with the best first."""
         within = (scores >= self.from_score) & (scores < self.to_score)
         return np.flatnonzero(within)[:_MOST]
 
@@ -89,7 +89,7 @@ def log_odds(scores: NDArray[np.float64] | float) -> NDArray[np.float64]:
 
 
 def traits(xywh: NDArray[np.float64], scores: NDArray[np.float64]) -> NDArray[np.float32]:
-    """Return (n, 3) what the views do not show: log odds, log size and log shape of each box."""
+    """Return (n, 3) inputs besides the views: log odds, log size and log aspect of each box."""
     size = np.maximum(xywh[:, 2:], 1e-3)
     columns = [
         log_odds(scores) / ODDS_UNIT,

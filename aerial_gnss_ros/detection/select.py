@@ -21,7 +21,7 @@ AUTO, OFF = "auto", "off"
 SECOND_LOOK_SUFFIX = "_second_look.onnx"
 _PRECISIONS = re.compile("_(int8|fp16)$")  # the same network, the same mistakes
 
-# The fastest first; the last is tried in any case, and says what is missing.
+# The fastest first; the last is tried in any case and reports what is missing.
 _AUTO = {
     ".onnx": ("tensorrt", "cuda", "openvino", "onnxruntime"),
     ".engine": ("tensorrt",),
@@ -31,12 +31,12 @@ _READ_BY = {**_AUTO, ".engine": ("tensorrt", "ultralytics")}
 
 
 def load_detector(config: DetectorConfig) -> Detector:
-    """Return the detector that `config` asks for, ready for its first image.
+    """Return the detector that `config` selects, ready for its first image.
 
     Raises:
         ConfigError: a back end that cannot read the model, or a .pt file without consent.
-        ModelError: the model is missing, is not a model, has another input or output, or an input
-            of one size where `search.mode` needs a free one.
+        ModelError: the model is missing, is not a model, has another input or output, or a fixed
+            input size that `search.mode` excludes.
     """
     second = second_look(config)
     if second is None:
@@ -46,10 +46,10 @@ def load_detector(config: DetectorConfig) -> Detector:
 
 
 def second_look(config: DetectorConfig) -> SecondLook | None:
-    """Return the network that looks again, None where there is to be none.
+    """Return the network of the second look, or None.
 
     Raises:
-        ModelError: the one that is asked for is missing, or is none.
+        ModelError: the configured one is missing or invalid.
     """
     if config.second_look == OFF:
         return None
@@ -73,7 +73,7 @@ def _load(config: DetectorConfig) -> Detector:
 
 
 def _attempt(backend: str, path: Path, config: DetectorConfig) -> Detector | ModelError:
-    """Return the detector, or why it looked present but is not usable: the next one may be."""
+    """Return the detector, or why an installed back end is unusable."""
     try:
         return _loaded(backend, path, config)
     except ModelError as error:
@@ -105,7 +105,7 @@ def _loaded(backend: str, path: Path, config: DetectorConfig) -> Detector:
 
 
 def find_model(model: str, what: str = "the model") -> Path:
-    """Return the file that `model` means: a path, or the name of one in the folder models.
+    """Return the file of `model`: a path, or a name in the folder models.
 
     Args:
         model: path or name.
@@ -135,12 +135,12 @@ def possible_backends(path: Path, asked: str) -> list[str]:
     """Return the back ends to try, the fastest first; all but the last may turn out unusable.
 
     Args:
-        path: the model's file; only its ending and what lies beside it are looked at.
-        asked: one of them, or auto.
+        path: the model's file; only its ending and the files beside it are examined.
+        asked: a back end, or auto.
 
     Raises:
-        ConfigError: the asked one cannot read such a file.
-        ModelError: nothing can.
+        ConfigError: the chosen one cannot read such a file.
+        ModelError: no back end can.
     """
     suffix = path.suffix.lower()
     if suffix not in _READ_BY:

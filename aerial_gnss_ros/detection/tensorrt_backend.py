@@ -112,7 +112,7 @@ class Engine:
         target = self._room(self._output, result.nbytes)
         self._cuda.to_gpu(source, values)
         if not self._context.execute_async_v3(int(self._cuda.stream)):
-            raise RuntimeError("TensorRT could not start the work")
+            raise RuntimeError("TensorRT could not start the inference")
         self._cuda.from_gpu(result, target)
         self._cuda.wait()
         return [result]
@@ -130,7 +130,7 @@ class Engine:
         return address
 
     def close(self) -> None:
-        """Give the GPU's memory back."""
+        """Release the GPU's memory."""
         for address, _ in self._memory.values():
             self._cuda.free(address)
         self._memory = {}

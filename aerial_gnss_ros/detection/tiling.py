@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Looks at overlapping tiles of an image in full resolution: for 4K images with small robots."""
+"""Processes overlapping tiles of an image in full resolution: for 4K images with small robots."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ from aerial_gnss_ros.detection.windows import grid
 
 
 class TilingDetector(WindowedDetector):
-    """A Detector that shows another one an image tile by tile.
+    """A Detector that passes an image to another one tile by tile.
 
     Args:
-        inner: looks at a tile.
+        inner: processes a tile.
         config: tile, overlap, the number of boxes, and with a second look their least score.
-        second: looks again at what is found.
+        second: rescores uncertain boxes.
     """
 
     def __init__(
@@ -30,7 +30,7 @@ class TilingDetector(WindowedDetector):
 
     @property
     def name(self) -> str:
-        """The inner detector's, and how it is used."""
+        """The inner detector's name, and the search mode."""
         return f"{self._looking}, in tiles of {self._tile} px"
 
     def detect(self, image: Image) -> Detections:

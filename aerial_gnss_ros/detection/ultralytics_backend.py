@@ -48,7 +48,7 @@ class UltralyticsDetector:
                 f"{path} is for the task {self._model.task}; a model for the task detect is needed."
             )
         self._class_names = self._names(path)
-        device = config.device or "its own choice of device"
+        device = config.device or "its default device"
         self._name = f"{path.name} on ultralytics, {device}"
 
     @property
@@ -62,7 +62,7 @@ class UltralyticsDetector:
         return self._class_names
 
     def close(self) -> None:
-        """Give the device's memory back: PyTorch keeps what it once got until it is asked."""
+        """Release the device's memory: PyTorch keeps it until asked."""
         self._model = None
         gc.collect()
         torch = sys.modules.get("torch")
@@ -118,5 +118,5 @@ def _load(path: Path) -> Any:
         ) from error
     try:
         return YOLO(str(path), task="detect" if path.suffix == ".engine" else None)
-    except Exception as error:  # ultralytics and torch raise whatever the damage causes
+    except Exception as error:  # ultralytics and torch raise arbitrary exceptions on damage
         raise ModelError(f"{path} is not a model that ultralytics can read: {error}") from error

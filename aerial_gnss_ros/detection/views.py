@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Cuts boxes and what lies around out of an image, in equal size, for a second look."""
+"""Crops boxes with context out of an image, at equal size, for the second look."""
 
 from __future__ import annotations
 
@@ -21,10 +21,10 @@ def views(
     """Return the near and the wide view of boxes: (n, side, side, 6), blue green red of each.
 
     Args:
-        image: (height, width, 3) blue, green, red; beyond its edge its last pixels go on.
+        image: (height, width, 3) blue, green, red; beyond its edge its last pixels are repeated.
         xywh: (n, 4) centre and size, px, the middle of the first pixel being (0, 0).
         terms: sizes.
-        room: views so many times as large, in as many times the pixels.
+        room: factor on the views' extent and pixels.
     """
     pixels = round(terms.side * room)
     made = np.empty((len(xywh), pixels, pixels, 6), dtype=np.uint8)
@@ -37,12 +37,12 @@ def views(
 
 
 def _view(levels: list[Image], u: float, v: float, side: float, pixels: int) -> Image:
-    """Return the square of `side` round a place, in `pixels`; shrunk without aliasing.
+    """Return the square of `side` around a position, in `pixels`; reduced without aliasing.
 
     Args:
-        levels: the image, and as far as they were needed its half, quarter and so on.
-        u: of the place in the image, px.
-        v: of the place.
+        levels: the image, and its half, quarter and so on as far as needed.
+        u: of the position in the image, px.
+        v: of the position.
         side: px of the image.
         pixels: of the view.
     """
@@ -57,7 +57,7 @@ def _view(levels: list[Image], u: float, v: float, side: float, pixels: int) -> 
 
 
 def _square(image: Image, x: float, y: float, side: float, pixels: int) -> Image:
-    """Return the square round a place, from the corner of the image; shrunk by less than 2."""
+    """Return the square around a position, reduced by less than 2."""
     left, top, scale = x - side / 2, y - side / 2, side / pixels
     if scale <= 1.0:
         to_view = np.array([

@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""What Detectors have in common that show another one windows of an image."""
+"""Base of Detectors that pass windows of an image to another one."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ from aerial_gnss_ros.detection.windows import Window
 
 
 class WindowedDetector(Wrapper):
-    """Shows another Detector windows, and what it finds to a second look.
+    """Passes windows to another Detector, and its boxes to the second look.
 
     Args:
-        inner: looks at what it is shown.
+        inner: processes a window.
         config: how to search, the number of boxes, and with a second look their least score.
-        second: looks again at what is found.
+        second: rescores uncertain boxes.
     """
 
     def __init__(
@@ -32,7 +32,7 @@ class WindowedDetector(Wrapper):
 
     @property
     def _looking(self) -> str:
-        """Who looks, in words."""
+        """The detectors, in words."""
         return words(self._inner, self._second)
 
     def _look(

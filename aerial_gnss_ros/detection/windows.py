@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Rectangles of an image that a network looks at one by one, and how to choose them."""
+"""Rectangles of an image that a network processes one by one, and their choice."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ from aerial_gnss_ros.detection.base import Image
 from aerial_gnss_ros.detection.letterbox import STRIDE
 
 SIDES = (128, 160, 192, 256, 320, 448, 640, 960, 1280)
-"""Sides of windows round boxes, px. Few sizes: a runtime prepares itself for each one anew."""
-_EACH = 15_000  # pixels that take as long as what a network does for a window of any size
+"""Sides of windows around boxes, px. Few sizes, because a runtime prepares for each."""
+_EACH = 15_000  # a window's fixed cost, as a number of pixels
 
 
 @dataclass(frozen=True)
@@ -28,12 +28,12 @@ class Window:
 
     @property
     def cost(self) -> int:
-        """What it takes to look at it, in pixels."""
+        """The cost of processing it, in pixels."""
         return self.width * self.height + _EACH
 
     @property
     def corners(self) -> NDArray[np.float64]:
-        """(4,) left, top, right, bottom, px, as boxes count: the first pixel's middle is 0."""
+        """(4,) left, top, right, bottom, px, as in boxes: the first pixel's centre is 0."""
         end = (self.left + self.width, self.top + self.height)
         return np.array([self.left, self.top, *end], dtype=np.float64) - 0.5
 
@@ -42,7 +42,7 @@ class Window:
         return image[self.top : self.top + self.height, self.left : self.left + self.width]
 
     def inner_edges(self, size: tuple[int, int]) -> NDArray[np.bool_]:
-        """Return (4,) for left, top, right, bottom whether the image goes on beyond it."""
+        """Return (4,) for left, top, right, bottom whether the image continues beyond it."""
         right, bottom = self.left + self.width, self.top + self.height
         return np.array([self.left > 0, self.top > 0, right < size[0], bottom < size[1]])
 
@@ -52,7 +52,7 @@ def grid(size: tuple[int, int], tile: tuple[int, int], overlap: int) -> list[Win
 
     Args:
         size: width and height of the image, px.
-        tile: width and height of a window, px; cut down to the image.
+        tile: width and height of a window, px; clipped to the image.
         overlap: neighbours share at least this much, px.
     """
     width, height = (min(side, whole) for side, whole in zip(tile, size, strict=True))
@@ -74,7 +74,7 @@ def split(size: tuple[int, int], most: int, overlap: int) -> list[Window]:
 
     Args:
         size: width and height of the image, px.
-        most: how many.
+        most: greatest number.
         overlap: neighbours share at least this much, px.
     """
     best = [Window(0, 0, *size)]
@@ -88,7 +88,7 @@ def split(size: tuple[int, int], most: int, overlap: int) -> list[Window]:
 
 
 def _side(whole: int, parts: int, overlap: int) -> int:
-    """Return the side of a window, whole strides, that `parts` of them cover a side."""
+    """Return a window side, in whole strides, such that `parts` windows cover a side."""
     side = -(-(whole + (parts - 1) * overlap) // parts)
     return STRIDE * -(-side // STRIDE)
 
@@ -98,7 +98,7 @@ def _unwieldy(window: Window) -> tuple[int, int]:
 
 
 def around(corners: NDArray[np.float64], size: tuple[int, int]) -> list[Window]:
-    """Return windows that cover all boxes, one for several where that is less work.
+    """Return windows that cover all boxes, one for several if that costs less.
 
     Args:
         corners: (n, 4) boxes with their margins, px.
@@ -121,7 +121,7 @@ def around(corners: NDArray[np.float64], size: tuple[int, int]) -> list[Window]:
 
 
 def _window(box: NDArray[np.float64], size: tuple[int, int]) -> Window:
-    """Return the smallest of the usual squares that covers a box, moved into the image."""
+    """Return the smallest of the standard squares that covers a box, moved into the image."""
     low = np.clip(np.floor(box[:2] + 0.5), 0, np.array(size) - 1)
     high = np.clip(np.ceil(box[2:] + 0.5), 1, size)
     needed = int((high - low).max())

@@ -13,15 +13,13 @@ from numpy.typing import NDArray
 from aerial_gnss_ros.core.values.errors import ModelError
 from aerial_gnss_ros.text.sentences import counted
 
-_CANDIDATES = (
-    2000  # more boxes than this before suppression are noise, and suppression is quadratic
-)
+_CANDIDATES = 2000  # more boxes before suppression are noise, and suppression is quadratic
 _END_TO_END_COLUMNS = 6
 
 
 @dataclass(frozen=True)
 class Head:
-    """How a network says what it found.
+    """Output format of a network.
 
     Attributes:
         classes: number of classes.
@@ -48,8 +46,8 @@ class Head:
             if shape[2] == _END_TO_END_COLUMNS and (classes is None or shape[1] != 4 + classes):
                 if classes is None:
                     raise ModelError(
-                        f"{where} carries no class names and its output {list(shape)} does not "
-                        "tell their number; give class_names."
+                        f"{where} carries no class names and their number does not follow from "
+                        f"its output {list(shape)}; give class_names."
                     )
                 return cls(classes, end_to_end=True)
             if classes is None and 5 <= shape[1] < shape[2]:

@@ -1,3 +1,3 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Results against truth: errors, map, report."""
+"""Comparison of results with truth: errors, map, report."""

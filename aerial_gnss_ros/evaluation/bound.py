@@ -1,12 +1,12 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""The posterior Cramér-Rao bound of a flight: what any estimator could reach.
+"""Posterior Cramér-Rao bound of a flight: the least covariance of any estimator.
 
 Recursion of Tichavský, Muravchik and Nehorai (1998, IEEE Trans. Signal Processing 46(5)) with the
-filter's own states and dynamics, all derivatives on the true trajectory. With additive normal noise
-and linear dynamics it is the covariance recursion of a Kalman filter that knows where everything
-is; so it is computed by the filter's own prediction and correction, held on the truth. Of one
-realised trajectory it is the bound on the mean square error over all noise.
+filter's own states and dynamics, all derivatives on the true trajectory. With additive Gaussian
+noise and linear dynamics it is the covariance recursion of a Kalman filter linearised at the truth,
+so it is computed by the filter's own prediction and update. For one realised trajectory it bounds
+the mean square error over all noise.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ class TrueFrame:
     Attributes:
         pose: of the camera; its stamp is the time of the scene.
         positions: (n, 2) East, North of all robots in `map`, m.
-        seen: (n,) which of them have a box.
+        seen: (n,) True for those with a box.
     """
 
     pose: CameraPose
@@ -72,7 +72,7 @@ def bound(
             joint.predict(passed, model.decay(passed), model.stationary(None), motion)
         joint.mean[:] = 0.0
         joint.robots[:, :2] = frame.positions[joint.rows]
-        joint.camera[:] = np.nan  # derivatives on the truth of each image, nothing is carried
+        joint.camera[:] = np.nan  # derivatives at the truth of each image; nothing is carried
         sight = CameraView.of(camera, poses[k], _rates(poses, stamps, k), 0.0)
         slots = np.flatnonzero(frame.seen[joint.rows])
         if len(slots):
@@ -88,7 +88,7 @@ def _begin(
     joint: JointState, rows: Indices, frame: TrueFrame, sight: CameraView, model: PlatformModel,
     motion: MotionModel,
 ) -> None:  # fmt: skip
-    """Take in robots that are seen for the first time."""
+    """Initialise robots seen for the first time."""
     if not len(rows):
         return
     places = frame.positions[rows]

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 if TYPE_CHECKING:
     from aerial_gnss_ros.core.values.detection_frame import DetectionFrame
 
-_COLOUR = (0, 200, 255)  # BGR: amber, seen on every sea
+_COLOUR = (0, 200, 255)  # BGR: amber, visible on any sea
 _JPEG_QUALITY = 88
 
 
@@ -28,7 +28,7 @@ def with_boxes(image: NDArray[np.uint8], found: DetectionFrame) -> NDArray[np.ui
     """Return an image with boxes, class names and scores drawn into it.
 
     Args:
-        image: (h, w, 3) BGR; left as it is.
+        image: (h, w, 3) BGR; unchanged.
         found: the image's detections.
     """
     picture = image.copy()

@@ -20,7 +20,7 @@ from aerial_gnss_ros.core.values.samples import Array
 Stamps = NDArray[np.int64]
 _MISSED_M = 20.0
 STRANGE_M = 10_000.0
-"""No camera sees a robot from here."""
+"""Distance beyond which truth cannot be of this flight, m."""
 _NEAR_NS = 500_000_000
 _BRIDGED_NS = 10_000_000_000
 """Truth is not interpolated between samples farther apart."""
@@ -28,17 +28,17 @@ _BRIDGED_NS = 10_000_000_000
 
 @dataclass(frozen=True)
 class RobotErrors:
-    """One robot's errors where it was measured and truth is known.
+    """One robot's errors at stamps with a measured position and known truth.
 
     Attributes:
         truth_id: name in the truth.
-        robot_id: name that the estimator gave, or "" when it was never found.
+        robot_id: label given by the estimator, or "" if it was never tracked.
         stamps_ns: (n,) stamps compared.
         east_north: (n, 2) estimate minus truth, m.
         nees: (n,) squared Mahalanobis distance of the error by the published covariance.
         sigma: (n,) published one sigma, root of the mean of both variances, m.
-        coverage: share of truth's samples with a measured position within 0.5 s.
-        haversine: (n,) distance on the sphere, m, as the paper measures; up to 0.6 % wrong.
+        coverage: share of truth samples with a measured position within 0.5 s.
+        haversine: (n,) distance on the sphere, m, as in the paper; up to 0.6 % wrong.
         range_m: (n,) horizontal distance from the drone to truth, m; NaN where unknown.
         sigmas: (n, 2) published one sigma, East and North, m.
     """
@@ -62,7 +62,7 @@ class RobotErrors:
 
 @dataclass(frozen=True)
 class Summary:
-    """Figures over a set of errors, m; NaN where there are none.
+    """Statistics of a set of errors, m; NaN without errors.
 
     The median is the CEP: the circle round truth that holds half of the positions; ce90 holds 90 %.
     """
@@ -111,10 +111,10 @@ def summarise(robots: list[RobotErrors]) -> Summary:
 
 
 def refuse_strangers(estimates: Mapping[str, EstimatedTrack], truth: Mapping[str, Track]) -> None:
-    """Refuse truth that cannot be of this flight: at another time, or at another place.
+    """Refuse truth that cannot be of this flight: at another time or far away.
 
     Args:
-        estimates: published tracks by robot id; where there are none, nothing is refused.
+        estimates: published tracks by robot id; without any, nothing is refused.
         truth: true tracks by truth id.
 
     Raises:
@@ -126,8 +126,8 @@ def refuse_strangers(estimates: Mapping[str, EstimatedTrack], truth: Mapping[str
     distance = np.concatenate([np.hypot(*error.T) for error in apart])
     if len(distance) and distance.min() > STRANGE_M:
         raise InputError(
-            f"truth is at least {distance.min() * 1e-3:.0f} km from all positions: is it of "
-            "another flight, or are latitude and longitude exchanged?"
+            f"truth is at least {distance.min() * 1e-3:.0f} km from all positions: it may be of "
+            "another flight, or have latitude and longitude exchanged."
         )
     if not len(distance) and not _overlap(estimates, truth):
         ours, theirs = (_span(tracks) for tracks in (estimates, truth))
@@ -155,11 +155,10 @@ def compare(
     truth: Mapping[str, Track],
     drone: Track | None = None,
 ) -> list[RobotErrors]:
-    """Match each true robot with one estimated robot for the whole flight, and take errors.
+    """Match each true robot with one label for the whole flight, and return the errors.
 
-    One estimated name belongs to one true robot throughout, by least total distance: scoring each
-    frame with the nearest robot (as the paper's code does, reference C7) would hide a switch of
-    identity.
+    One label belongs to one true robot throughout, by least total distance: scoring each image with
+    the nearest robot (as the paper's code does, reference C7) would hide identity switches.
 
     Args:
         estimates: published tracks by robot id.
@@ -167,7 +166,7 @@ def compare(
         drone: its path, for ranges.
 
     Returns:
-        One entry a true robot, ordered by truth id; those never found have no errors.
+        One entry per true robot, sorted by truth id; robots never tracked have no errors.
     """
     pairs = _assign(estimates, truth)
     return [
@@ -185,23 +184,23 @@ def _assign(estimates: Mapping[str, EstimatedTrack], truth: Mapping[str, Track])
             error, _ = _difference(estimates[robot], truth[name])
             overlap[i, j] = len(error)
             total[i, j] = np.minimum(np.hypot(error[:, 0], error[:, 1]), _MISSED_M).sum()
-    # A short false track may lie exactly on a robot: each position that it lacks costs too.
+    # A short false track may coincide with a robot, so each missing position costs, too.
     lacking = overlap.max(axis=1, keepdims=True) - overlap
     rows, columns = linear_sum_assignment(total + lacking * _MISSED_M)
     return {names[i]: robots[j] for i, j in zip(rows, columns, strict=True) if overlap[i, j]}
 
 
 def at_stamps(track: Track, stamps: Stamps) -> tuple[Array, Array, NDArray[np.bool_]]:
-    """Return latitude and longitude (n,) rad at stamps (n,) by interpolation, and which are known.
+    """Return interpolated latitude and longitude (n,) rad at stamps (n,), and which are known.
 
-    Nothing is known outside the track, nor between samples more than 10 s apart.
+    Positions are unknown outside the track and between samples more than 10 s apart.
     """
     after = np.clip(np.searchsorted(track.stamps_ns, stamps), 0, len(track) - 1)
     before = np.maximum(after - 1, 0)
     exact = track.stamps_ns[after] == stamps
     known = exact | (track.stamps_ns[after] - track.stamps_ns[before] <= _BRIDGED_NS)
     known &= (stamps >= track.stamps_ns[0]) & (stamps <= track.stamps_ns[-1])
-    first = track.stamps_ns[0]  # floats hold ns exactly only for short spans
+    first = track.stamps_ns[0]  # floats represent ns exactly only over short spans
     seconds, knots = (stamps - first) * 1e-9, (track.stamps_ns - first) * 1e-9
     latitude = np.interp(seconds, knots, track.latitude)
     longitude = np.interp(seconds, knots, np.unwrap(track.longitude))

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The paper's figures: error over frames, latitude and longitude error; error against range.
 
-Colours follow the names of the truth, so that a robot has one colour in all figures.
+Colours follow the truth's names, so a robot has one colour in all figures.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ _SIDE_BY_SIDE = 4
 
 
 def _frames(robots: Sequence[RobotErrors]) -> NDArray[np.int64]:
-    """Return the stamps of all compared images; a stamp's place among them is its frame."""
+    """Return the stamps of all compared images; a stamp's index is its frame."""
     stamps = [robot.stamps_ns for robot in robots]
     return np.unique(np.concatenate(stamps)) if stamps else np.zeros(0, dtype=np.int64)
 
@@ -39,7 +39,7 @@ def _label(robot: RobotErrors) -> str:
 
 
 def _broken(frames: NDArray[np.signedinteger[Any]], values: Array) -> tuple[Array, Array]:
-    """Return a line that is interrupted where frames are missing."""
+    """Return a line interrupted at missing frames."""
     gaps = np.flatnonzero(np.diff(frames) > 5) + 1
     return np.insert(frames.astype(float), gaps, np.nan), np.insert(values, gaps, np.nan)
 
@@ -49,14 +49,14 @@ def _found(robots: Sequence[RobotErrors]) -> Iterator[RobotErrors]:
 
 
 def _names(robots: Sequence[RobotErrors], shades: Shades, **style: Any) -> list[Any]:
-    """Return a legend's entries of the robots that were found."""
+    """Return the legend entries of tracked robots."""
     return [
         Line2D([], [], color=shades[r.truth_id], label=_label(r), **style) for r in _found(robots)
     ]
 
 
 def frames_png(robots: Sequence[RobotErrors], shades: Shades) -> bytes:
-    """Draw the haversine error over frames, one line a robot, as the paper does."""
+    """Draw the haversine error over frames, one line per robot, as in the paper."""
     figure = Figure(figsize=(9, 3.8), layout="constrained")
     axes = figure.add_subplot()
     stamps = _frames(robots)
@@ -86,7 +86,7 @@ def axes_png(robots: Sequence[RobotErrors], shades: Shades) -> bytes:
             frames = np.searchsorted(stamps, robot.stamps_ns)
             line, values = _broken(frames, robot.east_north[:, column])
             axes.plot(line, values, color=colour, linewidth=1.2)
-            # Lines: filled bands of several robots lie on one another and turn to mud.
+            # Lines: overlapping filled bands of several robots would be illegible.
             _, sigma = _broken(frames, robot.sigmas[:, column])
             for sign in (-2.0, 2.0):
                 axes.plot(line, sign * sigma, color=colour, linewidth=0.8, linestyle="--")
@@ -100,7 +100,7 @@ def axes_png(robots: Sequence[RobotErrors], shades: Shades) -> bytes:
 
 
 def range_png(robots: Sequence[RobotErrors], shades: Shades) -> bytes | None:
-    """Draw the error against the horizontal distance from the drone; None where that is unknown."""
+    """Draw the error against the horizontal distance from the drone; None if that is unknown."""
     known = [r for r in robots if len(r.range_m) and np.isfinite(r.range_m).any()]
     if not known:
         return None
@@ -142,7 +142,7 @@ def _by_range(axes: Any, robots: Sequence[RobotErrors]) -> list[Any]:
 
 
 def methods_png(methods: Mapping[str, Sequence[RobotErrors]], shades: Shades) -> bytes:
-    """Draw the horizontal error over time, one panel a method."""
+    """Draw the horizontal error over time, one panel per method."""
     columns = 1 if len(methods) <= _SIDE_BY_SIDE else 2
     rows = -(-len(methods) // columns)
     figure = Figure(figsize=(9, 0.8 + 1.9 * rows), layout="constrained")

@@ -2,11 +2,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """Truth as in the paper: a robot's position while the drone hovers above it.
 
-Seen straight down, errors of compass and range vanish, and a tilt error of 0.4 deg is 7 cm at 10 m.
-What remains is the receiver's offset. It is the same elsewhere in the flight, so errors against
-this truth are relative to the drone's receiver and do not contain its offset. The paper takes the
-drone's own position for the robot's; here the ray through the robot's box adds the small distance
-by which the robot is off the vertical.
+Straight down, errors of compass and range vanish, and a tilt error of 0.4 deg is 7 cm at 10 m. The
+receiver's offset remains. It is the same elsewhere in the flight, so errors against this truth are
+relative to the drone's receiver and do not contain its offset. The paper uses the drone's own
+position for the robot's; here the ray through the robot's box adds the robot's small distance from
+the vertical.
 """
 
 from __future__ import annotations
@@ -24,9 +24,9 @@ from aerial_gnss_ros.core.values.errors import InputError
 from aerial_gnss_ros.core.values.estimates import FrameResult, MapDatum, State
 
 GAP_NS = 2_000_000_000
-"""Moments farther apart belong to two hovers."""
+"""Least time between two hovers, ns."""
 LEAST_NS = 1_000_000_000
-"""A shorter pass over a robot is none."""
+"""Least duration of a hover, ns."""
 
 
 @dataclass(frozen=True)
@@ -34,7 +34,7 @@ class Hover:
     """One hover above a robot.
 
     Attributes:
-        robot: id that the single-image method gave.
+        robot: label from the single-image method.
         start_ns: first image.
         end_ns: last image.
         latitude: rad, mean.
@@ -53,14 +53,14 @@ class Hover:
 
 
 def find_hovers(results: Iterable[FrameResult], within: float) -> list[Hover]:
-    """Return the stays over robots.
+    """Return the hovers over robots.
 
     Args:
         results: of the method `single`, in order.
-        within: how far off the vertical a robot may be seen, rad.
+        within: greatest angle from the vertical, rad.
 
     Raises:
-        InputError: there is none.
+        InputError: no hover.
     """
     moments: dict[str, list[tuple[int, float, float]]] = {}
     nearest = math.inf
@@ -80,9 +80,11 @@ def find_hovers(results: Iterable[FrameResult], within: float) -> list[Hover]:
                 moments.setdefault(robot.robot_id, []).append(moment)
     hovers = [h for robot in sorted(moments) for h in _stays(robot, moments[robot])]
     if not hovers:
-        seen = "no robot is found in it"
+        seen = "it has no robots"
         if math.isfinite(nearest):
-            seen = f"the nearest robot is seen {math.degrees(nearest):.1f} deg off the vertical"
+            seen = (
+                f"the least angle of a robot from the vertical is {math.degrees(nearest):.1f} deg"
+            )
         raise InputError(
             "the camera never looks straight down at a robot for a second, so there is no truth "
             f"from hovers ({seen}); give --truth, or a wider --nadir-deg."
@@ -110,17 +112,18 @@ def _stays(robot: str, moments: Sequence[tuple[int, float, float]]) -> list[Hove
 def hover_truth(
     hovers: Sequence[Hover], stamps: NDArray[np.int64], still_s: float | None
 ) -> dict[str, Track]:
-    """Return each robot's track: where it was hovered over, while it counts as still.
+    """Return each robot's track: its position in hovers, while it counts as still.
 
-    Between two hovers over the same robot its place is interpolated.
+    Between two hovers over the same robot its position is interpolated.
 
     Args:
         hovers: of `find_hovers`.
         stamps: (n,) of all images.
-        still_s: how long before and after a hover its place holds; None: the whole flight.
+        still_s: time before and after a hover for which its position holds, s; None: the whole
+            flight.
 
     Returns:
-        By robot; without the images during hovers, whose positions are left out as well.
+        Tracks by robot, without the images during hovers, which are not compared.
     """
     robots: dict[str, list[Hover]] = {}
     for hover in hovers:
@@ -130,7 +133,7 @@ def hover_truth(
 
 
 def during(hovers: Sequence[Hover], stamps: NDArray[np.int64]) -> NDArray[np.bool_]:
-    """Return which stamps (n,) lie within a hover over any robot."""
+    """Return a mask of the stamps (n,) within a hover over any robot."""
     within = [_outside(h, stamps) == 0 for h in hovers]
     return np.any(within, axis=0) if within else np.zeros(len(stamps), dtype=np.bool_)
 
@@ -155,7 +158,7 @@ def _outside(hover: Hover, stamps: NDArray[np.int64]) -> NDArray[np.int64]:
 def away_from(
     hovers: Sequence[Hover], estimates: Mapping[str, EstimatedTrack]
 ) -> dict[str, EstimatedTrack]:
-    """Return the published positions without those during hovers, which truth was made of.
+    """Return the published positions without those during hovers, from which truth was derived.
 
     Raises:
         InputError: none are left.
@@ -174,8 +177,8 @@ def away_from(
             )
     if estimates and not kept:
         raise InputError(
-            "all positions were published while the drone hovered over a robot, which truth is "
-            "made of, so nothing is left to compare; look at the robots from aside as well, or "
-            "give --truth."
+            "all positions were published while the drone hovered over a robot, from which truth "
+            "is derived, so nothing is left to compare; record the robots from the side as well, "
+            "or give --truth."
         )
     return kept

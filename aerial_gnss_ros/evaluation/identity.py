@@ -2,10 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """Identity scores: how well labels stay with their robots (IDF1, switches, HOTA).
 
-IDF1, switches and misses come from motmetrics (MIT), a standard tool, where it is installed (extra
+IDF1, switches and misses come from motmetrics (MIT), a standard tool, if it is installed (extra
 `[identity]`). HOTA (Luiten et al., IJCV 2021) is computed here: the released motmetrics lacks it,
 and TrackEval would replace OpenCV and numpy. The error that all robots share in an image (GNSS
-offset, compass) is removed first: it says nothing about identity.
+offset, compass) is removed first, because it is unrelated to identity.
 """
 
 from __future__ import annotations
@@ -26,9 +26,9 @@ from aerial_gnss_ros.evaluation.errors import RobotErrors, at_stamps
 ALPHAS = np.arange(0.05, 0.99, 0.05)
 """Similarities at which HOTA is taken; it is their mean."""
 NEAR_M = 2.0
-"""A name this far from a robot, the common error taken out, is not the robot's."""
+"""Distance beyond which a label does not match a robot, after removing the common error, m."""
 ENOUGH = 3
-"""Robots in an image from which the median of their errors is what they have in common."""
+"""Least number of robots in an image for which the median error is the common one."""
 EXPLAINED = 13.8
 """NEES up to which the published covariance explains an error: 99.9 % of a planar normal law."""
 
@@ -39,7 +39,7 @@ class Scene:
 
     Attributes:
         robots: n true robots in view, by number.
-        names: m published names, by number.
+        names: m published labels, by number.
         distances: (n, m) m.
     """
 
@@ -50,17 +50,17 @@ class Scene:
 
 @dataclass(frozen=True)
 class Identities:
-    """Scores, 0 to 1, and counts; None where motmetrics is not installed.
+    """Scores, 0 to 1, and counts; None without motmetrics.
 
     Attributes:
         hota: higher-order tracking accuracy; 1 is perfect.
         assa: its association part.
         deta: its detection part.
-        idf1: share of images in which robots bear their one name.
-        switches: how often a robot's name changed.
-        fragmentations: how often a robot was lost and found again.
-        misses: robots in view without a name near them, over all images.
-        false_names: names without a robot near them, over all images.
+        idf1: share of images in which robots have their one label.
+        switches: number of changes of a robot's label.
+        fragmentations: number of interruptions of tracks.
+        misses: robots in view without a label near them, over all images.
+        false_names: labels without a robot near them, over all images.
         images: compared.
     """
 
@@ -82,24 +82,24 @@ def identities(
     in_view: Mapping[str, NDArray[np.int64]] | None = None,
     near_m: float = NEAR_M,
 ) -> Identities | None:
-    """Return the scores of published names against true robots; None where nothing can be compared.
+    """Return the scores of published labels against true robots; None without common data.
 
     Args:
         estimates: published tracks; only measured positions count.
         truth: true tracks, at the images' stamps.
         errors: of `compare`, for the common error.
-        in_view: image stamps at which each robot could be seen; None: always.
-        near_m: reach of a match.
+        in_view: image stamps at which each robot was in view; None: always.
+        near_m: greatest distance of a match, m.
     """
     return scores(_scenes(estimates, truth, errors, in_view or {}), near_m)
 
 
 def scores(scenes: list[Scene], near_m: float) -> Identities | None:
-    """Return the scores of images in their order; None without any.
+    """Return the scores of consecutive images; None without images.
 
     Args:
-        scenes: robots and names in each image.
-        near_m: reach of a match.
+        scenes: robots and labels in each image.
+        near_m: greatest distance of a match, m.
     """
     if not scenes:
         return None
@@ -175,11 +175,11 @@ def _scenes(
 
 
 def _common(stamps: NDArray[np.int64], errors: list[RobotErrors]) -> Array:
-    """Return what the robots' errors have in common at each stamp, (n, 2); 0 where none is known.
+    """Return the robots' common error at each stamp, (n, 2) m; 0 if unknown.
 
-    The median, so that one name on a wrong robot does not move all the others. Of one or two robots
-    that would be the error of the wrong one, too, and nothing would ever be wrong: there an error
-    counts only where the published covariance explains it.
+    It is the median, so that one mislabelled robot does not affect the others. With one or two
+    robots the median would contain the mislabelled robot's error and hide it, so there an error
+    counts only if the published covariance explains it.
     """
     found = np.full((len(errors), len(stamps), 2), np.nan)
     explained = np.zeros(found.shape[:2], dtype=bool)
@@ -208,7 +208,7 @@ def _motmetrics(
     except ImportError:
         return None, None, None, None, None
     accumulator = motmetrics.MOTAccumulator(auto_id=True)
-    with warnings.catch_warnings():  # of its use of pandas
+    with warnings.catch_warnings():  # about its use of pandas
         warnings.simplefilter("ignore")
         for scene in scenes:
             near = np.where(scene.distances <= near_m, scene.distances, np.nan)

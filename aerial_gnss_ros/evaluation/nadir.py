@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""How near to straight down a recording's camera ever looked: telemetry alone, no image."""
+"""Least angle of a recording's camera from straight down, from telemetry alone."""
 
 from __future__ import annotations
 
@@ -22,13 +22,13 @@ from aerial_gnss_ros.core.values.detection_frame import DetectionFrame
 from aerial_gnss_ros.core.values.samples import Fix
 
 STEP_NS = 500_000_000
-"""A hover lasts a second: poses this far apart do not miss one."""
-_THINNED_NS = 90_000_000  # of 50 Hz one in five is enough for it, and decoding takes the time
+"""Interval of poses, ns: a hover lasts a second."""
+_THINNED_NS = 90_000_000  # one in five of 50 Hz suffices, and decoding takes most of the time
 _GRID = (33, 19)  # rays of an image in columns and rows: 3 deg apart in a lens of 90 deg
 
 
 class _Watch:
-    """Hands everything on to an estimator, and asks it for a pose at every fix or so."""
+    """Passes all inputs to an estimator, and requests a pose about every fix."""
 
     def __init__(self, estimator: Estimator) -> None:
         self._estimator = estimator
@@ -53,9 +53,9 @@ class _Watch:
 
 
 def nearest_view(bag: BagReader, config: EstimatorConfig, namespace: str = "") -> float:
-    """Return the least angle between straight down and anything in an image, rad.
+    """Return the least angle between straight down and any ray of the images, rad.
 
-    NaN where the recording's telemetry gives no pose by itself.
+    NaN if the recording's telemetry alone gives no pose.
 
     Args:
         bag: open.

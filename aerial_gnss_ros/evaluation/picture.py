@@ -11,7 +11,8 @@ from typing import Any
 from matplotlib.figure import Figure
 from matplotlib.layout_engine import ConstrainedLayoutEngine
 
-# Okabe and Ito's colours: distinguishable for the colour-blind too. Yellow is too pale for print.
+# Okabe and Ito's colours, distinguishable for the colour-blind, without yellow, which is too pale
+# for print.
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
 INK, GREY, FAINT = "#1b2733", "#5a6b78", "#dddddd"
 _COLUMNS = 4
@@ -21,12 +22,12 @@ _ROW = 0.2
 
 
 def colours(names: Iterable[str]) -> Mapping[str, str]:
-    """Return a colour by name, in the order of the names; the same in every picture."""
+    """Return a colour for each name, in the order of names; the same in every figure."""
     return {name: COLOURS[index % len(COLOURS)] for index, name in enumerate(names)}
 
 
 def legend_above(figure: Figure, handles: list[Any]) -> None:
-    """Put a legend above the axes, where it hides nothing; without entries there is none."""
+    """Put a legend above the axes, where it hides nothing; no entries, no legend."""
     if not handles:
         return
     figure.legend(
@@ -43,6 +44,6 @@ def legend_above(figure: Figure, handles: list[Any]) -> None:
 def png(figure: Figure) -> bytes:
     """Return a figure as PNG, fine enough for print."""
     buffer = io.BytesIO()
-    # Without the software entry the same figure gives the same bytes.
+    # Without the software entry, equal figures have equal bytes.
     figure.savefig(buffer, format="png", dpi=160, metadata={"Software": None})
     return buffer.getvalue()

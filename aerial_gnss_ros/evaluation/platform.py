@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Reads the platform's estimated errors over time, with their sigmas, from platform.csv.
 
-A result folder may hold platform.csv with the columns `stamp_ns,error,value,sigma`: what has to be
-added to the measured value to have the true one, in SI units (rad, m, s).
+A result folder may hold platform.csv with the columns `stamp_ns,error,value,sigma`: corrections to
+be added to measured values, in SI units (rad, m, s).
 """
 
 from __future__ import annotations
@@ -48,7 +48,7 @@ def read_platform(path: Path) -> dict[str, PlatformError]:
     """Read platform.csv; a file that does not exist holds no errors.
 
     Raises:
-        InputError: a column is missing, or a row has no number.
+        InputError: a column is missing, or a row has an invalid number.
     """
     if not path.is_file():
         return {}

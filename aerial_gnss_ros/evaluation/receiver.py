@@ -1,10 +1,10 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Errors with the drone's own GNSS error taken out.
+"""Errors without the drone's own GNSS error.
 
 The paper takes truth and estimate from the same receiver, so that its offset cancels (reference:
-"accuracy said to surpass GNSS"). Such a figure is relative: it shows what the drone could
-still improve, since nothing aboard can observe the receiver's own offset.
+"accuracy said to surpass GNSS"). Such a figure is relative: it shows the part of the error that the
+drone could reduce, since nothing aboard can observe the receiver's offset.
 """
 
 from __future__ import annotations
@@ -35,8 +35,8 @@ def relative(robots: list[RobotErrors], measured: Track, true: Track) -> list[Ro
     """Return the errors less the receiver's own at the same stamps.
 
     Args:
-        robots: absolute errors. The published covariance is of these, not of what
-            is left: NEES and sigma become NaN.
+        robots: absolute errors. The published covariance is of these, not of the relative ones, so
+            NEES and sigma become NaN.
         measured: the drone's fixes.
         true: the drone's true path.
     """

@@ -27,7 +27,7 @@ from aerial_gnss_ros.text.sentences import counted
 
 @dataclass(frozen=True)
 class Report:
-    """What the report shows.
+    """Content of a report.
 
     Attributes:
         title: heading.
@@ -36,8 +36,8 @@ class Report:
         truth: true tracks by truth id; empty when unknown.
         drone: the drone's path, or None.
         rejections: rejected detections by reason.
-        causes: those that are `unconfirmed` by why their tracks were not confirmed.
-        methods: errors by method name; the first is the one that was published.
+        causes: `unconfirmed` detections by the reason why their tracks were not confirmed.
+        methods: errors by method name; the first is the published one.
         pictures: caption and JPEG or PNG bytes.
         facts: name and value, such as duration and model.
         identity: scores of the first method, or None.
@@ -73,7 +73,7 @@ def write_report(path: Path, report: Report, drawn: Sequence[Picture] | None = N
     Args:
         path: the file.
         report: what it shows.
-        drawn: its pictures, where `draw` has been called already.
+        drawn: its figures, if `draw` has already been called.
     """
     environment = Environment(
         loader=PackageLoader("aerial_gnss_ros.evaluation"),
@@ -95,7 +95,7 @@ def write_report(path: Path, report: Report, drawn: Sequence[Picture] | None = N
         pictures=[(p.caption, _data_url(p.content)) for p in pictures],
         extra=[(caption, _data_url(content)) for caption, content in report.pictures],
     )
-    path.write_text(text, encoding="utf-8", errors="replace")  # file names may be no Unicode
+    path.write_text(text, encoding="utf-8", errors="replace")  # file names may be invalid Unicode
 
 
 def draw(report: Report) -> list[Picture]:
@@ -103,8 +103,7 @@ def draw(report: Report) -> list[Picture]:
     found = [
         Picture(
             "map.png",
-            "Map. Each ellipse holds its position's robot with 95 %. A robot that coasts away may "
-            "leave the map.",
+            "Map. Each ellipse contains its robot with 95 %. A coasting robot may leave the map.",
             map_png(report.estimates, report.truth, report.drone),
         )
     ]
@@ -121,7 +120,7 @@ def draw(report: Report) -> list[Picture]:
             ),
             Picture(
                 "latitude_longitude_error.png",
-                "Latitude and longitude error over frames. With right covariances 95 % lie "
+                "Latitude and longitude error over frames. With consistent covariances 95 % are "
                 "between the dashed lines, over many flights.",
                 axes_png(robots, shades),
             ),
@@ -135,15 +134,15 @@ def draw(report: Report) -> list[Picture]:
         found.append(Picture("error_by_method.png", caption, methods_png(compared, shades)))
     if report.platform:
         caption = (
-            "The platform's errors as the filter estimates them, with one and two sigma: what is "
-            "added to the measured value to have the true one."
+            "The platform's errors as the filter estimates them, with one and two sigma: "
+            "corrections to be added to measured values."
         )
         found.append(Picture("platform_errors.png", caption, platform_png(report.platform)))
     return found
 
 
 def _shades(report: Report) -> dict[str, str]:
-    """Return colours by true robot: those that the published names have on the map."""
+    """Return colours by true robot: those of its published label on the map."""
     published = colours(report.estimates)
     robots = next(iter(report.methods.values()), [])
     return {robot.truth_id: published.get(robot.robot_id, GREY) for robot in robots}
@@ -152,23 +151,27 @@ def _shades(report: Report) -> dict[str, str]:
 def key_figures(
     row: tuple[str, str, float, Summary], identity: Identities | None
 ) -> list[tuple[str, str, str]]:
-    """Return value, name and meaning of what is read first."""
+    """Return value, name and meaning of the key figures."""
     _, _, coverage, s = row
     if not s.count:
         return []
     found = [
-        (f"{s.median:.2f} m", "CEP", "half of the positions are nearer to truth"),
-        (f"{s.ce90:.2f} m", "CE90", "nine in ten are nearer"),
+        (f"{s.median:.2f} m", "CEP", "half of the positions are closer to truth"),
+        (f"{s.ce90:.2f} m", "CE90", "nine in ten are closer"),
         (f"{s.rmse:.2f} m", "RMSE", "root mean square of the distance"),
         (f"{s.nees:.2f}", "NEES", "about 2 over many flights; a single one says little"),
-        (f"{100 * coverage:.0f} %", "availability", "of the time has a position within 0.5 s"),
+        (
+            f"{100 * coverage:.0f} %",
+            "availability",
+            "share of the time with a position within 0.5 s",
+        ),
     ]
     if identity is not None and identity.idf1 is not None:
         found.append(
             (f"{identity.idf1:.3f}", "IDF1", counted(identity.switches or 0, "identity switch"))
         )
     elif identity is not None:
-        found.append((f"{identity.hota:.3f}", "HOTA", "1: every robot keeps one name"))
+        found.append((f"{identity.hota:.3f}", "HOTA", "1: every robot keeps one label"))
     return found
 
 
@@ -191,7 +194,7 @@ def _last(name: str, track: EstimatedTrack) -> dict[str, str]:
 
 
 def metres(value: float) -> str:
-    """Return a length in metres with two decimals, or a dash where there is none."""
+    """Return a length in metres with two decimals, or a dash for NaN."""
     return "–" if math.isnan(value) else f"{value:.2f}"
 
 

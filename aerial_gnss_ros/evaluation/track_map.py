@@ -22,9 +22,9 @@ _CHI2_95_2D = 5.991
 _WIDE = 1.3
 _LABEL_ORDER = 5
 _ELLIPSES = 6
-"""So many along each track, from its first position to its last."""
+"""Number of ellipses along each track, from its first to its last position."""
 _NAMED = 6
-"""Up to so many robots are in the legend; all have their name on the map."""
+"""Greatest number of robots in the legend; all have their label on the map."""
 _DRONE: dict[str, Any] = {"color": "#888888", "linewidth": 1.2, "marker": "^", "markersize": 8}
 _TRUTH: dict[str, Any] = {
     "color": "black", "linewidth": 1.2, "linestyle": "--", "marker": "x", "markersize": 8,
@@ -85,7 +85,7 @@ def map_figure(
 def _signs(
     estimates: Mapping[str, EstimatedTrack], shades: Mapping[str, str], *, truth: bool, drone: bool
 ) -> list[Any]:
-    """Return what the legend explains, drawn as on the map."""
+    """Return the legend's entries, drawn as on the map."""
     signs: list[Any] = [
         Line2D([], [], color=shades[name], label=name, **_TRACK)
         for name in estimates
@@ -121,7 +121,7 @@ def _draw_robot(
         seen = np.zeros(1, dtype=int)
     for row in np.unique(seen[np.linspace(0, len(seen) - 1, _ELLIPSES, dtype=int)]):
         axes.add_patch(_ellipse(track, int(row), (east[row], north[row]), colour, row == seen[-1]))
-    # Away from the other robots, or names lie on one another.
+    # Away from the other robots, or labels would overlap.
     place = np.array([east[seen[-1]], north[seen[-1]]])
     side = np.where(place >= middle, 1.0, -1.0)
     label = axes.annotate(
@@ -129,12 +129,12 @@ def _draw_robot(
         ha="left" if side[0] > 0.0 else "right", va="bottom" if side[1] > 0.0 else "top",
         fontweight="bold",
     )  # fmt: skip
-    # Above all tracks, or these cross it out.
+    # Above all tracks, which would cross it.
     label.set(zorder=_LABEL_ORDER, path_effects=[withStroke(linewidth=3.0, foreground="white")])
 
 
 def _middle(estimates: Mapping[str, EstimatedTrack], origin: tuple[float, float]) -> Array:
-    """Return the mean of the places (2,) at which the robots were measured last, m."""
+    """Return the mean of the robots' last measured positions (2,), m."""
     last = [
         np.array(_local(measured, origin))[:, -1]
         for measured in map(_measured, estimates.values())
@@ -144,10 +144,10 @@ def _middle(estimates: Mapping[str, EstimatedTrack], origin: tuple[float, float]
 
 
 def _frame(axes: Any, tracks: list[tuple[Array, Array]]) -> None:
-    """Show what was measured or is true: a robot that coasts away may leave the map."""
+    """Fit the axes to measured positions and truth: a coasting robot may leave the map."""
     east = np.concatenate([np.zeros(0), *(track[0] for track in tracks)])
     north = np.concatenate([np.zeros(0), *(track[1] for track in tracks)])
-    if not len(east):  # nothing was found: no reason to fail
+    if not len(east):  # no positions: not an error
         return
     half = 2.0 + 0.6 * max(np.ptp(north), np.ptp(east) / _WIDE)
     middle = 0.5 * (east.min() + east.max()), 0.5 * (north.min() + north.max())

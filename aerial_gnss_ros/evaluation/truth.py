@@ -42,10 +42,10 @@ class Truth:
     """True positions, at the stamps of the images that show them.
 
     Attributes:
-        robots: tracks by the truth's own names; empty where there is no truth.
-        drone: the drone's path (measured, where no better is known), or None.
-        latency_s: by which truth was moved, s.
-        in_view: image stamps at which each robot was truly to be seen; empty where unknown.
+        robots: tracks by the truth's own names; empty without truth.
+        drone: the drone's path (true, else measured), or None.
+        latency_s: shift of truth, s.
+        in_view: image stamps at which each robot was truly in view; empty if unknown.
     """
 
     robots: dict[str, Track] = field(default_factory=dict)
@@ -59,7 +59,7 @@ def read_truth(bag: BagReader, latency_s: float | None = None) -> Truth:
 
     Args:
         bag: open.
-        latency_s: of the images; None: what `truth/scenario` says, else 0.
+        latency_s: of the images; None: that of `truth/scenario`, else 0.
 
     Raises:
         InputError: the bag is damaged.
@@ -103,10 +103,10 @@ def read_truth(bag: BagReader, latency_s: float | None = None) -> Truth:
 def read_truth_csv(path: Path, latency_s: float = 0.0) -> Truth:
     """Read a CSV with the columns stamp_ns, robot_id, latitude_deg, longitude_deg, and any others.
 
-    Commas, semicolons or tabs may separate them, as spreadsheets like it.
+    Commas, semicolons or tabs may separate them.
 
     Raises:
-        InputError: the file is missing, lacks a column, or has a row that is no number.
+        InputError: the file is missing, lacks a column, or has an invalid number.
     """
     if not path.is_file():
         raise InputError(f"{path} does not exist; give a bag, or a CSV of true positions.")
@@ -143,15 +143,15 @@ def track(rows: Sequence[tuple[int, float, float]]) -> Track:
 
 
 def moved(track_: Track, latency_s: float) -> Track:
-    """Return a track stamped as the images that show it."""
+    """Return a track moved to the stamps of the images that show it."""
     late_ns = round(latency_s * 1e9)
     return Track(track_.stamps_ns + late_ns, track_.latitude, track_.longitude)
 
 
 def _within(track_: Track, images: Sequence[int]) -> Track:
-    """Return a track without what lies before the first image and after the last one.
+    """Return a track without samples before the first and after the last image.
 
-    Nobody can have a position there. One sample on either side stays, to interpolate.
+    There are no positions there. One sample on either side is kept for interpolation.
     """
     if not images:
         return track_
@@ -162,7 +162,7 @@ def _within(track_: Track, images: Sequence[int]) -> Track:
 
 
 def _drone_topic(bag: BagReader) -> str | None:
-    """Return the drone's true path, else its measured one where just one topic can be that."""
+    """Return the topic of the drone's true path, else of its measured one if unambiguous."""
     fixes = [t.name for t in bag.topics.values() if t.msgtype == _FIX and t.count]
     true = [name for name in fixes if _DRONE.fullmatch(name)]
     measured = [name for name in fixes if _MEASURED.fullmatch(name)]
@@ -170,7 +170,7 @@ def _drone_topic(bag: BagReader) -> str | None:
 
 
 def _latency(text: str) -> float:
-    """Return the latency that a scenario states; 0 where it states none."""
+    """Return the latency that a scenario states; 0 without one."""
     try:
         about: Any = parse_json(text)
         return float(about["camera"]["latency_s"])
@@ -188,7 +188,7 @@ def _csv_row(path: Path, line: int, row: Mapping[str, str]) -> tuple[int, float,
     latitude, longitude = (_degrees(path, line, name, row[name] or "") for name in CSV_COLUMNS[2:])
     place = int(stamp), latitude, longitude
     if not (abs(place[1]) <= 90.0 and abs(place[2]) <= 180.0):
-        raise InputError(f"{path}, line {line}: {place[1]}, {place[2]} is not a place on Earth.")
+        raise InputError(f"{path}, line {line}: {place[1]}, {place[2]} is not on Earth.")
     return place
 
 

@@ -127,5 +127,5 @@ def test_a_published_fix_that_is_no_position_is_refused(latitude, longitude):
         latitude=latitude, longitude=longitude, altitude=math.nan,
         position_covariance=[1.0] * 9, status=SimpleNamespace(status=0),
     )  # fmt: skip
-    with pytest.raises(InputError, match=r"a_1 is said to be at .*, which is no position"):
+    with pytest.raises(InputError, match=r"the position of a_1, .*, is invalid"):
         sighting("a_1", message)

@@ -121,7 +121,7 @@ def test_what_is_not_a_bag_is_refused(tmp_path):
         open_bag([tmp_path / "text.bag", tmp_path / "text.bag"])
     for name in ("empty.mcap", "text.bag"):
         with (
-            pytest.raises(InputError, match=rf"{name} cannot be read as a bag, it is truncated"),
+            pytest.raises(InputError, match=rf"{name} cannot be read as a bag; it is truncated"),
             open_bag(tmp_path / name),
         ):
             pass
@@ -144,7 +144,7 @@ def test_a_truncated_bag_is_one_sentence(tmp_path, kind, kept):
                 writer.write(connection, i, store.serialize_cdr(store.types[FLOAT](4.5), FLOAT))
     content = file.read_bytes()
     file.write_bytes(content[: int(len(content) * kept)])
-    with pytest.raises(InputError, match=r"cannot be read as a bag, it is truncated or damaged"):
+    with pytest.raises(InputError, match=r"cannot be read as a bag; it is truncated or damaged"):
         read_all(target)
 
 

@@ -56,7 +56,7 @@ def _peak(latency_s: float) -> float:
 
 
 def test_one_maximum_an_interval_tells_of_the_samples() -> None:
-    assert "halfway between samples 0.50 s apart" in str(_told(_comb))
+    assert "halfway between any two samples 0.50 s apart" in str(_told(_comb))
     assert _told(_peak) is None
 
 

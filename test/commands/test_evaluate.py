@@ -171,8 +171,8 @@ def test_that_there_is_no_hover_is_known_before_any_image_is_looked_at(
     assert _run("evaluate", result, "--hover", tmp_path / "bag") == 2
     said = capsys.readouterr().err.strip().splitlines()[-1]
     found = re.fullmatch(
-        r"aerial-gnss: there is no hover: all that the camera ever saw lies ([\d.]+) deg or more "
-        r"off straight down, and 10 deg is asked for; give --truth, or a wider --nadir-deg.", said,
+        r"aerial-gnss: there is no hover: every line of sight is ([\d.]+) deg or more from straight "
+        r"down, and at most 10 deg counts; give --truth, or a wider --nadir-deg.", said,
     )  # fmt: skip
     half_view_deg = math.degrees(math.atan(360.0 / experiment.camera.K[0, 0]))
     assert float(found[1]) == pytest.approx(45.0 - half_view_deg, abs=1.5)
@@ -183,12 +183,12 @@ def test_that_there_is_no_hover_is_known_before_any_image_is_looked_at(
     [
         (["--truth", "positions.csv", "--latency", "9"], "-3 to 3 s"),
         (["--truth", "bad.csv"], "lacks the columns robot_id"),
-        (["--truth", "far.csv"], "line 2: 99.0, 0.0 is not a place on Earth"),
+        (["--truth", "far.csv"], "line 2: 99.0, 0.0 is not on Earth"),
         (["--truth", "seconds.csv"], "stamp_ns must be a whole number of nanoseconds, not '1.5'"),
         (["--truth", "words.csv"], "latitude_deg must be a number of degrees, not 'here'"),
         (["--truth", "latin.csv"], "latin.csv: is not text in UTF-8 (line"),
         (["--truth", "then.csv"], "no time in common: truth is from 1 to 1 ns"),
-        (["--truth", "exchanged.csv"], "are latitude and longitude exchanged?"),
+        (["--truth", "exchanged.csv"], "latitude and longitude exchanged"),
         (["--truth", "positions.csv", "--hover", "bag"], "not allowed with"),
         (["--truth", "positions.csv", "--still", "0"], "--still applies only with --hover"),
         (["--truth", "positions.csv", "--params", "p"], "--params applies only with --hover"),

@@ -117,7 +117,7 @@ def test_subtitles_go_with_their_own_video(tmp_path, capsys, video):
     assert "/gimbal" not in found["messages"]
     status, _, err = run(capsys, srt, video(300, "long.mp4"), "-o", tmp_path / "no")
     assert status == 2
-    assert "log and video do not fit" in err[-1]
+    assert "log and video do not match" in err[-1]
 
 
 @pytest.mark.parametrize(
@@ -125,7 +125,7 @@ def test_subtitles_go_with_their_own_video(tmp_path, capsys, video):
     [
         ([(1.0, 20.0)], (), "different flights: the video lasts 3.0 s"),
         ([], (), "does not mark when the video was recorded"),
-        ([], ("--offset", "61"), "log and video do not fit"),
+        ([], ("--offset", "61"), "log and video do not match"),
         ([(1.0, 4.0), (9.0, 12.0)], (), "choose with --recording"),
         ([(1.0, 4.0)], ("--recording", "2"), "the log marks 1"),
         ([(1.0, 4.0)], ("--recording", "1", "--offset", "1"), "contradict"),

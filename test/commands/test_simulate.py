@@ -57,7 +57,7 @@ def test_the_summary_as_json(tmp_path, capsys):
         (["--size", "wide"], "'wide' is not a size such as 1280x720"),
         (["--sigma", "speed=1"], "'speed=1' is not NAME=VALUE"),
         (["--robot-at", "13.19"], "'13.19' is not 2 numbers"),
-        (["--robot-at", "91,0"], "--robot-at 91,0 is not a place on Earth"),
+        (["--robot-at", "91,0"], "--robot-at 91,0 is not on Earth"),
         (["--no-images", "--raw"], "--raw cannot be used with --no-images"),
         (["--robot-at", "50.0,8.0"], "km from the flight"),
         (["--robot-at", "13.19,-59.64", "--robots", "2"], "not both"),
@@ -104,7 +104,7 @@ def test_a_piece_that_sees_only_sky_is_refused_with_one_that_sees_water(tmp_path
     assert main([*arguments, "--telemetry", str(log)]) == 2
     said = capsys.readouterr().err
     assert "the camera sees no water" in said
-    assert "From --start 3 it does" in said
+    assert "With --start 3 it does" in said
     assert not (tmp_path / "flight").exists()
     assert main([*arguments, "--telemetry", str(log), "--start", "3"]) == 0
 

@@ -53,7 +53,7 @@ def test_names_that_are_none_are_refused_in_a_sentence(text):
     ids=lambda text: text[:24],
 )
 def test_terms_that_are_none_are_refused(text):
-    with pytest.raises(ModelError, match="no network for a second look"):
+    with pytest.raises(ModelError, match="not a network for the second look"):
         Terms.read({METADATA: text}, "m.onnx")
 
 

@@ -152,7 +152,7 @@ def test_it_is_found_beside_the_model(tmp_path):
 def test_what_is_no_second_look_is_refused(tmp_path):
     model = white_box_model(tmp_path / "m.onnx")
     for name, words in (
-        (str(model), "no network for a second look"),
+        (str(model), "not a network for the second look"),
         ("/no/look.onnx", "the second look /no/look.onnx does not exist"),
         ("none.onnx", "the second look none.onnx does not exist"),
     ):

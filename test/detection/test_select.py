@@ -214,7 +214,7 @@ def test_openvino_refuses_what_it_computes_wrongly(tmp_path):
 @pytest.mark.parametrize(
     ("error", "words"),
     [
-        (MemoryError(), "memory ran out while m.onnx worked on an image of 320 x 200; lower"),
+        (MemoryError(), "m.onnx ran out of memory on an image of 320 x 200; lower"),
         (RuntimeError("std::bad_alloc"), "memory ran out"),
         (RuntimeError("shape mismatch\nat line 7"), "on an image of 320 x 200: shape mismatch$"),
     ],

@@ -223,7 +223,7 @@ def test_thresholds_change_while_running(seen):
 
 def test_an_image_that_the_network_cannot_take_is_counted_and_survived(seen):
     s = seen()
-    s.detector().error = ModelError("memory ran out while m.onnx worked on an image")
+    s.detector().error = ModelError("m.onnx ran out of memory on an image")
     s.images.publish(picture(1))
     s.ros.spin_until(lambda: detection_status(s.node).values.get("refused_failed") == 1)
     s.detector().error = None
@@ -251,7 +251,7 @@ def test_a_failure_of_the_network_is_survived_and_an_endless_one_ends_the_node(s
 
 def test_a_network_that_fails_for_every_image_ends_the_node(seen):
     s = seen()
-    s.detector().error = ModelError("memory ran out while m.onnx worked on an image")
+    s.detector().error = ModelError("m.onnx ran out of memory on an image")
     for stamp in range(1, MOST_FAILURES):
         s.images.publish(picture(stamp))
         s.ros.spin_until(lambda n=stamp: s.node._refused.counts["failed"] == n)

@@ -40,7 +40,7 @@ def test_silence_and_mismatches_are_reported(ros, start):
         "/d/detections: a publisher does not fit in reliability, .* which asks for reliable; set "
         "the publisher's reliability to reliable"
     )
-    program.wait_for(r"no fix for 5 s on /d/fix \(publishers: 0\): start what publishes it")
+    program.wait_for(r"no fix for 5 s on /d/fix \(publishers: 0\): start its publisher")
     program.wait_for(r"no gimbal for 5 s on /d/mount/attitude \(publishers: 0\)")
     program.wait_for(r"no height for 5 s on /d/height \(publishers: 1\): std_msgs/msg/String comes")
     program.wait_for(r"no detections for 5 s on /d/detections \(publishers: 1\): its quality of")

@@ -72,5 +72,5 @@ def _binding(name: str, values: Mapping[str, Any]) -> RobotBinding:
         )
     latitude, longitude = float(numbers[0]), float(numbers[1])
     if not (abs(latitude) <= 90.0 and abs(longitude) <= 180.0):
-        raise ConfigError(f"robots.{cut(name)}.start {shown(numbers)} is not a place on Earth.")
+        raise ConfigError(f"robots.{cut(name)}.start {shown(numbers)} is not on Earth.")
     return RobotBinding(name, class_id, math.radians(latitude), math.radians(longitude))
