@@ -25,15 +25,17 @@ def all_targets() -> list[Target]:
 def arguments() -> argparse.ArgumentParser:
     """Return the options."""
     parser = argparse.ArgumentParser(prog="python -m fuzz", description="see fuzz/README.md")
-    parser.add_argument("--cases", type=int, default=20_000, help="of all targets together")
+    parser.add_argument(
+        "--cases", type=int, default=20_000, help="number of cases over all targets"
+    )
     parser.add_argument("--seed", type=int, default=1, help="random seed")
     parser.add_argument(
-        "--skip", type=int, default=0, metavar="N", help="begin after so many times --cases"
+        "--skip", type=int, default=0, metavar="N", help="number of blocks of --cases to skip"
     )
     parser.add_argument(
         "--only", action="append", default=[], metavar="TARGET", help="may be repeated"
     )
-    parser.add_argument("--case", type=int, help="this case alone, with all that is done to it")
+    parser.add_argument("--case", type=int, help="run only this case, and print all its mutations")
     parser.add_argument("--all", action="store_true", help="print every finding")
     return parser
 

@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Plays a short recording into ROS without end, stamped now: a camera and its drone.
+"""Plays a short recording into ROS endlessly with current stamps: a simulated camera and drone.
 
 python3 -m aerial_gnss_ros.benchmarking.camera BAG --images /camera/image_raw --topics ...
 """
@@ -41,7 +41,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     parser.add_argument("--topics", nargs="+", required=True, help="all topics to play")
     parser.add_argument("--rate", type=float, default=1.0, help="2 plays twice as fast")
     parser.add_argument(
-        "--disturb", action="store_true", help="take kinds of disturbances from standard input"
+        "--disturb", action="store_true", help="read kinds of disturbances from standard input"
     )
     parser.add_argument(
         "--clock", action="store_true", help="publish /clock, for nodes with use_sim_time"

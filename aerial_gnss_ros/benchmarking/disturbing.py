@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Damages telemetry and detections for a moment, as a drone's power supply or radio would."""
+"""Disturbs telemetry and detections briefly, as a drone's power supply or radio would."""
 
 from __future__ import annotations
 
@@ -30,16 +30,16 @@ SECONDS = {
     "height jumps by 5 m": 1.0,
     "boxes are noise": 1.0,
 }
-"""Kinds of disturbances, and how long each lasts, s."""
+"""Kinds of disturbances and their durations, s."""
 
 STEPS = {"clock steps an hour ahead": 3600 * SECOND_NS, "clock steps back": -3600 * SECOND_NS}
-"""Steps of the clock that stamps everything; they stay, ns."""
+"""Permanent steps of the clock that stamps all messages, ns."""
 
 _BOXES = 12
 
 
 class Disturber:
-    """Alters messages before they are published.
+    """Modifies messages before they are published.
 
     Args:
         node: publishes false detections.
@@ -47,7 +47,7 @@ class Disturber:
         images: the topic of the images.
 
     Attributes:
-        stepped_ns: by how much the clock that stamps everything has stepped, ns.
+        stepped_ns: total step of the clock that stamps all messages, ns.
     """
 
     def __init__(self, node: Node, types: dict[str, str], images: str) -> None:
@@ -58,7 +58,7 @@ class Disturber:
         self._false: Any = None
 
     def listen(self, lines: Iterable[str]) -> None:
-        """Take kinds, one a line, in a thread of its own."""
+        """Read kinds, one per line, in a separate thread."""
 
         def read() -> None:
             for line in lines:
@@ -67,7 +67,7 @@ class Disturber:
         threading.Thread(target=read, daemon=True).start()
 
     def begin(self, kind: str) -> None:
-        """Begin a disturbance; it ends by itself, but for a step of the clock."""
+        """Start a disturbance; it ends by itself, except a step of the clock."""
         if kind in STEPS:
             self.stepped_ns += STEPS[kind]
             return
@@ -75,7 +75,7 @@ class Disturber:
         self._kind = kind
 
     def altered(self, topic: str, raw: bytes) -> bytes | None:
-        """Return a message as it is to be published; None where it is left out."""
+        """Return the message to publish; None to drop it."""
         if time.monotonic() >= self._until_s:
             self._silence()
             return raw
@@ -132,7 +132,7 @@ class Disturber:
         self._false.publish(message(DETECTIONS_TYPE, {"header": header, "detections": found}))
 
     def _silence(self) -> None:
-        """Give the publisher of false boxes back: a second one is reported as such."""
+        """Destroy the publisher of false boxes: the node reports a second publisher."""
         if self._false is not None:
             self._node.destroy_publisher(self._false)
             self._false = None

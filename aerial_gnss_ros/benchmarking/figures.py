@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""What was measured, as numbers for machines and as a table for people."""
+"""Measurements as JSON figures and as a Markdown table."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ Figures = dict[str, Any]
 
 
 def spread(samples: Sequence[float]) -> dict[str, float] | None:
-    """Return mean, median and p95; None of nothing."""
+    """Return mean, median and p95; None without samples."""
     values = np.array(samples, dtype=np.float64)
     values = values[np.isfinite(values)]
     if not len(values):
@@ -81,7 +81,7 @@ def live_figures(live: Live) -> Figures:
 
 
 def cost_of_a_robot(few: Figures, many: Figures, more: int) -> dict[str, float]:
-    """Return what one more robot costs in each of the last three stages, ms (medians).
+    """Return the cost of one more robot in each of the last three stages, ms (medians).
 
     Args:
         few: one-process figures with fewer robots.
@@ -109,11 +109,11 @@ def markdown(figures: Figures) -> str:
         f"- Images: {figures['images']}.",
         f"- Compared with ultralytics: {_compared(figures)}.",
         "",
-        "Both nodes in one process, camera and subscriber in processes of their own, DDS between:",
+        "Both nodes in one process, camera and subscriber in separate processes, connected by DDS:",
         "",
         *_table(_LIVE, [run for run in runs if run.get("nodes")], "nodes"),
         "",
-        "One process without nodes, as fast as it goes:",
+        "One process without nodes, as fast as possible:",
         "",
         *_table(_ALONE, [run for run in runs if run.get("one_process")], "one_process"),
     ]

@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""The short flight that is played when no recording is given."""
+"""The short flight played if no recording is given."""
 
 from __future__ import annotations
 
@@ -20,12 +20,12 @@ HEIGHT_M = 15.0
 
 
 def flight(robots: int, size: tuple[int, int], seed: int) -> Experiment:
-    """Return an orbit over some robots; nothing in it is late.
+    """Return an orbit around some robots, without latencies.
 
     Args:
-        robots: how many.
+        robots: number of robots.
         size: of the images, px.
-        seed: of all chance.
+        seed: of all random numbers.
     """
     plan = replace(
         sensor_plan("consumer"),

@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Measures both nodes from outside: a camera process before them, a subscriber behind them."""
+"""Measures both nodes from outside, between a camera process and a subscriber."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ _DETECTOR = "detector: detection"
 
 @dataclass(frozen=True)
 class Offer:
-    """What is played.
+    """Settings of the playback.
 
     Attributes:
         bag: folder of the recording.
@@ -47,7 +47,7 @@ class Offer:
         recorded_hz: rate of the images in the bag.
         rate_hz: to play them at.
         count: how many images.
-        starts: how often the nodes are started; the last time they are measured.
+        starts: number of starts of the nodes; the last one is measured.
     """
 
     bag: Path
@@ -61,17 +61,17 @@ class Offer:
 
 @dataclass
 class Live:
-    """What was measured.
+    """Measurements of both nodes.
 
     Attributes:
-        samples_ms: what each stage took for each image, by node.
-        offered: images that the camera sent in the time of the measurement.
-        processed: of these, those that the detector looked at.
-        seconds: that the camera took to send them.
+        samples_ms: duration of each stage for each image, by node.
+        offered: images that the camera sent during the measurement.
+        processed: images that the detector processed.
+        seconds: duration of sending them.
         to_boxes_ms: from an image's stamp to its boxes' arrival at a subscriber.
         to_position_ms: from an image's stamp to a robot's position's arrival.
         starts_s: from each start of the nodes' process to the first boxes with a robot.
-        processor_s: processor time in the measurement: `nodes`, `camera`, `subscriber`.
+        processor_s: CPU time during the measurement: `nodes`, `camera`, `subscriber`.
         memory_mb: the nodes' process's peak.
         diagnostics: the detector's line at the end.
     """
@@ -89,7 +89,7 @@ class Live:
 
 
 class _Subscriber(Node):  # type: ignore[misc]  # rclpy has no complete types
-    """Hears boxes and positions; keeps those of images in a span of time."""
+    """Subscribes to boxes and positions; keeps those of images in a span of time."""
 
     def __init__(self) -> None:
         super().__init__("benchmark")
@@ -103,12 +103,12 @@ class _Subscriber(Node):  # type: ignore[misc]  # rclpy has no complete types
         self.create_timer(_LOOK_S, self._look)
 
     def look_anew(self) -> None:
-        """Forget that a robot was seen; boxes of images from now on count."""
+        """Reset the detection of a robot; boxes of images from now on count."""
         self.looked_since_ns, self.robot_seen = self.now_ns, False
 
     @property
     def now_ns(self) -> int:
-        """The clock that images are stamped with."""
+        """The clock that stamps images."""
         return int(self.get_clock().now().nanoseconds)
 
     def _look(self) -> None:
@@ -149,7 +149,7 @@ def measure(
     folder: Path,
     report: Callable[[int], None],
 ) -> Live:
-    """Play images into both nodes and return what they took; ROS must be initialised.
+    """Play images into both nodes and return the measurements; ROS must be initialised.
 
     Args:
         offer: what is played.
@@ -159,7 +159,7 @@ def measure(
         report: called with the number of images played.
 
     Raises:
-        RosError: a process ended by itself, or no robot was found; the log's last line says why.
+        RosError: a process ended by itself, or no robot was detected; the log's last line says why.
     """
     log, samples = folder / "nodes.log", folder / "samples.json"
     camera_command = [
@@ -186,7 +186,7 @@ def measure(
                         live = _measure(watch, subscriber, pair, camera, offer, report)
                 watch.processes = [camera]
         if not samples.is_file():
-            raise RosError(f"the nodes did not end well; {watch.last_line()}")
+            raise RosError(f"the nodes did not end cleanly; {watch.last_line()}")
         live.samples_ms = json.loads(samples.read_text(encoding="utf-8"))
     finally:
         executor.shutdown()
@@ -195,9 +195,10 @@ def measure(
 
 
 def _subscriber() -> _Subscriber:
-    """Return it as another process of the shipped profile: announced twice a second.
+    """Return a subscriber process with the shipped profile, announced twice a second.
 
-    The nodes, which do not have that profile, would else find it up to 3 s late (see the profile).
+    The nodes, which do not have that profile, would otherwise discover it up to 3 s late (see the
+    profile).
     """
     chosen = use_large_data_profile()
     try:
@@ -208,9 +209,9 @@ def _subscriber() -> _Subscriber:
 
 
 def _wait_for_a_robot(watch: Watch, subscriber: _Subscriber) -> None:
-    """Wait for boxes, and note how long it took."""
+    """Wait for boxes, and record how long it took."""
     started = time.monotonic()
-    watch.until(lambda: subscriber.robot_seen, "no robot was found in any image")
+    watch.until(lambda: subscriber.robot_seen, "no robot was detected in any image")
     subscriber.live.starts_s.append(time.monotonic() - started)
 
 

@@ -1,8 +1,8 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""A short recording as an endless one: played forward, then backward, with stamps that go on.
+"""Makes a short recording endless: played forward and backward in turn, with increasing stamps.
 
-Backward after forward, nothing jumps: the drone and its robots only turn round.
+Reversing causes no jumps: the drone and its robots only turn around.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ class Entry:
     """One recorded message.
 
     Attributes:
-        recorded: as it was read.
+        recorded: the original message.
         at_ns: its stamp, or its arrival where it has none, since the first image, ns.
         delay_ns: from then to its arrival.
         stamped: whether it begins with a header.
@@ -60,8 +60,8 @@ class Moment:
     """A message to publish.
 
     Attributes:
-        due_ns: when, since the beginning, ns.
-        stamp_ns: its stamp, since the beginning, ns.
+        due_ns: time of publication since the start, ns.
+        stamp_ns: its stamp since the start, ns.
         entry: what.
     """
 
@@ -76,14 +76,14 @@ class Loop:
     Args:
         bag: open.
         topics: absolute names to play.
-        images: the one of them with the images.
+        images: the topic of the images.
 
     Attributes:
         images: how many different ones there are.
         rate_hz: of the images.
 
     Raises:
-        InputError: fewer than two images, or messages that cannot be stamped anew.
+        InputError: fewer than two images, or messages that cannot be restamped.
     """
 
     def __init__(self, bag: BagReader, topics: Collection[str], images: str) -> None:
@@ -107,7 +107,7 @@ class Loop:
         return moment.entry.topic == self._image_topic
 
     def moments(self) -> Iterator[Moment]:
-        """Yield what to publish, for ever."""
+        """Yield the messages to publish, endlessly."""
         length = self._last - self._first
         there = [(entry.at_ns - self._first, entry) for entry in self._entries]
         back = [(2 * length - at, entry) for at, entry in there if 0 < at < length]

@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""What the machine is, and what a process takes of it (Linux; elsewhere figures are missing)."""
+"""The machine's description, and a process's resources (Linux; elsewhere figures are missing)."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ def _gpu() -> str:
 
 
 def processor_s(pid: int) -> float:
-    """Return the processor time that a process has used, s; NaN where it is unknown."""
+    """Return the CPU time that a process has used, s; NaN if unknown."""
     text = _text(_PROC / str(pid) / "stat")
     if not text:
         return float("nan")
@@ -62,19 +62,19 @@ def processor_s(pid: int) -> float:
 
 
 def peak_memory_mb(pid: int) -> float:
-    """Return the most memory that a process has had at once, MB; NaN where it is unknown."""
+    """Return the peak memory of a process, MB; NaN if unknown."""
     return _status_mb(pid, "VmHWM")
 
 
 def own_memory_mb(pid: int) -> float:
-    """Return a process's resident memory, MB, but for shared memory; NaN where it is unknown."""
+    """Return a process's resident memory without shared memory, MB; NaN if unknown."""
     return _status_mb(pid, "RssAnon") + _status_mb(pid, "RssFile")
 
 
 def shared_memory_mb(pid: int) -> float:
-    """Return the shared memory that a process has touched, MB; NaN where it is unknown.
+    """Return the shared memory that a process has touched, MB; NaN if unknown.
 
-    Every process that maps it counts it, and it is there once.
+    Every process that maps it counts it, although it exists once.
     """
     return _status_mb(pid, "RssShmem")
 
@@ -93,13 +93,13 @@ def segments_mb(pid: int) -> float:
 
 
 def threads(pid: int) -> int:
-    """Return how many threads a process has; 0 where it is unknown."""
+    """Return how many threads a process has; 0 if unknown."""
     match = re.search(r"^Threads:\s*(\d+)", _text(_PROC / str(pid) / "status"), re.MULTILINE)
     return int(match.group(1)) if match else 0
 
 
 def descriptors(pid: int) -> int:
-    """Return how many files and sockets a process has open; 0 where it is unknown."""
+    """Return how many files and sockets a process has open; 0 if unknown."""
     try:
         return sum(1 for _ in (_PROC / str(pid) / "fd").iterdir())
     except OSError:
@@ -138,7 +138,7 @@ class Power:
             self._thread.start()
 
     def end(self) -> dict[str, float]:
-        """Return the mean power in W by where it was read; empty where it is unknown."""
+        """Return the mean power in W by sensor; empty if unknown."""
         self._end.set()
         seconds = time.monotonic() - self._started
         found = {}

@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""The pipeline in one process, as fast as it goes: image message in, position messages out."""
+"""The pipeline in one process, as fast as possible: image messages in, position messages out."""
 
 from __future__ import annotations
 
@@ -24,17 +24,17 @@ from aerial_gnss_ros.detection.images import decode
 from aerial_gnss_ros.simulation.sensors import START_NS
 
 WARM_UP = 10
-"""Images before those that count: buffers and caches are made."""
+"""Number of images before the measurement, to fill buffers and caches."""
 
 
 @dataclass
 class Run:
-    """What was measured.
+    """Measurements of one run.
 
     Attributes:
-        samples_ms: what each stage took for each image.
+        samples_ms: duration of each stage for each image.
         wall_s: all stages of all images together, s.
-        processor_s: the same, of all cores.
+        processor_s: CPU time of all cores, s.
         images: how many.
         positions: published in all.
     """
@@ -46,7 +46,7 @@ class Run:
     positions: int = 0
 
     def add(self, stage: str, milliseconds: float) -> None:
-        """Take what a stage took for one image."""
+        """Add the duration of a stage for one image."""
         self.samples_ms.setdefault(stage, []).append(milliseconds)
 
 
@@ -54,9 +54,9 @@ class OneProcess:
     """The whole pipeline without nodes.
 
     Args:
-        plan: which topic feeds what.
-        estimator: that is driven.
-        detector: finds the boxes.
+        plan: topics of the inputs.
+        estimator: to drive.
+        detector: detects the boxes.
         serialise: makes a message of type and fields, and bytes of it.
     """
 
@@ -73,7 +73,7 @@ class OneProcess:
         self._estimate_ms = 0.0
 
     def run(self, loop: Loop, images: int, report: Callable[[int], None]) -> Run:
-        """Work on so many images after a warm-up, and return what it took."""
+        """Process some images after a warm-up, and return the measurements."""
         done = -WARM_UP
         for moment in loop.moments():
             message = moment.entry.message(START_NS + moment.stamp_ns)  # reading does not count
@@ -137,7 +137,7 @@ class OneProcess:
 def plan_and_estimator(
     bag: BagReader, config: EstimatorConfig, image_topic: str
 ) -> tuple[Plan, Estimator]:
-    """Return which topics of a bag are played, and an estimator that they feed.
+    """Return the topics to play from a bag, and the estimator that they feed.
 
     Raises:
         InputError: a topic is missing or has another type.

@@ -4,7 +4,7 @@
 
     python3 -m aerial_gnss_ros.benchmarking.pair --samples FILE --ros-args -p search.mode:=roi
 
-SIGUSR1 begins the count anew.
+SIGUSR1 restarts the measurement.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Processes that a benchmark runs beside itself, and waiting for what they do."""
+"""Runs and watches a benchmark's other processes."""
 
 from __future__ import annotations
 
@@ -44,10 +44,10 @@ class Watch:
         report(seconds)
 
     def until(self, true: Callable[[], bool], otherwise: str) -> None:
-        """Spin until something is so.
+        """Spin until a condition is true.
 
         Raises:
-            RosError: a process ended, or it was not so for a minute.
+            RosError: a process ended, or the condition was false for a minute.
         """
         start = time.monotonic()
         while not true():

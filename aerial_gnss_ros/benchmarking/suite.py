@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""All runs of a benchmark: both ways through the pipeline for one flight and one way to search."""
+"""All runs of a benchmark: with and without nodes, for a flight and a search mode."""
 
 from __future__ import annotations
 
@@ -39,14 +39,14 @@ Progress = Callable[[str, int], AbstractContextManager[Callable[[int], None]]]
 
 @dataclass(frozen=True)
 class Setting:
-    """What all runs share.
+    """Settings common to all runs.
 
     Attributes:
-        frames: images a run.
+        frames: images per run.
         rate_hz: of the images through the nodes.
         params: parameter files.
-        given: the detector's parameters on top of them.
-        starts: how often the nodes are started, each time.
+        given: further parameters of the detector.
+        starts: number of starts of the nodes in each run.
     """
 
     frames: int
@@ -69,7 +69,7 @@ class Suite:
     """Runs the pipeline over one recording.
 
     Args:
-        setting: what all runs share.
+        setting: common to all runs.
         bag: the recording; an open one with raw or compressed images.
         progress: shows how far a run is.
 
@@ -103,7 +103,7 @@ class Suite:
         """Return the figures through both nodes.
 
         Raises:
-            RosError: a node ended by itself or found nothing.
+            RosError: a node ended by itself or detected nothing.
         """
         setting = self._setting
         compressed = self.images.endswith("/compressed")
@@ -127,7 +127,7 @@ class Suite:
         return live_figures(live) | {"power": watts}
 
     def compared(self, model: str, *, allow_pickle: bool) -> Figures:
-        """Return what ultralytics takes for some images, and what we take, looking at all of each.
+        """Return the durations of ultralytics and of this package in full mode for some images.
 
         Raises:
             AerialGnssError: the model cannot be used, or ultralytics is not installed.
@@ -156,7 +156,7 @@ class Suite:
 
 
 def _times(detector: Detector, images: Sequence[Any]) -> list[float]:
-    """Return milliseconds for each image after a few that do not count."""
+    """Return milliseconds for each image after a warm-up."""
     for image in images[:_TRIED]:
         detector.detect(image)
     times = []
@@ -168,7 +168,7 @@ def _times(detector: Detector, images: Sequence[Any]) -> list[float]:
 
 
 def costs(runs: Sequence[Figures]) -> list[Figures]:
-    """Return for each way to search what one more robot costs, where runs with two numbers are."""
+    """Return the cost of one more robot by search mode, from runs with two numbers of robots."""
     found = []
     known = [run for run in runs if run["robots"] is not None]
     for search in dict.fromkeys(run["search"] for run in known):
@@ -184,9 +184,9 @@ def costs(runs: Sequence[Figures]) -> list[Figures]:
 
 
 def try_comparison(suite: Suite, model: str | None, *, allow_pickle: bool) -> Figures:
-    """Return the comparison with ultralytics, or why there is none."""
+    """Return the comparison with ultralytics, or the reason why there is none."""
     if not model:
-        return {"skipped": "not asked for: give --compare MODEL.pt"}
+        return {"skipped": "not requested: give --compare MODEL.pt"}
     try:
         return suite.compared(model, allow_pickle=allow_pickle)
     except AerialGnssError as error:

@@ -17,31 +17,32 @@ from aerial_gnss_ros.simulation.props import random_prop
 Array = NDArray[np.float64]
 
 ROBOT_M = 0.65
-"""Between a robot's middle and any other thing; its flippers reach 0.54 m, and see `_GRID_M`."""
+"""Least distance between a robot's centre and any other object, m; flippers reach 0.54 m, see also
+`_GRID_M`."""
 APART_M = 0.2
-"""Between two things."""
+"""Least gap between two objects, m."""
 LEAST_SHARE = 0.3
-"""Of the moments at which the best place is in view: places seen less are left empty."""
+"""Least visibility of a position, as a share of that of the best one."""
 _GRID_M = 0.1
-"""To which paths are rounded: nothing needs the same water twice."""
+"""Grid to which paths are rounded, m, so that positions are not tested twice."""
 
 
 def place_things(
     flight: Flight, camera: CameraModel, count: int, paths: Array, rng: np.random.Generator
 ) -> tuple[Mesh, ...]:
-    """Return things afloat, fewer than asked for where there is no room.
+    """Return floating objects, fewer than requested if there is no room.
 
-    Each is drawn once: one that has no room anywhere is left out, not replaced by a smaller one.
+    Each is drawn once: one without room is left out, not replaced by a smaller one.
 
     Args:
         flight: true motion of the camera.
         camera: lens and image size.
-        count: how many.
+        count: number of objects.
         paths: (n, 2) East, North of all robots at all times, m.
-        rng: where the chance comes from.
+        rng: random numbers.
 
     Raises:
-        InputError: the camera never looks at water that is near enough.
+        InputError: the camera never sees water close enough.
     """
     if count == 0:
         return ()
@@ -65,7 +66,7 @@ def place_things(
 
 
 def outline(thing: Mesh) -> Array:
-    """Return the convex outline (n, 2) of a thing seen from straight above, counter-clockwise."""
+    """Return the convex outline (n, 2) of an object from above, counter-clockwise."""
     hull = cv2.convexHull(thing.vertices[:, :2].astype(np.float32), clockwise=False)
     return np.asarray(hull.reshape(-1, 2), dtype=np.float64)
 
@@ -73,7 +74,7 @@ def outline(thing: Mesh) -> Array:
 def gaps(shape: Array, points: Array) -> Array:
     """Return how far points (n, 2) are outside an outline, m (n,); negative within.
 
-    Never more than the true distance, and less off corners: see `_beyond`.
+    It is at most the true distance, and less near corners: see `_beyond`.
     """
     return np.asarray(_beyond(shape, points).max(axis=1))
 
@@ -81,8 +82,8 @@ def gaps(shape: Array, points: Array) -> Array:
 def apart(one: Array, other: Array) -> float:
     """Return the gap between two outlines, m: at most the true one, negative where they overlap.
 
-    Two convex outlines that do not overlap are parted by the line through a side of one of them
-    (the separating axis theorem).
+    Two convex outlines that do not overlap are separated by the line through a side of one of them
+    (separating axis theorem).
     """
     lines = (_beyond(one, other), _beyond(other, one))
     return float(max(beyond.min(axis=0).max() for beyond in lines))

@@ -61,9 +61,10 @@ def write_bag(
     Args:
         path: the bag's folder, which must not exist.
         experiment: the flight.
-        scene: how the place looks; None: no images, but the `detections` of a simulated detector.
+        scene: appearance of the scene; None: no images, but the `detections` of a simulated
+            detector.
         images: `jpeg` (CompressedImage) or `raw` (Image, the bag zstd-compressed).
-        scenario: what was simulated, recorded as JSON on `truth/scenario`.
+        scenario: description of the simulation, recorded as JSON on `truth/scenario`.
         workers: rendering processes; 0 renders in this one.
         report: called with the number of images done.
         version: of the bag's files, see `BagWriter`.
@@ -220,7 +221,7 @@ def _true_boxes(frame: Frame, boxes: Boxes) -> _Message:
 
 
 def _labels(frame: Frame, labels: list[RobotLabel]) -> _Message:
-    """All robots of which anything is in the image, those too faint or cut off for a box too."""
+    """All robots that are partly in the image, including those too faint or truncated for a box."""
     robots = [{"robot_id": label.robot_id, **label.figures()} for label in labels]
     values = {"data": json.dumps({"stamp_ns": frame.stamp_ns, "robots": robots})}
     return _message(frame.log_ns, "truth/labels", "std_msgs/msg/String", values, reliable=True)

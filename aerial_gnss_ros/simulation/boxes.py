@@ -17,7 +17,7 @@ from aerial_gnss_ros.simulation.view import ViewPose, project_points
 Array = NDArray[np.float64]
 
 DEEPEST_SEEN_M = 0.6
-"""Robots deeper than this have no box: in most waters too little of them is seen from above."""
+"""Depth below which robots have no box, m: in most waters they are hardly visible from above."""
 
 _CORNERS = 0.5 * np.array(
     [[x, y, z] for x in (-LENGTH, LENGTH) for y in (-WIDTH, WIDTH) for z in (-HEIGHT, HEIGHT)]
@@ -26,13 +26,12 @@ _CORNERS = 0.5 * np.array(
 
 @dataclass(frozen=True)
 class Boxes:
-    """True boxes of the robots that are seen in one image.
+    """True boxes of the robots visible in one image.
 
     Attributes:
         names: n robots.
         class_names: n names of their classes.
-        centers: (n, 2) px; here the projected middles of the bodies, in rendered images those of
-            the boxes.
+        centers: (n, 2) px; here of the projected bodies, in rendered images of the boxes.
         sizes: (n, 2) width and height, px.
     """
 
@@ -48,8 +47,8 @@ class DetectorPlan:
 
     Attributes:
         center_px: one sigma of a box's centre, each axis, px.
-        missed: probability that a robot in view is not found.
-        false_per_image: mean number of boxes where there is nothing.
+        missed: probability that a robot in view is not detected.
+        false_per_image: mean number of false boxes.
     """
 
     center_px: float = 2.0
@@ -65,7 +64,7 @@ def projected_boxes(
     positions: Array,
     courses: Array,
 ) -> Boxes:
-    """Return the boxes of the robots whose middle is in the image and not too deep.
+    """Return the boxes of the robots whose centre is in the image and not too deep.
 
     Args:
         camera: lens and image size.
@@ -84,7 +83,7 @@ def projected_boxes(
     corners[..., 2] += _CORNERS[:, 2]
     pixels, _ = project_points(camera, pose, corners.reshape(-1, 3))
     pixels = pixels.reshape(len(index), len(_CORNERS), 2)
-    # A corner beyond the lens model counts as the middle: the box is cut there.
+    # A corner beyond the lens model is replaced by the centre: the box is truncated there.
     pixels = np.where(np.isfinite(pixels), pixels, middles[index, None, :])
     return Boxes(
         tuple(names[i] for i in index),
@@ -103,7 +102,7 @@ def detected(
     frame_id: str,
     rng: np.random.Generator,
 ) -> DetectionFrame:
-    """Return what a detector with stated errors finds in an image, best score first."""
+    """Return the boxes of a detector with stated errors in an image, best score first."""
     count, size = len(boxes.names), np.array([camera.width, camera.height], dtype=np.float64)
     noise = plan.center_px * rng.standard_normal((count, 2))
     found = rng.random(count) >= plan.missed

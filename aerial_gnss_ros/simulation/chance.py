@@ -14,7 +14,7 @@ Array = NDArray[np.float64]
 
 
 def generator(seed: int, name: str) -> np.random.Generator:
-    """Return a random stream of its own for each name: more of one changes nothing in another."""
+    """Return an independent random stream for each name."""
     return np.random.default_rng([seed, zlib.crc32(name.encode())])
 
 
@@ -46,8 +46,8 @@ class Wander:
 class Drift:
     """A first-order Gauss-Markov process: a slow sensor error.
 
-    It begins in its steady state, so that its standard deviation is the same at every time, and
-    its correlation falls as exp(-|dt| / correlation time).
+    It starts in its steady state, so its standard deviation is constant, and its correlation falls
+    as exp(-|dt| / correlation time).
     """
 
     STEP_S = 0.1
@@ -66,8 +66,8 @@ class Drift:
             rng: where the chance comes from.
             sigma: standard deviation, any unit.
             correlation_time_s: s; infinite for a constant.
-            start_s: first time that will be asked for, s.
-            end_s: last one, s.
+            start_s: first time needed, s.
+            end_s: last time, s.
         """
         n = max(2, math.ceil((end_s - start_s) / self.STEP_S) + 2)
         self._times = start_s + self.STEP_S * np.arange(n)

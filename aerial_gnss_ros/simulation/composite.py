@@ -33,7 +33,7 @@ def slices(inner: Window, outer: Window) -> tuple[slice, slice]:
 
 
 def paint_above(planes: list[F32], layer: Layer, area: Window) -> None:
-    """Puts the parts over water before planes of light that cover `area`."""
+    """Composites the parts above water over planes of light that cover `area`."""
     overlap = layer.window.clipped(area)
     if overlap is None:
         return
@@ -43,7 +43,7 @@ def paint_above(planes: list[F32], layer: Layer, area: Window) -> None:
 
 
 def paint_below(glow: list[F32], layer: Layer, area: Window) -> None:
-    """Puts the parts under water into the water's glow; deep ones hide less (Beer, Lambert)."""
+    """Composites parts under water into the water's glow; deep ones hide less (Beer-Lambert)."""
     overlap = layer.window.clipped(area)
     if overlap is None:
         return

@@ -20,10 +20,10 @@ from aerial_gnss_ros.simulation.workers import shared
 
 CLASS_NAMES = ("aqua",)
 SCENE_IMAGES = 5
-"""Images made of one random scene: making waves and clouds costs more than a crop."""
+"""Number of images per random scene: generating waves and clouds costs more than a crop."""
 _KILLED = (
-    "a process that renders was killed, as the system does when memory runs out; try again with "
-    "fewer --processes."
+    "a rendering process was killed, probably because memory ran out; try again with fewer "
+    "--processes."
 )
 ABOUT = ("height_m", "tilt_deg", "wind_mps", "sun_elevation_deg", "sun_light")
 META = (
@@ -44,9 +44,9 @@ def generate(
     convention; the boxes in meta.csv are OpenCV's, where the first pixel's centre is 0).
 
     Args:
-        folder: Must not exist; it appears when everything is written.
+        folder: Must not exist; it is created when everything is written.
         config: What to make.
-        processes: How many processes share the work; does not change the result.
+        processes: Number of worker processes; does not change the result.
         progress: Called with images done and in total.
 
     Raises:
@@ -54,7 +54,7 @@ def generate(
         ConfigError: If a count is negative or a crop too small or large.
     """
     if folder.exists():
-        raise OutputError(f"{folder} exists already: name a folder that does not")
+        raise OutputError(f"{folder} already exists: give a new folder")
     if min(config.counts.values(), default=0) < 0:
         raise ConfigError(f"counts are {config.counts}: they must not be negative")
     if config.size is not None and not (32 <= min(config.size) <= max(config.size) <= 720):
@@ -107,7 +107,8 @@ def _run(job: _Job) -> tuple[list[list[object]], int]:
     """Makes the images of one scene; rows of meta.csv and the number of images."""
     rng = np.random.default_rng([job.config.seed, job.stream, job.first])
     rows: list[list[object]] = []
-    # The quality is drawn apart, so that one more number in a picture does not change the rest.
+    # The quality is drawn from its own stream, so that another draw in an image does not change the
+    # rest.
     qualities = rng.spawn(1)[0].integers(45, 97, job.count)
     for i, sample in enumerate(sample_source(job.config).samples(rng, job.count)):
         name = f"{job.split}_{job.first + i:06d}"

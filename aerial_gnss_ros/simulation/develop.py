@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Develops linear light into an 8-bit picture: exposure, colour, tone curve, blur, noise."""
+"""Converts linear light to an 8-bit image: exposure, colour, tone curve, blur, noise."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _NOISE_SIZE = 512
 
 def _tone_curve() -> U8:
     x = np.arange(_LUT_STEPS) / (_LUT_STEPS - 1) * LUT_RANGE
-    # Linear up to one half, then a shoulder that lets highlights roll off.
+    # Linear up to one half, then a shoulder that compresses highlights.
     y = np.where(x < 0.5, x, 0.5 + 0.5 * (1.0 - np.exp(-(x - 0.5) / 0.5)))
     srgb = np.where(y < 0.0031308, 12.92 * y, 1.055 * np.maximum(y, 1e-9) ** (1 / 2.4) - 0.055)
     return np.round(np.clip(srgb, 0.0, 1.0) * 255.0).astype(np.uint8)
@@ -46,7 +46,7 @@ class Developer:
         """Exposure for a coarse rendering (three planes) of the whole picture."""
         luma = 0.0722 * coarse[0] + 0.7152 * coarse[1] + 0.2126 * coarse[2]
         mean = float(np.exp(np.log(np.maximum(luma, 1e-3)).mean()))
-        # A camera meters the bright parts too: it does not let a third of the picture burn out.
+        # A camera also meters the bright parts: it does not overexpose a third of the image.
         bright = float(np.quantile(luma, 0.85))
         return self._scene.exposure * min(TARGET / mean, 0.95 / max(bright, 1e-3))
 

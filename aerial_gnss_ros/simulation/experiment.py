@@ -44,9 +44,9 @@ Array = NDArray[np.float64]
 
 CAMERA_FRAME = "camera"
 LEAD_S = 1.0
-"""Telemetry begins and ends this long before and after the images: each is bracketed."""
+"""Time of telemetry before and after the images, so that each is bracketed, s."""
 FIELD_OF_VIEW = math.radians(73.7)
-"""Across the image: 24 mm equivalent, as on most small camera drones."""
+"""Horizontal field of view: 24 mm equivalent, as on most small camera drones."""
 DISTORTION = (-0.045, 0.018, 4e-4, -3e-4, -0.004)
 
 
@@ -71,7 +71,7 @@ def default_camera(width: int, height: int, field_of_view: float = FIELD_OF_VIEW
 
 @dataclass(frozen=True)
 class CameraClock:
-    """When images are taken and when they arrive.
+    """Times at which images are taken and arrive.
 
     Attributes:
         rate_hz: images a second.
@@ -119,12 +119,13 @@ class Experiment:
         sensors_plan: rates, latencies, noise.
         clock: of the camera.
         robots: number of robots, where `places` is None.
-        places: (n, 2) East, North where the robots start, m; None: where the camera sees water.
+        places: (n, 2) East, North start positions of the robots, m; None: where the camera sees
+            water.
         swim: how they move.
         detector: errors of the simulated detector.
-        distractors: how many other things are to float where the camera sees water, for rendering;
-            `props` are those for which there is room clear of the robots.
-        seed: of all chance.
+        distractors: number of other objects to float in view, for rendering; `props` are those with
+            room clear of the robots.
+        seed: of all random numbers.
     """
 
     flight: Flight
@@ -151,13 +152,13 @@ class Experiment:
         self.sensors = Sensors(self.flight, self.sensors_plan, self.seed, *self._span)
 
     def _props(self) -> tuple[Mesh, ...]:
-        """Return them where no robot comes on the whole flight."""
+        """Return the distractors, placed clear of the robots' paths."""
         rng = generator(self.seed, "distractors")
         swum = self.swarm.positions(np.arange(*self._span, STEP_S))[..., :2].reshape(-1, 2)
         return place_things(self.flight, self.camera, self.distractors, swum, rng)
 
     def frames(self) -> list[Frame]:
-        """Return all images to be, in the order of their stamps."""
+        """Return all images in the order of their stamps."""
         at = ticks(self.clock.rate_hz, 0.0, self.flight.duration_s)
         if len(at.t) > 1 and at.t[-1] > self.flight.duration_s - 0.5 / self.clock.rate_hz:
             at = Ticks(at.stamps_ns[:-1], at.t[:-1])  # a minute at 10 Hz is 600 images
@@ -176,7 +177,7 @@ class Experiment:
         ]
 
     def states(self, frame: Frame) -> list[RobotState]:
-        """Return the robots as that image shows them."""
+        """Return the robots as an image shows them."""
         return self.swarm.states(frame.t)
 
     def projected(self, frame: Frame) -> Boxes:
@@ -192,7 +193,7 @@ class Experiment:
         )
 
     def detections(self) -> Iterator[tuple[Frame, Boxes, DetectionFrame]]:
-        """Yield every image's true boxes and what the simulated detector makes of them."""
+        """Yield every image's true boxes and the simulated detector's boxes."""
         rng = generator(self.seed, "detector")
         for frame in self.frames():
             boxes = self.projected(frame)
@@ -217,7 +218,7 @@ class Experiment:
             )
 
     def true_pose(self, frame: Frame) -> CameraPose:
-        """Return the camera's true pose as the core's geometry takes it."""
+        """Return the camera's true pose for the core's geometry."""
         position = frame.pose.position
         latitude, longitude, altitude = geodetic(self.flight.origin, position)
         return CameraPose(

@@ -14,23 +14,23 @@ from aerial_gnss_ros.simulation.sensors import Sensors
 Sample = Fix | Orientation | Scalar
 
 EARTH_REFERENCED = (Input.FIX, Input.GIMBAL, Input.HEIGHT)
-"""What the pose of an earth-referenced gimbal without a lever arm needs."""
+"""Inputs that the pose of an earth-referenced gimbal without a lever arm needs."""
 
 
 class Receiver(Protocol):
     """Receives telemetry: an estimator or a calibration's recording."""
 
     def add_fix(self, fix: Fix) -> None:
-        """Take a position of the drone."""
+        """Add a position of the drone."""
 
     def add_attitude(self, attitude: Orientation) -> None:
-        """Take an orientation of the body."""
+        """Add an orientation of the body."""
 
     def add_gimbal(self, gimbal: Orientation) -> None:
-        """Take an orientation of the camera."""
+        """Add an orientation of the camera."""
 
     def add_height(self, height: Scalar) -> None:
-        """Take a height of the drone."""
+        """Add a height of the drone."""
 
 
 def telemetry(
@@ -40,8 +40,8 @@ def telemetry(
 
     Args:
         sensors: of the flight.
-        inputs: which of them.
-        true: without errors.
+        inputs: names of the inputs.
+        true: whether to omit errors.
     """
     sources: dict[Input, Callable[[bool], Iterator[Sample]]] = {
         Input.FIX: sensors.fixes,
@@ -55,7 +55,7 @@ def telemetry(
 
 
 def deliver(receiver: Receiver, source: Input, sample: Sample) -> None:
-    """Give one sample to the method that takes it."""
+    """Pass one sample to its method of the receiver."""
     getattr(receiver, f"add_{source.value}")(sample)
 
 
@@ -65,13 +65,13 @@ def feed(
     inputs: tuple[Input, ...] = EARTH_REFERENCED,
     true: bool = False,
 ) -> None:
-    """Give the telemetry of a whole flight to an estimator.
+    """Feed the telemetry of a whole flight to an estimator.
 
     Args:
         receiver: the estimator.
         sensors: of the flight.
         inputs: which of them; the order does not matter to the estimator.
-        true: without errors.
+        true: whether to omit errors.
     """
     for source, sample in telemetry(sensors, inputs, true):
         deliver(receiver, source, sample)

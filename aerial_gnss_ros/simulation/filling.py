@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Fills random views with robots and other things, for training and testing detectors."""
+"""Fills random views with robots and other objects, for training and testing detectors."""
 
 from __future__ import annotations
 
@@ -59,12 +59,12 @@ def random_stage(
         main = water_point(camera, pose, view.pixel)
         robots = _random_robots(rng, camera, pose, window, main, variety)
     elif size is not None and rng.random() < 0.5:
-        # Empty windows anywhere, the horizon and the sky included.
+        # Empty windows may be anywhere, including horizon and sky.
         room = (camera.width - size[0] + 1, camera.height - size[1] + 1)
         corner = rng.integers((0, 0), room)
         window = Window(int(corner[0]), int(corner[1]), *size)
     props = _random_props(rng, camera, pose, window, robots, variety.distractors, PROPS)
-    if variety.flotsam:  # asked first, so that seeds from before it was there give what they gave
+    if variety.flotsam:  # drawn first, so that older seeds keep their results
         props += _random_props(rng, camera, pose, window, robots, variety.flotsam, KINDS)
     return Stage(camera, pose, window, robots, props, view.height, view.tilt)
 
@@ -114,7 +114,7 @@ def _random_paint(rng: np.random.Generator) -> Paint:
 
 
 def _some(rng: np.random.Generator, mean: float) -> int:
-    """A number of things: often none, now and then many (geometric, cut)."""
+    """A random number of objects: often 0, sometimes many (geometric, clipped)."""
     return min(_MOST, int(rng.geometric(1.0 / (1.0 + mean))) - 1)
 
 

@@ -3,8 +3,8 @@
 """True motion of the simulated drone: hover, orbit or transit, with body and camera.
 
 The world of a simulated flight is a flat chart: East and North of the origin on the water, z the
-height above it. Latitude and longitude follow from the tangent plane at the origin; a kilometre
-away the chart's axes are turned by 0.1 mrad against true East and North, so keep flights shorter.
+height above it. Latitude and longitude follow from the tangent plane at the origin; at a kilometre
+the chart's axes deviate by 0.1 mrad from true East and North, so keep flights shorter.
 """
 
 from __future__ import annotations
@@ -27,11 +27,11 @@ Array = NDArray[np.float64]
 
 GRAVITY = 9.81
 DRAG_PER_S = 0.3
-"""Air drag of a small multicopter per mass and airspeed, 1/s: 5 m/s leans it by 9 deg."""
+"""Air drag of a small multicopter per mass and airspeed, 1/s: at 5 m/s it leans by 9 deg."""
 HOLETOWN = MapDatum(math.radians(13.1939), math.radians(-59.6415), -40.0)
-"""Where the paper's robots swam; the water stands about 40 m below the ellipsoid there."""
+"""Site of the paper's trials; the water is about 40 m below the ellipsoid there."""
 NADIR_TILT = math.radians(80.0)
-"""Steeper than this the gimbal holds its pitch: following a point below would spin its yaw."""
+"""Tilt above which the gimbal holds its pitch, rad: following a point below would spin its yaw."""
 KINDS = ("hover", "orbit", "transit")
 
 
@@ -55,7 +55,7 @@ class Motion:
 
 
 class Flight(Protocol):
-    """A true flight; `sample` may be asked for times a little before 0 and after the end."""
+    """A true flight; `sample` accepts times a little before 0 and after the end."""
 
     @property
     def origin(self) -> MapDatum:
@@ -67,7 +67,7 @@ class Flight(Protocol):
 
     @property
     def words(self) -> str:
-        """What the flight is, in words."""
+        """Description of the flight in words."""
 
     def sample(self, t: ArrayLike) -> Motion:
         """Return the true motion at times (n,) in s since the start."""
@@ -75,16 +75,16 @@ class Flight(Protocol):
 
 @dataclass(frozen=True)
 class FlightPlan:
-    """Parameters of a generated flight round a point on the water, the origin of the chart.
+    """Parameters of a generated flight around a point on the water, the origin of the chart.
 
     Attributes:
-        kind: hover, orbit or transit (legs to and fro past the point).
+        kind: hover, orbit or transit (legs back and forth past the point).
         duration_s: s.
         height_m: above the water, m.
         tilt: angle below the horizon at which the camera sees the point from the stand-off, rad;
             pi/2 looks straight down.
         stand_off_m: horizontal distance to the point (the orbit's radius; on a transit, of the
-            nearest pass), m; None: where `tilt` puts the point in the middle of the image.
+            nearest pass), m; None: from `tilt`, which then centres the point in the image.
         speed_mps: along the orbit or the transit, m/s.
         leg_m: length of a transit's leg, m; None: twice the height, at least 30 m.
         track: True: the gimbal follows the point; False: it keeps the angle `tilt`.
@@ -168,7 +168,7 @@ class GeneratedFlight:
 
     @property
     def words(self) -> str:
-        """What the flight is, in words."""
+        """Description of the flight in words."""
         plan = self.plan
         how = {
             "hover": f"hover {plan.stand_off:.1f} m beside the robots",
@@ -207,7 +207,7 @@ class GeneratedFlight:
         return -self.plan.stand_off * _direction(self._bearing + rate * t)
 
     def _transit(self, t: Array) -> Array:
-        """To and fro: a triangle wave with round corners."""
+        """Back and forth: a triangle wave with rounded corners."""
         plan, round_off = self.plan, 0.97
         period = 2.0 * plan.leg / max(plan.speed_mps, 1e-6)
         wave = np.arcsin(round_off * np.sin(2.0 * np.pi * (t / period - 0.25)))
@@ -217,7 +217,7 @@ class GeneratedFlight:
         return np.asarray(beside + along[:, None] * self._turn * forward)
 
     def _nose(self, t: Array) -> Array:
-        """Yaw: towards the point, from where the plan has the drone (a drift does not turn it)."""
+        """Yaw: towards the point from the planned position (drift does not turn it)."""
         if self.plan.stand_off < 0.2 * self.plan.height_m:
             yaw = np.full(len(t), self._bearing)
         else:
@@ -226,7 +226,7 @@ class GeneratedFlight:
         return np.asarray(yaw + self._yaw(t))
 
     def _body(self, t: Array, yaw: Array) -> Array:
-        """A multicopter's thrust carries it, accelerates it and holds it against the air."""
+        """Attitude: thrust carries a multicopter, accelerates it and balances air drag."""
         h = 0.05
         before, here, after = (self._position(t + s) for s in (-h, 0.0, h))
         velocity, acceleration = (after - before) / (2 * h), (after - 2 * here + before) / h**2

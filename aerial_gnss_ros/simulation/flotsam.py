@@ -3,8 +3,7 @@
 """Floating objects of random shape and colour.
 
 A detector trained with ten kinds of distractors takes the eleventh for a robot. These belong to no
-kind that could be learnt, so that only the look of a robot remains to be learnt (domain
-randomisation: Tobin et al. 2017).
+kind, so a detector must learn the appearance of robots (domain randomisation: Tobin et al. 2017).
 """
 
 from __future__ import annotations

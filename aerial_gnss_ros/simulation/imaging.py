@@ -27,7 +27,7 @@ from aerial_gnss_ros.simulation.workers import begin
 WORKERS = max(2, min(8, os.cpu_count() or 2))
 """Rendering processes."""
 AHEAD = 4
-"""Images in work or waiting beyond one for each process; this bounds the memory."""
+"""Images in progress or waiting beyond one per process; this bounds the memory."""
 
 
 @dataclass(frozen=True)
@@ -62,7 +62,7 @@ class Studio:
         """Set up.
 
         Args:
-            scene: how the place looks.
+            scene: appearance of the scene.
             camera: lens and image size.
             jpeg_quality: 1 to 100; None for raw pixels.
         """
@@ -93,14 +93,14 @@ def render_all(
     """Yield the rendered pictures in their order; the bytes do not depend on the processes.
 
     Args:
-        pictures: what to render; taken as needed.
-        scene: how the place looks.
+        pictures: what to render, consumed as needed.
+        scene: appearance of the scene.
         camera: lens and image size.
         jpeg_quality: 1 to 100; None for raw pixels.
         workers: processes; 0 renders in this one.
 
     Raises:
-        OutputError: a process died, most likely for want of memory.
+        OutputError: a process died, probably out of memory.
     """
     if workers == 0:
         studio = Studio(scene, camera, jpeg_quality)
@@ -120,8 +120,8 @@ def render_all(
             yield waiting.popleft().result()
     except BrokenProcessPool as error:
         raise OutputError(
-            "a rendering process was ended from outside, most likely for want of memory; choose a "
-            "smaller --size."
+            "a rendering process was killed, probably because memory ran out; choose a smaller "
+            "--size."
         ) from error
     finally:
         pool.shutdown(wait=True, cancel_futures=True)

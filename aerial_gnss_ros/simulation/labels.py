@@ -13,12 +13,12 @@ from numpy.typing import NDArray
 from aerial_gnss_ros.simulation.view import Window
 
 MIN_CONTRAST = 0.06
-"""Robots of less contrast than this do not count when a detector is scored: a person who is not
-told where to look misses many of them among waves (looked at before any detector was trained)."""
+"""Least contrast of robots that count in scoring a detector: a person who does not know where to
+look misses many fainter ones among waves (judged before any detector was trained)."""
 MIN_LONG_PX, MIN_SHORT_PX = 16.0, 8.0
-"""Robots smaller than this are scored apart, by size."""
+"""Least size of robots that count, px; smaller ones are scored separately, by size."""
 MIN_VISIBLE = 0.5
-"""Robots of which less than this share is in the image and not hidden do not count either."""
+"""Least visible share of robots that count."""
 
 
 @dataclass(frozen=True)
@@ -64,16 +64,16 @@ class RobotLabel:
 
     @property
     def clear(self) -> bool:
-        """Whether it can be seen, whatever its size (contrast, visible share)."""
+        """Whether it is visible enough, whatever its size (contrast, visible share)."""
         return self.contrast >= MIN_CONTRAST and self.visible >= MIN_VISIBLE
 
     @property
     def scored(self) -> bool:
-        """Whether a detector is expected to find it (size, contrast, visible share)."""
+        """Whether a detector is expected to detect it (size, contrast, visible share)."""
         return self.clear and self.long_px >= MIN_LONG_PX and self.short_px >= MIN_SHORT_PX
 
     def figures(self) -> dict[str, float]:
-        """What a scorer has to know of it, rounded, by the names of meta.csv's columns."""
+        """Figures for scoring, rounded, by the names of meta.csv's columns."""
         return {
             "scored": int(self.scored),
             "left": round(self.left, 2),
@@ -99,7 +99,7 @@ def box_of_points(
 ) -> tuple[float, float, float, float] | None:
     """Bounds of the convex hull of points clipped to an image (edges at half pixels), or None.
 
-    The hull is clipped, not only its bounds: what leaves the image does not widen the rest.
+    The hull is clipped, not only its bounds, so parts outside the image do not widen the box.
     """
     hull = cv2.convexHull(pixels.astype(np.float32)).reshape(-1, 2).astype(np.float64)
     for axis, limit, keep_above in (

@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Where on the water robots can be placed so that the camera sees them."""
+"""Chooses positions of robots on the water that the camera sees."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ from aerial_gnss_ros.simulation.hexapod import LENGTH
 Array = NDArray[np.float64]
 
 MOMENTS = 24
-"""Times over the flight at which the view is probed."""
+"""Number of times in the flight at which the view is sampled."""
 PER_MOMENT = 60
 MARGIN = 0.1
 """Share of the image at each edge that does not count as in view: robots move and have a size."""
 LEAST_LONG_PX = (24.0, 12.0, 6.0, 2.0)
-"""Places where a robot is at least this long in the image, the first that there are."""
+"""Least lengths of a robot in the image, px, tried in order."""
 
 
 def place_robots(
@@ -33,19 +33,19 @@ def place_robots(
     rng: np.random.Generator,
     apart_m: float = 2.5,
 ) -> Array:
-    """Return places (count, 2) East, North in m that the camera sees during most of the flight.
+    """Return positions (count, 2) East, North in m that the camera sees most of the flight.
 
-    Where it looks straight down throughout, the first is below the middle of the drone's way.
+    If it looks straight down throughout, the first is below the middle of the drone's path.
 
     Args:
         flight: true motion of the camera.
         camera: lens and image size.
         count: how many.
         rng: where the chance comes from.
-        apart_m: least distance between two; less where there is no room.
+        apart_m: least distance between two, m; less if there is no room.
 
     Raises:
-        InputError: the camera never looks at water that is near enough.
+        InputError: the camera never sees water close enough.
     """
     if count == 0:
         return np.zeros((0, 2))
@@ -56,12 +56,12 @@ def place_robots(
 def seen_places(
     flight: Flight, camera: CameraModel, rng: np.random.Generator
 ) -> tuple[Array, Array]:
-    """Return random places (n, 2) of the water that the camera sees, and their shares (n,).
+    """Return random positions (n, 2) on the water in view, and their shares (n,).
 
-    A share is that of the moments of the flight at which the place is well inside the image.
+    A share is that of the sampled times at which the position is well inside the image.
 
     Raises:
-        InputError: the camera never looks at water that is near enough.
+        InputError: the camera never sees water close enough.
     """
     motion = _moments(flight)
     for long_px in LEAST_LONG_PX:
@@ -70,16 +70,15 @@ def seen_places(
         if len(places):
             return places, seen_share(motion, camera, places, reach)
     raise InputError(
-        f"the camera sees no water nearer than {reach:.0f} m during this flight (farther away a "
-        "robot has no pixels); let it look down, choose another piece with --start, or give "
-        "--robot-at."
+        f"the camera sees no water within {reach:.0f} m during this flight (beyond, a robot has "
+        "no pixels); let it look down, choose another part with --start, or give --robot-at."
     )
 
 
 def view_width(flight: Flight, camera: CameraModel) -> float:
-    """Return how much water the image's width covers at its middle, m: the median of the flight.
+    """Return the width of water across the image centre, m: the median over the flight.
 
-    Where the middle sees no water the camera's height stands in for its distance.
+    If the centre is above the horizon, the camera's height replaces its distance.
     """
     motion = _moments(flight)
     height, down = motion.camera[:, 2], -motion.enu_from_camera[:, 2, 0]
@@ -88,7 +87,7 @@ def view_width(flight: Flight, camera: CameraModel) -> float:
 
 
 def seen_share(motion: Motion, camera: CameraModel, places: Array, reach_m: float) -> Array:
-    """Return the share (n,) of the moments at which places (n, 2) are well inside the image."""
+    """Return the share (n,) of times at which positions (n, 2) are well inside the image."""
     points = np.column_stack([places, np.zeros(len(places))])
     inset = MARGIN * np.array([camera.width, camera.height])
     limit = np.array([camera.width, camera.height]) - inset
@@ -105,7 +104,7 @@ def seen_share(motion: Motion, camera: CameraModel, places: Array, reach_m: floa
 def _seen_water(
     motion: Motion, camera: CameraModel, reach_m: float, rng: np.random.Generator
 ) -> Array:
-    """Return points (n, 2) of the water under random pixels of the inner image at each moment."""
+    """Return points (n, 2) on the water at random pixels of the inner image at each time."""
     size = np.array([camera.width, camera.height])
     found = []
     for position, rotation in zip(motion.camera, motion.enu_from_camera, strict=True):
@@ -124,7 +123,7 @@ def _moments(flight: Flight) -> Motion:
 
 
 def _below(motion: Motion) -> list[Array]:
-    """Return the place below the middle of the drone's way if the camera looks straight down."""
+    """Return the point below the middle of the drone's path if the camera looks straight down."""
     steepness = -motion.enu_from_camera[:, 2, 0]
     if steepness.min() < math.sin(NADIR_TILT):
         return []
@@ -139,7 +138,7 @@ def _spread(
     rng: np.random.Generator,
     first: list[Array],
 ) -> Array:
-    """Choose places at random among the most seen, apart from one another and from the first."""
+    """Choose random positions among the most visible, apart from one another and the first."""
     good = places[shares >= 0.9 * shares.max()]
     order = rng.permutation(len(good))
     chosen = list(first)
@@ -151,6 +150,6 @@ def _spread(
                 break
         else:
             spacing *= 0.7
-            if spacing < 1e-3:  # more robots than places: they share them
+            if spacing < 1e-3:  # more robots than positions: they share them
                 chosen.append(good[order[len(chosen) % len(good)]] + rng.normal(0.0, 0.3, 2))
     return np.array(chosen)

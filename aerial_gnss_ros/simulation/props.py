@@ -215,7 +215,7 @@ PROPS: Kinds = {
 
 
 def random_prop(rng: np.random.Generator, east: float, north: float, kinds: Kinds = PROPS) -> Mesh:
-    """One thing of a random kind at a place of the surface, turned at random."""
+    """One object of a random kind at a position on the surface, randomly turned."""
     names = sorted(kinds)
     mesh = kinds[names[int(rng.integers(len(names)))]](rng)
     yaw = rng.uniform(-np.pi, np.pi)

@@ -19,14 +19,14 @@ from aerial_gnss_ros.simulation.flight import HOLETOWN, Motion
 Array = NDArray[np.float64]
 
 LONGEST_GAP_S = 2.0
-"""Rows farther apart are not joined: the motion in between is unknown."""
+"""Rows farther apart are not interpolated, s: the motion in between is unknown."""
 
 
 class RecordedFlight:
     """A part of a DJI log, interpolated: positions linearly, orientations by slerp.
 
-    The camera sits at the GNSS antenna: the log knows nothing else. Beyond the log's ends the
-    drone stands still, so that the telemetry can begin a little earlier than the images.
+    The camera is at the GNSS antenna, as the log has no lever arm. Beyond the log's ends the drone
+    stands still, so that telemetry can begin a little before the images.
     """
 
     def __init__(
@@ -40,12 +40,12 @@ class RecordedFlight:
 
         Args:
             log: the recording.
-            start_s: where the piece begins, s since the log's first row.
+            start_s: start of the piece, s since the log's first row.
             duration_s: its length, s; None: to the log's end.
             water_altitude_m: altitude of the water above the ellipsoid (not in the log).
 
         Raises:
-            InputError: the piece is not in the log, or rows are missing in it.
+            InputError: the piece is not in the log, or has gaps.
         """
         if not (len(log.gimbal) and len(log.attitude) and len(log.height)):
             raise InputError(
@@ -57,16 +57,14 @@ class RecordedFlight:
         seconds: Array = np.asarray(log.stamps_ns * 1e-9)
         end = float(seconds[-1])
         if not 0.0 <= start_s < end:
-            raise InputError(
-                f"{log.path} is {end:.1f} s long, so no flight begins at {start_s:g} s."
-            )
+            raise InputError(f"{log.path} is {end:.1f} s long and has no row at {start_s:g} s.")
         length = end - start_s if duration_s is None else duration_s
         if not length > 0.0:
             raise InputError(f"a flight must last longer than 0 s, not {length:g} s.")
         if start_s + length > end + 1e-6:
             raise InputError(
-                f"{log.path} ends at {end:.1f} s, before {start_s:g} + {length:g} s; begin earlier "
-                "or fly shorter."
+                f"{log.path} ends at {end:.1f} s, before {start_s:g} + {length:g} s; start "
+                "earlier or give a shorter duration."
             )
         self._start, self._duration = start_s, length
         self._seconds = seconds - start_s
@@ -82,7 +80,7 @@ class RecordedFlight:
 
     @property
     def origin(self) -> MapDatum:
-        """Where the piece begins."""
+        """Position at the start of the piece."""
         return self._origin
 
     @property
@@ -128,15 +126,15 @@ class RecordedFlight:
 
 
 def _above_water(log: DjiLog) -> DjiLog:
-    """Return the rows at or above the take-off point, which lies on the simulated water.
+    """Return the rows at or above the take-off point, which is on the simulated water.
 
     Raises:
-        InputError: there are none.
+        InputError: no such rows.
     """
     rows = log.height >= 0.0
     if np.count_nonzero(rows) < 2:
         raise InputError(
-            f"{log.path} never rises above its take-off point, which lies on the water here; fly "
+            f"{log.path} never rises above its take-off point, which is on the water here; use "
             "another log."
         )
     return log if rows.all() else log.chosen(rows)
@@ -145,7 +143,7 @@ def _above_water(log: DjiLog) -> DjiLog:
 def water_seconds(
     log: DjiLog, duration_s: float, steepest_rad: float = math.radians(12.0)
 ) -> Array:
-    """Return the starts (n,) in s of all pieces in which the camera looks down at water throughout.
+    """Return the starts (n,) in s of all pieces in which the camera sees water throughout.
 
     Args:
         log: the recording.

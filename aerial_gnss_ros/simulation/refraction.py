@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Where a submerged point appears: the Snell crossing of a flat water surface at z = 0."""
+"""Apparent position of a submerged point: Snell crossing of a flat water surface at z = 0."""
 
 from __future__ import annotations
 

@@ -28,18 +28,18 @@ class SwimPlan:
     """Parameters of the robots' motion.
 
     Attributes:
-        slowest_mps, fastest_mps: each robot keeps one speed between these; both 0: they stay.
-        roam_m: a robot this far from where it started turns back; None: as the view allows.
-        apart_m: robots nearer than this turn away from each other; None: as the view allows.
+        slowest_mps, fastest_mps: bounds of each robot's constant speed; both 0: they stay.
+        roam_m: distance from its start at which a robot turns back; None: from the view.
+        apart_m: distance below which robots turn away from each other; None: from the view.
         depth_m: mean depth of the hull's middle; 0 is half out of the water.
         heave_m: root mean square of the depth's slow variation.
-        dives: whether each robot now and then dives out of sight.
-        dive_depth_m: how deep.
-        dive_s: for how long.
+        dives: whether each robot dives out of sight from time to time.
+        dive_depth_m: depth of a dive.
+        dive_s: duration of a dive.
         dive_every_s: from the middle of one dive to that of the next.
-        shortest_dive_s: None: each dive lasts `dive_s`, at an even pace. Else each one's length is
-            drawn evenly between the two, and its beginning evenly within its turn of
-            `dive_every_s`, so that neither predicts the next.
+        shortest_dive_s: None: each dive lasts `dive_s`, at regular intervals. Otherwise its length
+            is uniform between the two, and its start uniform within its interval of `dive_every_s`,
+            so that dives are unpredictable.
         class_name: what a detector calls them; also the stem of their names.
     """
 
@@ -71,14 +71,14 @@ class SwimPlan:
 
 
 def fitted(plan: SwimPlan, view_width_m: float) -> SwimPlan:
-    """Return a plan whose open distances suit a view so many metres wide."""
+    """Return a plan with its open distances chosen for a view of some width, m."""
     roam = min(max(0.12 * view_width_m, 0.8), 4.0) if plan.roam_m is None else plan.roam_m
     apart = min(max(0.1 * view_width_m, 0.9), 2.5) if plan.apart_m is None else plan.apart_m
     return replace(plan, roam_m=roam, apart_m=apart)
 
 
 class Swarm:
-    """True motion of all robots; the same plan, places and seed give the same motion.
+    """True motion of all robots; the same plan, positions and seed give the same motion.
 
     Attributes:
         names: n names, `<class>_<i>` from 1.
@@ -88,14 +88,14 @@ class Swarm:
     def __init__(
         self, places: Array, plan: SwimPlan, seed: int, start_s: float, end_s: float
     ) -> None:
-        """Let the robots swim over a span of time.
+        """Simulate the robots over a span of time.
 
         Args:
-            places: (n, 2) East, North where each is at `start_s`, m.
+            places: (n, 2) East, North position of each at `start_s`, m.
             plan: how they swim; open distances suit a wide view.
-            seed: of their chance.
-            start_s: first time that will be asked for, s since the flight's start.
-            end_s: last one.
+            seed: of their random numbers.
+            start_s: first time needed, s since the flight's start.
+            end_s: last time.
         """
         self.plan = plan
         wide = fitted(plan, math.inf)
@@ -191,7 +191,7 @@ class Swarm:
         return path, courses
 
     def _steering(self, place: Array, course: Array) -> Array:
-        """Turn rates (n,) that lead back home from afar and away from the others."""
+        """Turn rates (n,) that steer back to the start from afar, and away from other robots."""
         home = self._places - place
         far = np.linalg.norm(home, axis=1)
         pull = np.where(far > self._roam, 1.0, 0.0)[:, None] * home

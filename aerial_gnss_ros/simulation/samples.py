@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Labelled pictures of random scenes: their description, and the fast renderer as a source."""
+"""Labelled images of random scenes: their specification, and the fast renderer as a source."""
 
 from __future__ import annotations
 
@@ -38,15 +38,14 @@ class DatasetConfig:
         seed: Same seed, same bytes. Splits never share a scene.
         occupied: Share of images that have robots.
         image: Camera size in px, None to vary.
-        prune: Whether robots that nobody could label (too small, too faint, cut off) are taken
-            out of the picture, so that every robot to be seen is labelled. Without it they stay,
-            and are listed in meta.csv with `labelled` 0.
+        prune: Whether robots that cannot be labelled (too small, too faint, truncated) are removed
+            from the image, so that every visible robot is labelled. Otherwise they stay, and are
+            listed in meta.csv with `labelled` 0.
         variety: Ranges of view, robots and other things. Light, sea, blur and exposure vary as
             `scene.random_scene` draws them.
         renderer: One of `RENDERERS`.
         ranges: Name of the Blender renderer's ranges (blender/ranges.py); the fast one has none.
-        samples: Paths that Blender follows for each pixel and each of its two layers, before it
-            removes the noise.
+        samples: Paths per pixel and layer in Blender, before denoising.
     """
 
     counts: dict[str, int]
@@ -63,13 +62,13 @@ class DatasetConfig:
 
 @dataclass(frozen=True)
 class Sample:
-    """One picture and the truth about it.
+    """One image and its truth.
 
     Attributes:
         image: (height, width, 3) uint8, blue, green, red.
-        labels: Of every robot of which anything is to be seen, in pixels of `image`, whose first
+        labels: Of every robot that is at least partly visible, in pixels of `image`, whose first
             pixel has its centre at (0, 0).
-        about: What meta.csv states of the picture: height_m, tilt_deg, wind_mps, sun_elevation_deg,
+        about: Data of the image for meta.csv: height_m, tilt_deg, wind_mps, sun_elevation_deg,
             sun_light.
     """
 
@@ -79,12 +78,12 @@ class Sample:
 
 
 class SampleSource(Protocol):
-    """Renders pictures of random scenes."""
+    """Renders images of random scenes."""
 
     def samples(self, rng: np.random.Generator, count: int) -> Iterator[Sample]:
-        """Yield `count` pictures of one random scene.
+        """Yield `count` images of one random scene.
 
-        The generator alone decides them: same state, same pictures, in whichever process.
+        The generator alone determines them: the same state gives the same images in any process.
         """
 
 
@@ -92,7 +91,7 @@ def sample_source(config: DatasetConfig) -> SampleSource:
     """Return the renderer that `config` names.
 
     Raises:
-        ConfigError: there is none of that name, or its extra is not installed.
+        ConfigError: no renderer of that name, or its extra is not installed.
     """
     if config.renderer == "fast":
         return FastSource(config)
@@ -115,13 +114,13 @@ def labelled(label: RobotLabel) -> bool:
 
 
 class FastSource:
-    """Pictures of the simulation's own renderer (renderer.py)."""
+    """Images of the simulation's own renderer (renderer.py)."""
 
     def __init__(self, config: DatasetConfig) -> None:
         self._config = config
 
     def samples(self, rng: np.random.Generator, count: int) -> Iterator[Sample]:
-        """Yield `count` pictures of one random scene."""
+        """Yield `count` images of one random scene."""
         scene = random_scene(rng)
         if rng.random() < _MOVING:
             motion = rng.normal(0.0, _MOTION_PX, 2)

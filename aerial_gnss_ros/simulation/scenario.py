@@ -13,11 +13,11 @@ from aerial_gnss_ros.simulation.experiment import Experiment
 from aerial_gnss_ros.simulation.sensors import VERTICAL_FACTOR, geodetic
 
 PROBES = 60
-"""Images at most that are looked at for the share in view."""
+"""Greatest number of images sampled for the share in view."""
 
 
 def scenario(experiment: Experiment, noise: str) -> dict[str, Any]:
-    """Return everything that was chosen for a simulation, ready for JSON.
+    """Return all settings of a simulation, ready for JSON.
 
     Args:
         experiment: the flight.
@@ -57,7 +57,7 @@ def words(about: dict[str, Any]) -> list[str]:
     view = (
         f"camera: {camera['width_px']}x{camera['height_px']} at {camera['rate_hz']:g} Hz, focal "
         f"length {camera['focal_length_px']:g} px, images {about.get('images', 'none')}; an image "
-        f"stamped t shows the scene at t - {camera['latency_s']:g} s and comes "
+        f"stamped t shows the scene at t - {camera['latency_s']:g} s and arrives "
         f"{camera['arrives_after_s']:g} s later"
     )
     lines = [flight, view]
@@ -104,7 +104,7 @@ def _afloat(experiment: Experiment) -> dict[str, int]:
 def _left_out(count: int) -> str:
     if not count:
         return ""
-    return f"; for {count} more there is no room clear of the robots' paths and of each other"
+    return f"; no room for {count} more clear of the robots' paths and of each other"
 
 
 def _robot_words(robot: dict[str, float]) -> str:

@@ -32,7 +32,7 @@ class Scene:
         water_colour: Radiance of deep water from below, in full daylight.
         attenuation: Diffuse attenuation of the water, 1/m per colour (turbidity).
         patchiness: Relative variation of the water's colour over tens of metres.
-        whitecaps: 0 none, 1 as the wind makes them.
+        whitecaps: 0 none, 1 as expected for the wind.
         visibility_m: Distance at which haze leaves 2 % of the contrast.
         exposure: Multiplies the automatic exposure.
         white_balance: Gain per colour.
@@ -103,7 +103,7 @@ def _mix(a: Colour, b: Colour, share: float, gain: float = 1.0) -> Colour:
 
 
 def random_scene(rng: np.random.Generator) -> Scene:
-    """Draws a scene with wide variation, for training and for tests that must not be easy."""
+    """Draws a scene with wide variation, for training and demanding tests."""
     names = sorted(WATERS)
     a, b = (WATERS[names[i]] for i in rng.integers(len(names), size=2))
     share = float(rng.uniform(0.0, 0.5))
@@ -156,7 +156,7 @@ def random_scene(rng: np.random.Generator) -> Scene:
 
 
 def with_wind(rng: np.random.Generator, scene: Scene, span: tuple[float, float] | None) -> Scene:
-    """Return the scene with a wind drawn evenly from a span, m/s; without one as it is."""
+    """Return the scene with a wind drawn uniformly from a span, m/s; unchanged without one."""
     if span is None:
         return scene
     return replace(scene, wind_speed=float(rng.uniform(*span)))

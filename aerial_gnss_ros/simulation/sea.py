@@ -47,8 +47,8 @@ class SurfaceSample:
 class Sea:
     """The waves of one scene.
 
-    A band holds the waves between two lengths in a periodic tile; what a pixel cannot resolve is
-    faded out and returned as variance (roughness) instead, so distant water does not alias.
+    A band holds the waves between two lengths in a periodic tile; waves that a pixel cannot resolve
+    are faded out and returned as variance (roughness), so distant water does not alias.
     """
 
     def __init__(self, scene: Scene) -> None:
@@ -104,7 +104,7 @@ class Sea:
         return _lookup(self._patches, east, north, origin, PATCH_LENGTH, 0.3, stride)
 
     def lumps(self, east: F32, north: F32, origin: NDArray[np.float64]) -> F32:
-        """What tears foam: fine noise at points, mean 0, standard deviation 1."""
+        """Fine noise that breaks up foam, at points, mean 0, standard deviation 1."""
         return _lookup(self._foam_detail, east, north, origin, 5.3, 0.9)
 
     def _sample_tile(
@@ -121,7 +121,7 @@ class Sea:
 
     def _foam(self, crest: F32, east: F32, north: F32, origin: NDArray[np.float64]) -> F32:
         detail = self.lumps(east, north, origin)
-        # Foam is torn: where it is thin only the detail's peaks are left.
+        # Foam is broken up: where it is thin, only the peaks of the noise remain.
         foam: F32 = crest * 1.6 + (detail * 0.45 - 0.75) * np.minimum(crest * 8.0, 1.0)
         np.clip(foam, 0.0, 0.9, out=foam)
         return foam
@@ -223,7 +223,7 @@ class _Band:
         self.variance = float((density * k**2).sum() * step**2)
         self.foamy = i == 1 and scene.whitecaps > 0.0 and scene.wind_speed > 4.0
         # Coverage after Monahan and O'Muircheartaigh (1980), W = 3.84e-6 U^3.41, doubled because
-        # what one sees includes the bubbles that stay behind a crest.
+        # visible foam includes the bubbles behind a crest.
         coverage = min(2.0 * scene.whitecaps * 3.84e-6 * scene.wind_speed**3.41, 0.08)
         self._coverage = coverage
 
@@ -266,7 +266,7 @@ class _Band:
         return _pad(np.stack(layers, axis=-1))
 
     def _crests(self, h: NDArray[np.complex128]) -> NDArray[np.float64]:
-        """Where wave crests converge enough to break, 0 to about 1, over the wanted share."""
+        """Where wave crests converge enough to break, 0 to about 1, over the given share."""
         squeeze = scipy.fft.ifft2(self._k * h).real
         limit, full = np.quantile(squeeze, [1.0 - self._coverage, 1.0 - 0.15 * self._coverage])
         foam: NDArray[np.float64] = np.clip((squeeze - limit) / max(full - limit, 1e-9), 0.0, 1.0)

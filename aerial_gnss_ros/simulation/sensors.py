@@ -27,9 +27,9 @@ from aerial_gnss_ros.simulation.flight import Flight
 Array = NDArray[np.float64]
 
 START_NS = 1_735_689_600_000_000_000
-"""Stamp of every simulated flight's start: 2025-01-01T00:00:00Z, so that runs can be compared."""
+"""Stamp of every simulated flight's start: 2025-01-01T00:00:00Z, so that runs are comparable."""
 VERTICAL_FACTOR = 1.5
-"""GNSS altitude is so much worse than the horizontal position (a receiver's usual VDOP / HDOP)."""
+"""Ratio of vertical to horizontal GNSS errors (a receiver's usual VDOP / HDOP)."""
 
 
 @dataclass(frozen=True)
@@ -41,8 +41,8 @@ class SensorPlan:
         sigmas: one-sigma errors by the names of `core.config.noise.Noise`.
         fix_hz, attitude_hz, gimbal_hz, height_hz: samples a second.
         fix_latency_s, attitude_latency_s, gimbal_latency_s: from a sample's stamp to its arrival;
-            harmless, for the stamp is right.
-        height_latency_s: the same for height, which carries no stamp: the value is this late.
+            harmless, because the stamp is right.
+        height_latency_s: the same for height, which has no stamp: the value is this late.
         covariance: whether the fix states its covariance (offset and white noise together).
     """
 
@@ -149,7 +149,7 @@ class Sensors:
         yield from _orientations(at, matrices)
 
     def heights(self, true: bool = False) -> Iterator[Scalar]:
-        """Yield the heights above the water; the stamp is when the height held."""
+        """Yield the heights above the water; the stamp is the time of validity."""
         at = ticks(self.plan.height_hz, *self._span)
         height = self._flight.sample(at.t).antenna[:, 2]
         if not true:
@@ -213,7 +213,7 @@ _SLOW = (
 def geodetic(origin: MapDatum, points: Array) -> tuple[Array, Array, Array]:
     """Return latitude, longitude (rad), altitude (m) of points (..., 3): East, North, height.
 
-    Height counts from the water below, which stands at the origin's altitude everywhere.
+    Height is above the water, which is at the origin's altitude everywhere.
     """
     latitude, longitude, _ = geodetic_from_enu(
         points[..., 0], points[..., 1], 0.0, origin.latitude, origin.longitude, origin.altitude

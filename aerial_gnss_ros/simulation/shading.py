@@ -18,14 +18,14 @@ from aerial_gnss_ros.simulation.sky import Sky
 
 @dataclass
 class Water:
-    """The water at every pixel of a block, which effects of robots may change before it is lit.
+    """The water at every pixel of a block, which robots may change before it is lit.
 
     Attributes:
         east, north: (h, w) m from `origin`.
         origin: (2,) m ENU.
         waves: Slopes, roughness and foam, changed in place.
         glow: Blue, green, red planes of the radiance from within the water, changed in place.
-        sea: Where they come from.
+        sea: The sea model.
     """
 
     east: F32

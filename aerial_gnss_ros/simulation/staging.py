@@ -32,13 +32,13 @@ class Variety:
         long_px: of the first robot in the image.
         usual_long_px: the same, of most (`usual`) images.
         usual: share of the images whose robots are of usual size.
-        depth_m: of robots below the surface (negative: floating high); 0.6 of them within 6 cm
-            of it, as far as the range allows.
-        extra_robots: how many more there are beside the first, on average.
-        painted: share of the robots that are of no livery but of colours drawn at random.
-        distractors: how many other things there are, on average.
-        flotsam: how many more things of random shape and colour, on average.
-        wind_mps: of the wind, which makes waves and foam; None: as the renderer draws it.
+        depth_m: of robots below the surface (negative: floating high); 60 % of them within 6 cm of
+            it, as far as the range allows.
+        extra_robots: mean number of robots beside the first.
+        painted: share of the robots with random colours instead of a livery.
+        distractors: mean number of other objects.
+        flotsam: mean number of further objects of random shape and colour.
+        wind_mps: wind speed, which sets waves and foam; None: drawn by the renderer.
     """
 
     height_m: tuple[float, float] = (5.0, 60.0)
@@ -62,7 +62,7 @@ class View:
         camera: the whole camera.
         pose: of the camera, in local ENU.
         window: the pixels that are rendered.
-        pixel: (2,) where the first robot is to appear, inside the window.
+        pixel: (2,) of the first robot, inside the window.
         height: of the camera above the water, m.
         tilt: of the camera's axis off the vertical, rad.
     """
@@ -114,7 +114,7 @@ def random_view(
         if slant > 1.0 / np.cos(max(most_tilt, _LEAST_FLAT)):
             continue
         metres = float(camera.K[0, 0]) * LENGTH / long_px / slant
-        # The size was drawn first, so that rare views do not make small robots rare.
+        # The size is drawn first, so that rare views do not make small robots rare.
         if variety.height_m[0] <= metres <= variety.height_m[1]:
             break
     else:

@@ -65,8 +65,8 @@ class Window:
 def optical_rays(camera: CameraModel, window: Window) -> F32:
     """Unit rays (height, width, 3) in the optical frame through the centres of a window's pixels.
 
-    Centres have whole coordinates, as in OpenCV. Where the lens model has no inverse the nearest
-    ray that has one stands in.
+    Centres have whole coordinates, as in OpenCV. Without an inverse of the lens model, the nearest
+    ray with one is used.
     """
     u, extra_u = _nodes(window.x, window.width, camera.width)
     v, extra_v = _nodes(window.y, window.height, camera.height)

@@ -17,7 +17,7 @@ WAKE_LENGTH = 3.2
 
 
 def reach_points(state: RobotState, scene: Scene) -> NDArray[np.float64]:
-    """Corners (n, 3) on the surface of the area in which `disturb` changes anything."""
+    """Corners (n, 3) on the surface of the area that `disturb` changes."""
     forward = np.array([np.cos(state.course), np.sin(state.course)])
     left = np.array([-forward[1], forward[0]])
     middle = np.array([state.east, state.north])
@@ -47,7 +47,7 @@ def _shadow(water: Water, state: RobotState, scene: Scene, along: F32, across: F
     """Sunlight missing from the water column under the robot, softened by scattering."""
     if scene.sun_light < 0.1:
         return
-    # Most of the water's glow comes from the first mean free path; deeper water blurs the shadow.
+    # Most of the glow comes from the first mean free path; deeper water blurs the shadow.
     reach = float(np.clip(0.5 / max(scene.attenuation[1], 0.1), 0.25, 1.2))
     flat = scene.sun_direction[:2] / 1.34
     slant = flat / np.sqrt(1.0 - flat @ flat)

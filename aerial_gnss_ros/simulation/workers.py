@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Worker processes that end with their parent, whatever ends it."""
+"""Worker processes that end with their parent in any case."""
 
 from __future__ import annotations
 
@@ -26,17 +26,17 @@ Done = TypeVar("Done")
 def shared(
     work: Callable[[Job], Done], jobs: Iterable[Job], processes: int, killed: str
 ) -> Iterator[Done]:
-    """Yield what some work makes of each job, in their order.
+    """Yield the result of each job, in order.
 
     Args:
-        work: a function of a module, for other processes to find it.
-        jobs: that can be pickled.
-        processes: 1 works in this one.
-        killed: the sentence of the error.
+        work: a module-level function, importable by other processes.
+        jobs: picklable arguments.
+        processes: number of processes; 1: only this one.
+        killed: error message for a killed process.
 
     Raises:
-        OutputError: a process was killed, as the system does when memory runs out. A
-            `multiprocessing.Pool` would wait for its result for ever.
+        OutputError: a process was killed, probably because memory ran out. A `multiprocessing.Pool`
+            would wait for its result forever.
     """
     if processes <= 1:
         yield from map(work, jobs)
@@ -54,7 +54,7 @@ def shared(
     except BrokenProcessPool as error:
         raise OutputError(killed) from error
     finally:
-        if not finished:  # what is at work now may take minutes, for nobody
+        if not finished:  # running jobs may take minutes, and their results are not needed
             for child in set(multiprocessing.active_children()) - others:
                 child.terminate()
         pool.shutdown(cancel_futures=True)
@@ -62,7 +62,7 @@ def shared(
 
 @contextmanager
 def _interrupts_held() -> Iterator[None]:
-    """Let a Ctrl-C wait, and processes that begin meanwhile never hear of it."""
+    """Defer Ctrl-C; processes started meanwhile ignore it."""
     before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:
         yield
@@ -71,14 +71,14 @@ def _interrupts_held() -> Iterator[None]:
 
 
 def begin() -> None:
-    """Make a worker of this process: one thread, and Ctrl-C is for the parent, which ends it."""
+    """Set this process up as a worker: one thread; the parent handles Ctrl-C."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     threading.Thread(target=_end_with_parent, daemon=True).start()
     cv2.setNumThreads(1)
 
 
 def _end_with_parent() -> None:
-    """A parent that is killed cannot close the pool, and its workers would wait for ever."""
+    """A killed parent cannot close the pool, and its workers would wait forever."""
     parent = multiprocessing.parent_process()
     if parent is not None:
         parent.join()

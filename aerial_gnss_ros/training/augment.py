@@ -28,26 +28,26 @@ from aerial_gnss_ros.training.phases import Phase, members
 from aerial_gnss_ros.training.variants import Recipe, make_variant
 
 AUGMENTED = "train"
-"""Only what is trained on is augmented: held-out images stay as the camera made them."""
+"""Only the training split is augmented: held-out images stay unchanged."""
 META = "meta.csv"
 _KILLED = (
-    "a process of the augmentation was killed, as the system does when memory runs out; try again "
-    "with fewer --processes."
+    "a process of the augmentation was killed, probably because memory ran out; try again with "
+    "fewer --processes."
 )
 SUMMARY = "augmentation.json"
 
 
 @dataclass(frozen=True)
 class Plan:
-    """What to make.
+    """Settings of an augmentation.
 
     Attributes:
         variants: of each image.
         recipe: how each is made.
         seed: same seed, same bytes, whatever the number of processes.
-        keep_originals: whether the images themselves are among the results as well.
+        keep_originals: whether to copy the original images as well.
         quality: of the JPEGs, 1 to 100.
-        shows: key of phases.SHOWS: which of the training images are taken.
+        shows: key of phases.SHOWS: selects the training images.
 
     Raises:
         ConfigError: a value out of its range.
@@ -72,11 +72,11 @@ class Plan:
 
 @dataclass(frozen=True)
 class Made:
-    """What was made.
+    """Counts of an augmentation.
 
     Attributes:
         images: augmented images written.
-        dropped: variants that were not, because a box's centre had left the image.
+        dropped: discarded variants, because a box's centre left the image.
         boxes: in the augmented images.
         copied: images of other splits, and originals.
     """
@@ -100,11 +100,11 @@ def augment(
         source: a data set without problems.
         folder: where to; must not exist.
         plan: what to make.
-        processes: that share the work; does not change the result.
-        report: called with the number of training images that are done.
+        processes: number of worker processes; does not change the result.
+        report: called with the number of training images done.
 
     Raises:
-        ConfigError: no image shows what the plan wants.
+        ConfigError: the plan selects no image.
         OutputError: one of the processes was killed.
     """
     folder.mkdir(parents=True)
@@ -114,7 +114,7 @@ def augment(
         (folder / "images" / split).mkdir(parents=True)
         (folder / "labels" / split).mkdir(parents=True)
         if split != AUGMENTED or plan.keep_originals:
-            # Variants have a number at the end: a name of its own for what may be one already.
+            # Variants get a number at the end, which keeps names unique.
             end = "_original" if split == AUGMENTED else ""
             for example, name in zip(examples, _names(examples, source), strict=True):
                 _copy(example, folder, split, f"{name}{end}")
@@ -144,10 +144,10 @@ def augment(
 
 
 def chosen(source: Inspection, plan: Plan) -> list[Example]:
-    """Return the training images that are taken.
+    """Return the selected training images.
 
     Raises:
-        ConfigError: the plan wants images with a certain number of robots, and there are none.
+        ConfigError: no image has the selected number of robots.
     """
     examples = source.examples[AUGMENTED]
     return examples if plan.shows == "all" else members(Phase(plan.shows, 1), examples)
@@ -175,7 +175,7 @@ def _run(job: _Job) -> tuple[int, int]:
     boxes = job.boxes * np.tile(size, 2)
     made = held = 0
     for number in range(job.plan.variants):
-        # By its path, so that an image has the same variants whatever else is in the set.
+        # By its path, so that an image's variants do not depend on the rest of the set.
         seeds = [job.plan.seed, zlib.crc32(job.key.encode()), number]
         variant = make_variant(image, boxes, job.plan.recipe, np.random.default_rng(seeds))
         if variant is None:

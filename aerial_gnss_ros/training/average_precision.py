@@ -22,7 +22,7 @@ from aerial_gnss_ros.training.labelled import Truth
 THRESHOLDS = np.linspace(0.5, 0.95, 10)
 RECALLS = np.linspace(0.0, 1.0, 101)
 LOWEST_SCORE = 0.001
-"""The score threshold that a detector needs here: the whole curve counts, not one point of it."""
+"""Score threshold for detectors here: the whole precision-recall curve counts."""
 
 
 @dataclass(frozen=True)
@@ -66,8 +66,8 @@ class Judged:
 def average_precision(pairs: Iterable[tuple[Detections, Truth]]) -> AveragePrecision:
     """Return the average precisions of the boxes of many images against the truth.
 
-    A robot that does not count (too small, too faint, cut off) is neither missed nor found: a box
-    matched to it, or with its middle in it, is left out, as COCO leaves out crowds.
+    A robot that does not count (too small, too faint, truncated) is neither missed nor detected: a
+    box matched to it, or with its centre in it, is ignored, as COCO ignores crowds.
 
     Args:
         pairs: boxes, found with a score threshold of `LOWEST_SCORE`, and robots of each image.
@@ -76,7 +76,7 @@ def average_precision(pairs: Iterable[tuple[Detections, Truth]]) -> AveragePreci
 
 
 def judge(found: Detections, truth: Truth) -> dict[int, Judged]:
-    """Return what is right and wrong in one image, by class."""
+    """Return the right and wrong boxes of one image, by class."""
     judged = {}
     for class_id in {*found.class_ids.tolist(), *truth.class_ids.tolist()}:
         boxes, mine = found.class_ids == class_id, truth.class_ids == class_id
@@ -89,7 +89,7 @@ def judge(found: Detections, truth: Truth) -> dict[int, Judged]:
 
 
 def average_of(images: Iterable[dict[int, Judged]]) -> AveragePrecision:
-    """Return the average precisions of images that are judged already."""
+    """Return the average precisions of judged images."""
     classes: dict[int, list[Judged]] = defaultdict(list)
     for image in images:
         for class_id, judged in image.items():

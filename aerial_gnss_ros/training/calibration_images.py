@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Images that show an export to 8 bits the range of values in a network's layers."""
+"""Images for calibrating an 8-bit export: they show the value ranges of a network's layers."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ USUAL_COUNT = 64
 
 
 def choose_images(folder: Path, count: int = USUAL_COUNT) -> list[Path]:
-    """Return at most `count` images below a folder, evenly taken in order of their paths.
+    """Return at most `count` images below a folder, evenly sampled in path order.
 
     Raises:
         InputError: no such folder, or no image in it.

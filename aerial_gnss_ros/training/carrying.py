@@ -1,16 +1,15 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Carries boxes along with the pixels of an image that is moved by a matrix.
+"""Transforms boxes with an image that is warped by a matrix.
 
-What a box holds is not known, only how far it reaches. The box round the four moved corners is
-right only where an object fills its box; for all others it is too big: by 17 % in area for the
-simulated hexapod turned by up to 10 deg. A robot is taken as the ellipse that touches the
-middles of its box's sides, for which that figure is 0 % (python benchmarks/box_rotation.py). Both
-agree, and are exact for any object, wherever axes stay axes: flips, quarter turns, scale, crops
-and padding.
+A box states only an object's extent. The box around the four transformed corners is right only if
+the object fills its box; for others it is too large: by 17 % in area for the simulated hexapod
+turned by up to 10 deg. So a robot is modelled as the ellipse that touches the centres of its box's
+sides, for which that figure is 0 % (python benchmarks/box_rotation.py). Both agree and are exact
+for any object if axes stay axes: flips, quarter turns, scale, crops and padding.
 
-A box is carried once, from the labelled image to the finished one, by the product of all matrices:
-carried from step to step it would lose its shape a little at every turn.
+A box is transformed once, from the labelled to the final image, by the product of all matrices:
+step by step it would grow with every rotation.
 """
 
 from __future__ import annotations
@@ -25,16 +24,16 @@ _CIRCLE = np.stack([np.cos(_ANGLES), np.sin(_ANGLES)], axis=1)
 
 
 def carry(boxes: Array, matrix: Array, seen: Array) -> Array:
-    """Return the boxes of what is still seen of each object.
+    """Return the boxes of the visible part of each object.
 
     Args:
         boxes: (n, 4) centre x, y, width, height, px, first pixel spans 0 to 1.
         matrix: (3, 3) affine, from the labelled image to the finished one.
-        seen: (m, 2) convex outline of what is left of the labelled image, in the finished one.
+        seen: (m, 2) convex outline of the rest of the labelled image, in the final one.
 
     Returns:
-        (n, 4) centre x, y, width, height in the finished image; width and height are 0 where
-        nothing is seen.
+        (n, 4) centre x, y, width, height in the finished image; width and height are 0 if nothing
+        is visible.
     """
     carried = np.zeros((len(boxes), 4))
     for i, (x, y, width, height) in enumerate(boxes):
@@ -56,8 +55,8 @@ def cut(outline: Array, window: Array) -> Array:
     """Return the part of a convex outline (n, 2) inside another (m, 2); (0, 2) if none is.
 
     Half-plane by half-plane (I. Sutherland and G. Hodgman, 1974). OpenCV's intersectConvexConvex
-    now and then finds nothing where the two share a piece of border, as a robot's does that was
-    labelled at the edge of the image.
+    sometimes returns nothing if the two share part of a border, as for a robot labelled at the edge
+    of the image.
     """
     part = np.asarray(outline, dtype=np.float64)
     following = np.roll(window, -1, axis=0)

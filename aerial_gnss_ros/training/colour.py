@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""The colour of daylight of a given temperature, and what it does to an image."""
+"""Colour of daylight of a given temperature, and its effect on an image."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 NEUTRAL_K = 6500.0
-"""Light under which an image is taken to have been made: of this temperature it stays as it is."""
+"""Colour temperature assumed for an unchanged image, K."""
 
 # XYZ to linear sRGB, IEC 61966-2-1.
 _SRGB = np.array([[3.2406, -1.5372, -0.4986], [-0.9689, 1.8758, 0.0415], [0.0557, -0.2040, 1.0570]])
@@ -35,7 +35,7 @@ def chromaticity(kelvin: float) -> tuple[float, float]:
 
 
 def gains(kelvin: float) -> NDArray[np.float64]:
-    """Return what light of this temperature multiplies linear blue, green and red with.
+    """Return the factors of linear blue, green and red under light of this temperature.
 
     Relative to NEUTRAL_K, and so that the luminance of grey stays (Rec. 709 weights).
     """

@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Scores several models on the same images, beside the first of them."""
+"""Scores several models on the same images, relative to the first."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from aerial_gnss_ros.training.score import score_above
 
 @dataclass(frozen=True)
 class Figures:
-    """What one model scores.
+    """Scores of one model.
 
     Attributes:
         name: of the detector.
@@ -30,8 +30,8 @@ class Figures:
         precision: at IoU 0.5 and the default score threshold.
         recall: the same.
         centre_error_median_px: of the boxes found, against the truth.
-        centre_shift_p95_px: 95 % of the boxes that the first model reports have one of this model
-            at most so far away.
+        centre_shift_p95_px: 95th percentile of the distance from the first model's boxes to this
+            model's.
     """
 
     name: str
@@ -54,11 +54,11 @@ def compare(
     images: Iterable[LabelledImage],
     report: Callable[[int], None] = lambda _: None,
 ) -> list[Figures]:
-    """Return the figures of each detector; the first is what shifts are measured from.
+    """Return the figures of each detector; shifts are relative to the first.
 
     Args:
         detectors: with a score threshold of `LOWEST_SCORE`.
-        images: each is read once and shown to all.
+        images: each is read once for all.
         report: called with the number of images done.
     """
     seen: list[list[tuple[Detections, Truth]]] = [[] for _ in detectors]
@@ -97,12 +97,12 @@ def _figures(
 
 
 def for_scoring(config: DetectorConfig) -> DetectorConfig:
-    """Return a configuration with which a model alone finds everything, however low its score."""
+    """Return a configuration that reports all boxes of a model alone, however low their scores."""
     return replace(config, score_threshold=LOWEST_SCORE, second_look="off")
 
 
 def table(figures: Sequence[Figures]) -> str:
-    """Return the figures as a Markdown table, with the loss beside the first."""
+    """Return the figures as a Markdown table, with losses relative to the first."""
     lines = [
         "| model | mAP50-95 | mAP50 | precision | recall | centre error, px | shift p95, px |",
         "|---|---|---|---|---|---|---|",

@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""One picture of many labelled images with their boxes, for a person to look at."""
+"""A contact sheet of labelled images with their boxes, for visual inspection."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ def _variants(folder: Path, split: str, stem: str) -> list[Path]:
 
 def _boxes(image: Path) -> list[tuple[int, float, float, float, float]]:
     labels = image.parent.parent.parent / "labels" / image.parent.name / f"{image.stem}.txt"
-    # They were checked when they were written: any number of classes will do.
+    # They were checked when written, so any number of classes is accepted.
     return [parse(line, 2**31) for line in labels.read_text(encoding="ascii").splitlines()]
 
 

@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""The course of a training: one table and one picture over all phases."""
+"""Learning curves: one table and one figure over all phases."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ SCORES = {
 def read_epochs(files: Sequence[Path]) -> list[Row]:
     """Return a row for each epoch of ultralytics' results.csv of each phase.
 
-    An epoch that was repeated after a kill counts once, as it was the last time.
+    Of an epoch repeated after a kill, only the last run counts.
     """
     rows: list[Row] = []
     for number, file in enumerate(files, start=1):
@@ -38,7 +38,7 @@ def read_epochs(files: Sequence[Path]) -> list[Row]:
 
 
 def without_scores(row: Row) -> Row:
-    """Return the row of an epoch that was not scored, for which ultralytics writes zeros."""
+    """Return the row of an unscored epoch, for which ultralytics writes zeros."""
     return {name: cell for name, cell in row.items() if not name.startswith(("metrics/", "val/"))}
 
 
@@ -53,7 +53,7 @@ def as_csv(rows: Sequence[Row]) -> str:
 
 
 def draw_curves(rows: Sequence[Row], file: Path) -> None:
-    """Write a PNG of losses and scores over all epochs; a line where a phase begins."""
+    """Write a PNG of losses and scores over all epochs, with a line at the start of each phase."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
@@ -83,7 +83,7 @@ def draw_curves(rows: Sequence[Row], file: Path) -> None:
 
 
 def _marker(values: Sequence[float]) -> str:
-    """Return a dot for a single value: a line through it would not be seen."""
+    """Return a dot for a single value, because its line would be invisible."""
     return "." if sum(map(math.isfinite, values)) == 1 else ""
 
 

@@ -1,10 +1,10 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Shows ultralytics a part of a data set without letting it write into the user's folders.
+"""Gives ultralytics a part of a data set without access to the user's folders.
 
-ultralytics puts a cache of labels beside them, believes it as long as files keep their size, and
-saves JPEGs anew that do not end as it expects. So it gets a folder of its own, with links to the
-images (copies of those that it would change) and labels written out.
+ultralytics writes a cache beside the labels, trusts it as long as files keep their size, and
+rewrites JPEGs that do not end as it expects. So it gets a separate folder, with links to the images
+(copies of those that it would change) and written labels.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ _JPEG_END = b"\xff\xd9"
 
 
 def write_view(folder: Path, splits: Mapping[str, Sequence[Example]], names: Sequence[str]) -> Path:
-    """Make `folder` anew and return its data.yaml.
+    """Create or replace `folder` and return its data.yaml.
 
     Args:
         folder: replaced where it exists.

@@ -1,10 +1,10 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""How sure scores are: the same for test scenes drawn anew (B. Efron's bootstrap, 1979).
+"""Uncertainty of scores by resampling test scenes (bootstrap, B. Efron 1979).
 
-Images of one scene share light, water and camera, so that scenes are drawn, not images. Every
-detector gets the same draws: scores of two detectors are compared draw by draw, and what makes a
-draw easy or hard for both of them falls out of their difference.
+Images of one scene share light, water and camera, so scenes are resampled, not images. Every
+detector gets the same resamples, so scores of two detectors are compared pairwise, which cancels
+the difficulty of a resample.
 """
 
 from __future__ import annotations
@@ -26,9 +26,9 @@ def draws(images: int, scene: int, times: int, seed: int = 0) -> list[NDArray[np
     """Return indices of images, once for each draw: as many scenes as there are, with replacement.
 
     Args:
-        images: how many; neighbours are of one scene.
-        scene: images of each.
-        times: how many draws.
+        images: number of images; consecutive ones are of one scene.
+        scene: number of images per scene.
+        times: number of draws.
         seed: equal seeds, equal draws.
     """
     rng = np.random.default_rng(seed)
@@ -64,7 +64,7 @@ def figures_of_draws(
 
 
 def _counts(found: Detections, truth: Truth) -> tuple[int, int, int]:
-    """Return robots that count, those found, and false boxes."""
+    """Return the numbers of robots that count, of detected ones, and of false boxes."""
     matched = match(found, truth)
     wrong = int((matched.robot == -1).sum())
     return int(truth.counted.sum()), int((matched.robot >= 0).sum()), wrong

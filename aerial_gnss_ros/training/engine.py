@@ -30,7 +30,7 @@ class EnginePlan:
         source: the model that the reader named, for the sidecar; `model` may be made of it.
         precision: fp32, fp16 or int8: what `model` is in.
         size: width and height of the input, px; None: any up to 1280x1280, best at 1280x736.
-        workspace_mb: memory that the builder may try layers with; a 4 GB Orin needs a low one.
+        workspace_mb: memory for the builder's trials; a 4 GB Orin needs a low value.
     """
 
     source: Path
@@ -43,7 +43,7 @@ def build_engine(model: Path, output: Path, plan: EnginePlan) -> Path:
     """Write the engine of `model` (.onnx) and, beside it, its sidecar.
 
     Raises:
-        ModelError: no TensorRT or GPU here, or TensorRT cannot build it.
+        ModelError: no TensorRT or GPU, or TensorRT cannot build it.
         OutputError: the engine or its sidecar exists, or cannot be written.
     """
     refuse_existing(output)
@@ -80,14 +80,14 @@ def build_engine(model: Path, output: Path, plan: EnginePlan) -> Path:
             engine_sha256=sha256(file),
             metadata=_metadata(model),
         )
-        # Before the engine has its name: an engine without its sidecar is refused anyway.
+        # Written before the engine gets its name: an engine without its sidecar is refused.
         with partial(card_path(output)) as sidecar:
             sidecar.write_text(card.text(), encoding="utf-8")
     return output
 
 
 def _network_flags(trt: Any, precision: str) -> int:
-    """Return how types are chosen: as the file has them, or for int8 by the builder's flags."""
+    """Return flags for types: those of the file, or for int8 the builder's choice."""
     flags = trt.NetworkDefinitionCreationFlag
     wanted = "STRONGLY_TYPED" if precision != "int8" else "EXPLICIT_BATCH"
     for name in (wanted, "EXPLICIT_BATCH", "STRONGLY_TYPED"):
@@ -108,7 +108,7 @@ def _set_precision(trt: Any, config: Any, precision: str) -> None:
 
 
 def _set_sizes(builder: Any, config: Any, item: Any, plan: EnginePlan) -> tuple[int, ...]:
-    """Tell the builder which sizes come, and return the input's shape, -1 where it is free."""
+    """Set the builder's range of sizes; return the input's shape, -1 for free sides."""
     own = input_size([side if side > 0 else None for side in item.shape], str(plan.source)).fixed
     if own is not None and plan.size not in (None, own):
         raise ModelError(

@@ -26,7 +26,7 @@ def export(weights: Path, model: Path, size: tuple[int, int] | None = None) -> P
     """Write `weights` (.pt) as an ONNX model in 32 bits.
 
     Args:
-        weights: of ultralytics; loading it runs whatever its author put there.
+        weights: of ultralytics; loading them can run arbitrary code.
         model: the .onnx file to write.
         size: width and height of a fixed input, px; None: any multiples of 32.
 
@@ -46,7 +46,7 @@ def export(weights: Path, model: Path, size: tuple[int, int] | None = None) -> P
         raise ModelError(
             f"export needs {error.name}; install it with {install_hint('ultralytics')}."
         ) from error
-    logging.getLogger("ultralytics").setLevel(logging.ERROR)  # it advises commands of its own
+    logging.getLogger("ultralytics").setLevel(logging.ERROR)  # it recommends its own commands
     with tempfile.TemporaryDirectory() as folder:
         copy = Path(folder) / "weights.pt"  # ultralytics writes beside the weights
         shutil.copyfile(weights, copy)
@@ -75,7 +75,7 @@ def export(weights: Path, model: Path, size: tuple[int, int] | None = None) -> P
 
 
 def _tidy_metadata(graph: Any) -> None:
-    """Keep what readers need; paths and dates of this machine are nobody's business."""
+    """Keep the metadata that readers need, without paths and dates of this machine."""
     kept = {item.key: item.value for item in graph.metadata_props if item.key in _METADATA}
     del graph.metadata_props[:]
     for key, value in kept.items():

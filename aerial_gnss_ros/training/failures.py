@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""A picture of what a detector missed (above) and took for a robot (below), evenly from all of it.
+"""A sheet of a detector's missed robots (top) and false boxes (bottom), evenly sampled.
 
 python -m aerial_gnss_ros.training.failures MODEL FOLDER -o FAILURES.jpg
 """
@@ -79,7 +79,7 @@ def _cell(image: Image, corners: NDArray[np.float64], colour: tuple[int, int, in
 
 
 def sheet(rows: list[list[Failure]], columns: int) -> Image:
-    """Return one picture: each row evenly from its list, as many as there are up to `columns`."""
+    """Return one image: each row evenly sampled from its list, up to `columns`."""
     lines = []
     for row in rows:
         picked = sorted({int(i) for i in np.linspace(0, len(row) - 1, columns)}) if row else []

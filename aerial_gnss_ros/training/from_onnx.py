@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Puts the weights of an exported ONNX model back into an ultralytics network, to train on.
 
-An ONNX file holds numbers and runs no code when it is loaded, unlike a .pt; so it is the form in
-which weights are kept and passed on, and this makes it one that can be fine-tuned as well.
+Unlike a .pt, an ONNX file runs no code when it is loaded, so weights are stored and distributed in
+it; this module makes them trainable again.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from aerial_gnss_ros.resources import install_hint
 from aerial_gnss_ros.training.labelled import ENDINGS
 
 _BATCH = 16
-_LEAST_SPREAD = 1e-2  # of what a convolution gives: channels that never speak are left as they are
+_LEAST_SPREAD = 1e-2  # of a convolution's outputs: inactive channels are left unchanged
 
 
 def checkpoint_from_onnx(
@@ -33,9 +33,9 @@ def checkpoint_from_onnx(
     images: Iterable[NDArray[np.float32]] = (),
     network: str = "yolo11n.yaml",
 ) -> Path:
-    """Write a .pt that ultralytics trains further, with exactly the output of an ONNX model.
+    """Write a .pt for further training, with exactly the output of an ONNX model.
 
-    The export has merged each normalisation into the convolution before it. Here it is taken apart
+    The export merged each normalisation into the convolution before it. Here they are separated
     again: convolutions get unit variance over `images`, normalisations the scale and shift that
     restore the output. Training then works as it did before the export. Without images the
     normalisations do nothing (mean 0, variance 1), which suits only a very short training.
@@ -57,7 +57,7 @@ def checkpoint_from_onnx(
         raise InputError(f"the weights {model} do not exist.")
     tensors, names = _read(model)
     torch_model = _network(network, names)
-    _fill(torch_model, tensors, f"{model} is no export of {network}")
+    _fill(torch_model, tensors, f"{model} is not an export of {network}")
     _restore_normalisation(torch_model, images)
     import torch
 
@@ -68,7 +68,7 @@ def checkpoint_from_onnx(
 
 
 def training_batches(data: Path, side: int, count: int = 128) -> Iterator[NDArray[np.float32]]:
-    """Yield up to `count` training images of a YOLO data.yaml, evenly taken, for the above.
+    """Yield up to `count` training images of a YOLO data.yaml, evenly sampled, for the above.
 
     Args:
         data: the data.yaml.
@@ -101,7 +101,7 @@ def _read(model: Path) -> tuple[dict[str, NDArray[np.float32]], dict[int, str]]:
         graph = onnx.load(model)
     except Exception as error:  # protobuf raises its own, which is no part of onnx's interface
         raise InputError(
-            f"{model} is no ONNX model: {' '.join(str(error).split())[:200]}"
+            f"{model} is not an ONNX model: {' '.join(str(error).split())[:200]}"
         ) from error
     tensors = {item.name: numpy_helper.to_array(item) for item in graph.graph.initializer}
     metadata = {item.key: item.value for item in graph.metadata_props}
@@ -127,7 +127,7 @@ def _lacking(error: ImportError) -> ModelError:
 
 
 def _fill(network: Any, tensors: dict[str, NDArray[np.float32]], otherwise: str) -> None:
-    """Give every convolution its exported weights, every normalisation nothing to do."""
+    """Set every convolution to its exported weights, every normalisation to the identity."""
     import torch
 
     for name, layer in network.named_modules():
@@ -157,7 +157,7 @@ def _copy(into: Any, values: NDArray[np.float32] | None, otherwise: str, name: s
 
 
 def _restore_normalisation(network: Any, images: Iterable[NDArray[np.float32]]) -> None:
-    """Let each convolution before a normalisation have unit variance, the output unchanged."""
+    """Scale convolutions before normalisations to unit variance with unchanged output."""
     import torch
 
     layers = dict(network.named_modules())

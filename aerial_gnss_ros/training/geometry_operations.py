@@ -3,7 +3,7 @@
 """Augmentations that move pixels: each is a matrix and the size of the canvas afterwards.
 
 Points are in pixels with the image's first pixel spanning 0 to 1, as in YOLO's labels. A matrix
-takes a point (x, y, 1) of the canvas before to the canvas after.
+maps a point (x, y, 1) of the canvas before to the canvas after.
 """
 
 from __future__ import annotations
@@ -20,7 +20,8 @@ GeometryOperation = Callable[[np.random.Generator, Size, Array], Movement]
 """(random numbers, size of the canvas, centres (n, 2) of the boxes) -> matrix (3, 3), new size."""
 
 TILT_DEG = 10.0
-"""Largest turn beside quarter turns: a box says little of how its robot lies (see carrying.py)."""
+"""Greatest rotation besides quarter turns, deg: a box says little about its robot's orientation
+(see carrying.py)."""
 SHEAR_DEG = 5.0
 SCALE = 1.25
 TRANSLATE = 0.1  # of the canvas
@@ -46,21 +47,21 @@ def flip_horizontal(_: np.random.Generator, size: Size, __: Array) -> Movement:
 
 
 def flip_vertical(_: np.random.Generator, size: Size, __: Array) -> Movement:
-    """Swap top and bottom: a camera that looks down knows no up."""
+    """Swap top and bottom: a camera that looks down has no preferred orientation."""
     return np.array([[1.0, 0.0, 0.0], [0.0, -1.0, size[1]], [0.0, 0.0, 1.0]]), size
 
 
 def crop(rng: np.random.Generator, size: Size, centres: Array) -> Movement:
-    """Cut out a window of LEAST_CROP to all of each side."""
+    """Crop to a window of LEAST_CROP to 1 of each side."""
     shares = rng.uniform(LEAST_CROP, 1.0, 2)
     window = max(1, round(size[0] * shares[0])), max(1, round(size[1] * shares[1]))
     return crop_to(rng, size, centres, window)
 
 
 def crop_to(rng: np.random.Generator, size: Size, centres: Array, window: Size) -> Movement:
-    """Cut out a window of the given size, or what of it the canvas has.
+    """Crop to a window of the given size, or the part of it on the canvas.
 
-    Its place is drawn among those that keep every box's centre; where there are none, among all.
+    Its position is drawn among those that keep every box's centre; if there are none, among all.
     """
     kept = min(window[0], size[0]), min(window[1], size[1])
     corner = []

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Exports an ONNX model to 16 bits (fp16); its input and output stay in 32.
 
-Written here because the usual converters can keep single nodes in 32 bits, but round what passes
+Written here because the usual converters can keep single nodes in 32 bits, but round the values
 between them to 16.
 """
 
@@ -18,22 +18,22 @@ from aerial_gnss_ros.core.values.errors import ModelError
 from aerial_gnss_ros.training.onnx_graph import keep_metadata, last_nodes, read_float_model
 
 _FLOAT, _HALF = 1, 10  # onnx.TensorProto's numbers
-_STAYS_FLOAT = {"Resize": (1, 2)}  # inputs that ONNX wants in 32 bits: region and scales
+_STAYS_FLOAT = {"Resize": (1, 2)}  # inputs that ONNX requires in 32 bits: region and scales
 _LARGEST = float(np.finfo(np.float16).max)
 
 
 def export_half(source: Path, output: Path) -> Path:
     """Write `source` with weights and activations in 16 bits.
 
-    Where boxes are made of the last logits everything stays in 32 bits: in 16 a coordinate beyond
-    1024 px would be a whole number.
+    The conversion of the last logits to boxes stays in 32 bits: in 16 bits a coordinate beyond 1024
+    px would be a whole number.
 
     Args:
         source: .onnx in fp32.
         output: .onnx to write; must not exist.
 
     Raises:
-        ModelError: `source` cannot be used, or onnx is not installed.
+        ModelError: `source` is unusable, or onnx is not installed.
         OutputError: `output` exists or cannot be written.
     """
     model = read_float_model(source)
@@ -89,7 +89,7 @@ class _Conversion:
                 self._half[item.name] = self._cast(item.name, f"{item.name}_half", _HALF)
 
     def convert(self, node: Any) -> None:
-        """Take a node over that works in 16 bits."""
+        """Convert a node that works in 16 bits."""
         for place, name in enumerate(node.input):
             if place in _STAYS_FLOAT.get(node.op_type, ()):
                 self.give_back(name)
@@ -104,7 +104,7 @@ class _Conversion:
         self.nodes.append(node)
 
     def keep(self, node: Any) -> None:
-        """Take a node over that works in 32 bits."""
+        """Copy a node that works in 32 bits."""
         for name in node.input:
             self.give_back(name)
         self._given_back.update(node.output)
@@ -149,7 +149,7 @@ def _half_constant(value: Any, name: str) -> Any:
 
 
 def _set_types(node: Any) -> None:
-    """Turn what a node makes by itself, a cast or a constant, to 16 bits."""
+    """Convert a node's own output type, of a cast or a constant, to 16 bits."""
     for attribute in node.attribute:
         if node.op_type == "Cast" and attribute.name == "to" and attribute.i == _FLOAT:
             attribute.i = _HALF

@@ -28,12 +28,12 @@ ABOUT_AS_GOOD = 0.002
 
 
 def held_out_split(found: Inspection) -> str:
-    """Return test where the data set has it, else val, by which the best epoch was chosen."""
+    """Return `test` if the data set has it, else `val`, which chose the best epoch."""
     return "test" if found.examples.get("test") else "val"
 
 
 def held_out_images(found: Inspection, split: str) -> Iterator[LabelledImage]:
-    """Yield the images of a split; with a simulation's record of them if it made them."""
+    """Yield the images of a split, with the simulation's records if they are simulated."""
     root = found.dataset.root
     folders = found.dataset.folders.get(split, ())
     if (root / META).is_file() and list(folders) == [root / "images" / split]:
@@ -49,7 +49,7 @@ def score_weights(
     """Return the scores of weights as figures for JSON.
 
     Args:
-        weights: of our own making; a .pt is loaded without asking.
+        weights: made by this program; a .pt is loaded without confirmation.
         images: to score on.
         config: score threshold, image size and device.
     """
@@ -75,8 +75,8 @@ def score_weights(
 def best_threshold(pairs: Sequence[tuple[Detections, Truth]]) -> tuple[float, float]:
     """Return the score threshold with the best F1 score, and that score.
 
-    Of several that are about as good, the middle one: it is the safest. NaN where no robot is
-    found at any.
+    Of several that are about equally good, the middle one, which is the most robust. NaN if no
+    robot is detected at any.
     """
     f1 = np.zeros(len(THRESHOLDS))
     for i, threshold in enumerate(THRESHOLDS):

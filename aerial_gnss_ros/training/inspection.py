@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Looks through a data set before it is used: every file, every line, and what is in two sets."""
+"""Inspects a data set before use: every file, every line, and duplicates across splits."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ class DatasetError(InputError):
 
 @dataclass(frozen=True)
 class Problem:
-    """What is wrong with a file.
+    """An error in a file.
 
     Attributes:
         file: which.
@@ -50,7 +50,7 @@ class Problem:
 
 @dataclass(frozen=True)
 class Example:
-    """A labelled image that was found to be in order.
+    """A valid labelled image.
 
     Attributes:
         image: the file.
@@ -59,7 +59,7 @@ class Example:
         classes: (n,) numbers of the classes.
         boxes: (n, 4) centre x, y, width, height, relative to the image.
         digest: SHA-256 of image and labels as they lie on the disk.
-        pixels: the same of the pixels alone: the same picture in another file has the same.
+        pixels: SHA-256 of the pixels alone, equal for the same picture in another file.
     """
 
     image: Path
@@ -73,12 +73,12 @@ class Example:
 
 @dataclass
 class Inspection:
-    """What was found.
+    """Result of an inspection.
 
     Attributes:
-        dataset: what was looked through.
-        examples: those in order, of each split.
-        problems: everything else.
+        dataset: the data set.
+        examples: the valid images of each split.
+        problems: the errors.
     """
 
     dataset: Dataset
@@ -103,8 +103,8 @@ class Inspection:
         if count > MOST_SAID:
             lines.append(f"  and {count - MOST_SAID} more")
         raise DatasetError(
-            f"{self.dataset.file} describes a data set with {counted(count, 'error')}; "
-            "nothing was done:\n" + "\n".join(lines)
+            f"{self.dataset.file} describes a data set with {counted(count, 'error')}; no work "
+            "was done:\n" + "\n".join(lines)
         )
 
 
@@ -115,14 +115,14 @@ def inspect(
     needed: tuple[str, ...] = ("train", "val"),
     report: Callable[[int], None] | None = None,
 ) -> Inspection:
-    """Return what is in a data set, and all that is wrong with it.
+    """Return the content of a data set and all its errors.
 
     Args:
         dataset: as its data.yaml describes it.
         unlabelled_is_empty: whether an image without a label file shows no robot. Otherwise it is
             an error: a forgotten label teaches a network to overlook a robot.
         needed: splits that must have images.
-        report: called with the number of images that were looked at.
+        report: called with the number of images inspected.
     """
     found = Inspection(dataset)
     done = 0
@@ -158,8 +158,8 @@ def _example(image: Path, dataset: Dataset, may_lack: bool, problems: list[Probl
         text = labels.read_bytes()
     elif not may_lack:
         raise InputError(
-            f"it has no label file {labels}; write an empty one where there is no robot, or say "
-            "that such images are empty (--unlabelled empty)"
+            f"it has no label file {labels}; write an empty one if there is no robot, or declare "
+            "such images empty (--unlabelled empty)"
         )
     rows = []
     for number, line in enumerate(text.decode("utf-8", errors="replace").splitlines(), start=1):
@@ -170,7 +170,7 @@ def _example(image: Path, dataset: Dataset, may_lack: bool, problems: list[Probl
                 problems.append(Problem(labels, str(error), number))
                 continue
             if row in rows:
-                problems.append(Problem(labels, "the same box stands there twice", number))
+                problems.append(Problem(labels, "the same box occurs twice", number))
             rows.append(row)
     table = np.array(rows, dtype=np.float64).reshape(-1, 5)
     digest = hashlib.sha256(hashlib.sha256(content).digest() + text).hexdigest()
@@ -183,20 +183,20 @@ def _decode(content: bytes) -> tuple[tuple[int, int], str]:
         raise InputError("the file is empty")
     header = read_header(content)
     if header is None:
-        raise InputError("it is no image, whatever its name says")
+        raise InputError("it is not an image, despite its name")
     refuse_large(header.width, header.height, MAX_PIXELS, "")
     try:
         with warnings.catch_warnings(), PillowImage.open(io.BytesIO(content)) as picture:
             warnings.simplefilter("ignore", PillowImage.DecompressionBombWarning)
             orientation = picture.getexif().get(_ORIENTATION, 1)
             rgb = picture.convert("RGB")  # reads it whole, so a cut file is noticed
-    except Exception as error:  # Pillow raises whatever the damage causes
+    except Exception as error:  # Pillow raises arbitrary exceptions on damage
         said = " ".join(str(error).split())
         raise InputError(f"the image cannot be read ({said or 'damaged'})") from error
     if orientation != 1:
         raise InputError(
-            f"it is stored turned (EXIF orientation {orientation}), and label tools differ in what "
-            "they make of that: save it upright, and see whether its labels fit"
+            f"it is stored rotated (EXIF orientation {orientation}), which label tools treat "
+            "differently: save it upright, and check its labels"
         )
     if min(rgb.size) < 10:
         raise InputError(f"it is only {rgb.size[0]} x {rgb.size[1]} px")

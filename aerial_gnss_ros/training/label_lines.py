@@ -14,7 +14,7 @@ from aerial_gnss_ros.core.values.errors import InputError
 from aerial_gnss_ros.text.sentences import counted
 
 OVERHANG = 1e-3
-"""How far an edge may reach beyond the image, relative to it: label tools round."""
+"""Greatest overhang of an edge beyond the image, relative to its size: label tools round."""
 
 
 def parse(line: str, classes: int) -> tuple[int, float, float, float, float]:
@@ -25,7 +25,7 @@ def parse(line: str, classes: int) -> tuple[int, float, float, float, float]:
         classes: how many there are.
 
     Raises:
-        InputError: says what is wrong, to be put behind the file's name.
+        InputError: with the error, to be prefixed with the file's name.
     """
     words = line.split()
     if len(words) != 5:
@@ -44,7 +44,7 @@ def parse(line: str, classes: int) -> tuple[int, float, float, float, float]:
         raise InputError(f"class {words[0]} is not in data.yaml, which has {meant}")
     x, y, width, height = place
     if not (0.0 <= x <= 1.0 and 0.0 <= y <= 1.0):
-        raise InputError(f"the centre ({x:g}, {y:g}) lies outside 0 to 1: is it in pixels?")
+        raise InputError(f"the centre ({x:g}, {y:g}) is outside 0 to 1: it may be in pixels")
     if not (0.0 < width <= 1.0 + 2 * OVERHANG and 0.0 < height <= 1.0 + 2 * OVERHANG):
         raise InputError(f"the size {width:g} x {height:g} is not above 0 and at most 1")
     edges = (x - width / 2, y - height / 2, x + width / 2, y + height / 2)

@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Reads labelled images in YOLO's layout, with the simulation's meta.csv where there is one."""
+"""Reads labelled images in YOLO's layout, with the simulation's meta.csv if present."""
 
 from __future__ import annotations
 
@@ -28,9 +28,9 @@ class Truth:
 
     Attributes:
         corners: (n, 4) left, top, right, bottom, px; the middle of the first pixel is (0, 0).
-        counted: (n,) whether a detector is expected to find it.
-        long_px: (n,) long side of the robot (of its box where there is no meta.csv).
-        contrast: (n,) against the water, 0 to 1; NaN where there is no meta.csv.
+        counted: (n,) whether a detector is expected to detect it.
+        long_px: (n,) long side of the robot (of its box without meta.csv).
+        contrast: (n,) against the water, 0 to 1; NaN without meta.csv.
         class_ids: (n,) index of the class.
     """
 
@@ -43,12 +43,12 @@ class Truth:
 
 @dataclass(frozen=True)
 class LabelledImage:
-    """An image and what is in it.
+    """An image and its robots.
 
     Attributes:
         name: file name, or topic and stamp.
         truth: the robots.
-        read: returns (height, width, 3) blue, green, red; InputError if it is no image.
+        read: returns (height, width, 3) blue, green, red; InputError if it is not an image.
     """
 
     name: str
@@ -57,7 +57,7 @@ class LabelledImage:
 
 
 def read_labels(folder: Path, split: str) -> Iterator[LabelledImage]:
-    """Yield the images of `folder`/images/`split` with the boxes that they are trained on.
+    """Yield the images of `folder`/images/`split` with their training boxes.
 
     Raises:
         InputError: no such images, or a label that cannot be read.
@@ -117,17 +117,17 @@ def _of_meta(path: Path, rows: Sequence[Mapping[str, Any]]) -> Truth:
     try:
         return truth_of_rows(rows)
     except (KeyError, TypeError, ValueError) as error:
-        raise InputError(f"{path} has a row that cannot be read: {cut(str(error))}.") from error
+        raise InputError(f"{path} has an invalid row: {cut(str(error))}.") from error
 
 
 def truth_of_rows(rows: Sequence[Mapping[str, Any]]) -> Truth:
-    """Return what a simulation recorded of the robots in one image, one row each.
+    """Return the simulation's truth of the robots in one image, one row each.
 
     Args:
         rows: with the columns of meta.csv (`RobotLabel.figures`), as numbers or as text.
 
     Raises:
-        KeyError, TypeError, ValueError: a column lacks, or is no number.
+        KeyError, TypeError, ValueError: a column is missing or not a number.
     """
 
     def column(name: str) -> NDArray[np.float64]:

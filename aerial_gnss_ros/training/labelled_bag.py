@@ -33,10 +33,10 @@ def is_bag(path: Path) -> bool:
 def read_bag(path: Path) -> Iterator[LabelledImage]:
     """Yield the images of a bag, each with the true labels that have its stamp.
 
-    What counts is what counts in pictures of `simulation.dataset`: topic truth/labels states of
-    every robot what meta.csv states there. Bags without it have only truth/detections, which leaves
-    out robots that are too faint or cut off: found, they count as false. In them
-    robots count whose box is at least 16 x 8 px.
+    Robots count as in images of `simulation.dataset`: topic truth/labels has the same data as
+    meta.csv. Bags without it have only truth/detections, which omits robots that are too faint or
+    truncated: if detected, they count as false. There, robots with a box of at least 16 x 8 px
+    count.
 
     Raises:
         InputError: not a bag, or one without images or true labels.
@@ -55,7 +55,7 @@ def read_bag(path: Path) -> Iterator[LabelledImage]:
 
 
 def _truths(path: Path) -> dict[int, Truth]:
-    """Return what is known of the images, by their stamps."""
+    """Return the truth of the images, by their stamps."""
     with open_bag([path]) as bag:
         labels = {name for name in bag.topics if name.endswith(_LABELS)}
         if labels:

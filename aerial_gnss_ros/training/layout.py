@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Where the files of a data set in YOLO's layout lie: data.yaml, images/, labels/."""
+"""Paths of a data set in YOLO's layout: data.yaml, images/, labels/."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ def open_dataset(path: Path) -> Dataset:
     A split may be a folder of images, a list of them, or a text file with a path on each line.
 
     Raises:
-        InputError: no such file, or one that cannot be understood.
+        InputError: no such file, or an invalid one.
     """
     file = path / "data.yaml" if path.is_dir() else path
     if not file.is_file():
@@ -67,7 +67,7 @@ def open_dataset(path: Path) -> Dataset:
 
 
 def label_file(image: Path) -> Path:
-    """Return where the labels of an image lie: beside images/ in labels/, else beside it."""
+    """Return the label file of an image: in labels/ beside images/, else beside the image."""
     parts = list(image.parts)
     for i in range(len(parts) - 2, -1, -1):
         if parts[i] == "images":
@@ -126,7 +126,7 @@ def _images(
 
 
 def _path(root: Path, word: str) -> Path:
-    """Return what a split means; Roboflow writes ../train/images for train/images."""
+    """Return the path of a split; Roboflow writes ../train/images for train/images."""
     path, below = root / word, root / word.removeprefix("../")
     return below if not path.exists() and below.exists() else path
 
@@ -135,5 +135,5 @@ def _listed(file: Path) -> list[Path]:
     try:
         lines = file.read_text(encoding="utf-8").splitlines()
     except UnicodeDecodeError as error:
-        raise InputError(f"{file} is no list of images: it is not text.") from error
+        raise InputError(f"{file} is not a list of images: it is not text.") from error
     return [(file.parent / line.strip()).resolve() for line in lines if line.strip()]

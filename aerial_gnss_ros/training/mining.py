@@ -1,11 +1,11 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Cuts small training tiles round what a network gets wrong, and round some of the rest.
+"""Cuts small training tiles around a network's errors, and some others (hard-example mining).
 
 python -m aerial_gnss_ros.training.mining MODEL FOLDER -o TILES
 
-Most of a picture of the sea teaches a trained network nothing more. A tile of 160 px costs a
-quarter of a crop of 320 px to train on, and holds what the crop was worth.
+A trained network learns nothing more from most of an image of the sea. A tile of 160 px costs a
+quarter of a crop of 320 px, and contains what is worth learning.
 """
 
 from __future__ import annotations
@@ -30,22 +30,22 @@ from aerial_gnss_ros.training.labelled import LabelledImage, Truth, read_labels
 from aerial_gnss_ros.training.score import match
 
 Corners = NDArray[np.float64]
-_LOOKED_AT = 0.1  # boxes of less score are not looked at
+_LOOKED_AT = 0.1  # boxes of lower score are ignored
 _QUALITY = 95
 _PLACINGS = 12
 
 
 @dataclass(frozen=True)
 class Mining:
-    """What becomes a tile.
+    """Selection of tiles.
 
     Attributes:
         side: of a tile, px.
-        false_score: a box on no robot is wrong from this score on.
-        true_score: a robot found with less is hard.
-        least_iou: a robot found with a box that fits less is hard.
-        draws: tiles round every hard place, each placed anew.
-        easy: tiles from other places, for every image.
+        false_score: a box on no robot counts as an error from this score on.
+        true_score: a robot detected with a lower score is hard.
+        least_iou: a robot detected with a lower IoU is hard.
+        draws: randomly placed tiles around every hard position.
+        easy: tiles from other positions per image.
         seed: of the placing.
     """
 
@@ -66,8 +66,8 @@ def mine(
     Args:
         detector: set to a score threshold below `false_score`.
         images: to cut from; at least as large as a tile.
-        folder: made when everything is written.
-        mining: what to cut.
+        folder: created when everything is written.
+        mining: selection of tiles.
 
     Returns:
         Number of hard and of other tiles.
@@ -113,7 +113,7 @@ def mine(
 
 
 def hard_places(found: Detections, truth: Truth, mining: Mining) -> Corners:
-    """Return the middles (n, 2) of false boxes, and of robots missed or nearly so, px."""
+    """Return the centres (n, 2) of false boxes, and of robots missed or nearly missed, px."""
     matched = match(found, truth)
     places = [found.xywh[i, :2] for i in np.flatnonzero(matched.robot == -1)
               if found.scores[i] >= mining.false_score]  # fmt: skip
@@ -126,7 +126,7 @@ def hard_places(found: Detections, truth: Truth, mining: Mining) -> Corners:
 
 
 def _other_places(rng: np.random.Generator, image: Image, truth: Truth, count: int) -> Corners:
-    """Return places (count, 2) of robots as far as there are any, else anywhere."""
+    """Return positions (count, 2) of robots as far as there are any, else random ones."""
     size = np.array([image.shape[1], image.shape[0]], dtype=np.float64)
     places = rng.uniform((0.0, 0.0), size, (count, 2))
     if len(truth.corners):
@@ -139,7 +139,7 @@ def _other_places(rng: np.random.Generator, image: Image, truth: Truth, count: i
 def _window(
     rng: np.random.Generator, place: Corners, corners: Corners, image: Image, side: int
 ) -> NDArray[np.int64]:
-    """Return left and top of a tile that has the place in it and cuts few robots."""
+    """Return left and top of a tile that contains the position and cuts few robots."""
     room = np.array([image.shape[1], image.shape[0]]) - side
     best, least = np.zeros(2, dtype=np.int64), np.inf
     for _ in range(_PLACINGS):

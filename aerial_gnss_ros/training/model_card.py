@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""The model card of a training: what it learnt from, how, and how well, in Markdown."""
+"""The model card of a training in Markdown: data, method and scores."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from aerial_gnss_ros.training.run_folder import Plan
 
 @dataclass(frozen=True)
 class Split:
-    """What is in a split.
+    """Content of a split.
 
     Attributes:
         images: how many.
@@ -44,7 +44,7 @@ class Card:
         names: of the classes.
         splits: of the data set.
         scores: of `held_out.score_weights`, with the split that they are of.
-        versions: of what took part.
+        versions: of the software.
         epochs: rows of `curves.read_epochs`.
     """
 
@@ -57,7 +57,7 @@ class Card:
 
 
 def count_split(found: Inspection, split: str) -> Split:
-    """Return what is in a split."""
+    """Return the content of a split."""
     examples = found.examples[split]
     classes = np.concatenate([np.zeros(0, np.int64), *(example.classes for example in examples)])
     numbers = np.bincount(classes, minlength=len(found.dataset.names))
@@ -89,10 +89,10 @@ def _scores(card: Card) -> list[str]:
     scores, split = card.scores, card.scores["split"]
     chosen_by_them = split != "test" and not card.plan.phases[-1].hours
     warning = (
-        "These images were not learnt from."
+        "These images were not used for training."
         if not chosen_by_them
-        else "These images were not learnt from, but the best epoch was chosen by them, so the "
-        "scores are a little too good; a split named test would give honest ones."
+        else "These images were not used for training, but they selected the best epoch, so "
+        "the scores are a little too good; a split named test would give unbiased ones."
     )
     overall, threshold = scores["overall"], scores["score_threshold"]
     images, robots = counted(scores["images"], "image"), counted(overall["robots"], "robot")
@@ -139,12 +139,12 @@ def _data(card: Card) -> list[str]:
 
 def _training(card: Card) -> list[str]:
     plan = card.plan
-    lines = ["## Training", "", f"Begun with {_origin(plan.weights)}.", ""]
+    lines = ["## Training", "", f"Started from {_origin(plan.weights)}.", ""]
     for number, phase in enumerate(plan.phases, start=1):
         done = sum(row["phase"] == str(number) for row in card.epochs)
         amount, kept = f"{done} of {counted(phase.epochs, 'epoch')}", ""
         if phase.hours:
-            amount = f"{phase.hours:g} hours, {counted(done, 'epoch')} (the last one cut short),"
+            amount = f"{phase.hours:g} hours, {counted(done, 'epoch')} (the last one incomplete),"
             kept = "; the last weights are kept"
         lines.append(f"{number}. {amount} on images with {phase.words}{kept}")
     lines += ["", "| parameter | value |", "|---|---|"]
@@ -168,5 +168,5 @@ def _origin(weights: str) -> str:
 
 
 def figure(value: float | None, digits: int = 3, unit: str = "") -> str:
-    """Return a figure in words; without robots or boxes there is none."""
+    """Return a figure as text; without robots or boxes there is none."""
     return "none" if value is None or math.isnan(value) else f"{value:.{digits}f}{unit}"

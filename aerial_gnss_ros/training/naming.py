@@ -12,11 +12,10 @@ from aerial_gnss_ros.training.layout import Dataset
 
 
 def unique_names(images: Sequence[Path], dataset: Dataset) -> list[str]:
-    """Return a name for each image of a split, without ending; no two are the same.
+    """Return a unique name for each image of a split, without ending.
 
-    It is the image's own, with the folders below images/<split> where there are any. Images of
-    several folders that have the same name get the whole path from the data set's root, or a
-    number.
+    It is the image's own, with any folders below images/<split>. Images of several folders that
+    have the same name get the whole path from the data set's root, or a number.
     """
     names = ["_".join(_below(image, dataset).with_suffix("").parts) for image in images]
     names = _longer(names, ["_".join(_from_root(image, dataset)) for image in images])
@@ -24,7 +23,7 @@ def unique_names(images: Sequence[Path], dataset: Dataset) -> list[str]:
 
 
 def path_key(image: Path, dataset: Dataset) -> str:
-    """Return what stands for an image wherever the data set lies, whatever else is in it."""
+    """Return a key of an image that does not depend on the data set's location or content."""
     return "/".join(_from_root(image, dataset))
 
 

@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Keeps ultralytics to itself: no downloads, no reports to its makers, no files in the home."""
+"""Isolates ultralytics: no downloads, no telemetry, no files in the home folder."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ from aerial_gnss_ros.core.values.errors import ModelError
 from aerial_gnss_ros.detection.offline import OFFLINE, QUIET, SETTINGS, settings_folder
 from aerial_gnss_ros.resources import install_hint
 
-# Loggers of other makers that ultralytics starts by itself where they are installed.
+# Third-party loggers that ultralytics starts by itself if they are installed.
 _LOGGERS = ("clearml", "comet", "dvc", "mlflow", "raytune", "tensorboard", "wandb")
 _FONTS = ("Arial.ttf", "Arial.Unicode.ttf")
 
 
 def require_ultralytics(what: str) -> None:
-    """Raise ModelError, which says what to install, where ultralytics is missing.
+    """Raise ModelError with installation advice if ultralytics is missing.
 
     Args:
         what: needs it.
@@ -38,7 +38,7 @@ def offline_environment(folder: Path) -> dict[str, str]:
     """
     fonts = folder / "Ultralytics"
     fonts.mkdir(parents=True, exist_ok=True)
-    # Without a font of this name it asks the network for one, whatever YOLO_OFFLINE says.
+    # Without a font of this name it downloads one, whatever YOLO_OFFLINE says.
     font = _a_font()
     for name in _FONTS:
         if not (fonts / name).exists():
@@ -47,7 +47,7 @@ def offline_environment(folder: Path) -> dict[str, str]:
         **os.environ,
         SETTINGS: str(folder.resolve()),
         **OFFLINE,
-        **dict.fromkeys(QUIET, "true"),  # a training has a log of its own for its talk
+        **dict.fromkeys(QUIET, "true"),  # a training logs its messages separately
         "MPLBACKEND": "Agg",
     }
 
@@ -58,12 +58,12 @@ def go_offline() -> None:
 
 
 def keep_to_itself(threads: int) -> None:
-    """Import ultralytics, switch its reports and loggers off, and have it keep to its threads.
+    """Import ultralytics, disable its reports and loggers, and limit its threads.
 
     The settings that this changes are those of `offline_environment`'s folder.
 
     Args:
-        threads: of the processor; 0: as it likes.
+        threads: of the CPU; 0: its default.
     """
     import ultralytics.models
     from ultralytics import settings

@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""What an export to fewer bits needs to know of an ONNX graph: which nodes must stay exact."""
+"""Analysis of ONNX graphs for exports to fewer bits: which nodes must stay exact."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ def read_float_model(path: Path) -> Any:
     """Return the ONNX model of a file, in 32 bits, each node named.
 
     Raises:
-        ModelError: missing, no ONNX model, not in 32 bits, or onnx is not installed.
+        ModelError: missing, not an ONNX model, not in 32 bits, or onnx is not installed.
     """
     if path.suffix.lower() != ".onnx":
         raise ModelError(f"{path} is not an .onnx file; export it to ONNX in fp32 first.")
@@ -40,18 +40,20 @@ def read_float_model(path: Path) -> Any:
     if any(value.data_type == half for value in model.graph.initializer):
         raise ModelError(f"{path} is in 16 bits already; give the model in fp32.")
     if not any(node.op_type == "Conv" for node in model.graph.node):
-        raise ModelError(f"{path} has no convolution; it is no detection model of the YOLO family.")
+        raise ModelError(
+            f"{path} has no convolution; it is not a detection model of the YOLO family."
+        )
     for number, node in enumerate(model.graph.node):
         node.name = node.name or f"{node.op_type}_{number}"
     return model
 
 
 def last_nodes(model: Any) -> tuple[list[str], list[str]]:
-    """Return the names of the last convolutions, and of all nodes behind them.
+    """Return the names of the last convolutions, and of all nodes after them.
 
-    From the last convolutions of a YOLO head come the logits of sides and scores; behind them,
-    without a trained weight, boxes are made of those. The fixed convolution that takes the mean of
-    a distribution (DFL, behind a softmax) belongs to what is behind.
+    The last convolutions of a YOLO head output the logits of sides and scores; the nodes after them
+    convert these to boxes, without trained weights. The fixed convolution that takes the mean of a
+    distribution (DFL, after a softmax) belongs to the latter.
     """
     nodes = list(model.graph.node)
     readers: dict[str, list[Any]] = defaultdict(list)

@@ -10,8 +10,7 @@ from dataclasses import dataclass
 from aerial_gnss_ros.core.values.errors import ConfigError
 from aerial_gnss_ros.training.inspection import Example
 
-# How many robots the images of a phase show. Images without any are in every phase: both have
-# to learn what is no robot.
+# Number of robots in the images of a phase. Images without robots are in every phase, as negatives.
 SHOWS: dict[str, str] = {
     "single": "one robot or none",
     "several": "several robots or none",
@@ -36,7 +35,7 @@ class Phase:
 
     @property
     def words(self) -> str:
-        """What its images show."""
+        """Content of its images, in words."""
         return SHOWS[self.shows]
 
     def holds(self, example: Example) -> bool:
@@ -74,7 +73,7 @@ def timed_phase(hours: float) -> tuple[Phase, ...]:
     """Return one phase over all images, for a given time.
 
     Raises:
-        ConfigError: no sensible time.
+        ConfigError: an invalid time.
     """
     if not 0.0 < hours <= MOST_HOURS:
         raise ConfigError(f"--time must be above 0 and at most {MOST_HOURS} hours, not {hours:g}.")
@@ -92,6 +91,6 @@ def members(phase: Phase, examples: Sequence[Example]) -> list[Example]:
         robots = {"single": "exactly one robot", "several": "several robots", "all": "any robot"}
         raise ConfigError(
             f"none of the {len(examples)} training images shows {robots[phase.shows]}; add such "
-            "images, or do without the curriculum (train --one-phase)."
+            "images, or train without the curriculum (train --one-phase)."
         )
     return chosen

@@ -41,10 +41,10 @@ def motion_blur(rng: np.random.Generator, image: Image) -> Image:
 
 
 def glass_blur(rng: np.random.Generator, image: Image) -> Image:
-    """Take each pixel from a random place up to GLASS_PX off, between two blurs.
+    """Move each pixel by a random offset of up to GLASS_PX, between two blurs.
 
-    As light that is scattered by ruffled water; D. Hendrycks and T. Dietterich, Benchmarking
-    neural network robustness to common corruptions, ICLR 2019, but with independent draws.
+    Like light scattered by ruffled water; D. Hendrycks and T. Dietterich, Benchmarking neural
+    network robustness to common corruptions, ICLR 2019, but with independent draws.
     """
     reach, sigma = int(rng.integers(GLASS_PX[0], GLASS_PX[1] + 1)), rng.uniform(0.7, 1.2)
     height, width = image.shape[:2]
@@ -66,7 +66,7 @@ def brightness(rng: np.random.Generator, image: Image) -> Image:
 
 
 def colour_temperature(rng: np.random.Generator, image: Image) -> Image:
-    """Light the scene with KELVIN, drawn evenly in 1/K, as the eye sees differences."""
+    """Light the scene with KELVIN, drawn uniformly in 1/K, as the eye perceives differences."""
     kelvin = 1.0 / rng.uniform(1.0 / KELVIN[1], 1.0 / KELVIN[0])
     return _uint8(cv2.LUT(image, table(kelvin).reshape(1, 256, 3)))
 

@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""The boxes that a detector proposes, with the truth: what a second look learns from."""
+"""A detector's boxes with their truth: training data of the second look."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from aerial_gnss_ros.training.labelled import LabelledImage, Truth
 from aerial_gnss_ros.training.score import MATCH_IOU
 
 ROOM = 1.25  # views are kept larger, so that they can be turned, moved and scaled
-_NEARLY = 0.1  # a box whose IoU is below by less than this is neither wholly right nor wrong
+_NEARLY = 0.1  # margin of IoU below which a box is neither fully right nor wrong
 _PART_WEIGHT = 0.5
 _NEARLY_WEIGHT = 0.3
 
@@ -32,7 +32,7 @@ class Proposals:
         traits: (n, 3) as `second_look_terms.traits` gives them.
         scores: (n,) of the detector.
         is_robot: (n,) whether the box fits a robot: IoU 0.5 or more.
-        weights: (n,) how much each counts; boxes that nearly fit count little.
+        weights: (n,) of each box; boxes that nearly match count little.
     """
 
     views: NDArray[np.uint8]
@@ -59,14 +59,14 @@ def joined(parts: Iterable[Proposals]) -> Proposals:
 
 
 def gather(detector: Detector, images: Iterable[LabelledImage], terms: Terms) -> Proposals:
-    """Return all boxes that a detector finds in labelled images.
+    """Return all boxes of a detector in labelled images.
 
-    Those that it is sure of are among them: what robots look like is learnt from them as well.
+    Certain ones are included, because they also show what robots look like.
 
     Args:
         detector: with a score threshold of `terms.from_score`, without a second look.
-        images: that the detector was not trained on, as far as possible: on those that it was, it
-            errs less than it will.
+        images: if possible not those of the detector's training, on which it errs less than on
+            others.
         terms: of the look.
     """
     pixels = round(terms.side * ROOM)
@@ -86,7 +86,7 @@ def gather(detector: Detector, images: Iterable[LabelledImage], terms: Terms) ->
 def judged(
     corners: NDArray[np.float64], truth: Truth
 ) -> tuple[NDArray[np.bool_], NDArray[np.float64]]:
-    """Return for boxes (n, 4) whether each is a robot, and how much that counts."""
+    """Return whether each box (n, 4) is a robot, and its weight."""
     fits = iou(corners, truth.corners).max(axis=1, initial=0.0)
     is_robot = fits >= MATCH_IOU
     middles = (corners[:, None, :2] + corners[:, None, 2:]) / 2

@@ -3,7 +3,7 @@
 """Exports an ONNX model to 8 bits (int8) by calibration on images, without training.
 
 The file keeps ONNX's own operators and says in QuantizeLinear and DequantizeLinear where values are
-in 8 bits; so every runtime reads it, but each is fast with another arrangement of those.
+in 8 bits; so every runtime reads it, but each is fast with a different arrangement of those.
 """
 
 from __future__ import annotations
@@ -26,14 +26,14 @@ from aerial_gnss_ros.training.onnx_graph import keep_metadata, last_nodes, read_
 
 @dataclass(frozen=True)
 class Arrangement:
-    """Where a runtime wants values in 8 bits.
+    """Where a runtime needs values in 8 bits.
 
     Attributes:
         symmetric: signed, zero is 0 (TensorRT knows nothing else); else unsigned with an offset,
             which uses all 256 steps for values that are mostly positive.
-        outputs: also behind each convolution. ONNX Runtime computes in 8 bits only then; OpenVINO
+        outputs: also after each convolution. ONNX Runtime computes in 8 bits only then; OpenVINO
             and TensorRT join the activation to the convolution, and round once less without.
-        operators: what is in 8 bits.
+        operators: those computed in 8 bits.
     """
 
     symmetric: bool
@@ -51,11 +51,11 @@ ARRANGEMENTS = {
 
 @dataclass(frozen=True)
 class Quantization:
-    """How to calibrate.
+    """Settings of a calibration.
 
     Attributes:
         images: to calibrate on; as the camera takes them.
-        runtime: key of `ARRANGEMENTS`: which one it shall be fast on.
+        runtime: key of `ARRANGEMENTS`: the runtime to optimise for.
         longest: longest side of the images given to the network, px.
         reduce_range: weights in 7 bits: processors without VNNI (before 2019, say) overflow in 8
             with ONNX Runtime.
@@ -72,18 +72,18 @@ def export_int8(
 ) -> Path:
     """Write `source` with convolutions in 8 bits, weights for each channel by itself.
 
-    The last convolutions, which give the logits of sides and scores, and all behind them stay in
-    32 bits: see docs/results/detection.md for what that costs and saves.
+    The last convolutions, which give the logits of sides and scores, and all nodes after them stay
+    in 32 bits: docs/results/detection.md has cost and benefit.
 
     Args:
         source: .onnx in fp32.
         output: .onnx to write; must not exist.
         how: images and runtime.
-        report: called with the number of images looked at.
+        report: called with the number of images processed.
 
     Raises:
         InputError: a damaged image.
-        ModelError: `source` cannot be used, or onnx is not installed.
+        ModelError: `source` is unusable, or onnx is not installed.
         OutputError: `output` exists or cannot be written.
     """
     model = read_float_model(source)
@@ -138,7 +138,7 @@ def _quantize(model: Any, named: Path, made: Path, how: Quantization, report: An
 
 @contextmanager
 def _silence() -> Iterator[None]:
-    """Keep advice about other models (to pre-process, to optimise) from the reader."""
+    """Suppress advice about other models (to pre-process, to optimise)."""
     logger = logging.getLogger()
     before = logger.level
     logger.setLevel(logging.ERROR)

@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""What a training leaves: weights, table and curves of its course, scores, model card."""
+"""Results of a training: weights, learning curves, scores, model card."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ _LIBRARIES = (
 def write_results(run: RunFolder, plan: Plan, found: Inspection) -> None:
     """Score the last phase's weights and write everything into the run's folder.
 
-    The weights come last: where they are, the rest is.
+    The weights are written last: if they exist, the rest does.
     """
     rows = read_epochs([run.phase(n) / "results.csv" for n in range(len(plan.phases))])
     if plan.phases[-1].hours:
@@ -53,7 +53,7 @@ def write_results(run: RunFolder, plan: Plan, found: Inspection) -> None:
 
 
 def _without_nan(value: Any) -> Any:
-    """Return the figures as JSON can hold them: what does not exist is null."""
+    """Return the figures with null for NaN, which JSON lacks."""
     if isinstance(value, dict):
         return {name: _without_nan(item) for name, item in value.items()}
     if isinstance(value, list):
@@ -62,7 +62,7 @@ def _without_nan(value: Any) -> Any:
 
 
 def versions() -> dict[str, str]:
-    """Return the versions of what took part."""
+    """Return the versions of the software."""
     installed = {name: _version(name) for name in _LIBRARIES}
     known = {name: number for name, number in installed.items() if number}
     return {"aerial_gnss_ros": __version__, "Python": python_version(), **known}
@@ -76,6 +76,6 @@ def _version(name: str) -> str:
 
 
 def written(run: Path) -> list[Path]:
-    """Return the files that `write_results` leaves, for a person to look at."""
+    """Return the files of `write_results` that are meant for people."""
     names = ("best.pt", "model_card.md", "metrics.csv", "scores.json", "curves.png")
     return [run / name for name in names]

@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""What lies in the folder of a training, and what is remembered of it from start to resumption."""
+"""The folder of a training, and the state for resuming it."""
 
 from __future__ import annotations
 
@@ -25,24 +25,23 @@ ONLINE = ("light", "none")
 
 @dataclass(frozen=True)
 class Plan:
-    """Everything that a training depends on.
+    """Everything that determines a training.
 
     Attributes:
         dataset: data.yaml, an absolute path.
         fingerprint: of its content.
         unlabelled_is_empty: whether images without a label file show no robot.
         phases: in their order.
-        weights: what to begin with: an .onnx or .pt file, or a network's description (.yaml).
+        weights: initial weights: an .onnx or .pt file, or a network's description (.yaml).
         image_size: side of the square that images are fitted into, px.
-        batch: images a step.
+        batch: images per step.
         learning_rate: at the start of each phase; falls along a cosine to a hundredth.
         seed: of the first weights and of the order of images.
-        online: light: colour, small shifts and flips, drawn anew each epoch; none: images as
-            they are.
+        online: light: colour, small shifts and flips, drawn in each epoch; none: images unchanged.
         threads: of the processor; 0: as many as other programs leave free.
         device: such as cpu or 0; empty: a GPU where there is one.
         bfloat16: on a processor: calculate in 16 bits.
-        freeze: so many of the first layers stay as they are, and all normalisations.
+        freeze: number of first layers that stay fixed, with all normalisations.
     """
 
     dataset: Path
@@ -66,20 +65,20 @@ class RunFolder:
     """The files of a training.
 
     Attributes:
-        path: the folder. Results (best.pt and its description) appear at the end; until then
-            it holds what a resumption needs.
+        path: the folder. Results (best.pt and its description) are written at the end; until then
+            it holds the state for resuming.
     """
 
     path: Path
 
     @property
     def plan_file(self) -> Path:
-        """The plan, which makes the folder one of a training."""
+        """The plan, which marks the folder as a training's."""
         return self.path / "plan.json"
 
     @property
     def log(self) -> Path:
-        """What ultralytics says."""
+        """Log of ultralytics."""
         return self.path / "training.log"
 
     @property
@@ -89,12 +88,12 @@ class RunFolder:
 
     @property
     def data(self) -> Path:
-        """What ultralytics is shown of the data set."""
+        """View of the data set for ultralytics."""
         return self.path / "data"
 
     @property
     def settings(self) -> Path:
-        """Where ultralytics keeps its settings."""
+        """Settings of ultralytics."""
         return self.path / ".ultralytics"
 
     def phase(self, number: int) -> Path:
@@ -102,11 +101,11 @@ class RunFolder:
         return self.path / f"phase{number + 1}"
 
     def phase_weights(self, number: int) -> Path:
-        """Return the best weights of a phase: they exist when it is done."""
+        """Return the best weights of a phase, which exist once it is finished."""
         return self.phase(number) / "best.pt"
 
     def checkpoint(self, number: int) -> Path:
-        """Return where a phase goes on after its last whole epoch."""
+        """Return the checkpoint of a phase's last complete epoch."""
         return self.phase(number) / "resume.pt"
 
     def checkpoint_best(self, number: int) -> Path:
@@ -127,7 +126,7 @@ class RunFolder:
         """Return the plan.
 
         Raises:
-            InputError: the folder is none of a training.
+            InputError: the folder is not a training's.
         """
         try:
             stored: dict[str, Any] = parse_json(self.plan_file.read_text(encoding="utf-8"))
@@ -137,17 +136,17 @@ class RunFolder:
             return Plan(dataset=Path(stored.pop("dataset")), phases=phases, **stored)
         except FileNotFoundError as error:
             raise InputError(
-                f"{self.path} is no training that could be resumed: it has no plan.json."
+                f"{self.path} is not a training that can be resumed: it has no plan.json."
             ) from error
         except (ValueError, TypeError, KeyError, AttributeError) as error:
             raise InputError(f"{self.plan_file} is damaged: {error}.") from error
 
     @contextmanager
     def locked(self) -> Iterator[None]:
-        """Keep other trainings out of the folder.
+        """Lock the folder against other trainings.
 
         Raises:
-            InputError: one is at work in it.
+            InputError: another one is running in it.
         """
         with (self.path / ".lock").open("w") as file:
             try:
@@ -158,18 +157,18 @@ class RunFolder:
 
 
 def planned_data(plan: Plan) -> Inspection:
-    """Return what a training learns from, if that is what it was when the training began.
+    """Return the data set of a training, if it is unchanged since the training began.
 
     Raises:
         DatasetError: the data set has errors.
-        InputError: it is not there, or another one.
+        InputError: it is missing or has changed.
     """
     found = inspect(open_dataset(plan.dataset), unlabelled_is_empty=plan.unlabelled_is_empty)
     found.refuse_problems()
     if found.fingerprint() != plan.fingerprint:
         raise InputError(
-            f"{plan.dataset} is not what this training began with, or has changed since; begin a "
-            "new one, or bring the old images and labels back."
+            f"{plan.dataset} is not the data set of this training, or has changed since; start a "
+            "new training, or restore the old images and labels."
         )
     return found
 

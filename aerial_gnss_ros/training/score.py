@@ -37,11 +37,11 @@ CONTRASTS = (0.0, 0.05, 0.1, 0.2, float("inf"))
 
 @dataclass(frozen=True)
 class Match:
-    """How one image's boxes and robots belong together.
+    """Assignment of one image's boxes to robots.
 
     Attributes:
-        robot: (n boxes,) index of the robot found; -1: nothing; -2: a robot that does not count.
-        box: (n robots,) index of the box that found it, -1 if none did.
+        robot: (n boxes,) index of the detected robot; -1: none; -2: a robot that does not count.
+        box: (n robots,) index of its box, -1 if it was missed.
     """
 
     robot: NDArray[np.int64]
@@ -49,10 +49,10 @@ class Match:
 
 
 def match(found: Detections, truth: Truth) -> Match:
-    """Return which box found which robot: best score first, at IoU 0.5 or more, class equal.
+    """Return the assignment of boxes to robots: best score first, IoU 0.5 or more, equal class.
 
-    A box that finds no robot that counts, but lies with its middle in one that does not (too
-    small, too faint, cut off), is neither right nor wrong.
+    A box without a robot that counts, but with its centre in one that does not (too small, too
+    faint, truncated), is neither right nor wrong.
     """
     corners = found.xyxy
     overlap = iou(corners, truth.corners) * (found.class_ids[:, None] == truth.class_ids[None, :])
@@ -85,7 +85,7 @@ class Tally:
 
     @property
     def recall(self) -> float:
-        """Share of the robots that were found."""
+        """Share of the robots that were detected."""
         return self.found / self.robots if self.robots else float("nan")
 
     @property
@@ -97,14 +97,14 @@ class Tally:
 
 @dataclass
 class Score:
-    """Everything that was counted over a set of images.
+    """All counts over a set of images.
 
     Attributes:
         overall: robots that count, and boxes.
-        by_size: by the robot's long side (false boxes: by their own), with the sizes that do not
-            count; robots too faint or cut off are left out.
+        by_size: by the robot's long side (false boxes: by their own), including sizes that do not
+            count; robots too faint or truncated are left out.
         by_contrast: the same by contrast, of robots large enough; without false boxes.
-        centre_error_px: distance of box centres from the truth, of robots found that count.
+        centre_error_px: distance of box centres from the truth, of detected robots that count.
         offset_px: (u, v) box centre less truth, the same robots.
         images: how many.
     """
@@ -176,7 +176,7 @@ def _table(edges: tuple[float, ...], tallies: list[Tally]) -> dict[str, dict[str
 
 
 def score(detector: Detector, images: Iterable[LabelledImage]) -> Score:
-    """Return what `detector` scores on `images`."""
+    """Return the scores of `detector` on `images`."""
     result = Score()
     for image in images:
         result.add(detector.detect(image.read()), image.truth)
@@ -184,11 +184,11 @@ def score(detector: Detector, images: Iterable[LabelledImage]) -> Score:
 
 
 def sweep(detector: Detector, images: Iterable[LabelledImage]) -> dict[float, Score]:
-    """Return the scores at each of `THRESHOLDS`, to choose one by.
+    """Return the scores at each of `THRESHOLDS`, for choosing one.
 
     Args:
         detector: with a score threshold of the first of them or less.
-        images: others than those that the choice is to be tested on.
+        images: others than those for testing the choice.
     """
     results = {threshold: Score() for threshold in THRESHOLDS}
     for image in images:
@@ -199,7 +199,7 @@ def sweep(detector: Detector, images: Iterable[LabelledImage]) -> dict[float, Sc
 
 
 def above(found: Detections, threshold: float) -> Detections:
-    """Return the boxes that a detector with this score threshold would have found."""
+    """Return the boxes that a detector with this score threshold would report."""
     kept = found.scores >= threshold
     return Detections(
         found.xywh[kept], found.scores[kept], found.class_ids[kept], found.class_names
@@ -207,7 +207,7 @@ def above(found: Detections, threshold: float) -> Detections:
 
 
 def score_above(pairs: Iterable[tuple[Detections, Truth]], threshold: float) -> Score:
-    """Return what boxes of at least a score are worth on the images where they were found."""
+    """Return the scores of boxes above a threshold on their images."""
     result = Score()
     for found, truth in pairs:
         result.add(above(found, threshold), truth)
@@ -231,7 +231,7 @@ def report(result: Score) -> str:
     missed = overall.robots - overall.found
     images, robots = counted(result.images, "image"), counted(overall.robots, "robot")
     lines = [
-        f"{images}, {robots} to be found, at IoU {MATCH_IOU}",
+        f"{images}, {robots} that count, at IoU {MATCH_IOU}",
         f"precision {overall.precision:.3f}, recall {overall.recall:.3f}",
         f"{overall.found} found, {missed} missed, {counted(overall.false, 'false box')}",
         f"box centre: error median {median:.2f}, p95 {p95:.2f}, mean offset {u:+.2f} {v:+.2f} px",
@@ -264,7 +264,7 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("--second-look", default=default.second_look, metavar="auto|off|FILE")
     parser.add_argument("--allow-pickle", action="store_true", help="trust a .pt file")
     parser.add_argument("--sweep", action="store_true", help="precision and recall by threshold")
-    parser.add_argument("--json", action="store_true", help="figures for a machine")
+    parser.add_argument("--json", action="store_true", help="figures as JSON")
     given = parser.parse_args(arguments)
     config = DetectorConfig(
         model=given.model,

@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Trains the network that looks again at the boxes that a detector is not sure of.
+"""Trains the network of the second look, which rescores a detector's uncertain boxes.
 
 python -m aerial_gnss_ros.training.second_look MODEL.onnx FOLDER ... -o MODEL_second_look.onnx
 """
@@ -46,16 +46,19 @@ def _parser() -> argparse.ArgumentParser:
     )
     parser.add_argument(
         "--times", nargs="+", action="append", default=[], metavar="N FOLDER",
-        help="a number and more of them, each counted so many times; may be repeated",
+        help="a number and further folders, each counted that many times; may be repeated",
     )  # fmt: skip
     parser.add_argument(
         "--held-out", type=Path, nargs="+", action="append", required=True,
-        help="others: chosen there is how much the second look counts, and that the default "
-        "threshold is the best one; may be repeated for another kind of images, which counts alike",
+        help=
+                "held-out images for choosing the weight of the second look and the shift to the "
+                "default threshold; may be repeated for another kind of images, with equal weight",
     )  # fmt: skip
     parser.add_argument("-o", "--output", type=Path, required=True, help="the .onnx file to write")
-    parser.add_argument("--steps", type=int, default=12000, help="of 128 boxes (default 12000)")
-    parser.add_argument("--threads", type=int, default=0, help="0: one for each core")
+    parser.add_argument(
+        "--steps", type=int, default=12000, help="number of steps of 128 boxes (default 12000)"
+    )
+    parser.add_argument("--threads", type=int, default=0, help="CPU threads; 0: one for each core")
     parser.add_argument("--seed", type=int, default=0)
     return parser
 

@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""The network of the second look, and how it learns: 350,000 weights, with torch."""
+"""The network of the second look and its training: 350,000 weights, with torch."""
 
 from __future__ import annotations
 
@@ -31,7 +31,9 @@ _BATCH = 128
 _RATE, _WARM_UP, _DECAY = 2e-3, 100, 0.02
 _AVERAGED = 0.998
 _ROBOT_SHARE = 0.5
-_EASY = 0.15  # how often a box is drawn that the detector is quite right about; 1.15: quite wrong
+_EASY = (
+    0.15  # relative frequency of boxes about which the detector is quite right; 1.15: quite wrong
+)
 _SOFT = 0.01  # labels of 0.01 and 0.99: a few are wrong
 _TOLD_EVERY = 500
 _WIDTHS = (24, 32, 64, 96)
@@ -40,7 +42,7 @@ _QUARTER, _MIRROR = np.array([[0.0, -1.0], [1.0, 0.0]]), np.diag([-1.0, 1.0])
 _WAYS = np.array([
     np.linalg.matrix_power(_QUARTER, k % 4) @ (_MIRROR if k >= 4 else np.eye(2)) for k in range(8)
 ])  # fmt: skip
-"""A square's turns and mirror images; the odd ones lay down what was upright."""
+"""A square's rotations and reflections; the odd ones exchange height and width."""
 
 
 class Network(nn.Module):  # type: ignore[misc]  # torch is optional
@@ -83,7 +85,7 @@ def _halved(channels: int, out: int) -> Any:
 
 
 class _FromBytes(nn.Module):  # type: ignore[misc]
-    """What the file holds: the network with what comes before and after it."""
+    """The network with its pre- and post-processing, as exported."""
 
     def __init__(self, network: Network, share: Share) -> None:
         super().__init__()
@@ -109,16 +111,16 @@ def fit(
     threads: int = 0,
     tell: Callable[[int, float], None] | None = None,
 ) -> Network:
-    """Return a network that has learnt from the proposals; the mean of its last states.
+    """Return a network trained on the proposals, averaged over its last states.
 
     Args:
-        proposals: to learn from; robots and others are drawn equally often, those that the
-            detector is wrong about oftener.
+        proposals: training data; robots and others are drawn equally often, the detector's errors
+            more often.
         terms: of the look.
         steps: of 128 boxes each.
         seed: same seed, same network, on one kind of processor.
         threads: of the processor; 0: one for each core.
-        tell: is given the step and the mean loss now and then.
+        tell: called periodically with the step and the mean loss.
     """
     if threads:
         torch.set_num_threads(threads)
@@ -156,7 +158,7 @@ def fit(
 
 
 def drawing(proposals: Proposals) -> NDArray[np.float64]:
-    """Return with what probability each proposal (n,) is drawn."""
+    """Return the probability with which each proposal (n,) is drawn."""
     wrong = np.where(proposals.is_robot, 1.0 - proposals.scores, proposals.scores)
     chances = proposals.weights * (_EASY + wrong)
     for kind, share in (
@@ -178,7 +180,7 @@ def _average(mean: dict[str, Any], network: Network, kept: float) -> None:
 def _varied(
     proposals: Proposals, chosen: NDArray[np.int64], terms: Terms, rng: np.random.Generator
 ) -> tuple[Any, Any]:
-    """Return views and traits of some proposals, turned, mirrored, moved, scaled and lit anew."""
+    """Return augmented views and traits of some proposals."""
     count = len(chosen)
     stored = torch.from_numpy(proposals.views[chosen]).permute(0, 3, 1, 2).float() / 255.0
     turns = rng.integers(0, 8, count)
@@ -199,7 +201,7 @@ def _varied(
     seen = (seen + torch.from_numpy(offset.astype(np.float32))).clamp(0.0, 1.0)
     traits = proposals.traits[chosen].copy()
     traits[turns % 2 == 1, 2] *= -1.0  # upright becomes lying
-    traits[:, 0] += rng.normal(0.0, 0.15, count)  # the detector's score must not be all it goes by
+    traits[:, 0] += rng.normal(0.0, 0.15, count)  # it must not rely on the detector's score alone
     traits[:, 0] += np.where(rng.random(count) < 0.15, rng.normal(0.0, 0.7, count), 0.0)
     return _scaled(seen), torch.from_numpy(traits)
 
@@ -211,13 +213,13 @@ def write(network: Network, terms: Terms, share: Share, path: Path) -> None:
         network: learnt.
         terms: of the look.
         share: of the second look in the score.
-        path: is written over.
+        path: of the file, which is overwritten.
     """
     import onnx
 
     example = (torch.zeros((2, terms.side, terms.side, 6), dtype=torch.uint8), torch.zeros((2, 3)))
     with warnings.catch_warnings():
-        # That there is another exporter, which needs another package.
+        # Warning about another exporter, which needs another package.
         warnings.simplefilter("ignore")
         torch.onnx.export(
             _FromBytes(network, share).eval(), example, str(path), input_names=list(INPUTS),

@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""How much a second look counts beside the detector: chosen on images that neither learnt from."""
+"""Weight of the second look relative to the detector, chosen on images used to train neither."""
 
 from __future__ import annotations
 
@@ -23,14 +23,14 @@ _THRESHOLDS = tuple(round(0.05 * i, 2) for i in range(3, 16))
 
 @dataclass(frozen=True)
 class Share:
-    """How the score of a box that is looked at again comes about; the network's file has it in it.
+    """Combination of both scores of a rescored box, stored in the network's file.
 
-    The two networks see different things, so each knows what the other does not. Their log odds
-    are added, as of independent witnesses, but with weights that sum to 1: they are not.
+    The two networks have different inputs, so their scores are complementary. Their log odds are
+    added with weights that sum to 1, because they are not independent.
 
     Attributes:
-        weight: of the second look's log odds; the rest is the first one's.
-        shift: is added, so that one threshold suits both.
+        weight: of the second look's log odds; the detector's have the rest.
+        shift: added to log odds, so that one threshold suits both.
     """
 
     weight: float = 1.0
@@ -39,7 +39,7 @@ class Share:
 
 @dataclass(frozen=True)
 class Look:
-    """What was seen in one image.
+    """Boxes of one image with both scores.
 
     Attributes:
         found: by the detector, best first.
@@ -52,7 +52,7 @@ class Look:
     truth: Truth
 
     def shared(self, weight: float) -> tuple[Detections, Truth]:
-        """Return the boxes with their scores mixed: `weight` of the second look's log odds."""
+        """Return the boxes with combined scores: `weight` of the second look's log odds."""
         found = self.found
         odds = weight * log_odds(self.scores) + (1.0 - weight) * log_odds(found.scores)
         mixed = np.where(self.scores == found.scores, found.scores, 1.0 / (1.0 + np.exp(-odds)))
@@ -64,19 +64,19 @@ class Look:
 
 
 def best_share(groups: Sequence[Sequence[Look]]) -> tuple[Share, float]:
-    """Return how much the second look counts, and what is reached so at the default threshold.
+    """Return the best combination, and its score at the default threshold.
 
-    The best is where the lesser of precision and recall is greatest: neither buys the other.
+    The best one maximises the lesser of precision and recall, so neither is traded for the other.
 
     Args:
-        groups: looks at held-out images of several kinds, by a network whose share is all. Each
-            kind counts alike, however many images it has.
+        groups: looks at held-out images of several kinds, by a network with weight 1. All kinds
+            have equal weight, whatever their numbers of images.
 
     Returns:
         The share, and the mean over the kinds of the lesser of precision and recall.
 
     Raises:
-        ModelError: no robot is found in any of them.
+        ModelError: no robot is detected in any of them.
     """
     best = (0.0, 1.0, DetectorConfig.score_threshold)
     for weight in _WEIGHTS:
@@ -86,7 +86,7 @@ def best_share(groups: Sequence[Sequence[Look]]) -> tuple[Share, float]:
             best = max(best, (reached, weight, threshold))
     reached, weight, threshold = best
     if not reached:
-        raise ModelError("on the held-out images no robot is found; give others, with robots.")
+        raise ModelError("on the held-out images no robot is detected; give others, with robots.")
     shift = log_odds(DetectorConfig.score_threshold) - log_odds(threshold)
     return Share(weight, float(shift)), reached
 

@@ -1,9 +1,9 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Starts the process that trains, follows it, and says in a sentence how it ended.
+"""Starts the training process, follows it, and reports how it ended.
 
-A process of its own, because the kernel's answer to memory that runs out is to kill it: somebody
-must be left to say so.
+The training runs in a separate process, because the kernel kills it if memory runs out, which
+another process must report.
 """
 
 from __future__ import annotations
@@ -25,10 +25,10 @@ _THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMEX
 
 
 class TrainingError(AerialGnssError):
-    """A training ended before its end; the message says why, and how to go on.
+    """A training ended early; the message says why, and how to continue.
 
     Attributes:
-        explained: whether the log has nothing to add.
+        explained: whether the message is complete without the log.
     """
 
     def __init__(self, message: str, explained: bool = False) -> None:
@@ -39,7 +39,7 @@ class TrainingError(AerialGnssError):
 def train_in_process(
     run: RunFolder, threads: int, report: Callable[[dict[str, Any]], None]
 ) -> None:
-    """Train what the run's plan says, from where it is, to the end.
+    """Train a run by its plan from its present state to the end.
 
     Args:
         run: with a plan.
@@ -57,11 +57,11 @@ def train_in_process(
     with run.log.open("ab") as log:
         process = subprocess.Popen(  # noqa: S603 - our own module
             command,
-            stdin=subprocess.PIPE,  # its end shows the process that we are gone
+            stdin=subprocess.PIPE,  # its end tells the process that this one has ended
             stdout=subprocess.PIPE,
             stderr=log,
             env=environment,
-            start_new_session=True,  # Ctrl-C is for us alone
+            start_new_session=True,  # only this process handles Ctrl-C
         )
         try:
             assert process.stdout is not None  # noqa: S101 - PIPE
@@ -72,7 +72,7 @@ def train_in_process(
             code = process.wait()
         finally:
             _end(process)
-    if code and not run.weights.is_file():  # written last: what ends it then costs nothing
+    if code and not run.weights.is_file():  # written last: an end after that loses nothing
         raise TrainingError(said or _words(run, code), explained=said is not None)
 
 
@@ -89,14 +89,14 @@ def _end(process: subprocess.Popen[bytes]) -> None:
 def _words(run: RunFolder, code: int) -> str:
     if code == -signal.SIGKILL:
         return (
-            "the training was killed, as the system does when memory runs out; go on with "
-            f"aerial-gnss train --resume {run.path} (with a smaller --batch, if it was that)."
+            "the training was killed, probably because memory ran out; continue with aerial-gnss "
+            f"train --resume {run.path} (and a smaller --batch)."
         )
     if code < 0:
         how = f"was ended by {signal.Signals(-code).name}"
     else:
         how = f"failed ({_last_line(run)})"
-    return f"the training {how}; {run.log} has the details; go on with --resume {run.path}."
+    return f"the training {how}; {run.log} has the details; continue with --resume {run.path}."
 
 
 def _last_line(run: RunFolder) -> str:

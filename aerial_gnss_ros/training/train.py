@@ -22,12 +22,12 @@ _STEPS_BETWEEN_LOOKS = 10  # at how busy the machine is
 
 @dataclass(frozen=True)
 class Training:
-    """What to train, and how long.
+    """Settings of a training.
 
     Attributes:
         data: YOLO data.yaml.
-        weights: what to begin with: a network's description (from scratch) or weights (.onnx as
-            exported from YOLO11n, or .pt, which runs whatever its author put there).
+        weights: initial weights: a network's description (from scratch) or weights (.onnx as
+            exported from YOLO11n, or .pt, which can run arbitrary code).
         hours: time for training; the learning rate falls to its end within it. 0: `epochs`.
         epochs: passes over the images if `hours` is 0.
         image_size: side of the square that images are fitted into, px.
@@ -37,9 +37,8 @@ class Training:
         threads: processor threads; 0: as many as other programs leave free.
         bfloat16: network in 16 bits (losses stay in 32): twice as fast on processors that have
             AVX512-BF16 or AMX, slower on others.
-        freeze: so many layers at the start stay as they are, and all normalisations: for
-            fine-tuning on images that are not like all of those that the network is to meet. 0:
-            everything is trained.
+        freeze: number of first layers that stay fixed, with all normalisations: for fine-tuning on
+            images that do not represent all expected ones. 0: everything is trained.
     """
 
     data: Path
@@ -55,7 +54,8 @@ class Training:
     freeze: int = 0
 
 
-# Seen from above there is no up, and light changes; robots' sizes are in the images already.
+# From above there is no preferred orientation, and light changes; the images already contain robots
+# of all sizes.
 AUGMENTATION: dict[str, float] = {
     "hsv_h": 0.02, "hsv_s": 0.5, "hsv_v": 0.3, "degrees": 0.0, "translate": 0.1, "scale": 0.2,
     "shear": 0.0, "fliplr": 0.5, "flipud": 0.3, "mosaic": 0.0, "mixup": 0.0, "erasing": 0.0,
@@ -63,7 +63,7 @@ AUGMENTATION: dict[str, float] = {
 
 
 def options(training: Training) -> dict[str, Any]:
-    """Return ultralytics' arguments that say how is learnt, whatever from and on which device."""
+    """Return ultralytics' arguments of the optimisation, independent of data and device."""
     return {
         "epochs": training.epochs,
         "time": training.hours or None,
@@ -78,7 +78,7 @@ def options(training: Training) -> dict[str, Any]:
         "warmup_bias_lr": 0.0,  # the default is meant for SGD
         "seed": training.seed,
         "deterministic": True,
-        # Else ultralytics forgets them.
+        # Otherwise ultralytics drops them.
         "pretrained": training.weights.endswith((".pt", ".onnx")),
         "freeze": training.freeze or None,
         "amp": False,
@@ -88,7 +88,7 @@ def options(training: Training) -> dict[str, Any]:
 
 
 def network(training: Training) -> Any:
-    """Return ultralytics' model with the weights to begin with."""
+    """Return ultralytics' model with the initial weights."""
     require_ultralytics("training")
     go_offline()
     from ultralytics import YOLO
@@ -102,12 +102,12 @@ def network(training: Training) -> Any:
 
 
 def add_callbacks(model: Any, training: Training, spent_s: float = 0.0) -> None:
-    """Add what ultralytics has no options for; when it goes on after a kill as well.
+    """Add behaviour for which ultralytics has no options; also after resuming.
 
     Args:
         model: of ultralytics.
-        training: what it is to do.
-        spent_s: seconds of `training.hours` that are over.
+        training: its settings.
+        spent_s: elapsed time of `training.hours`, s.
     """
     _use_processor_well(model, training)
     if training.hours:
@@ -137,10 +137,10 @@ def _fall_with_time(model: Any, training: Training, spent_s: float) -> None:
     def start(trainer: Any) -> None:
         nonlocal begun
         begun = time.monotonic() - spent_s
-        trainer.train_time_start -= spent_s  # it would begin to count anew
+        trainer.train_time_start -= spent_s  # it would restart counting
 
     def start_epoch(trainer: Any) -> None:
-        trainer.start_epoch = 0  # that it counts time from; else it stops as soon as it resumes
+        trainer.start_epoch = 0  # its start of counting; otherwise it stops as soon as it resumes
 
     def set_rate(trainer: Any) -> None:
         _set_rate(trainer, training, min(1.0, (time.monotonic() - begun) / seconds))
@@ -152,7 +152,7 @@ def _fall_with_time(model: Any, training: Training, spent_s: float) -> None:
 
 
 def _fall_with_steps(model: Any, training: Training) -> None:
-    """Let the learning rate fall within each epoch, too: in a single one it would stay as it is."""
+    """Let the learning rate fall within each epoch, too: in a single one it would stay constant."""
     steps = 0
 
     def start_epoch(_: Any) -> None:
@@ -177,7 +177,7 @@ def _set_rate(trainer: Any, training: Training, share: float) -> None:
 
 
 def _use_processor_well(model: Any, training: Training) -> None:
-    """Give training the cores that are free, and the faster memory layout.
+    """Use the free cores for training, and the faster memory layout.
 
     Measured on two idle cores of an AMD EPYC with AVX512-BF16, a step of 16 images of 320 px: 1.45
     s as ultralytics does it (one thread), 0.65 s with two and channels last, 0.44 s in bfloat16.

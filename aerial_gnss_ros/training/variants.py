@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Makes one variant of a labelled image: operations drawn by chance, in random order."""
+"""Makes one variant of a labelled image: random operations in random order."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ SIDE = 1280
 
 @dataclass(frozen=True)
 class Recipe:
-    """How variants are made.
+    """Settings of variants.
 
     Attributes:
         probabilities: of each operation, drawn independently.
@@ -113,7 +113,7 @@ def make_variant(
 
 
 class _Canvas:
-    """An image under way: movements in a row are done at once, which blurs and cuts it least."""
+    """An image being processed: consecutive warps are merged, which blurs and crops it least."""
 
     def __init__(self, image: Image, boxes: Array) -> None:
         self.image = image
@@ -123,25 +123,25 @@ class _Canvas:
         self.centres = boxes[:, :2].copy()
         self.lost = False
         self._pending = np.eye(3)  # not yet done to the pixels
-        # New water has the colour of most of the old. Mirrored borders would show robots that
-        # nobody labelled, black ones edges that do not exist at sea.
+        # New water has the dominant colour. Mirrored borders would show unlabelled robots, black
+        # ones edges that do not exist at sea.
         self._fill = tuple(float(v) for v in np.median(image[::4, ::4].reshape(-1, 3), axis=0))
 
     def move(self, matrix: Array, size: Size) -> None:
-        """Take the canvas to another one."""
+        """Map the canvas to another one."""
         self.matrix, self._pending = matrix @ self.matrix, matrix @ self._pending
         self.centres = moved(self.centres, matrix)
         self.size = size
 
     def warp(self) -> None:
-        """Do to the pixels what is pending; what then lies outside is gone for good."""
+        """Apply the pending warp to the pixels; parts outside are lost."""
         if np.array_equal(self._pending, np.eye(3)) and self._shape() == self.size:
             return
         self.seen = cut(moved(self.seen, self._pending), rectangle(*self.size))
         inside = (self.centres >= 0.0) & (self.centres < self.size)
         self.lost = self.lost or not bool(inside.all()) or not len(self.seen)
         half = np.array([[1.0, 0.0, -0.5], [0.0, 1.0, -0.5], [0.0, 0.0, 1.0]])
-        # OpenCV counts from the middle of the first pixel.
+        # In OpenCV the centre of the first pixel is (0, 0).
         opencv = (half @ self._pending @ np.linalg.inv(half))[:2]
         warped = cv2.warpAffine(
             self.image,

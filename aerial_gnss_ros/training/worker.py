@@ -2,10 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """The process that trains: `python -m aerial_gnss_ros.training.worker RUN`, started by supervise.
 
-What it reports goes to standard output, a JSON object on each line: {"epoch": n} when so many
-epochs of all phases are done, {"minute": n} when so much of a given time is over, {"doing": words},
-{"error": sentence}. Everything that libraries print goes to standard error. It ends when its
-standard input does, so never outlives its parent.
+It reports on standard output, a JSON object on each line: {"epoch": n} after n epochs of all
+phases, {"minute": n} after n minutes of a given time, {"doing": words}, {"error": sentence}. Output
+of libraries goes to standard error. It ends when its standard input does, so it never outlives its
+parent.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ _LARGE_SHARE = 0.25  # of the free memory, for images that are kept decoded
 
 def main(arguments: list[str]) -> int:
     """Train in a run folder; 0 when all is written, 2 after {"error": ...}."""
-    # Libraries print to standard output: only `say` shall.
+    # Libraries print to standard output, which only `say` may use.
     channel = os.fdopen(os.dup(1), "w", encoding="utf-8")
     os.dup2(2, 1)
     threading.Thread(target=_end_with_parent, daemon=True).start()
@@ -65,27 +65,27 @@ def main(arguments: list[str]) -> int:
 
 
 def _end_with_parent() -> None:
-    while os.read(0, 1024):  # nothing is ever sent; not sys.stdin, whose lock outlives the process
+    while os.read(0, 1024):  # nothing is sent; not sys.stdin, whose lock outlives the process
         pass
     os._exit(1)
 
 
 def _what_ran_out(error: BaseException) -> str:
-    """Return a sentence up to the colon where memory or disk ran out; else nothing."""
+    """Return the start of a sentence if memory or disk ran out, else nothing."""
     words = str(error).lower()
     if isinstance(error, OSError) and error.errno == errno.ENOSPC:
-        return "the disk is full; free some space and go on"
+        return "the disk is full; free some space and continue"
     if isinstance(error, MemoryError) or any(
         said in words
         for said in ("out of memory", "can't allocate memory", "cannot allocate memory")
     ):
-        return "memory ran out; go on with a smaller --batch, or begin anew with smaller images"
+        return "memory ran out; continue with a smaller --batch, or start again with smaller images"
     return ""
 
 
 def _train(run: RunFolder, say: Say) -> None:
     plan = run.load()
-    say(doing="looking through the data set")
+    say(doing="inspecting the data set")
     found = planned_data(plan)
     say(doing="starting torch")
     keep_to_itself(plan.threads)
@@ -128,7 +128,7 @@ def _train_phase(run: RunFolder, plan: Plan, number: int, found: Inspection, say
 
 
 def _epochs_done(run: RunFolder, number: int) -> int:
-    """Return how many epochs the phase's checkpoint has; 0 without one."""
+    """Return the number of epochs in the phase's checkpoint; 0 without one."""
     if not run.checkpoint(number).is_file():
         return 0
     from ultralytics.utils.patches import torch_load
@@ -137,7 +137,7 @@ def _epochs_done(run: RunFolder, number: int) -> int:
 
 
 def _seconds_done(run: RunFolder, number: int) -> float:
-    """Return how long a phase was trained up to its checkpoint; 0 without one."""
+    """Return the training time of a phase up to its checkpoint, s; 0 without one."""
     epochs = str(_epochs_done(run, number))
     rows = read_epochs([run.phase(number) / "results.csv"])
     return next((float(row["time"]) for row in rows if row["epoch"] == epochs), 0.0)
@@ -150,14 +150,14 @@ def _is_done(run: RunFolder, number: int, phase: Phase) -> bool:
 
 
 def _amount(phase: Phase, before: int, epochs: int, seconds: float) -> dict[str, int]:
-    """Return how much is done of all phases, where so much is of this one."""
+    """Return the progress over all phases from that of this one."""
     if phase.hours:
         return {"minute": int(seconds / 60.0)}
     return {"epoch": before + epochs}
 
 
 def _fit(run: RunFolder, plan: Plan, number: int, data: Path, report: Report) -> None:
-    """Train a phase from where it is to its end."""
+    """Train a phase from its present state to its end."""
     from ultralytics import YOLO
 
     phase, folder, checkpoint = plan.phases[number], run.phase(number), run.checkpoint(number)
@@ -183,7 +183,7 @@ def _fit(run: RunFolder, plan: Plan, number: int, data: Path, report: Report) ->
         folder.mkdir()
         model = _network(training)
     own = _own_options(plan, data, folder)
-    # Scores of each epoch would take of a given time, and choose nothing in it.
+    # Scoring each epoch would cost training time, and select nothing.
     own["val"] = not phase.hours
     model.add_callback("on_model_save", lambda trainer: _keep(run, number, trainer, report))
     train.add_callbacks(model, training, _seconds_done(run, number))
@@ -194,14 +194,14 @@ def _fit(run: RunFolder, plan: Plan, number: int, data: Path, report: Report) ->
 
 
 def _network(training: train.Training) -> Any:
-    """Return the model to begin with, or ModelError."""
+    """Return the initial model; raise ModelError."""
     try:
         model = train.network(training)
     except (AerialGnssError, MemoryError):
         raise
-    except Exception as error:  # ultralytics and torch raise whatever the damage causes
+    except Exception as error:  # ultralytics and torch raise arbitrary exceptions on damage
         words = str(error).strip().splitlines() or [type(error).__name__]
-        raise ModelError(f"{training.weights} cannot be trained on: {words[0]}") from error
+        raise ModelError(f"{training.weights} cannot be trained further: {words[0]}") from error
     if model.task != "detect":
         raise ModelError(f"{training.weights} is for the task {model.task}, not for detection.")
     layers = len(model.model.model)
@@ -214,7 +214,7 @@ def _network(training: train.Training) -> Any:
 
 
 def _keep(run: RunFolder, number: int, trainer: Any, report: Report) -> None:
-    """Keep a checkpoint that is whole even when the process is killed right now."""
+    """Keep a checkpoint that is complete even if the process is killed now."""
     if trainer.best_fitness == trainer.fitness or not run.checkpoint_best(number).is_file():
         write_whole(run.checkpoint_best(number), Path(trainer.best).read_bytes())
     write_whole(run.checkpoint(number), Path(trainer.last).read_bytes())
@@ -222,17 +222,17 @@ def _keep(run: RunFolder, number: int, trainer: Any, report: Report) -> None:
 
 
 def _own_options(plan: Plan, data: Path, folder: Path) -> dict[str, Any]:
-    """Return what differs from a training by hand, and may differ after a resumption."""
+    """Return options that differ from ultralytics' defaults, and may differ after resuming."""
     import torch
 
     gpus = torch.cuda.device_count() if torch.cuda.is_available() else 0
     device = plan.device or ("0" if gpus else "cpu")
     if device.isdecimal() and int(device) >= gpus:
-        there = f"GPUs 0 to {gpus - 1}; give one of them" if gpus else "no GPU here; leave it out"
+        there = f"GPUs 0 to {gpus - 1}; give one of them" if gpus else "no GPU; leave it out"
         raise ConfigError(f"--device {device}: torch sees {there}, or give cpu.")
     on_gpu = device != "cpu"
     if on_gpu:
-        # ultralytics tries 16 bits on a network that it downloads; every GPU of the last years can.
+        # ultralytics tests 16 bits on a network that it downloads; every recent GPU supports them.
         from ultralytics.engine import trainer
 
         trainer.check_amp = lambda _: True
@@ -244,7 +244,7 @@ def _own_options(plan: Plan, data: Path, folder: Path) -> dict[str, Any]:
         "amp": on_gpu,
         "workers": min(plan.threads or os.cpu_count() or 1, 8) if on_gpu else 0,
         "plots": False,
-        "patience": 1_000_000,  # the number of epochs is what was asked for
+        "patience": 1_000_000,  # the number of epochs is the requested one
         "cache": "ram" if _fits_memory(plan, data) else False,
     }
 

@@ -79,7 +79,7 @@ def test_the_table_names_the_machine_and_each_run():
         {
             "when": "2026-01-02", "command": "aerial-gnss benchmark", "version": "1",
             "machine": {"device": "Some Board", "cores": 2}, "load_average_before": 0.1,
-            "images": "simulated", "ultralytics": {"skipped": "not asked for"},
+            "images": "simulated", "ultralytics": {"skipped": "not requested"},
             "runs": [run, run | {"robots": 3}],
             "cost_of_a_robot": [{"search": "roi", "ms": {"estimate": 0.05}}],
         }

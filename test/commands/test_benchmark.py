@@ -100,4 +100,4 @@ def test_a_short_run_through_both_ways(capsys, bag, tmp_path):
     text = page.read_text()
     assert text.startswith("before\n<!-- benchmark -->\nMeasured")
     assert text.endswith("<!-- end of benchmark -->\nafter\n")
-    assert "ultralytics: not asked for" in text
+    assert "ultralytics: not requested" in text

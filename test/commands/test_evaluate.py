@@ -171,8 +171,8 @@ def test_that_there_is_no_hover_is_known_before_any_image_is_looked_at(
     assert _run("evaluate", result, "--hover", tmp_path / "bag") == 2
     said = capsys.readouterr().err.strip().splitlines()[-1]
     found = re.fullmatch(
-        r"aerial-gnss: there is no hover: every line of sight is ([\d.]+) deg or more from straight "
-        r"down, and at most 10 deg counts; give --truth, or a wider --nadir-deg.", said,
+        r"aerial-gnss: there is no hover: every line of sight is ([\d.]+) deg or more from "
+        r"straight down, and at most 10 deg counts; give --truth, or a wider --nadir-deg.", said,
     )  # fmt: skip
     half_view_deg = math.degrees(math.atan(360.0 / experiment.camera.K[0, 0]))
     assert float(found[1]) == pytest.approx(45.0 - half_view_deg, abs=1.5)

@@ -43,7 +43,7 @@ def test_a_set_with_errors_is_refused(tmp_path, make_set, capsys, monkeypatch):
     (source / "labels" / "val" / "1.txt").write_text("0 0.5 0.5 0.1 7\n")
     (source / "images" / "val" / "2.png").unlink()
     for said in (refused(capsys, source, "--check"), refused(capsys, source, "-o", run)):
-        assert "with 2 errors; nothing was done" in said
+        assert "with 2 errors; no work was done" in said
         assert "labels/val/1.txt, line 1: the size" in said
         assert "labels/val/2.txt: its image is missing" in said
     assert not run.exists()
@@ -128,7 +128,7 @@ def test_another_data_set_does_not_take_the_place_of_the_first(
     run.save(plan)
     other = make_set(tmp_path / "b", robots=(2, 2))
     said = refused(capsys, other, "--resume", run.path)
-    assert f"{other / 'data.yaml'} is not what this training began with" in said
+    assert f"{other / 'data.yaml'} is not the data set of this training" in said
     assert run.load() == plan
 
 

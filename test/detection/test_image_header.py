@@ -159,7 +159,11 @@ def test_a_png_of_30000_x_30000_pixels_is_refused_without_the_memory_for_it(tmp_
 
 def test_files_that_are_no_image_are_refused(tmp_path):
     file = tmp_path / "image.png"
-    for content, words in ((b"", "empty"), (b"text", "no image"), (encoded("PNG")[:40], "damaged")):
+    for content, words in (
+        (b"", "empty"),
+        (b"text", "not an image"),
+        (encoded("PNG")[:40], "damaged"),
+    ):
         file.write_bytes(content)
         with pytest.raises(InputError, match=words) as caught:
             read_image(file)

@@ -98,7 +98,7 @@ def test_one_that_fails_leaves_none_running(tmp_path):
         raise MemoryError
 
     detector._network = replace(detector._network, run=fail, begin=runs.begin)
-    with pytest.raises(ModelError, match=r"memory ran out .* on an image of 96"):
+    with pytest.raises(ModelError, match=r"ran out of memory on an image of 96"):
         detect_all(detector, PICTURES)
     assert runs.order == [("B", 320), ("W", 320)]
 

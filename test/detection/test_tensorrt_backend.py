@@ -142,7 +142,7 @@ def test_an_engine_that_does_not_fit_is_refused(tmp_path, device, change, words)
 def test_want_of_memory_and_too_large_images_are_told_and_survived(tmp_path, device):
     detector = load_detector(DetectorConfig(model=str(build(tmp_path))))
     device[0].room = 1000
-    with pytest.raises(ModelError, match="memory ran out"):
+    with pytest.raises(ModelError, match="ran out of memory"):
         detector.detect(white_box())
     device[0].room = 1 << 30
     assert len(detector.detect(white_box())) == 1

@@ -97,9 +97,7 @@ def test_where_there_is_no_room_there_are_fewer_and_it_is_said():
     about = scenario(crowded, "none")
     assert (about["distractors"], about["distractors_without_room"]) == (placed, 20 - placed)
     (line,) = [text for text in words(about) if "afloat" in text]
-    assert line.startswith(
-        f"other things afloat: {placed}; for {20 - placed} more there is no room"
-    )
+    assert line.startswith(f"other things afloat: {placed}; no room for {20 - placed} more")
 
 
 def test_things_afloat_change_nothing_else():

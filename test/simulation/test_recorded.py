@@ -64,7 +64,7 @@ def test_pieces_that_look_at_water_are_found(log):
     ("start", "duration", "words"),
     [
         (0.0, 0.0, "longer than 0 s, not 0 s"),
-        (11.0, 1.0, "no flight begins at 11 s"),
+        (11.0, 1.0, "has no row at 11 s"),
         (8.0, 5.0, r"ends at 10.0 s, before 8 \+ 5 s"),
     ],
 )

@@ -104,7 +104,7 @@ def test_killed_twice_and_resumed(tmp_path, make_set, guarded):
     os.kill(worker_of(process), signal.SIGKILL)
     _, said = process.communicate()
     assert process.returncode == 2
-    assert "was killed, as the system does when memory runs out; go on with" in said
+    assert "was killed, probably because memory ran out; continue with" in said
     assert not (run / "best.pt").exists()
     # Somebody kills the command; the process that trains must not go on alone.
     process = start(guarded, "--resume", run)
@@ -190,7 +190,7 @@ def test_for_a_given_time_killed_and_resumed(tmp_path, make_set, guarded):
     assert {row["metrics/recall(B)"] for row in rows[:-1]} == {""}  # not scored in between
     card = (run / "model_card.md").read_text()
     assert f"{seconds / 3600.0:g} hours, {len(rows)} epochs" in card
-    assert "the best epoch was chosen by them" not in card
+    assert "they selected the best epoch" not in card
     assert not list(home.rglob("*ltralytics*"))
 
 
@@ -222,7 +222,7 @@ def test_what_cannot_be_trained_on(tmp_path, make_set, guarded):
     source, run = make_set(tmp_path / "set", robots=(1, 2)), tmp_path / "run"
     (tmp_path / "bad.pt").write_bytes(b"no pickle")
     for arguments, expected in (
-        (["--weights", tmp_path / "bad.pt", "--allow-pickle"], "bad.pt cannot be trained on"),
+        (["--weights", tmp_path / "bad.pt", "--allow-pickle"], "bad.pt cannot be trained further"),
         (["--device", "99"], "--device 99: torch sees"),
     ):
         process = start(guarded, source, "-o", run, *TINY, *arguments)

@@ -72,7 +72,7 @@ def test_what_is_no_model_is_refused(tmp_path, content):
 
 
 def test_another_architecture_is_refused_with_what_differs(tmp_path):
-    with pytest.raises(InputError, match=r"no export of yolo11s\.yaml: model\.0.* shape"):
+    with pytest.raises(InputError, match=r"not an export of yolo11s\.yaml: model\.0.* shape"):
         checkpoint_from_onnx(
             find_model("aqua_yolo11n.onnx"), tmp_path / "start.pt", network="yolo11s.yaml"
         )

@@ -36,7 +36,7 @@ LINES = [
     ("1 0.5 0.5 0.2 0.2", "class 1 is not in data.yaml, which has 0"),
     ("-1 0.5 0.5 0.2 0.2", "class -1 is not in"),
     ("0.5 0.5 0.5 0.2 0.2", "class 0.5 is not in"),
-    ("0 32 32 9 9", "outside 0 to 1: is it in pixels?"),
+    ("0 32 32 9 9", "outside 0 to 1: it may be in pixels"),
     ("0 -0.1 0.5 0.2 0.2", "outside 0 to 1"),
     ("0 0.5 0.5 0 0.2", "is not above 0"),
     ("0 0.5 0.5 1.2 0.2", "is not above 0 and at most 1"),
@@ -86,13 +86,13 @@ def damage(folder):
     (labels / "again.txt").touch()
     return {
         "images/train/cut.jpg": "cannot be read",
-        "images/train/text.png": "it is no image, whatever its name says",
+        "images/train/text.png": "it is not an image, despite its name",
         "images/train/zero.jpg": "the file is empty",
         "images/train/turned.jpg": "EXIF orientation 6",
         "images/train/forgotten.png": "has no label file",
         "labels/train/orphan.txt": "its image is missing",
         "images/train/0.png": "shares its label file",
-        "labels/train/2.txt, line 2": "stands there twice",
+        "labels/train/2.txt, line 2": "occurs twice",
         "images/val/3.png": "the same picture is in train",
     }
 
@@ -104,7 +104,7 @@ def test_every_damaged_file_is_named_once(tmp_path, make_set):
     for file, words in expected.items():
         assert any(line.startswith(f"{folder / file}: ") and words in line for line in said), file
     assert len(said) == len(expected)
-    with pytest.raises(DatasetError, match=r"data set with 9 errors; nothing was done:\n  /"):
+    with pytest.raises(DatasetError, match=r"data set with 9 errors; no work was done:\n  /"):
         inspect(open_dataset(folder)).refuse_problems()
 
 

@@ -35,7 +35,7 @@ def follow(monkeypatch, tmp_path, program):
 
 ENDINGS = {
     "print('{\"epoch\": 3}')": "",
-    "import os; os.kill(os.getpid(), 9)": "was killed, as the system does when memory runs out",
+    "import os; os.kill(os.getpid(), 9)": "was killed, probably because memory ran out",
     "import os; os.kill(os.getpid(), 6)": "was ended by SIGABRT",
     "raise ValueError('odd thing')": "failed (ValueError: odd thing); ",
     'print(\'{"error": "too bad."}\'); exit(2)': "too bad.",
@@ -78,7 +78,7 @@ def test_ultralytics_is_kept_offline_and_to_its_threads(monkeypatch, tmp_path):
 @pytest.mark.parametrize(
     ("error", "expected"),
     [
-        (MemoryError(), "memory ran out; go on with a smaller --batch"),
+        (MemoryError(), "memory ran out; continue with a smaller --batch"),
         (RuntimeError("CUDA out of memory. Tried to allocate 2 GiB"), "memory ran out"),
         (RuntimeError("[enforce fail] DefaultCPUAllocator: can't allocate memory"), "memory ran"),
         (OSError(errno.ENOSPC, "No space left on device"), "the disk is full"),
@@ -101,7 +101,7 @@ def test_other_images_than_at_the_beginning_are_refused(tmp_path, make_set):
     run = RunFolder(tmp_path / "run")
     saved_plan(run, dataset, inspect(dataset).fingerprint())
     (tmp_path / "set" / "labels" / "train" / "0.txt").write_text("0 0.5 0.5 0.2 0.2\n")
-    with pytest.raises(TrainingError, match="is not what this training began with") as caught:
+    with pytest.raises(TrainingError, match="is not the data set of this training") as caught:
         train_in_process(run, 1, lambda _: None)
     assert caught.value.explained
 

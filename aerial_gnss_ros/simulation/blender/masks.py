@@ -17,15 +17,15 @@ SEEN = 0.3
 
 
 def coverage(built: studio.Set, name: str, folder: Path) -> NDArray[np.float32]:
-    """Share (height, width) of every pixel through which a robot is seen, other robots hidden.
+    """Share (height, width) of every pixel that a robot covers, with other robots hidden.
 
-    Cycles refracts the sight lines itself, so this shares nothing with `tracing` but the mesh.
-    Changes the set for good.
+    Cycles refracts the lines of sight itself, so this shares only the mesh with `tracing`. It
+    changes the set permanently.
 
     Args:
         built: the set.
         name: of the robot.
-        folder: for a passing file.
+        folder: for a temporary file.
     """
     import bpy
 

@@ -79,12 +79,12 @@ def window_pane() -> Any:
 
 
 def water(shot: Shot, foam: bool) -> tuple[Any, Any]:
-    """Waves over water that absorbs and sends light back: what they mirror, and all the rest.
+    """Waves over absorbing and scattering water: one material for reflections, one for the rest.
 
-    Two materials whose pictures add up. One material would choose between mirror and window by
-    chance for each path, one in thirty, and be as noisy as that sounds.
+    The images of the two materials add up. A single material would choose reflection or refraction
+    at random for each path (one in thirty), and be very noisy.
 
-    Nor is the water a scattering volume, which is noisy too. It glows as evenly as it would in
+    The water is not a scattering volume either, which would be noisy. It emits uniformly as in
     daylight, E / sigma being the radiance of deep water and sigma its attenuation, which Cycles
     integrates without noise: L = L_deep (1 - exp(-sigma d)) + L_object exp(-sigma d).
 
@@ -110,7 +110,7 @@ def _waves(tree: Any, shot: Shot) -> tuple[Any, Any, Any]:
 def _mirror(shot: Shot, foam: bool) -> Any:
     material, tree, output = _tree("mirror")
     place, normal, fresnel = _waves(tree, shot)
-    # What slopes of waves too short for mesh and ripples do to a highlight (Cox and Munk 1954).
+    # Widening of highlights by slopes of waves too short for mesh and ripples (Cox and Munk 1954).
     slope = float(np.sqrt(0.35 * (0.003 + 0.00512 * shot.scene.wind_speed)))
     shine = _node(tree, "BsdfAnisotropic", Roughness=0.75 * float(np.sqrt(slope)), Normal=normal)
     tree.links.new(fresnel, shine.inputs["Color"])
@@ -148,7 +148,7 @@ def _body(shot: Shot, foam: bool) -> Any:
 
 
 def _for_light(tree: Any, wet: Any) -> Any:
-    """Lets light from above reach what is under water; its path is taken as straight."""
+    """Lets light from above reach objects under water, on a straight path."""
     path = tree.nodes.new("ShaderNodeLightPath")
     clear = tree.nodes.new("ShaderNodeBsdfTransparent")
     return _mix(tree, path.outputs["Is Shadow Ray"], wet, clear.outputs[0])
@@ -184,7 +184,7 @@ def daylight(shot: Shot) -> float:
     """Radiance of a white sheet on the ground, in the units of `sky`.
 
     For a clear sky a fit to what Blender 5.0 renders from 10 to 80 degrees of sun elevation, to
-    about a tenth; it only has to be near enough for the exposure and the water's glow.
+    about a tenth; which suffices for the exposure and the water's glow.
     """
     if shot.scene.sun_light <= 0.0:
         return 0.95

@@ -17,12 +17,12 @@ Array = NDArray[np.float64]
 
 STEP_PX = 2.0
 MARGIN = 0.15
-"""Of the window's size, seen around it: waves move the grid's edge."""
+"""Margin of the grid as a share of the window's size: waves move the grid's edge."""
 FARTHEST = np.radians(86.0)
-"""Rays flatter than this off the vertical are bent down to it: the sea's edge is far away."""
+"""Angle from the vertical to which flatter rays are bent down: the sea's edge is far away."""
 FLOOR_DEPTH_M, FLOOR_HALF_M = 80.0, 3000.0
 RESOLUTION = 14
-"""Of the modifiers: 196 waves along each side of a tile."""
+"""Resolution of the modifiers: 196 waves along each side of a tile."""
 
 
 def add_ocean(shot: Shot, time_s: float) -> tuple[Any, bool]:

@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""One labelled picture: build, render, label, develop. Runs where bpy is installed."""
+"""One labelled image: build, render, label, develop. Needs bpy."""
 
 from __future__ import annotations
 
@@ -20,15 +20,15 @@ from aerial_gnss_ros.simulation.samples import DatasetConfig, Sample, labelled
 from aerial_gnss_ros.simulation.view import Window, project_points
 
 PAD_PX = 6
-"""Beside the boxes when the picture without robots is rendered."""
+"""Margin around the boxes for rendering the image without robots."""
 
 
 @dataclass(frozen=True)
 class Order:
-    """Which picture to make; the same order gives the same picture.
+    """Specification of an image; the same order gives the same image.
 
     Attributes:
-        seed: integers that decide everything random.
+        seed: integers that determine everything random.
         config: what to draw from.
     """
 
@@ -40,8 +40,8 @@ def take(order: Order, folder: Path) -> Sample:
     """Makes a picture.
 
     Args:
-        order: which one.
-        folder: for passing files.
+        order: its specification.
+        folder: for temporary files.
     """
     config = order.config
     rng = np.random.default_rng(order.seed)
@@ -57,7 +57,7 @@ def take(order: Order, folder: Path) -> Sample:
     labels = _labels(built, camera, outlines, picture)
     good = {label.robot_id for label in labels if labelled(label)}
     if config.prune and len(good) < len(built.robots):
-        # Also those of which nothing is in the picture: their shadows or reflections may be.
+        # Including robots out of view: their shadows or reflections may be visible.
         studio.hide([things for name, things in built.robots.items() if name not in good])
         picture = camera.expose()
         labels = [label for label in labels if label.robot_id in good]
@@ -113,7 +113,7 @@ def _labels(
 
 
 def _area(outlines: dict[str, Outline], window: Window) -> Window | None:
-    """Smallest window, in pixels of the picture, round all robots that are in it."""
+    """Smallest window around all visible robots, in pixels of the image."""
     boxes = np.array([b for o in outlines.values() if (b := box(o, window)) is not None])
     if not len(boxes):
         return None

@@ -1,9 +1,9 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""What is drawn at random, from which ranges: `train`, and `unseen`, which shares no range of it.
+"""Ranges of random draws: `train`, and `unseen`, which shares no range with it.
 
-View geometry (height, tilt, lens, size in the image) is the same in both: a detector is asked
-whether it knows robots and seas that it never saw, not whether it can see smaller ones.
+View geometry (height, tilt, lens, size in the image) is the same in both: the question is whether a
+detector recognises robots and seas that it never saw, not whether it can see smaller ones.
 """
 
 from __future__ import annotations
@@ -104,7 +104,7 @@ def ranges_named(name: str) -> Ranges:
     """Return the ranges of that name.
 
     Raises:
-        ConfigError: there are none.
+        ConfigError: there are no ranges of that name.
     """
     if name not in RANGES:
         raise ConfigError(f"there are no ranges {name!r}; choose one of {', '.join(RANGES)}.")

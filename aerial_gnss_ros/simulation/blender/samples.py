@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Labelled pictures from Blender, which runs in a process of its own that may crash."""
+"""Labelled images from Blender, which runs in a separate process because it may crash."""
 
 from __future__ import annotations
 
@@ -22,11 +22,11 @@ from aerial_gnss_ros.simulation.samples import DatasetConfig, Sample
 
 PYTHON = sys.version_info[:2]
 TRIES = 2
-"""A crash of Blender is often one of chance; the same picture failing twice is not."""
+"""Attempts per image: Blender's crashes are often random, but not twice on the same image."""
 
 
 def require_blender() -> None:
-    """Does nothing where bpy is installed.
+    """Raise an error if bpy is not installed.
 
     Raises:
         ConfigError: it is not.
@@ -60,7 +60,7 @@ class BlenderSource:
         """Yield `count` pictures, each of a scene of its own.
 
         Raises:
-            OutputError: Blender crashed or failed on the same picture again.
+            OutputError: Blender crashed or failed twice on the same image.
         """
         for _ in range(count):
             seed = tuple(int(x) for x in rng.integers(2**32, size=4))
@@ -74,7 +74,7 @@ def _rendered(order: Order) -> Sample:
         if isinstance(answer, Sample):
             return answer
         _BLENDER.close()
-    raise OutputError(f"Blender could not render the picture of seed {order.seed}: {answer}")
+    raise OutputError(f"Blender could not render the image of seed {order.seed}: {answer}")
 
 
 class Blender:
@@ -89,7 +89,7 @@ class Blender:
         self._process: subprocess.Popen[bytes] | None = None
 
     def ask(self, order: Order) -> Sample | str:
-        """Return the picture, or in words why there is none."""
+        """Return the image, or a sentence on why there is none."""
         process = self._process or self._start()
         if process.stdin is None or process.stdout is None:
             raise RuntimeError("the process was started without pipes.")
@@ -109,7 +109,7 @@ class Blender:
             self._process = None
 
     def _start(self) -> subprocess.Popen[bytes]:
-        # One thread: pictures are many, and processes share them better than threads do one.
+        # One thread: many images are distributed better over processes than one over threads.
         environment = os.environ | {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
         self._process = subprocess.Popen(  # noqa: S603  (our own module)
             self._command,

@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Draws what one picture shows: view, light, sea, robots and other things."""
+"""Draws the content of one image: view, light, sea, robots and other objects."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ _MOST = 6  # robots beyond the first, and other things
 
 @dataclass(frozen=True)
 class Sea:
-    """What `Scene` does not say about waves and sky.
+    """Parameters of waves and sky that `Scene` lacks.
 
     Attributes:
         spectrum: of the ocean modifier.
@@ -57,7 +57,7 @@ class Prop:
 
 @dataclass(frozen=True)
 class Shot:
-    """Everything that decides one picture."""
+    """Everything that determines one image."""
 
     view: View
     scene: Scene
@@ -74,7 +74,7 @@ def random_shot(
     image: tuple[int, int] | None = None,
     variety: Variety | None = None,
 ) -> Shot:
-    """Draws what a picture shows.
+    """Draws the content of an image.
 
     Args:
         rng: all randomness.
@@ -86,7 +86,7 @@ def random_shot(
     """
     variety = variety or Variety()
     view = random_view(rng, size, image, _pinhole, variety)
-    # The place is of no account, and single precision likes small numbers.
+    # The position does not matter, and single precision favours small numbers.
     view = replace(view, pose=replace(view.pose, position=np.array([0.0, 0.0, view.height])))
     scene, sea = _random_light(rng, ranges)
     scene = with_wind(rng, scene, variety.wind_mps)
@@ -114,7 +114,7 @@ def pinhole(focal: float, width: int, height: int) -> CameraModel:
 
 
 def _of(rng: np.random.Generator, spans: tuple[Span, ...]) -> float:
-    """A value of one of the spans, each as likely as it is long."""
+    """A value from one of the spans, each with a probability proportional to its length."""
     lengths = np.array([high - low for low, high in spans])
     low, high = spans[int(rng.choice(len(spans), p=lengths / lengths.sum()))]
     return float(rng.uniform(low, high))
@@ -149,7 +149,7 @@ def _scaled(colour: Colour, gain: Array) -> Colour:
 
 
 def _count(rng: np.random.Generator, mean: float) -> int:
-    """A number with this mean (before it is cut off), often none, seldom many."""
+    """A random number with this mean (before clipping), often 0, rarely large."""
     return min(int(rng.geometric(1.0 / (1.0 + mean))) - 1, _MOST)
 
 

@@ -47,7 +47,7 @@ def build(shot: Shot, samples: int, seed: int) -> Set:
 
     Args:
         shot: what to build.
-        samples: paths a pixel.
+        samples: paths per pixel.
         seed: of the paths.
     """
     import bpy
@@ -87,7 +87,7 @@ class Level:
         self._tree = BVHTree.FromPolygons(points.tolist(), faces.tolist())
 
     def at(self, east: float, north: float) -> float:
-        """Mean height round a place, m; 0 beside the sea."""
+        """Mean height around a position, m; 0 outside the sea."""
         heights = []
         for de, dn in ((0.0, 0.0), (0.2, 0.0), (-0.2, 0.0), (0.0, 0.2), (0.0, -0.2)):
             hit = self._tree.ray_cast((east + de, north + dn, 100.0), (0.0, 0.0, -1.0))[0]
@@ -97,7 +97,7 @@ class Level:
 
 
 def hide(robots: list[list[Any]], hidden: bool = True) -> None:
-    """Takes robots out of the picture, or puts them back."""
+    """Hides robots from the image, or shows them again."""
     for things in robots:
         for thing in things:
             thing.hide_render = hidden

@@ -1,9 +1,9 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Where each robot appears: sight lines refracted at the waves as they are rendered, to its mesh.
+"""Outline of each robot: lines of sight, refracted at the rendered waves, traced to its mesh.
 
-Cycles' object index shows the water, not what lies under it, so labels are traced here; a test
-compares them with a picture that Cycles renders of glowing robots through clear water.
+Cycles' object index shows the water, not objects under it, so labels are traced here; a test
+compares them with a Cycles rendering of glowing robots through clear water.
 """
 
 from __future__ import annotations
@@ -22,12 +22,12 @@ from aerial_gnss_ros.simulation.view import Window, project_points
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 LINES = 120
-"""Sight lines along the longer side of a robot's surroundings, at most four a pixel."""
+"""Lines of sight along the longer side of a robot's surroundings, at most four per pixel."""
 
 
 @dataclass(frozen=True)
 class Outline:
-    """Where one robot appears.
+    """Apparent outline of one robot.
 
     Attributes:
         pixels: (n, 2) of sight lines that meet it, whole image, OpenCV's convention; also beside
@@ -51,7 +51,7 @@ class Tracer:
         self._props = [_Surface([thing]) for thing in built.props]
 
     def outline(self, name: str) -> Outline | None:
-        """Return where a robot appears, None if nowhere."""
+        """Return a robot's outline, None if it is not visible."""
         robot = self._robots[name]
         area = self._surroundings(robot)
         if area is None:
@@ -73,12 +73,12 @@ class Tracer:
         return Outline(pixels[met], step, free[met])
 
     def _surroundings(self, robot: _Surface) -> tuple[Array, Array] | None:
-        """Bounds in px where the robot may appear: refracted at level water, and a margin."""
+        """Bounds of the robot in px: refracted at level water, with a margin."""
         bounds = self._bounds(robot)
         if bounds is None:
             return None
         window = self._view.window
-        # A little beyond the window: how much of a robot is cut off is part of its label.
+        # A little beyond the window: a robot's truncated share is part of its label.
         edge, size = _corner_and_size(window)
         low = np.maximum(bounds[0], edge - 0.5 * size)
         high = np.minimum(bounds[1], edge + 1.5 * size)
@@ -123,7 +123,7 @@ class _Lines:
     bent: Array
 
     def distance_to(self, thing: _Surface) -> Array:
-        """Length of the way to a thing, infinite where it is not met; air first, then water."""
+        """Length of the path to an object through air, then water; infinite if it is not hit."""
         result, _ = thing.cast(self.start, self.rays)
         result = np.where(result < self.depth, result, np.inf)
         rest = ~np.isfinite(result) & np.isfinite(self.depth)
@@ -148,7 +148,7 @@ def refracted(rays: Array, normals: Array) -> Array:
 
 
 class _Surface:
-    """Triangles that can be met."""
+    """Triangles that rays can hit."""
 
     def __init__(self, things: list[Any]) -> None:
         from mathutils.bvhtree import BVHTree
@@ -190,7 +190,7 @@ class _Surface:
 
 
 def box(outline: Outline, window: Window) -> tuple[float, float, float, float] | None:
-    """Left, top, right, bottom of what is in the window, px; None if nothing is."""
+    """Left, top, right, bottom of the part in the window, px; None if empty."""
     inside = in_window(outline.pixels, window)
     if not inside.any():
         return None

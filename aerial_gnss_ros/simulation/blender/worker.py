@@ -1,8 +1,8 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""The process that Blender runs in: takes orders on its input, gives pictures on its output.
+"""The process of Blender: reads orders from its input, writes images to its output.
 
-Blender prints on its output as it likes, and a fault in it ends the process; both stay in here.
+Blender prints to its output, and a fault in it ends the process; this contains both.
 """
 
 from __future__ import annotations
