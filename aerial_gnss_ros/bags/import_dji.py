@@ -44,8 +44,8 @@ class Footage:
 
     Attributes:
         video: the file.
-        start_s: when it began, in the log's time, s.
-        every: each n-th frame is taken.
+        start_s: its start in the log's time, s.
+        every: every n-th frame is imported.
         quality: of the JPEGs, 1 to 100.
     """
 
@@ -67,18 +67,18 @@ def write_dji_bag(
     on_message: Callable[[int], None] = lambda _done: None,
     version: BagVersion | None = None,
 ) -> dict[str, int]:
-    """Write fix, attitude, gimbal and height, and the camera and images where they are given.
+    """Write fix, attitude, gimbal and height, and camera and images if given.
 
     Args:
         log: the flight.
         path: the bag's folder; must not exist.
-        camera: described with every image, or with every row where there are none, so that live
-            players hear it at once.
+        camera: published with every image, or with every row without images, so that live players
+            receive it at once.
         footage: the video.
-        start_ns: time at which the log's own time is zero, ns.
-        water_level: how far the water stands above the take-off point, m; None: not written.
-        namespace: put before the topics, such as `drone1`.
-        on_message: takes the number of messages written so far.
+        start_ns: Unix time of the log's time zero, ns.
+        water_level: level of the water above the take-off point, m; None: not written.
+        namespace: prefix of the topics, such as `drone1`.
+        on_message: called with the number of messages written so far.
         version: of the bag's files, see `BagWriter`.
 
     Returns:
@@ -102,7 +102,7 @@ def write_dji_bag(
 def messages(
     log: DjiLog, camera: CameraModel | None, start_ns: int, water_level: float | None = None
 ) -> Iterator[Message]:
-    """Yield stamp, topic, type and fields of the telemetry in the order of the log's rows."""
+    """Yield stamp, topic, type and fields of the telemetry in row order."""
     attitudes, gimbals = log.attitudes(start_ns), log.gimbals(start_ns)
     heights = {height.stamp_ns: height for height in log.heights(start_ns)}
     if water_level is not None:

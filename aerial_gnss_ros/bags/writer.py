@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Writes rosbag2 folders (mcap): whole or not at all, the same input giving the same bytes."""
+"""Writes rosbag2 folders (mcap), completely or not at all; the same input gives the same bytes."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ RELIABLE = _qos(QosReliability.RELIABLE, QosDurability.VOLATILE, 10)
 """Offered for detections and truth."""
 
 LATCHED = _qos(QosReliability.RELIABLE, QosDurability.TRANSIENT_LOCAL, 1)
-"""Offered for results: who subscribes late gets the last one."""
+"""Offered for results: late subscribers receive the last one."""
 
 
 BagVersion = Literal[8, 9]
@@ -68,8 +68,8 @@ class BagWriter:
 
     Args:
         path: the bag's folder; must not exist. It appears when the block ends without error.
-        compress: zstd in the file's chunks; useless for JPEG images.
-        namespace: put before relative topic names, such as `drone1`.
+        compress: zstd compression of chunks; useless for JPEG images.
+        namespace: of relative topics, such as `drone1`.
         version: of rosbag2's files: 9 for Jazzy and later, 8 for Humble and Iron, which cannot
             read the QoS of a 9; None: for the distribution that is found.
 
@@ -95,7 +95,7 @@ class BagWriter:
         self._connections: dict[str, Connection] = {}
 
     def __enter__(self) -> Self:
-        """Make the bag under its temporary name."""
+        """Create the bag under its temporary name."""
         with ExitStack() as stack:
             temporary = stack.enter_context(partial(self.path))
             writer = Writer(temporary, version=self._version, storage_plugin=StoragePlugin.MCAP)
@@ -111,7 +111,7 @@ class BagWriter:
         error: BaseException | None,
         trace: TracebackType | None,
     ) -> None:
-        """Give the bag its final name, or remove it when the block failed."""
+        """Give the bag its final name, or remove it if the block failed."""
         self._writer = None
         self._stack.__exit__(kind, error, trace)
 
@@ -128,13 +128,13 @@ class BagWriter:
         Args:
             topic: relative to the namespace, or absolute.
             msgtype: such as `sensor_msgs/msg/NavSatFix`.
-            log_ns: when it came, ns.
+            log_ns: time of its arrival, ns.
             fields: nested dicts in ROS field names, or the message as CDR bytes.
-            qos: what its publisher offers; that of the topic's first message is recorded.
+            qos: offered by its publisher; that of the topic's first message is recorded.
 
         Raises:
             InputError: unknown type or field.
-            OutputError: the disk is full (raised where the `with` block ends).
+            OutputError: the disk is full (raised at the end of the `with` block).
         """
         if self._writer is None:
             raise RuntimeError("BagWriter.write needs the writer's `with` block.")

@@ -22,14 +22,14 @@ from aerial_gnss_ros.commands.progress import progress
 from aerial_gnss_ros.core.values.errors import InputError
 
 _LATEST_START_S = 2_100_000_000.0
-"""With the longest flight ROS stamps, which end in 2038, still reach."""
+"""ROS stamps end in 2038; the longest flight must end before."""
 _LOWEST_M, _HIGHEST_M = -500.0, 10_000.0  # as water_level.value_m
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the command's arguments."""
     parser.epilog = (
-        "An interrupted import leaves nothing behind: run it again. Memory does not grow with the "
+        "An interrupted import leaves no files: run it again. Memory does not grow with the "
         "video's length."
     )
     parser.add_argument(
@@ -41,29 +41,31 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "-o", "--output", type=Path, required=True, metavar="BAG", help="folder of the new bag"
     )
     add_rosbag_version(parser)
-    parser.add_argument("--namespace", default="", help="put before the topics, such as drone1")
+    parser.add_argument("--namespace", default="", help="namespace of the topics, such as drone1")
     parser.add_argument(
         "--rate", type=float, default=ROW_RATE_HZ, metavar="HZ",
-        help="rows a second where the log has no time column (%(default)g)",
+        help="row rate if the log has no time column, Hz (%(default)g)",
     )  # fmt: skip
     parser.add_argument(
         "--start", type=float, metavar="S",
-        help="Unix time at which the log's time is zero, s (the log's own UTC date where it has "
-        "one, else 2025-01-01)",
+        help=
+                "Unix time of the log's time zero, s (default: the log's UTC date if present, "
+                "else 2025-01-01)",
     )  # fmt: skip
     parser.add_argument(
         "--water-level", type=float, metavar="M",
-        help="how far the water stands above the take-off point, m: -15 where you took off from "
-        "a cliff 15 m above it; goes into the bag, so that replay knows it",
+        help=
+                "level of the water above the take-off point, m: -15 if you took off from a "
+                "cliff 15 m above it; recorded in the bag for replay",
     )  # fmt: skip
     _add_video(parser.add_argument_group("video"))
-    camera = parser.add_argument_group("camera", "described in the bag where it is given")
+    camera = parser.add_argument_group("camera", "recorded in the bag if given")
     camera.add_argument(
         "--camera", metavar="YAML|NAME",
         help="CameraInfo YAML, a photo (its EXIF), or a known drone (`aerial-gnss camera --list`)",
     )  # fmt: skip
     add_numbers(camera)
-    parser.add_argument("--json", action="store_true", help="the summary for machines")
+    parser.add_argument("--json", action="store_true", help="print the summary as JSON")
 
 
 def _add_video(group: argparse._ArgumentGroup) -> None:
@@ -72,14 +74,14 @@ def _add_video(group: argparse._ArgumentGroup) -> None:
         help="log time at which the video begins, s (default: from the log's video marker)",
     )  # fmt: skip
     group.add_argument(
-        "--recording", type=int, metavar="N", help="which of the log's recordings it is, from 1"
+        "--recording", type=int, metavar="N", help="number of the recording in the log, from 1"
     )
     group.add_argument(
-        "--every", type=int, default=1, metavar="N", help="take each N-th frame (%(default)s)"
+        "--every", type=int, default=1, metavar="N", help="import every N-th frame (%(default)s)"
     )
     group.add_argument(
         "--jpeg-quality", type=int, default=95, metavar="Q",
-        help="1 to 100 (%(default)s); H.264 frames must be re-encoded",
+        help="JPEG quality, 1 to 100 (%(default)s); H.264 frames must be re-encoded",
     )  # fmt: skip
 
 
@@ -133,7 +135,7 @@ def _check(args: argparse.Namespace) -> None:
     if not 1 <= args.jpeg_quality <= 100:
         raise InputError(f"--jpeg-quality must lie within 1 and 100, not {args.jpeg_quality}.")
     if args.video is None and (args.offset is not None or args.recording is not None):
-        raise InputError("--offset and --recording belong to a video; give it after the log.")
+        raise InputError("--offset and --recording need a video; give it after the log.")
 
 
 def _start_ns(args: argparse.Namespace, log: DjiLog) -> int:

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """`aerial-gnss simulate`: a bag of a simulated flight, or of robots under a recorded one.
 
-With `--dataset`, labelled pictures instead (simulate_dataset.py).
+With `--dataset`, labelled images instead (simulate_dataset.py).
 """
 
 from __future__ import annotations
@@ -43,22 +43,27 @@ RENDER_S_PER_PIXEL = 0.16e-6
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
-    parser.add_argument("-o", "--output", type=Path, help="the bag to make (folder)")
+    parser.add_argument("-o", "--output", type=Path, help="bag to write (folder)")
     add_rosbag_version(parser)
     simulate_arguments.add_arguments(parser)
-    simulate_dataset.add_arguments(parser.add_argument_group("pictures to train on"))
-    parser.add_argument("--seed", type=int, default=1, help="same seed, same bytes (default 1)")
+    simulate_dataset.add_arguments(parser.add_argument_group("training images"))
+    parser.add_argument(
+        "--seed",
+        type=int,
+        default=1,
+        help="random seed; the same seed gives the same bytes (default 1)",
+    )
     parser.add_argument("--json", action="store_true", help="print the summary as JSON")
 
 
 def run(args: argparse.Namespace) -> int:
-    """Make the bag and say what is in it.
+    """Write the bag and print a summary.
 
     Raises:
         AerialGnssError: wrong arguments, an unreadable log, an output that exists or a full disk.
     """
     if (args.output is None) == (args.dataset is None):
-        raise ConfigError("give -o BAG for a flight or --dataset FOLDER for pictures, one of them.")
+        raise ConfigError("give either -o BAG for a flight or --dataset FOLDER for images.")
     simulate_dataset.refuse_options(args, simulate_arguments.defaults())
     if args.dataset is not None:
         return simulate_dataset.run(args)
@@ -119,9 +124,9 @@ def _check(args: argparse.Namespace) -> None:
         for name in generated:
             if getattr(args, name) is not None:
                 option = name.replace("_", "-")
-                raise ConfigError(f"--{option} has no meaning with --telemetry: the log decides.")
+                raise ConfigError(f"--{option} cannot be used with --telemetry: the log decides.")
     elif args.start is not None:
-        raise ConfigError("--start has a meaning only with --telemetry.")
+        raise ConfigError("--start applies only with --telemetry.")
     if args.robot_at and args.robots is not None:
         raise ConfigError("give --robots or --robot-at, not both.")
     if args.robots is not None and not 0 <= args.robots <= 1000:
@@ -138,7 +143,7 @@ def _check(args: argparse.Namespace) -> None:
         raise ConfigError(f"--false-boxes must lie within 0 to 10000, not {args.false_boxes:g}.")
     if args.no_images and (args.raw or args.scene != "demo"):
         option = "--raw" if args.raw else "--scene"
-        raise ConfigError(f"{option} has no meaning with --no-images.")
+        raise ConfigError(f"{option} cannot be used with --no-images.")
     if not args.no_images and (args.missed or args.false_boxes):
         raise ConfigError(
             "--missed and --false-boxes need --no-images: real images need a detector."
@@ -171,8 +176,8 @@ def _experiment(args: argparse.Namespace, log: DjiLog | None) -> Experiment:
 def _advice(log: DjiLog, duration_s: float) -> str:
     starts = water_seconds(log, duration_s)
     if not len(starts):
-        return f"No piece of {duration_s:g} s looks at water throughout; try a shorter --duration."
-    return f"From --start {starts[0]:g} it does."
+        return f"No part of {duration_s:g} s sees water throughout; try a shorter --duration."
+    return f"With --start {starts[0]:g} it does."
 
 
 def _flight(args: argparse.Namespace, log: DjiLog | None) -> Flight:
@@ -198,7 +203,7 @@ def _places(args: argparse.Namespace, flight: Flight) -> Any:
     for place in args.robot_at:
         if not (abs(place[0]) <= 90.0 and abs(place[1]) <= 180.0):
             raise ConfigError(
-                f"--robot-at {place[0]:g},{place[1]:g} is not a place on Earth; give latitude and "
+                f"--robot-at {place[0]:g},{place[1]:g} is not on Earth; give latitude and "
                 "longitude in degrees, such as 13.194,-59.641."
             )
     origin = flight.origin
@@ -209,7 +214,7 @@ def _places(args: argparse.Namespace, flight: Flight) -> Any:
     far = float(np.linalg.norm(places, axis=1).max())
     if far > 2000.0:
         raise ConfigError(
-            f"--robot-at lies {far / 1000.0:.1f} km from the flight, which is round "
+            f"--robot-at is {far / 1000.0:.1f} km from the flight, which is near "
             f"{math.degrees(origin.latitude):.5f}, {math.degrees(origin.longitude):.5f}."
         )
     return places

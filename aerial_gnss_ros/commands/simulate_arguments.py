@@ -26,55 +26,70 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def defaults() -> dict[str, Any]:
-    """Return what the arguments are where they are not given."""
+    """Return the arguments' defaults."""
     parser = argparse.ArgumentParser(add_help=False)
     add_arguments(parser)
     return vars(parser.parse_args([]))
 
 
 def _flight_arguments(group: Any) -> None:
-    group.add_argument("--flight", choices=KINDS, help="hover (default), orbit or transit")
+    group.add_argument(
+        "--flight", choices=KINDS, help="flight path: hover (default), orbit or transit"
+    )
     group.add_argument(
         "--telemetry", type=Path, metavar="CSV", help="fly a recorded DJI flight record instead"
     )
     group.add_argument(
-        "--start", type=float, metavar="S", help="with --telemetry: where to begin, s (default 0)"
+        "--start", type=float, metavar="S", help="with --telemetry: start in the log, s (default 0)"
     )
     group.add_argument(
         "--duration", type=float, metavar="S",
         help=f"length, s (default {RENDERED_S:g} with images, {DURATION_S:g} without)",
     )  # fmt: skip
-    group.add_argument("--height", type=float, metavar="M", help="above the water (default 15 m)")
+    group.add_argument(
+        "--height", type=float, metavar="M", help="height above the water, m (default 15)"
+    )
     group.add_argument(
         "--tilt", type=float, metavar="DEG",
-        help="camera below the horizon (default 55; 90 looks straight down, at the first robot)",
+        help=
+                "angle of the camera below the horizon, deg (default 55; 90 looks straight down, "
+                "at the first robot)",
     )  # fmt: skip
     group.add_argument(
-        "--fixed-gimbal", action="store_true", help="hold the tilt instead of following the robots"
+        "--fixed-gimbal",
+        action="store_true",
+        help="keep the tilt constant instead of following the robots",
     )
     group.add_argument(
         "--stand-off", type=float, metavar="M",
-        help="horizontal distance to the robots, radius of the orbit (default: from the tilt)",
+        help=
+                "horizontal distance to the robots, or radius of the orbit, m (default: from the "
+                "tilt)",
     )  # fmt: skip
-    group.add_argument("--speed", type=float, metavar="MPS", help="of the drone (default 2 m/s)")
+    group.add_argument(
+        "--speed", type=float, metavar="MPS", help="speed of the drone, m/s (default 2)"
+    )
     group.add_argument(
         "--camera-offset", type=numbers(3), metavar="X,Y,Z",
-        help="camera relative to the GNSS antenna: forward, left, up, m (default 0,0,0)",
+        help="camera position relative to the GNSS antenna: forward, left, up, m (default 0,0,0)",
     )  # fmt: skip
 
 
 def _robot_arguments(group: Any) -> None:
-    group.add_argument("--robots", type=int, metavar="N", help="how many (default 3)")
+    group.add_argument("--robots", type=int, metavar="N", help="number of robots (default 3)")
     group.add_argument(
         "--robot-at", type=numbers(2), action="append", metavar="LAT,LON",
-        help="a robot's place, degrees; repeat for more. It stays unless --robot-speed is given. "
-        "(South: write --robot-at=-13.1,59.6)",
+        help=
+                "a robot's position, degrees; may be repeated. It stays there unless "
+                "--robot-speed is given. (South: write --robot-at=-13.1,59.6)",
     )  # fmt: skip
     group.add_argument(
         "--robot-speed", type=numbers(1, 2), metavar="MPS[,MPS]",
-        help="of the robots, from slowest to fastest (default 0.15,0.6; 0 stays)",
+        help="speeds of the robots, slowest and fastest, m/s (default 0.15,0.6; 0 stays)",
     )  # fmt: skip
-    group.add_argument("--dives", action="store_true", help="robots dive out of sight now and then")
+    group.add_argument(
+        "--dives", action="store_true", help="robots dive out of sight from time to time"
+    )
 
 
 def _sensor_arguments(group: Any) -> None:
@@ -86,7 +101,7 @@ def _sensor_arguments(group: Any) -> None:
         "--sigma", action="append", default=[], metavar="NAME=VALUE", type=sigma,
         help=f"replace one error of the set: {', '.join(SETS['consumer'])}",
     )  # fmt: skip
-    group.add_argument("--fix-covariance", action="store_true", help="fixes state their covariance")
+    group.add_argument("--fix-covariance", action="store_true", help="fixes carry their covariance")
     group.add_argument(
         "--latency", type=float, default=0.0, metavar="S",
         help="an image stamped t shows the scene at t - S (default 0)",
@@ -100,11 +115,11 @@ def _image_arguments(group: Any) -> None:
     )
     group.add_argument(
         "--field-of-view", type=float, default=73.7, metavar="DEG",
-        help="across the image (default 73.7)",
+        help="horizontal field of view, deg (default 73.7)",
     )  # fmt: skip
     group.add_argument(
         "--scene", choices=("demo", "random"), default="demo",
-        help="demo: a bright afternoon; random: light and water drawn from the seed",
+        help="demo: a bright afternoon; random: random light and water from the seed",
     )  # fmt: skip
     group.add_argument("--raw", action="store_true", help="raw images in a compressed bag, no JPEG")
     group.add_argument(
@@ -116,5 +131,5 @@ def _image_arguments(group: Any) -> None:
     )  # fmt: skip
     group.add_argument(
         "--false-boxes", type=float, default=0.0, metavar="N",
-        help="with --no-images: mean number of false boxes an image",
+        help="with --no-images: mean number of false boxes per image",
     )  # fmt: skip

@@ -11,7 +11,7 @@ from aerial_gnss_ros.resources import install_hint, ros_distribution
 
 
 def require_ros() -> None:
-    """Raise RosError, with what to do, where ROS 2 or a message package is missing."""
+    """Raise RosError, with a remedy, if ROS 2 or a message package is missing."""
     distribution = ros_distribution()
     if importlib.util.find_spec("rclpy") is None:
         raise RosError(

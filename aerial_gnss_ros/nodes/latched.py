@@ -1,10 +1,10 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Receives what may be sent once and latched, whatever durability its publisher offers.
+"""Subscribes to topics that may be latched, whatever durability the publisher offers.
 
-A volatile subscription matches every publisher, but never gets what was sent before it. One that
-asks for transient local gets that, but matches only publishers that latch, and makes the others
-warn of it. So the second is added where the graph shows a publisher that latches.
+A volatile subscription matches every publisher, but does not receive earlier messages. A
+transient-local subscription receives them, but matches only latching publishers, and the others
+warn about it. So the second is added once the graph shows a latching publisher.
 """
 
 from __future__ import annotations
@@ -21,16 +21,16 @@ from aerial_gnss_ros.nodes import qos
 from aerial_gnss_ros.nodes.distribution import SubscriptionEventCallbacks, with_info
 
 LOOK_S = 0.25
-"""How long a latched message waits at most until its publisher is noticed."""
+"""Longest time until a latching publisher is noticed."""
 
 _REMEMBERED = 64
 
 
 class Once:
-    """Tells messages that come first from their copies. Knows no ROS.
+    """Removes duplicates of messages received through both subscriptions. Independent of ROS.
 
-    A message that is received twice has one source timestamp, which its publisher gave it. Humble
-    does not tell it: there the copies of a publisher that latches are taken, too.
+    Both copies of a message have the source timestamp that the publisher gave it. Humble does not
+    tell it: there the copies of a publisher that latches are taken, too.
     """
 
     def __init__(self) -> None:
@@ -38,16 +38,16 @@ class Once:
         self._latched: deque[int] = deque(maxlen=_REMEMBERED)
 
     def directly(self, sent_ns: int) -> bool:
-        """Return whether to take a message of the volatile subscription.
+        """Return whether a message of the volatile subscription is new.
 
         Args:
-            sent_ns: source timestamp, ns; 0 where the middleware gives none.
+            sent_ns: source timestamp, ns; 0 if the middleware gives none.
         """
         self._newest_ns = max(self._newest_ns, sent_ns)
         return not sent_ns or sent_ns not in self._latched
 
     def latched(self, sent_ns: int) -> bool:
-        """Return whether to take a message of the other one: it must not replace a newer one."""
+        """Return whether a message of the latched subscription is new and not outdated."""
         if sent_ns and sent_ns <= self._newest_ns:
             return False
         self._newest_ns = sent_ns
@@ -64,9 +64,9 @@ class _Topic:
         resolved: full name.
         kind: class of its messages.
         depth: of the queue.
-        take: takes a message.
-        once: which messages are new.
-        second: the subscription that asks for transient local; None until a publisher latches.
+        take: callback for a message.
+        once: removes duplicates.
+        second: the transient-local subscription; None until a publisher latches.
     """
 
     name: str
@@ -79,7 +79,7 @@ class _Topic:
 
 
 class LatchedToo:
-    """Adds subscriptions to publishers that latch.
+    """Adds transient-local subscriptions for latching publishers.
 
     Args:
         node: subscribes.
@@ -95,11 +95,11 @@ class LatchedToo:
         """Watch a topic and return the callback for its volatile subscription.
 
         Args:
-            key: of the input; one that is watched already is replaced.
+            key: of the input; an existing one is replaced.
             topic: as given to the subscription, before remapping.
             kind: class of its messages.
             depth: of the queue.
-            take: takes each message once.
+            take: called once per message.
         """
         self.forget(key)
         resolved = str(self._node.resolve_topic_name(topic))
@@ -113,13 +113,13 @@ class LatchedToo:
         return with_info(directly)
 
     def look(self) -> None:
-        """Subscribe where a publisher latches by now; call it every `LOOK_S`."""
+        """Subscribe to publishers that latch by now; call it every `LOOK_S`."""
         for topic in self._topics.values():
             if topic.second is None and self._is_latched(topic):
                 topic.second = self._subscribed(topic)
 
     def follow(self, key: str, topic: str) -> None:
-        """Go over to another topic; nothing where the former is not watched."""
+        """Switch to another topic; no effect if the input is not watched."""
         watched = self._topics.get(key)
         if watched is None:
             return
@@ -128,7 +128,7 @@ class LatchedToo:
         watched.name, watched.resolved, watched.second = topic, topic, None
 
     def forget(self, key: str) -> None:
-        """End watching a topic; nothing where it is not watched."""
+        """Stop watching an input; no effect if it is not watched."""
         topic = self._topics.pop(key, None)
         if topic is not None and topic.second is not None:
             self._node.destroy_subscription(topic.second)
@@ -147,7 +147,7 @@ class LatchedToo:
             if topic.once.latched(_sent_ns(info)):
                 topic.take(msg)
 
-        # The node reports publishers that do not fit by its first subscription.
+        # Incompatible publishers are reported through the first subscription.
         silent = SubscriptionEventCallbacks(use_default_callbacks=False)
         return self._node.create_subscription(
             topic.kind,

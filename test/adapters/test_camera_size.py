@@ -39,6 +39,6 @@ def test_a_camera_that_is_not_calibrated_refuses_every_image(zeros):
     sizes.take(info(**zeros))
     word, sentence = sizes.refusal(640, 480, "/info")
     assert word == "camera_info_zeros"
-    assert "/info cannot be used: its size or focal length is 0" in sentence
+    assert "/info is unusable: its size or focal length is 0" in sentence
     sizes.take(info())
     assert sizes.refusal(640, 480, "/info") is None

@@ -68,7 +68,7 @@ def test_a_gimbal_yaw_that_is_from_the_nose_is_found_out(tmp_path):
     path = tmp_path / "log.csv"
     path.write_text(header + "".join(f"13,-59,20,0,{yaw},0,5\n" for yaw in yaws))
     log = read_dji_log(path)
-    assert any("taken from the nose" in guess for guess in log.guesses)
+    assert any("assumed relative to the nose" in guess for guess in log.guesses)
     east_5_left = matrix_from_quaternion(log.gimbal)[list(yaws).index(90)][:, 0]
     np.testing.assert_allclose(
         east_5_left, [np.cos(np.radians(5)), -np.sin(np.radians(5)), 0], atol=1e-12

@@ -36,9 +36,9 @@ def test_what_is_no_photo_is_refused(tmp_path):
     with pytest.raises(InputError, match="does not exist; give a photo"):
         read_photo(tmp_path / "absent.jpg")
     Image.new("RGB", (64, 48)).save(tmp_path / "a.jpg", format="PNG")
-    with pytest.raises(InputError, match="is not a photo that can be read"):
+    with pytest.raises(InputError, match="is not a readable photo"):
         read_photo(tmp_path / "a.jpg")
     damaged = photo(tmp_path / "b.jpg", 24)
     damaged.write_bytes(damaged.read_bytes()[:20])
-    with pytest.raises(InputError, match="is not a photo that can be read"):
+    with pytest.raises(InputError, match="is not a readable photo"):
         read_photo(damaged)

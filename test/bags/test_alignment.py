@@ -35,7 +35,7 @@ def log(*recordings, seconds=400.0, of_video=False):
 def test_the_one_recording_that_lasts_as_long_is_the_video(recordings, duration, start):
     found = align(log(*recordings), duration)
     assert found.start_s == start
-    assert "good to about 1 s" in found.how
+    assert "accurate to about 1 s" in found.how
 
 
 def test_of_two_that_fit_the_user_chooses():

@@ -44,4 +44,4 @@ def test_directions_are_of_one_robot_and_tilts_and_ranges_of_all():
     assert found.ranges_m == pytest.approx((0.0, 100.0), abs=1e-6)
     assert found.tilts_deg == pytest.approx((math.degrees(math.atan2(30.0, 100.0)), 90.0))
     assert len(found.lines()) == 2
-    assert "one of them from 30 deg of the compass" in found.lines()[1]
+    assert "one of them over a range of bearings of 30 deg" in found.lines()[1]

@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Cameras of common drones, from what their makers publish: equivalent focal length, photo size.
+"""Cameras of common drones, from published data: equivalent focal length, photo size.
 
 Sources are the makers' specification pages (section Camera). The equivalent focal length is a whole
 number of millimetres and no lens distortion is published, so a calibration is better: against the
@@ -29,7 +29,7 @@ class KnownCamera:
         product: the product's name.
         equivalent_mm: focal length of photos, equivalent on 35 mm film, mm, at zoom 1.
         photo: width and height of the full photo, px.
-        video_equivalent_mm: where the maker states another one for video.
+        video_equivalent_mm: for video, if the maker states a different one.
         zooms: whether it has an optical zoom.
     """
 
@@ -42,16 +42,16 @@ class KnownCamera:
 
     @property
     def source(self) -> str:
-        """Where the figures come from."""
+        """Source of the figures."""
         maker = self.product.split(" ", 1)[0]
         return f"{maker}'s specifications of the {self.product}"
 
     def is_cropped(self, image: tuple[int, int]) -> bool:
-        """Whether an image has another shape than the photo."""
+        """Whether an image has another aspect ratio than the photo."""
         return abs(image[0] * self.photo[1] / (image[1] * self.photo[0]) - 1.0) > 0.01
 
     def camera(self, image: tuple[int, int] | None = None, zoom: float = 1.0) -> CameraModel:
-        """Return the camera for an image size, the photo's where none is given.
+        """Return the camera for an image size, by default the photo's.
 
         Raises:
             CameraError: a size or zoom that is not positive.
@@ -89,10 +89,10 @@ KNOWN = {
 
 
 def known_camera(name: str) -> KnownCamera:
-    """Return a camera by its name; spaces, dashes and capitals do not count.
+    """Return a camera by its name, ignoring spaces, dashes and capitals.
 
     Raises:
-        CameraError: there is none of that name; the message lists them.
+        CameraError: no camera of that name; the message lists them.
     """
     wanted = "_".join(name.lower().replace("-", " ").replace("_", " ").split())
     if wanted in KNOWN:

@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Lens distortion on the normalised image plane, and its inverse where there is one.
+"""Lens distortion on the normalised image plane, and its inverse where it exists.
 
 Formulas are OpenCV's: Brown-Conrady with an optional rational denominator (`plumb_bob`,
 `rational_polynomial`), and Kannala-Brandt (`equidistant`). A polynomial lens model is monotonic
@@ -24,7 +24,8 @@ Mask = NDArray[np.bool_]
 
 _STEPS = 15
 _FEW = 12
-"""Up to so many points are computed one by one: an array operation costs as much as ten numbers."""
+"""Greatest number of points computed one by one: an array operation costs as much as ten on
+numbers."""
 
 _TOLERANCE = 1e-11
 _ACCEPT = 1e-9
@@ -34,7 +35,7 @@ _WIDEST = math.radians(89.0)
 
 def _first_positive_root(coefficients: Array) -> float:
     """Return the smallest positive real root of a polynomial (lowest power first), or inf."""
-    # Smaller coefficients move nothing on any image, but their roots overflow.
+    # Smaller coefficients have no effect on any image, but their roots overflow.
     kept = np.where(np.abs(coefficients) < 1e-15, 0.0, coefficients)
     roots = np.polynomial.polynomial.polyroots(np.trim_zeros(kept, "b"))
     real = roots.real[(np.abs(roots.imag) < 1e-9 * (1.0 + np.abs(roots.real))) & (roots.real > 0)]
@@ -182,7 +183,7 @@ class BrownConrady:
         """Return the same, point by point in plain numbers."""
         wanted = points.tolist()
         places = self._starts(wanted)
-        shapes = [(math.nan,) * 4] * len(wanted)  # Jacobian, distance from what is wanted
+        shapes = [(math.nan,) * 4] * len(wanted)  # Jacobian, distance from the target
         moving: list[int] = list(range(len(wanted)))
         for _ in range(_STEPS):
             still: list[int] = []

@@ -18,15 +18,15 @@ def from_equivalent(
 ) -> CameraModel:
     """Return a pinhole camera of a 35 mm equivalent focal length, as makers state it.
 
-    The equivalent refers to the photo's diagonal. An image that is wider in shape than the photo
-    (16:9 video) is taken to show the photo's full width and to lack rows above and below, a
-    narrower one its full height.
+    The equivalent refers to the photo's diagonal. An image with a wider aspect ratio than the photo
+    (16:9 video) is assumed to have its full width without rows above and below, a narrower one its
+    full height.
 
     Args:
         equivalent_mm: focal length, mm, equivalent on 36 x 24 mm film.
-        photo: width and height of the full photo, px; only its shape counts.
+        photo: width and height of the full photo, px; only its aspect ratio matters.
         image: width and height of the images used, px.
-        zoom: on top of it.
+        zoom: factor on it.
 
     Raises:
         CameraError: a value that is not positive.

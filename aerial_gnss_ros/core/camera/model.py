@@ -52,7 +52,7 @@ class CameraModel:
         R: (3, 3) rectified optical frame from the camera's own optical frame.
 
     Raises:
-        CameraError: a description that cannot be used, with the value seen.
+        CameraError: an unusable description, with the value seen.
     """
 
     width: int
@@ -78,12 +78,12 @@ class CameraModel:
             self._check_middle()
 
     def _check_middle(self) -> None:
-        """Refuse a lens that folds over within half of the way to the image's nearer edges."""
+        """Refuse a lens that folds over within half the distance to the image's nearer edges."""
         circle = 0.5 * self._size + 0.25 * self._size.min() * _CIRCLE
         if not self.rays(np.concatenate([0.5 * (circle + 0.5 * self._size), circle]))[1].all():
             raise CameraError(
-                f"CameraInfo has distortion {self.D.tolist()}, by which the image folds over near "
-                "its middle: no lens does so; calibrate the camera again."
+                f"CameraInfo has distortion {self.D.tolist()}, with which the image folds over "
+                "near its centre, as no lens does; calibrate the camera again."
             )
 
     @classmethod
@@ -215,8 +215,8 @@ class CameraModel:
     def rays(self, pixels: ArrayLike) -> tuple[Array, Mask]:
         """Return unit rays (n, 3) in the optical frame, and which are valid (n,).
 
-        A pixel off the image, or where the lens model folds over, is not valid; its ray means
-        nothing.
+        A pixel outside the image, or where the lens model folds over, is invalid; its ray is
+        meaningless.
         """
         rays, _, valid = self.rays_with_jacobian(pixels)
         return rays, valid
@@ -225,7 +225,7 @@ class CameraModel:
         """Return unit rays (n, 3), their derivative by the pixels (n, 3, 2), and validity (n,)."""
         given = np.asarray(pixels, dtype=np.float64).reshape(-1, 2)
         valid = self.inside(given)
-        # What is not on the image is computed at its middle, so that nothing overflows.
+        # Points outside the image are computed at its centre, so that nothing overflows.
         every = np.count_nonzero(valid) == len(valid)
         usable = given if every else np.where(valid[:, None], given, self._middle)
         plane = (usable - self._middle) @ self._inverse.T
@@ -242,8 +242,8 @@ class CameraModel:
     def project(self, points: ArrayLike) -> tuple[Array, Mask]:
         """Return pixels (n, 2) of points (n, 3) in the optical frame, and which are valid (n,).
 
-        A point behind the camera, beyond the lens model's fold or off the image is not valid; the
-        pixel of the last kind is still right, that of the others is NaN.
+        A point behind the camera, beyond the lens model's fold or outside the image is invalid; in
+        the last case its pixel is still right, otherwise NaN.
         """
         given = np.asarray(points, dtype=np.float64).reshape(-1, 3)
         if self._turned:
@@ -260,7 +260,7 @@ class CameraModel:
     def project_with_jacobian(self, points: ArrayLike) -> tuple[Array, Array, Mask]:
         """Return pixels (n, 2) of points (n, 3) as `project` does, and their derivative (n, 2, 3).
 
-        The mask (n,) says which lie before the lens and within its model, on the image or not.
+        The mask (n,) marks those in front of the lens and within its model, in the image or not.
         """
         given = np.asarray(points, dtype=np.float64).reshape(-1, 3)
         given = given @ self.R.T if self._turned else given

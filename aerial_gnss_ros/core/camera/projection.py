@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""From points before a lens to its image plane, with the derivative: what filters linearise."""
+"""Projection of points to the image plane, with the derivative for filters."""
 
 from __future__ import annotations
 
@@ -22,9 +22,9 @@ _BEHIND = 1e-9
 def plane_with_jacobian(
     lens: BrownConrady | Equidistant | None, points: Array
 ) -> tuple[Array, Array, Mask]:
-    """Return distorted points (n, 2), their derivative (n, 2, 3), and which are seen (n,).
+    """Return distorted points (n, 2), their derivative (n, 2, 3), and which are visible (n,).
 
-    Values of points that are not seen (behind the camera, beyond the model's fold) mean nothing.
+    Values of invisible points (behind the camera, beyond the model's fold) are meaningless.
 
     Args:
         lens: None for a pinhole.
@@ -33,7 +33,9 @@ def plane_with_jacobian(
     if isinstance(lens, Equidistant):
         return _fisheye(lens, points)
     seen: Mask = points[:, 2] > _BEHIND
-    if np.count_nonzero(seen) < len(seen):  # as if before the camera, so that nothing overflows
+    if np.count_nonzero(seen) < len(
+        seen
+    ):  # as if in front of the camera, so that nothing overflows
         points = np.where(seen[:, None], points, [0.0, 0.0, 1.0])
     table = evaluate_rows(
         _pinhole if lens is None else lens.through, points, 8 if lens is None else 10

@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""From the image plane to rays before the lens, with the derivative; `projection` goes back."""
+"""Back-projection from the image plane to rays, with the derivative; inverse of `projection`."""
 
 from __future__ import annotations
 

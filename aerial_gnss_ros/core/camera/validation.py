@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Refusals of camera descriptions: what a CameraInfo can get wrong, each in one sentence."""
+"""Validation of camera descriptions: each possible error of a CameraInfo is one sentence."""
 
 from __future__ import annotations
 
@@ -14,7 +14,8 @@ from aerial_gnss_ros.core.values.errors import CameraError
 Array = NDArray[np.float64]
 
 LARGEST_COEFFICIENT = 1e6
-"""Of distortion; those of a rational model that was fitted to too little reach some thousands."""
+"""Greatest plausible distortion coefficient; rational models fitted to too little data reach some
+thousands."""
 
 MODELS = ("plumb_bob", "rational_polynomial", "equidistant")
 
@@ -70,7 +71,7 @@ def model_name(model: str, d: ArrayLike) -> str:
 
 
 def checked_matrix(matrix: ArrayLike, name: str) -> Array:
-    """Return a camera matrix (3, 3) that can be used."""
+    """Return a valid camera matrix (3, 3)."""
     K = np.asarray(matrix, dtype=np.float64)
     if K.shape != (3, 3):
         raise CameraError(f"The camera matrix {name} must be 3 x 3, not {K.shape}.")

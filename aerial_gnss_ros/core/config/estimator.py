@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""All parameters of the estimator together, and what they must fulfil together."""
+"""All parameters of the estimator, and their mutual consistency."""
 
 from __future__ import annotations
 
@@ -80,12 +80,12 @@ class EstimatorConfig:
     )
     state_file: str = key(
         "",
-        "File that keeps robot names over a restart, such as a change of batteries; empty: none. "
+        "File that keeps labels over a restart, such as a change of batteries; empty: none. "
         "`aerial-gnss run` and the launch file keep them over the restart of a node in any case.",
     )
     start_radius_m: float = key(
         10.0,
-        "How near its start a robot must be confirmed to take the bound name.",
+        "Distance from its start within which a confirmed robot gets the bound label.",
         unit="m",
         low=0.1,
         high=1000.0,
@@ -110,7 +110,7 @@ class EstimatorConfig:
     references: tuple[Reference, ...] = field(default=())
 
     def robot_class(self, class_id: str) -> RobotClass:
-        """Return the parameters of a class, the global ones where it has none of its own."""
+        """Return the parameters of a class, which default to the global ones."""
         own = dict(self.classes).get(class_id, RobotClass())
         given = (own.max_speed, own.acceleration, own.coast_s)
         default = (
@@ -138,7 +138,7 @@ def estimator_config(values: Mapping[str, Any]) -> EstimatorConfig:
             names to `Reference`.
 
     Raises:
-        ConfigError: unknown key, wrong type, out of range, or keys that contradict one another.
+        ConfigError: unknown key, wrong type, out of range, or contradictory keys.
     """
     flat = flatten(values)
     robots = {name: value for name, value in flat.items() if name.startswith("robots.")}

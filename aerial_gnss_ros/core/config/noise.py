@@ -25,7 +25,7 @@ class Noise:
     set: str = key(
         "consumer",
         "consumer: a hobby or inspection drone; rtk: GNSS at centimetres, better attitude. Too "
-        "small makes a confident wrong position.",
+        "small values cause overconfident positions.",
         choices=("consumer", "rtk"),
     )
     gnss_offset_m: float = _sigma(
@@ -54,7 +54,7 @@ class Noise:
     )
 
     def value(self, name: str) -> float:
-        """Return a standard deviation: the parameter, or the set's own where it is NaN."""
+        """Return a standard deviation: the parameter, or the set's value if it is NaN."""
         given = float(getattr(self, name))
         return SETS[self.set][name] if math.isnan(given) else given
 

@@ -173,8 +173,8 @@ class MapConfig:
 
     frame: str = key(
         "",
-        "Name of the frame. Empty: map, or <namespace>/map under a namespace. MAVROS has a frame "
-        "map of its own, with another origin: beside it give another name.",
+        "Name of the frame. Empty: map, or <namespace>/map under a namespace. MAVROS publishes "
+        "its own frame map with another origin: give another name beside it.",
     )
     publish_tf: bool = key(
         True, "Publish the transform from it to each robot, <namespace>/<robot>/course, on /tf."

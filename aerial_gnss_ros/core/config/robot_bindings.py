@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Names that are bound to robots by where they start."""
+"""Labels bound to robots by their start positions."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from aerial_gnss_ros.text.sentences import cut, shown
 
 @dataclass(frozen=True)
 class RobotBinding:
-    """A name bound to the robot that is first confirmed near a start.
+    """A label bound to the robot that is first confirmed near a start.
 
     Attributes:
         name: the robot's id in topics.
@@ -38,7 +38,7 @@ def robot_bindings(flat: Mapping[str, Any]) -> tuple[RobotBinding, ...]:
         flat: values by dotted name without `robots`.
 
     Raises:
-        ConfigError: a name that cannot be a topic's, an unknown key, or a start that is no place.
+        ConfigError: a name that is invalid in topics, an unknown key, or an invalid start.
     """
     names: dict[str, dict[str, Any]] = {}
     for dotted, value in flat.items():

@@ -33,7 +33,7 @@ class RobotClass:
     acceleration: float = key(
         NAN,
         "Random-walk rate of its velocity; NaN: noise.robot_acceleration. Larger follows turns "
-        "faster and smooths less; 0 for what drifts without turning.",
+        "faster and smooths less; 0 for objects that drift without turning.",
         unit="m/s^1.5",
         low=0.0,
         high=100.0,

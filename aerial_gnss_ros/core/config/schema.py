@@ -23,7 +23,7 @@ T = TypeVar("T")
 
 @dataclass(frozen=True)
 class Key:
-    """What a parameter means: shown in YAML comments, parameter descriptors and errors."""
+    """Documentation of a parameter, shown in YAML comments, descriptors and errors."""
 
     doc: str
     unit: str = ""
@@ -47,7 +47,7 @@ def key(
     dynamic: bool = False,
     optional: bool = False,
 ) -> Any:
-    """Return a dataclass field that carries its meaning.
+    """Return a dataclass field with its documentation.
 
     Args:
         default: the default; its type must be that of the annotation.
@@ -57,8 +57,8 @@ def key(
         high: largest allowed value.
         choices: allowed strings.
         length: required number of elements of a list.
-        dynamic: True when a running node takes a new value.
-        optional: True when NaN means «not given».
+        dynamic: True if a running node accepts a new value.
+        optional: True if NaN means «not given».
     """
     meaning = Key(doc, unit, low, high, choices, length, dynamic, optional)
     return field(default=default, metadata={"key": meaning})
@@ -84,7 +84,7 @@ _HINTS: dict[type[Any], dict[str, Any]] = {}
 
 
 def type_hints(cls: type[Any]) -> dict[str, Any]:
-    """Return the types of a group's fields; a file's every key asks for those of all groups."""
+    """Return the types of a group's fields; cached, because every key of a file needs them."""
     if cls not in _HINTS:
         _HINTS[cls] = get_type_hints(cls)
     return _HINTS[cls]
@@ -156,7 +156,7 @@ def _check_scalar(leaf: Leaf, value: Any, kind: Any) -> Any:
             raise ConfigError(f"{name} must be true or false, not {shown(value)}.")
         return value
     if isinstance(value, bool) and str(value).lower() in leaf.key.choices:
-        return str(value).lower()  # YAML reads an unquoted true as a truth value
+        return str(value).lower()  # YAML reads an unquoted true as a boolean
     if not isinstance(value, str):
         raise ConfigError(f"{name} must be text, not {shown(value)}; put it in quotes.")
     if printable(value) != value:
@@ -195,7 +195,7 @@ def _check_range(leaf: Leaf, value: Any) -> Any:
 
 
 def build(cls: type[T], values: Mapping[str, Any], prefix: str = "") -> T:
-    """Return a group of parameters from nested or dotted values; what is absent keeps its default.
+    """Return a group of parameters from nested or dotted values; absent ones keep their defaults.
 
     Args:
         cls: the group's dataclass.

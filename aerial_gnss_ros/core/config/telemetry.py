@@ -1,9 +1,9 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Parameters of what a vehicle tells of itself: position, attitude, gimbal, height, water level.
+"""Parameters of a vehicle's telemetry: position, attitude, gimbal, height, water level.
 
-What a value is relative to, its unit and its clock are named here, never offsets to be tried out:
-`config/vehicles/` holds them for common vehicles.
+They name each value's reference, unit and clock, never offsets found by trial: `config/vehicles/`
+has them for common vehicles.
 """
 
 from __future__ import annotations
@@ -60,10 +60,10 @@ class FixConfig:
     latency_s: float = key(0.0, _LATENCY, unit="s", low=-3.0, high=3.0)
     altitude_datum: str = key(
         "unknown",
-        "What the fix's altitude is measured from: ellipsoid (WGS84), amsl (mean sea level; "
-        "converted with EGM96), home (take-off point, see home_altitude_m). With unknown, "
-        "published altitudes are NaN (robot_localization drops such fixes) and height is "
-        "required. Sea level and ellipsoid differ by up to 107 m.",
+        "Datum of the fix's altitude: ellipsoid (WGS84), amsl (mean sea level; converted with "
+        "EGM96), home (take-off point, see home_altitude_m). With unknown, published altitudes "
+        "are NaN (robot_localization drops such fixes) and height is required. Sea level and "
+        "ellipsoid differ by up to 107 m.",
         choices=("ellipsoid", "amsl", "home", "unknown"),
     )
     home_altitude_m: float = key(
@@ -147,10 +147,10 @@ class GimbalConfig:
     max_gap: float = key(2.5, _MAX_GAP, unit="s", low=0.001, high=60.0)
     reference: str = key(
         "earth",
-        "What the angles are relative to. earth: the world; heading: level, yaw from the nose; "
-        "body: the airframe; fixed: no gimbal, mount_rpy_deg in the body; mavlink_flags: as the "
-        "flags of each message say. A wrong reference causes errors of metres as soon as the drone "
-        "tilts or turns.",
+        "Reference of the angles. earth: the world; heading: level, yaw from the nose; body: the "
+        "airframe; fixed: no gimbal, mount_rpy_deg in the body; mavlink_flags: from the flags of "
+        "each message. A wrong reference causes errors of metres as soon as the drone tilts or "
+        "turns.",
         choices=("earth", "heading", "body", "fixed", "mavlink_flags"),
     )
     world: str = key(

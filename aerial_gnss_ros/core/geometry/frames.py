@@ -98,7 +98,7 @@ def matrix_from_quaternion(quaternion: ArrayLike) -> Array:
 def quaternion_product(a: ArrayLike, b: ArrayLike) -> Array:
     """Return the quaternions (..., 4) x, y, z, w of rotating by `b` first, then by `a`.
 
-    Lengths are multiplied, not normalised: what was no rotation does not become one.
+    Lengths are multiplied, not normalised: an invalid rotation stays invalid.
     """
     x0, y0, z0, w0 = np.moveaxis(np.asarray(a, dtype=np.float64), -1, 0)
     x1, y1, z1, w1 = np.moveaxis(np.asarray(b, dtype=np.float64), -1, 0)
@@ -124,7 +124,7 @@ def to_enu_flu(quaternion: Array, world: str, body: str) -> Array:
     turned = quaternion
     if world in _ENU_QUATERNION:
         turned = quaternion_product(_ENU_QUATERNION[world], turned)
-    if body in _FLU_QUATERNION:  # its own inverse, but for the sign, which is no matter
+    if body in _FLU_QUATERNION:  # its own inverse except for the sign, which does not matter
         turned = quaternion_product(turned, _FLU_QUATERNION[body])
     return turned
 
@@ -191,8 +191,7 @@ def matrix_from_rpy(roll: ArrayLike, pitch: ArrayLike, yaw: ArrayLike) -> Array:
 def rpy_from_matrix(matrix: ArrayLike) -> Array:
     """Return roll, pitch, yaw in rad, (..., 3), of rotation matrices (..., 3, 3).
 
-    Pitch lies within +-pi/2. Looking exactly up or down, where roll and yaw turn about the same
-    axis, roll is given as 0.
+    Pitch lies within +-pi/2. Exactly up or down, where roll and yaw have the same axis, roll is 0.
     """
     m = np.asarray(matrix, dtype=np.float64)
     level = np.hypot(m[..., 0, 0], m[..., 1, 0])

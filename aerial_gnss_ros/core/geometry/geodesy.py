@@ -96,7 +96,7 @@ def geodetic_from_ecef(xyz: ArrayLike) -> tuple[Array, Array, Array]:
 def _geodetic(points: list[list[float]]) -> list[tuple[float, float, float]] | None:
     """Return the same of a few points in plain numbers, by Bowring (1976) as PROJ does.
 
-    None where the formula does not hold: at a pole, deep inside the Earth, or of no number.
+    None if the formula does not hold: at a pole, deep inside the Earth, or for NaN.
     """
     found: list[tuple[float, float, float]] = []
     for x, y, z in points:
@@ -117,9 +117,9 @@ def _geodetic(points: list[list[float]]) -> list[tuple[float, float, float]] | N
     return found
 
 
-@lru_cache(maxsize=8)  # several ask for the axes at one image's camera
+@lru_cache(maxsize=8)  # several callers need the axes at one image's camera
 def enu_axes(latitude: float, longitude: float) -> Array:
-    """Return enu_from_ecef, (3, 3): its rows are East, North, Up at a place (rad); read-only."""
+    """Return enu_from_ecef, (3, 3): its rows are East, North, Up at a position (rad); read-only."""
     sin_lat, cos_lat = math.sin(latitude), math.cos(latitude)
     sin_lon, cos_lon = math.sin(longitude), math.cos(longitude)
     axes = np.array(
@@ -171,7 +171,7 @@ def geodetic_from_enu(
 def geodesic_inverse(
     latitude1: ArrayLike, longitude1: ArrayLike, latitude2: ArrayLike, longitude2: ArrayLike
 ) -> tuple[Any, Any, Any]:
-    """Return distance (m), azimuth at point 1 and azimuth at point 2 (rad) of the shortest way.
+    """Return distance (m), azimuth at point 1 and azimuth at point 2 (rad) of the geodesic.
 
     Azimuths are compass directions of travel: 0 north, clockwise, within +-pi. All of one shape.
     """
@@ -183,7 +183,7 @@ def geodesic_inverse(
 def haversine(
     latitude1: ArrayLike, longitude1: ArrayLike, latitude2: ArrayLike, longitude2: ArrayLike
 ) -> Any:
-    """Return distances in m on the sphere of mean radius, as the paper measures (rad in)."""
+    """Return distances in m on the sphere of mean radius, as in the paper (rad in)."""
     lat1, lat2 = np.asarray(latitude1, np.float64), np.asarray(latitude2, np.float64)
     half = 0.5 * (np.asarray(longitude2, np.float64) - np.asarray(longitude1, np.float64))
     chord = np.sin(0.5 * (lat2 - lat1)) ** 2 + np.cos(lat1) * np.cos(lat2) * np.sin(half) ** 2

@@ -18,7 +18,7 @@ _STEP_DEG = 0.25
 
 
 def undulation(latitude: float, longitude: float) -> float:
-    """Return by how much mean sea level lies above the ellipsoid, m.
+    """Return the height of mean sea level above the ellipsoid, m.
 
     Add it to an altitude above mean sea level to get one above the ellipsoid. Cubic convolution
     (Keys 1981) over the 16 grid points around. NGA's own interpolation of the same grid differs by
@@ -29,10 +29,10 @@ def undulation(latitude: float, longitude: float) -> float:
         longitude: rad, any turn.
 
     Raises:
-        InputError: the grid is missing from the installation, or the place is none on Earth.
+        InputError: the grid is missing from the installation, or the position is not on Earth.
     """
     if not (abs(latitude) <= 0.5 * math.pi and math.isfinite(longitude)):
-        raise InputError(f"{latitude}, {longitude} rad is no place on Earth; it has no sea level.")
+        raise InputError(f"{latitude}, {longitude} rad is not on Earth; it has no sea level.")
     grid = _grid()
     row = (math.degrees(latitude) + 90.0) / _STEP_DEG
     column = (math.degrees(longitude) + 180.0) % 360.0 / _STEP_DEG
@@ -44,7 +44,7 @@ def undulation(latitude: float, longitude: float) -> float:
 
 
 def _weights(t: float) -> NDArray[np.float64]:
-    """Return the weights of the points at -1, 0, 1, 2 for a place at `t` (0 to 1)."""
+    """Return the weights of the points at -1, 0, 1, 2 for a position `t` (0 to 1)."""
     return np.array(
         [
             t * (-0.5 + t * (1.0 - 0.5 * t)),

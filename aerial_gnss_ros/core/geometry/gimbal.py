@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""What a gimbal's angles are relative to, and the axes about which its errors turn."""
+"""References of a gimbal's angles, and the axes of its errors."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ class Reference(str, Enum):
 
     EARTH: ENU. HEADING: level, x along the vehicle's nose (roll and pitch from the horizon, yaw
     from the nose). BODY: the airframe with its tilt. FIXED: no gimbal, a constant mount in the
-    body. MAVLINK_FLAGS: each message says which of these it is relative to.
+    body. MAVLINK_FLAGS: each message states one of these.
     """
 
     EARTH = "earth"
@@ -58,7 +58,7 @@ def enu_from_camera(
     """Return the camera FLU in ENU, (3, 3), at one instant.
 
     Args:
-        reference: what the gimbal's angles are relative to.
+        reference: of the gimbal's angles.
         gimbal: (3, 3) camera FLU in that frame; not used with `fixed`.
         enu_from_flu: (3, 3) body FLU in ENU at the same instant; not used with `earth`.
         mount: (3, 3) camera FLU in the body FLU; only with `fixed`.
@@ -68,7 +68,7 @@ def enu_from_camera(
     """
     kind = Reference(reference)
     if kind is Reference.MAVLINK_FLAGS:
-        raise ValueError("a reading must say whether it is relative to earth, heading or body")
+        raise ValueError("a reading must state whether it is relative to earth, heading or body")
     if enu_from_flu is None and kind is not Reference.EARTH:
         raise ValueError(f"gimbal reference {kind} needs the body's orientation")
     inner = mount if kind is Reference.FIXED else gimbal
@@ -85,7 +85,7 @@ def enu_from_camera(
 
 
 def error_axes(enu_from_camera_: Array) -> Array:
-    """Return the axes, in ENU, about which a camera's slow errors turn it: roll, pitch, heading.
+    """Return the axes of a camera's slow errors in ENU: roll, pitch, heading.
 
     A stabilised camera is levelled by gravity and turned by a compass: its errors are two tilts
     about level axes and a turn about the vertical. The roll axis is the level direction in which

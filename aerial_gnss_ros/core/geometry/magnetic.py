@@ -29,10 +29,10 @@ def decimal_year(stamp_ns: int) -> float:
 
 
 def declination(latitude: float, longitude: float, stamp_ns: int, altitude: float = 0.0) -> float:
-    """Return by how much magnetic north lies east of true north, rad.
+    """Return the angle of magnetic north east of true north, rad.
 
     Within a day and about a kilometre it changes by less than 0.01 deg (away from the magnetic
-    poles), so one value serves for that.
+    poles), so one value suffices.
 
     Args:
         latitude: rad.

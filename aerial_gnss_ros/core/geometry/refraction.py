@@ -1,8 +1,8 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Robots below the surface: light bends there, so they are not where the straight ray meets water.
+"""Refraction: robots below the surface are not where the straight ray meets the water.
 
-Snell's law with a ray of unit direction d, s its horizontal part, t its angle off the vertical:
+Snell's law with a ray of unit direction d, s its horizontal part, t its angle from the vertical:
 sin t = |s|, sin t_w = |s| / n. Below the surface a robot at depth z lies z tan t_w farther along s:
 offset = z s / sqrt(n² - |s|²). At 60 deg and 1 m depth that is 0.85 m.
 """
@@ -22,7 +22,7 @@ water changes the offset by 0.7 %."""
 def submerged_offsets(
     directions: Array, depths: Array, index: float = WATER_INDEX
 ) -> tuple[Array, Array]:
-    """Return how far below-water points lie beyond where their rays meet the surface.
+    """Return the offsets of submerged points from where their rays meet the surface.
 
     Args:
         directions: (n, 3) unit rays in air, East, North, Up; downward.
@@ -40,6 +40,6 @@ def submerged_offsets(
 
 
 def depth_slopes(directions: Array, index: float = WATER_INDEX) -> Array:
-    """Return how far points move per metre of depth, (n, 2) East, North; 0 for rays not known."""
+    """Return the shift of points per metre of depth, (n, 2) East, North; 0 for invalid rays."""
     offsets, _ = submerged_offsets(np.nan_to_num(directions), np.ones(len(directions)), index)
     return offsets

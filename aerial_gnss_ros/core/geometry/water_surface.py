@@ -32,7 +32,7 @@ Array = NDArray[np.float64]
 
 
 class SurfaceView:
-    """A camera's place over the water. East, North, Up here have their origin at the camera.
+    """The water as seen from a camera position. East, North, Up have their origin at the camera.
 
     Args:
         pose: of the camera; finite, height above 0.
@@ -40,7 +40,7 @@ class SurfaceView:
     Attributes:
         water_altitude: of the water above the ellipsoid as used in the computation, m.
         enu_from_optical: (3, 3) camera optical frame in ENU.
-        dip: how far the water's horizon lies below the level, rad.
+        dip: angle of the water's horizon below the horizontal, rad.
     """
 
     def __init__(self, pose: CameraPose) -> None:
@@ -53,14 +53,14 @@ class SurfaceView:
         scale = np.array([1.0 / a, 1.0 / a, 1.0 / b])
         self._place = self._origin * scale
         below = below * scale
-        # |place|² - |below|² of the scaled points, without subtracting nearly equal squares
+        # |camera|² - |below|² of the scaled points, without subtracting nearly equal squares
         self._above = float((self._place - below) @ (self._place + below))
         self._turn = self._axes * scale  # (3, 3): direction ENU @ this is the scaled direction
         self.enu_from_optical: Array = pose.enu_from_camera @ FLU_FROM_OPTICAL
         self.dip = math.acos(MEAN_RADIUS_M / (MEAN_RADIUS_M + max(pose.height, 0.0)))
 
     def distances(self, directions: Array) -> Array:
-        """Return along unit directions (n, 3) ENU how far the water is, m; NaN where they miss."""
+        """Return distances of the water along unit directions (n, 3) ENU, m; NaN if none."""
         return self._distances(directions @ self._turn)
 
     def intersect(self, directions: Array) -> tuple[Array, Array]:
@@ -70,7 +70,7 @@ class SurfaceView:
             directions: (n, 3) unit, ENU.
 
         Returns:
-            A normal is as long as makes its scalar product with the direction 1.
+            A normal's length makes its scalar product with the direction 1.
         """
         scaled = directions @ self._turn
         distances = self._distances(scaled)

@@ -71,7 +71,7 @@ class Known(Protocol):
         """Motion model of the robots."""
 
     def moments(self) -> tuple[Array, Array]:
-        """Return means (n, 4) and covariances (n, 4, 4) of robots' places and velocities."""
+        """Return means (n, 4) and covariances (n, 4, 4) of robots' positions and velocities."""
 
     def box_noise(self, places: Array) -> Array:
         """Return covariances (m, 2, 2) of positions that boxes' own noise causes, m²."""
@@ -137,17 +137,17 @@ class Encounters:
         seen: Measurements,
         stamp_ns: int,
     ) -> Indices:
-        """Take in the boxes of one image; put exchanged names right.
+        """Update with the boxes of one image; correct exchanged labels.
 
         Args:
-            tracks: all of them; names may be exchanged.
-            rows: (m,) of those that the image shows, as the association has it.
+            tracks: all of them; labels may be exchanged.
+            rows: (m,) of those in the image, by the association.
             columns: (m,) their measurements.
             seen: the image's measurements.
             stamp_ns: of the image, ns.
 
         Returns:
-            The measurements (m,) that go on with the tracks.
+            The measurements (m,) that update the tracks.
         """
         labelled: list[int] = []
         for i, row in enumerate(rows.tolist()):
@@ -164,10 +164,10 @@ class Encounters:
     def follow(
         self, tracks: list[Track], rows: Indices, positions: Array, white: Array, stamp_ns: int
     ) -> Indices:
-        """Take in the boxes of an image's labelled robots; correct exchanged labels.
+        """Update with the boxes of an image's labelled robots; correct exchanged labels.
 
         Args:
-            tracks: m tracks that the image shows, as associated; their labels may be exchanged.
+            tracks: m tracks in the image, as associated; their labels may be exchanged.
             rows: (m,) rows of these tracks in the filter.
             positions: (m, 2) of their boxes, East, North, m.
             white: (m, 2, 2) white covariance of these, m².
@@ -205,11 +205,11 @@ class Encounters:
         return boxes
 
     def update_ambiguity(self, distributions: Mapping[str, Mapping[str, float]]) -> None:
-        """Take in which robot each track may follow, by label."""
+        """Update the distributions over tracks, by label."""
         self._parted = self._parted.after_permutation(distributions)
 
     def note_departure(self, name: str, position: Position, share: float) -> None:
-        """Take in the probability that a label's robot stayed where it was."""
+        """Record the probability that a label's robot stayed where it was."""
         self._parted = self._parted.after_departure(name, position, share)
 
     @property

@@ -90,7 +90,7 @@ class LabelAmbiguity:
         """Return the distributions after a robot may have stayed where it was.
 
         Args:
-            name: label of the robot, and of the track that carries it from now on.
+            name: label of the robot, and of the track that has it from now on.
             position: where the robot may be instead.
             share: probability of that.
         """

@@ -104,7 +104,7 @@ class Labels:
     def newcomers(self, seconds: float) -> float:
         """Return the expected number of new robots that surface within `tracks.coast_s`.
 
-        Where `robots` lists them, only those not seen yet are expected.
+        If `robots` lists them, only those not seen yet are expected.
 
         Args:
             seconds: since the first image, s.
@@ -202,8 +202,8 @@ class Labels:
             why = f"it is of class {sighting.class_id!r}, and {start.class_id!r} is expected there"
         self._log.warn_once(
             f"start {start.name}",
-            f"A robot {metres:.0f} m from the start of {start.name} is called {name}: {why}. If it "
-            f"is {start.name}, correct robots.{start.name} in the parameters.",
+            f"A robot {metres:.0f} m from the start of {start.name} is labelled {name}: {why}. If "
+            f"it is {start.name}, correct robots.{start.name} in the parameters.",
         )
 
     def _bind(
@@ -238,7 +238,7 @@ def _starts(bindings: list[RobotBinding], local: LocalMap) -> Array:
 
 
 def _offsets(places: Array, sightings: list[ConfirmedTrack]) -> Array:
-    """Return (n, m, 2) from each place to each sighting, m."""
+    """Return offsets (n, m, 2) from each start to each sighting, m."""
     offsets: Array = np.array([one.position for one in sightings])[None] - places[:, None]
     return offsets
 

@@ -9,7 +9,7 @@ Acceleration is a multiple of `noise.robot_acceleration`; the turn rate is a Gau
 `TUNING.course_density`. Whether the two crossed or turned away follows from speeds, courses and
 turn rates before and after, jointly.
 
-Errors common to both boxes cancel as far as they are white or drift; from a jump nothing is learnt.
+Common errors of both boxes cancel if they are white or drift; a common jump is treated as noise.
 """
 
 from __future__ import annotations
@@ -83,7 +83,7 @@ class PairHypotheses:
             names: of the two.
             places: (2, 2) East, North, m.
             velocities: (2, 2) m/s.
-            spread: (2, 4, 4) covariance of places and velocities.
+            spread: (2, 4, 4) covariance of positions and velocities.
             stamp_ns: of the image, ns.
         """
         covariance = np.zeros((1, 10, 10))
@@ -106,14 +106,14 @@ class PairHypotheses:
     def update(
         self, stamp_ns: int, places: Array, own: Array, common: Array, acceleration: float
     ) -> float:
-        """Take in the two boxes of one image.
+        """Update with the two boxes of one image.
 
         Returns:
             Probability that they are exchanged relative to the previous image.
 
         Args:
             stamp_ns: of the image, ns.
-            places: (2, 2) boxes assigned to the first and the second label, m.
+            places: (2, 2) positions of the boxes assigned to the first and the second label, m.
             own: (2, 2, 2) white covariance of each, m².
             common: (2, 2) covariance of the error common to both, m².
             acceleration: along the robot's course, root of the spectral density, m/s^1.5.

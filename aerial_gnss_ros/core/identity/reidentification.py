@@ -282,7 +282,7 @@ def _can_be(old: Track, new: Track) -> bool:
 
 
 def _waits(density: Array) -> NDArray[np.bool_]:
-    """Return which columns (m,) two rows of (n, m) explain about equally well."""
+    """Return the columns (m,) that two rows of (n, m) explain about equally well."""
     if len(density) < 2:
         return np.zeros(density.shape[1], dtype=bool)
     second, best = np.sort(density, axis=0)[-2:]

@@ -4,9 +4,9 @@
 
 A mixture of four equally weighted models: the robot stays where it dived; it wanders about there at
 its usual speed; it continues straight on; or it does whatever the filter's motion model allows,
-which sets the gate and the published covariance. Velocity at the return tells them apart, too: a
+which sets the gate and the published covariance. Velocity at the return distinguishes them, too: a
 robot that continued straight on still has about its old velocity, the more so the closer it is to
-where that leads.
+the extrapolated position.
 
 Velocity likelihoods are ratios to an uninformative prior: while a velocity is not observed yet, the
 ratio is one.

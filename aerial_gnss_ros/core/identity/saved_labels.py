@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Labels that are kept over a restart, and their text form (JSON)."""
+"""Labels kept over a restart, and their JSON format."""
 
 from __future__ import annotations
 
@@ -76,7 +76,7 @@ def from_text(text: str, source: str) -> SavedNames:
         source: the file's name, for the error.
 
     Raises:
-        ConfigError: the text is not whole, or was not written by this program.
+        ConfigError: the text is incomplete, or was not written by this program.
     """
     try:
         document = parse_json(text)
@@ -89,8 +89,8 @@ def from_text(text: str, source: str) -> SavedNames:
         robots = tuple(_robot(name, entry) for name, entry in document["robots"].items())
     except (ValueError, KeyError, TypeError, AttributeError, OverflowError) as error:
         raise ConfigError(
-            f"state_file {source} is damaged ({type(error).__name__}: {str(error)[:200]}); "
-            "delete it to begin with new names, or put back a good copy."
+            f"state_file {source} is damaged ({type(error).__name__}: {str(error)[:200]}); delete "
+            "it to start with new labels, or restore a good copy."
         ) from error
     return SavedNames(robots, numbers)
 

@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Numerics for small arrays: planar Gaussians, formulas row by row, contiguous columns.
+"""Numerics for small arrays: planar Gaussians, row-wise formulas, contiguous columns.
 
 May import values.
 """

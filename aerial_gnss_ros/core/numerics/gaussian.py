@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Planar normal laws in closed form: Mahalanobis distances, inverses, gates."""
+"""Planar Gaussians in closed form: Mahalanobis distances, inverses, gates."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ Array = NDArray[np.float64]
 
 
 def gate_threshold(probability: float) -> float:
-    """Return the squared Mahalanobis distance that holds a share of a planar normal law.
+    """Return the squared Mahalanobis distance that contains a share of a planar Gaussian.
 
     The chi-square law with two degrees of freedom has a closed form.
     """
@@ -37,8 +37,7 @@ def mahalanobis(offsets: Array, covariances: Array) -> tuple[Array, Array]:
 def inverse(covariances: Array) -> Array:
     """Return the inverses (..., 2, 2) of planar covariances, symmetric to the last bit.
 
-    LAPACK's are not; a filter that subtracts what they make of its covariance loses its symmetry
-    within seconds.
+    LAPACK's are not, and with them a filter's covariance loses its symmetry within seconds.
     """
     a, b, d = covariances[..., 0, 0], covariances[..., 0, 1], covariances[..., 1, 1]
     determinant = np.maximum(a * d - b * b, 1e-24)

@@ -1,9 +1,8 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Formulas that take numbers or arrays: an operation on an array costs as much as on ten numbers.
+"""Formulas for numbers or arrays: an array operation costs as much as ten on numbers.
 
-So what there is for each of a few robots is computed robot by robot, and by the same formula for
-all at once where they are many.
+So a formula is evaluated robot by robot for few robots, and for all at once for many.
 """
 
 from __future__ import annotations
@@ -17,10 +16,10 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 Rows = Iterable[Any]
-"""Rows of numbers, or one row of columns (n,) of all of them: a formula takes either."""
+"""Rows of numbers, or one row of columns (n,): a formula accepts either."""
 
 MAX_ROWS = 8
-"""Up to so many rows are computed one by one."""
+"""Greatest number of rows computed one by one."""
 
 
 def all_finite(numbers: Array) -> bool:
@@ -29,18 +28,18 @@ def all_finite(numbers: Array) -> bool:
 
 
 def row_products(one: Array, other: Array) -> Array:
-    """Return the scalar products (n,) of rows (n, k); less to call than einsum."""
+    """Return the scalar products (n,) of rows (n, k); with less overhead than einsum."""
     return (one[:, None, :] @ other[:, :, None]).reshape(-1)
 
 
 def evaluate_rows(
     formula: Callable[[Rows], list[tuple[Any, ...]]], given: Array, count: int
 ) -> Array:
-    """Return what a formula makes of rows (n, k) of numbers, (n, count).
+    """Return a formula's values (n, count) for rows (n, k) of numbers.
 
     Args:
-        formula: takes rows of k numbers, or one row of k arrays (n,); returns `count` values for
-            each. It goes through all rows in one call.
+        formula: accepts rows of k numbers, or one row of k arrays (n,), and returns `count` values
+            for each. It is called once for all rows.
         given: (n, k).
         count: of the formula's values.
     """
@@ -48,7 +47,7 @@ def evaluate_rows(
         try:
             return np.array(formula(given.tolist()))
         except ZeroDivisionError:
-            pass  # arrays know what one by zero is
+            pass  # arrays handle division by zero
     table = np.empty((len(given), count))
     (columns,) = formula([given.T])
     for i, values in enumerate(columns):

@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Where the camera is and how it stands."""
+"""Pose of the camera."""
 
 from __future__ import annotations
 
@@ -14,17 +14,16 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class CameraPose:
-    """Where the camera was and how it stood at the time of the scene.
+    """Position and orientation of the camera at the time of the scene.
 
     Attributes:
         stamp_ns: time of the scene (image stamp less `camera.latency_s`), ns.
         latitude: of the camera itself (lever arm applied), rad, WGS84.
         longitude: rad, WGS84.
         height: camera above the water, m.
-        altitude: camera above the WGS84 ellipsoid, m; NaN when the datum is unknown.
+        altitude: camera above the WGS84 ellipsoid, m; NaN if the datum is unknown.
         enu_from_camera: (3, 3) camera FLU in ENU at the camera.
-        fix_covariance: (2, 2) horizontal East, North covariance that the fix reports, m², or
-            None when it reports none.
+        fix_covariance: (2, 2) horizontal East, North covariance that the fix reports, m², or None.
         oldest_age_s: largest distance in time from the scene to a sample used, s.
         interpolation: (6,) variances by interpolation between samples: East, North, height (m²),
             rotation about East, North, Up (rad²).

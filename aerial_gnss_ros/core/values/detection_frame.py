@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""The boxes of one image, as adapters hand them to the estimator."""
+"""The boxes of one image, as adapters pass them to the estimator."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class DetectionFrame:
-    """All boxes found in one image.
+    """All boxes of one image.
 
     Attributes:
         stamp_ns: the image's stamp, ns.
@@ -40,7 +40,7 @@ class DetectionFrame:
         return self.rows(np.flatnonzero(mask).tolist())
 
     def rows(self, rows: list[int]) -> DetectionFrame:
-        """Return the detections of these rows, in ascending order; the frame itself where all."""
+        """Return the detections of these rows in ascending order; the frame itself if all."""
         if len(rows) == len(self.class_ids):
             return self
         return DetectionFrame(
@@ -54,5 +54,5 @@ class DetectionFrame:
 
 
 def empty_detections(stamp_ns: int, frame_id: str = "camera") -> DetectionFrame:
-    """Return the frame of an image in which nothing was found."""
+    """Return the frame of an image without boxes."""
     return DetectionFrame(stamp_ns, frame_id, np.zeros((0, 2)), np.zeros((0, 2)), np.zeros(0), ())

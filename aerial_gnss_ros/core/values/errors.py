@@ -1,12 +1,12 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Errors that a user can act on: one sentence with the value seen and what to do."""
+"""Errors that a user can act on: one sentence with the value seen and a remedy."""
 
 from __future__ import annotations
 
 
 class AerialGnssError(Exception):
-    """Base of every error that the user can mend; `aerial-gnss` ends with status 2."""
+    """Base of every error that the user can fix; `aerial-gnss` exits with status 2."""
 
 
 class ConfigError(AerialGnssError):
@@ -14,11 +14,11 @@ class ConfigError(AerialGnssError):
 
 
 class CameraError(AerialGnssError):
-    """A camera description cannot be used: zeros, an unknown distortion model, a wrong size."""
+    """A camera description is unusable: zeros, an unknown distortion model, a wrong size."""
 
 
 class InputError(AerialGnssError):
-    """A file, bag or message cannot be used: missing, truncated, unknown type or encoding."""
+    """A file, bag or message is unusable: missing, truncated, unknown type or encoding."""
 
 
 class OutputError(AerialGnssError):
@@ -30,7 +30,7 @@ class ModelError(AerialGnssError):
 
 
 class StateError(Exception):
-    """The filter has come to what cannot be: a fault of the program, which no user can mend."""
+    """The filter has reached an impossible state: an internal error that no user can fix."""
 
 
 class RosError(AerialGnssError):

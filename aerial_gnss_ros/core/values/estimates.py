@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""What the estimator gives for each image: robots, refusals, the origin of `map`."""
+"""Result of the estimator for each image: robots, refusals, the origin of `map`."""
 
 from __future__ import annotations
 
@@ -35,12 +35,12 @@ class RobotEstimate:
 
     Attributes:
         stamp_ns: the image's stamp, ns.
-        robot_id: `<class>_<n>`, or the name bound to a start.
+        robot_id: `<class>_<n>`, or the label bound to a start.
         class_id: class name as the detector gave it.
         state: confirmed (measured in this image) or coasting (predicted).
         latitude: rad, WGS84.
         longitude: rad, WGS84.
-        altitude: of the water under the robot above the ellipsoid, m; NaN when unknown.
+        altitude: of the water under the robot above the ellipsoid, m; NaN if unknown.
         position: (2,) East, North in the frame `map`, m.
         velocity: (2,) East, North, m/s.
         covariance: (4, 4) of East, North, velocity East, velocity North; SI. Includes the
@@ -77,11 +77,11 @@ class MapDatum:
 
 @dataclass(frozen=True)
 class PlatformError:
-    """A slowly varying error of the platform as the filter sees it.
+    """A slowly varying error of the platform as estimated by the filter.
 
     Attributes:
         name: such as heading, see `platform_model.PLATFORM`.
-        value: what is added to the measured value to have the true one; m, rad or s.
+        value: correction to be added to the measured value; m, rad or s.
         sigma: one sigma of it.
     """
 
@@ -97,7 +97,7 @@ class PlatformError:
 
 @dataclass(frozen=True)
 class FrameResult:
-    """What one image gave: estimates ordered by robot_id, and what was refused.
+    """Result of one image: estimates ordered by robot_id, and refusals.
 
     Attributes:
         stamp_ns: the image's stamp, ns.
@@ -105,12 +105,12 @@ class FrameResult:
         estimates: confirmed and coasting robots.
         rejections: detections that gave no position.
         datum: origin of `map`, None until it is settled.
-        pose: the pose used, None when an input was missing.
+        pose: the pose used, None if an input was missing.
         timings_ms: milliseconds per stage.
-        platform: errors that the filter estimates; empty where nothing was measured.
-        boxes: how many the image had.
-        used: how many boxes it showed to have measured robots, of this image and those before it.
-        late: boxes of images before it that it showed to have measured none (`unconfirmed`).
+        platform: errors that the filter estimates; empty without measurements.
+        boxes: number of boxes in the image.
+        used: number of boxes of this and earlier images now known to have updated robots.
+        late: boxes of earlier images now known to have updated none (`unconfirmed`).
     """
 
     stamp_ns: int

@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Why a detection gave no position: the only words used in diagnostics and rejected.csv."""
+"""Reasons of refusal: the identifiers used in diagnostics and rejected.csv."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ class Input(str, Enum):
 
 
 class Reason(str, Enum):
-    """A typed refusal. `stale_`: no sample came in time; `gap_`: neighbours too far apart."""
+    """A reason of refusal. `stale_`: no sample arrived in time; `gap_`: samples too far apart."""
 
     ABOVE_HORIZON = "above_horizon"
     OUT_OF_RANGE = "out_of_range"
@@ -59,18 +59,18 @@ class Reason(str, Enum):
 
     @property
     def meaning(self) -> str:
-        """What happened, in words for whoever reads a report."""
+        """Explanation for reports."""
         kind, _, source = self.value.partition("_")
         return _MEANINGS.get(self.value) or _FAMILIES[kind].format(source)
 
     @classmethod
     def no(cls, source: Input) -> Reason:
-        """The input never came."""
+        """The input never arrived."""
         return cls(f"no_{source.value}")
 
     @classmethod
     def stale(cls, source: Input) -> Reason:
-        """The input came once, but not for this image within `max_wait`."""
+        """The input has arrived before, but not for this image within `max_wait`."""
         return cls(f"stale_{source.value}")
 
     @classmethod
@@ -80,38 +80,38 @@ class Reason(str, Enum):
 
     @classmethod
     def bad(cls, source: Input) -> Reason:
-        """The input's value cannot be used: NaN, no fix, a quaternion that is not unit."""
+        """The input's value is unusable: NaN, no fix, a quaternion that is not unit."""
         return cls(f"bad_{source.value}")
 
 
 _MEANINGS = {
-    "above_horizon": "the box is so high in the image that its ray meets no water; in many images: "
-    "check gimbal.reference and the sign of its pitch",
-    "out_of_range": "farther away, or less sure, than surface.max_range and max_sigma_m allow",
-    "outside_calibrated_image": "where the lens model does not hold, or outside the image",
-    "no_camera_info": "no CameraInfo had come before this image",
-    "bad_camera_info": "the CameraInfo could not be used",
-    "bad_detections": "the box is not a number, or the picture stands still while the camera moves",
-    "gated": "on no robot: a false box, a second one on a robot, or too far from where it can be",
-    "low_score": "the detector was less sure than detections.min_score asks",
+    "above_horizon": "the box's ray does not meet the water; in many images: check "
+    "gimbal.reference and the sign of its pitch",
+    "out_of_range": "farther away, or less certain, than surface.max_range and max_sigma_m allow",
+    "outside_calibrated_image": "outside the image, or outside the valid region of the lens model",
+    "no_camera_info": "no CameraInfo had arrived before this image",
+    "bad_camera_info": "the CameraInfo was unusable",
+    "bad_detections": "the box is not finite, or the image is frozen while the camera moves",
+    "gated": "on no robot: a false box, a second one on a robot, or outside all gates",
+    "low_score": "the detector's score was below detections.min_score",
     "wrong_class": "not of detections.classes",
     "outside_area": "outside the area of operation (detections.area) by more than its uncertainty",
     "wrong_size": "longer or shorter than a robot of its class is (classes.<name>.length_m)",
-    "too_fast": "by it a robot would be faster than tracks.max_speed: the compass, the gimbal or "
+    "too_fast": "it implies a speed above tracks.max_speed: the compass, the gimbal or "
     "camera.latency_s may be wrong",
     "unconfirmed": "its track ended before it was confirmed as a robot",
-    "internal": "the program failed on this image, which changed nothing; the log says where",
+    "internal": "an internal error on this image, which changed nothing; the log has the details",
 }
 _FAMILIES = {
-    "no": "{} never came, or only for later times than this image's",
-    "stale": "{} did not come within max_wait, or repeats itself in the middle of a motion",
+    "no": "{} never arrived, or only for later times than this image's",
+    "stale": "{} did not arrive within max_wait, or repeats itself during a motion",
     "gap": "{} has a gap longer than max_gap here",
-    "bad": "{} was of no use here: not a number, no fix, no rotation, or impossible",
+    "bad": "{} was unusable: not finite, no fix, no rotation, or implausible",
 }
 
 
 class Cause(str, Enum):
-    """Why a track was never confirmed, as far as can be told."""
+    """The probable reason why a track was never confirmed."""
 
     TOO_FEW_IMAGES = "too_few_images"
     IMAGES_TOO_SELDOM = "images_too_seldom"
@@ -126,21 +126,21 @@ class Cause(str, Enum):
 
     @property
     def meaning(self) -> str:
-        """What happened and what may be the reason, in words for whoever reads a summary."""
+        """Explanation for summaries, with the possible cause."""
         return _CAUSES[self]
 
 
 _CAUSES = {
     Cause.TOO_FEW_IMAGES: "in fewer than tracks.confirm_hits images within "
     "tracks.confirm_window_s: a false box, or a robot that is often missed",
-    Cause.IMAGES_TOO_SELDOM: "images came too seldom for tracks.confirm_hits of them within "
+    Cause.IMAGES_TOO_SELDOM: "images were too rare for tracks.confirm_hits of them within "
     "tracks.confirm_window_s; raise that",
-    Cause.OUT_OF_GATE: "the next box lay outside the gate: camera.latency_s, the compass, the "
+    Cause.OUT_OF_GATE: "the next box was outside the gate: camera.latency_s, the compass, the "
     "gimbal or the noise.* parameters may be wrong",
     Cause.TOO_FAST: "moved faster than tracks.max_speed: camera.latency_s, the compass or the "
     "gimbal may be wrong, or robots are faster",
-    Cause.LOST_PLATFORM: "seen while robots were not where they should be: the compass, the "
-    "gimbal, the fix or camera.latency_s may be wrong",
+    Cause.LOST_PLATFORM: "seen while most robots were displaced: the compass, the gimbal, the fix "
+    "or camera.latency_s may be wrong",
     Cause.CLUTTER: "seen in fewer than half of the images, or amid many false boxes; raise "
     "detections.min_score",
     Cause.CUT_SHORT: "the recording ended, or tracks were cleared, before it was decided",
@@ -156,7 +156,7 @@ class Rejection:
         reason: the typed refusal.
         u_px: column of the box centre, px.
         v_px: row of the box centre, px.
-        cause: why its track was not confirmed, of one that is `unconfirmed`.
+        cause: why its track was not confirmed, if it is `unconfirmed`.
     """
 
     stamp_ns: int

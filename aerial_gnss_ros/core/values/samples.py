@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Samples of telemetry, as adapters hand them to the estimator; none knows a message type."""
+"""Samples of telemetry, as adapters pass them to the estimator, independent of message types."""
 
 from __future__ import annotations
 
@@ -20,9 +20,9 @@ class Fix:
         stamp_ns: time of validity, ns.
         latitude: rad, WGS84.
         longitude: rad, WGS84.
-        altitude: m in the datum that `fix.altitude_datum` names; NaN when unknown.
-        covariance: (3, 3) East, North, Up in m², or None when the message gives none.
-        valid: False when the receiver reports no fix (NavSatFix status -1).
+        altitude: m in the datum `fix.altitude_datum`; NaN if unknown.
+        covariance: (3, 3) East, North, Up in m², or None if the message has none.
+        valid: False if the receiver reports no fix (NavSatFix status -1).
     """
 
     stamp_ns: int
@@ -40,8 +40,8 @@ class Orientation:
     Attributes:
         stamp_ns: time of validity, ns.
         quaternion: (4,) x, y, z, w.
-        reference: of this sample, where the message itself says it (`earth`, `heading`, `body`);
-            empty: as the configuration says.
+        reference: of this sample if the message states it (`earth`, `heading`, `body`); empty: as
+            configured.
     """
 
     stamp_ns: int

@@ -54,7 +54,7 @@ def test_earth_needs_no_attitude_and_the_others_say_what_they_need():
         "fixed",
         "mavlink_flags",
     ]
-    with pytest.raises(ValueError, match="a reading must say"):
+    with pytest.raises(ValueError, match="a reading must state"):
         enu_from_camera("mavlink_flags", DOWN_30, NORTH_PITCHED, None)
     with pytest.raises(ValueError, match="body's orientation"):
         enu_from_camera("heading", DOWN_30, None, None)
