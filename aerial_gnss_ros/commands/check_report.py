@@ -216,7 +216,7 @@ def _input_line(check: Check, subscription: Subscription) -> str:
     uses = ", ".join(f"{name} {value}" for name, value in fields["uses"].items())
     if not fields["count"]:
         need = "MISSING" if subscription.name in check.missing else "none"
-        why = fields["problem"] or f"no message on {subscription.topic}"
+        why = fields["problem"] or f"no messages on {subscription.topic}"
         return f"  {subscription.name:<12} {need}: {why}"
     bad = f", {fields['bad']} unusable ({fields['trouble']})" if fields["bad"] else ""
     line = (

@@ -80,7 +80,7 @@ def test_topics_that_are_absent_or_of_another_type_are_named(recorded):
     _, problems = watch_bag(recorded, wanted, Monitor(), namespace="d1")
     assert problems == {
         "two": "/d1/b carries std_msgs/msg/Float64, not std_msgs/msg/Float32",
-        "three": "nothing on /d1/c",
+        "three": "no messages on /d1/c",
     }
     assert {name for name, _, _ in got} == {"one"}
 

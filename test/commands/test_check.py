@@ -74,13 +74,13 @@ def test_a_missing_input_or_another_type_is_named(flight, tmp_path, capsys):
     bag = flight.write(tmp_path / "a", without=("gimbal",))
     status, out = check(capsys, bag)
     assert status == 1
-    assert "gimbal       MISSING: nothing on /gimbal" in out
+    assert "gimbal       MISSING: no messages on /gimbal" in out
     assert "`aerial-gnss doctor` shows which topics there are" in out
     assert "camera  unknown: no_gimbal" in out
 
     status, out = check(capsys, flight.write(tmp_path / "c", without=("camera/camera_info",)))
     assert status == 1  # the pose is known, but there would be no positions
-    assert "camera_info  MISSING: nothing on /camera/camera_info" in out
+    assert "camera_info  MISSING: no messages on /camera/camera_info" in out
 
     def float32(topic, msgtype, fields):
         return topic, "std_msgs/msg/Float32" if topic == "height" else msgtype, fields

@@ -123,7 +123,8 @@ def test_rows_too_far_apart_to_interpolate_between_are_told(tmp_path, capsys):
     assert run(log, tmp_path / "slow", "--rate", "0.3") == 0
     out = " ".join(capsys.readouterr().out.split())
     assert (
-        "every 3.3 s, more than attitude.max_gap (2.5 s) and gimbal.max_gap (2.5 s) allows" in out
+        "rows are 3.3 s apart, more than attitude.max_gap (2.5 s) and gimbal.max_gap (2.5 s) allows"
+        in out
     )
     assert run(log, tmp_path / "fast") == 0
     assert "images between them give no positions" not in capsys.readouterr().out
