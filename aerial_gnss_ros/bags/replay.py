@@ -31,19 +31,19 @@ CAMERA_INFO = "camera_info"
 
 @dataclass
 class Summary:
-    """What a replay did.
+    """Statistics of a replay.
 
     Attributes:
-        frames: images with a result, also those in which nothing was found.
-        detections_from: where the boxes came from, in words.
+        frames: images with a result, including those without boxes.
+        detections_from: source of the boxes, in words.
         positions: rows for each robot, by robot_id.
         boxes: detections of the images with a result.
-        used: of these, those that measured robots; the rest is refused.
+        used: detections that updated robots; the others are refused.
         rejections: refused detections by reason.
-        causes: those that are `unconfirmed` by why their tracks were not confirmed.
+        causes: `unconfirmed` detections by the reason why their tracks were not confirmed.
         interval_s: usual time between images, s; 0 with fewer than two.
         images_refused: images that could not be decoded.
-        images_dropped: images out of order or with a stamp that came before, by reason.
+        images_dropped: images out of order or with a repeated stamp, by reason.
         notes: sentences for the user.
     """
 
@@ -76,11 +76,11 @@ class Replay:
     Args:
         bag: open.
         config: the estimator's parameters.
-        detector_config: where images are; the model is loaded by `load` only if it is needed.
-        load: makes the detector.
+        detector_config: names the image topic; `load` loads the model only if needed.
+        load: creates the detector.
         namespace: that relative topics were recorded in.
-        detect: look into the images even where the bag has detections.
-        estimator: that is driven; None: a new one.
+        detect: run the detector even if the bag has detections.
+        estimator: to drive; None: a new one.
 
     Attributes:
         method: filter, single or paper.
@@ -89,7 +89,7 @@ class Replay:
 
     Raises:
         InputError: a topic is missing or has another type.
-        ModelError: the model cannot be used.
+        ModelError: the model is unusable.
     """
 
     def __init__(
@@ -105,7 +105,7 @@ class Replay:
     ) -> None:
         self.method = config.method
         self._bag = bag
-        # A replay neither knows the names of a later flight nor changes what a node has saved.
+        # A replay neither uses the labels of a later flight nor changes a node's state file.
         self._estimator = estimator or Estimator(replace(config, state_file=""))
         self._feed = Feed(config, self._estimator, self._camera_problem)
         self.plan: Plan = make_plan(
@@ -144,7 +144,7 @@ class Replay:
 
     @property
     def message_count(self) -> int:
-        """How many messages will be read."""
+        """Number of messages to read."""
         return sum(self._bag.topics[name].count for name in self.plan.topics)
 
     def results(
@@ -152,14 +152,14 @@ class Replay:
         on_message: Callable[[int], None] = lambda _done: None,
         on_detections: Callable[[int, dict[str, Any]], None] = lambda _log_ns, _fields: None,
     ) -> Iterator[FrameResult]:
-        """Yield one result for each image, in the order in which they are complete.
+        """Yield one result for each image, in order of completion.
 
         Args:
-            on_message: takes the number of messages read so far.
-            on_detections: takes log time and fields of each array found in an image.
+            on_message: called with the number of messages read so far.
+            on_detections: called with log time and fields of each detected array.
 
         Raises:
-            InputError: a bag is damaged, the first images or CameraInfo cannot be used, or the
+            InputError: a bag is damaged, the first images or CameraInfo are unusable, or the
                 configured origin of map is too far from the flight.
         """
         last: FrameResult | None = None
@@ -169,7 +169,7 @@ class Replay:
                 yield self._counted(last)
             last = result
             stamps_ns.append(result.stamp_ns)
-        if last is not None:  # only now it is known what becomes of the last boxes
+        if last is not None:  # only now the last boxes are decided
             yield self._counted(replace(last, late=(*last.late, *self._estimator.ending)))
         if len(stamps_ns) > 1:
             self.summary.interval_s = float(np.median(np.diff(stamps_ns))) * 1e-9
@@ -197,12 +197,12 @@ class Replay:
         if self._images is not None and self._images.refused:
             self.summary.images_refused = self._images.refused
             self.summary.notes += [
-                f"{counted(count, 'image')} left out: {why}"
+                f"{counted(count, 'image')} skipped: {why}"
                 for why, count in self._images.refusals.items()
             ]
 
     def _check(self) -> None:
-        """Stop where the configuration can give no position."""
+        """Raise an error if the configuration cannot give positions."""
         if self._estimator.failure:
             raise InputError(self._estimator.failure)
 
@@ -226,7 +226,7 @@ class Replay:
         return result
 
     def _camera_problem(self, sentence: str) -> None:
-        """Stop at a first CameraInfo that cannot be used; report a later one."""
+        """Raise an error if the first CameraInfo is unusable; report later ones."""
         if not self._camera_seen:
             raise CameraError(sentence)
         self.summary.notes.append(sentence)
@@ -235,7 +235,7 @@ class Replay:
 def _image_detector(
     detector: Detector, topic: str, config: EstimatorConfig, namespace: str, max_pixels: int
 ) -> ImageDetector:
-    """Return what looks into the images, and refuses those that are not of the camera's size."""
+    """Return the detector of recorded images, which refuses those not of the camera's size."""
     camera = config.camera
     if camera.source == "topic":
         return ImageDetector(detector, topic, resolve(camera.topic, namespace), max_pixels)

@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""One image's boxes together with the camera and its pose."""
+"""One image's boxes with the camera model and pose."""
 
 from __future__ import annotations
 
@@ -15,15 +15,15 @@ from aerial_gnss_ros.core.values.reference_place import ReferencePlace
 
 @dataclass(frozen=True)
 class PosedFrame:
-    """One image's boxes with the camera and its pose: everything that estimation needs.
+    """One image's boxes with the camera model and pose: all that estimation needs.
 
     Attributes:
         detections: its boxes.
         camera: lens and image.
         pose: of the camera.
         in_map: the same in the frame `map`.
-        latency: what is known of the correction of `camera.latency_s` that the pose allows for,
-            mean and sigma, s; None where it is not estimated.
+        latency: correction of `camera.latency_s` contained in the pose, mean and sigma, s; None if
+            it is not estimated.
         references: where things of known position are at the time of the scene.
     """
 
