@@ -30,13 +30,13 @@ def test_what_a_file_says_is_read_back():
 )  # fmt: skip
 def test_terms_that_no_network_was_made_for_are_refused(changes):
     text = json.dumps(asdict(TERMS) | changes)
-    with pytest.raises(ModelError, match=r"a\.onnx is no network for a second look"):
+    with pytest.raises(ModelError, match=r"a\.onnx is not a network for the second look"):
         Terms.read({METADATA: text}, "a.onnx")
 
 
 @pytest.mark.parametrize("metadata", [{}, {METADATA: "{"}, {METADATA: "[1]"}])
 def test_a_network_for_something_else_is_refused(metadata):
-    with pytest.raises(ModelError, match="is no network for a second look"):
+    with pytest.raises(ModelError, match="is not a network for the second look"):
         Terms.read(metadata, "a.onnx")
 
 

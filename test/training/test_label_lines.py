@@ -43,7 +43,7 @@ def test_an_edge_may_reach_beyond_the_image_by_rounding(beyond, valid):
         ("0 0.5 inf 0.2 0.2", "is not five numbers"),
         ("2 0.5 0.5 0.2 0.2", "class 2 is not in data.yaml, which has 0 to 1"),
         ("0.5 0.5 0.5 0.2 0.2", "class 0.5 is not in data.yaml"),
-        ("0 32 32 9 9", "lies outside 0 to 1: is it in pixels"),
+        ("0 32 32 9 9", "is outside 0 to 1: it may be in pixels"),
         ("0 0.5 0.5 0 0.2", "is not above 0"),
         ("0 0.5 0.5 0.2 1.01", "is not above 0 and at most 1"),
     ],
