@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Which topics of a recording are played into live nodes, and under which names. Knows no ROS."""
+"""Selects the topics of a recording for live nodes, and their names. Independent of ROS."""
 
 from __future__ import annotations
 
@@ -10,19 +10,19 @@ from collections.abc import Mapping
 IMAGES = ("sensor_msgs/msg/Image", "sensor_msgs/msg/CompressedImage")
 DETECTIONS = "vision_msgs/msg/Detection2DArray"
 GLOBAL = ("/tf", "/tf_static", "/clock", "/diagnostics", "/rosout", "/parameter_events")
-"""Absolute by convention: no namespace moves them."""
+"""Absolute by convention: namespaces do not apply."""
 
 _LIVE = ("/clock", "/diagnostics", "/rosout", "/parameter_events")
-"""What player and live nodes publish themselves."""
+"""Topics that player and live nodes publish themselves."""
 _RESULT = re.compile(r"(/.*)?/(robots/[^/]+(/(geo_pose|fix|odom|position_update))?|map_datum)")
 _TRUTH = re.compile(r"(/.*)?/truth/.*")
 
 
 def inputs(types: Mapping[str, str]) -> list[str]:
-    """Return the topics of a recording that nodes are to hear.
+    """Return the topics of a recording to play into nodes.
 
-    What the nodes publish themselves is left out: results, and boxes where the recording has the
-    images that they were found in.
+    Topics that the nodes publish themselves are left out: results, and boxes if the recording has
+    their images.
 
     Args:
         types: message types by absolute topic.
@@ -38,7 +38,7 @@ def inputs(types: Mapping[str, str]) -> list[str]:
 
 
 def moved(name: str, namespace: str) -> str:
-    """Return a topic's name under a namespace, where it does not stand there already."""
+    """Return a topic's name with a namespace prepended unless it has it already."""
     inner = namespace.strip("/")
     if not inner or name in GLOBAL or name.startswith(f"/{inner}/"):
         return name

@@ -1,9 +1,9 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Keeps nodes running, each a process of its own: one that dies is started again.
+"""Runs each node in its own process and restarts one that dies.
 
-So a crash of one, even inside the network's runtime, leaves the other alone. Wrong input, which
-a restart cannot mend, ends all. Knows no ROS.
+A crash of one, even inside the inference runtime, does not affect the other. Wrong input, which a
+restart cannot fix, ends all. Independent of ROS.
 """
 
 from __future__ import annotations
@@ -31,13 +31,13 @@ _PR_SET_PDEATHSIG = 1  # <linux/prctl.h>
 
 @dataclass(frozen=True)
 class Pauses:
-    """When a process is started again.
+    """Pauses before restarts of a process.
 
     Attributes:
-        first_s: after its death, s; it doubles with each death that follows a short life.
-        longest_s: at most.
-        steady_s: a process that has lived so long was well: its input was right, and its next
-            pause is the first one again.
+        first_s: first pause, s; it doubles after each short run.
+        longest_s: longest pause, s.
+        steady_s: after a run of this length the input counts as right, and the pause is `first_s`
+            again, s.
     """
 
     first_s: float = 0.5
@@ -52,11 +52,11 @@ class _Child:
     Attributes:
         name: of the node.
         command: that starts it.
-        process: None while it waits for its restart.
+        process: None while it waits to be restarted.
         began_s: when it was started, monotonic.
-        due_s: when it is to be started.
+        due_s: when it is due to start, monotonic.
         pause_s: before the next restart.
-        was_well: whether it has once lived for `Pauses.steady_s`.
+        was_well: whether it has once run for `Pauses.steady_s`.
     """
 
     name: str
@@ -73,11 +73,11 @@ def supervise(
     say: Callable[[str], None],
     pauses: Pauses | None = None,
 ) -> int:
-    """Run a process for each node until SIGINT or SIGTERM, starting again those that end.
+    """Run a process for each node until SIGINT or SIGTERM, restarting those that end.
 
     Args:
-        commands: by the node's name; wrong input must end them with status 2.
-        say: takes a sentence for the log.
+        commands: by node name; they must exit with status 2 on wrong input.
+        say: called with each sentence for the log.
         pauses: before restarts.
 
     Returns:
@@ -99,7 +99,7 @@ def supervise(
 
 
 def _tend(child: _Child, pauses: Pauses, say: Callable[[str], None]) -> int:
-    """Start a process that is due, or see whether it has ended; return 2 where it refused."""
+    """Start a process that is due, or check whether it ended; return 2 if it refused its input."""
     now_s = time.monotonic()
     if child.process is None:
         if now_s >= child.due_s:
@@ -111,14 +111,14 @@ def _tend(child: _Child, pauses: Pauses, say: Callable[[str], None]) -> int:
     status = child.process.poll()
     if status is None:
         return 0
-    if asked_to_leave():  # the terminal sends its signal to all
+    if asked_to_leave():  # the terminal signals all processes
         return 0
     if status == WRONG_INPUT and not child.was_well:
         return WRONG_INPUT
     if lived_s >= pauses.steady_s:
         child.pause_s = pauses.first_s
     say(
-        f"the {child.name} ended {_how(status)} after {lived_s:.0f} s; it is started again in "
+        f"the {child.name} ended {_how(status)} after {lived_s:.0f} s; it is restarted in "
         f"{child.pause_s:g} s."
     )
     if status < 0:
@@ -141,7 +141,7 @@ def _started(command: Sequence[str]) -> subprocess.Popen[bytes]:
 
 
 def _end(processes: Sequence[subprocess.Popen[bytes]]) -> None:
-    """End processes as a user would, and those that do not listen."""
+    """Interrupt processes, and kill those that do not end."""
     for process in processes:
         if process.poll() is None:
             process.send_signal(signal.SIGINT)
@@ -159,10 +159,10 @@ def _await_end(process: subprocess.Popen[bytes], seconds: float) -> None:
 
 
 def _die_with_parent() -> Callable[[], None] | None:
-    """Return what lets a child end when this process is killed; None where there is no such way."""
+    """Return a function that makes a child end when this process is killed; None if unsupported."""
     if not sys.platform.startswith("linux"):
         return None
-    prctl = ctypes.CDLL(None).prctl  # looked up here: a child that was forked should not load
+    prctl = ctypes.CDLL(None).prctl  # looked up here: a forked child should not load libraries
 
     def ask() -> None:
         prctl(_PR_SET_PDEATHSIG, signal.SIGTERM)
@@ -176,7 +176,7 @@ _DIE_WITH_PARENT = _die_with_parent()
 def node_environment() -> None:
     """Let children find this package, and nothing else in the working folder; and be found soon.
 
-    `python -m` looks into the working folder first, where files of others may lie.
+    `python -m` searches the working folder first, which may hold unrelated files.
     """
     if Path(__file__).resolve().parents[2] != Path.cwd():
         os.environ["PYTHONSAFEPATH"] = "1"  # Python 3.11 and later

@@ -11,20 +11,20 @@ from pathlib import Path
 from aerial_gnss_ros.resources import config_path
 
 PROFILE, PROMPT = "fastdds_large_data.xml", "fastdds_prompt.xml"
-VARIABLE = "FASTRTPS_DEFAULT_PROFILES_FILE"  # the one that Jazzy's Fast DDS 2.14 reads
-# Where users set transports themselves; any of them wins.
+VARIABLE = "FASTRTPS_DEFAULT_PROFILES_FILE"  # the variable that Jazzy's Fast DDS 2.14 reads
+# Users may choose transports with these; any of them takes precedence.
 _USERS_OWN = (VARIABLE, "FASTDDS_DEFAULT_PROFILES_FILE", "FASTDDS_BUILTIN_TRANSPORTS")
 _USERS_FILES = ("DEFAULT_FASTRTPS_PROFILES.xml", "DEFAULT_FASTDDS_PROFILES.xml")
 
 
 def use_large_data_profile(environment: MutableMapping[str, str] = os.environ) -> bool:
-    """Let this process publish images that arrive; call it before rclpy is initialised.
+    """Select a transport that delivers large images; call it before rclpy is initialised.
 
     Args:
-        environment: where the variable is set.
+        environment: in which the variable is set.
 
     Returns:
-        False where the user has chosen transports already, which are left as they are.
+        False if the user has chosen transports, which are left unchanged.
     """
     return _use(PROFILE, environment)
 
@@ -33,10 +33,10 @@ def use_prompt_profile(environment: MutableMapping[str, str] = os.environ) -> bo
     """Let this process be found within half a second by programs that start later.
 
     Args:
-        environment: where the variable is set.
+        environment: in which the variable is set.
 
     Returns:
-        False where the user has chosen transports already, which are left as they are.
+        False if the user has chosen transports, which are left unchanged.
     """
     return _use(PROMPT, environment)
 
