@@ -221,7 +221,8 @@ class Pipeline:
                 "stands still, and they are refused until it changes (bad_detections).",
             )
             return Reason.BAD_DETECTIONS, None
-        known = self._inputs.references.at(pose.stamp_ns)
+        references = self._inputs.references
+        known = references.at(pose.stamp_ns) if references.configured else ()
         scene = PosedFrame(boxes, camera, pose, in_map, self.latency.found, known)
         misfit = partial(self._misfit, scene, local)
         used = self._camera_change.update(camera, boxes.stamp_ns, misfit)

@@ -46,6 +46,9 @@ class ReferencePlaces:
 
     Args:
         references: as configured.
+
+    Attributes:
+        configured: whether there are any.
     """
 
     def __init__(self, references: Iterable[Reference]) -> None:
@@ -54,6 +57,7 @@ class ReferencePlaces:
             name: fix_series(TUNING.longest_gap_s) for name in self._moving
         }
         self._staying = tuple(_stated(one) for one in references if one.position)
+        self.configured = bool(self._moving or self._staying)
 
     @property
     def sent(self) -> tuple[str, ...]:

@@ -23,7 +23,7 @@ def published(
     table: TrackTable,
     encounters: Encounters,
     fork: Fork | None,
-    references: References,
+    references: References | None,
     local: LocalMap,
     altitude: float,
     stamp_ns: int,
@@ -34,7 +34,7 @@ def published(
         table: of the tracks.
         encounters: ambiguities of labels.
         fork: the alternative hypothesis, if there is one.
-        references: things of known position.
+        references: things of known position; None: there was none.
         local: the frame `map`.
         altitude: of the water above the ellipsoid, m.
         stamp_ns: of the image, ns.
@@ -49,7 +49,8 @@ def published(
     labelled.sort()
     labels, rows = zip(*labelled, strict=True)
     mean, covariance = joint.moments()
-    errors = references.apply(table.tracks, mean, covariance, stamp_ns) or errors
+    if references is not None:
+        errors = references.apply(table.tracks, mean, covariance, stamp_ns) or errors
     joint.add_fault_covariances(covariance)
     if list(rows) != list(range(len(mean))):
         mean, covariance = mean[list(rows)], covariance[list(rows)]

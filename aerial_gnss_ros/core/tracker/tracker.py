@@ -88,6 +88,7 @@ class Tracker:
         )
         self._account = BoxAccount()
         self._references = References(joint, joint.log)
+        self._referenced = False
         self._identity = identity
         self._local: LocalMap | None = None
         self._stamp_ns: int | None = None
@@ -99,6 +100,7 @@ class Tracker:
         self.table.reset()
         self._encounters.reset()
         self._references.reset()
+        self._referenced = False
         self._confirmation.reset()
         self._image_evidence.reset()
         self._recovery.reset()
@@ -166,7 +168,9 @@ class Tracker:
         if ready or self._matcher.scene_mismatch:
             replaced = self._confirm(ready, len(seen.index), frame.pose.height, local, stamp_ns)
         names = self._labelled(measured, replaced)
-        self._references.update(self.table.tracks, frame, local)
+        if frame.references or self._referenced:
+            self._referenced = True
+            self._references.update(self.table.tracks, frame, local)
         estimates, platform = self._estimates(stamp_ns)
         return TrackUpdate(estimates, names, *masks, platform)
 
@@ -321,8 +325,9 @@ class Tracker:
         if self._local is None:
             return (), ()
         altitude, fork = float(self._water_altitude), self._recovery.fork
+        references = self._references if self._referenced else None
         estimates, platform = published(
-            self.table, self._encounters, fork, self._references, self._local, altitude, stamp_ns
+            self.table, self._encounters, fork, references, self._local, altitude, stamp_ns
         )
         if estimates:
             self._identity.remember(estimates)
