@@ -186,7 +186,7 @@ class JointFilter(CameraFaults):
         """
         view, found = self._sight, []
         assert view is not None  # noqa: S101 - `update_camera` came first
-        rays = view.rays(seen.positions)
+        rays = view.rays(seen.points)
         for group in self._groups if groups is None else groups:
             if len(group.rows):
                 places, by_errors = relinearize(group, view, rays)
@@ -269,7 +269,7 @@ class JointFilter(CameraFaults):
         if not len(columns):
             return
         view, white, speed = self._seen_from(), seen.white, self.motions.default_speed
-        rays = view.rays(seen.positions)
+        rays = view.rays(seen.points)
         for group, rows, taken in self.allocate(np.asarray(columns, np.intp)):
             places, by_errors = relinearize(group, view, rays[taken])
             own = self.motions.of(seen.class_ids[taken].tolist())

@@ -97,13 +97,9 @@ class CameraView:
             bend[:3] += 0.75 * unsure_s**4 * np.square(np.cross(rates[3:], rates[:3]))
         return CameraView(camera, measured, pose.position, axes, rates, by_errors, applied, bend)
 
-    def rays(self, positions: Array) -> Array:
-        """Return the rays (m, 3) to positions (m, 2) on the water, in the camera's measured axes.
-
-        Of any length.
-        """
-        measured = self.measured
-        rays: Array = (on_water_surface(positions) - measured.position) @ measured.rotation
+    def rays(self, points: Array) -> Array:
+        """Return the rays (m, 3), of any length, to points (m, 3) in the camera's measured axes."""
+        rays: Array = (points - self.measured.position) @ self.measured.rotation
         return rays
 
     def pose(self, errors: Array) -> MapPose:
@@ -152,11 +148,11 @@ def relinearize(
     if n or len(places):
         points = on_water_surface(np.concatenate([robots[:, :2], places]))
         points[:, 2] -= joint.mean[2]
-        # From where the camera was, and from where it is.
-        offsets = np.concatenate([points[:k] - joint.camera, points - camera])
-        velocities = np.zeros((len(offsets), 2))
-        velocities[:k], velocities[k : k + n] = robots[:k, 2:], robots[:, 2:]
-        both = state_jacobian(offsets, velocities)
+        # From where the camera was, and from where it is: offsets and velocities.
+        states = np.zeros((k + len(points), 5))
+        states[:k, :3], states[k:, :3] = points[:k] - joint.camera, points - camera
+        states[:k, 3:], states[k : k + n, 3:] = robots[:k, 2:], robots[:, 2:]
+        both = state_jacobian(states)
         if k and not math.isnan(joint.camera[0]):
             joint.carry((both[:k] - joint.by_pose) @ joint.by_errors)
         joint.by_pose, moved = both[k : k + n], both[k + n :, :2] @ sight.by_errors

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aerial_gnss_ros.core.camera.posed_frame import PosedFrame
-from aerial_gnss_ros.core.geometry.geodesy import LocalMap
+from aerial_gnss_ros.core.geometry.geodesy import LocalMap, on_water_surface
 from aerial_gnss_ros.core.georeferencing.localization import WaterPoints
 from aerial_gnss_ros.core.values.detection_frame import DetectionFrame
 
@@ -33,6 +33,7 @@ class Measurements:
         white: (m, 2, 2) white covariance, m².
         class_ids: (m,) class names.
         edge: (m,) which are so near the edge of the picture that they may come or leave.
+        points: (m, 3) East, North, Up in `map`: the water lies below its plane, m.
     """
 
     index: NDArray[np.intp]
@@ -41,6 +42,7 @@ class Measurements:
     white: Array
     class_ids: NDArray[np.str_]
     edge: NDArray[np.bool_]
+    points: Array
 
 
 def measurements(
@@ -62,7 +64,8 @@ def measurements(
     names = np.array([class_ids[i] for i in index.tolist()], dtype=str)
     positions = local.positions(points.latitude[kept], points.longitude[kept])
     white = level * points.covariance_white[kept]
-    return Measurements(index, pixels, positions, white, names, edge)
+    on_surface = on_water_surface(positions)
+    return Measurements(index, pixels, positions, white, names, edge, on_surface)
 
 
 def at_edge(pixels: Array, width: int, height: int) -> NDArray[np.bool_]:

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from aerial_gnss_ros.core.geometry.geodesy import SEMI_MAJOR_M
 from aerial_gnss_ros.core.geometry.gimbal import error_axes
 from aerial_gnss_ros.core.geometry.map_pose import MapPose
-from aerial_gnss_ros.core.numerics.small_arrays import MAX_ROWS, Rows, evaluate_rows
+from aerial_gnss_ros.core.numerics.small_arrays import MAX_ROWS, Rows, rowwise
 
 Array = NDArray[np.float64]
 
@@ -56,16 +56,13 @@ def _met(place: list[float], rays: Rows) -> list[tuple[Any, Any]]:
     return found
 
 
-def pose_jacobian(offsets: Array) -> Array:
+@rowwise(2, POSE_COUNT)
+def pose_jacobian(offsets: Rows) -> list[tuple[Any, ...]]:
     """Return (n, 2, 6): how points on the water move with the camera's pose, the pixels fixed.
 
     Args:
         offsets: (n, 3) from the camera, m.
     """
-    return evaluate_rows(_places_by_pose, offsets, 12).reshape(-1, 2, POSE_COUNT)
-
-
-def _places_by_pose(offsets: Rows) -> list[tuple[Any, ...]]:
     found: list[tuple[Any, ...]] = []
     for x, y, z in offsets:
         xz, yz = x / z, y / z
@@ -76,21 +73,16 @@ def _places_by_pose(offsets: Rows) -> list[tuple[Any, ...]]:
     return found
 
 
-def state_jacobian(offsets: Array, velocities: Array) -> Array:
+@rowwise(4, POSE_COUNT)
+def state_jacobian(states: Rows) -> list[tuple[Any, ...]]:
     """Return (n, 4, 6): how places and velocities seem to change with the camera's pose.
 
     The last two rows are the derivative in time of the first two (`pose_jacobian`): a robot that
     seems 1 % farther seems 1 % faster.
 
     Args:
-        offsets: (n, 3) from the camera, m.
-        velocities: (n, 2) on the water, m/s.
+        states: (n, 5) offset from the camera, m, and East, North of the velocity, m/s.
     """
-    states = np.concatenate([offsets, velocities], axis=1)
-    return evaluate_rows(_states_by_pose, states, 24).reshape(-1, 4, POSE_COUNT)
-
-
-def _states_by_pose(states: Rows) -> list[tuple[Any, ...]]:
     found: list[tuple[Any, ...]] = []
     for x, y, z, east, north in states:
         xz, yz = x / z, y / z

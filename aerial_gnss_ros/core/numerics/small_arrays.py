@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable
+from functools import wraps
 from typing import Any
 
 import numpy as np
@@ -17,6 +18,9 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 Rows = Iterable[Any]
 """Rows of numbers, or one row of columns (n,): a formula accepts either."""
+
+Formula = Callable[[Rows], list[tuple[Any, ...]]]
+"""Takes rows of numbers, returns values for each."""
 
 MAX_ROWS = 8
 """Greatest number of rows computed one by one."""
@@ -32,9 +36,7 @@ def row_products(one: Array, other: Array) -> Array:
     return (one[:, None, :] @ other[:, :, None]).reshape(-1)
 
 
-def evaluate_rows(
-    formula: Callable[[Rows], list[tuple[Any, ...]]], given: Array, count: int
-) -> Array:
+def evaluate_rows(formula: Formula, given: Array, count: int) -> Array:
     """Return a formula's values (n, count) for rows (n, k) of numbers.
 
     Args:
@@ -53,3 +55,20 @@ def evaluate_rows(
     for i, values in enumerate(columns):
         table[:, i] = values
     return table
+
+
+def rowwise(*shape: int) -> Callable[[Formula], Callable[[Array], Array]]:
+    """Return a decorator that lets a formula accept rows (n, k) and return (n, *shape).
+
+    Args:
+        shape: of the values of one row, which the formula returns as a flat tuple.
+    """
+
+    def decorated(formula: Formula) -> Callable[[Array], Array]:
+        @wraps(formula)
+        def evaluated(given: Array) -> Array:
+            return evaluate_rows(formula, given, math.prod(shape)).reshape(-1, *shape)
+
+        return evaluated
+
+    return decorated

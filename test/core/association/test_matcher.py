@@ -28,7 +28,9 @@ def boxes(count):
     """Return boxes whose places nothing asks for."""
     squares = np.zeros((count, 2, 2))
     names, edge = np.full(count, "aqua"), np.zeros(count, bool)
-    return Measurements(np.arange(count), squares[:, 0], squares[:, 0], squares, names, edge)
+    return Measurements(
+        np.arange(count), squares[:, 0], squares[:, 0], squares, names, edge, squares[:, 0]
+    )
 
 
 def _joint(pairs, speed=0.0):

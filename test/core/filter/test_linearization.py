@@ -76,8 +76,8 @@ def test_a_robot_seems_farther_and_faster_by_the_same_share():
     )  # fmt: skip
     step = 1e-4
     moved = offsets + step * np.column_stack([velocities, np.zeros(2)])
-    here = state_jacobian(offsets, velocities)
-    difference = (state_jacobian(moved, velocities)[:, :2] - here[:, :2]) / step
+    here = state_jacobian(np.hstack([offsets, velocities]))
+    difference = (state_jacobian(np.hstack([moved, velocities]))[:, :2] - here[:, :2]) / step
     np.testing.assert_allclose(here[:, 2:], difference, atol=1e-3)
     lifted = here[:, :, 2]  # 1 m higher, 30 m up: all a thirtieth longer
     np.testing.assert_allclose(lifted[0], [*offsets[0, :2] / 30.0, *velocities[0] / 30.0])

@@ -7,7 +7,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from aerial_gnss_ros.core.numerics.small_arrays import MAX_ROWS, evaluate_rows, row_products
+from aerial_gnss_ros.core.numerics.small_arrays import (
+    MAX_ROWS,
+    evaluate_rows,
+    row_products,
+    rowwise,
+)
 
 
 def _formula(rows):
@@ -24,6 +29,15 @@ def test_few_rows_give_what_they_give_among_many():
 def test_one_by_zero_is_infinite_for_few_rows_too():
     with np.errstate(divide="ignore"):
         assert evaluate_rows(_formula, np.array([[1.0, 0.0]]), 3).tolist() == [[0.0, 1.0, np.inf]]
+
+
+def test_a_decorated_formula_gives_a_matrix_for_each_row():
+    @rowwise(2, 2)
+    def turned(rows):
+        return [(c, -s, s, c) for c, s in rows]
+
+    assert turned(np.array([[1.0, 2.0]])).tolist() == [[[1.0, -2.0], [2.0, 1.0]]]
+    assert turned(np.ones((3 * MAX_ROWS, 2))).shape == (3 * MAX_ROWS, 2, 2)
 
 
 def test_products_of_rows():

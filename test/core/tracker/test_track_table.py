@@ -25,7 +25,9 @@ def measurements(edges):
     n = len(edges)
     squares, names = np.zeros((n, 2, 2)), np.full(n, "aqua")
     every = np.arange(n)
-    return Measurements(every, squares[:, 0], squares[:, 0], squares, names, np.array(edges))
+    return Measurements(
+        every, squares[:, 0], squares[:, 0], squares, names, np.array(edges), squares[:, 0]
+    )
 
 
 def table(*states, refused=(), active=False):
