@@ -4,42 +4,23 @@
 
 from __future__ import annotations
 
-import math
+import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
 from scipy.linalg import block_diag, expm
 
-from aerial_gnss_ros.core.camera.model import CameraModel
 from aerial_gnss_ros.core.config.noise import Noise
-from aerial_gnss_ros.core.filter.linearization import CameraView
 from aerial_gnss_ros.core.filter.state import JointState
 from aerial_gnss_ros.core.filter.update import correct, linearise
-from aerial_gnss_ros.core.geometry.frames import matrix_from_rpy
-from aerial_gnss_ros.core.geometry.map_pose import MapPose
 from aerial_gnss_ros.core.models.motion_model import TUNING as MOTION_MODEL
 from aerial_gnss_ros.core.models.motion_model import MotionModel
 from aerial_gnss_ros.core.models.platform_model import LATENCY, PlatformModel
 
-MODEL = PlatformModel(Noise(latency_s=0.3), "earth")
-CAMERA = CameraModel(
-    1280, 720, "plumb_bob", np.array([[900.0, 0, 640.0], [0, 900.0, 360.0], [0, 0, 1.0]])
-)
-PLACES = np.array([[-3.0, 20.0], [5.0, 24.0], [1.0, 31.0]])
+sys.path.insert(0, str(Path(__file__).parent))
 
-
-def sight() -> CameraView:
-    pose = MapPose(np.array([0.0, 0.0, 30.0]), matrix_from_rpy(0.0, math.radians(50), math.pi / 2))
-    return CameraView.of(CAMERA, pose, np.array([2.0, 1.0, 0, 0, 0, 0.05]), 0.0)
-
-
-def crowd() -> JointState:
-    """Three robots with a covariance that is nowhere zero."""
-    joint = JointState(MODEL.stationary(None))
-    by_platform = np.random.default_rng(3).normal(size=(3, 2, 7))
-    joint.add(np.arange(3), PLACES, by_platform, np.tile(0.04 * np.eye(2), (3, 1, 1)), 0.7)
-    joint.mean[:] += 0.01 * np.arange(len(joint.mean))
-    return joint
+from three_robots import MODEL, PLACES, crowd, sight
 
 
 def textbook_step(
@@ -79,27 +60,6 @@ def test_prediction_is_that_of_the_textbook(seconds):
     np.testing.assert_allclose(joint.mean, mean, rtol=1e-12, atol=1e-12)
     np.testing.assert_allclose(joint.covariance, covariance, rtol=1e-9, atol=1e-12)
     np.testing.assert_allclose(joint.unseen, np.array([0.0, 0.3, 20.0]) + seconds)
-
-
-def test_adding_and_dropping_leaves_the_others_as_they_are():
-    joint = crowd()
-    mean, covariance = joint.mean.copy(), joint.covariance.copy()
-    by_platform = np.ones((2, 2, 7))
-    joint.add(np.array([3, 4]), PLACES[:2], by_platform, np.tile(np.eye(2), (2, 1, 1)), 0.5)
-    np.testing.assert_array_equal(joint.covariance[:19, :19], covariance)
-    shared = by_platform[0] @ MODEL.stationary(None)
-    np.testing.assert_allclose(joint.positions()[2][3], shared)
-    expected = shared @ by_platform[0].T + np.eye(2)
-    np.testing.assert_allclose(joint.blocks()[3, :2, :2], expected)
-    np.testing.assert_allclose(joint.covariance[19:21, 23:25], expected - np.eye(2))
-    assert joint.blocks()[4, 2, 2] == pytest.approx(0.25)
-    assert np.linalg.eigvalsh(joint.covariance).min() > -1e-12
-    joint.drop(np.array([3, 4]))
-    np.testing.assert_array_equal(joint.mean, mean)
-    np.testing.assert_array_equal(joint.covariance, covariance)
-    joint.drop(np.array([0]))
-    np.testing.assert_array_equal(joint.rows, [1, 2])
-    np.testing.assert_array_equal(joint.robots, mean[7:].reshape(3, 4)[1:])
 
 
 def test_an_error_that_is_switched_off_stays_zero():

@@ -5,39 +5,20 @@
 from __future__ import annotations
 
 import math
+import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
 
-from aerial_gnss_ros.core.camera.model import CameraModel
-from aerial_gnss_ros.core.config.noise import Noise
-from aerial_gnss_ros.core.filter.linearization import CameraView
 from aerial_gnss_ros.core.filter.state import JointState
 from aerial_gnss_ros.core.filter.update import TUNING as UPDATE
 from aerial_gnss_ros.core.filter.update import correct, linearise
-from aerial_gnss_ros.core.geometry.frames import matrix_from_rpy
-from aerial_gnss_ros.core.geometry.map_pose import MapPose
-from aerial_gnss_ros.core.models.platform_model import LATENCY, PlatformModel
+from aerial_gnss_ros.core.models.platform_model import LATENCY
 
-MODEL = PlatformModel(Noise(latency_s=0.3), "earth")
-CAMERA = CameraModel(
-    1280, 720, "plumb_bob", np.array([[900.0, 0, 640.0], [0, 900.0, 360.0], [0, 0, 1.0]])
-)
-PLACES = np.array([[-3.0, 20.0], [5.0, 24.0], [1.0, 31.0]])
+sys.path.insert(0, str(Path(__file__).parent))
 
-
-def sight() -> CameraView:
-    pose = MapPose(np.array([0.0, 0.0, 30.0]), matrix_from_rpy(0.0, math.radians(50), math.pi / 2))
-    return CameraView.of(CAMERA, pose, np.array([2.0, 1.0, 0, 0, 0, 0.05]), 0.0)
-
-
-def crowd() -> JointState:
-    """Three robots with a covariance that is nowhere zero."""
-    joint = JointState(MODEL.stationary(None))
-    by_platform = np.random.default_rng(3).normal(size=(3, 2, 7))
-    joint.add(np.arange(3), PLACES, by_platform, np.tile(0.04 * np.eye(2), (3, 1, 1)), 0.7)
-    joint.mean[:] += 0.01 * np.arange(len(joint.mean))
-    return joint
+from three_robots import MODEL, PLACES, crowd, sight
 
 
 def test_correction_is_that_of_the_textbook():
@@ -79,12 +60,13 @@ def test_an_outlier_pulls_no_more_than_at_the_edge_of_what_is_good():
     assert pulls[3] == pytest.approx(pulls[2], rel=0.2)
 
 
-def _swimmer(speed: float, sigma: float) -> tuple[JointState, np.ndarray]:
-    """Return a robot that swims East as fast as that, and a pixel where it is expected."""
+def _swimmer(speed: float, sigma: float, slot: int) -> tuple[JointState, np.ndarray]:
+    """Return two robots, one of which swims East as fast as that, and a pixel where that is."""
     joint = JointState(MODEL.stationary(None))
-    joint.add(np.arange(1), PLACES[:1], np.zeros((1, 2, 7)), 0.01 * np.eye(2)[None], sigma)
-    joint.mean[9] = speed
-    return joint, linearise(sight(), np.zeros(7), PLACES[:1]).pixels
+    own = np.tile(0.01 * np.eye(2), (2, 1, 1))
+    joint.add(np.arange(2), PLACES[:2], np.zeros((2, 2, 7)), own, sigma)
+    joint.mean[9 + 4 * slot] = speed
+    return joint, linearise(sight(), np.zeros(7), PLACES[slot : slot + 1]).pixels
 
 
 @pytest.mark.parametrize(
@@ -97,14 +79,15 @@ def _swimmer(speed: float, sigma: float) -> tuple[JointState, np.ndarray]:
         (2.3, 5.0, True),
     ],
 )
-def test_a_box_by_which_a_robot_is_too_fast_is_not_used(speed, sigma, refused):
-    joint, pixels = _swimmer(speed, sigma)
+@pytest.mark.parametrize("slot", [0, 1])
+def test_a_box_by_which_a_robot_is_too_fast_is_not_used(speed, sigma, refused, slot):
+    joint, pixels = _swimmer(speed, sigma, slot)
     before = joint.mean.copy(), joint.covariance.copy()
     joint.unseen[:] = 1.0
-    outcome = correct(joint, np.array([0]), pixels, sight(), MODEL, 1.5)
-    assert outcome.refused.tolist() == ([0] if refused else [])
+    outcome = correct(joint, np.array([slot]), pixels, sight(), MODEL, 1.5)
+    assert outcome.refused.tolist() == ([slot] if refused else [])
     assert outcome.count == (0 if refused else 2)
-    assert joint.unseen[0] == (1.0 if refused else 0.0)
+    assert joint.unseen[slot] == (1.0 if refused else 0.0)
     if refused:
         np.testing.assert_array_equal(joint.mean, before[0])
         np.testing.assert_array_equal(joint.covariance, before[1])

@@ -11,7 +11,11 @@ import pytest
 
 from aerial_gnss_ros.core.association.track import Track
 from aerial_gnss_ros.core.identity import reidentification
-from aerial_gnss_ros.core.identity.reidentification import Reidentification, duplicate_tracks
+from aerial_gnss_ros.core.identity.reidentification import (
+    Reidentification,
+    Returns,
+    duplicate_tracks,
+)
 from aerial_gnss_ros.core.identity.return_position import VelocityLikelihood
 from aerial_gnss_ros.core.models.motion_model import MotionModel
 from aerial_gnss_ros.core.values.estimates import State
@@ -176,3 +180,12 @@ def test_absences_of_robots_that_left_the_view_tell_nothing():
         setattr(one, edge, True)
         assert np.isnan(reidentification._absence(old, new))
         setattr(one, edge, False)
+
+
+def test_other_robots_that_a_track_may_be_are_remembered_where_they_are_likely_enough():
+    """Robots 4 and 7 were out of view; the track 9 is 4 by 0.6, 7 by 0.3, new by 0.1."""
+    unsure = reidentification.TUNING.unsure_probability
+    done, search = Returns(found={9: 4}), Reidentification(MOTION, 11.6, 180.0)
+    search._allow(done, [4, 7, 8], [5, 9], np.array([[0.0, 0.6], [0.0, 0.3], [1.0, 0.9 * unsure]]))
+    assert done.other == {(9, 4): 0.6, (9, 7): 0.3}
+    assert done.unknown == {9: pytest.approx(0.1 - 0.9 * unsure)}

@@ -125,3 +125,23 @@ def test_a_fork_ends_after_a_second_without_contradictions_in_a_row():
     found._table.filter.ambiguity.apart = 0.1
     found.update(every, 0, 3, 0.6 * FORK.calm_s)
     assert found.fork.calm_s == 0.0
+
+
+@pytest.mark.parametrize(
+    ("state", "label", "asked"),
+    [
+        (State.CONFIRMED, "aqua_1", False),
+        (State.COASTING, "aqua_1", True),
+        (State.CONFIRMED, "", True),
+    ],
+    ids=["a robot is measured", "it is not", "what is measured has no label"],
+)
+def test_labels_are_restored_only_while_no_robot_is_measured(state, label, asked):
+    found, _, _ = recovery(Track("aqua", 0, 0, state, label))
+    told = []
+    found.regrouping = SimpleNamespace(
+        are_back=lambda *given, previous: told.append((*given, previous)) or True,
+        restore_labels=lambda: told.append("restored"),
+    )
+    found.restore_labels([3], 2)
+    assert told == ([([3], 2, True), "restored"] if asked else [])

@@ -10,8 +10,12 @@ import math
 import numpy as np
 import pytest
 
+from aerial_gnss_ros.core.association.track import Track
+from aerial_gnss_ros.core.config.estimator import estimator_config
 from aerial_gnss_ros.core.config.noise import Noise
 from aerial_gnss_ros.core.georeferencing.localization import locate
+from aerial_gnss_ros.core.identity.labels import Labels
+from aerial_gnss_ros.core.tracker.tracker import Tracker
 from aerial_gnss_ros.core.values.estimates import State
 
 CROSSING = {
@@ -230,3 +234,13 @@ def test_errors_fit_the_published_covariance(sea):
         distances.append(error @ np.linalg.solve(last.covariance, error))
     # 48 degrees of freedom; 99.9 % of such sums lie below 84, and the height is exact here
     assert 8.0 < sum(distances) < 84.0
+
+
+def test_in_the_end_only_boxes_of_tracks_older_than_the_window_are_given_up():
+    config = estimator_config({})
+    tracker, ended = Tracker(config, Labels(config)), []
+    window_ns = tracker._confirmation.rule.window_ns
+    tracker._stamp_ns, tracker._end = 10 * window_ns, ended.extend
+    tracker.table.tracks = [Track("aqua", 9 * window_ns - late, 10 * window_ns) for late in (0, 1)]
+    tracker.end()
+    assert ended == tracker.table.tracks[1:]
