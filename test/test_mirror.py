@@ -19,12 +19,10 @@ PACKAGE = ROOT / "aerial_gnss_ros"
 # way is tested from what is measured to what is published; elsewhere whole files, commands, nodes
 # and pictures are the smallest things whose result anybody can check by other means.
 TESTED_WITH = {
-    "core/filter/test_joint_filter.py": "core/filter/camera_faults",
     "adapters/test_table_files.py": "evaluation/truth",
     "bags/test_reader.py": "bags/definitions",
     "benchmarking/test_figures.py": (
-        "benchmarking/live benchmarking/machine benchmarking/one_process "
-        "benchmarking/processes"
+        "benchmarking/live benchmarking/machine benchmarking/one_process benchmarking/processes"
     ),
     "benchmarks/test_soak.py": "benchmarking/disturbing",
     "calibration/test_evidence.py": "calibration/measurement_model",
