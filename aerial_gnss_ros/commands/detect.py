@@ -69,6 +69,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--against", type=Path, metavar="LABELS", help="score the boxes against these"
     )
+    parser.add_argument(
+        "--any-class", action="store_true", help="with --against: labels of all classes count"
+    )
+    parser.add_argument(
+        "--iou", type=float, default=MATCH_IOU, metavar="X",
+        help=f"with --against: least overlap with a label, 0 to 1 (default {MATCH_IOU})",
+    )  # fmt: skip
     parser.add_argument("--no-pictures", action="store_true", help="write no annotated pictures")
     parser.add_argument("--json", action="store_true", help="the summary for machines")
 
@@ -93,12 +100,14 @@ class Summary:
 def run(args: argparse.Namespace) -> int:
     """Detect robots in pictures."""
     refuse_existing(args.output)
+    if not 0.0 < args.iou <= 1.0:
+        raise InputError(f"--iou {args.iou:g} must lie above 0 and at most at 1.")
     config = _config(args)
     sources = [open_pictures(path, config.image.max_pixels) for path in args.pictures]
     _check_names(sources)
     detector = load_detector(config)
     labels = PictureLabels(args.against, detector.class_names) if args.against else None
-    summary = Summary(comparison=Comparison() if labels else None)
+    summary = Summary(comparison=Comparison(args.iou, args.any_class) if labels else None)
     with ended_cleanly(), partial(args.output) as folder:
         folder.mkdir()
         with (
@@ -244,8 +253,8 @@ def _scored(comparison: Comparison) -> list[str]:
     lines = [f"against labels of {counted(labelled, 'picture')}:"]
     if whole.robots:
         lines.append(
-            f"  precision {whole.precision:.3f}, recall {whole.recall:.3f} (IoU {MATCH_IOU}): "
-            f"{whole.found} of {whole.robots} found"
+            f"  precision {whole.precision:.3f}, recall {whole.recall:.3f} "
+            f"(IoU {comparison.least_iou:g}): {whole.found} of {whole.robots} found"
         )
     lines.append(f"  false boxes {whole.false}, {whole.false / labelled:.3f} a picture")
     lines += [f"    on {kind:<26}{count}" for kind, count in comparison.false_on.most_common()]

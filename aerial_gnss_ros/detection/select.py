@@ -10,6 +10,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from aerial_gnss_ros.core.values.errors import ConfigError, InputError, ModelError
+from aerial_gnss_ros.detection.anomaly import ANOMALY, AnomalyDetector
 from aerial_gnss_ros.detection.base import Detector
 from aerial_gnss_ros.detection.config import DetectorConfig
 from aerial_gnss_ros.detection.engine_card import engine_of
@@ -34,10 +35,13 @@ def load_detector(config: DetectorConfig) -> Detector:
     """Return the detector that `config` selects, ready for its first image.
 
     Raises:
-        ConfigError: a back end that cannot read the model, or a .pt file without consent.
+        ConfigError: a back end that cannot read the model, a .pt file without consent, or a search
+            mode that the model anomaly does not have.
         ModelError: the model is missing, is not a model, has another input or output, or a fixed
             input size that `search.mode` excludes.
     """
+    if config.model == ANOMALY:
+        return AnomalyDetector(config)
     second = second_look(config)
     if second is None:
         return searching(_load(config), config)

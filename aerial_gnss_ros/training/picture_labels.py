@@ -12,7 +12,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
@@ -25,7 +25,7 @@ from aerial_gnss_ros.detection.yolo import iou
 from aerial_gnss_ros.text.sentences import cut, shown
 from aerial_gnss_ros.training.label_lines import parse
 from aerial_gnss_ros.training.labelled import Truth
-from aerial_gnss_ros.training.score import Score
+from aerial_gnss_ros.training.score import MATCH_IOU, Score
 
 NOTHING = "nothing"
 _MIDDLE = 0.5  # from edges counted from 0 to the middle of the first pixel
@@ -156,12 +156,16 @@ class Comparison:
     """Boxes against labels, picture by picture.
 
     Attributes:
+        least_iou: of a box that has found a label.
+        any_class: labels of all classes are what the detector looks for.
         score: robots found and missed, false boxes.
         labelled: pictures that have labels.
         others: labels of classes that the detector does not know, by class.
         false_on: false boxes by what they lie on: such a class, or `nothing`.
     """
 
+    least_iou: float = MATCH_IOU
+    any_class: bool = False
     score: Score = field(default_factory=Score)
     labelled: int = 0
     others: Counter[str] = field(default_factory=Counter)
@@ -170,8 +174,10 @@ class Comparison:
     def add(self, found: Detections, labels: Labels) -> None:
         """Count one picture."""
         self.labelled += 1
-        truth = labels.truth(found.class_names)
-        matched = self.score.add(found, truth)
+        if self.any_class:
+            found = replace(found, class_ids=np.zeros_like(found.class_ids))
+            labels = Labels(found.class_names[:1] * len(labels.classes), labels.corners)
+        matched = self.score.add(found, labels.truth(found.class_names), self.least_iou)
         strange = [i for i, name in enumerate(labels.classes) if name not in found.class_names]
         self.others.update(labels.classes[i] for i in strange)
         corners = labels.corners[strange]

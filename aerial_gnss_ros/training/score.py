@@ -48,8 +48,8 @@ class Match:
     box: NDArray[np.int64]
 
 
-def match(found: Detections, truth: Truth) -> Match:
-    """Return the assignment of boxes to robots: best score first, IoU 0.5 or more, equal class.
+def match(found: Detections, truth: Truth, least_iou: float = MATCH_IOU) -> Match:
+    """Return the assignment of boxes to robots: best score first, least IoU, equal class.
 
     A box without a robot that counts, but with its centre in one that does not (too small, too
     faint, truncated), is neither right nor wrong.
@@ -62,7 +62,7 @@ def match(found: Detections, truth: Truth) -> Match:
         for mask, is_counted in ((truth.counted, True), (~truth.counted, False)):
             free = np.where(mask & (box < 0), overlap[i], 0.0)
             j = int(free.argmax()) if free.size else -1
-            if j >= 0 and free[j] >= MATCH_IOU:
+            if j >= 0 and free[j] >= least_iou:
                 robot[i], box[j] = (j if is_counted else -2), i
                 break
         else:
@@ -116,9 +116,9 @@ class Score:
     offset_px: list[tuple[float, float]] = field(default_factory=list)
     images: int = 0
 
-    def add(self, found: Detections, truth: Truth) -> Match:
+    def add(self, found: Detections, truth: Truth, least_iou: float = MATCH_IOU) -> Match:
         """Count one image."""
-        matched = match(found, truth)
+        matched = match(found, truth, least_iou)
         self.images += 1
         false = matched.robot == -1
         self.overall.robots += int(truth.counted.sum())

@@ -97,6 +97,17 @@ def test_says_what_false_boxes_are(folder, tmp_path, capsys):
     assert "labels of classes that the model does not know: boat 3" in text
 
 
+def test_labels_of_all_classes_can_count(folder, tmp_path, capsys):
+    images, table = folder / "images" / "test", tmp_path / "labels.csv"
+    assert run(images, "-o", tmp_path / "one") == 0
+    text = (tmp_path / "one" / "boxes.csv").read_text()
+    table.write_text(text.replace("aqua", "boat"))
+    capsys.readouterr()
+    options = ("--any-class", "--iou", "0.9", "--no-pictures")
+    assert run(images, "--against", table, *options, "-o", tmp_path / "two") == 0
+    assert "recall 1.000 (IoU 0.9): 7 of 7 found" in capsys.readouterr().out
+
+
 def test_several_inputs_keep_their_names_apart(folder, tmp_path):
     other = tmp_path / "other"
     other.mkdir()
@@ -125,6 +136,7 @@ def test_a_picture_that_cannot_be_read_is_told_and_left_out(folder, tmp_path, ca
         (["{images}", "--against", "{images}"], "holds no label files"),
         (["{images}", "--against", "{other}"], "says nothing of any of these pictures"),
         (["{damaged}"], "cannot be read"),
+        (["{images}", "--iou", "0"], "--iou 0 must lie above 0 and at most at 1."),
         (["{images}", "--score", "2"], "score_threshold must lie within"),
     ],
 )

@@ -82,6 +82,18 @@ def test_says_what_false_boxes_lie_on(tmp_path):
     assert labels.of("unknown.jpg", SIZE) is None
 
 
+@pytest.mark.parametrize(("least_iou", "hits"), [(0.5, 0), (0.3, 1)])
+def test_labels_of_all_classes_can_count_at_any_overlap(tmp_path, least_iou, hits):
+    path = tmp_path / "labels.csv"
+    path.write_text(HEADER + "a.jpg,boat,0,0,20,20\n")
+    labels = PictureLabels(path, ("object",)).of("a.jpg", SIZE)
+    comparison = Comparison(least_iou, any_class=True)
+    comparison.add(found((0, 0, 40, 25), names=("object",)), labels)  # IoU 0.4
+    overall = comparison.score.overall
+    assert (overall.robots, overall.found, overall.false) == (1, hits, 1 - hits)
+    assert not comparison.others
+
+
 @pytest.mark.parametrize(
     ("content", "sentence"),
     [
