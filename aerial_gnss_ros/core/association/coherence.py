@@ -15,6 +15,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from aerial_gnss_ros.core.association.assignment import lone
+from aerial_gnss_ros.core.association.gating import CandidatePairs
 from aerial_gnss_ros.core.association.track import Track
 from aerial_gnss_ros.core.filter.innovation import PairInnovations
 from aerial_gnss_ros.core.filter.joint_filter import JointFilter
@@ -81,3 +83,46 @@ def turns(joint: JointFilter, tracks: list[Track], rows: list[int]) -> bool:
     means = [0.5 * total / len(seen) ** 2 for total, seen in zip(sums, last, strict=True)]
     variances = joint.noise.level * np.array(means)
     return joint.turned_by(np.array(rows), np.array(offsets), variances) > 0.0
+
+
+def manoeuvred_pairs(
+    joint: JointFilter,
+    tracks: list[Track],
+    candidates: CandidatePairs,
+    left: list[int],
+    threshold: float,
+    cluttered: bool,
+) -> list[int]:
+    """Return left-over pairs of robots and boxes that can only belong together.
+
+    A robot without a box in its gate, and a box near it that fits no other robot: it has
+    manoeuvred, rather than vanished just when another one surfaced there. But the detector may
+    have missed it and reported clutter there, the likelier the lower the camera. Where clutter is
+    heavy, the box must continue an earlier one since the robot was last seen.
+
+    Args:
+        joint: the joint filter.
+        tracks: all of them.
+        candidates: candidate pairs, without manoeuvres.
+        left: left-over pairs of robots and boxes of one class.
+        threshold: squared Mahalanobis distance at the edge of a gate.
+        cluttered: whether clutter is heavy.
+    """
+    pairs = candidates.pairs
+    spread = pairs.spread[left] + manoeuvre_covariance(joint.speeds(pairs.rows[left]))
+    squared, _ = mahalanobis(pairs.offsets[left], spread)
+    near = [k for k, one in zip(left, squared.tolist(), strict=True) if one <= threshold]
+    rows, columns = pairs.rows[near].tolist(), pairs.columns[near].tolist()
+    own: list[int] = []
+    for k, row, column, alone in zip(near, rows, columns, lone(rows, columns), strict=True):
+        robot = tracks[row]
+        others = [
+            tracks[candidates.rows[i]]
+            for i in candidates.new_inside
+            if candidates.columns[i] == column
+        ]
+        if not alone or any(robot.coexisted(other) for other in others):
+            continue
+        if not cluttered or any(one.first_seen_ns > robot.last_seen_ns for one in others):
+            own.append(k)
+    return own

@@ -30,6 +30,7 @@ class Association:
         clutter_shares: factors of `Track.clutter_probability`, by row.
         near_misses: rows of new tracks with boxes near their gates.
         outside: number of robots with a box near their gates and none inside.
+        sentence: for the log, empty if there is nothing to say.
     """
 
     rows: Indices
@@ -41,3 +42,4 @@ class Association:
     near_misses: set[int] = field(default_factory=set)
     matched: int = 0
     outside: int = 0
+    sentence: str = ""

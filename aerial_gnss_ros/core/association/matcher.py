@@ -19,9 +19,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aerial_gnss_ros.core.association.assignment import TUNING as ASSIGNMENT
-from aerial_gnss_ros.core.association.assignment import lone
 from aerial_gnss_ros.core.association.clutter import Clutter, chance_probability
-from aerial_gnss_ros.core.association.coherence import swerves, turns
+from aerial_gnss_ros.core.association.coherence import manoeuvred_pairs, swerves, turns
 from aerial_gnss_ros.core.association.conflicts import keep_established, without_disputed
 from aerial_gnss_ros.core.association.decision import NO_PAIRS, Association
 from aerial_gnss_ros.core.association.gating import NEITHER, NEW, ROBOT, CandidatePairs
@@ -30,7 +29,6 @@ from aerial_gnss_ros.core.association.track import Track
 from aerial_gnss_ros.core.filter.joint_filter import JointFilter
 from aerial_gnss_ros.core.georeferencing.measurements import Measurements
 from aerial_gnss_ros.core.models.motion_model import TUNING as MOTION_MODEL
-from aerial_gnss_ros.core.models.motion_model import manoeuvre_covariance
 from aerial_gnss_ros.core.numerics.gaussian import mahalanobis
 from aerial_gnss_ros.core.values.estimates import State
 
@@ -126,10 +124,13 @@ class Matcher:
                 tracks, of, to, given, candidates.log_likelihood, kind, stamp_ns
             )
         decided.matched = len(chosen)
-        if self._is_mismatch(tracks, candidates, left, chosen, boxes):
+        if self._is_mismatch(tracks, candidates, left, chosen, boxes, decided):
             chosen = []
         elif not self._judge_manoeuvres(tracks, candidates, chosen, decided):
-            own = self._manoeuvred_pairs(tracks, candidates, left, decided) if left else []
+            own = self._manoeuvred(tracks, candidates, left) if left else []
+            if own:
+                rows = candidates.pairs.rows[own]
+                decided.inflations.append((rows, self._filter.speeds(rows)))
             chosen = chosen + own
         decided.claimed = chosen
         if NEW in kind:
@@ -207,41 +208,12 @@ class Matcher:
             decided.inflations.append((np.array(manoeuvring, np.intp), speeds))
         return False
 
-    def _manoeuvred_pairs(
-        self, tracks: list[Track], candidates: CandidatePairs, left: list[int], decided: Association
+    def _manoeuvred(
+        self, tracks: list[Track], candidates: CandidatePairs, left: list[int]
     ) -> list[int]:
-        """Return left-over pairs of robots and boxes that can only belong together.
-
-        A robot without a box in its gate, and a box near it that fits no other robot: it has
-        manoeuvred, rather than vanished just when another one surfaced there. But the detector may
-        have missed it and reported clutter there, the likelier the lower the camera. Where clutter
-        is heavy, the box must continue an earlier one since the robot was last seen.
-
-        Args:
-            tracks: all of them.
-            candidates: candidate pairs, without manoeuvres.
-            left: left-over pairs of robots and boxes of one class.
-            decided: receives the inflations.
-        """
-        pairs = candidates.pairs
-        more = manoeuvre_covariance(self._filter.speeds(pairs.rows[left]))
-        squared, _ = mahalanobis(pairs.offsets[left], pairs.spread[left] + more)
-        near = [k for k, one in zip(left, squared.tolist(), strict=True) if one <= self.threshold]
-        rows, columns = pairs.rows[near].tolist(), pairs.columns[near].tolist()
-        own: list[int] = []
-        for k, row, column, alone in zip(near, rows, columns, lone(rows, columns), strict=True):
-            others = [
-                tracks[candidates.rows[i]]
-                for i in candidates.new_inside
-                if candidates.columns[i] == column
-            ]
-            if not alone or any(tracks[row].coexisted(other) for other in others):
-                continue
-            if not self._clutter.heavy or any(_began(other, tracks[row]) for other in others):
-                own.append(k)
-        if own:
-            decided.inflations.append((pairs.rows[own], self._filter.speeds(pairs.rows[own])))
-        return own
+        return manoeuvred_pairs(
+            self._filter, tracks, candidates, left, self.threshold, self._clutter.heavy
+        )
 
     def _is_mismatch(
         self,
@@ -250,6 +222,7 @@ class Matcher:
         left: list[int],
         chosen: list[int],
         boxes: int,
+        decided: Association,
     ) -> bool:
         """Return whether an image contradicts most robots, so that none of it is used.
 
@@ -262,6 +235,7 @@ class Matcher:
             left: left-over pairs of robots and boxes.
             chosen: pairs of updated robots.
             boxes: number of boxes of the image.
+            decided: receives a sentence for the log.
         """
         in_view: set[int] = set()  # robots at the image's edge may have left it
         for row, kind in enumerate(candidates.kind):
@@ -283,7 +257,7 @@ class Matcher:
         self._agreed = 0
         if mismatch and self.scene_mismatch and not self._reported:  # one image may be in error
             self._reported = True
-            self._filter.log.add(
+            decided.sentence = (
                 f"{known - matched} of {known} boxes are not where robots are expected: the "
                 "compass, the gimbal or the fix may be wrong; such images update no robot."
             )
@@ -303,8 +277,3 @@ def _new(candidates: CandidatePairs, chosen: list[int], decided: Association) ->
         decided.clutter_shares = {candidates.rows[k]: share for k in new}
     decided.near_misses = {candidates.rows[k] for k in beside} - {candidates.rows[k] for k in new}
     return new
-
-
-def _began(other: Track, robot: Track) -> bool:
-    """Return whether a track began after a robot was last seen."""
-    return other.first_seen_ns > robot.last_seen_ns

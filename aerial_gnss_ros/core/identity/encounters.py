@@ -31,6 +31,7 @@ from aerial_gnss_ros.core.numerics.small_arrays import MAX_ROWS
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.intp]
+Swaps = list[tuple[int, int]]
 
 
 @dataclass(frozen=True)
@@ -136,18 +137,19 @@ class Encounters:
         columns: Indices,
         seen: Measurements,
         stamp_ns: int,
-    ) -> Indices:
-        """Update with the boxes of one image; correct exchanged labels.
+    ) -> tuple[Indices, Swaps]:
+        """Update with the boxes of one image; return what corrects exchanged labels.
 
         Args:
-            tracks: all of them; labels may be exchanged.
+            tracks: all of them.
             rows: (m,) of those in the image, by the association.
             columns: (m,) their measurements.
             seen: the image's measurements.
             stamp_ns: of the image, ns.
 
         Returns:
-            The measurements (m,) that update the tracks.
+            The measurements (m,) that update the tracks, and the rows of tracks that exchange
+            their labels, one exchange after the other.
         """
         labelled: list[int] = []
         for i, row in enumerate(rows.tolist()):
@@ -156,27 +158,31 @@ class Encounters:
         boxes = columns[labelled]
         positions, white = seen.positions[boxes], seen.white[boxes]
         if not self._pairs and not _close(positions, white):
-            return columns
+            return columns, []
         shown, columns = [tracks[row] for row in rows[labelled].tolist()], columns.copy()
-        columns[labelled] = boxes[self.follow(shown, rows[labelled], positions, white, stamp_ns)]
-        return columns
+        order, swaps = self.follow(shown, rows[labelled], positions, white, stamp_ns)
+        columns[labelled] = boxes[order]
+        of = rows[labelled].tolist()
+        return columns, [(of[a], of[b]) for a, b in swaps]
 
     def follow(
         self, tracks: list[Track], rows: Indices, positions: Array, white: Array, stamp_ns: int
-    ) -> Indices:
-        """Update with the boxes of an image's labelled robots; correct exchanged labels.
+    ) -> tuple[Indices, Swaps]:
+        """Update with the boxes of an image's labelled robots; return what corrects labels.
 
         Args:
-            tracks: m tracks in the image, as associated; their labels may be exchanged.
+            tracks: m tracks in the image, as associated.
             rows: (m,) rows of these tracks in the filter.
             positions: (m, 2) of their boxes, East, North, m.
             white: (m, 2, 2) white covariance of these, m².
             stamp_ns: of the image, ns.
 
         Returns:
-            Indices (m,) of the boxes that update the tracks: 0 to m - 1, permuted where exchanged.
+            Indices (m,) of the boxes that update the tracks: 0 to m - 1, permuted where exchanged;
+            and the indices of tracks that exchange their labels, one exchange after the other.
         """
-        shown = {track.robot_id: i for i, track in enumerate(tracks)}
+        labels, swaps = [track.robot_id for track in tracks], list[tuple[int, int]]()
+        shown = {label: i for i, label in enumerate(labels)}
         boxes = np.arange(len(tracks))
         for pair in list(self._pairs):
             if pair.names[0] in shown and pair.names[1] in shown:
@@ -194,15 +200,16 @@ class Encounters:
                     > TUNING.parted_sigmas**2
                 )
                 if pair.exchanged > (0.5 if parted else TUNING.exchange_probability):
-                    tracks[a].swap_labels(tracks[b])
+                    swaps.append((a, b))
+                    labels[a], labels[b] = labels[b], labels[a]
                     shown[pair.names[0]], shown[pair.names[1]] = b, a
                     self._exchange(pair)
                 if parted:
                     self._part(pair)
             elif stamp_ns - pair.seen_ns > TUNING.lost_s * 1e9:
                 self._part(pair)
-        self._begin(tracks, rows, positions[boxes], white[boxes], stamp_ns)
-        return boxes
+        self._begin(tracks, labels, rows, positions[boxes], white[boxes], stamp_ns)
+        return boxes, swaps
 
     def update_ambiguity(self, distributions: Mapping[str, Mapping[str, float]]) -> None:
         """Update the distributions over tracks, by label."""
@@ -245,9 +252,15 @@ class Encounters:
             self._parted = self._parted.after_exchange(*pair.names, pair.exchanged)
 
     def _begin(
-        self, tracks: list[Track], rows: Indices, positions: Array, white: Array, stamp_ns: int
+        self,
+        tracks: list[Track],
+        labels: list[str],
+        rows: Indices,
+        positions: Array,
+        white: Array,
+        stamp_ns: int,
     ) -> None:
-        """Start following pairs that have come close."""
+        """Start following pairs that have come close, under labels that are corrected."""
         if len(tracks) < 2:
             return
         close = _close(positions, white)
@@ -256,7 +269,7 @@ class Encounters:
             if len(self._pairs) >= TUNING.most_pairs:
                 return
             one, other = (tracks[k] for k in both)
-            names = (one.robot_id, other.robot_id)
+            names = (labels[both[0]], labels[both[1]])
             if one.class_id != other.class_id or {*names} in followed:
                 continue
             spread = np.zeros((2, 4, 4))

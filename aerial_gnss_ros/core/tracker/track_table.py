@@ -149,6 +149,8 @@ class TrackTable:
     def apply(self, decided: Association, able: CandidatePairs) -> None:
         """Apply the decisions of association other than the assignment."""
         tracks = self.tracks
+        if decided.sentence:
+            self.filter.log.add(decided.sentence)
         for row, ratio in decided.innovation_ratios.items():
             tracks[row].innovation_ratio = ratio
         for row, share in decided.clutter_shares.items():

@@ -148,7 +148,9 @@ class Tracker:
         tracks = self.table.tracks
         if self._image_evidence.blind_ns is not None:
             rows, columns = self._image_evidence.uncontradicted(tracks, boxes, seen, rows, columns)
-        columns = self._encounters.update(tracks, rows, columns, seen, stamp_ns)
+        columns, swaps = self._encounters.update(tracks, rows, columns, seen, stamp_ns)
+        for one, other in swaps:
+            tracks[one].swap_labels(tracks[other])
         window_ns = self._confirmation.rule.window_ns
         impossible, labelled = self.table.update(seen, rows, columns, stamp_ns, window_ns)
         fast = np.isin(rows, impossible) if len(impossible) else np.zeros(len(rows), np.bool_)

@@ -34,6 +34,14 @@ class Water:
         return np.tile(SIGMA**2 * np.eye(2), (len(places), 1, 1))
 
 
+def follow(meeting, tracks, rows, places, white, stamp_ns):
+    """Return which boxes update the tracks, whose labels are exchanged as is decided."""
+    boxes, swaps = meeting.follow(tracks, rows, places, white, stamp_ns)
+    for one, other in swaps:
+        tracks[one].swap_labels(tracks[other])
+    return boxes
+
+
 def _spot(place):
     return Position(place, 0.01 * np.eye(2))
 
@@ -57,7 +65,7 @@ def _meet(seed, closest, swap_from=None, seconds=10.0):
         if swap_from is not None and abs(t - swap_from) < 0.01:
             order = order[::-1]
         order = order[
-            meeting.follow([one, other], np.arange(2), places[order], white, i * SECOND // 10)
+            follow(meeting, [one, other], np.arange(2), places[order], white, i * SECOND // 10)
         ]
         named = dict(zip((one.robot_id, other.robot_id), order, strict=True))
         doubt = meeting.ambiguity_covariances(
@@ -95,8 +103,8 @@ def test_a_meeting_that_nobody_can_decide_stays_in_doubt(together):
         places += SIGMA * rng.standard_normal((2, 2))
         shown = 2 if together or t < 6.0 else 1  # one leaves the picture
         places = places[
-            meeting.follow(
-                tracks[:shown], np.arange(shown), places[:shown], white, i * SECOND // 10
+            follow(
+                meeting, tracks[:shown], np.arange(shown), places[:shown], white, i * SECOND // 10
             )
         ]
     named = {track.robot_id: _spot(np.array([0.0, 6.0 * i])) for i, track in enumerate(tracks)}
@@ -117,7 +125,7 @@ def test_names_stay_a_permutation(seed, count):
         shown = rng.permutation(count)[: rng.integers(1, count + 1)]
         places = 0.3 * rng.standard_normal((len(shown), 2))
         stamp_ns = i * SECOND // 10
-        meeting.follow([tracks[j] for j in shown], shown, places, white[: len(shown)], stamp_ns)
+        follow(meeting, [tracks[j] for j in shown], shown, places, white[: len(shown)], stamp_ns)
         assert sorted(track.robot_id for track in tracks) == [f"aqua_{j}" for j in range(count)]
 
 
@@ -138,6 +146,6 @@ def test_a_pair_is_followed_until_it_is_far_apart_wherever_that_is(origin):
     white = np.tile(SIGMA**2 * np.eye(2), (2, 1, 1))
     for i, (half, followed) in enumerate([(2.0, False), (0.3, True), (0.8, True), (0.9, False)]):
         places = origin + np.array([[-half, 0.0], [half, 0.0]])
-        meeting.follow(tracks, np.arange(2), places, white, i * SECOND)
+        follow(meeting, tracks, np.arange(2), places, white, i * SECOND)
         # Closer than 8 sigmas of a box begin it, 12 of a separation (0.14 m) end it.
         assert meeting.ambiguous is followed

@@ -42,6 +42,7 @@ def table(*states, refused=(), active=False):
         inflate_velocities=lambda rows, speed, s: asked.append(("inflate", rows, speed, s)),
         update_reacquired=lambda rows, *_: asked.append(("reacquired", rows.tolist())),
         ambiguity=SimpleNamespace(active=active),
+        log=SimpleNamespace(add=lambda sentence: asked.append(("log", sentence))),
     )
     found = TrackTable(joint)
     for row, state in enumerate(states):
@@ -55,7 +56,16 @@ def test_what_association_decides_is_carried_out(active):
     tracks, asked = table(State.CONFIRMED, State.TENTATIVE, active=active)
     tracks.tracks[1].clutter_probability = 0.5
     decided = Association(
-        np.array([0]), np.array([0]), [0], {0: 2.5}, [([0], 0.2)], {1: 0.1}, {1}, 3, 4
+        np.array([0]),
+        np.array([0]),
+        [0],
+        {0: 2.5},
+        [([0], 0.2)],
+        {1: 0.1},
+        {1},
+        3,
+        4,
+        "Boxes lie elsewhere.",
     )
     three = np.zeros((1, 2)), np.eye(2)[None]
     able = SimpleNamespace(pairs=SimpleNamespace(
@@ -65,6 +75,7 @@ def test_what_association_decides_is_carried_out(active):
     robot, new = tracks.tracks
     assert (robot.innovation_ratio, robot.near_misses, new.near_misses) == (2.5, 0, 1)
     assert new.clutter_probability == pytest.approx(0.05)
+    assert asked.pop(0) == ("log", "Boxes lie elsewhere.")
     assert asked[:2] == [("monitor", (3, 4)), ("inflate", [0], 0.2, MOTION_MODEL.swerve_s)]
     assert asked[2:] == ([("reacquired", [0])] if active else [])
 
