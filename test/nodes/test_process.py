@@ -37,7 +37,7 @@ def test_silence_and_mismatches_are_reported(ros, start):
     node.create_publisher(array, "/d/detections", careless)
     node.create_publisher(String, "/d/height", 10)
     program.wait_for(
-        "/d/detections: a publisher does not fit in reliability, .* which asks for reliable; set "
+        "/d/detections: a publisher has an incompatible reliability, .* which asks for reliable; set "
         "the publisher's reliability to reliable"
     )
     program.wait_for(r"no fix for 5 s on /d/fix \(publishers: 0\): start its publisher")
@@ -73,7 +73,7 @@ def test_a_subscriber_that_cannot_be_served_is_told_what_to_change(ros):
     ros.node().create_subscription(array, "detections", print, wish)
     ros.spin_until(lambda: said)
     assert said[0] == (
-        "/detections: a subscriber does not fit in durability, so nothing passes between it and "
+        "/detections: a subscriber has an incompatible durability, so nothing passes between it and "
         "this node, which offers volatile; set the subscriber's durability to volatile"
     )
 

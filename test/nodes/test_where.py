@@ -98,4 +98,4 @@ def test_who_is_not_there_is_said(estimator, capsys):
     assert status == 2
     assert "where aqua_7 is; only aqua_1 is published here" in capsys.readouterr().err
     assert cli.main(["where", "a b", "--seconds", "1"]) == 2
-    assert "cannot be used" in capsys.readouterr().err
+    assert "is invalid" in capsys.readouterr().err
