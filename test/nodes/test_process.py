@@ -37,12 +37,12 @@ def test_silence_and_mismatches_are_reported(ros, start):
     node.create_publisher(array, "/d/detections", careless)
     node.create_publisher(String, "/d/height", 10)
     program.wait_for(
-        "/d/detections: a publisher has an incompatible reliability, .* which asks for reliable; set "
-        "the publisher's reliability to reliable"
+        "/d/detections: a publisher has an incompatible reliability, .* which asks for reliable; "
+        "set the publisher's reliability to reliable"
     )
     program.wait_for(r"no fix for 5 s on /d/fix \(publishers: 0\): start its publisher")
     program.wait_for(r"no gimbal for 5 s on /d/mount/attitude \(publishers: 0\)")
-    program.wait_for(r"no height for 5 s on /d/height \(publishers: 1\): std_msgs/msg/String comes")
+    program.wait_for(r"no height for 5 s on /d/height \(publishers: 1\): std_msgs/msg/String is")
     program.wait_for(r"no detections for 5 s on /d/detections \(publishers: 1\): its quality of")
     assert "no attitude" not in program.text  # the gimbal refers to the earth
     assert "no water_level" not in program.text
@@ -73,8 +73,8 @@ def test_a_subscriber_that_cannot_be_served_is_told_what_to_change(ros):
     ros.node().create_subscription(array, "detections", print, wish)
     ros.spin_until(lambda: said)
     assert said[0] == (
-        "/detections: a subscriber has an incompatible durability, so nothing passes between it and "
-        "this node, which offers volatile; set the subscriber's durability to volatile"
+        "/detections: a subscriber has an incompatible durability, so nothing passes between it "
+        "and this node, which offers volatile; set the subscriber's durability to volatile"
     )
 
 
