@@ -90,6 +90,7 @@ class RotationFault:
         rate: (3,) of the assumed rotation about the axes of roll, pitch, heading, rad/s; 0 without
             one.
         angle: (3,) turned so far, rad.
+        doubted: whether a rotation was ever assumed.
         ambiguity: what it may have turned while no robots explained its boxes.
     """
 
@@ -98,7 +99,7 @@ class RotationFault:
         self.angle: Array = np.zeros(3)
         self._spread: Array = np.zeros((3, 3))
         self._law: Array = np.zeros((6, 6))  # covariance of angle and rate
-        self._doubted = False  # whether there ever was a doubt
+        self.doubted = False
         self._lasts = self._since = 0.0
         self.ambiguity = unexplained or AttitudeAmbiguity(TUNING.largest_angle_rad)
 
@@ -117,19 +118,14 @@ class RotationFault:
     @property
     def sigma(self) -> float:
         """Angle that it may have turned, one sigma, rad."""
-        if not self._doubted and not self.ambiguity.active:
+        if not self.doubted and not self.ambiguity.active:
             return 0.0
         return math.sqrt(np.trace(self.covariance))
 
     @property
     def due(self) -> bool:
         """Whether a test is due."""
-        return self._since >= TUNING.judged_every_s or self._doubted or self.ambiguity.active
-
-    @property
-    def active(self) -> bool:
-        """Whether it may have turned."""
-        return self._doubted or self.ambiguity.active
+        return self._since >= TUNING.judged_every_s or self.doubted or self.ambiguity.active
 
     def predict(self, seconds: float, keep: float) -> None:
         """Advance in time.
@@ -139,7 +135,7 @@ class RotationFault:
             keep: factor by which the angles' errors still count after it.
         """
         self._since += seconds
-        if not self._doubted:
+        if not self.doubted:
             return
         self.angle *= keep
         self._law[:3] *= keep
@@ -197,7 +193,7 @@ class RotationFault:
             self._end(before)
         elif begins:
             self._law[3:, 3:] += TUNING.rate_share**2 * np.outer(change, change)
-            self._lasts, self._doubted = TUNING.looked_s, True
+            self._lasts, self.doubted = TUNING.looked_s, True
             self._run(TUNING.looked_s)
         for one in seen:
             one.changes.explain(one.slots, one.by_angles @ (self.rate - before))

@@ -109,7 +109,7 @@ class StateBlocks:
 
     def add_fault_covariances(self, covariance: Array) -> None:
         """Add to covariances (n, 4, 4) of all robots that the camera may have turned by itself."""
-        if self.rotation_fault.active:
+        if self.rotation_fault.doubted or self.ambiguity.active:
             for group in self._groups:
                 covariance[group.rows, :2, :2] += group.velocity_changes.position_covariances
                 covariance[group.rows, 2:, 2:] += group.velocity_changes.velocity_covariances

@@ -121,7 +121,8 @@ class JointFilter(CameraFaults):
         expected = self._motion.predicted_position(passed)
         stated = math.sqrt(self._stationary[:2, :2].max())
         settled, jump = self.jumps.update(measured.position, expected, passed, stated, robots_tell)
-        self._stationary = self.model.stationary(pose.fix_covariance)
+        known = pose.fix_covariance
+        self._stationary = self.model.nominal if known is None else self.model.stationary(known)
         if self._fresh:
             self.clear(self._stationary)
             self._fresh = False

@@ -115,6 +115,9 @@ class Encounters:
 
     Args:
         known: the joint filter.
+
+    Attributes:
+        ambiguous: whether any label may belong to another robot.
     """
 
     def __init__(self, known: Known) -> None:
@@ -124,11 +127,13 @@ class Encounters:
         )
         self._pairs: list[PairHypotheses] = []
         self._parted = LabelAmbiguity()
+        self.ambiguous = False
 
     def reset(self) -> None:
         """Forget all pairs and ambiguities."""
         self._pairs.clear()
         self._parted = LabelAmbiguity()
+        self.ambiguous = False
 
     def update(
         self,
@@ -209,20 +214,16 @@ class Encounters:
             elif stamp_ns - pair.seen_ns > TUNING.lost_s * 1e9:
                 self._part(pair)
         self._begin(tracks, labels, rows, positions[boxes], white[boxes], stamp_ns)
+        self._conclude(self._parted)
         return boxes, swaps
 
     def update_ambiguity(self, distributions: Mapping[str, Mapping[str, float]]) -> None:
         """Update the distributions over tracks, by label."""
-        self._parted = self._parted.after_permutation(distributions)
+        self._conclude(self._parted.after_permutation(distributions))
 
     def note_departure(self, name: str, position: Position, share: float) -> None:
         """Record the probability that a label's robot stayed where it was."""
-        self._parted = self._parted.after_departure(name, position, share)
-
-    @property
-    def ambiguous(self) -> bool:
-        """Whether any label may belong to another robot."""
-        return bool(self._pairs or self._parted.probabilities)
+        self._conclude(self._parted.after_departure(name, position, share))
 
     def ambiguity_covariances(self, estimates: dict[str, Position]) -> dict[str, Array]:
         """Return covariances (2, 2) to be added for ambiguous labels, m².
@@ -231,11 +232,15 @@ class Encounters:
             estimates: estimated position of each labelled robot; other labels are forgotten.
         """
         self._parted.prune(estimates)
+        self._conclude(self._parted)
         now = self._parted
         for pair in self._pairs:
             if pair.names[0] in estimates and pair.names[1] in estimates:
                 now = now.after_exchange(*pair.names, pair.exchanged)
         return now.covariances(estimates)
+
+    def _conclude(self, parted: LabelAmbiguity) -> None:
+        self._parted, self.ambiguous = parted, bool(self._pairs or parted.probabilities)
 
     def _exchange(self, decided: PairHypotheses) -> None:
         """Keep the other pairs on their tracks, under the exchanged labels."""

@@ -63,6 +63,7 @@ class PlatformModel:
         white: (6,) variances of the pose's white noise: East, North, height (m²), and rotation
             about East, North, Up (rad²).
         pixel: variance of a box's centre, each axis, px².
+        nominal: (7, 7) covariance of the errors when nothing is known of them, as configured.
     """
 
     def __init__(self, noise: Noise, reference: Reference | str) -> None:
@@ -71,7 +72,7 @@ class PlatformModel:
         sigma = [gnss, gnss, noise.value("height_m")]
         sigma += [math.radians(noise.value(name)) for name in degrees]
         sigma += [noise.value("latency_s")]
-        self._stationary = np.diag(np.square(sigma))
+        self.nominal: Array = np.diag(np.square(sigma))
         self.correlation_time_s = noise.value("correlation_time_s")
         level = noise.value("gnss_white_m") ** 2
         turn = white_rotation(noise, Reference(reference))
@@ -85,8 +86,8 @@ class PlatformModel:
             fix_covariance: (2, 2) East, North of the fix itself, in place of the configured one.
         """
         if fix_covariance is None or not all_finite(fix_covariance):
-            return self._stationary
-        covariance = self._stationary.copy()
+            return self.nominal
+        covariance = self.nominal.copy()
         covariance[:2, :2] = fix_covariance
         return covariance
 

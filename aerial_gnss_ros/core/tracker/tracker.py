@@ -18,10 +18,6 @@ circles a robot with a wrong compass, so that the error reverses, does not lose 
 
 from __future__ import annotations
 
-import copy
-import math
-from dataclasses import dataclass
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -41,6 +37,7 @@ from aerial_gnss_ros.core.numerics.gaussian import gate_threshold
 from aerial_gnss_ros.core.references.references import References
 from aerial_gnss_ros.core.tracker.box_account import BoxAccount, Settled, box_masks
 from aerial_gnss_ros.core.tracker.confirmation import TrackConfirmation
+from aerial_gnss_ros.core.tracker.gnss_jump_test import robots_tell_jump
 from aerial_gnss_ros.core.tracker.image_evidence import ImageEvidence
 from aerial_gnss_ros.core.tracker.protocol import TrackUpdate
 from aerial_gnss_ros.core.tracker.publication import published
@@ -51,18 +48,6 @@ from aerial_gnss_ros.core.values.estimates import PlatformError, RobotEstimate, 
 from aerial_gnss_ros.core.values.events import Events
 
 Indices = NDArray[np.intp]
-
-
-@dataclass(frozen=True)
-class TrackerTuning:
-    """Chosen numbers of this module, with their units and where they come from."""
-
-    jumped_nats: float = math.log(20.0)
-    """Nats by which boxes must fit a position that has jumped better than one that has not. Odds of
-    20 to 1, as everywhere."""
-
-
-TUNING = TrackerTuning()
 
 
 class Tracker:
@@ -113,7 +98,10 @@ class Tracker:
         self._local, self._water_altitude = local, frame.pose.altitude - frame.pose.height
         passed = self._predict(stamp_ns, posed=True)
         seen = measurements(frame, points, local, joint.noise.level)
-        usable = joint.update_camera(frame, lambda: self._jumped(frame, seen))
+        threshold = self._matcher.threshold
+        usable = joint.update_camera(
+            frame, lambda: robots_tell_jump(self.table, frame, seen, threshold)
+        )
         jumping = joint.jumps.began or self._recovery.fork is not None
         returned = jumping and self._recovery.telemetry_is_back(stamp_ns)
         if returned:
@@ -183,17 +171,6 @@ class Tracker:
         joint.update_camera(frame)
         seen = measurements(frame, points, local, joint.noise.level)
         return self.table.misfit(seen, stamp_ns, self._matcher.threshold)
-
-    def _jumped(self, frame: PosedFrame, seen: Measurements) -> bool:
-        """Return whether robots tell that an image's position has jumped: else none is there."""
-        stays, jumped = self._misfit(frame, seen, False), self._misfit(frame, seen, True)
-        return stays - jumped > TUNING.jumped_nats
-
-    def _misfit(self, frame: PosedFrame, seen: Measurements, jumped: bool) -> float:
-        """Return how badly boxes fit the robots if an image's position has jumped or not, nats."""
-        table = copy.deepcopy(self.table)
-        table.filter.update_camera(frame, lambda: jumped)
-        return table.misfit(seen, frame.detections.stamp_ns, self._matcher.threshold)
 
     def settled(self) -> Settled:
         """Return the boxes decided since the last call (see `Tracking`)."""

@@ -1,0 +1,49 @@
+# Copyright 2026 aerial_gnss_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Tests by robots whether the GNSS position of an image has jumped.
+
+A position that stands out (`gnss_jump`) may be a jump of the receiver or a motion of the drone. Two
+copies of the tracks take in the image, one for each: boxes fit robots by the right one.
+"""
+
+from __future__ import annotations
+
+import copy
+import math
+from dataclasses import dataclass
+from functools import partial
+
+from aerial_gnss_ros.core.camera.posed_frame import PosedFrame
+from aerial_gnss_ros.core.georeferencing.measurements import Measurements
+from aerial_gnss_ros.core.tracker.track_table import TrackTable
+
+
+@dataclass(frozen=True)
+class GnssJumpTestTuning:
+    """Chosen numbers of this module, with their units and where they come from."""
+
+    jumped_nats: float = math.log(20.0)
+    """Nats by which boxes must fit a position that has jumped better than one that has not. Odds of
+    20 to 1, as everywhere."""
+
+
+TUNING = GnssJumpTestTuning()
+
+
+def robots_tell_jump(
+    table: TrackTable, frame: PosedFrame, seen: Measurements, threshold: float
+) -> bool:
+    """Return whether robots tell that an image's position has jumped: else none is there.
+
+    Args:
+        table: the tracks, predicted to the image; not changed.
+        frame: the image.
+        seen: its measurements.
+        threshold: squared Mahalanobis distance at the edge of a gate.
+    """
+    fit: list[float] = []
+    for jumped in (False, True):
+        alternative = copy.deepcopy(table)
+        alternative.filter.update_camera(frame, partial(bool, jumped))
+        fit.append(alternative.misfit(seen, frame.detections.stamp_ns, threshold))
+    return fit[0] - fit[1] > TUNING.jumped_nats
