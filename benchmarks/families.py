@@ -86,6 +86,7 @@ class Setting:
         latency_s: true one of the images.
         sigmas: true sensor errors that replace the set's, by the names of `core.config.noise`.
         stated: parameters of the estimator beside those of the cell.
+        beacons: so many robots, the first ones, stay and are of the class beacon.
     """
 
     robots: int = 3
@@ -93,6 +94,7 @@ class Setting:
     latency_s: float = 0.0
     sigmas: dict[str, float] = field(default_factory=dict)
     stated: dict[str, object] = field(default_factory=dict)
+    beacons: int = 0
 
 
 class RandomSwimmers:
@@ -100,10 +102,13 @@ class RandomSwimmers:
 
     STEP_S = 0.05
 
-    def __init__(self, places: Array, moving: bool, seed: int, duration_s: float) -> None:
+    def __init__(
+        self, places: Array, moving: bool, seed: int, duration_s: float, beacons: int = 0
+    ) -> None:
         rng = generator(seed, "random swimmers")
         count, dt = len(places), self.STEP_S
-        self.names = tuple(f"aqua_{i + 1}" for i in range(count))
+        self.class_names = ("beacon",) * beacons + ("aqua",) * (count - beacons)
+        self.names = tuple(f"{name}_{i + 1}" for i, name in enumerate(self.class_names))
         self.speeds = (
             rng.uniform(0.2, 0.7, count) if moving else STILL_MPS * np.sqrt(rng.random(count))
         )
@@ -119,6 +124,7 @@ class RandomSwimmers:
             drift = math.sqrt(dt**3) * (0.5 * one + two / math.sqrt(12.0))
             place = place + velocity * dt + drift
             velocity = velocity + math.sqrt(dt) * one
+        self._path[:, :beacons] = self._path[0, :beacons]
 
     def positions(self, t: ArrayLike) -> Array:
         """Return East, North, up (n, m, 3) at times (m,), m."""
@@ -152,7 +158,7 @@ def experiment(cell: Cell, seed: int, setting: Setting) -> Experiment:
         seed=seed,
     )
     assert made.places is not None  # noqa: S101 - it places the robots itself
-    swimmers = RandomSwimmers(made.places, cell.moving, seed, setting.duration_s)
+    swimmers = RandomSwimmers(made.places, cell.moving, seed, setting.duration_s, setting.beacons)
     made.swarm = swimmers  # type: ignore[assignment]
     return made
 
@@ -220,9 +226,14 @@ def truth(made: Experiment, images: list[Image]) -> list[TrueFrame]:
     ]
 
 
-def bounds(made: Experiment, stated: EstimatorConfig, true: list[TrueFrame]) -> Array:
+def bounds(
+    made: Experiment,
+    stated: EstimatorConfig,
+    true: list[TrueFrame],
+    known: dict[int, float] | None = None,
+) -> Array:
     """Return the posterior Cramér-Rao bounds (images, n, 4, 4)."""
-    return bound(stated, made.camera, true, LocalMap(ORIGIN))
+    return bound(stated, made.camera, true, LocalMap(ORIGIN), known)
 
 
 def robots_of(found: list[FrameResult], true: list[TrueFrame]) -> dict[str, int]:

@@ -11,7 +11,7 @@ the mean square error over all noise.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -28,6 +28,7 @@ from aerial_gnss_ros.core.geometry.map_pose import MapPose
 from aerial_gnss_ros.core.geometry.rotation_vectors import rotation_vector
 from aerial_gnss_ros.core.models.motion_model import MotionModel
 from aerial_gnss_ros.core.models.platform_model import PlatformModel
+from aerial_gnss_ros.core.references.position_law import PositionLaw
 from aerial_gnss_ros.core.values.camera_pose import CameraPose
 
 Array = NDArray[np.float64]
@@ -49,7 +50,11 @@ class TrueFrame:
 
 
 def bound(
-    config: EstimatorConfig, camera: CameraModel, frames: Sequence[TrueFrame], local: LocalMap
+    config: EstimatorConfig,
+    camera: CameraModel,
+    frames: Sequence[TrueFrame],
+    local: LocalMap,
+    known: Mapping[int, float] | None = None,
 ) -> Array:
     """Return the bounds (images, n, 4, 4) on the robots' covariances; NaN before first seen.
 
@@ -58,6 +63,8 @@ def bound(
         camera: lens and image.
         frames: in the order of time; all with the same robots.
         local: the frame `map`.
+        known: robots that stay and whose places are known: one sigma by robot, each axis, m. The
+            error of a survey is one number: the law is given it anew for each image.
     """
     model = PlatformModel(config.noise, config.gimbal.reference)
     motion = MotionModel(config.noise.value("robot_acceleration"), 0.5 * config.tracks.max_speed)
@@ -79,23 +86,34 @@ def bound(
             places = joint.robots[slots, :2]
             correct(joint, slots, linearise(sight, np.zeros(7), places).pixels, sight, model)
         _begin(joint, np.setdiff1d(np.flatnonzero(frame.seen), joint.rows), frame, sight, model,
-               motion)  # fmt: skip
-        found[k, joint.rows] = joint.blocks()
+               motion, list(known or {}))  # fmt: skip
+        found[k, joint.rows] = _given(joint, known or {})
     return found
+
+
+def _given(joint: JointState, known: Mapping[int, float]) -> Array:
+    """Return robots' covariances (n, 4, 4) given where some are, of those seen so far."""
+    rows = [row for row in joint.rows.tolist() if row in known]
+    if not rows:
+        return joint.blocks()
+    law = PositionLaw.of(joint)
+    spread = np.array([known[row] ** 2 * np.eye(2) for row in rows])
+    return law.known(rows, joint.robots[np.isin(joint.rows, rows), :2], spread).states()[1]
 
 
 def _begin(
     joint: JointState, rows: Indices, frame: TrueFrame, sight: CameraView, model: PlatformModel,
-    motion: MotionModel,
+    motion: MotionModel, stay: list[int],
 ) -> None:  # fmt: skip
-    """Initialise robots seen for the first time."""
+    """Initialise robots seen for the first time; some of them stay."""
     if not len(rows):
         return
     places = frame.positions[rows]
     linear = linearise(sight, np.zeros(7), places)
     metres: Array = np.asarray(np.linalg.inv(linear.by_place), np.float64)
     white = _white(linear, metres, model)
-    joint.add(rows, places, -metres @ linear.by_platform, white, motion.speed_sigma)
+    own = np.where(np.isin(rows, stay), 0.0, np.nan) * np.ones((2, 1))
+    joint.add(rows, places, -metres @ linear.by_platform, white, motion.speed_sigma, own)
 
 
 def _white(linear: Linear, metres: Array, model: PlatformModel) -> Array:

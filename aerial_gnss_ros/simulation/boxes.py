@@ -60,7 +60,7 @@ def projected_boxes(
     camera: CameraModel,
     pose: ViewPose,
     names: tuple[str, ...],
-    class_name: str,
+    class_names: tuple[str, ...],
     positions: Array,
     courses: Array,
 ) -> Boxes:
@@ -70,7 +70,7 @@ def projected_boxes(
         camera: lens and image size.
         pose: of the camera.
         names: n robots.
-        class_name: of all of them.
+        class_names: n names of their classes.
         positions: (n, 3) middles, East, North, up, m.
         courses: (n,) yaws, rad.
     """
@@ -87,7 +87,7 @@ def projected_boxes(
     pixels = np.where(np.isfinite(pixels), pixels, middles[index, None, :])
     return Boxes(
         tuple(names[i] for i in index),
-        (class_name,) * len(index),
+        tuple(class_names[i] for i in index),
         middles[index],
         np.ptp(pixels, axis=1).reshape(-1, 2),
     )

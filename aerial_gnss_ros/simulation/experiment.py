@@ -187,7 +187,7 @@ class Experiment:
             self.camera,
             frame.pose,
             self.swarm.names,
-            self.swim.class_name,
+            self.swarm.class_names,
             self.swarm.positions(t)[:, 0],
             self.swarm.courses(t)[:, 0],
         )

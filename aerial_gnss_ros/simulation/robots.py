@@ -41,6 +41,8 @@ class SwimPlan:
             is uniform between the two, and its start uniform within its interval of `dive_every_s`,
             so that dives are unpredictable.
         class_name: what a detector calls them; also the stem of their names.
+        beacons: so many of them, the first ones, stay and are called `beacon_class`.
+        beacon_class: what a detector calls these; also the stem of their names.
     """
 
     slowest_mps: float = 0.15
@@ -55,6 +57,8 @@ class SwimPlan:
     dive_every_s: float = 40.0
     shortest_dive_s: float | None = None
     class_name: str = "aqua"
+    beacons: int = 0
+    beacon_class: str = "beacon"
 
     def __post_init__(self) -> None:
         if not 0.0 <= self.slowest_mps <= self.fastest_mps <= 3.0:
@@ -81,7 +85,8 @@ class Swarm:
     """True motion of all robots; the same plan, positions and seed give the same motion.
 
     Attributes:
-        names: n names, `<class>_<i>` from 1.
+        names: n names, `<class>_<i>`, each class from 1.
+        class_names: n names of their classes.
         speeds: (n,) m/s.
     """
 
@@ -102,9 +107,16 @@ class Swarm:
         self._roam, self._apart = wide.roam_m or 0.0, wide.apart_m or 0.0
         self._places = np.asarray(places, dtype=np.float64).reshape(-1, 2)
         count = len(self._places)
-        self.names = tuple(f"{plan.class_name}_{i + 1}" for i in range(count))
+        beacons = min(plan.beacons, count)
+        others = count - beacons
+        self.class_names = (plan.beacon_class,) * beacons + (plan.class_name,) * others
+        self.names = tuple(
+            f"{name}_{self.class_names[: i + 1].count(name)}"
+            for i, name in enumerate(self.class_names)
+        )
         rng = generator(seed, "robots")
         self.speeds = rng.uniform(plan.slowest_mps, plan.fastest_mps, count)
+        self.speeds[:beacons] = 0.0
         self._course0 = rng.uniform(-math.pi, math.pi, count)
         self._turning = [Wander(rng, 0.12, 0.01, 0.08) for _ in range(count)]
         self._heave = [Wander(rng, plan.heave_m, 0.05, 0.4) for _ in range(count)]
@@ -154,7 +166,7 @@ class Swarm:
                 phase=float(self._beat[i] + 2.0 * math.pi * (0.6 + self.speeds[i]) * t),
                 roll=float(self._lean[2 * i](times)[0]),
                 pitch=float(self._lean[2 * i + 1](times)[0]),
-                class_name=self.plan.class_name,
+                class_name=self.class_names[i],
                 livery=self._liveries[i],
             )
             for i in range(len(self))

@@ -33,7 +33,7 @@ def test_middles_and_corners_agree_with_projectpoints(seed, model):
     hit = pose.position - pose.position[2] / rotation[2, 0] * rotation[:, 0]
     places = np.column_stack([hit[:2] + rng.uniform(-3.0, 3.0, (6, 2)), np.full(6, 0.1)])
     courses = rng.uniform(-3.0, 3.0, 6)
-    boxes = projected_boxes(camera, pose, tuple("abcdef"), "aqua", places, courses)
+    boxes = projected_boxes(camera, pose, tuple("abcdef"), ("aqua",) * 6, places, courses)
     optical_from_enu = (rotation @ FLU_FROM_OPTICAL).T
     rvec, _ = cv2.Rodrigues(optical_from_enu)
     tvec = -optical_from_enu @ pose.position
@@ -57,9 +57,9 @@ def test_middles_and_corners_agree_with_projectpoints(seed, model):
 def test_robots_outside_the_image_behind_it_or_deep_have_no_box():
     pose = ViewPose(np.array([0.0, 0.0, 10.0]), matrix_from_rpy(0.0, math.radians(45.0), 0.0))
     places = np.array([[10.0, 0.0, 0.0], [10.0, 30.0, 0.0], [-30.0, 0.0, 0.0], [10.0, 0.0, -0.7]])
-    boxes = projected_boxes(CAMERA, pose, ("a", "b", "c", "d"), "aqua", places, np.zeros(4))
+    boxes = projected_boxes(CAMERA, pose, ("a", "b", "c", "d"), ("aqua",) * 4, places, np.zeros(4))
     assert boxes.names == ("a",)
-    assert projected_boxes(CAMERA, pose, (), "aqua", np.zeros((0, 3)), np.zeros(0)).names == ()
+    assert projected_boxes(CAMERA, pose, (), (), np.zeros((0, 3)), np.zeros(0)).names == ()
 
 
 def test_detection_errors_have_the_stated_size_and_rates():

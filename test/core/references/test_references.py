@@ -129,7 +129,7 @@ def test_a_receiver_that_is_sure_refuses_a_point_that_is_a_little_off(sea):
 
 def test_of_two_that_contradict_one_another_the_likelier_is_used(sea):
     robots = ROBOTS | {"post": lambda _t: (0.0, 16.0)}
-    both = pier() | {"post": {"class": "post", "position": (5.0, 16.0), "sigma_m": 0.05}}
+    both = pier() | {"post": {"class": "post", "position": (8.0, 16.0), "sigma_m": 0.05}}
     engine, results = fly(sea, both, robots=robots)
     assert error(last(results), ROBOTS["aqua"](0)) < 0.3
     assert any("Reference post is not used" in one and "pier" in one for one in engine.events)
