@@ -87,7 +87,6 @@ NOT_RUN = {
     "commands/demo": "CI flies the demo and checks what it prints",
     "commands/live_table": "what the demo prints",
     "evaluation/boxes": "what the demo judges by",
-    "evaluation/bound": "loaded by benchmarks/calibration.py: benchmarks/test_calibration_bound.py",
     "nodes/both": "two nodes in one process: a launch file starts it, see nodes/test_launch.py",
     "benchmarking/camera": "a program of the live benchmark, started by it",
     "benchmarking/pair": "a program of the live benchmark, started by it",

@@ -129,6 +129,7 @@ def _check(args: argparse.Namespace) -> None:
         raise ConfigError("--start applies only with --telemetry.")
     if args.robot_at and args.robots is not None:
         raise ConfigError("give --robots or --robot-at, not both.")
+    _check_reference(args)
     if args.robots is not None and not 0 <= args.robots <= 1000:
         raise ConfigError(f"--robots must lie within 0 to 1000, not {args.robots}.")
     if args.seed < 0:
@@ -150,6 +151,13 @@ def _check(args: argparse.Namespace) -> None:
         )
 
 
+def _check_reference(args: argparse.Namespace) -> None:
+    if args.reference is not None and not 0.001 <= args.reference <= 100.0:
+        raise ConfigError(f"--reference must lie within 0.001 to 100 m, not {args.reference:g}.")
+    if args.reference is not None and args.robot_at:
+        raise ConfigError("--reference cannot be used with --robot-at: its position is drawn.")
+
+
 def _experiment(args: argparse.Namespace, log: DjiLog | None) -> Experiment:
     flight = _flight(args, log)
     plan = _sensors(args)
@@ -160,11 +168,12 @@ def _experiment(args: argparse.Namespace, log: DjiLog | None) -> Experiment:
             default_camera(width, height, math.radians(args.field_of_view)),
             plan,
             CameraClock(args.rate, args.latency),
-            robots=3 if args.robots is None else args.robots,
+            robots=(3 if args.robots is None else args.robots) + (args.reference is not None),
             places=_places(args, flight),
             swim=_swim(args),
             distractors=round(args.distractors or 0),
             detector=DetectorPlan(plan.sigmas["box_center_px"], args.missed, args.false_boxes),
+            survey_m=args.reference or 0.0,
             seed=args.seed,
         )
     except InputError as error:
@@ -222,7 +231,13 @@ def _places(args: argparse.Namespace, flight: Flight) -> Any:
 
 def _swim(args: argparse.Namespace) -> SwimPlan:
     speed = args.robot_speed or ((0.0,) if args.robot_at else (0.15, 0.6))
-    return SwimPlan(slowest_mps=speed[0], fastest_mps=speed[-1], dives=args.dives)
+    return SwimPlan(
+        slowest_mps=speed[0],
+        fastest_mps=speed[-1],
+        dives=args.dives,
+        beacons=int(args.reference is not None),
+        beacon_class="beacon" if args.no_images else SwimPlan.class_name,
+    )
 
 
 def _sensors(args: argparse.Namespace) -> SensorPlan:

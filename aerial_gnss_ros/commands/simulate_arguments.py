@@ -88,6 +88,11 @@ def _robot_arguments(group: Any) -> None:
         help="speeds of the robots, slowest and fastest, m/s (default 0.15,0.6; 0 stays)",
     )  # fmt: skip
     group.add_argument(
+        "--reference", type=float, metavar="M",
+        help="add one object that stays and whose position is known to M (one sigma): of class "
+        "beacon without images, else one of the robots",
+    )  # fmt: skip
+    group.add_argument(
         "--dives", action="store_true", help="robots dive out of sight from time to time"
     )
 

@@ -125,6 +125,8 @@ class Experiment:
         detector: errors of the simulated detector.
         distractors: number of other objects to float in view, for rendering; `props` are those with
             room clear of the robots.
+        survey_m: one sigma of the error, each axis, with which the first robot's position is known,
+            if it is a beacon; 0: of no robot.
         seed: of all random numbers.
     """
 
@@ -137,6 +139,7 @@ class Experiment:
     swim: SwimPlan = field(default_factory=SwimPlan)
     detector: DetectorPlan = field(default_factory=DetectorPlan)
     distractors: int = 0
+    survey_m: float = 0.0
     seed: int = 1
 
     def __post_init__(self) -> None:
@@ -202,6 +205,16 @@ class Experiment:
                 frame.stamp_ns, CAMERA_FRAME, rng,
             )  # fmt: skip
             yield frame, boxes, found
+
+    def reference(self) -> Fix | None:
+        """Return where the first robot is said to be: its error is one draw; None: nobody says."""
+        if not self.survey_m:
+            return None
+        place = self.swarm.positions([0.0])[0, 0].copy()
+        place[:2] += self.survey_m * generator(self.seed, "survey").standard_normal(2)
+        latitude, longitude, altitude = geodetic(self.flight.origin, place[None])
+        spread = self.survey_m**2 * np.eye(3)
+        return Fix(START_NS, float(latitude[0]), float(longitude[0]), float(altitude[0]), spread)
 
     def robot_fixes(self) -> Iterator[tuple[str, list[Fix]]]:
         """Yield each robot's true positions, at the images' rate and a little longer."""

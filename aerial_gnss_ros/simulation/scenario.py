@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 from typing import Any
 
@@ -37,6 +38,7 @@ def scenario(experiment: Experiment, noise: str) -> dict[str, Any]:
             "arrives_after_s": clock.delay_s,
         },
         "robots": _robots(experiment),
+        **_references(experiment),
         **_afloat(experiment),
         "noise": {"set": noise, **plan.sigmas},
         "sensors": {
@@ -62,6 +64,8 @@ def words(about: dict[str, Any]) -> list[str]:
     )
     lines = [flight, view]
     lines += [f"robot {name}: {_robot_words(robot)}" for name, robot in about["robots"].items()]
+    for name, one in about.get("references", {}).items():
+        lines.append(f"reference {name}: {json.dumps(one)}")
     without_room = about.get("distractors_without_room", 0)
     if about["distractors"] or without_room:
         lines.append(f"other things afloat: {about['distractors']}{_left_out(without_room)}")
@@ -93,6 +97,17 @@ def _robots(experiment: Experiment) -> dict[str, dict[str, float]]:
         }
         for i, name in enumerate(swarm.names)
     }
+
+
+def _references(experiment: Experiment) -> dict[str, Any]:
+    """Return the parameter `references` of the beacon, as `--params` takes it."""
+    fix = experiment.reference()
+    if fix is None:
+        return {}
+    position = [round(math.degrees(angle), 9) for angle in (fix.latitude, fix.longitude)]
+    class_id = experiment.swarm.class_names[0]
+    stated = {"class": class_id, "position": position, "sigma_m": experiment.survey_m}
+    return {"references": {class_id: stated}}
 
 
 def _afloat(experiment: Experiment) -> dict[str, int]:

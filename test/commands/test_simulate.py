@@ -57,6 +57,8 @@ def test_the_summary_as_json(tmp_path, capsys):
         (["--size", "wide"], "'wide' is not a size such as 1280x720"),
         (["--sigma", "speed=1"], "'speed=1' is not NAME=VALUE"),
         (["--robot-at", "13.19"], "'13.19' is not 2 numbers"),
+        (["--reference", "0"], "--reference must lie within 0.001 to 100 m, not 0"),
+        (["--reference", "1", "--robot-at", "13.2,-59.6"], "cannot be used with --robot-at"),
         (["--robot-at", "91,0"], "--robot-at 91,0 is not on Earth"),
         (["--no-images", "--raw"], "--raw cannot be used with --no-images"),
         (["--robot-at", "50.0,8.0"], "km from the flight"),
@@ -77,6 +79,24 @@ def test_wrong_input_is_one_sentence_and_leaves_nothing(tmp_path, capsys, argume
     assert "Traceback" not in said
     assert len(said.strip().splitlines()) == 1
     assert list(tmp_path.iterdir()) == []
+
+
+def test_a_reference_is_a_beacon_more_that_replay_can_use(tmp_path, capsys):
+    bag, parameters = tmp_path / "flight", tmp_path / "references.yaml"
+    arguments = ["simulate", "-o", str(bag), "--no-images", "--duration", "12", "--flight", "orbit"]
+    assert main([*arguments, "--reference", "0.05", "--json"]) == 0
+    about = json.loads(capsys.readouterr().out)
+    assert list(about["robots"]) == ["beacon_1", "aqua_1", "aqua_2", "aqua_3"]
+    assert about["robots"]["beacon_1"]["speed_mps"] == 0.0
+    (beacon,) = about["references"].values()
+    assert (beacon["class"], beacon["sigma_m"]) == ("beacon", 0.05)
+    there = about["robots"]["beacon_1"]
+    apart = np.subtract(beacon["position"], [there["latitude_deg"], there["longitude_deg"]])
+    assert 0.0 < np.abs(apart).max() < 2e-6
+    parameters.write_text(json.dumps({"references": about["references"]}))
+    out = tmp_path / "out"
+    assert main(["replay", str(bag), "-o", str(out), "--params", str(parameters)]) == 0
+    assert "Reference beacon is beacon_1: positions refer to it." in capsys.readouterr().err
 
 
 def test_an_existing_output_is_refused_before_the_work(tmp_path, capsys):

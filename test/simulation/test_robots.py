@@ -45,6 +45,16 @@ def test_still_robots_stay_and_float():
     assert swarm.names == ("aqua_1", "aqua_2", "aqua_3")
 
 
+def test_beacons_stay_and_are_a_class_of_their_own():
+    swarm = Swarm(PLACES, SwimPlan(beacons=1), 2, 0.0, 60.0)
+    assert swarm.names == ("beacon_1", "aqua_1", "aqua_2")
+    assert swarm.class_names == ("beacon", "aqua", "aqua")
+    path = swarm.positions(np.array([0.0, 60.0]))[:, :, :2]
+    assert (path[0] == PLACES[0]).all()
+    assert (np.linalg.norm(path[1:, 1] - path[1:, 0], axis=1) > 0.0).all()
+    assert [state.class_name for state in swarm.states(0.0)] == ["beacon", "aqua", "aqua"]
+
+
 def test_divers_go_under_and_come_back():
     plan = SwimPlan(dives=True, dive_depth_m=3.0, dive_s=12.0, dive_every_s=40.0)
     depth = -Swarm(PLACES, plan, 3, 0.0, 120.0).positions(T)[:, :, 2]

@@ -28,7 +28,7 @@ class HypothesesTuning:
 
     nearby_m: float = 10.0
     """How far off a wrong reference, or another thing of its class, lies, one sigma, m. Judged."""
-    wrong_share: float = 0.02
+    wrong_share: float = 0.01
     """Share of references that are wrong: mistyped, moved, or another one of the kind. Judged."""
     other_share: float = 0.2
     """The same where more tracks of that class than references are in view. Judged."""

@@ -70,7 +70,8 @@ class PositionLaw:
 
     def places(self, rows: list[int]) -> Indices:
         """Return where in the state East and North of some robots are, (2 k,)."""
-        slots = [int(np.flatnonzero(self.rows == row)[0]) for row in rows]
+        listed = self.rows.tolist()
+        slots = [listed.index(row) for row in rows]
         return (COUNT + 4 * np.array(slots, np.intp)[:, None] + np.arange(2)).ravel()
 
     def states(self) -> tuple[Array, Array]:

@@ -27,7 +27,7 @@ from aerial_gnss_ros.core.geometry.geodesy import LocalMap
 from aerial_gnss_ros.core.identity.label_format import class_token
 from aerial_gnss_ros.core.models.platform_model import COUNT
 from aerial_gnss_ros.core.references.hypotheses import Candidate, Hypothesis, hypotheses
-from aerial_gnss_ros.core.references.position_law import PlatformKnowledge, PositionLaw
+from aerial_gnss_ros.core.references.position_law import GNSS, PlatformKnowledge, PositionLaw
 from aerial_gnss_ros.core.references.reference_report import ReferenceReport
 from aerial_gnss_ros.core.values.events import Events
 from aerial_gnss_ros.core.values.reference_place import ReferencePlace
@@ -39,10 +39,10 @@ Array = NDArray[np.float64]
 class ReferencesTuning:
     """Chosen numbers of this module, with their units and where they come from."""
 
-    sure: float = 0.99
+    sure: float = 0.995
     """Probability from which a track is taken to be a reference: one left out costs metres of
     stated uncertainty, a wrong one metres of error. Judged."""
-    unsure: float = 0.9
+    unsure: float = 0.95
     """Probability below which it is not any more. Judged."""
     weighed_every_s: float = 0.2
     """How often hypotheses are weighed: filter and offsets change no faster. Judged."""
@@ -66,6 +66,10 @@ class _Memory:
     known: PlatformKnowledge
     stamp_ns: int
     believed: Array
+
+
+_Correction = tuple[PositionLaw, PlatformKnowledge]
+"""A law by references, and what these tell of the platform."""
 
 
 class References:
@@ -92,6 +96,7 @@ class References:
         self._moving: set[str] = set()
         self._stamp_ns = self._weighed_ns = -1
         self._doubt: Array | None = None
+        self._shown: _Correction | None = None
         self._memory: _Memory | None = None
 
     def update(self, tracks: Sequence[Track], frame: PosedFrame, local: LocalMap) -> None:
@@ -117,7 +122,7 @@ class References:
         if (self._stamp_ns - self._weighed_ns) * 1e-9 >= TUNING.weighed_every_s:
             self._weighed_ns = self._stamp_ns
             self._weigh(tracks, [one for one in told if one.rows])
-        self._remember(tracks)
+        self._shown = self._corrected(tracks, self._stamp_ns)
 
     def apply(
         self, tracks: Sequence[Track], mean: Array, covariance: Array, stamp_ns: int
@@ -130,7 +135,9 @@ class References:
             covariance: (n, 4, 4) likewise.
             stamp_ns: for which time they hold, ns.
         """
-        found = self._corrected(tracks, stamp_ns)
+        if not self.links and self._memory is None:
+            return None
+        found = self._shown if stamp_ns == self._stamp_ns else self._corrected(tracks, stamp_ns)
         if found is None:
             return None
         best, known = found
@@ -141,38 +148,31 @@ class References:
             covariance[:, :2, :2] += self._doubt
         return best.mean[:COUNT], best.covariance[:COUNT, :COUNT]
 
-    def _corrected(
-        self, tracks: Sequence[Track], stamp_ns: int
-    ) -> tuple[PositionLaw, PlatformKnowledge] | None:
+    def _corrected(self, tracks: Sequence[Track], stamp_ns: int) -> _Correction | None:
         """Return the law by references in view or by those that were, None: there are none.
 
-        The better of the two; with it comes what these tell of the platform.
+        The better of the two; with it comes what these tell of the platform. Where references in
+        view tell more than those that were, they are remembered.
         """
-        found: list[tuple[PositionLaw, PlatformKnowledge]] = []
-        pairs = self._pairs(tracks, stamp_ns == self._stamp_ns)
+        now = stamp_ns == self._stamp_ns
+        pairs = self._pairs(tracks, now)
         own = [row for _, row in pairs]
-        law = self._law(own)
+        law, found = self._law(own), list[_Correction]()
         if pairs:
             found.append((law.known(*_known(law, pairs)), law.tells(*_known(law, pairs))))
-        memory = self._memory
-        if memory is not None and np.array_equal(memory.believed, self._joint.jumps.believed):
+        memory, believed = self._memory, self._joint.jumps.believed
+        if memory is not None and np.array_equal(memory.believed, believed):
             seconds = max((stamp_ns - memory.stamp_ns) * 1e-9, 0.0)
             keep, stationary = self._joint.model.decay(seconds), self._joint.stationary
             later = memory.known.later(keep, stationary)
             found.append((law.told(later), later))
-        return min(found, key=lambda one: _uncertainty(one[0], own), default=None)
-
-    def _remember(self, tracks: Sequence[Track]) -> None:
-        """Keep what references in view tell of the platform, unless older ones tell more."""
-        pairs = self._pairs(tracks, True)
-        if not any(tracks[row].last_seen_ns == self._stamp_ns for _, row in pairs):
-            return
-        rows = [row for _, row in pairs]
-        law, best = self._law(rows), self._corrected(tracks, self._stamp_ns)
-        own = law.known(*_known(law, pairs))
-        if best is not None and _uncertainty(own, rows) <= _uncertainty(best[0], rows):
-            known, believed = law.tells(*_known(law, pairs)), self._joint.jumps.believed.copy()
-            self._memory = _Memory(known, self._stamp_ns, believed)
+        if not found:
+            return None
+        best = min(found, key=lambda one: _uncertainty(one[0], own))
+        seen = any(tracks[row].last_seen_ns == stamp_ns for row in own)
+        if now and seen and best is found[0]:
+            self._memory = _Memory(best[1], stamp_ns, believed.copy())
+        return best
 
     def _weigh(self, tracks: Sequence[Track], told: list[Candidate]) -> None:
         """Weigh which tracks references are, and whether they are right."""
@@ -242,8 +242,9 @@ class References:
     def _law(self, rows: list[int]) -> PositionLaw:
         """Return the law of the group of robots that has most of some rows."""
         groups = self._joint.groups
-        best = max(groups, key=lambda group: int(np.isin(rows, group.rows).sum()))
-        return PositionLaw.of(best)
+        if len(groups) > 1:
+            groups = sorted(groups, key=lambda group: -int(np.isin(rows, group.rows).sum()))
+        return PositionLaw.of(groups[0])
 
     def _rows(self, place: ReferencePlace, tracks: Sequence[Track]) -> tuple[int, ...]:
         """Return the tracks that a reference may be: of its class, and in view or it already."""
@@ -281,7 +282,7 @@ def _crowded(places: Sequence[ReferencePlace], told: list[Candidate]) -> set[str
 
 def _known(law: PositionLaw, pairs: list[tuple[Candidate, int]]) -> tuple[list[int], Array, Array]:
     """Return rows, positions and covariances of references among a law's robots."""
-    inside = set(law.rows.tolist())
+    inside = law.rows.tolist()
     own = [(one, row) for one, row in pairs if row in inside]
     positions, spread = [one.position for one, _ in own], [one.spread for one, _ in own]
     return [row for _, row in own], np.array(positions), np.array(spread)
@@ -289,8 +290,9 @@ def _known(law: PositionLaw, pairs: list[tuple[Candidate, int]]) -> tuple[list[i
 
 def _uncertainty(law: PositionLaw, without: list[int]) -> float:
     """Return the variances of the receiver's offset and of robots but some rows, summed, m²."""
-    blocks = law.states()[1][~np.isin(law.rows, without), :2, :2]
-    return float(np.trace(law.offset()[1]) + np.trace(blocks, axis1=1, axis2=2).sum())
+    variances = law.covariance.diagonal()
+    places = law.places([row for row in law.rows.tolist() if row not in without])
+    return float(variances[GNSS].sum() + variances[places].sum())
 
 
 def _probabilities(name: str, found: list[Hypothesis]) -> dict[int, float]:
