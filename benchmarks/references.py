@@ -29,7 +29,7 @@ from families import truth as truth_of
 from tables import columns, show
 
 from aerial_gnss_ros.core.estimation.estimator import Estimator
-from aerial_gnss_ros.core.geometry.local_map import LocalMap
+from aerial_gnss_ros.core.geometry.geodesy import LocalMap
 from aerial_gnss_ros.core.values.estimates import FrameResult, State
 from aerial_gnss_ros.simulation.chance import generator
 

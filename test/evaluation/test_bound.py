@@ -12,7 +12,7 @@ import pytest
 from aerial_gnss_ros.core.camera.model import CameraModel
 from aerial_gnss_ros.core.config.estimator import estimator_config
 from aerial_gnss_ros.core.geometry.frames import matrix_from_rpy
-from aerial_gnss_ros.core.geometry.local_map import LocalMap
+from aerial_gnss_ros.core.geometry.geodesy import LocalMap
 from aerial_gnss_ros.core.values.camera_pose import CameraPose
 from aerial_gnss_ros.core.values.estimates import MapDatum
 from aerial_gnss_ros.evaluation.bound import TrueFrame, bound
