@@ -11,7 +11,7 @@ from pathlib import Path
 
 from aerial_gnss_ros.adapters.stamps import nanoseconds
 from aerial_gnss_ros.bags.plan import COMPRESSED, IMAGE
-from aerial_gnss_ros.bags.reader import Recorded, open_bag
+from aerial_gnss_ros.bags.reader import BAG_ENDINGS, Recorded, open_bag
 from aerial_gnss_ros.bags.video import open_video
 from aerial_gnss_ros.core.values.errors import InputError
 from aerial_gnss_ros.detection.base import Image
@@ -19,7 +19,6 @@ from aerial_gnss_ros.detection.image_header import MAX_PIXELS
 from aerial_gnss_ros.detection.images import decode, read_image
 
 IMAGE_ENDINGS = (".jpg", ".jpeg", ".png", ".bmp", ".webp", ".tif", ".tiff")
-BAG_ENDINGS = (".mcap", ".db3", ".bag")
 
 
 @dataclass(frozen=True)

@@ -23,6 +23,7 @@ from aerial_gnss_ros.core.values.errors import InputError
 if TYPE_CHECKING:
     from typing_extensions import Self
 
+BAG_ENDINGS = (".mcap", ".db3", ".bag")
 _KINDS = "a rosbag2 folder, an .mcap, .db3 or ROS 1 .bag file"
 
 
@@ -210,7 +211,7 @@ def _check_paths(paths: Sequence[Path]) -> None:
                 f"{path} is not a bag: the folder has no metadata.yaml. Give its .mcap or .db3 "
                 "files, or make one with `ros2 bag reindex`."
             )
-        if path.is_file() and path.suffix not in (".mcap", ".db3", ".bag"):
+        if path.is_file() and path.suffix not in BAG_ENDINGS:
             raise InputError(f"{path} is not a bag; give {_KINDS}.")
     seen = [path.resolve() for path in paths]
     twice = sorted({str(path) for path in seen if seen.count(path) > 1})
