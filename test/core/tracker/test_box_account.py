@@ -117,7 +117,7 @@ def test_a_box_that_is_never_seen_again_is_refused_with_its_own_stamp_and_pixel(
     [
         ({"robots": {"a": lambda _t: (-3.0, 18.0)}, "hidden": lambda _n, t: t > 0.15}, 10,
          Cause.TOO_FEW_IMAGES),
-        ({"robots": {"a": lambda _t: (-3.0, 18.0)}}, 0.45, Cause.IMAGES_TOO_SELDOM),
+        ({"robots": {"a": lambda _t: (-3.0, 18.0)}}, 0.25, Cause.IMAGES_TOO_SELDOM),
         ({"robots": {"a": lambda t: (-8.0 + 2.7 * t, 18.0)}}, 5, Cause.TOO_FAST),
         ({"robots": {"a": lambda t: (-8.0 + 6.0 * t, 18.0)}}, 2, Cause.OUT_OF_GATE),
         ({"robots": {"a": lambda _t: (-3.0, 18.0)},
