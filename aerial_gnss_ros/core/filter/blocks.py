@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from aerial_gnss_ros.core.faults.rotation_fault import RotationFault
 from aerial_gnss_ros.core.filter.linearization import by_angles
 from aerial_gnss_ros.core.filter.plausible_state import check_covariance, check_robots
-from aerial_gnss_ros.core.filter.state import JointState
+from aerial_gnss_ros.core.filter.state import JointState, copy_robot
 from aerial_gnss_ros.core.filter.state_arrays import Indices
 from aerial_gnss_ros.core.models.platform_model import COUNT
 
@@ -169,7 +169,7 @@ class StateBlocks:
             group.tie(first, second, TUNING.same_place_m)
             return
         # The old robot joins the new one's group for the moment: its own history counts there.
-        guest = _copy(before, first, group)
+        guest = copy_robot(before, first, group)
         group.tie(guest, second, TUNING.same_place_m)
         group.drop(np.array([guest]))
 
@@ -233,25 +233,6 @@ class StateBlocks:
             group_of[group.rows] = number
             slot_of[group.rows] = np.arange(len(group))
         return group_of, slot_of
-
-
-def _copy(source: JointState, slot: int, target: JointState) -> int:
-    """Copy a robot into another group and return its slot there.
-
-    What carries over is its law given the platform's errors, p(robot | errors), which rests on its
-    own boxes. The errors themselves stay those of the target's group: no box counts twice.
-    """
-    own = slice(COUNT + 4 * slot, COUNT + 4 * slot + 4)
-    platform, cross = source.covariance[:COUNT, :COUNT], source.covariance[own, :COUNT]
-    # An error that is known exactly has no variance and moves nothing: hence the pseudo-inverse.
-    by_platform = cross @ np.linalg.pinv(platform, hermitian=True)
-    given = source.covariance[own, own] - by_platform @ cross.T
-    state = source.mean[own] + by_platform @ (target.mean[:COUNT] - source.mean[:COUNT])
-    target.append(source.rows[[slot]], state[None], by_platform[None], given[None])
-    target.unseen[-1], target.own[:, -1] = source.unseen[slot], source.own[:, slot]
-    target.manoeuvre_noise.copy(source.manoeuvre_noise, slot)
-    target.velocity_changes.copy(source.velocity_changes, slot)
-    return len(target) - 1
 
 
 def _shared(group: JointState, a: int, b: int) -> Array:

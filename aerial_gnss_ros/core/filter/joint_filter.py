@@ -24,6 +24,7 @@ from aerial_gnss_ros.core.filter.linearization import (
     by_angles,
     relinearize,
 )
+from aerial_gnss_ros.core.filter.moored_mixture import MooredMixture
 from aerial_gnss_ros.core.filter.state import JointState
 from aerial_gnss_ros.core.filter.state_arrays import Indices
 from aerial_gnss_ros.core.filter.update import correct, linearise
@@ -62,6 +63,7 @@ class JointFilter(CameraFaults):
         log: where it says what is odd.
 
     Attributes:
+        moored: whether robots that seem to stay do.
         monitor: how well boxes fit what is stated.
         jumps: whether the drone's position has jumped.
         noise: how many times as large as stated their white noise is.
@@ -85,6 +87,7 @@ class JointFilter(CameraFaults):
         self._stationary = self.model.stationary(None)
         self.clear(self._stationary)
         self._fresh = True
+        self.moored = MooredMixture()
         self._late = self._stationary[LATENCY, LATENCY] > TUNING.sure_s**2
         self._found = False
         self._refusing = False
@@ -103,10 +106,11 @@ class JointFilter(CameraFaults):
 
     def predict(self, seconds: float) -> None:
         """Move on in time."""
+        keep = self.model.decay(seconds)
+        self.moored.predict(self._groups, seconds, keep, self._stationary, self.motion)
         self.predict_with(self._groups, seconds)
         if self.ambiguity.episodes and seconds > 0.0:
-            keep = float(self.model.decay(seconds)[ANGLES.start])
-            self.ambiguity.predict(seconds, keep)
+            self.ambiguity.predict(seconds, float(keep[ANGLES.start]))
 
     def update_camera(self, frame: PosedFrame, robots_tell: Callable[[], bool] = nobody) -> bool:
         """Take in the pose of an image; return whether its boxes can be used.
@@ -153,6 +157,7 @@ class JointFilter(CameraFaults):
     def _follow_jump(self, jump: Array) -> None:
         """Go over to a position that has jumped (3,), m, and is believed now."""
         self._motion.shift(jump)
+        self.moored.reset()
         for group in self._groups:
             group.shift(jump[:2])
         away = self.jumps.believed
@@ -164,6 +169,7 @@ class JointFilter(CameraFaults):
         """Take over what is known of the latency."""
         for group in self._groups:
             group.settle(LATENCY, latency_s, sigma)
+        self.moored.settle(LATENCY, latency_s, sigma)
         before, self._late = self._late, sigma > (TUNING.sure_s if self._late else TUNING.unsure_s)
         self._found = not self._late and (before or self._found)
 
@@ -220,6 +226,7 @@ class JointFilter(CameraFaults):
             if len(slots):
                 pixels = seen.pixels[column_of[group.rows[slots]]]
                 if self._late or self._found:
+                    self.moored.reset()
                     relinearize(group, self._sight)
                     feigned = TUNING.feigned_mps if self._late else 0.0  # else robots seem too fast
                     speeds = group.motion(self.motion, slots).speed_sigma
@@ -233,6 +240,11 @@ class JointFilter(CameraFaults):
                     2.0 * self.motions.default_speed,
                     self.noise.level,
                 )
+                if not self._late:
+                    used = pixels[np.searchsorted(slots, outcome.slots)]
+                    self.moored.update(
+                        group, outcome, used, self._sight, self.model, self.noise.level
+                    )
                 squared, count = squared + outcome.squared, count + outcome.count
                 if not self._late and self.rotation_fault.due:
                     judged.append(self._in_view(group, slots))

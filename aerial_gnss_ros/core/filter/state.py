@@ -194,3 +194,22 @@ class JointState(StateArrays):
         end = COUNT + len(flat)
         P[COUNT:end] += flat @ P[:COUNT]
         P[:, COUNT:end] += P[:, :COUNT] @ flat.T
+
+
+def copy_robot(source: JointState, slot: int, target: JointState) -> int:
+    """Copy a robot into another group and return its slot there.
+
+    What carries over is its law given the platform's errors, p(robot | errors), which rests on its
+    own boxes. The errors themselves stay those of the target's group: no box counts twice.
+    """
+    own = slice(COUNT + 4 * slot, COUNT + 4 * slot + 4)
+    platform, cross = source.covariance[:COUNT, :COUNT], source.covariance[own, :COUNT]
+    # An error that is known exactly has no variance and moves nothing: hence the pseudo-inverse.
+    by_platform = cross @ np.linalg.pinv(platform, hermitian=True)
+    given = source.covariance[own, own] - by_platform @ cross.T
+    state = source.mean[own] + by_platform @ (target.mean[:COUNT] - source.mean[:COUNT])
+    target.append(source.rows[[slot]], state[None], by_platform[None], given[None])
+    target.unseen[-1], target.own[:, -1] = source.unseen[slot], source.own[:, slot]
+    target.manoeuvre_noise.copy(source.manoeuvre_noise, slot)
+    target.velocity_changes.copy(source.velocity_changes, slot)
+    return len(target) - 1

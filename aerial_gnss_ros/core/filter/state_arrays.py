@@ -10,6 +10,8 @@ robots correlated in ways that the present errors do not explain.
 
 from __future__ import annotations
 
+from itertools import count
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -24,6 +26,7 @@ Array = NDArray[np.float64]
 Indices = NDArray[np.intp]
 
 _ALL = slice(None)
+_IDS = count()
 
 
 class StateArrays:
@@ -33,6 +36,9 @@ class StateArrays:
         mean: (7 + 4 n,).
         covariance: (7 + 4 n, 7 + 4 n).
         rows: (n,) which robots of the whole program these are.
+        ids: (n,) the same for good: rows change when robots are dropped.
+        sway: (n,) 1 where a robot's last two numbers are no velocity but add to its place, see
+            `moored_law`; None: nowhere.
         unseen: (n,) time since each was measured, s.
         manoeuvre_noise: how hard each turns.
         velocity_changes: of each, lately.
@@ -54,6 +60,8 @@ class StateArrays:
         self.mean = np.zeros(COUNT)
         self.covariance = covariance.copy()
         self.rows: Indices = np.zeros(0, np.intp)
+        self.ids: Indices = np.zeros(0, np.intp)
+        self.sway: Array | None = None
         self.unseen: Array = np.zeros(0)
         self.own: Array = np.zeros((2, 0))
         self.manoeuvre_noise = ManoeuvreNoise()
@@ -71,6 +79,12 @@ class StateArrays:
     def robots(self) -> Array:
         """(n, 4) means; a view."""
         return self.mean[COUNT:].reshape(-1, 4)
+
+    def shown(self, slots: Indices, mean: Array | None = None) -> Array:
+        """Return where robots are seen (m, 2), by the present state or another one."""
+        robots = (self.mean if mean is None else mean)[COUNT:].reshape(-1, 4)[slots]
+        places: Array = robots[:, :2]
+        return places if self.sway is None else places + self.sway[slots, None] * robots[:, 2:]
 
     def blocks(self) -> Array:
         """Return the robots' own covariances (n, 4, 4)."""
@@ -156,6 +170,7 @@ class StateArrays:
         self.mean = np.concatenate([self.mean, state.ravel()])
         self.covariance = grown
         self.rows = np.concatenate([self.rows, rows])
+        self.ids = np.concatenate([self.ids, np.array([next(_IDS) for _ in range(m)], np.intp)])
         self.unseen = np.concatenate([self.unseen, np.zeros(m)])
         self.own = np.concatenate([self.own, np.full((2, m), np.nan)], axis=1)
         self.manoeuvre_noise.add(m)
@@ -169,6 +184,7 @@ class StateArrays:
         self.mean = self.mean[index]
         self.covariance = self.covariance[np.ix_(index, index)]
         self.rows, self.unseen = self.rows[kept], self.unseen[kept]
+        self.ids = self.ids[kept]
         self.own = self.own[:, kept]
         self.manoeuvre_noise.drop(kept)
         self.velocity_changes.drop(kept)

@@ -8,7 +8,7 @@ business of `linearization`.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -77,11 +77,27 @@ class Outcome:
         squared: normalised squared innovation of the whole image.
         count: its degrees of freedom.
         refused: slots of robots whose boxes were not used: no robot is as fast.
+        log_likelihood: of the image, nats, but for a constant of each degree of freedom.
+        slots: of the robots that were corrected.
+        residual: (m, 2) of their boxes, px.
+        spread: (2 m, 2 m) covariance of that, px².
     """
 
     squared: float
     count: int
-    refused: Indices
+    refused: Indices = field(default_factory=lambda: np.zeros(0, np.intp))
+    log_likelihood: float = 0.0
+    slots: Indices = field(default_factory=lambda: np.zeros(0, np.intp))
+    residual: Array = field(default_factory=lambda: np.zeros((0, 2)))
+    spread: Array = field(default_factory=lambda: np.zeros((0, 0)))
+
+    def normalised(self) -> Array:
+        """Return each robot's own residual by its own covariance, (m, 2)."""
+        m = len(self.slots)
+        every = np.arange(m)
+        roots = np.linalg.cholesky(self.spread.reshape(m, 2, m, 2)[every, :, every])
+        solved: Array = np.linalg.solve(roots, self.residual[:, :, None])[:, :, 0]
+        return solved
 
 
 def linearise(
@@ -133,14 +149,13 @@ def correct(
     if joint.view is not sight:
         relinearize(joint, sight)
     before = joint.mean
-    robots = before[COUNT:].reshape(-1, 4)
-    linear = linearise(sight, before[:COUNT], robots[slots, :2], joint.by_pose[slots, :2])
+    linear = linearise(sight, before[:COUNT], joint.shown(slots), joint.by_pose[slots, :2])
     if np.count_nonzero(linear.seen) < len(slots):
         slots, pixels = slots[linear.seen], pixels[linear.seen]
-        linear = linearise(sight, before[:COUNT], robots[slots, :2], joint.by_pose[slots, :2])
+        linear = linearise(sight, before[:COUNT], joint.shown(slots), joint.by_pose[slots, :2])
     m = len(slots)
     if not m:
-        return Outcome(0.0, 0, slots)
+        return Outcome(0.0, 0)
     by_state = _times_covariance(joint, slots, linear)
     pixel = level * model.pixel
     spread = _innovation(joint, slots, linear, by_state, level * model.white + sight.bend)
@@ -164,14 +179,15 @@ def correct(
         joint.mean = before
         rest = correct(joint, slots[possible], pixels[possible], sight, model, fastest, level)
         refused = np.concatenate([slots[~possible], rest.refused])
-        return Outcome(rest.squared, rest.count, refused)
+        return replace(rest, refused=refused)
     joint.covariance -= reduction
     joint.unseen[slots] = 0.0
     velocity = COUNT + 4 * slots[:, None] + _VELOCITY
     corrections, expected = joint.mean[velocity] - before[velocity], reduction[velocity, velocity]
     joint.manoeuvre_noise.update(slots, corrections, expected.sum(axis=1))
     joint.velocity_changes.update(slots, corrections, expected.sum(axis=1))
-    return Outcome(squared, 2 * m, slots[:0])
+    fits = -0.5 * float(white @ white) - float(np.log(root.diagonal()).sum())
+    return Outcome(squared, 2 * m, slots[:0], fits, slots, residual, spread)
 
 
 def _whitened(spread: Array, residual: Array) -> tuple[Array, Array]:
@@ -205,8 +221,8 @@ def _iterate(
     if whole @ whole <= far * far:  # most often: then no robot went farther
         return
     for _ in range(TUNING.max_iterations):
-        robots = joint.robots[slots, :2]
-        moved = robots - before[COUNT:].reshape(-1, 4)[slots, :2]
+        robots = joint.shown(slots)
+        moved = robots - joint.shown(slots, before)
         if not (np.abs(moved) > far).any():
             return
         now = linearise(sight, joint.mean[:COUNT], robots)
@@ -248,6 +264,9 @@ def _times_covariance(joint: JointState, slots: Indices, linear: Linear) -> Arra
     P, m = joint.covariance, len(slots)
     product: Array = linear.by_platform.reshape(2 * m, COUNT) @ P[:COUNT]
     robots = P[COUNT:].reshape(len(joint.rows), 4, -1)[slots, :2]
+    if joint.sway is not None:
+        swing = P[COUNT:].reshape(len(joint.rows), 4, -1)[slots, 2:]
+        robots = robots + joint.sway[slots, None, None] * swing
     product += (linear.by_place @ robots).reshape(2 * m, -1)
     return product
 
@@ -258,7 +277,10 @@ def _innovation(
     """Return the covariance (2 m, 2 m) of the residual but for the boxes' own noise."""
     m = len(slots)
     spread: Array = by_state[:, :COUNT] @ linear.by_platform.reshape(2 * m, COUNT).T
-    robots = by_state[:, COUNT:].reshape(2 * m, len(joint.rows), 4)[:, slots, :2].swapaxes(0, 1)
+    states = by_state[:, COUNT:].reshape(2 * m, len(joint.rows), 4)
+    robots = states[:, slots, :2].swapaxes(0, 1)
+    if joint.sway is not None:
+        robots = robots + joint.sway[slots, None, None] * states[:, slots, 2:].swapaxes(0, 1)
     own = robots @ linear.by_place.swapaxes(1, 2)
     spread += own.swapaxes(0, 1).reshape(2 * m, 2 * m)
     by_pose = linear.by_pose.reshape(2 * m, -1)

@@ -49,9 +49,12 @@ def published(
     labelled.sort()
     labels, rows = zip(*labelled, strict=True)
     mean, covariance = joint.moments()
+    told = None
     if references is not None:
-        errors = references.apply(table.tracks, mean, covariance, stamp_ns) or errors
+        told = references.apply(table.tracks, mean, covariance, stamp_ns)
     joint.add_fault_covariances(covariance)
+    if told is None and fork is None:
+        joint.moored.publish(joint.groups, mean, covariance)
     if list(rows) != list(range(len(mean))):
         mean, covariance = mean[list(rows)], covariance[list(rows)]
     if encounters.ambiguous:
@@ -81,7 +84,7 @@ def published(
                 last_seen_ns=track.last_seen_ns,
             )
         )
-    return tuple(estimates), named_errors(*errors)
+    return tuple(estimates), named_errors(*(told or errors))
 
 
 def add_label_ambiguity(

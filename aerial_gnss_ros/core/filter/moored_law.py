@@ -1,0 +1,292 @@
+# Copyright 2026 aerial_gnss_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""A joint law in which some robots are moored or drift with one current, and the others swim.
+
+What is moored swings about a place: its four numbers are that place (East, North) and how far off
+it is seen (a Gauss-Markov process), which stands for boxes whose errors last as well. The place
+moves with the current, which is one for all: a robot of its own that no image shows, whose velocity
+counts. It is zero for good, or unknown and changes within minutes (Gauss-Markov): two laws.
+"""
+
+from __future__ import annotations
+
+import copy
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aerial_gnss_ros.core.filter.state import JointState
+from aerial_gnss_ros.core.filter.state_arrays import Indices
+from aerial_gnss_ros.core.models.motion_model import MotionModel, MotionOf
+from aerial_gnss_ros.core.models.platform_model import COUNT
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class MooredLawTuning:
+    """Chosen numbers of this module, with their units and where they come from."""
+
+    current_mps: float = 0.3
+    """One sigma of an unknown current, each axis, and of what else a robot may swim that has to be
+    told from it, m/s. Judged."""
+    current_s: float = 300.0
+    """Time within which a current changes, s: with the wind, near shore and at a front. Judged."""
+    apart_mps: float = 0.005
+    """One sigma by which the velocity of what drifts or is moored differs from the current's, or
+    from zero, each axis, m/s. Judged."""
+    sway_s: float = 3.0
+    """Time constant of swinging, and of boxes' lasting errors, s. Judged."""
+    first_sway_m: float = 0.1
+    """One sigma of the swing at first, each axis, m. Judged."""
+    left_since_s: float = 1.0
+    """A robot that leaves has done so about so long ago, s. Judged."""
+
+
+TUNING = MooredLawTuning()
+
+CURRENT = -1
+"""Number of the robot in `ids` whose velocity is the current."""
+
+
+class MooredLaw(JointState):
+    """Some robots are moored or drift.
+
+    Attributes:
+        sway: (n,) 1 for these, else 0.
+        variance: of their swing, each axis, m².
+        current_sigma: of the current when nothing is known of it, each axis, m/s; 0: there is none.
+    """
+
+    sway: Array
+    variance: float
+    current_sigma: float
+
+    @classmethod
+    def of(cls, base: JointState, adrift: bool) -> MooredLaw:
+        """Return a law in which no robot is moored yet, and which doubts nothing.
+
+        Args:
+            base: the law that lets all robots swim.
+            adrift: whether there is a current.
+        """
+        law = cls(base.covariance)
+        law.mean, law.rows, law.unseen = base.mean.copy(), base.rows.copy(), base.unseen.copy()
+        law.own, law.ids, law.by_pose = base.own.copy(), base.ids.copy(), base.by_pose.copy()
+        law.camera, law.by_errors, law.view = base.camera, base.by_errors, base.view
+        law.manoeuvre_noise = copy.deepcopy(base.manoeuvre_noise)
+        law.velocity_changes.add(len(base))
+        law.variance = TUNING.first_sway_m**2
+        law.sway = np.zeros(len(base))
+        place = np.zeros((1, 4))
+        place[0, :2] = base.robots[:, :2].mean(axis=0)
+        law.current_sigma = TUNING.current_mps if adrift else 0.0
+        variances = np.array([1.0, 1.0, law.current_sigma**2, law.current_sigma**2])
+        law.append(np.array([-1]), place, np.zeros((1, 4, COUNT)), np.diag(variances)[None])
+        law.ids[-1] = CURRENT
+        return law
+
+    def without_current(self) -> MooredLaw:
+        """Return a law of the same robots in which the current is known to be zero."""
+        law = copy.deepcopy(self)
+        law.view, law.camera = self.view, self.camera
+        c = _velocity(self.current)
+        cross = law.covariance[c]
+        gain = np.linalg.solve(cross[:, c] + 1e-12 * np.eye(2), cross)
+        law.mean -= law.mean[c] @ gain
+        law.covariance -= cross.T @ gain
+        law.mean[c] = law.covariance[c] = law.covariance[:, c] = 0.0
+        law.current_sigma = 0.0
+        return law
+
+    @property
+    def current(self) -> int:
+        """The place of the current among the robots."""
+        return int(np.flatnonzero(self.ids == CURRENT)[0])
+
+    def append(self, rows: Indices, state: Array, by_platform: Array, own: Array) -> None:
+        """Add robots that swim (see `JointState`)."""
+        super().append(rows, state, by_platform, own)
+        self.sway = np.concatenate([self.sway, np.zeros(len(rows))])
+
+    def drop(self, slots: Indices) -> None:
+        """Forget robots (see `JointState`)."""
+        kept = np.ones(len(self), dtype=np.bool_)
+        kept[slots] = False
+        super().drop(slots)
+        self.sway = self.sway[kept]
+
+    def motion(
+        self, default: MotionModel, slots: Indices | slice = slice(None)
+    ) -> MotionModel | MotionOf[Array]:
+        """Return how robots move; those that sway as such where all are asked for."""
+        inner = super().motion(default, slots)
+        if not isinstance(slots, slice):
+            return inner
+        return _Swaying(inner, self)
+
+    def predict(self, seconds: float, keep: Array, stationary: Array, motion: MotionModel) -> None:
+        """Move on in time (see `JointState`)."""
+        if seconds <= 0.0:
+            return
+        super().predict(seconds, keep, stationary, motion)
+        sways, c = np.flatnonzero(self.sway), self.current
+        n, P = len(self), self.covariance
+        self.robots[sways, :2] += seconds * self.robots[c, 2:]
+        down, across = P[COUNT:].reshape(n, 4, -1), P[:, COUNT:].reshape(-1, n, 4)
+        down[sways, :2] += seconds * down[c, 2:]
+        across[:, sways, :2] += seconds * across[:, None, c, 2:]
+
+    def odds(self, slot: int) -> float:
+        """Return the log odds that a robot goes with the current, to any other velocity, nats."""
+        v, c = _velocity(slot), _velocity(self.current)
+        return _odds(
+            self.mean[v] - self.mean[c],
+            self._difference(v, c)[:, v] - self._difference(v, c)[:, c],
+            TUNING.current_mps,
+        )
+
+    def still_odds(self) -> float:
+        """Return the log odds that the current is zero, to any other one, nats."""
+        c = _velocity(self.current)
+        return _odds(self.mean[c], self.covariance[np.ix_(c, c)], TUNING.current_mps)
+
+    def _difference(self, one: Indices, other: Indices) -> Array:
+        rows: Array = self.covariance[one] - self.covariance[other]
+        return rows
+
+    def moor(self, slot: int) -> None:
+        """Take in that a robot goes with the current, and swings."""
+        v, c = _velocity(slot), _velocity(self.current)
+        cross = self._difference(v, c)
+        spread = cross[:, v] - cross[:, c] + TUNING.apart_mps**2 * np.eye(2)
+        gain = np.linalg.solve(spread, cross)
+        self.mean = self.mean - (self.mean[v] - self.mean[c]) @ gain
+        P = self.covariance = self.covariance - cross.T @ gain
+        p = v - 2
+        self.mean[v] = 0.0
+        P[v] = P[:, v] = 0.0
+        for i, j in zip(p.tolist(), v.tolist(), strict=True):
+            P[i, i] += self.variance
+            P[j, j] = self.variance
+            P[i, j] = P[j, i] = -self.variance
+        self.by_pose[slot : slot + 1, 2:] = 0.0
+        self.sway[slot] = 1.0
+
+    def release(self, slot: int) -> None:
+        """Take in that a robot swims after all."""
+        v, c = _velocity(slot), _velocity(self.current)
+        p, P = v - 2, self.covariance
+        self.mean[p] += self.mean[v]
+        P[p] += P[v]
+        P[:, p] += P[:, v]
+        self.mean[v] = self.mean[c]
+        P[v] = P[c]
+        P[:, v] = P[:, c]
+        self.sway[slot] = 0.0
+        self.manoeuvre_noise.strength[slot] = 1.0
+        self.inflate_velocities(np.array([slot]), TUNING.current_mps, TUNING.left_since_s)
+
+    def published(self) -> tuple[Array, Array]:
+        """Return states (n, 4) and their covariances (n, 4, 4).
+
+        What a robot swings is its own, or an error of its boxes: either may be.
+        """
+        n, sway = len(self), self.sway[:, None]
+        c, robots = _velocity(self.current), self.robots
+        with_current = self.covariance[COUNT:, c].reshape(n, 4, 2)
+        current = self.covariance[np.ix_(c, c)]
+        # Half of the swing is the robot's; a velocity is the current's where robots sway.
+        mean = robots.copy()
+        mean[:, :2] += 0.5 * sway * robots[:, 2:]
+        mean[:, 2:] += sway * (self.mean[c] - robots[:, 2:])
+        own, blocks = self.blocks(), self.blocks()
+        p, b = slice(0, 2), slice(2, 4)
+        each = sway[:, None]
+        half = 0.5 * each * own[:, p, b]
+        blocks[:, p, p] += half + half.swapaxes(1, 2) + 0.25 * each * own[:, b, b]
+        both = with_current[:, :2] + 0.5 * with_current[:, 2:]
+        blocks[:, p, b] += each * (both - own[:, p, b])
+        blocks[:, b, p] = blocks[:, p, b].swapaxes(1, 2)
+        blocks[:, b, b] += each * (current + TUNING.apart_mps**2 * np.eye(2) - own[:, b, b])
+        swing = 0.5 * sway * robots[:, 2:]
+        blocks[:, p, p] += swing[:, :, None] * swing[:, None]
+        return mean, blocks
+
+
+class _Swaying(MotionOf[Array]):
+    """How robots move of which some sway."""
+
+    def __init__(self, inner: MotionModel | MotionOf[Array], law: MooredLaw) -> None:
+        super().__init__(np.asarray(inner.acceleration), np.asarray(inner.speed_sigma))
+        self._inner, self._law = inner, law
+
+    def step(
+        self, seconds: float, unseen: Array, strength: Array | float = 1.0
+    ) -> tuple[Array, Array | None, Array]:
+        """Return reach, kept velocity and noise of a time step (see `MotionOf`)."""
+        reach, kept, noise = self._inner.step(seconds, unseen, strength)
+        law = self._law
+        kept = np.ones(len(law)) if kept is None else kept
+        sways, c = law.sway > 0.0, law.current
+        keep = math.exp(-seconds / TUNING.sway_s)
+        reach[sways], kept[sways] = 0.0, keep
+        noise[sways] = 0.0, 0.0, (1.0 - keep * keep) * law.variance
+        keep = math.exp(-seconds / TUNING.current_s)
+        reach[c], kept[c] = 0.0, keep
+        noise[c] = 0.0, 0.0, (1.0 - keep * keep) * law.current_sigma**2
+        return reach, kept, noise
+
+
+def _velocity(slot: int) -> Indices:
+    """Return where in the state a robot's velocity is (2,)."""
+    places: Indices = COUNT + 4 * slot + np.array([2, 3])
+    return places
+
+
+def _odds(value: Array, covariance: Array, sigma: float) -> float:
+    """Return the log odds that a value (2,) is zero, to any of a sigma (Savage-Dickey), nats."""
+    spread = covariance + TUNING.apart_mps**2 * np.eye(2)
+    squared = float(value @ np.linalg.solve(spread, value))
+    return math.log(sigma**2) - 0.5 * (math.log(max(float(np.linalg.det(spread)), 1e-30)) + squared)
+
+
+def likely_still(base: JointState, slots: list[int], least: float) -> list[int]:
+    """Return the robots that are likelier to stay than to swim.
+
+    Args:
+        base: all robots.
+        slots: those that are asked for.
+        least: log odds from which one does, nats.
+    """
+    found = []
+    for one in slots:
+        v = _velocity(one)
+        if _odds(base.mean[v], base.covariance[np.ix_(v, v)], TUNING.current_mps) > least:
+            found.append(one)
+    return found
+
+
+def most_alike(base: JointState, slots: list[int], least: float) -> int:
+    """Return the robot with which most others seem to drift, -1: no two seem to.
+
+    Args:
+        base: all robots.
+        slots: those that are asked for.
+        least: log odds from which two drift alike, nats.
+    """
+    best, most = -1, 0.0
+    for one in slots:
+        v, score = _velocity(one), 0.0
+        for other in slots:
+            if other == one:
+                continue
+            w = _velocity(other)
+            rows = base.covariance[v] - base.covariance[w]
+            odds = _odds(base.mean[v] - base.mean[w], rows[:, v] - rows[:, w], TUNING.current_mps)
+            score += odds if odds > least else 0.0
+        if score > most:
+            best, most = one, score
+    return best

@@ -1,0 +1,161 @@
+# Copyright 2026 aerial_gnss_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Moments of robots over three laws: all swim; some stay; some drift with one current.
+
+Which law holds is never decided. Each is weighed by its evidence (`moored`), and what is published
+has the mixture's moments, robot by robot: one that may have left the others swims with that
+probability. No law's evidence falls further behind than what may have changed since: boats cast
+off, and a tide turns.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aerial_gnss_ros.core.filter.linearization import CameraView
+from aerial_gnss_ros.core.filter.moored import MooredHypothesis
+from aerial_gnss_ros.core.filter.state import JointState
+from aerial_gnss_ros.core.filter.update import Outcome
+from aerial_gnss_ros.core.models.motion_model import MotionModel
+from aerial_gnss_ros.core.models.platform_model import PlatformModel
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class MooredMixtureTuning:
+    """Chosen numbers of this module, with their units and where they come from."""
+
+    swimming_behind_nats: float = 6.0
+    """How far behind the likeliest law the one is at most in which all swim. Judged."""
+    behind_nats: float = 4.0
+    """The same for the others while they are tried. Judged."""
+
+
+TUNING = MooredMixtureTuning()
+
+
+class MooredGroup:
+    """The hypotheses of one joint law.
+
+    Args:
+        base: the law that lets all robots swim.
+
+    Attributes:
+        both: that some stay, and that some drift.
+    """
+
+    def __init__(self, base: JointState) -> None:
+        self.base = base
+        self.both = (MooredHypothesis(base, adrift=False), MooredHypothesis(base, adrift=True))
+
+    def update(
+        self, outcome: Outcome, pixels: Array, view: CameraView, model: PlatformModel, level: float
+    ) -> None:
+        """Take in an image that `base` has taken in already (see `MooredHypothesis`)."""
+        for one in self.both:
+            one.update(outcome, pixels, view, model, level)
+        self.both[0].begin_as(self.both[1], -TUNING.behind_nats)
+        best = max(one.evidence for one in self.both)
+        beyond = max(best - TUNING.swimming_behind_nats, 0.0)
+        for one in self.both:
+            if one.law is not None:
+                one.evidence = max(one.evidence, best - TUNING.behind_nats) - beyond
+
+    def weights(self) -> Array:
+        """Return the probabilities (3,) that all swim, that some stay, that some drift."""
+        logs = np.array([0.0, *(one.evidence for one in self.both)])
+        odds = np.exp(logs - logs.max())
+        shares: Array = odds / odds.sum()
+        return shares
+
+    def publish(self, mean: Array, covariance: Array) -> None:
+        """Put in the mixture's moments (see `MooredMixture`)."""
+        weights, rows = self.weights(), self.base.rows
+        n = len(rows)
+        shares = np.zeros((3, n))
+        means, blocks = np.tile(mean[rows], (3, 1, 1)), np.tile(covariance[rows], (3, 1, 1, 1))
+        for i, one in enumerate(self.both, 1):
+            if one.law is None:
+                continue
+            place = {name: slot for slot, name in enumerate(one.law.ids.tolist())}
+            there = [k for k, name in enumerate(self.base.ids.tolist()) if name in place]
+            slots = [place[name] for name in self.base.ids[there].tolist()]
+            states, own = one.law.published()
+            means[i, there], blocks[i, there] = states[slots], own[slots]
+            left = [one.left.get(name, 0.0) for name in self.base.ids[there].tolist()]
+            shares[i, there] = weights[i] * (1.0 - np.array(left))
+        shares[0] = 1.0 - shares[1:].sum(axis=0)
+        mixed = (shares[:, :, None] * means).sum(axis=0)
+        apart = means - mixed
+        blocks += apart[:, :, :, None] * apart[:, :, None]
+        mean[rows], covariance[rows] = mixed, (shares[:, :, None, None] * blocks).sum(axis=0)
+
+
+class MooredMixture:
+    """The hypotheses of all groups of robots."""
+
+    def __init__(self) -> None:
+        self._all: list[MooredGroup] = []
+
+    def reset(self) -> None:
+        """Give all of them up: the laws were changed by what was no image."""
+        self._all = []
+
+    def _of(self, group: JointState) -> MooredGroup:
+        found = next((one for one in self._all if one.base is group), None)
+        if found is None:
+            found = MooredGroup(group)
+            self._all.append(found)
+        return found
+
+    def settle(self, error: int, mean: float, sigma: float) -> None:
+        """Take over what is known of one of the platform's errors (see `JointState`)."""
+        for group in self._all:
+            for one in group.both:
+                if one.law is not None:
+                    one.law.settle(error, mean, sigma)
+
+    def predict(
+        self,
+        groups: list[JointState],
+        seconds: float,
+        keep: Array,
+        stationary: Array,
+        motion: MotionModel,
+    ) -> None:
+        """Move on in time, before the groups do (see `JointState.predict`)."""
+        self._all = [self._of(group) for group in groups]
+        for group in self._all:
+            for one in group.both:
+                one.predict(seconds, keep, stationary, motion)
+
+    def update(
+        self,
+        group: JointState,
+        outcome: Outcome,
+        pixels: Array,
+        view: CameraView,
+        model: PlatformModel,
+        level: float,
+    ) -> None:
+        """Take in an image that a group has taken in already (see `MooredHypothesis`)."""
+        self._of(group).update(outcome, pixels, view, model, level)
+
+    def publish(self, groups: list[JointState], mean: Array, covariance: Array) -> None:
+        """Put in the moments of robots over all laws.
+
+        Not where the camera may have turned by itself: then that is what robots are judged by.
+
+        Args:
+            groups: the present ones.
+            mean: (n, 4) of all robots by their rows, in which all swim.
+            covariance: (n, 4, 4) likewise.
+        """
+        for group in groups:
+            turned = group.velocity_changes.position_covariances.any()
+            if not turned and any(one.law is not None for one in self._of(group).both):
+                self._of(group).publish(mean, covariance)

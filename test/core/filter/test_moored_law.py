@@ -1,0 +1,133 @@
+# Copyright 2026 aerial_gnss_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""A law in which robots are moored: what joining, leaving and a zero current change."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from aerial_gnss_ros.core.filter.moored_law import (
+    CURRENT,
+    TUNING,
+    MooredLaw,
+    likely_still,
+    most_alike,
+)
+from aerial_gnss_ros.core.filter.state import JointState
+from aerial_gnss_ros.core.models.motion_model import MotionModel
+from aerial_gnss_ros.core.models.platform_model import COUNT
+
+MOTION = MotionModel(0.05, 1.0)
+KNOWN = 0.02**2
+
+
+def swimming(*velocities):
+    """Return a law of robots 10 m apart, whose velocities are known to 2 cm/s."""
+    base = JointState(0.01 * np.eye(COUNT))
+    n = len(velocities)
+    state = np.zeros((n, 4))
+    state[:, 0], state[:, 2:] = 10.0 * np.arange(n), velocities
+    own = np.tile(np.diag([0.01, 0.01, KNOWN, KNOWN]), (n, 1, 1))
+    base.append(np.arange(n), state, np.zeros((n, 4, COUNT)), own)
+    return base
+
+
+def moored(*velocities, adrift=True):
+    """Return a law in which all robots are moored."""
+    law = MooredLaw.of(swimming(*velocities), adrift)
+    for slot in range(len(velocities)):
+        law.moor(slot)
+    return law
+
+
+def test_robots_alike_go_together_and_one_that_swims_does_not():
+    base = swimming((0.21, 0.0), (0.5, -0.4), (0.2, 0.01), (0.19, 0.0))
+    first = most_alike(base, [0, 1, 2, 3], 1.0)
+    assert first in (0, 2, 3)
+    law = MooredLaw.of(base, adrift=True)
+    law.moor(first)
+    for slot in {0, 2, 3} - {first}:
+        assert law.odds(slot) > 3.0
+    assert law.odds(1) < -10.0
+    assert most_alike(swimming((0.5, 0.0)), [0], 1.0) == -1
+
+
+def test_those_that_stay_are_told_from_those_that_swim():
+    base = swimming((0.01, 0.0), (0.5, -0.4), (0.0, -0.02))
+    assert likely_still(base, [0, 1, 2], 1.0) == [0, 2]
+    assert likely_still(base, [1, 2], 1.0) == [2]
+
+
+def test_what_drifts_is_carried_by_the_current_and_is_not_moored():
+    law = moored((0.2, 0.1), (0.2, 0.1))
+    assert law.still_odds() < -20.0
+    before = law.robots[:2, :2].copy()
+    law.predict(10.0, np.ones(COUNT), 0.01 * np.eye(COUNT), MOTION)
+    np.testing.assert_allclose(law.robots[:2, :2] - before, [[2.0, 1.0]] * 2, rtol=0.05)
+    mean, covariance = law.published()
+    np.testing.assert_allclose(mean[:2, 2:], [[0.2, 0.1]] * 2, rtol=0.05)
+    changed = 1.0 - np.exp(-20.0 / TUNING.current_s)
+    assert covariance[0, 2, 2] > changed * TUNING.current_mps**2
+
+
+def test_what_stays_does_so_for_good_and_is_known_the_better():
+    law = moored((0.005, 0.0), (0.0, -0.004), (-0.003, 0.0))
+    assert law.still_odds() > 3.0
+    still = law.without_current()
+    place = still.robots[:3, :2].copy()
+    for one in (law, still):
+        one.predict(30.0, np.ones(COUNT), 0.01 * np.eye(COUNT), MOTION)
+    np.testing.assert_array_equal(still.robots[:3, :2], place)
+    known, less = still.published()[1], law.published()[1]
+    assert known[:3, 0, 0].max() < 0.5 * less[:3, 0, 0].min()
+    np.testing.assert_array_equal(still.robots[still.current, 2:], 0.0)
+    np.linalg.cholesky(law.covariance)
+
+
+def test_without_a_current_places_are_what_they_were_if_there_was_none():
+    """What places share with the current is taken back: they lie where no drift explains them."""
+    law = moored((0.1, 0.0), (0.1, 0.0))
+    law.predict(2.0, np.ones(COUNT), 0.01 * np.eye(COUNT), MOTION)
+    still = law.without_current()
+    assert np.all(still.robots[:2, 0] < law.robots[:2, 0] - 0.1)
+    assert law.robots[law.current, 2] == pytest.approx(0.1, rel=0.05)
+    assert moored((0.1, 0.0), adrift=False).robots[0, 0] == 0.0
+
+
+def test_leaving_undoes_joining_but_for_what_joining_told():
+    law = MooredLaw.of(swimming((0.1, 0.0), (0.0, 0.0)), adrift=True)
+    place = law.robots[0, :2].copy()
+    law.moor(0)
+    np.testing.assert_allclose(law.shown(np.array([0]))[0], place, atol=1e-9)
+    law.mean[COUNT + 2] = 0.07  # swung to the east
+    law.release(0)
+    assert law.sway[0] == 0.0
+    np.testing.assert_allclose(law.robots[0, :2], place + np.array([0.07, 0.0]), atol=1e-9)
+    np.testing.assert_allclose(law.robots[0, 2:], law.robots[law.current, 2:])
+    assert law.covariance[COUNT + 2, COUNT + 2] > 0.3**2
+    np.linalg.cholesky(law.covariance)
+
+
+def test_half_of_a_swing_is_published_and_covered():
+    law = moored((0.0, 0.0), (0.0, 0.0))
+    place, alone = law.robots[0, 0], law.published()[1][0, 0, 0]
+    law.mean[COUNT + 2] = 0.4
+    mean, covariance = law.published()
+    assert mean[0, 0] - place == pytest.approx(0.2)
+    assert covariance[0, 0, 0] - alone == pytest.approx(0.2**2)
+
+
+def test_a_swing_is_forgotten_and_comes_again():
+    law = moored((0.0, 0.0))
+    law.mean[COUNT + 2] = 0.1
+    law.predict(3.0, np.ones(COUNT), 0.01 * np.eye(COUNT), MOTION)
+    assert law.robots[0, 2] == pytest.approx(0.1 / np.e)
+    assert law.covariance[COUNT + 2, COUNT + 2] == pytest.approx(law.variance)
+
+
+def test_the_current_stays_when_robots_go():
+    law = moored((0.0, 0.0), (0.0, 0.0))
+    law.drop(np.array([0]))
+    assert law.ids.tolist()[-1] == CURRENT
+    assert law.sway.tolist() == [1.0, 0.0]
