@@ -47,6 +47,7 @@ class ResultFolder:
         config: of the map frame.
         version: of the bag's files, see `BagWriter`.
         updates: picks the samples for other filters; None: none are written.
+        with_bag: write the result topics as a bag.
     """
 
     def __init__(
@@ -56,13 +57,18 @@ class ResultFolder:
         config: MapConfig | None = None,
         version: BagVersion | None = None,
         updates: PositionUpdates | None = None,
+        with_bag: bool = True,
     ) -> None:
         self._config = config or MapConfig()
         self._updates = updates
         self._frames = frames(self._config, namespace)
         self._on_water = OnWater(self._frames)
         self._folder = folder
-        self._bag = BagWriter(folder / "bag", compress=True, namespace=namespace, version=version)
+        self._bag: BagWriter | None = None
+        if with_bag:
+            self._bag = BagWriter(
+                folder / "bag", compress=True, namespace=namespace, version=version
+            )
         self._estimates: list[RobotEstimate] = []
         self._rejections: list[Rejection] = []
         self._poses: list[CameraPose] = []
@@ -71,7 +77,8 @@ class ResultFolder:
 
     def __enter__(self) -> Self:
         """Begin the bag."""
-        self._bag.__enter__()
+        if self._bag is not None:
+            self._bag.__enter__()
         return self
 
     def __exit__(
@@ -81,11 +88,12 @@ class ResultFolder:
         trace: TracebackType | None,
     ) -> None:
         """End the bag and write the tables and maps, unless something failed."""
-        if kind is None and self._estimates:
-            last_ns = max(estimate.stamp_ns for estimate in self._estimates)
-            fields = {"geojson": geojson(self._tracks())}
-            self._bag.write("robots/geojson", GEOJSON_TYPE, last_ns, fields, LATCHED)
-        self._bag.__exit__(kind, error, trace)
+        if self._bag is not None:
+            if kind is None and self._estimates:
+                last_ns = max(estimate.stamp_ns for estimate in self._estimates)
+                fields = {"geojson": geojson(self._tracks())}
+                self._bag.write("robots/geojson", GEOJSON_TYPE, last_ns, fields, LATCHED)
+            self._bag.__exit__(kind, error, trace)
         if kind is None:
             self._write_tables()
 
@@ -97,9 +105,10 @@ class ResultFolder:
         last = self._platform[-1][0] if self._platform else None
         if last is None or abs(result.stamp_ns - last) >= PLATFORM_STEP_NS:
             self._platform += [(result.stamp_ns, error) for error in result.platform]
-        self._write(self._on_water.leveled(result))
+        if self._bag is not None:
+            self._write(self._bag, self._on_water.leveled(result))
 
-    def _write(self, result: FrameResult) -> None:
+    def _write(self, bag: BagWriter, result: FrameResult) -> None:
         """Write the messages of one result, the origin and `earth` only when they change."""
         messages = result_messages(result, self._frames)
         moved = False
@@ -109,20 +118,21 @@ class ResultFolder:
         if not moved:
             messages = [one for one in messages if one.topic != MAP_DATUM]
         for one in messages:
-            self._bag.write(one.topic, one.msgtype, result.stamp_ns, one.fields, LATCHED)
+            bag.write(one.topic, one.msgtype, result.stamp_ns, one.fields, LATCHED)
         for sample in () if self._updates is None else self._updates.take(result):
             one = position_update(sample, result.datum, self._frames)
-            self._bag.write(one.topic, one.msgtype, result.stamp_ns, one.fields, RELIABLE)
+            bag.write(one.topic, one.msgtype, result.stamp_ns, one.fields, RELIABLE)
         if moved and result.datum is not None and self._config.publish_earth_tf:
             earth = earth_transform(result.stamp_ns, result.datum, self._frames)
-            self._bag.write(earth.topic, earth.msgtype, result.stamp_ns, earth.fields, LATCHED)
+            bag.write(earth.topic, earth.msgtype, result.stamp_ns, earth.fields, LATCHED)
         found = course_transforms(result, self._frames) if self._config.publish_tf else None
         if found is not None:
-            self._bag.write(found.topic, found.msgtype, result.stamp_ns, found.fields, RELIABLE)
+            bag.write(found.topic, found.msgtype, result.stamp_ns, found.fields, RELIABLE)
 
     def add_detections(self, log_ns: int, fields: dict[str, Any]) -> None:
         """Record the boxes of an image, so that the next replay needs no detector."""
-        self._bag.write("detections", DETECTIONS_TYPE, log_ns, fields, RELIABLE)
+        if self._bag is not None:
+            self._bag.write("detections", DETECTIONS_TYPE, log_ns, fields, RELIABLE)
 
     @property
     def drone(self) -> Track:

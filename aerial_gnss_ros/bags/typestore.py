@@ -4,12 +4,14 @@
 
 from __future__ import annotations
 
+import copy
 import functools
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from rosbags.interfaces import Nodetype
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 from rosbags.typesys.store import Typestore
@@ -65,52 +67,107 @@ def make(msgtype: str, fields: Mapping[str, Any], store: Typestore | None = None
     Raises:
         InputError: the type is unknown or lacks a given field.
     """
-    store = store or typestore()
-    if msgtype not in store.fielddefs:
-        raise InputError(
-            f"message type {msgtype} is unknown; known: vision_msgs, geographic_msgs "
-            "and the common interfaces of ROS 2 Jazzy."
-        )
-    definitions = dict(store.fielddefs[msgtype][1])
-    unknown = set(fields) - set(definitions)
-    if unknown:
-        raise InputError(f"{msgtype} has no field {', '.join(sorted(unknown))}.")
-    defaults = _DEFAULTS.get(msgtype, {})
-    values = {
-        name: _value(definition, fields.get(name, defaults.get(name)), store)
-        for name, definition in definitions.items()
-    }
-    return store.types[msgtype](**values)
+    makers = _makers() if store is None else _Makers(store)
+    # Copied, for what is absent is shared between the messages that a maker makes.
+    return copy.deepcopy(makers.of(msgtype)(fields))
 
 
 def serialize(msgtype: str, fields: Mapping[str, Any]) -> bytes:
     """Return a message as CDR bytes; see `make`."""
-    return bytes(typestore().serialize_cdr(make(msgtype, fields), msgtype))
+    made = _makers().of(msgtype)(fields)
+    return bytes(typestore().serialize_cdr(made, msgtype))
 
 
-def _value(definition: Any, value: Any, store: Typestore) -> Any:
+class _Makers:
+    """What makes messages, by type; made once, for a replay makes ten messages an image."""
+
+    def __init__(self, store: Typestore) -> None:
+        self.store = store
+        self._known: dict[str, _Maker] = {}
+
+    def of(self, msgtype: str) -> _Maker:
+        """Return what makes messages of a type.
+
+        Raises:
+            InputError: the type is unknown.
+        """
+        if msgtype not in self._known:
+            if msgtype not in self.store.fielddefs:
+                raise InputError(
+                    f"message type {msgtype} is unknown; known: vision_msgs, geographic_msgs "
+                    "and the common interfaces of ROS 2 Jazzy."
+                )
+            self._known[msgtype] = _Maker(msgtype, self)
+        return self._known[msgtype]
+
+
+@functools.cache
+def _makers() -> _Makers:
+    return _Makers(typestore())
+
+
+class _Maker:
+    """Makes messages of one type from nested dicts."""
+
+    def __init__(self, msgtype: str, makers: _Makers) -> None:
+        self._name, self._kind = msgtype, makers.store.types[msgtype]
+        definitions = makers.store.fielddefs[msgtype][1]
+        self._converters = {name: _converter(one, makers) for name, one in definitions}
+        own = _DEFAULTS.get(msgtype, {})
+        self._absent = {name: take(own.get(name)) for name, take in self._converters.items()}
+
+    def __call__(self, fields: Mapping[str, Any]) -> Any:
+        """Return a message; what is absent is the same object in all of them.
+
+        Raises:
+            InputError: the type has no field of a given name.
+        """
+        values = self._absent.copy()
+        converters = self._converters
+        for name, value in fields.items():
+            if name not in converters:
+                unknown = sorted(set(fields) - set(converters))
+                raise InputError(f"{self._name} has no field {', '.join(unknown)}.")
+            if value is not None:
+                values[name] = converters[name](value)
+        return self._kind(**values)
+
+
+def _converter(definition: Any, makers: _Makers) -> Callable[[Any], Any]:
+    """Return what makes a field's value of what is given; None gives the default."""
     kind, inner = definition
     if kind == Nodetype.BASE:
-        return _scalar(inner[0], value)
+        return _SCALARS.get(inner[0], _float if inner[0].startswith("float") else _int)
     if kind == Nodetype.NAME:
-        return make(inner, value or {}, store)
+        one = makers.of(inner)
+        return lambda value: one(value or {})
     (element_kind, element), length = inner
     length = length if kind == Nodetype.ARRAY else 0
     if element_kind == Nodetype.NAME:
-        return [make(element, item, store) for item in (value or [{}] * length)]
+        each = makers.of(element)
+        return lambda value: [each(item) for item in (value or [{}] * length)]
     if element[0] in ("string", "wstring"):
-        return list(value or [""] * length)
-    dtype = _NUMPY.get(element[0], element[0])
+        return lambda value: list(value or [""] * length)
+    dtype = np.dtype(_NUMPY.get(element[0], element[0]))
+    return functools.partial(_array, dtype, length)
+
+
+def _array(dtype: np.dtype[Any], length: int, value: Any) -> NDArray[Any]:
     if isinstance(value, bytes | bytearray | memoryview):
         return np.frombuffer(value, dtype=dtype)
     return np.zeros(length, dtype=dtype) if value is None else np.asarray(value, dtype=dtype)
 
 
-def _scalar(name: str, value: Any) -> Any:
-    if name in ("string", "wstring"):
-        return "" if value is None else str(value)
-    if name == "bool":
-        return bool(value)
-    if name.startswith("float"):
-        return 0.0 if value is None else float(value)
+def _float(value: Any) -> float:
+    return 0.0 if value is None else float(value)
+
+
+def _int(value: Any) -> int:
     return 0 if value is None else int(value)
+
+
+def _text(value: Any) -> str:
+    return "" if value is None else str(value)
+
+
+_SCALARS: dict[str, Callable[[Any], Any]] = {"string": _text, "wstring": _text, "bool": bool}

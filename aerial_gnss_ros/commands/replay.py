@@ -20,9 +20,11 @@ from aerial_gnss_ros.commands.configuration import add_arguments as add_configur
 from aerial_gnss_ros.commands.configuration import configuration
 from aerial_gnss_ros.commands.ending import ended_cleanly
 from aerial_gnss_ros.commands.progress import progress
+from aerial_gnss_ros.commands.replay_each import replay_each
 from aerial_gnss_ros.commands.replay_summary import as_json, as_text, folded
 from aerial_gnss_ros.core.config.estimator import EstimatorConfig
 from aerial_gnss_ros.core.estimation.position_updates import PositionUpdates
+from aerial_gnss_ros.core.values.errors import ConfigError
 from aerial_gnss_ros.detection.select import load_detector
 from aerial_gnss_ros.evaluation.errors import compare
 from aerial_gnss_ros.evaluation.platform import read_platform
@@ -47,6 +49,19 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "-o", "--output", type=Path, required=True, metavar="DIR", help="new folder for the results"
     )
     add_rosbag_version(parser)
+    parser.add_argument(
+        "--each", action="store_true",
+        help="each BAG is a flight of its own, with a result of its name in DIR",
+    )  # fmt: skip
+    parser.add_argument(
+        "-j", "--jobs", type=int, metavar="N", help="with --each: so many at a time (1)"
+    )
+    parser.add_argument(
+        "--no-bag", action="store_true", help="no result topics as a bag: faster, tables stay"
+    )
+    parser.add_argument(
+        "--no-figures", action="store_true", help="a report without pictures: faster"
+    )
     add_configuration(parser)
     parser.add_argument("--json", action="store_true", help="print the summary as JSON")
 
@@ -54,9 +69,18 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> int:
     """Replay bags."""
     refuse_existing(args.output)
+    if args.each:
+        return replay_each(args, replay)
+    if args.jobs is not None:
+        raise ConfigError("-j has a meaning only with --each: one flight is replayed in order.")
+    return replay(args)
+
+
+def replay(args: argparse.Namespace) -> int:
+    """Replay one flight."""
     config = configuration(args)
     with ended_cleanly(), open_bag(args.bags) as bag:
-        replay = Replay(
+        flight = Replay(
             bag,
             with_stated_datum(config.estimator, bag),
             config.detector,
@@ -64,32 +88,41 @@ def run(args: argparse.Namespace) -> int:
             namespace=args.namespace,
             detect=args.model is not None,
         )
-        say(f"Robots from {replay.summary.detections_from}; method {replay.method}.")
+        say(f"Robots from {flight.summary.detections_from}; method {flight.method}.")
         with partial(args.output) as folder:
             folder.mkdir()
             with (
                 _result_folder(folder, args, config.estimator) as results,
-                progress("replaying", replay.message_count, "messages") as report,
+                progress("replaying", flight.message_count, "messages") as report,
             ):
-                for result in replay.results(report, results.add_detections):
+                for result in flight.results(report, results.add_detections):
                     results.add(result)
-            write_replay_report(folder, results, replay, read_truth(bag))
-    for note in folded(replay.summary.notes):
+            truth = read_truth(bag)
+            names = write_replay_report(folder, results, flight, truth, not args.no_figures)
+    for note in folded(flight.summary.notes):
         say(note)
     if args.json:
-        print(json.dumps(as_json(args.output, replay.summary), indent=2))
+        print(json.dumps(as_json(args.output, flight.summary, names), indent=2))
     else:
-        print(as_text(args.output, replay.summary))
+        print(as_text(args.output, flight.summary, names))
     return 0
 
 
 def _result_folder(folder: Path, args: argparse.Namespace, config: EstimatorConfig) -> ResultFolder:
     updates = PositionUpdates(config.updates, config.noise.value("correlation_time_s"))
-    return ResultFolder(folder, args.namespace, config.map, args.rosbag_version, updates)
+    return ResultFolder(
+        folder, args.namespace, config.map, args.rosbag_version, updates, not args.no_bag
+    )
 
 
-def write_replay_report(folder: Path, results: ResultFolder, replay: Replay, truth: Truth) -> None:
-    """Write report.html from the tables beside it, with errors if the bag has truth."""
+def write_replay_report(
+    folder: Path, results: ResultFolder, replay: Replay, truth: Truth, figures: bool = True
+) -> dict[str, str]:
+    """Write report.html from the tables beside it, with errors if the bag has truth.
+
+    Returns:
+        The truth's names by published label; empty without truth.
+    """
     summary = replay.summary
     estimates = read_positions(folder / "positions.csv")
     errors = {replay.method: compare(estimates, truth.robots)} if truth.robots else {}
@@ -112,7 +145,9 @@ def write_replay_report(folder: Path, results: ResultFolder, replay: Replay, tru
                 ("boxes", f"{summary.boxes}, of which {summary.used} updated robots"),
             ],
         ),
+        None if figures else (),
     )
+    return {one.robot_id: one.truth_id for one in errors.get(replay.method, []) if one.robot_id}
 
 
 def say(sentence: str) -> None:

@@ -6,7 +6,7 @@ from __future__ import annotations
 
 import re
 import textwrap
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -18,14 +18,17 @@ WIDTH = 100
 """Line width in columns."""
 
 
-def as_json(output: Path, summary: Summary) -> dict[str, Any]:
-    """Return the summary as JSON."""
+def as_json(
+    output: Path, summary: Summary, names: Mapping[str, str] | None = None
+) -> dict[str, Any]:
+    """Return the summary as JSON values; `names` are the truth's by label."""
     return {
         "output": str(output),
         "detections_from": summary.detections_from,
         "frames": summary.frames,
         "positions": sum(summary.positions.values()),
         "robots": dict(sorted(summary.positions.items())),
+        "truth": dict(sorted((names or {}).items())),
         "boxes": summary.boxes,
         "boxes_used": summary.used,
         "rejections": dict(sorted(summary.rejections.items())),
@@ -36,14 +39,15 @@ def as_json(output: Path, summary: Summary) -> dict[str, Any]:
     }
 
 
-def as_text(output: Path, summary: Summary) -> str:
-    """Return the summary as text."""
+def as_text(output: Path, summary: Summary, names: Mapping[str, str] | None = None) -> str:
+    """Return the summary in words; `names` are the truth's by label."""
     robots = summary.positions
     positions = sum(robots.values())
     counts = (summary.frames, "image"), (len(robots), "robot"), (positions, "position")
     lines = [f"{output}: {', '.join(counted(*one) for one in counts)}"]
     lines += [
-        f"  {name:<24} {counted(count, 'position')}" for name, count in sorted(robots.items())
+        f"  {name:<24} {counted(count, 'position')}{_truly(name, names or {})}"
+        for name, count in sorted(robots.items())
     ]
     lines += boxes(summary)
     if summary.images_refused:
@@ -51,6 +55,12 @@ def as_text(output: Path, summary: Summary) -> str:
     for reason, count in sorted(summary.images_dropped.items()):
         lines.append(f"images skipped ({reason}): {count}")
     return "\n".join(lines)
+
+
+def _truly(label: str, names: Mapping[str, str]) -> str:
+    if not names:
+        return ""
+    return f", truly {names[label]}" if label in names else ", no true robot"
 
 
 def boxes(summary: Summary) -> list[str]:

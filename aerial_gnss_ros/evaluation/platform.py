@@ -14,15 +14,11 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
-from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
 from aerial_gnss_ros.adapters.table_files import table_rows
 from aerial_gnss_ros.core.values.errors import InputError
 from aerial_gnss_ros.core.values.samples import Array
-from aerial_gnss_ros.evaluation.picture import COLOURS, FAINT, INK, legend_above, png
 from aerial_gnss_ros.text.sentences import cut
 
 COLUMNS = ("stamp_ns", "error", "value", "sigma")
@@ -76,6 +72,13 @@ def platform_png(errors: Mapping[str, PlatformError]) -> bytes:
 
     An error that the filter does not estimate (sigma 0 throughout) is left out.
     """
+    # Matplotlib takes long to import, and who reads errors may draw none.
+    from matplotlib.figure import Figure
+    from matplotlib.lines import Line2D
+    from matplotlib.patches import Patch
+
+    from aerial_gnss_ros.evaluation.picture import COLOURS, FAINT, INK, legend_above, png
+
     shown = {name: e for name, e in errors.items() if np.any(e.sigma > 0.0)} or dict(errors)
     rows = math.ceil(len(shown) / 2)
     figure = Figure(figsize=(9, 0.9 + 1.7 * rows), layout="constrained")

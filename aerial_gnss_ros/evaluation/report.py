@@ -17,11 +17,8 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 from aerial_gnss_ros.bags.tables import EstimatedTrack, Track
 from aerial_gnss_ros.core.values.rejection import Cause, Reason
 from aerial_gnss_ros.evaluation.errors import RobotErrors, Summary, summarise
-from aerial_gnss_ros.evaluation.figures import axes_png, frames_png, methods_png, range_png
 from aerial_gnss_ros.evaluation.identity import Identities
-from aerial_gnss_ros.evaluation.picture import GREY, colours
 from aerial_gnss_ros.evaluation.platform import PlatformError, platform_png
-from aerial_gnss_ros.evaluation.track_map import map_png
 from aerial_gnss_ros.text.sentences import counted
 
 
@@ -100,6 +97,10 @@ def write_report(path: Path, report: Report, drawn: Sequence[Picture] | None = N
 
 def draw(report: Report) -> list[Picture]:
     """Return the report's own pictures; the first is the map."""
+    # Matplotlib takes long to import, and a report may have no pictures.
+    from aerial_gnss_ros.evaluation.figures import axes_png, frames_png, methods_png, range_png
+    from aerial_gnss_ros.evaluation.track_map import map_png
+
     found = [
         Picture(
             "map.png",
@@ -143,6 +144,8 @@ def draw(report: Report) -> list[Picture]:
 
 def _shades(report: Report) -> dict[str, str]:
     """Return colours by true robot: those of its published label on the map."""
+    from aerial_gnss_ros.evaluation.picture import GREY, colours
+
     published = colours(report.estimates)
     robots = next(iter(report.methods.values()), [])
     return {robot.truth_id: published.get(robot.robot_id, GREY) for robot in robots}
