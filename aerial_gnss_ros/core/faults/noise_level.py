@@ -19,6 +19,7 @@ import math
 from collections import deque
 from collections.abc import Iterable
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -55,8 +56,7 @@ is 1 / (ln 2 sqrt(n)); the squares of second differences that overlap are correl
 one."""
 
 
-@dataclass(frozen=True)
-class Innovation:
+class Innovation(NamedTuple):
     """Offset of a box from its robot's predicted position.
 
     Attributes:
@@ -121,14 +121,11 @@ def _second_differences(seen: Iterable[tuple[Innovation, ...]]) -> tuple[float, 
     for last in seen:
         if len(last) < 3:
             continue
-        one, two, three = last
-        before, after = two.stamp_ns - one.stamp_ns, three.stamp_ns - two.stamp_ns
+        (t1, x1, y1, (a1, b1, d1)), (t2, x2, y2, (a2, b2, d2)), (t3, x3, y3, (a3, b3, d3)) = last
+        before, after = t2 - t1, t3 - t2
         if not before / TUNING.uneven_intervals <= after <= before * TUNING.uneven_intervals:
             continue
-        x = one.east - 2.0 * two.east + three.east
-        y = one.north - 2.0 * two.north + three.north
-        (a1, b1, d1), (a2, b2, d2) = one.variances, two.variances
-        a3, b3, d3 = three.variances
+        x, y = x1 - 2.0 * x2 + x3, y1 - 2.0 * y2 + y3
         a, b, d = a1 + 4.0 * a2 + a3, b1 + 4.0 * b2 + b3, d1 + 4.0 * d2 + d3
         squared = d * x * x - 2.0 * b * x * y + a * y * y
         ratios.append(0.5 * squared / max(a * d - b * b, 1e-24))

@@ -28,7 +28,7 @@ class ConfirmationRuleTuning:
     largest_stretch: float = 7.0
     """Greatest extension of the window, as a factor; rarer images confirm nothing. With the default
     rule that is an image every 3.5 s: a robot swims out of its gate between rarer ones. Judged."""
-    look_s: float = 0.04
+    glint_s: float = 0.04
     """A glint or an error of the detector lasts for that long, s: images closer together do not
     tell the same thing twice. Judged."""
 
@@ -67,11 +67,11 @@ class ConfirmationRule:
 
         Args:
             hits: stamps of a track's measurements, ns, the oldest first; those within
-                `TUNING.look_s` count as one.
+                `TUNING.glint_s` count as one.
         """
         looks, last_ns = 0, -math.inf
         for stamp_ns in hits:
-            if stamp_ns - last_ns >= TUNING.look_s * 1e9:
+            if stamp_ns - last_ns >= TUNING.glint_s * 1e9:
                 looks, last_ns = looks + 1, stamp_ns
         return looks >= self.hits
 

@@ -188,7 +188,8 @@ class TrackTable:
             labelled += bool(tracks[row].robot_id) and not tracks[row].rejected
             tracks[row].rejected = True
         mean, covariance = self.filter.moments()
-        velocities, spread, edges = mean[:, 2:], covariance[:, 2:, 2:], seen.edge.tolist()
+        velocities, spread, edges = [*mean[:, 2:]], [*covariance[:, 2:, 2:]], seen.edge.tolist()
+        speeds = mean[:, 2:].tolist()
         fast = set(refused.tolist())
         for row, column in zip(rows.tolist(), columns.tolist(), strict=True):
             if row in fast:
@@ -197,7 +198,7 @@ class TrackTable:
             if track.state is not State.TENTATIVE:
                 track.state = State.CONFIRMED
                 since = min((stamp_ns - track.last_seen_ns) * 1e-9 / TRACK.habit_s, 1.0)
-                east, north = velocities[row].tolist()
+                east, north = speeds[row]
                 track.speed_history += since * 0.5 * (east * east + north * north)
                 track.speed_history_count += since
             track.leaving_view, track.last_seen_ns = edges[column], stamp_ns
