@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import copy
 import math
 from collections import Counter
 from dataclasses import replace
@@ -93,10 +94,26 @@ def player(sea):
     return lambda *args, **kwargs: Player(sea, *args, **kwargs)
 
 
+@pytest.fixture(scope="module")
+def flown(sea):
+    """Return a function that returns a flight after so many seconds in which all was right.
+
+    They are the same in every test: flown once, and copied.
+    """
+    flights = {}
+
+    def after(seconds):
+        if seconds not in flights:
+            flights[seconds] = Player(sea).play(seconds)
+        return copy.deepcopy(flights[seconds], {id(sea.camera): sea.camera})
+
+    return after
+
+
 @pytest.mark.parametrize("off", [DAY, -DAY, 3.0])
 @pytest.mark.parametrize("name", [*NEEDED, *OTHERS])
-def test_one_wrong_stamp_renames_nobody(player, name, off):
-    flight = player().play(3.0)
+def test_one_wrong_stamp_renames_nobody(flown, name, off):
+    flight = flown(3.0)
     before = flight.engine.inputs[name]
     flight.send(name, 3.0, off)
     flight.play(3.0).end()
@@ -110,8 +127,8 @@ def test_one_wrong_stamp_renames_nobody(player, name, off):
 
 @pytest.mark.parametrize("off", [DAY, -DAY, 5.0])
 @pytest.mark.parametrize("name", [*NEEDED, "attitude", "camera_info"])
-def test_one_input_with_wrong_stamps_for_5_s_renames_nobody(player, name, off):
-    flight = player().play(6.0).play(2.0, off={name: off})
+def test_one_input_with_wrong_stamps_for_5_s_renames_nobody(flown, name, off):
+    flight = flown(6.0).play(2.0, off={name: off})
     harmless = off < 0.0 and name in ("camera_info", "water_level", "depth")
     if not harmless and name != "attitude":  # which is not used
         assert flight.engine.inputs[name].state is InputState.BAD
@@ -174,8 +191,8 @@ def test_time_that_begins_anew_is_followed_within_a_second(player, telemetry, cl
 
 @pytest.mark.parametrize("hours", [3.0, -3.0])
 @pytest.mark.parametrize("clock", [True, False])
-def test_a_clock_that_steps_for_all_is_followed(player, hours, clock):
-    flight = player().play(5.0)
+def test_a_clock_that_steps_for_all_is_followed(flown, hours, clock):
+    flight = flown(5.0)
     off = dict.fromkeys((*NEEDED, *OTHERS), 3600.0 * hours)
     seen = len(flight.results)
     flight.play(5.0, off=off, clock=3600.0 * hours if clock else 0.0).end()
@@ -186,8 +203,8 @@ def test_a_clock_that_steps_for_all_is_followed(player, hours, clock):
 
 
 @pytest.mark.parametrize("step", [3600.0, -3600.0])
-def test_the_node_s_clock_alone_may_be_set(player, step):
-    flight = player().play(5.0).play(5.0, clock=step)
+def test_the_node_s_clock_alone_may_be_set(flown, step):
+    flight = flown(5.0).play(5.0, clock=step)
     flight.send("fix", 10.0, DAY)
     flight.play(2.0, clock=step).end()
     assert flight.engine.happened == Counter()
@@ -209,14 +226,14 @@ def test_images_whose_clock_comes_right_are_used(player):
     assert [[e.robot_id for e in r.estimates] for r in flight[-30:]] == [NAMES] * 30
 
 
-def test_a_clock_that_stays_elsewhere_is_reported_as_such(player):
-    flight = player().play(5.0).play(15.0, off={"detections": DAY}).end()
+def test_a_clock_that_stays_elsewhere_is_reported_as_such(flown):
+    flight = flown(5.0).play(15.0, off={"detections": DAY}).end()
     assert {one.reason for r in flight[-20:] for one in r.rejections} == {Reason.STALE_FIX}
 
 
 @pytest.mark.parametrize("name", NEEDED)
-def test_an_input_may_be_silent(player, name):
-    flight = player().play(4.0).play(20.0, without=(name,)).play(4.0)
+def test_an_input_may_be_silent(flown, name):
+    flight = flown(4.0).play(20.0, without=(name,)).play(4.0)
     results = flight.end()
     assert {e.robot_id for r in results[-10:] for e in r.estimates} == set(NAMES)
     assert flight.engine.inputs[name].bad == 0
@@ -253,8 +270,8 @@ def test_a_camera_on_a_mast_needs_several_images(sea):
     assert math.isclose(engine.robots[0].last_seen_ns, sea.stamp(-49.1), abs_tol=2.0)
 
 
-def test_what_waits_is_bounded(player):
-    flight = player().play(2.0)
+def test_what_waits_is_bounded(flown):
+    flight = flown(2.0)
     for i in range(6000):
         flight.send("fix", 0.001 * i, DAY)
     assert len(flight.engine._intake.arrivals._held) <= 4096
@@ -304,16 +321,16 @@ def test_all_clocks_step_and_names_stay(player, sea, by, node):
     assert all(seen_ns == stamp_ns for seen_ns, stamp_ns in last)
 
 
-def test_a_node_s_clock_that_steps_along_tells_nothing(player):
+def test_a_node_s_clock_that_steps_along_tells_nothing(flown):
     """Nobody knows how long it took."""
-    flight = player().play(4.0).play(4.0, off=dict.fromkeys(ALL, -DAY), clock=-DAY)
+    flight = flown(4.0).play(4.0, off=dict.fromkeys(ALL, -DAY), clock=-DAY)
     names = {e.robot_id for e in flight.end()[-1].estimates}
     assert names.isdisjoint(NAMES)
 
 
-def test_another_scene_has_new_names(player):
+def test_another_scene_has_new_names(flown):
     """A recording that begins again, while the node's clock goes on."""
-    flight = player().play(6.0)
+    flight = flown(6.0)
     flight.world.robots = {
         name: lambda _t, at=at: at
         for name, at in {"a": (8.0, 24.0), "b": (-3.0, 31.0), "c": (-8.0, 19.0)}.items()
@@ -324,9 +341,9 @@ def test_another_scene_has_new_names(player):
     assert len(flight.results[-1].estimates) == 3
 
 
-def test_images_alone_lack_telemetry_of_their_time(player):
+def test_images_alone_lack_telemetry_of_their_time(flown):
     """Their arrival does not tell it well enough."""
-    flight = player().play(5.0).play(15.0, off={"detections": DAY}, steady=0.0)
+    flight = flown(5.0).play(15.0, off={"detections": DAY}, steady=0.0)
     flight.end()
     assert {one.reason for r in flight.results[-20:] for one in r.rejections} == {Reason.STALE_FIX}
 
@@ -339,8 +356,8 @@ def test_names_are_saved_as_they_are_stamped(player, tmp_path):
     assert seen == {flight.results[-1].stamp_ns}
 
 
-def test_predictions_are_stamped_like_images(player):
-    flight = player().play(4.0).play(4.0, off=dict.fromkeys(ALL, DAY))
+def test_predictions_are_stamped_like_images(flown):
+    flight = flown(4.0).play(4.0, off=dict.fromkeys(ALL, DAY))
     last = flight.results[-1].stamp_ns
     ahead = flight.engine.predicted(last + 2_000_000_000)
     assert ahead.stamp_ns == last + 2_000_000_000
