@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Writes pictures with boxes drawn into them: one file each, or a video."""
+"""Writes images with drawn boxes: one file each, or a video."""
 
 from __future__ import annotations
 
@@ -22,24 +22,24 @@ _QUALITY = 88
 
 
 class AnnotatedPictures:
-    """One JPEG for each picture; use as a context manager.
+    """One JPEG per image; use as a context manager.
 
     Args:
-        folder: where to write them.
+        folder: of the files.
     """
 
     def __init__(self, folder: Path) -> None:
         self._folder = folder
 
     def __enter__(self) -> Self:
-        """Nothing has to be opened."""
+        """Enter; nothing is opened."""
         return self
 
     def __exit__(self, *_: object) -> None:
-        """Nothing has to be closed."""
+        """Exit; nothing is closed."""
 
     def add(self, name: str, image: Image, found: DetectionFrame) -> None:
-        """Write a picture with its boxes.
+        """Write an image with its boxes.
 
         Raises:
             OSError: it cannot be written.
@@ -50,11 +50,11 @@ class AnnotatedPictures:
 
 
 class AnnotatedVideo:
-    """A video of all pictures; use as a context manager.
+    """A video of all images; use as a context manager.
 
     Args:
         path: the file, .mp4.
-        rate_hz: frames a second.
+        rate_hz: frame rate, Hz.
     """
 
     def __init__(self, path: Path, rate_hz: float) -> None:
@@ -62,7 +62,7 @@ class AnnotatedVideo:
         self._writer: cv2.VideoWriter | None = None
 
     def __enter__(self) -> Self:
-        """Wait for the first picture, whose size the video has."""
+        """Enter; the video is created with the size of the first image."""
         return self
 
     def __exit__(self, *_: object) -> None:

@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Pictures wherever they are: image files, folders of them, videos, bags."""
+"""Images from any source: image files, folders, videos, bags."""
 
 from __future__ import annotations
 
@@ -23,12 +23,12 @@ IMAGE_ENDINGS = (".jpg", ".jpeg", ".png", ".bmp", ".webp", ".tif", ".tiff")
 
 @dataclass(frozen=True)
 class Picture:
-    """One picture that has not been read yet.
+    """One image, not yet read.
 
     Attributes:
-        name: of its file, or that a file of it would have.
+        name: of its file, or a file name for it.
         stamp_ns: its stamp in a bag, its time in a video; None of an image file.
-        read: returns (height, width, 3) blue, green, red; InputError if it is no image.
+        read: returns (height, width, 3) blue, green, red; InputError if it is not an image.
     """
 
     name: str
@@ -38,11 +38,11 @@ class Picture:
 
 @dataclass(frozen=True)
 class Source:
-    """Pictures that belong together.
+    """Images of one source.
 
     Attributes:
         name: of the file or folder.
-        count: how many there are.
+        count: number of images.
         pictures: yields them in order.
         rate_hz: of a video; 0 of anything else.
     """
@@ -54,14 +54,14 @@ class Source:
 
 
 def open_pictures(path: Path, max_pixels: int = MAX_PIXELS) -> Source:
-    """Look at an image, a folder of images, a video or a bag.
+    """Open an image, a folder of images, a video or a bag.
 
     Args:
         path: the file or folder.
         max_pixels: larger images are refused when they are read.
 
     Raises:
-        InputError: there is no such thing, or no picture in it.
+        InputError: no such path, or no image in it.
     """
     if path.is_dir():
         if (path / "metadata.yaml").is_file():
@@ -80,7 +80,7 @@ def open_pictures(path: Path, max_pixels: int = MAX_PIXELS) -> Source:
 def _folder(path: Path, max_pixels: int) -> Source:
     files = sorted(file for file in path.iterdir() if file.suffix.lower() in IMAGE_ENDINGS)
     if not files:
-        raise InputError(f"{path} holds no images ({', '.join(IMAGE_ENDINGS)}) and is no bag.")
+        raise InputError(f"{path} has no images ({', '.join(IMAGE_ENDINGS)}) and is not a bag.")
     return _files(path.name, files, path, max_pixels)
 
 
@@ -115,7 +115,7 @@ def _bag(path: Path, max_pixels: int) -> Source:
             if topic.msgtype in (IMAGE, COMPRESSED) and topic.count
         }
     if not found:
-        raise InputError(f"{path} has no images; a flight of boxes only has none to look at.")
+        raise InputError(f"{path} has no images; it may be a simulated flight with boxes only.")
     if len(found) > 1:
         raise InputError(
             f"{path} has images on several topics ({', '.join(found)}); give a bag with one of "

@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""`aerial-gnss detect`: boxes on images, folders, videos and bags, drawn, listed and scored."""
+"""`aerial-gnss detect`: detects robots in any images; lists, draws and scores boxes."""
 
 from __future__ import annotations
 
@@ -42,32 +42,34 @@ MOST_TOLD = 8
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the command's arguments."""
     parser.epilog = (
-        "boxes.csv has a row a box: left and top edge, width and height in px of the picture, "
+        "boxes.csv has a row per box: left and top edge, width and height in px of the image, "
         "whose first pixel reaches from 0 to 1. LABELS is such a table (class or class_id; a row "
-        "without a class for a picture with nothing in it), or a folder of YOLO's text files."
+        "without a class for an image without objects), or a folder of YOLO's text files."
     )
     parser.add_argument(
         "pictures", type=Path, nargs="+", metavar="PICTURES",
-        help="images, a folder of them, videos, bags",
+        help="images, folders of images, videos, bags",
     )  # fmt: skip
     parser.add_argument(
         "-o", "--output", type=Path, required=True, metavar="DIR", help="new folder for the results"
     )
     parser.add_argument(
-        "--model", metavar="FILE", help="detection model instead of the shipped one"
+        "--model", metavar="FILE", help="detection model (default: the shipped one)"
     )
     parser.add_argument(
-        "--search", choices=(FULL, ROI, TILES), help="parts of a picture that are looked at"
+        "--search",
+        choices=(FULL, ROI, TILES),
+        help="search mode: parts of an image that the network processes",
     )
     parser.add_argument(
         "--score", type=float, metavar="S", help="least score of a box (default 0.3)"
     )
     parser.add_argument(
         "--params", type=Path, action="append", default=[], metavar="YAML",
-        help="parameter file as for the detector node; may be given again, a later one wins",
+        help="parameter file as for the detector node; may be repeated, later ones take precedence",
     )  # fmt: skip
     parser.add_argument(
-        "--against", type=Path, metavar="LABELS", help="score the boxes against these"
+        "--against", type=Path, metavar="LABELS", help="score the boxes against these labels"
     )
     parser.add_argument(
         "--any-class", action="store_true", help="with --against: labels of all classes count"
@@ -76,19 +78,19 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--iou", type=float, default=MATCH_IOU, metavar="X",
         help=f"with --against: least overlap with a label, 0 to 1 (default {MATCH_IOU})",
     )  # fmt: skip
-    parser.add_argument("--no-pictures", action="store_true", help="write no annotated pictures")
-    parser.add_argument("--json", action="store_true", help="the summary for machines")
+    parser.add_argument("--no-pictures", action="store_true", help="write no annotated images")
+    parser.add_argument("--json", action="store_true", help="print the summary as JSON")
 
 
 @dataclass
 class Summary:
-    """What was found.
+    """Result of the detection.
 
     Attributes:
-        images: pictures that were looked at.
+        images: number of processed images.
         boxes: by class.
-        refused: pictures that could not be read, why and how many.
-        comparison: with labels, where there are any.
+        refused: counts of unreadable images, by reason.
+        comparison: with labels, if there are any.
     """
 
     images: int = 0
@@ -98,7 +100,7 @@ class Summary:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Detect robots in pictures."""
+    """Detect robots in images."""
     refuse_existing(args.output)
     if not 0.0 < args.iou <= 1.0:
         raise InputError(f"--iou {args.iou:g} must lie above 0 and at most at 1.")
@@ -130,7 +132,7 @@ def _config(args: argparse.Namespace) -> DetectorConfig:
 
 
 def _silent(_sentence: str) -> None:
-    """Leave out what only matters to nodes."""
+    """Suppress messages that matter only to nodes."""
 
 
 def _check_names(sources: Sequence[Source]) -> None:
@@ -138,13 +140,13 @@ def _check_names(sources: Sequence[Source]) -> None:
     twice = [name for name, count in names.items() if count > 1]
     if twice:
         raise InputError(
-            f"two inputs are called {twice[0]}, so that their boxes could not be told apart; look "
-            "at them one after the other."
+            f"two inputs have the name {twice[0]}, so their boxes could not be distinguished; "
+            "process them separately."
         )
 
 
 class _Work:
-    """Looks at pictures one by one and keeps what it finds."""
+    """Processes images one by one and collects their boxes."""
 
     def __init__(
         self,
@@ -160,11 +162,11 @@ class _Work:
         self._rows.writerow(COLUMNS)
 
     def all(self, sources: Sequence[Source], drawn: Path | None) -> None:
-        """Look at all pictures.
+        """Process all images.
 
         Args:
-            sources: where they are.
-            drawn: folder for annotated ones; None: draw none.
+            sources: of the images.
+            drawn: folder for annotated images; None: none.
         """
         for source in sources:
             prefix = f"{source.name}/" if len(sources) > 1 and source.count > 1 else ""
@@ -221,13 +223,11 @@ def _frame(picture: Picture, found: Detections) -> DetectionFrame:
 
 
 def _check(summary: Summary, against: Path | None) -> None:
-    """Refuse a run of which nothing is of use."""
+    """Refuse a run without usable input."""
     if not summary.images:
-        raise InputError(next(iter(summary.refused), "there is no picture in it."))
+        raise InputError(next(iter(summary.refused), "there is no image in it."))
     if summary.comparison is not None and not summary.comparison.labelled:
-        raise InputError(
-            f"{against} says nothing of any of these pictures: its names are others than theirs."
-        )
+        raise InputError(f"{against} has labels of none of these images: the file names differ.")
 
 
 def _as_text(output: Path, summary: Summary) -> str:

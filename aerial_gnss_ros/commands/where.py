@@ -18,7 +18,7 @@ from aerial_gnss_ros.nodes import require_ros
 from aerial_gnss_ros.text.sentences import utc
 
 TWO_SIGMA_95 = 2.448
-"""Radius of the 95 % circle over one sigma per axis: two degrees of freedom."""
+"""Ratio of the 95 % circle's radius to one sigma per axis, with two degrees of freedom."""
 LOST_M = 0.9 * math.sqrt(UNKNOWN_LENGTH_M2)
 ANSWERED, NOT_MEASURED = 0, 1
 _LONGEST_S = 86_400.0
@@ -31,15 +31,17 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "Ten lines of Python do the same: docs/howto/consuming.md."
     )
     parser.add_argument("robot", metavar="ROBOT", help="its label, such as aqua_1")
-    parser.add_argument("--namespace", default="", help="of the estimator, such as drone1")
+    parser.add_argument(
+        "--namespace", default="", help="namespace of the estimator, such as drone1"
+    )
     parser.add_argument(
         "--measured", action="store_true",
-        help="wait for a position that is measured, and not received before the question",
+        help="wait for a measured position received after the request",
     )  # fmt: skip
     parser.add_argument(
-        "--seconds", type=float, default=10.0, metavar="S", help="wait at most (%(default)g)"
+        "--seconds", type=float, default=10.0, metavar="S", help="longest wait, s (%(default)g)"
     )
-    parser.add_argument("--json", action="store_true", help="the answer for machines")
+    parser.add_argument("--json", action="store_true", help="print the answer as JSON")
 
 
 def run(args: argparse.Namespace) -> int:
@@ -54,7 +56,7 @@ def run(args: argparse.Namespace) -> int:
     latched: list[int] = []
 
     def wanted(message: Any) -> bool:
-        """Take the first answer, or with --measured the first new measurement."""
+        """Accept the first answer, or with --measured the first new measurement."""
         if not args.measured:
             return True
         seen = sighting(args.robot, message)
@@ -71,11 +73,11 @@ def run(args: argparse.Namespace) -> int:
 
 @dataclass(frozen=True)
 class Answer:
-    """What the estimator says of a robot.
+    """The estimator's answer about a robot.
 
     Attributes:
         seen: the position.
-        spent_s: from the question to the answer, s.
+        spent_s: time from request to answer, s.
     """
 
     seen: Sighting
@@ -90,11 +92,11 @@ class Answer:
 
     @property
     def age_s(self) -> float:
-        """By how much this computer's clock is ahead of the position, s."""
+        """Age of the position by this computer's clock, s."""
         return time.time() - self.seen.stamp_ns * 1e-9
 
     def fields(self) -> dict[str, Any]:
-        """Return the answer for machines."""
+        """Return the answer as JSON fields."""
         seen = self.seen
         return {
             "robot": seen.robot_id,
@@ -115,7 +117,7 @@ class Answer:
         when = f"{utc(seen.stamp_ns)}, {self.age_s:.1f} s ago"
         place = f"{math.degrees(seen.latitude):.7f}, {math.degrees(seen.longitude):.7f}"
         if self.state == "lost":
-            return f"{name} is lost since {when}; it was last expected at {place}."
+            return f"{name} has been lost since {when}; its last predicted position is {place}."
         return (
             f"{name} is at {place}, with 95 % within {TWO_SIGMA_95 * seen.sigma:.1f} m; "
             f"{self.state}, {when}."
@@ -127,11 +129,10 @@ def _nothing(args: argparse.Namespace, others: list[str], heard: bool) -> str:
     if heard:
         return (
             f"{args.robot} was not measured within {args.seconds:g} s; without --measured the "
-            "last position known is given."
+            "last known position is printed."
         )
     known = f"only {', '.join(others)}" if others else "no robot"
     return (
-        f"nobody told within {args.seconds:g} s where {args.robot} is; {known} is published here. "
-        "Look at the estimator, its --namespace, ROS_DOMAIN_ID and "
-        "ROS_AUTOMATIC_DISCOVERY_RANGE."
+        f"no position of {args.robot} within {args.seconds:g} s; {known} is published here. Check "
+        "the estimator, its --namespace, ROS_DOMAIN_ID and ROS_AUTOMATIC_DISCOVERY_RANGE."
     )

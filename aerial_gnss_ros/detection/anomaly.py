@@ -1,10 +1,10 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Finds what is unlike the water around it, whatever it is: no training, one class.
+"""Detects anything unlike the water around it, without training, as one class.
 
 Reed and Yu, "Adaptive multiple-band CFAR detection of an optical pattern with unknown spectral
 distribution", IEEE Trans. ASSP 38(10), 1990: the squared Mahalanobis distance of a pixel's colour
-from those in a ring around it, at several scales. A thing stands out at the scale of its size, a
+from those in a ring around it, at several scales. An object stands out at the scale of its size; a
 glint or a crest of foam, which is smaller, only at finer ones.
 """
 
@@ -38,17 +38,17 @@ class Tuning:
     Attributes:
         long_side_px: an image is reduced to this before anything else: waves average out, and two
             cores process ten images a second.
-        scales: further reductions; things of about 4 to 13 px are sought in each. At full
+        scales: further reductions; objects of about 4 to 13 px are searched in each. At full
             resolution most of what stands out is glint.
         ring_px: side of the square whose pixels are the background.
-        guard_px: side of the square in its middle that is left out: the thing itself.
-        floor: variance of colour that is always there, levels squared: rounding and compression.
+        guard_px: side of the central square that is excluded: the object itself.
+        floor: least variance of colour, levels squared: rounding and compression.
         half_score: squared distance whose score is 0.5. The default threshold of 0.3 is then a
             squared distance of 51, where no pixel of Gaussian water ever is: real water has crests
             and glint.
         edge: squared distance at a box's edges, whatever the threshold of its middle is.
-        overlap: boxes that share more than this of the smaller one are the same thing.
-        most: at each scale the strongest are kept.
+        overlap: boxes that share more than this of the smaller one are one object.
+        most: greatest number of boxes at each scale, the strongest.
     """
 
     long_side_px: int = 960
@@ -66,13 +66,13 @@ TUNING = Tuning()
 
 
 class AnomalyDetector:
-    """Finds things on water by their colour alone.
+    """Detects objects on water by colour alone.
 
     Args:
         config: score threshold, class name, greatest number of boxes.
 
     Raises:
-        ConfigError: a search mode or several classes, which make no sense here.
+        ConfigError: a search mode or several classes, which do not apply.
     """
 
     name = "anomaly (Reed-Xiaoli, any object, no network)"
@@ -80,7 +80,7 @@ class AnomalyDetector:
     def __init__(self, config: DetectorConfig) -> None:
         if config.search.mode != FULL:
             raise ConfigError(
-                f"search.mode is {config.search.mode}, but the model {ANOMALY} looks at whole "
+                f"search.mode is {config.search.mode}, but the model {ANOMALY} processes whole "
                 "images; set it to full."
             )
         if len(config.class_names) > 1:
@@ -92,7 +92,7 @@ class AnomalyDetector:
         self._config = config
 
     def detect(self, image: Image) -> Detections:
-        """Return boxes of what stands out, the most unlike first."""
+        """Return boxes of anomalies, the strongest first."""
         began = time.perf_counter()
         size = (image.shape[1], image.shape[0])
         shrink = min(1.0, TUNING.long_side_px / max(size))

@@ -1,8 +1,8 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""What differs between the rclpy of ROS 2 Humble and that of Jazzy: no other module asks.
+"""Differences between the rclpy of ROS 2 Humble and of Jazzy; no other module depends on them.
 
-Written from rclpy's sources (branches humble and jazzy). Humble itself was not at hand.
+Written from rclpy's sources (branches humble and jazzy). Humble itself was not available.
 """
 
 from __future__ import annotations
@@ -45,8 +45,8 @@ def with_info(callback: Callable[[Any, dict[str, Any]], None]) -> Callable[..., 
 def after_changes(node: Node, changed: Callable[[list[Parameter]], None]) -> None:
     """Call a function when parameters have new values, once all callbacks have agreed.
 
-    Humble knows no such callback. There it is called in the executor's next turn, with those
-    whose value is what was asked for: another callback may have refused.
+    Humble has no such callback. There it is called in the executor's next cycle, with the
+    parameters that have the requested values: another callback may have refused.
     """
     if hasattr(node, "add_post_set_parameters_callback"):
         node.add_post_set_parameters_callback(changed)

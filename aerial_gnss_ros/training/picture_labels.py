@@ -1,11 +1,11 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""What is in pictures, by their names, from a table or YOLO's text files; and what is false on it.
+"""Labels of images by file name, from a table or YOLO's text files, and comparison with boxes.
 
-A table has a row for each thing: `file_name`, its class (`class` or `class_id`), left and top edge
+A table has a row for each object: `file_name`, its class (`class` or `class_id`), left and top edge
 (`x_px`, `y_px`; the first pixel reaches from 0 to 1), width and height (`width_px`, `height_px`; in
-tables that state the picture's own size so, `width_box_px`, `height_box_px`). A row without a class
-says that nothing is in the picture.
+tables that state the image's own size under these names, `width_box_px`, `height_box_px`). A row
+without a class states that the image has no objects.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ _SIZES = (("width_box_px", "height_box_px"), ("width_px", "height_px"))
 
 @dataclass(frozen=True)
 class Labels:
-    """Things in one picture.
+    """Objects in one image.
 
     Attributes:
         classes: (n,) names.
@@ -60,7 +60,7 @@ class Labels:
 
 
 class PictureLabels:
-    """Labels of many pictures.
+    """Labels of many images.
 
     Args:
         path: a table, or a folder with a text file for each picture as YOLO has them.
@@ -81,7 +81,7 @@ class PictureLabels:
             )
 
     def of(self, name: str, size: tuple[int, int]) -> Labels | None:
-        """Return what is in a picture; None where nothing was said of it.
+        """Return the labels of an image; None if it has none.
 
         Args:
             name: of its file; the folder does not count.
@@ -125,7 +125,7 @@ def _table(path: Path) -> dict[str, list[Row]]:
                 f"{path}, line {line}: {shown(texts)} must be left, top, width and height in px."
             ) from error
         if not (np.isfinite([left, top, width, height]).all() and min(width, height) >= 0.0):
-            raise InputError(f"{path}, line {line}: {shown(texts)} is no box.")
+            raise InputError(f"{path}, line {line}: {shown(texts)} is not a box.")
         of_picture.append((kind, left, top, width, height))
     if not rows:
         raise InputError(f"{path} has no rows; there is nothing to compare with.")
@@ -153,15 +153,15 @@ def _yolo(file: Path, names: Sequence[str], size: tuple[int, int]) -> list[Row]:
 
 @dataclass
 class Comparison:
-    """Boxes against labels, picture by picture.
+    """Comparison of boxes with labels, image by image.
 
     Attributes:
-        least_iou: of a box that has found a label.
-        any_class: labels of all classes are what the detector looks for.
+        least_iou: of a box that matches a label.
+        any_class: whether labels of all classes count as robots.
         score: robots found and missed, false boxes.
-        labelled: pictures that have labels.
+        labelled: number of images with labels.
         others: labels of classes that the detector does not know, by class.
-        false_on: false boxes by what they lie on: such a class, or `nothing`.
+        false_on: false boxes by the class under them, or `nothing`.
     """
 
     least_iou: float = MATCH_IOU
@@ -172,7 +172,7 @@ class Comparison:
     false_on: Counter[str] = field(default_factory=Counter)
 
     def add(self, found: Detections, labels: Labels) -> None:
-        """Count one picture."""
+        """Count one image."""
         self.labelled += 1
         if self.any_class:
             found = replace(found, class_ids=np.zeros_like(found.class_ids))

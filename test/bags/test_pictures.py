@@ -40,7 +40,7 @@ def make_bag(path, topics=("camera/image_raw",), count=2):
 def test_a_folder_by_name_and_a_file_alone(tmp_path):
     for name, level in (("b.png", 20), ("a.PNG", 10), ("c.bmp", 30)):
         cv2.imwrite(str(tmp_path / name), grey(level))
-    (tmp_path / "notes.txt").write_text("no picture")
+    (tmp_path / "notes.txt").write_text("no image in it")
     source = open_pictures(tmp_path)
     assert [picture.name for picture in source.pictures()] == ["a.PNG", "b.png", "c.bmp"]
     assert (source.count, source.rate_hz, levels(source)) == (3, 0.0, [10, 20, 30])
@@ -85,9 +85,9 @@ def test_a_damaged_picture_says_so_when_it_is_read(tmp_path):
 def test_what_holds_no_pictures_is_refused(tmp_path):
     with pytest.raises(InputError, match=r"does not exist; give images"):
         open_pictures(tmp_path / "nowhere")
-    with pytest.raises(InputError, match=r"holds no images .* and is no bag"):
+    with pytest.raises(InputError, match=r"has no images .* and is not a bag"):
         open_pictures(tmp_path)
-    with pytest.raises(InputError, match="has no images; a flight of boxes only"):
+    with pytest.raises(InputError, match="has no images; it may be a simulated flight"):
         open_pictures(boxes_only(tmp_path))
     several = make_bag(tmp_path / "several", topics=("left/image_raw", "right/image_raw"))
     with pytest.raises(InputError, match=r"several topics \(/left/image_raw, /right/image_raw\)"):

@@ -132,9 +132,9 @@ def test_a_picture_that_cannot_be_read_is_told_and_left_out(folder, tmp_path, ca
     ("args", "sentence"),
     [
         (["nowhere"], "nowhere does not exist; give images, a folder, a video or a bag."),
-        (["{images}", "{images}"], "two inputs are called test"),
+        (["{images}", "{images}"], "two inputs have the name test"),
         (["{images}", "--against", "{images}"], "holds no label files"),
-        (["{images}", "--against", "{other}"], "says nothing of any of these pictures"),
+        (["{images}", "--against", "{other}"], "has labels of none of these images"),
         (["{damaged}"], "cannot be read"),
         (["{images}", "--iou", "0"], "--iou 0 must lie above 0 and at most at 1."),
         (["{images}", "--score", "2"], "score_threshold must lie within"),

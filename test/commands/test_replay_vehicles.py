@@ -204,5 +204,5 @@ def test_heights_from_an_altitude_of_nan_are_told_and_refused(
         "fix: {altitude_datum: amsl}}}\n"
     )
     assert replay(bag, tmp_path / "out", "--params", own, *arguments) == 0
-    assert "The fix's altitude is NaN, and height.source none makes" in capsys.readouterr().err
+    assert "The fix's altitude is NaN, but height.source none computes" in capsys.readouterr().err
     assert (tmp_path / "out" / "rejected.csv").read_text().count(",bad_fix,") == 5

@@ -85,7 +85,7 @@ def test_images_of_any_size_are_no_error(size):
 @pytest.mark.parametrize(
     ("values", "sentence"),
     [
-        ({"search.mode": "tiles"}, "search.mode is tiles, but the model anomaly looks at whole"),
+        ({"search.mode": "tiles"}, "search.mode is tiles, but the model anomaly processes whole"),
         ({"class_names": ["a", "b"]}, "class_names has 2 names, .* knows one class"),
     ],
 )

@@ -62,7 +62,7 @@ def test_a_prediction_is_no_measurement(estimator, capsys):
     estimator(status=-1, sigma=1000.0)
     status, out, _ = where(capsys)
     assert status == 1
-    assert "d1/aqua_1 is lost since 2025-01-01" in out
+    assert "d1/aqua_1 has been lost since 2025-01-01" in out
 
 
 def test_a_new_measurement_is_waited_for(estimator, capsys):
@@ -96,6 +96,8 @@ def test_who_is_not_there_is_said(estimator, capsys):
     estimator()
     status = cli.main(["where", "aqua_7", "--namespace", "d1", "--seconds", "2"])
     assert status == 2
-    assert "where aqua_7 is; only aqua_1 is published here" in capsys.readouterr().err
+    assert (
+        "no position of aqua_7 within 1 s; only aqua_1 is published here" in capsys.readouterr().err
+    )
     assert cli.main(["where", "a b", "--seconds", "1"]) == 2
     assert "is invalid" in capsys.readouterr().err

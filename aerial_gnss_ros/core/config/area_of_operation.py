@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""An area of operation as GeoJSON (RFC 7946): polygons with holes, and what can be wrong in it."""
+"""Parses an area of operation: GeoJSON (RFC 7946) polygons with holes."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def polygons_from_geojson(text: str) -> tuple[Polygon, ...]:
         text: a JSON document, longitude before latitude, in degrees (WGS84).
 
     Raises:
-        ConfigError: not GeoJSON, no polygon, or one that is none: too few corners, crossing edges,
+        ConfigError: not GeoJSON, no polygon, or an invalid one: too few corners, crossing edges,
             not in degrees, latitude and longitude swapped, or larger than any area of operation.
     """
     try:
@@ -96,7 +96,7 @@ def _ring(corners: Any) -> Array:
             "needs at least 3."
         )
     ring = np.array(places)
-    # One that crosses the antimeridian goes on beyond 180 degrees.
+    # Across the antimeridian, longitudes continue beyond 180 degrees.
     ring[:, 0] = np.rad2deg(np.unwrap(np.deg2rad(ring[:, 0])))
     return ring
 
@@ -123,7 +123,7 @@ def _corner(corner: Any) -> tuple[float, float]:
 
 
 def _number(value: Any) -> float:
-    """Return a number; NaN for what is none, or larger than any."""
+    """Return a number; NaN for other values or numbers too large."""
     if isinstance(value, bool) or not isinstance(value, int | float):
         return math.nan
     return float(value) if abs(value) < 1e9 else math.nan  # float() of a huge one raises

@@ -13,13 +13,13 @@ MAX_BYTES = 1_000_000
 
 
 def load_area(area: str) -> tuple[Polygon, ...]:
-    """Return the polygons that `detections.area` names; none where it is empty.
+    """Return the polygons of `detections.area`; none if it is empty.
 
     Args:
         area: a path, or the text itself, which begins with a brace.
 
     Raises:
-        ConfigError: the file cannot be read, or what it holds is no area.
+        ConfigError: the file is unreadable or has no valid area.
     """
     if not area.strip():
         return ()

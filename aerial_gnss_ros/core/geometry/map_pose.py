@@ -31,7 +31,7 @@ class MapPose:
 
     @staticmethod
     def of(pose: CameraPose, local: LocalMap) -> MapPose:
-        """Return a camera's pose in `map`, which takes the water at its origin's altitude."""
+        """Return a camera's pose in `map`, with the water at the origin's altitude."""
         (place,) = ecef_of_places([(pose.latitude, pose.longitude, pose.height)])
         axes = local.axes
         turn = axes @ enu_axes(pose.latitude, pose.longitude).T
@@ -44,7 +44,7 @@ class MapPose:
         return turned
 
     def corrected(self, errors: Array, axes: Array) -> MapPose:
-        """Return the pose with the platform's errors (6,) or more taken out.
+        """Return the pose corrected by the platform's errors (6,) or more.
 
         Args:
             errors: East, North, height (m), roll, pitch, heading (rad).

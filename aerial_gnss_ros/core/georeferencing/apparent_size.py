@@ -1,10 +1,10 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Which boxes cannot be a robot of their class: too long or too short for where they lie.
+"""Size check: refuses boxes too long or too short for a robot of their class at their distance.
 
-A thing of length L on the water, seen from a depression d, extends over at least L sin d and at
-most L across the line of sight, whatever its heading. Its box's longer side is at most that, and
-its diagonal at least.
+An object of length L on the water, seen from an angle d below the horizon, extends over at least L
+sin d and at most L across the line of sight, whatever its heading. Its box's longer side is at most
+L, and its diagonal at least L sin d.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ BORDER_PX = 3.0
 
 
 class SizeCheck:
-    """Compares boxes with the lengths that robots of their class have.
+    """Compares boxes with the lengths of robots of their class.
 
     Args:
         config: `classes.<name>.length_m`; the noise of boxes and height.

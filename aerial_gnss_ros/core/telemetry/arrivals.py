@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Messages on their way in: those whose stamps are far off wait until it is known what they are."""
+"""Admission of messages by stamp: those with outlying stamps wait until the clock decides."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from aerial_gnss_ros.core.values.events import Events
 from aerial_gnss_ros.text.sentences import counted
 
 MAX_HELD = 4096
-"""Messages that wait at most; the oldest are refused."""
+"""Greatest number of waiting messages; the oldest are refused."""
 
 WRONG_STAMP = "wrong_stamp"
 
@@ -23,21 +23,21 @@ class Counted(Protocol):
     """Counts the messages of one input."""
 
     def refuse(self, trouble: str) -> None:
-        """Count a message that is no use; `trouble` says why."""
+        """Count an unusable message; `trouble` says why."""
 
     def undo_refusal(self) -> None:
-        """Take back a message that was refused: it is of use after all."""
+        """Take back a refusal: the message is usable after all."""
 
 
 class Arrivals:
-    """Lets messages in whose stamps go on.
+    """Admits messages whose stamps continue their input's sequence.
 
     Args:
         clock: judges stamps.
         tallies: count messages, by input.
         dropped: counts images.
-        log: is told what is refused.
-        begin_anew: is called before what moved in time is let in.
+        log: receives sentences about refusals.
+        begin_anew: called before messages of a new time are admitted.
     """
 
     def __init__(
@@ -57,12 +57,12 @@ class Arrivals:
         self._apart_s: dict[str, float] = {}
 
     def take(self, name: str, stamp_ns: int, keep: Callable[[], None]) -> None:
-        """Take in a message.
+        """Admit, hold or refuse a message.
 
         Args:
             name: of its input.
             stamp_ns: its stamp, ns.
-            keep: keeps it.
+            keep: stores it.
         """
         verdict = self._clock.take(name, stamp_ns)
         if verdict in (Verdict.RETURNS, Verdict.ELSEWHERE):
@@ -73,20 +73,20 @@ class Arrivals:
             self._hold(name, stamp_ns, keep)
 
     def tick(self, now_ns: int, stepped_ns: int = 0) -> None:
-        """Take in the node's time.
+        """Update the node's time.
 
         Args:
-            now_ns: it, ns.
-            stepped_ns: by how much it was set since it was taken in last, ns.
+            now_ns: node time, ns.
+            stepped_ns: by how much it was set since the last call, ns.
         """
         self._clock.tick(now_ns)
         if stepped_ns:
             self._clock.step(stepped_ns)
-        if self._held:  # else no stamp is far off
+        if self._held:  # otherwise no stamp is an outlier
             self._let_silent_in()
 
     def flush(self) -> None:
-        """Refuse what still waits: nothing more comes."""
+        """Refuse all waiting messages at the end of input."""
         self._let_silent_in()
         for name in dict.fromkeys(name for name, _, _ in self._held):
             self._refuse(name)
@@ -104,7 +104,7 @@ class Arrivals:
             self._let_in(None if decision.anew else decision.moved)
 
     def _refuse(self, name: str) -> None:
-        """Refuse what waits of an input."""
+        """Refuse an input's waiting messages."""
         count = sum(held == name for held, _, _ in self._held)
         self._held = deque(one for one in self._held if one[0] != name)
         if name == DETECTIONS:
@@ -113,7 +113,7 @@ class Arrivals:
         self._log.warn_once(
             f"stamps {name}",
             f"{counted(count, 'message')} on {name} refused: stamped {abs(apart_s):.1f} s "
-            f"{_side(apart_s)}, while other inputs went on. Look at the clock that stamps it.",
+            f"{_side(apart_s)}, while other inputs continued. Check the clock that stamps it.",
         )
 
     def _let_silent_in(self) -> None:
@@ -124,7 +124,7 @@ class Arrivals:
             self._let_in(silent)
 
     def _let_in(self, names: tuple[str, ...] | None) -> None:
-        """Take in what waits of some inputs, or of all."""
+        """Admit the waiting messages of some inputs, or of all."""
         waiting, self._held = self._held, deque()
         for name, stamp_ns, keep in waiting:
             if names is not None and name not in names:

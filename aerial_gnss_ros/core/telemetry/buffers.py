@@ -51,16 +51,16 @@ _NEW_ERROR: dict[Input, Callable[[], InputError]] = {
 
 
 class TelemetryBuffers:
-    """Holds the telemetry and answers what it was at a time.
+    """Stores telemetry and returns its values at a time.
 
-    Samples that are no use (NaN, no fix, a quaternion that is not unit) are kept as such: a scene
-    whose neighbours they are is refused, instead of being bridged over them.
+    Unusable samples (NaN, no fix, a quaternion that is not unit) are stored as such: a scene
+    between them is refused instead of interpolated across them.
 
     Attributes:
         depths: of robots.
         cameras: by time.
-        references: where things of known position are.
-        plausibility: judges each sample before it is kept.
+        references: positions of references.
+        plausibility: tests each sample before it is stored.
     """
 
     def __init__(self, config: EstimatorConfig, keep_s: float = 60.0) -> None:
@@ -118,13 +118,13 @@ class TelemetryBuffers:
         return cast("Fix | None", self._constants.get(Input.FIX))
 
     def state_without_messages(self, source: Input) -> InputState | None:
-        """Return unused or constant for an input that no message is needed for, else None."""
+        """Return unused or constant for an input that needs no messages, else None."""
         if source in self._series:
             return None
         return InputState.CONSTANT if source in self._constants else InputState.UNUSED
 
     def without_messages(self, status: InputStatus) -> InputStatus:
-        """Return an input's status, unused or constant where no message is needed for it."""
+        """Return an input's status, unused or constant if it needs no messages."""
         name, state = status.name, None
         if name in _TELEMETRY:
             state = self.state_without_messages(Input(name))
@@ -133,11 +133,11 @@ class TelemetryBuffers:
             if given:
                 state = InputState.CONSTANT
             elif status.state is InputState.STALE:
-                state = InputState.OK  # a camera or a level holds until replaced
+                state = InputState.OK  # a camera or a level is valid until replaced
         return status if state is None else replace(status, state=state)
 
     def add(self, source: Input, value: Fix | Orientation | Scalar) -> str:
-        """Keep a sample where the configuration needs it; return why it is no use, else empty."""
+        """Store a sample if the configuration needs it; return why it is unusable, else empty."""
         trouble, kept = self._judged(source, value)
         late_ns = self._late_ns.get(source, 0)
         if late_ns:
@@ -161,14 +161,14 @@ class TelemetryBuffers:
         return validate(value, self._config.limits)
 
     def add_level(self, level: Scalar) -> str:
-        """Keep a level of the water until it is replaced; one that cannot be is ignored."""
+        """Store a water level until it is replaced; an implausible one is ignored."""
         trouble = self.plausibility.level(level)
         if not trouble:
             self._level.add(level)
         return trouble
 
     def forget(self, names: Collection[str]) -> None:
-        """Forget the samples of some inputs: their clocks were set."""
+        """Discard the samples of some inputs whose clocks were set."""
         for source, series in self._series.items():
             if source.value in names:
                 series.clear()
@@ -176,10 +176,10 @@ class TelemetryBuffers:
         self.plausibility.clear()
 
     def clear(self, kept: Collection[str] = ()) -> None:
-        """Forget all samples; the level and the camera hold on, as they may not be sent again.
+        """Discard all samples; level and camera stay, as they may not be sent again.
 
         Args:
-            kept: inputs whose samples are right as they are.
+            kept: inputs whose samples stay valid.
         """
         self.forget({source.value for source in self._series} - set(kept))
         last = self._level.last
@@ -190,7 +190,7 @@ class TelemetryBuffers:
         self.cameras.clear()
 
     def at(self, stamp_ns: int) -> SceneTelemetry | MissingTelemetry:
-        """Return all telemetry at the time of a scene, or which input it lacks."""
+        """Return all telemetry at the time of a scene, or the missing input."""
         values = self._constants.copy()
         uncertain: dict[Input, Uncertain] = {}
         oldest_s = 0.0
@@ -217,7 +217,7 @@ class TelemetryBuffers:
         )
 
     def _missing(self, stamp_ns: int) -> MissingTelemetry:
-        """Return which input telemetry lacks at a time."""
+        """Return the input that is missing at a time."""
         lacking: list[MissingTelemetry] = []
         for source, series in self._series.items():
             missing = series.missing_at(stamp_ns)
@@ -226,10 +226,10 @@ class TelemetryBuffers:
                 lacking.append(MissingTelemetry(Reason.no(source), False, later_s))
             elif missing is not None:
                 lacking.append(_lacking(source, missing))
-        # One that can never come is the answer; the late ones need no wait then.
+        # An input that can never arrive is reported; late ones need no wait then.
         return min(lacking, key=lambda one: one.can_arrive)
 
 
-@lru_cache(maxsize=64)  # asked for again whenever anything comes while an image waits
+@lru_cache(maxsize=64)  # called for every message while an image waits
 def _lacking(source: Input, missing: Missing) -> MissingTelemetry:
     return MissingTelemetry(missing.reason(source), missing.can_arrive)

@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""The camera at a time: as messages describe it, or as the parameters do."""
+"""The camera model at a time, from messages or parameters."""
 
 from __future__ import annotations
 
@@ -16,24 +16,24 @@ from aerial_gnss_ros.core.values.rejection import Reason
 
 @dataclass(frozen=True)
 class StampedCamera:
-    """A camera's description from a time on; None when the message could not be used."""
+    """A camera model valid from a time on; None if the message was unusable."""
 
     stamp_ns: int
     camera: CameraModel | None
 
 
 class Cameras:
-    """Descriptions of the camera by time; each holds until it is replaced.
+    """Camera models by time; each is valid until replaced.
 
     Args:
-        config: the camera, where parameters describe it, and the calibrated focal length.
-        keep_s: how long descriptions are kept, s.
+        config: the camera if given by parameters, and the calibrated focal length.
+        keep_s: time for which models are kept, s.
 
     Attributes:
-        fixed: the camera that the parameters describe, None where messages do.
+        fixed: the camera given by parameters, or None.
 
     Raises:
-        CameraError: the camera given as parameters cannot be used.
+        CameraError: the camera given by parameters is unusable.
     """
 
     def __init__(self, config: EstimatorConfig, keep_s: float = 60.0) -> None:
@@ -44,7 +44,7 @@ class Cameras:
         self._newest: StampedCamera | None = None
 
     def add(self, stamp_ns: int, camera: CameraModel | None) -> None:
-        """Keep a camera; the same one again costs nothing."""
+        """Store a camera; repetitions cost nothing."""
         entry = StampedCamera(stamp_ns, camera)
         latest = self._series.latest(stamp_ns)
         self._newest = entry
@@ -52,7 +52,7 @@ class Cameras:
             self._series.add(entry)
 
     def clear(self) -> None:
-        """Let the newest camera hold from ever on: time began anew."""
+        """Make the newest camera valid from any time on, after a reset of time."""
         self._series.clear()
         if self._newest is not None:
             self._series.add(replace(self._newest, stamp_ns=-(2**62)))
@@ -75,7 +75,7 @@ class Cameras:
 
 
 def camera_of(config: EstimatorConfig) -> CameraModel | None:
-    """Return the camera that the parameters describe, None where CameraInfo does."""
+    """Return the camera given by parameters, None if CameraInfo is used."""
     camera = config.camera
     if camera.source != "parameters":
         return None

@@ -1,11 +1,11 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Which stamps to believe, and whether time began anew.
+"""Decides which stamps to trust, and whether time was reset.
 
-The stamps of each input form a line: they go on from the newest one, as far as they may be late or
-time has passed. A stamp far off the line begins another one, a rival. What it means shows in the
-other inputs, since whoever sets all clocks (a bag that is played in a loop, a system clock that
-steps) moves them alike, and whoever sets one wrong does not:
+The stamps of each input form a line: each continues from the newest one, within limits of delay and
+elapsed time. An outlying stamp starts another line, a rival. Its meaning follows from the other
+inputs, since a change of all clocks (a bag played in a loop, a system clock that steps) moves them
+together, and a wrong stamp does not:
 
 * the line goes on: the rival was a wrong stamp, or several;
 * most of the needed inputs, or the node's own clock, moved by the same time as the images: time
@@ -13,12 +13,12 @@ steps) moves them alike, and whoever sets one wrong does not:
 * an input's rival fits the images' time, and its line does not: its clock has come right;
 * a rival has lasted for `LASTING_S` and nothing came on the line: that is the input's time now.
 
-A rival that is ahead by no more than `AHEAD_NS` leads. That may be right: a network that was
-congested from the start recovers, or the clock was set that stamps all inputs. It is believed where
-the images and most of the needed inputs lead alike, or where it outlasts its line, and then nothing
-is forgotten. Until then it is held, since a wrong stamp leads just so.
+A rival that is ahead by no more than `AHEAD_NS` leads. It may be right: a network that was
+congested from the start recovers, or the clock that stamps all inputs was set. It is trusted if the
+images and most of the needed inputs lead equally, or if it outlasts its line, and then nothing is
+discarded. Until then it is held, since a wrong stamp may lead, too.
 
-Inputs that no position needs are judged likewise, and decide nothing.
+Inputs that positions do not need are treated in the same way, but do not take part in decisions.
 """
 
 from __future__ import annotations
@@ -30,23 +30,24 @@ from aerial_gnss_ros.core.telemetry.stamp_decision import Decision, Verdict
 from aerial_gnss_ros.core.telemetry.stamp_line import EARLY_NS, LATE_NS, Line
 
 SAME_NS = 10_000_000_000
-"""Stamps of inputs with the same clock differ by less: latency, delays and short pauses."""
+"""Greatest difference between stamps of inputs with the same clock, ns: latency, delays and short
+pauses."""
 
 ALIKE_NS = 3_000_000_000
-"""Inputs that moved by the same time differ by less: both have delays that vary."""
+"""Greatest difference between inputs that moved by the same time, ns: delays vary."""
 
 SEVERAL = 3
-"""So many stamps in a row are no accident."""
+"""Number of consecutive stamps that are not accidental."""
 
 LASTING_S = 10.0
-"""A rival that lasts for so long, while nothing comes on the line, is the input's time."""
+"""Time after which a rival is the input's time if its line gets no stamps, s."""
 
 DETECTIONS = "detections"
 
 
 @dataclass
 class Stamps:
-    """The lines of one input: the one that is believed, and its rival, where there is one."""
+    """The lines of one input: the trusted one, and its rival, if any."""
 
     believed: Line
     rival: Line | None = None
@@ -54,11 +55,11 @@ class Stamps:
 
 @dataclass
 class Clock:
-    """Judges the stamps of all inputs.
+    """Decides on the stamps of all inputs.
 
     Args:
-        needed: telemetry that comes on topics and that a position needs.
-        held: inputs whose values hold until replaced: stamps of long ago are no matter there.
+        needed: telemetry on topics that positions need.
+        held: inputs whose values are valid until replaced, so that old stamps do not matter.
     """
 
     needed: Collection[str]
@@ -70,12 +71,12 @@ class Clock:
     _heard: list[Line] = field(default_factory=list)  # since the last tick
 
     def newest(self, name: str) -> int | None:
-        """Return the newest believed stamp of an input, ns."""
+        """Return the newest trusted stamp of an input, ns."""
         stamps = self._inputs.get(name)
         return None if stamps is None else stamps.believed.newest_ns
 
     def tick(self, now_ns: int) -> None:
-        """Take in the node's time, which may step; it is that of the stamps that came last."""
+        """Update the node's time, which may step; it is that of the stamps that arrived last."""
         before, self._now_ns = self._now_ns, now_ns
         if before is not None and now_ns < before - EARLY_NS:
             self._stepped_ns = now_ns - before if now_ns < before - LATE_NS else self._stepped_ns
@@ -88,10 +89,10 @@ class Clock:
         self._heard.clear()
 
     def step(self, by_ns: int) -> None:
-        """Take in that the node's time was set just now, by something that knows.
+        """Record a known step of the node's time.
 
         Args:
-            by_ns: by how much, ns.
+            by_ns: size of the step, ns.
         """
         self._stepped_ns = by_ns
         for stamps in self._inputs.values():
@@ -100,9 +101,9 @@ class Clock:
                     line.offset_ns = line.told_ns = None
 
     def silent(self) -> tuple[str, ...]:
-        """Return the inputs that were only silent for as long as their stamps are ahead, or lead.
+        """Return the inputs whose stamps are ahead only because they were silent, or lead.
 
-        Theirs are leads that turn out to be right.
+        Their leads turn out to be right.
         """
         if all(stamps.rival is None for stamps in self._inputs.values()):
             return ()
@@ -118,16 +119,16 @@ class Clock:
         if rival is None or rival.first_ns < line.newest_ns:
             return False
         if line.offset_ns is None and self._stepped_ns > 0:
-            return False  # the node's clock was set: it tells no longer what time has passed
+            return False  # the node's clock was set: it no longer gives the elapsed time
         if not rival.leads:
             return line.offset_ns is None or not line.is_behind(rival.newest_ns, self._now_ns)
-        # Only at the time of its arrival: later any stamp that was ahead is ahead no more.
+        # Only at the time of its arrival: later, no stamp is ahead any more.
         if line.offset_ns is None or not line.is_behind(rival.first_ns, rival.begun_ns):
             return True
         return rival.count > 1 and rival.span_s >= min(LASTING_S, line.span_s)
 
     def _leads_alike(self) -> Collection[str]:
-        """Return the inputs that lead, where the images and most of the needed inputs do."""
+        """Return the leading inputs, if the images and most of the needed inputs lead."""
         images = self._inputs.get(DETECTIONS)
         leads = {
             name: self._moved_ns(stamps)
@@ -141,7 +142,8 @@ class Clock:
             if 2 * sum(name in alike for name in needed) >= len(needed):
                 self._led = self._now_ns, by_ns
                 return alike
-        # Others went on so since an input's last stamp, which comes more seldom.
+        # Others have continued in this way since the last stamp of an input, which is less
+        # frequent.
         return {
             name
             for name, one in leads.items()
@@ -151,7 +153,7 @@ class Clock:
         }
 
     def take(self, name: str, stamp_ns: int) -> Verdict:
-        """Take in a stamp of an input."""
+        """Judge a stamp of an input."""
         stamps = self._inputs.get(name)
         if stamps is None:
             line = Line(stamp_ns, stamp_ns)
@@ -177,12 +179,12 @@ class Clock:
             self._heard.append(line)
 
     def apart_s(self, name: str) -> float:
-        """Return by how much an input's rival is ahead of its line, s."""
+        """Return the lead of an input's rival over its line, s."""
         stamps = self._inputs[name]
         return self._moved_ns(stamps) * 1e-9
 
     def decision(self, name: str) -> Decision | None:
-        """Return what far-off stamps are, after one of an input came; None: not known yet."""
+        """Return the decision on outlying stamps after one of an input; None: undecided."""
         images = self._inputs.get(DETECTIONS)
         if name != DETECTIONS:
             came_right = self._came_right(name, images)
@@ -193,7 +195,7 @@ class Clock:
         return self._anew(images)
 
     def believe(self, decision: Decision) -> None:
-        """Forget the lines of what moved, and all others but those kept where time began anew."""
+        """Replace the lines of moved inputs, and after a reset all others except those kept."""
         if decision.anew:
             self._stepped_ns = 0
         for name in list(self._inputs):
@@ -201,7 +203,7 @@ class Clock:
                 del self._inputs[name]
 
     def goes_on(self, name: str) -> None:
-        """Let the next stamp of an input go on from its line: it only was silent."""
+        """Let the next stamp of an input continue its line: it was only silent."""
         stamps = self._inputs[name]
         line, rival = stamps.believed, stamps.rival
         assert rival is not None  # noqa: S101 - `silent` names it
@@ -234,7 +236,7 @@ class Clock:
         return None
 
     def _anew(self, images: Stamps) -> Decision | None:
-        """Return whether time began anew, by most of the inputs with the images' clock."""
+        """Return whether time was reset, by most of the inputs with the images' clock."""
         rival = images.rival
         assert rival is not None  # noqa: S101 - asked for only then
         by_ns = self._moved_ns(images)
@@ -243,7 +245,7 @@ class Clock:
         for name, stamps in self._inputs.items():
             if name == DETECTIONS:
                 continue
-            # What has not come since the node's clock stepped along does not speak against it.
+            # Inputs without stamps since the node's clock stepped are no evidence against it.
             counts = name in self.needed and not (stepped and not stamps.believed.heard)
             if stamps.rival is not None:
                 if abs(self._moved_ns(stamps) - by_ns) <= ALIKE_NS:

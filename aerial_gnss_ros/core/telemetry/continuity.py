@@ -35,7 +35,7 @@ class SampleRun(Generic[Place]):
     """Samples that can follow one another.
 
     Attributes:
-        place: the newest sample.
+        place: position of the newest sample.
         stamp_ns: its stamp, ns.
         changed_ns: stamp since which samples repeat exactly, ns.
         lasted_s: duration covered by samples, s.
@@ -123,7 +123,7 @@ class Continuity(Generic[Place]):
         return self._runs[0].lasted_s if self._runs else 0.0
 
     def update(self, stamp_ns: int, place: Place) -> Verdict:
-        """Take in a sample; return whether it is accepted."""
+        """Update with a sample; return whether it is accepted."""
         if not self._runs:
             self._last = self._start_run(stamp_ns, place)
             return Verdict(0.0, 0.0, True)

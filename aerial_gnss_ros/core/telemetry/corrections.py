@@ -28,7 +28,7 @@ def corrected_camera(measured: Array, turn: Array) -> Array:
 
 
 def scaled_camera(camera: CameraModel, scale: float) -> CameraModel:
-    """Return a camera whose focal length is so many times as long."""
+    """Return a camera with its focal length multiplied by a factor."""
     K = camera.K.copy()
     K[:2, :2] *= scale
     return replace(camera, K=K)

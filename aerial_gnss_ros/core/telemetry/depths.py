@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""How deep robots swim: what they send themselves where it is fresh, else the parameters."""
+"""Depths of robots: recently reported ones, otherwise parameters."""
 
 from __future__ import annotations
 
@@ -22,9 +22,9 @@ from aerial_gnss_ros.core.values.samples import Scalar
 Array = NDArray[np.float64]
 
 DEEPEST_M = 20.0
-"""Nobody sees a robot below that from the air."""
+"""Greatest depth at which a robot is visible from the air, m."""
 HIGHEST_M = 0.5
-"""A depth sensor at the surface may read so far above it, by waves and the weather."""
+"""Greatest height above the surface that a depth sensor may read by waves and weather, m."""
 
 
 def depth_input(class_id: str) -> str:
@@ -36,11 +36,11 @@ class Depths:
     """Depths by class and time.
 
     Args:
-        config: parameters, and which topics there are.
-        keep_s: how long samples are kept, s.
+        config: parameters and topics.
+        keep_s: time for which samples are kept, s.
 
     Attributes:
-        used: whether any robot is below the surface, by parameters or by what it sends.
+        used: whether any robot is below the surface, by parameters or reports.
     """
 
     def __init__(self, config: DepthConfig, keep_s: float = 60.0) -> None:
@@ -53,10 +53,10 @@ class Depths:
         self.used = bool(config.robots_m or config.classes or self._series)
 
     def add(self, class_id: str, depth: Scalar) -> str:
-        """Keep a depth; return why it is no use, else empty.
+        """Store a depth; return why it is unusable, else empty.
 
         Args:
-            class_id: of the robots that it is for; empty for all.
+            class_id: of the robots; empty for all.
             depth: m below the surface; a little above it (negative) counts as at it.
         """
         if not math.isfinite(depth.value):
@@ -86,7 +86,7 @@ class Depths:
         return found
 
     def clear(self) -> None:
-        """Forget what was sent."""
+        """Discard all reported depths."""
         for series in self._series.values():
             series.clear()
 
@@ -96,8 +96,8 @@ def inflate_by_depth(
 ) -> tuple[RobotEstimate, ...]:
     """Return robots with the share of an uncertain depth in their covariances.
 
-    The depth stays wrong by the same amount for minutes, so that no number of images averages it
-    out: it is added to what is published, and takes no part in the filter.
+    The depth error is constant for minutes, so averaging over images does not reduce it: it is
+    added to published covariances, not in the filter.
 
     Args:
         estimates: of the robots.

@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""What came on an input: counts of messages, and its state in one word."""
+"""Status of an input: counts of messages, and its state in one word."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from enum import Enum
 
 
 class InputState(str, Enum):
-    """How an input does, in one word."""
+    """State of an input, in one word."""
 
     UNUSED = "unused"
     CONSTANT = "constant"
@@ -24,17 +24,17 @@ class InputState(str, Enum):
 
 @dataclass(frozen=True)
 class InputStatus:
-    """What came on one input.
+    """Status of one input.
 
     Attributes:
         name: fix, attitude, gimbal, height, water_level, camera_info or detections.
-        state: unused and constant need no message; waiting: none came yet; stale: the newest is
-            older than the newest image by more than `max_wait`; bad: the last one was no use.
+        state: unused and constant need no messages; waiting: none arrived yet; stale: the newest is
+            older than the newest image by more than `max_wait`; bad: the last one was unusable.
         count: messages.
-        bad: messages that were no use.
+        bad: number of unusable messages.
         last_stamp_ns: newest stamp, ns; None before the first.
-        trouble: why the last one was no use, in words; empty where it was of use.
-        unordered: messages no newer than one before them: late, or a second one with its stamp.
+        trouble: why the last one was unusable, in words; empty if it was usable.
+        unordered: messages no newer than an earlier one: late, or with the same stamp.
     """
 
     name: str
@@ -50,8 +50,8 @@ class InputStatus:
 class MessageCounter:
     """Counts the messages of one input.
 
-    `good_ns` is the last stamp of use, or the first one; `refused`: the last message does not even
-    have a stamp of use.
+    `good_ns` is the last usable stamp, or the first one; `refused`: even the last message's stamp
+    is unusable.
     """
 
     count: int = 0
@@ -63,7 +63,7 @@ class MessageCounter:
     refused: bool = False
 
     def add(self, stamp_ns: int, trouble: str = "") -> None:
-        """Count a message; `trouble` says why it is no use."""
+        """Count a message; `trouble` says why it is unusable."""
         self.count += 1
         self.bad += bool(trouble)
         self.trouble, self.refused = trouble, False
@@ -87,18 +87,18 @@ class MessageCounter:
         self.trouble, self.refused = "", False
 
     def reset_stamps(self) -> None:
-        """Forget stamps: time began anew."""
+        """Clear the stamps after a reset of time."""
         self.last_stamp_ns = self.good_ns = None
 
     @property
     def bad_s(self) -> float:
-        """For how long messages have been of no use, s."""
+        """Time for which messages have been unusable, s."""
         if not self.trouble or self.last_stamp_ns is None or self.good_ns is None:
             return 0.0
         return (self.last_stamp_ns - self.good_ns) * 1e-9
 
     def status(self, name: str, newest_ns: int | None, patience_ns: int) -> InputStatus:
-        """Return the input's status; it is stale when so far behind the newest image."""
+        """Return the input's status; it is stale if too far behind the newest image."""
         state = InputState.OK
         if self.last_stamp_ns is None:
             state = InputState.WAITING

@@ -24,7 +24,7 @@ def interpolate_orientations(
 ) -> Orientation:
     """Return the orientation at `fraction` of the shortest rotation.
 
-    Between two samples that are relative to different frames there is none: NaN.
+    Between samples relative to different frames there is none: NaN.
     """
     if before.reference != after.reference:
         return Orientation(stamp_ns, np.full(4, np.nan))
@@ -35,8 +35,8 @@ def interpolate_orientations(
 def interpolate_fixes(before: Fix, after: Fix, fraction: float, stamp_ns: int) -> Fix:
     """Return the position at `fraction` of the way; it is valid only where both samples are.
 
-    Longitude goes the shorter way, so a flight across 180 deg stays where it is. Within the metres
-    between two fixes latitude and longitude are as good as a straight line (below 0.1 mm).
+    Longitude goes the shorter way, across 180 deg if necessary. Over the metres between two fixes,
+    linear interpolation of latitude and longitude is exact to 0.1 mm.
     """
     longitude = before.longitude + fraction * wrap_angle(after.longitude - before.longitude)
     return Fix(

@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Where the origin of the frame `map` lies: a parameter, or where fixes agree."""
+"""Origin of the frame `map`: a parameter, or where fixes agree."""
 
 from __future__ import annotations
 
@@ -15,26 +15,25 @@ from aerial_gnss_ros.core.values.events import Events
 from aerial_gnss_ros.core.values.samples import Fix
 
 AGREED_S = 3.0
-"""Fixes that have agreed for so long settle the origin."""
+"""Time for which fixes must agree to settle the origin, s."""
 
 
 class MapOrigin:
     """Sets the origin, which stays for as long as the program runs.
 
-    The first accepted fix is an origin to work with, so that robots are found at once. It is
-    settled, and only then told to others, once fixes have agreed for `AGREED_S` or a robot is
-    published. Until then, and where the drone turns out to be elsewhere while no robot is known, it
-    moves there.
+    The first accepted fix is a provisional origin, so that tracking starts at once. It is settled,
+    and only then published, once fixes have agreed for `AGREED_S` or a robot is published. Until
+    then, and if the drone turns out to be far away while no robot is known, the origin moves.
 
     Args:
-        config: the origin, where it is given, and the altitude's datum.
+        config: the origin, if given, and the altitude's datum.
         constant: the position of a camera on a mast.
-        log: is told where the origin lies.
+        log: receives a sentence about the origin.
         former: the origin from before a restart of the node.
 
     Attributes:
         local: the frame `map`, None before the first accepted fix.
-        trouble: why the configured origin cannot be used, a sentence; empty where it can.
+        trouble: why the configured origin is unusable, a sentence; empty if it is usable.
     """
 
     def __init__(
@@ -76,11 +75,11 @@ class MapOrigin:
         return None if self.local is None or not self._settled else self.local.datum
 
     def accept(self, fix: Fix, agreed_s: float, robots: bool) -> str:
-        """Take a usable fix; return why it is too far from the origin to be used, else empty.
+        """Process a usable fix; return why it is too far from the origin, else empty.
 
         Args:
-            fix: that the inputs believe.
-            agreed_s: for how long fixes have agreed, s.
+            fix: an accepted fix.
+            agreed_s: time for which fixes have agreed, s.
             robots: whether robots are published.
         """
         if not self._explained:
@@ -109,21 +108,21 @@ class MapOrigin:
         return f"it is {_km(away)} from the origin of map (limits.origin_distance_m: {_km(most)})"
 
     def settle(self) -> None:
-        """Settle the origin as it is: a robot is published in `map`, or nothing more comes."""
+        """Settle the present origin: a robot is published in `map`, or the input has ended."""
         if self._too_far_m:
             self._refuse()
         if self.local is not None and not self._settled:
             self._settle("the first accepted fix")
 
     def covers(self, latitude: float, longitude: float) -> bool:
-        """Return whether a place (rad) is near enough to the origin for `map` to hold there."""
+        """Return whether a position (rad) is close enough to the origin for `map` to be valid."""
         assert self.local is not None  # noqa: S101 - set by the first fix
         datum = self.local.datum
         away = distance((datum.latitude, datum.longitude), (latitude, longitude))
         return away <= self._config.limits.origin_distance_m
 
     def _refuse(self) -> None:
-        """Say that a configured origin is wrong where the last fix is too far from it."""
+        """Report a configured origin that is too far from the last fix."""
         if self.trouble or not self._given or not self._too_far_m:
             return
         given = self._config.map

@@ -35,7 +35,7 @@ Place = tuple[float, float]
 
 
 def distance(one: Place, other: Place) -> float:
-    """Return the distance of two places on a sphere, m, precise enough for limits.
+    """Return the distance of two positions on a sphere, m, accurate enough for limits.
 
     Args:
         one: latitude and longitude, rad.
@@ -65,7 +65,7 @@ class Plausibility:
             distance, limits.fix_step_m, limits.speed_mps, limits.fix_settle_s, frozen_s=FROZEN_S
         )
         self._heights = self._vertical()
-        # Without a height the fix's altitude stands for it.
+        # Without a height the fix's altitude replaces it.
         self._altitudes = self._vertical() if config.height.source == "none" else None
         self._levels: Continuity[float] = Continuity(
             _difference, limits.water_step_m, 0.0, WATER_SETTLE_S
@@ -80,7 +80,7 @@ class Plausibility:
         return Continuity(_difference, step, speed, settle_s, must_vary=True)
 
     def pop_relocation(self) -> str:
-        """Return, once, why earlier samples were from a wrong place, as a sentence.
+        """Return, once, a sentence on why earlier samples were from a wrong position.
 
         Usually empty.
         """
@@ -89,11 +89,11 @@ class Plausibility:
 
     @property
     def agreed_s(self) -> float:
-        """Time for which fixes have agreed on the drone's place, s."""
+        """Time for which fixes have agreed on the drone's position, s."""
         return self._places.lasted_s
 
     def clear(self) -> None:
-        """Forget all samples: time began anew."""
+        """Discard all samples after a reset of time."""
         self._places.clear()
         self._heights.clear()
         self._levels.clear()
@@ -130,7 +130,7 @@ class Plausibility:
         if not verdict.accepted:
             return _words("it is", verdict, "limits.speed_mps and fix_step_m")
         if verdict.replaced:
-            self._moved = f"The drone is {verdict.distance:,.0f} m from where its fixes were before"
+            self._moved = f"The drone is {verdict.distance:,.0f} m from its earlier fixes"
         if self._altitudes is None or not math.isfinite(fix.altitude):
             return ""
         verdict = self._altitudes.update(fix.stamp_ns, fix.altitude)
@@ -168,7 +168,7 @@ class Plausibility:
         if verdict.accepted:
             return ""
         return (
-            f"{level.value:g} m is {verdict.distance:.0f} m from the level before it: water does "
+            f"{level.value:g} m is {verdict.distance:.0f} m from the previous level: water does "
             "not move that fast (limits.water_step_m); if it is right, keep sending it"
         )
 

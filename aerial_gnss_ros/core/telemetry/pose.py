@@ -27,10 +27,10 @@ Array = NDArray[np.float64]
 
 
 class PoseBuilder:
-    """Puts the camera's pose together as the configuration says.
+    """Composes the camera's pose as configured.
 
     Attributes:
-        trouble: why the last pose was refused, a sentence; empty where the reason says it all.
+        trouble: why the last pose was refused, a sentence; empty if the reason suffices.
     """
 
     def __init__(self, config: EstimatorConfig) -> None:
@@ -47,7 +47,7 @@ class PoseBuilder:
         self.trouble = ""
 
     def pose(self, samples: SceneTelemetry) -> CameraPose | Reason:
-        """Return where the camera was and how it stood.
+        """Return the camera's pose.
 
         Args:
             samples: at the time of the scene.
@@ -63,7 +63,7 @@ class PoseBuilder:
                 return Reason.BAD_ATTITUDE
         reference: str = config.gimbal.reference
         if samples.gimbal is not None:
-            reference = samples.gimbal.reference or reference  # a message may say it itself
+            reference = samples.gimbal.reference or reference  # a message may state it itself
             magnetic = config.gimbal.north != "true" and reference == "earth"
             gimbal = self._orientation(samples.gimbal.quaternion, magnetic, samples)
             if gimbal is None:
@@ -80,8 +80,8 @@ class PoseBuilder:
             if math.isfinite(height):
                 return height
             self.trouble = (
-                "The fix's altitude is NaN, and height.source none makes the height of it; give "
-                "the height on a topic, or as height.value_m."
+                "The fix's altitude is NaN, but height.source none computes the height from it; "
+                "give the height on a topic, or as height.value_m."
             )
             return Reason.BAD_FIX
         height = samples.height
@@ -91,18 +91,18 @@ class PoseBuilder:
         return height if math.isfinite(height) else Reason.BAD_HEIGHT
 
     def altitude(self, fix: Fix) -> float:
-        """Return the antenna's altitude above the ellipsoid in m, NaN where it cannot be known."""
+        """Return the antenna's altitude above the ellipsoid in m, NaN if unknown."""
         return ellipsoidal_altitude(fix, self._config.fix)
 
     def _orientation(
         self, quaternion: Array, magnetic: bool, samples: SceneTelemetry
     ) -> Array | None:
-        """Return the orientation of a quaternion (4,) in true ENU, (3, 3); None if it is no use.
+        """Return the orientation of a quaternion (4,) in true ENU, (3, 3); None if unusable.
 
         Args:
             quaternion: x, y, z, w.
             magnetic: whether it is relative to magnetic north.
-            samples: say where and when.
+            samples: with position and time.
         """
         matrix = matrix_from_quaternion(quaternion)
         if not math.isfinite(float(matrix.sum())):  # one part that is not is enough
@@ -141,8 +141,8 @@ class PoseBuilder:
         if not self._limits.height_min_m < height <= self._limits.height_max_m:
             self.trouble = (
                 f"A camera {height:.1f} m above the water cannot see robots, so its images are "
-                "refused (bad_height); limits.height_min_m and height_max_m say where it can be, "
-                "water_level how far the water is above the height's reference."
+                "refused (bad_height); limits.height_min_m and height_max_m bound its height, "
+                "water_level is the level of the water above the height's reference."
             )
             return Reason.BAD_HEIGHT
         camera = enu_from_camera(reference, gimbal, body, self._mount)
@@ -190,7 +190,7 @@ class PoseBuilder:
 
 
 def _horizontal(reported: Array) -> Array | None:
-    """Return the East, North part (2, 2) of what a fix reports; None where it is no use."""
+    """Return the East, North part (2, 2) of a fix's covariance; None if unusable."""
     plane = np.asarray(reported, dtype=np.float64)[:2, :2]
     (east, shared), (_, north) = plane.tolist()
     good = all_finite(plane) and east > 0.0 and north > 0.0 and shared * shared < east * north

@@ -57,7 +57,7 @@ class Repetition:
         self._angles: deque[tuple[float, ...]] = deque(maxlen=SAMPLES)
 
     def update(self, stamp_ns: int, quaternion: Sequence[float]) -> bool:
-        """Take in a sample; return whether it is a repetition.
+        """Update with a sample; return whether it is a repetition.
 
         Args:
             stamp_ns: ns; samples no newer than the last one are ignored.
@@ -111,7 +111,7 @@ class Standing:
     def update(
         self, stamp_ns: int, place: tuple[float, float], metres: tuple[float, float]
     ) -> bool:
-        """Take in a sample; return whether it is a repetition.
+        """Update with a sample; return whether it is a repetition.
 
         Args:
             stamp_ns: ns; samples no newer than the last one are ignored.

@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""All telemetry at the time of one scene, or why there is none."""
+"""All telemetry at the time of one scene, or what is missing."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from aerial_gnss_ros.core.values.samples import Fix, Orientation
 
 @dataclass(frozen=True)
 class SceneTelemetry:
-    """All telemetry at the time of one scene; what the configuration does not need is None.
+    """All telemetry at the time of one scene; None for inputs that the configuration does not need.
 
     Attributes:
         stamp_ns: time of the scene, ns.
@@ -24,7 +24,7 @@ class SceneTelemetry:
         height: above the height's reference, m.
         water_level: above the same reference, m.
         oldest_age_s: largest distance in time to a sample used, s.
-        uncertain: how far interpolated values may be off, by input.
+        uncertain: errors of interpolated values, by input.
     """
 
     stamp_ns: int
@@ -44,8 +44,7 @@ class MissingTelemetry:
     Attributes:
         reason: the refusal, with the input's name.
         can_arrive: whether waiting makes sense.
-        later_s: how much later than the scene the input's oldest sample is, s; 0 where that is not
-            the reason.
+        later_s: time from the scene to the input's oldest sample, s; 0 if that is not the reason.
     """
 
     reason: Reason

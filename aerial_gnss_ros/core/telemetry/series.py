@@ -36,15 +36,15 @@ class Missing(str, Enum):
     """Why there is no value at a time."""
 
     NONE = "none"
-    """No sample ever came."""
+    """No sample ever arrived."""
     WAIT = "wait"
-    """The newest sample is a little older: the one that brackets the time may still come."""
+    """The newest sample is a little older: the bracketing one may still arrive."""
     STALE = "stale"
     """The newest sample is older by more than `max_gap`: only a late one can help."""
     GAP = "gap"
     """The samples on both sides are more than `max_gap` apart."""
     BEFORE = "before"
-    """The time lies before the oldest sample."""
+    """The time is before the oldest sample."""
 
     @property
     def can_arrive(self) -> bool:
@@ -62,12 +62,12 @@ class Missing(str, Enum):
 
 @dataclass(frozen=True)
 class Sample(Generic[T]):
-    """A value at the time asked for.
+    """A value at the requested time.
 
     Attributes:
-        value: interpolated; its stamp is the time asked for.
+        value: interpolated; its stamp is the requested time.
         age_s: distance in time to the farther of the samples used, s.
-        gap_s: time between these, s; 0 where one has that very time.
+        gap_s: time between these, s; 0 if one has exactly that time.
     """
 
     value: T
@@ -84,8 +84,8 @@ class Series(Generic[T]):
     Args:
         interpolated: interpolates two samples at a fraction from 0 to 1 and stamps the result.
         max_gap_s: neighbours farther apart are not interpolated, s.
-        keep_s: samples older than the newest by more are forgotten, s.
-        max_length: at most so many of the newest samples are kept.
+        keep_s: samples older than the newest by more are dropped, s.
+        max_length: greatest number of newest samples kept.
     """
 
     def __init__(
@@ -102,7 +102,7 @@ class Series(Generic[T]):
         self._max_length = max_length
         self._stamps: list[int] = []
         self._values: list[T] = []
-        self._start = 0  # what lies before is forgotten; removed now and then, many at once
+        self._start = 0  # older samples are dropped; removed periodically, many at once
 
     def __len__(self) -> int:
         return len(self._stamps) - self._start
@@ -129,7 +129,7 @@ class Series(Generic[T]):
         self._start = 0
 
     def add(self, value: T) -> None:
-        """Insert a sample where its stamp belongs."""
+        """Insert a sample by its stamp."""
         stamp = value.stamp_ns
         if self._start == len(self._stamps) or stamp > self._stamps[-1]:
             self._stamps.append(stamp)
@@ -160,7 +160,7 @@ class Series(Generic[T]):
         return missing
 
     def missing_at(self, stamp_ns: int) -> Missing | None:
-        """Return why there is no value at a time, None where there is one."""
+        """Return why there is no value at a time, None if there is one."""
         stamps = self._stamps
         if self._start == len(stamps):
             return Missing.NONE
@@ -175,7 +175,7 @@ class Series(Generic[T]):
         return Missing.GAP if stamps[after] - stamps[after - 1] > self._max_gap_ns else None
 
     def latest(self, stamp_ns: int) -> T | None:
-        """Return the newest sample not later than a time: for values that hold until replaced."""
+        """Return the newest sample not later than a time: for values valid until replaced."""
         after = bisect_right(self._stamps, stamp_ns, lo=self._start)
         return self._values[after - 1] if after > self._start else None
 
@@ -209,7 +209,7 @@ def scalar_series(max_gap_s: float, *, keep_s: float = 60.0) -> Series[Scalar]:
 
 
 def held_series(*, keep_s: float = 60.0) -> Series[T]:
-    """Return a series whose values hold until replaced (camera, water level): only `latest`."""
+    """Return a series of values valid until replaced (camera, water level): only `latest`."""
 
     def earlier(before: T, _after: T, _fraction: float, _stamp_ns: int) -> T:
         return before

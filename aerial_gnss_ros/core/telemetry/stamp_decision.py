@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""What is decided of stamps: of one, and of several that are far off."""
+"""Decisions on stamps: on one, and on several outliers."""
 
 from __future__ import annotations
 
@@ -9,28 +9,28 @@ from enum import Enum
 
 
 class Verdict(str, Enum):
-    """What a stamp is."""
+    """Decision on a stamp."""
 
     GOES_ON = "goes on"
     RETURNS = "returns"
-    """It goes on after stamps far off, which are wrong."""
+    """It continues after outliers, which are wrong."""
     FAR_OFF = "far off"
     ELSEWHERE = "elsewhere"
-    """It is far off, and not where the stamps before it were: those are wrong."""
+    """It is an outlier, unrelated to the outliers before it, which are wrong."""
 
 
 @dataclass(frozen=True)
 class Decision:
-    """What far-off stamps turned out to be.
+    """Decision on outlying stamps.
 
     Attributes:
-        anew: time began anew; else only the clocks of `moved` came right.
-        moved: inputs whose rivals are believed from now on.
-        kept: inputs whose lines are right as they are, although time began anew.
-        by_ns: by how much time moved, ns.
+        anew: whether time was reset; otherwise only the clocks of `moved` were set.
+        moved: inputs whose rivals are trusted from now on.
+        kept: inputs whose lines stay valid although time was reset.
+        by_ns: step of time, ns.
         first_ns: stamp of the first image of the new time, ns.
-        timed: whether this is beyond the time that has passed, by the node's clock.
-        stepped: whether the node's clock moved along, so that it does not tell.
+        timed: whether `by_ns` excludes the elapsed time, by the node's clock.
+        stepped: whether the node's clock stepped, too, so that it gives no elapsed time.
     """
 
     anew: bool
@@ -46,4 +46,4 @@ class Decision:
         if not self.anew:
             return f"The clock of {names} was set"
         way = "backward" if self.by_ns < 0 else "forward"
-        return f"Time went {way} by {abs(self.by_ns) * 1e-9:.1f} s ({names})"
+        return f"Time stepped {way} by {abs(self.by_ns) * 1e-9:.1f} s ({names})"

@@ -57,7 +57,7 @@ class Line:
         """Return whether a stamp is too far ahead for the elapsed time."""
         if now_ns is None or self.offset_ns is None:
             return stamp_ns > self.newest_ns + AHEAD_NS
-        # Stamps that come as far apart as they do are not early, however fast they come.
+        # Stamps at their usual spacing are not early, however fast they arrive.
         usual_ns = self.newest_ns + min(self.step_ns + EARLY_NS, AHEAD_NS)
         return stamp_ns > max(usual_ns, now_ns + self.offset_ns + EARLY_NS)
 
@@ -68,7 +68,7 @@ class Line:
         return stamp_ns <= max(self.newest_ns, now_ns + self.offset_ns) + AHEAD_NS
 
     def add(self, stamp_ns: int) -> None:
-        """Take in a stamp; `tell` follows."""
+        """Add a stamp; `tell` follows."""
         self.count += 1
         if stamp_ns > self.newest_ns:
             self.step_ns, self.newest_ns = stamp_ns - self.newest_ns, stamp_ns
@@ -77,7 +77,7 @@ class Line:
             self._untold_ns = stamp_ns
 
     def tell(self, now_ns: int) -> None:
-        """Take in the arrival time of the stamps since the last call."""
+        """Record the arrival time of the stamps since the last call."""
         stamp_ns, self._untold_ns = self._untold_ns, None
         if self.told_ns is None:
             self.told_ns = now_ns

@@ -29,7 +29,7 @@ class Steady:
         self._alike = False
 
     def take(self, clock_ns: int, steady_ns: int | None) -> int:
-        """Take in a reading of both; return by how much the clock was set, 0 if it was not.
+        """Compare readings of both; return by how much the clock was set, 0 if it was not.
 
         Args:
             clock_ns: of the clock that may be set, ns.

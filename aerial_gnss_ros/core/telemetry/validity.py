@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Which samples of telemetry are of use by themselves, and in words why others are not."""
+"""Tests each telemetry sample by itself, with reasons in words."""
 
 from __future__ import annotations
 
@@ -14,14 +14,13 @@ from aerial_gnss_ros.core.geometry.geodesy import SEMI_MAJOR_M
 from aerial_gnss_ros.core.values.samples import Array, Fix, Orientation, Scalar
 
 UNIT_TOLERANCE = 0.01
-"""A quaternion whose length differs from 1 by more is no rotation: zeros, or something else."""
+"""Greatest deviation of a quaternion's length from 1."""
 
 SYMMETRY = 0.01
-"""The covariances of East with North and of North with East differ by so much at most, as a share
-of the standard deviations."""
+"""Greatest asymmetry of a covariance, as a share of the standard deviations."""
 
 ALTITUDES_M = (-1000.0, 100_000.0)
-"""Where a drone can be, above whatever its altitude is measured from."""
+"""Plausible altitudes of a drone above any datum, m."""
 
 _NO_ORIENTATION = (
     "it has no orientation: its quaternion is not a number, an angle is beyond 1,000 turns, its "
@@ -34,9 +33,9 @@ _DEFAULTS = LimitsConfig()
 def validate(
     value: Fix | Orientation | Scalar, limits: LimitsConfig = _DEFAULTS
 ) -> tuple[str, Fix | Orientation | Scalar]:
-    """Return why a sample is no use (empty: it is), and the sample, marked as such where it is not.
+    """Return why a sample is unusable (empty: usable), and the sample, marked if it is unusable.
 
-    A fix keeps its flag; the others become NaN, which no interpolation loses.
+    A fix gets its flag cleared; others become NaN, which interpolation preserves.
     """
     if isinstance(value, Fix):
         trouble = _fix_trouble(value, limits)
@@ -49,7 +48,7 @@ def validate(
         return "", value
     if math.isnan(length):
         return _NO_ORIENTATION, value
-    trouble = f"its quaternion has length {length:.3g} instead of 1, so it is no rotation"
+    trouble = f"its quaternion has length {length:.3g} instead of 1, so it is not a rotation"
     return trouble, replace(value, quaternion=np.full(4, np.nan))
 
 
@@ -66,7 +65,7 @@ def _fix_trouble(fix: Fix, limits: LimitsConfig) -> str:
     if not fix.valid:
         return "the receiver reports no fix"
     if not (abs(fix.latitude) <= 0.5 * math.pi and abs(fix.longitude) <= math.pi):  # true for NaN
-        return f"{latitude:g}, {longitude:g} is no place on Earth"
+        return f"{latitude:g}, {longitude:g} is not on Earth"
     if SEMI_MAJOR_M * math.hypot(fix.latitude, fix.longitude) < limits.null_island_m:
         return f"{latitude:g}, {longitude:g} is what a receiver without a fix sends"
     if math.isinf(fix.altitude) or not _within(fix.altitude, ALTITUDES_M):
@@ -80,7 +79,7 @@ def _within(value: float, bounds: tuple[float, float]) -> bool:
 
 
 def _covariance_trouble(covariance: Array, limits: LimitsConfig) -> str:
-    """Return why the horizontal part of a covariance is none; the vertical one is not used."""
+    """Return why the horizontal part of a covariance is invalid; the vertical one is not used."""
     (east, one), (other, north) = np.asarray(covariance, dtype=np.float64)[:2, :2].tolist()
     if not math.isfinite(east + north + one + other):
         return f"its covariance is not a number: variances {east:g}, {north:g} m²"
@@ -88,10 +87,10 @@ def _covariance_trouble(covariance: Array, limits: LimitsConfig) -> str:
     symmetric = abs(one - other) <= SYMMETRY * math.sqrt(max(product, 0.0))
     if not (east > 0.0 and north > 0.0 and one * other < product and symmetric):
         return (
-            f"it is no covariance: variances {east:g}, {north:g} m², covariances {one:g}, "
-            f"{other:g} m²; a driver that knows none says so by its type (0, unknown)"
+            f"it is not a covariance: variances {east:g}, {north:g} m², covariances {one:g}, "
+            f"{other:g} m²; a driver without one must set its type to 0, unknown"
         )
     sigma = math.sqrt(max(east, north))
     if sigma > limits.fix_sigma_m:
-        return f"it states {sigma:g} m of uncertainty, which is no fix (limits.fix_sigma_m)"
+        return f"it states {sigma:g} m of uncertainty, too much for a fix (limits.fix_sigma_m)"
     return ""

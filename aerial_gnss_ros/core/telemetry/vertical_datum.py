@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Altitude datums: the one place where an altitude becomes one above the WGS84 ellipsoid."""
+"""Conversion of altitudes between datums, to above the WGS84 ellipsoid."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from aerial_gnss_ros.core.values.samples import Fix
 
 
 def ellipsoidal_altitude(fix: Fix, config: FixConfig) -> float:
-    """Return a fix's altitude above the ellipsoid, m; NaN where nobody can know it.
+    """Return a fix's altitude above the ellipsoid, m; NaN if unknown.
 
     Args:
-        fix: its place is on Earth.
-        config: `altitude_datum` names what its altitude is measured from.
+        fix: with a position on Earth.
+        config: with `altitude_datum`.
     """
     if config.altitude_datum == "ellipsoid":
         return fix.altitude
@@ -28,10 +28,10 @@ def ellipsoidal_altitude(fix: Fix, config: FixConfig) -> float:
 
 
 def describe_datums(fix: Fix, config: FixConfig, height: HeightConfig) -> str:
-    """Return a sentence for the log: what altitudes are measured from, and where height is from.
+    """Return a sentence for the log on the altitude's datum and the height's source.
 
     Args:
-        fix: the first one, for the undulation at its place.
+        fix: the first one, for the undulation at its position.
         config: of the fix.
         height: of the height.
     """
@@ -41,7 +41,7 @@ def describe_datums(fix: Fix, config: FixConfig, height: HeightConfig) -> str:
 def _altitude_words(fix: Fix, config: FixConfig) -> str:
     datum = config.altitude_datum
     if datum == "ellipsoid":
-        return "Altitude of the fix: above the WGS84 ellipsoid, used as it is"
+        return "Altitude of the fix: above the WGS84 ellipsoid, used directly"
     if datum == "amsl":
         metres = undulation(fix.latitude, fix.longitude)
         return f"Altitude of the fix: above mean sea level, which EGM96 puts at {metres:.2f} m here"

@@ -142,7 +142,7 @@ def test_robots_found_from_a_wrong_place_are_given_up(sea):
     rows = [one.robot_id for t, one, _ in flight.rows() if t > 6.0]
     assert set(rows) == {"aqua_4", "aqua_5", "aqua_6"}
     assert all(math.hypot(*best) < 1.0 for t, _, best in flight.rows() if t > 6.0)
-    told = [one for one in flight.engine.events if "m from where its fixes were before" in one]
+    told = [one for one in flight.engine.events if "m from its earlier fixes" in one]
     assert len(told) == 1
     assert "robots get new names" in told[0]
 

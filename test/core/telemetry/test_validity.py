@@ -45,12 +45,12 @@ def fix(east, shared, north, other=None):
         (fix(math.inf, 0.0, math.inf), "its covariance is not a number: variances inf, inf"),
         (fix(NAN, NAN, NAN), "its covariance is not a number"),
         (fix(1.0, NAN, 1.0), "its covariance is not a number"),
-        (fix(-1.0, 0.0, -1.0), "it is no covariance: variances -1, -1 m²"),
-        (fix(-1.0, 0.0, 1.0), "it is no covariance"),
-        (fix(1.0, 0.0, 0.0), "it is no covariance"),
-        (fix(1.0, 1.0, 1.0), "it is no covariance"),  # a correlation of 1
-        (fix(1.0, -2.0, 1.0), "it is no covariance"),
-        (fix(1.0, 0.3, 1.0, 0.2), "it is no covariance"),  # not symmetric
+        (fix(-1.0, 0.0, -1.0), "it is not a covariance: variances -1, -1 m²"),
+        (fix(-1.0, 0.0, 1.0), "it is not a covariance"),
+        (fix(1.0, 0.0, 0.0), "it is not a covariance"),
+        (fix(1.0, 1.0, 1.0), "it is not a covariance"),  # a correlation of 1
+        (fix(1.0, -2.0, 1.0), "it is not a covariance"),
+        (fix(1.0, 0.3, 1.0, 0.2), "it is not a covariance"),  # not symmetric
         (fix(1.0, 0.0, 1.1e6), "1048.81 m of uncertainty"),
         (Scalar(1, 1e18), "1e+18 m is more than limits.height_max_m (10000 m)"),
         (Scalar(1, -1e18), "is more than limits.height_max_m"),

@@ -38,7 +38,7 @@ def test_each_datum_has_its_way_to_the_ellipsoid(datum, home_m, altitude):
 @pytest.mark.parametrize(
     ("fix", "height", "words"),
     [
-        ({"altitude_datum": "ellipsoid"}, {}, "above the WGS84 ellipsoid, used as it is"),
+        ({"altitude_datum": "ellipsoid"}, {}, "above the WGS84 ellipsoid, used directly"),
         ({"altitude_datum": "amsl"}, {}, "which EGM96 puts at -47.44 m"),
         ({"altitude_datum": "home", "home_altitude_m": 12.0}, {}, "at 12.00 m"),
         ({"altitude_datum": "home"}, {}, "whose own altitude is not given"),
