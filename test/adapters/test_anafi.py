@@ -26,4 +26,4 @@ def test_east_comes_first():
 
 def test_a_position_that_the_drone_does_not_know_is_of_no_use():
     unknown = make(FIX, {"latitude": float("nan"), "longitude": float("nan")})
-    assert "no place on Earth" in validate(anafi.fix(unknown, 5, CONFIG))[0]
+    assert "not on Earth" in validate(anafi.fix(unknown, 5, CONFIG))[0]

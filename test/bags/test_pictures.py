@@ -40,7 +40,7 @@ def make_bag(path, topics=("camera/image_raw",), count=2):
 def test_a_folder_by_name_and_a_file_alone(tmp_path):
     for name, level in (("b.png", 20), ("a.PNG", 10), ("c.bmp", 30)):
         cv2.imwrite(str(tmp_path / name), grey(level))
-    (tmp_path / "notes.txt").write_text("no image in it")
+    (tmp_path / "notes.txt").write_text("no picture")
     source = open_pictures(tmp_path)
     assert [picture.name for picture in source.pictures()] == ["a.PNG", "b.png", "c.bmp"]
     assert (source.count, source.rate_hz, levels(source)) == (3, 0.0, [10, 20, 30])

@@ -170,7 +170,7 @@ def test_another_type_than_the_profiles_is_named(cross, recorded, refusal, argum
         ),
         ("gimbal", {"quaternion": {"x": 0.5, "y": 0.0, "z": 0.0, "w": 0.0}}, "has length 0.5 inst"),
         ("height", {"data": math.nan}, "A message on height is of no use: its value is nan"),
-        ("fix", {"latitude": math.nan}, "is no place on Earth"),
+        ("fix", {"latitude": math.nan}, "is not on Earth"),
     ],
 )
 def test_a_value_of_no_use_is_told_and_refused(

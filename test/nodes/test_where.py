@@ -97,7 +97,7 @@ def test_who_is_not_there_is_said(estimator, capsys):
     status = cli.main(["where", "aqua_7", "--namespace", "d1", "--seconds", "2"])
     assert status == 2
     assert (
-        "no position of aqua_7 within 1 s; only aqua_1 is published here" in capsys.readouterr().err
+        "no position of aqua_7 within 2 s; only aqua_1 is published here" in capsys.readouterr().err
     )
     assert cli.main(["where", "a b", "--seconds", "1"]) == 2
     assert "is invalid" in capsys.readouterr().err

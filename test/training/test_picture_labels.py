@@ -102,7 +102,7 @@ def test_labels_of_all_classes_can_count_at_any_overlap(tmp_path, least_iou, hit
         (HEADER, "has no rows; there is nothing to compare with"),
         (HEADER + "a.jpg,aqua,1,2,3,four\n", r"line 2: \['1', '2', '3', 'four'\] must be left"),
         (HEADER + "a.jpg,aqua,1,2,-3,4\n", r"line 2: .* is not a box"),
-        (HEADER + "a.jpg,aqua,1,nan,3,4\n", r"line 2: .* is no box"),
+        (HEADER + "a.jpg,aqua,1,nan,3,4\n", r"line 2: .* is not a box"),
         ("file_name,class,x_px,y_px\na.jpg,aqua,1,2\n", "lacks the columns width_px, height_px"),
     ],
 )

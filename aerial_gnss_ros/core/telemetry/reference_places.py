@@ -69,7 +69,7 @@ class ReferencePlaces:
         if not fix.valid:
             return "its receiver has no fix"
         if not (abs(fix.latitude) <= 0.5 * math.pi and abs(fix.longitude) <= math.pi):
-            return "its latitude or longitude is no place on Earth"
+            return "its latitude or longitude is not on Earth"
         if fix.latitude == fix.longitude == 0.0:
             return "it is at 0, 0, what receivers send without a fix"
         if math.isnan(self._variances(name, fix)[0, 0]):

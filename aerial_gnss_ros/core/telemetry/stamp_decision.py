@@ -46,4 +46,4 @@ class Decision:
         if not self.anew:
             return f"The clock of {names} was set"
         way = "backward" if self.by_ns < 0 else "forward"
-        return f"Time stepped {way} by {abs(self.by_ns) * 1e-9:.1f} s ({names})"
+        return f"Time went {way} by {abs(self.by_ns) * 1e-9:.1f} s ({names})"

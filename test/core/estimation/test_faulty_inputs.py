@@ -153,7 +153,7 @@ def test_longitude_500_all_flight_gives_no_position(sea):
     assert flight.reasons() == {"bad_fix"}
     status = flight.engine.inputs["fix"]
     assert status.state is InputState.BAD
-    assert "500 is no place on Earth" in status.trouble
+    assert "500 is not on Earth" in status.trouble
     assert any("No message on fix has been of use for 10 s" in one for one in flight.engine.events)
 
 

@@ -79,9 +79,9 @@ def test_the_messages_own_covariance_counts_before_the_stated_one():
     ("bad", "sentence"),
     [
         ({"valid": False}, "its receiver has no fix"),
-        ({"latitude": math.nan}, "its latitude or longitude is no place on Earth"),
+        ({"latitude": math.nan}, "its latitude or longitude is not on Earth"),
         ({"latitude": 0.0, "longitude": 0.0}, "it is at 0, 0, what receivers send without a fix"),
-        ({"longitude": 4.0}, "its latitude or longitude is no place on Earth"),
+        ({"longitude": 4.0}, "its latitude or longitude is not on Earth"),
     ],
 )
 def test_a_fix_that_is_no_use_is_said_why(bad, sentence):
