@@ -19,7 +19,6 @@ PACKAGE = ROOT / "aerial_gnss_ros"
 # way is tested from what is measured to what is published; elsewhere whole files, commands, nodes
 # and pictures are the smallest things whose result anybody can check by other means.
 TESTED_WITH = {
-    "adapters/test_table_files.py": "evaluation/truth",
     "bags/test_reader.py": "bags/definitions",
     "benchmarking/test_figures.py": (
         "benchmarking/live benchmarking/machine benchmarking/one_process benchmarking/processes"
@@ -34,7 +33,7 @@ TESTED_WITH = {
     "commands/test_benchmark.py": "benchmarking/flight benchmarking/suite",
     "commands/test_camera.py": "commands/camera_arguments",
     "commands/test_check.py": "commands/check_report",
-    "commands/test_evaluate.py": "evaluation/figures evaluation/hover evaluation/report",
+    "commands/test_evaluate.py": "evaluation/figures evaluation/report",
     "commands/test_import_dji.py": "bags/import_dji bags/video commands/import_report",
     "commands/test_replay.py": "bags/detect bags/plan bags/replay",
     "commands/test_replay_vehicles.py": "commands/configuration",
@@ -45,7 +44,6 @@ TESTED_WITH = {
     "detection/test_second_look.py": "detection/views",
     "detection/test_select.py": "detection/config detection/openvino_backend",
     "detection/test_tensorrt_backend.py": "detection/cuda detection/engine_card training/engine",
-    "evaluation/test_track_map.py": "evaluation/picture",
     "nodes/test_arrivals.py": "nodes/inputs nodes/newest",
     "nodes/test_detector.py": (
         "nodes/detector_node nodes/diagnostics nodes/internal_errors nodes/names nodes/qos "
@@ -62,19 +60,17 @@ TESTED_WITH = {
     "simulation/blender/test_labels.py": (
         "simulation/blender/masks simulation/blender/nodes simulation/blender/ocean "
         "simulation/blender/picture simulation/blender/ranges simulation/blender/rig "
-        "simulation/blender/studio simulation/blender/tracing simulation/develop "
-        "simulation/labels simulation/planes simulation/samples"
+        "simulation/blender/studio simulation/blender/tracing simulation/samples"
     ),
     "simulation/blender/test_samples.py": "simulation/blender/worker",
     "simulation/blender/test_shot.py": "simulation/blender/hexapod simulation/blender/props",
-    "simulation/test_afloat.py": "simulation/mesh simulation/props simulation/scenario",
+    "simulation/test_afloat.py": "simulation/props simulation/scenario",
     "simulation/test_bag.py": "simulation/imaging",
     "simulation/test_boxes.py": "simulation/view",
     "simulation/test_experiment.py": "simulation/placement",
     "simulation/test_flotsam.py": "simulation/filling simulation/staging",
     "simulation/test_renderer.py": (
-        "simulation/composite simulation/raster simulation/scene simulation/shading "
-        "simulation/sky simulation/wash"
+        "simulation/raster simulation/scene simulation/shading simulation/sky simulation/wash"
     ),
     "training/test_score.py": "training/labelled",
     "training/test_second_look.py": "training/proposals training/second_look_network",
