@@ -36,7 +36,19 @@ PAGES = [
     *sorted((ROOT / "docs" / "start").glob("*.md")),
     *sorted((ROOT / "docs" / "howto").glob("*.md")),
 ]
-SHELL = (".", "aerial-gnss", "cd", "export", "make", "pip", "python", "python3", "ros2", "sudo")
+SHELL = (
+    ".",
+    "aerial-gnss",
+    "cd",
+    "docker",
+    "export",
+    "make",
+    "pip",
+    "python",
+    "python3",
+    "ros2",
+    "sudo",
+)
 ONLY_PARSED, TERMINALS, EXAMPLE = "parsed only: ", "a terminal for each line", "an example"
 
 
