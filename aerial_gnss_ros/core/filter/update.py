@@ -149,10 +149,14 @@ def correct(
     if joint.view is not sight:
         relinearize(joint, sight)
     before = joint.mean
-    linear = linearise(sight, before[:COUNT], joint.shown(slots), joint.by_pose[slots, :2])
+    linear = linearise(
+        sight, before[:COUNT], _shown(joint, slots, before), joint.by_pose[slots, :2]
+    )
     if np.count_nonzero(linear.seen) < len(slots):
         slots, pixels = slots[linear.seen], pixels[linear.seen]
-        linear = linearise(sight, before[:COUNT], joint.shown(slots), joint.by_pose[slots, :2])
+        linear = linearise(
+            sight, before[:COUNT], _shown(joint, slots, before), joint.by_pose[slots, :2]
+        )
     m = len(slots)
     if not m:
         return Outcome(0.0, 0)
@@ -190,6 +194,14 @@ def correct(
     return Outcome(squared, 2 * m, slots[:0], fits, slots, residual, spread)
 
 
+def _shown(joint: JointState, slots: Indices, mean: Array) -> Array:
+    """Return where robots are seen (m, 2) by some means of the state."""
+    if joint.sway is not None:
+        return joint.shown(slots, mean)
+    places: Array = mean[COUNT:].reshape(-1, 4)[slots, :2]
+    return places
+
+
 def _whitened(spread: Array, residual: Array) -> tuple[Array, Array]:
     """Return the lower root of the residual's covariance, and the residual in its units (2 m,).
 
@@ -221,8 +233,8 @@ def _iterate(
     if whole @ whole <= far * far:  # most often: then no robot went farther
         return
     for _ in range(TUNING.max_iterations):
-        robots = joint.shown(slots)
-        moved = robots - joint.shown(slots, before)
+        robots = _shown(joint, slots, joint.mean)
+        moved = robots - _shown(joint, slots, before)
         if not (np.abs(moved) > far).any():
             return
         now = linearise(sight, joint.mean[:COUNT], robots)
