@@ -27,9 +27,7 @@ TESTED_WITH = {
     "calibration/test_evidence.py": "calibration/measurement_model",
     "calibration/test_motion.py": "calibration/telemetry_smoother",
     "calibration/test_recorded_delay.py": "calibration/recording",
-    "commands/test_augment.py": (
-        "commands/argument_types commands/dataset_arguments training/augment"
-    ),
+    "commands/test_augment.py": "commands/dataset_arguments training/augment",
     "commands/test_benchmark.py": "benchmarking/flight benchmarking/suite",
     "commands/test_camera.py": "commands/camera_arguments",
     "commands/test_check.py": "commands/check_report",
@@ -39,22 +37,17 @@ TESTED_WITH = {
     "commands/test_replay_vehicles.py": "commands/configuration",
     "commands/test_simulate.py": "commands/simulate_arguments",
     "commands/test_stream.py": "commands/udp_outputs",
-    "commands/test_train.py": "commands/ending commands/train_arguments",
+    "commands/test_train.py": "commands/train_arguments",
     "detection/test_roi.py": "detection/following detection/pieces detection/windowed",
     "detection/test_second_look.py": "detection/views",
     "detection/test_select.py": "detection/config detection/openvino_backend",
     "detection/test_tensorrt_backend.py": "detection/cuda detection/engine_card training/engine",
-    "nodes/test_arrivals.py": "nodes/inputs nodes/newest",
-    "nodes/test_detector.py": (
-        "nodes/detector_node nodes/diagnostics nodes/internal_errors nodes/names nodes/qos "
-        "nodes/refusals nodes/supervised"
-    ),
-    "nodes/test_estimator.py": "nodes/estimator_node nodes/on_demand",
+    "nodes/test_arrivals.py": "nodes/inputs",
+    "nodes/test_detector.py": "nodes/detector_node nodes/diagnostics nodes/qos nodes/supervised",
+    "nodes/test_estimator.py": "nodes/estimator_node",
     "nodes/test_play.py": "commands/play nodes/pausing",
-    "nodes/test_player.py": "nodes/transport",
     "nodes/test_process.py": "nodes/executable nodes/leaving",
     "nodes/test_run.py": "commands/run",
-    "nodes/test_shared_parameters.py": "nodes/ros_arguments",
     "nodes/test_stream.py": "nodes/robots",
     "nodes/test_where.py": "commands/where",
     "simulation/blender/test_labels.py": (
@@ -81,8 +74,6 @@ TESTED_WITH = {
 # Modules that no test runs in this process.
 NOT_RUN = {
     "commands/demo": "CI flies the demo and checks what it prints",
-    "commands/live_table": "what the demo prints",
-    "evaluation/boxes": "what the demo judges by",
     "nodes/both": "two nodes in one process: a launch file starts it, see nodes/test_launch.py",
     "benchmarking/camera": "a program of the live benchmark, started by it",
     "benchmarking/pair": "a program of the live benchmark, started by it",
