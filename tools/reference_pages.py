@@ -35,7 +35,13 @@ from aerial_gnss_ros.core.config.noise import SETS, Noise
 from aerial_gnss_ros.core.config.references import REFERENCE_KEYS
 from aerial_gnss_ros.core.config.robot_classes import RobotClass
 from aerial_gnss_ros.core.config.schema import Leaf, leaves, type_hints
-from aerial_gnss_ros.core.values.estimates import FrameResult, MapDatum, RobotEstimate, State
+from aerial_gnss_ros.core.values.estimates import (
+    Current,
+    FrameResult,
+    MapDatum,
+    RobotEstimate,
+    State,
+)
 from aerial_gnss_ros.core.values.rejection import Cause, Reason
 from aerial_gnss_ros.nodes.schemas import SCHEMAS
 
@@ -67,6 +73,8 @@ OUTPUTS = {
     "filters: errors of two of them may be taken as independent. Not latched.",
     "robots/markers": "Error ellipses and names for RViz and Foxglove; made while somebody "
     "subscribes.",
+    "current": "Velocity of what drifts with the water and the wind, East and North, while at "
+    "least two robots do, with a probability of 95 %.",
     "map_datum": "Origin of the map frame, on the water; altitude NaN where it is unknown.",
     "/tf": "The map frame to each robot's `<namespace>/<id>/course` (`map.publish_tf`).",
     "/tf_static": "`earth` to the map frame (`map.publish_earth_tf`).",
@@ -313,7 +321,8 @@ def _example() -> FrameResult:
         0, "aqua_1", "aqua", State.CONFIRMED, 0.0, 0.0, 0.0,
         np.zeros(2), np.zeros(2), np.eye(4), 0,
     )  # fmt: skip
-    return FrameResult(0, "camera", (robot,), (), MapDatum(0.0, 0.0, 0.0))
+    drift = Current(np.zeros(2), np.eye(2))
+    return FrameResult(0, "camera", (robot,), (), MapDatum(0.0, 0.0, 0.0), current=drift)
 
 
 def files() -> str:

@@ -18,7 +18,13 @@ from aerial_gnss_ros.adapters.map_frame import ALTITUDE_M2, UNKNOWN_LENGTH_M2, F
 from aerial_gnss_ros.adapters.markers import marker_array
 from aerial_gnss_ros.adapters.stamps import header_fields
 from aerial_gnss_ros.core.numerics.small_arrays import all_finite
-from aerial_gnss_ros.core.values.estimates import FrameResult, MapDatum, RobotEstimate, State
+from aerial_gnss_ros.core.values.estimates import (
+    Current,
+    FrameResult,
+    MapDatum,
+    RobotEstimate,
+    State,
+)
 from aerial_gnss_ros.core.values.samples import Array
 
 ROOT = Frames()
@@ -67,6 +73,7 @@ class OutgoingMessage:
     fields: dict[str, Any]
 
 
+CURRENT = "current"
 MAP_DATUM = "map_datum"
 POSITION_UPDATE = "position_update"
 MARKERS = ("robots/markers", "visualization_msgs/msg/MarkerArray")
@@ -83,10 +90,12 @@ def markers(result: FrameResult, frames: Frames = ROOT) -> OutgoingMessage:
 
 
 def position_messages(result: FrameResult, frames: Frames = ROOT) -> list[OutgoingMessage]:
-    """Return the datum and each robot's position, in a fixed order."""
+    """Return the datum, the current and each robot's position, in a fixed order."""
     messages = []
     if result.datum is not None:
         messages.append(map_datum(result.stamp_ns, result.datum, frames))
+    if result.current is not None:
+        messages.append(current(result.stamp_ns, result.current, frames))
     for estimate in result.estimates:
         base = f"robots/{estimate.robot_id}"
         messages += [
@@ -142,6 +151,21 @@ def map_datum(stamp_ns: int, datum: MapDatum, frames: Frames = ROOT) -> Outgoing
         },
     }
     return OutgoingMessage(MAP_DATUM, "geographic_msgs/msg/GeoPoseStamped", fields)
+
+
+def current(stamp_ns: int, known: Current, frames: Frames = ROOT) -> OutgoingMessage:
+    """Return a geometry_msgs/TwistWithCovarianceStamped, East, North, Up; no more is known."""
+    east, north = known.velocity.tolist()
+    covariance = np.diag(3 * [UNKNOWN_LENGTH_M2] + 3 * [UNKNOWN_ANGLE_RAD2])
+    covariance[:2, :2] = known.covariance
+    fields = {
+        "header": header_fields(stamp_ns, frames.map),
+        "twist": {
+            "twist": {"linear": {"x": east, "y": north}},
+            "covariance": _floats(covariance),
+        },
+    }
+    return OutgoingMessage(CURRENT, "geometry_msgs/msg/TwistWithCovarianceStamped", fields)
 
 
 def geo_pose(estimate: RobotEstimate, frames: Frames = ROOT) -> dict[str, Any]:

@@ -15,6 +15,7 @@ from aerial_gnss_ros.adapters.departures import Departures
 from aerial_gnss_ros.adapters.feed import Feed, Subscription
 from aerial_gnss_ros.adapters.map_frame import OnWater, frames
 from aerial_gnss_ros.adapters.results import (
+    CURRENT,
     MAP_DATUM,
     MARKERS,
     OutgoingMessage,
@@ -222,7 +223,7 @@ class EstimatorNode(SupervisedNode):
 
     def _publisher(self, outgoing: OutgoingMessage, profile: QoSProfile | None = None) -> Publisher:
         if outgoing.topic not in self._results:
-            if outgoing.topic != MAP_DATUM:
+            if outgoing.topic not in (CURRENT, MAP_DATUM):
                 self._latched.setdefault(outgoing.topic.split("/")[1], []).append(outgoing.topic)
             self._results[outgoing.topic] = self.announce(
                 outgoing.topic, outgoing.msgtype, profile or qos.latched()

@@ -25,7 +25,7 @@ from aerial_gnss_ros.adapters.results import (
 )
 from aerial_gnss_ros.adapters.results import odometry as adapters_odometry
 from aerial_gnss_ros.bags.typestore import serialize, typestore
-from aerial_gnss_ros.core.values.estimates import State
+from aerial_gnss_ros.core.values.estimates import Current, State
 from aerial_gnss_ros.detection.base import Detections
 
 sys.path.insert(0, str(Path(__file__).parent))
@@ -69,6 +69,17 @@ def test_topics_types_and_order():
     ]
     before_the_first_fix = replace(RESULT, estimates=(), datum=None)
     assert [m.topic for m in result_messages(before_the_first_fix)] == ["robots/markers"]
+
+
+def test_the_current_is_a_twist_east_and_north_of_which_no_more_is_known():
+    known = Current(np.array([0.3, -0.1]), np.array([[0.04, 0.01], [0.01, 0.09]]))
+    sent = published(replace(RESULT, current=known))["current"]
+    assert (sent.twist.twist.linear.x, sent.twist.twist.linear.y) == (0.3, -0.1)
+    covariance = np.reshape(sent.twist.covariance, (6, 6))
+    assert covariance[:2, :2].tolist() == known.covariance.tolist()
+    assert covariance.diagonal()[2:].tolist() == [UNKNOWN_LENGTH_M2, *3 * [UNKNOWN_ANGLE_RAD2]]
+    assert sent.header.frame_id == "map"
+    assert "current" not in published(RESULT)
 
 
 def test_every_header_carries_the_image_s_stamp_and_its_frame():

@@ -12,7 +12,7 @@ IMAGE, ARRAY, FIX = "sensor_msgs/msg/Image", "vision_msgs/msg/Detection2DArray",
 RECORDED = {
     "/d/fix": FIX, "/d/detections": ARRAY, "/d/robots/aqua_1/fix": FIX, "/d/robots/markers": FIX,
     "/d/map_datum": FIX, "/d/truth/robots/aqua_1/fix": FIX, "/clock": FIX, "/tf": FIX,
-    "/robots_of_others/fix": FIX,
+    "/robots_of_others/fix": FIX, "/d/current": FIX,
 }  # fmt: skip
 
 

@@ -34,7 +34,7 @@ from aerial_gnss_ros.core.tracker.box_account import Settled
 from aerial_gnss_ros.core.tracker.protocol import Tracking
 from aerial_gnss_ros.core.values.camera_pose import CameraPose
 from aerial_gnss_ros.core.values.detection_frame import DetectionFrame
-from aerial_gnss_ros.core.values.estimates import FrameResult, PlatformError, RobotEstimate
+from aerial_gnss_ros.core.values.estimates import Current, FrameResult, PlatformError, RobotEstimate
 from aerial_gnss_ros.core.values.events import Events
 from aerial_gnss_ros.core.values.rejection import Reason
 
@@ -124,6 +124,7 @@ class Pipeline:
         scene, pose = self._scene(shown, samples)
         posed = time.perf_counter_ns()
         platform: tuple[PlatformError, ...] = ()
+        current: Current | None = None
         if isinstance(scene, Reason):
             located = posed
             reasons = [reason or scene for reason in reasons]
@@ -138,7 +139,7 @@ class Pipeline:
             if self._checks.used:
                 points = self._checks.apply(scene, points)
             located = time.perf_counter_ns()
-            estimates, platform, unused = self._tracked(scene, points)
+            estimates, platform, current, unused = self._tracked(scene, points)
             for i, reason in zip(used, unused, strict=True):
                 reasons[i] = reason
         if estimates:
@@ -162,6 +163,7 @@ class Pipeline:
             len(frame.class_ids),
             settled.used,
             settled.refused,
+            current,
         )
 
     def _pose(self, samples: SceneTelemetry | MissingTelemetry) -> CameraPose | Reason:
@@ -238,7 +240,7 @@ class Pipeline:
 
     def _tracked(
         self, scene: PosedFrame, points: WaterPoints
-    ) -> tuple[tuple[RobotEstimate, ...], tuple[PlatformError, ...], Reasons]:
+    ) -> tuple[tuple[RobotEstimate, ...], tuple[PlatformError, ...], Current | None, Reasons]:
         """Return what an image tells of robots and platform, and why boxes measured nothing.
 
         Args:
@@ -256,10 +258,10 @@ class Pipeline:
             unused = Reason.TOO_FAST if fast else Reason.GATED if gated else None
             reasons.append(reason or unused)
         if method != "filter":
-            return at_own_points(update, points, local), (), reasons
+            return at_own_points(update, points, local), (), None, reasons
         # Other methods' points have the depth's share already.
         sigma_m = self._config.depth.sigma_m
         estimates = update.estimates
         if sigma_m:
             estimates = inflate_by_depth(estimates, scene.pose, local, sigma_m)
-        return estimates, update.platform, reasons
+        return estimates, update.platform, update.current, reasons

@@ -148,10 +148,14 @@ class MooredLaw(JointState):
             TUNING.current_mps,
         )
 
+    def known_current(self) -> tuple[Array, Array]:
+        """Return the current (2,) and its covariance (2, 2), m/s, m²/s²."""
+        c = _velocity(self.current)
+        return self.mean[c], self.covariance[np.ix_(c, c)]
+
     def still_odds(self) -> float:
         """Return the log odds that the current is zero, to any other one, nats."""
-        c = _velocity(self.current)
-        return _odds(self.mean[c], self.covariance[np.ix_(c, c)], TUNING.current_mps)
+        return _odds(*self.known_current(), TUNING.current_mps)
 
     def _difference(self, one: Indices, other: Indices) -> Array:
         rows: Array = self.covariance[one] - self.covariance[other]

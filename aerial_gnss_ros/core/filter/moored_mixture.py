@@ -21,6 +21,7 @@ from aerial_gnss_ros.core.filter.state import JointState
 from aerial_gnss_ros.core.filter.update import Outcome
 from aerial_gnss_ros.core.models.motion_model import MotionModel
 from aerial_gnss_ros.core.models.platform_model import PlatformModel
+from aerial_gnss_ros.core.values.estimates import Current
 
 Array = NDArray[np.float64]
 
@@ -33,6 +34,9 @@ class MooredMixtureTuning:
     """How far behind the likeliest law the one is at most in which all swim. Judged."""
     behind_nats: float = 4.0
     """The same for the others while they are tried. Judged."""
+    sure: float = 0.95
+    """Probability that robots drift from which the current is published. Odds of 20 to 1, as
+    everywhere."""
 
 
 TUNING = MooredMixtureTuning()
@@ -93,6 +97,14 @@ class MooredGroup:
         apart = means - mixed
         blocks += apart[:, :, :, None] * apart[:, :, None]
         mean[rows], covariance[rows] = mixed, (shares[:, :, None, None] * blocks).sum(axis=0)
+
+    def current(self) -> tuple[float, Current] | None:
+        """Return the probability that robots drift, and with which current; None: none may."""
+        law = self.both[1].law
+        if law is None:
+            return None
+        mean, covariance = law.known_current()
+        return float(self.weights()[2]), Current(mean, covariance)
 
 
 class MooredMixture:
@@ -159,3 +171,9 @@ class MooredMixture:
             turned = group.velocity_changes.position_covariances.any()
             if not turned and any(one.law is not None for one in self._of(group).both):
                 self._of(group).publish(mean, covariance)
+
+    def current(self) -> Current | None:
+        """Return with which current robots drift; None where that is not likely enough."""
+        found = [one for one in (group.current() for group in self._all) if one is not None]
+        likely, best = max(found, key=lambda one: one[0], default=(0.0, None))
+        return best if likely > TUNING.sure else None

@@ -16,7 +16,7 @@ from aerial_gnss_ros.core.geometry.geodesy import LocalMap
 from aerial_gnss_ros.core.georeferencing.localization import WaterPoints
 from aerial_gnss_ros.core.tracker.box_account import Settled
 from aerial_gnss_ros.core.values.detection_frame import DetectionFrame
-from aerial_gnss_ros.core.values.estimates import PlatformError, RobotEstimate
+from aerial_gnss_ros.core.values.estimates import Current, PlatformError, RobotEstimate
 
 
 @dataclass(frozen=True)
@@ -29,6 +29,7 @@ class TrackUpdate:
         gated: (n,) True where a detection with a point neither updated nor started a track.
         too_fast: (n,) True where it was refused because its track would have been too fast.
         platform: errors of the platform, if the tracker estimates them.
+        current: with which some robots drift, if it is known.
     """
 
     estimates: tuple[RobotEstimate, ...]
@@ -36,6 +37,7 @@ class TrackUpdate:
     gated: NDArray[np.bool_]
     too_fast: NDArray[np.bool_]
     platform: tuple[PlatformError, ...] = ()
+    current: Current | None = None
 
 
 class Tracking(Protocol):

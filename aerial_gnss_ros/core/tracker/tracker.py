@@ -162,7 +162,9 @@ class Tracker:
             self._referenced = True
             self._references.update(self.table.tracks, frame, local)
         estimates, platform = self._estimates(stamp_ns)
-        return TrackUpdate(estimates, names, *masks, platform)
+        fork = self._recovery.fork
+        current = None if fork else self.table.filter.moored.current()
+        return TrackUpdate(estimates, names, *masks, platform, current)
 
     def misfit(self, frame: PosedFrame, points: WaterPoints, local: LocalMap) -> float:
         """Return how badly an image's boxes fit the robots in view, nats (see `Tracking`)."""

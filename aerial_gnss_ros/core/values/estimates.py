@@ -96,6 +96,19 @@ class PlatformError:
 
 
 @dataclass(frozen=True)
+class Current:
+    """Velocity of all robots that drift with the water and the wind.
+
+    Attributes:
+        velocity: (2,) East, North, m/s.
+        covariance: (2, 2) of it, m²/s².
+    """
+
+    velocity: Array
+    covariance: Array
+
+
+@dataclass(frozen=True)
 class FrameResult:
     """Result of one image: estimates ordered by robot_id, and refusals.
 
@@ -111,6 +124,7 @@ class FrameResult:
         boxes: number of boxes in the image.
         used: number of boxes of this and earlier images now known to have updated robots.
         late: boxes of earlier images now known to have updated none (`unconfirmed`).
+        current: with which some robots drift; None where none do, or nobody knows.
     """
 
     stamp_ns: int
@@ -124,3 +138,4 @@ class FrameResult:
     boxes: int = 0
     used: int = 0
     late: tuple[Rejection, ...] = ()
+    current: Current | None = None

@@ -34,7 +34,7 @@ def robots(drift=(0.0, 0.0), leaves=math.inf):
 
 
 def flown(sea, stated=None, seconds=30.0, **motion):
-    """Return errors (n,), and their sizes by the published covariances, of the last image."""
+    """Return the last result, its errors (n,), their sizes by its covariances, and its sigma."""
     world = sea.World(robots=robots(**motion), **ORBIT)
     engine = sea.estimator(RTK | (stated or {}))
     last = sea.play(engine, world, seconds)[-1]
@@ -47,26 +47,30 @@ def flown(sea, stated=None, seconds=30.0, **motion):
         sizes.append(float(off @ np.linalg.solve(one.covariance[:2, :2], off)))
     assert len(errors) == len(PLACES)
     sigma = max(math.sqrt(np.trace(one.covariance[:2, :2])) for one in last.estimates)
-    return np.array(errors), np.array(sizes), sigma
+    return last, np.array(errors), np.array(sizes), sigma
 
 
 def test_robots_that_stay_are_known_as_if_it_were_told(sea):
-    errors, sizes, sigma = flown(sea)
+    last, errors, sizes, sigma = flown(sea)
     told = {"noise.robot_acceleration": 0.0, "tracks.max_speed": 0.01}
-    _, _, best = flown(sea, told)
+    _, _, _, best = flown(sea, told)
+    assert last.current is None
     assert sigma < 1.5 * best
     assert errors.max() < 4.0 * best
     assert sizes.max() < 13.8
 
 
-def test_one_current_for_all_is_no_platform_error(sea):
-    errors, sizes, _ = flown(sea, drift=(0.15, -0.1))
+def test_one_current_for_all_is_no_platform_error_and_is_told(sea):
+    last, errors, sizes, _ = flown(sea, drift=(0.15, -0.1))
+    off = last.current.velocity - (0.15, -0.1)
+    assert float(off @ np.linalg.solve(last.current.covariance, off)) < 13.8
+    assert last.current.covariance.trace() < 0.1**2
     assert sizes.max() < 13.8
     assert errors.max() < 0.4
 
 
 def test_a_robot_that_leaves_is_followed(sea):
-    errors, sizes, sigma = flown(sea, leaves=20.0)
+    _, errors, sizes, sigma = flown(sea, leaves=20.0)
     assert sizes.max() < 13.8
     assert sigma < 0.4
     assert errors.max() < 0.5
@@ -75,5 +79,5 @@ def test_a_robot_that_leaves_is_followed(sea):
 @pytest.mark.parametrize("seconds", [20.8, 21.6, 22.4])
 def test_a_robot_that_has_just_left_is_not_far_off(sea, seconds):
     """It swims 0.3 m/s: for a second its boxes may be noise."""
-    errors, _, _ = flown(sea, seconds=seconds, leaves=20.0)
+    _, errors, _, _ = flown(sea, seconds=seconds, leaves=20.0)
     assert errors.max() < 0.45

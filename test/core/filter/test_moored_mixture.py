@@ -19,7 +19,9 @@ def law(ids, east, variance):
     mean[:, 0] = east
     covariance[:] = variance * np.eye(4)
     return SimpleNamespace(
-        ids=np.array([*ids, -1]), published=lambda: (mean.copy(), covariance.copy())
+        ids=np.array([*ids, -1]),
+        published=lambda: (mean.copy(), covariance.copy()),
+        known_current=lambda: (np.array([0.2, 0.1]), 0.01 * np.eye(2)),
     )
 
 
@@ -114,3 +116,15 @@ def test_nothing_is_put_in_while_the_camera_may_have_turned():
     made.base.velocity_changes.position_covariances[:] = 0.0
     mixture.publish([made.base], mean, covariance)
     assert mean[:, 0] == pytest.approx(3.0)
+
+
+def test_the_current_is_told_where_robots_drift_and_do_not_stay():
+    mixture, made = MooredMixture(), group()
+    mixture._all = [made]
+    assert mixture.current() is None
+    tried(made.both[1], 4.0, 0.0, 1.0)
+    current = mixture.current()
+    assert current.velocity.tolist() == [0.2, 0.1]
+    assert current.covariance[0, 0] == 0.01
+    tried(made.both[0], 1.5, 0.0, 1.0)
+    assert mixture.current() is None
