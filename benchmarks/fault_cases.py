@@ -13,6 +13,7 @@ from fault_flights import DURATION_S, ROBOTS, Flown, Item, Run, Value, flown
 from fault_judge import Row, Verdict, judged, rows_of
 from fault_kinds import DAY_NS, INPUTS, KINDS, MEANINGLESS, Change, each, moved, one_of, stamped
 
+from aerial_gnss_ros.core.values.detection_frame import DetectionFrame
 from aerial_gnss_ros.core.values.samples import Fix, Scalar
 from aerial_gnss_ros.simulation.chance import generator
 from aerial_gnss_ros.simulation.sensors import START_NS
@@ -121,6 +122,17 @@ def _stated(variance: float, bias_m: float = 33.0) -> dict[str, Change]:
     return _fixes(lambda fix: replace(moved(fix, bias_m), covariance=covariance))  # type: ignore[type-var]
 
 
+def _hidden(items: list[Item], _rng: np.random.Generator) -> list[Item]:
+    """Return images that show no robot for as long as other faults last."""
+    until = items[0].arrival_ns + round((END_S - BEGIN_S) * 1e9) if items else 0
+    return [
+        item.says(item.value.rows([]))
+        if isinstance(item.value, DetectionFrame) and item.arrival_ns < until
+        else item
+        for item in items
+    ]
+
+
 def _nowhere(fix: Fix) -> Fix:
     return replace(fix, latitude=0.0, longitude=0.0, altitude=0.0)
 
@@ -140,6 +152,8 @@ def named() -> Iterator[Case]:
     for word, value in (("infinite", math.inf), ("NaN", math.nan), ("negative", -1.0)):
         yield Case(f"fix: covariance {word}, 33 m off, all flight", _stated(value), *whole)
     yield Case("fix: jump of 8 m", {"fix": each(lambda value: moved(value, 8.0))})
+    unseen = {"fix": each(lambda value: moved(value, 6.0)), "detections": _hidden}
+    yield Case("fix: jump of 6 m that stays, no robot in view", unseen, end_s=DURATION_S + 2.0)
     yield Case("gimbal: jump of 5 deg", {"gimbal": each(lambda value: moved(value, 5.0))})
     yield Case("height: jump of 1 m", {"height": each(lambda value: moved(value, 1.0))})
     for height_m in (0.5, 1.0):

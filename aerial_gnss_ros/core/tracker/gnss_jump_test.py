@@ -3,7 +3,9 @@
 """Tests by robots whether the GNSS position of an image has jumped.
 
 A position that stands out (`gnss_jump`) may be a jump of the receiver or a motion of the drone. Two
-copies of the tracks take in the image, one for each: boxes fit robots by the right one.
+copies of the tracks take in the image, one for each: boxes fit robots by the right one. Where an
+image shows none of the robots, the position is taken to have jumped, since no drone flies so: the
+covariances of the robots, which are all out of sight, then contain the jump.
 """
 
 from __future__ import annotations
@@ -33,7 +35,7 @@ TUNING = GnssJumpTestTuning()
 def robots_tell_jump(
     table: TrackTable, frame: PosedFrame, seen: Measurements, threshold: float
 ) -> bool:
-    """Return whether robots tell that an image's position has jumped: else none is there.
+    """Return whether an image's position has jumped, as robots tell, or as nobody sees.
 
     Args:
         table: the tracks, predicted to the image; not changed.
@@ -41,6 +43,8 @@ def robots_tell_jump(
         seen: its measurements.
         threshold: squared Mahalanobis distance at the edge of a gate.
     """
+    if not len(seen.index) or not table.in_view(frame.detections.stamp_ns):
+        return any(track.robot_id for track in table.tracks)
     fit: list[float] = []
     for jumped in (False, True):
         alternative = copy.deepcopy(table)

@@ -128,6 +128,15 @@ class TrackTable:
             seen.append(track.innovations)
         self.filter.noise.update(seen)
 
+    def in_view(self, stamp_ns: int) -> list[int]:
+        """Return the rows of the robots that an image is expected to show."""
+        return [
+            row
+            for row, track in enumerate(self.tracks)
+            if track.robot_id and not track.leaving_view
+            and stamp_ns - track.last_seen_ns <= TUNING.in_view_ns
+        ]  # fmt: skip
+
     def misfit(self, seen: Measurements, stamp_ns: int, threshold: float) -> float:
         """Return how badly boxes fit the robots in view, nats.
 
@@ -136,12 +145,7 @@ class TrackTable:
             stamp_ns: of it, ns.
             threshold: squared Mahalanobis distance at the edge of a gate.
         """
-        expected = [
-            row
-            for row, track in enumerate(self.tracks)
-            if track.robot_id and not track.leaving_view
-            and stamp_ns - track.last_seen_ns <= TUNING.in_view_ns
-        ]  # fmt: skip
+        expected = self.in_view(stamp_ns)
         if not expected or not len(seen.index):
             return 0.5 * threshold * len(expected)
         return misfit(self.filter.compare(seen, threshold, 1.0), expected, threshold)

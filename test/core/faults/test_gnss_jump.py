@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 
 from aerial_gnss_ros.core.faults.gnss_jump import GnssJumpDetector
 from aerial_gnss_ros.core.values.events import Events
@@ -122,3 +123,32 @@ def test_robots_tell_a_jump_of_some_metres_from_a_drone_that_flies(sea):
     engine, meanwhile, _ = flown(0.0, 6.0)
     assert not engine.happened["position_jumps"]
     assert all(one.state.value == "confirmed" for one in meanwhile[-1].estimates)
+
+
+@pytest.mark.parametrize("dive_s", [7.0, 8.05, 0.0])
+def test_a_jump_that_no_robot_in_view_tells_of_is_in_their_covariances(sea, dive_s):
+    """Robots dive, the receiver jumps by 6 m, and they surface: where, nobody can know."""
+    robots = {"a": (2.0, 21.0), "b": (-2.0, 16.0), "c": (3.0, 14.0)}
+    world = sea.World(
+        robots={name: lambda _t, place=place: place for name, place in robots.items()},
+        pixel_sigma=1.0,
+        hidden=lambda _name, t: dive_s <= t < (10.0 if dive_s else 99.0),
+    )
+    engine = sea.estimator({"noise.gnss_offset_m": 1.0})
+    before = sea.play(engine, world, 8.0, until_flush=False)
+    world.gnss_bias = (6.0, 0.0)
+    after = sea.play(engine, world, 6.0, begin=8.1)
+    assert engine.happened["position_jumps"] == bool(dive_s)
+    if not dive_s:  # no robot was ever seen that could be wrong by it
+        return
+    own = {
+        one.robot_id: min(robots.values(), key=lambda at, one=one: np.hypot(*(one.position - at)))
+        for one in before[60].estimates
+    }
+    assert {one.robot_id for one in after[-1].estimates} == set(own)
+    assert len(own) == 3
+    for result in after:
+        for one in result.estimates:
+            error = one.position - own[one.robot_id]
+            assert error @ np.linalg.solve(one.covariance[:2, :2], error) < 9.0
+    assert all(one.state.value == "confirmed" for one in after[-1].estimates)
