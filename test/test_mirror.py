@@ -50,6 +50,7 @@ TESTED_WITH = {
     "nodes/test_run.py": "commands/run",
     "nodes/test_stream.py": "nodes/robots",
     "nodes/test_where.py": "commands/where",
+    "preflight/test_sign_tests.py": "preflight/verdict",
     "simulation/blender/test_labels.py": (
         "simulation/blender/masks simulation/blender/nodes simulation/blender/ocean "
         "simulation/blender/picture simulation/blender/ranges simulation/blender/rig "

@@ -17,7 +17,7 @@ from aerial_gnss_ros.core.telemetry.vertical_datum import describe_datums
 from aerial_gnss_ros.preflight.flight_state import FlightState
 from aerial_gnss_ros.preflight.monitor import InputMonitor
 from aerial_gnss_ros.preflight.pointing import ViewCenter, relative_direction, view_center
-from aerial_gnss_ros.preflight.sign_tests import SignTest, Verdict
+from aerial_gnss_ros.preflight.verdict import SignTest, Verdict
 from aerial_gnss_ros.text.sentences import counted
 
 _WIDTH = 100

@@ -10,8 +10,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
-from enum import Enum
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,6 +27,7 @@ from aerial_gnss_ros.preflight.flight_arrays import (
     flight_arrays,
 )
 from aerial_gnss_ros.preflight.flight_state import FlightState
+from aerial_gnss_ros.preflight.verdict import SignTest, Verdict
 
 _ENOUGH = round(5.0 / STEP_S)
 _SAME = 1e-6
@@ -36,28 +35,6 @@ _SAME = 1e-6
 _LEAST_LEAN = math.radians(0.3)
 """Of the standard deviation; a change of speed by 0.7 m/s takes more than a degree."""
 _STUCK = "never changed: it may be stuck or a constant"
-
-
-class Verdict(str, Enum):
-    """Result of a test. LOOK: two explanations fit, and the operator knows which is true."""
-
-    PASS = "pass"  # noqa: S105 - no password
-    FAIL = "FAIL"
-    LOOK = "look"
-    NOT_TESTED = "not tested"
-
-    def __str__(self) -> str:
-        return self.value
-
-
-@dataclass(frozen=True)
-class SignTest:
-    """One test: its name, what must hold, the verdict and the observation, in words."""
-
-    name: str
-    rule: str
-    verdict: Verdict
-    seen: str
 
 
 def sign_tests(states: Sequence[FlightState]) -> tuple[SignTest, ...]:

@@ -16,7 +16,8 @@ from aerial_gnss_ros.core.geometry.geodesy import geodetic_from_enu
 from aerial_gnss_ros.core.values.camera_pose import CameraPose
 from aerial_gnss_ros.core.values.samples import Fix
 from aerial_gnss_ros.preflight.flight_state import STEP_NS, FlightState
-from aerial_gnss_ros.preflight.sign_tests import Verdict, sign_tests
+from aerial_gnss_ros.preflight.sign_tests import sign_tests
+from aerial_gnss_ros.preflight.verdict import Verdict
 
 LATITUDE, LONGITUDE = math.radians(13.2), math.radians(-59.6)
 DRAG = 0.04  # rad of lean per m/s

@@ -16,8 +16,15 @@ from aerial_gnss_ros.core.values.detection_frame import DetectionFrame
 Indices = NDArray[np.intp]
 
 
-class ImageEvidence(ImageTracks):
-    """Tracks boxes in the image plane, and compares them with the tracks on the water."""
+class ImageEvidence:
+    """Compares boxes that are tracked in the image plane with the tracks on the water.
+
+    Args:
+        image: tracks boxes in the image plane.
+    """
+
+    def __init__(self, image: ImageTracks) -> None:
+        self._image = image
 
     def uncontradicted(
         self,
@@ -38,7 +45,7 @@ class ImageEvidence(ImageTracks):
             rows: (m,) of the tracks.
             columns: (m,) of their measurements.
         """
-        labels = self.expected(boxes)
+        labels = self._image.expected(boxes)
         names = [tracks[row].robot_id for row in rows]
         indices = seen.index[columns].tolist()
         kept = [
@@ -66,9 +73,9 @@ class ImageEvidence(ImageTracks):
             if tracks[row].robot_id:
                 named[index] = tracks[row].robot_id
         if not named and unexplained:
-            labels = self.followed(boxes)
+            labels = self._image.followed(boxes)
         else:
-            labels = self.measured(boxes, frame.camera, frame.pose.height, named)
+            labels = self._image.measured(boxes, frame.camera, frame.pose.height, named)
         if not labels:
             return
         for row, index in measured.items():

@@ -22,6 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aerial_gnss_ros.core.association.decision import NO_PAIRS
+from aerial_gnss_ros.core.association.image_tracks import ImageTracks
 from aerial_gnss_ros.core.association.matcher import Matcher
 from aerial_gnss_ros.core.association.track import Track
 from aerial_gnss_ros.core.camera.posed_frame import PosedFrame
@@ -68,9 +69,10 @@ class Tracker:
             self.table, identity, self._encounters, config.tracks
         )
         self._recovery = Recovery(self.table, self._matcher, threshold)
-        self._image_evidence = ImageEvidence(
+        self._image_tracks = ImageTracks(
             config.noise.value("box_center_px"), joint.motion.speed_sigma
         )
+        self._image_evidence = ImageEvidence(self._image_tracks)
         self._account = BoxAccount()
         self._references = References(joint, joint.log)
         self._referenced = False
@@ -87,7 +89,7 @@ class Tracker:
         self._references.reset()
         self._referenced = False
         self._confirmation.reset()
-        self._image_evidence.reset()
+        self._image_tracks.reset()
         self._recovery.reset()
         self._stamp_ns = None
         self._water_altitude = np.nan
@@ -107,7 +109,7 @@ class Tracker:
         if returned:
             self._go_back()
         if not usable:
-            self._image_evidence.followed(boxes)
+            self._image_tracks.followed(boxes)
             unused = points.valid
             return TrackUpdate(self._estimates(stamp_ns)[0], {}, unused, np.zeros_like(unused))
         if joint.orientation_jumped:
@@ -134,7 +136,7 @@ class Tracker:
             returned = True
             rows, columns = self._associate(seen, stamp_ns)
         tracks = self.table.tracks
-        if self._image_evidence.blind_ns is not None:
+        if self._image_tracks.blind_ns is not None:
             rows, columns = self._image_evidence.uncontradicted(tracks, boxes, seen, rows, columns)
         columns, swaps = self._encounters.update(tracks, rows, columns, seen, stamp_ns)
         for one, other in swaps:
@@ -196,7 +198,7 @@ class Tracker:
         """Return the predicted robots at an image without a pose (see `Tracking`)."""
         self._predict(stamp_ns)
         if boxes is not None:
-            self._image_evidence.followed(boxes)
+            self._image_tracks.followed(boxes)
         return self._estimates(stamp_ns)[0]
 
     def check(self) -> None:
@@ -318,7 +320,7 @@ class Tracker:
         """Drop what was seen since the contradiction, and restore the fork."""
         self._end(self.table.tracks)
         self._recovery.go_back()
-        self._image_evidence.keep_labels({track.robot_id for track in self.table.tracks})
+        self._image_tracks.keep_labels({track.robot_id for track in self.table.tracks})
 
     def _drop(self, rows: set[int]) -> None:
         """Drop tracks and refuse their pending boxes."""

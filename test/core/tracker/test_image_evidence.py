@@ -18,11 +18,12 @@ A, B = LabelEvidence({"a": 0.99, "b": 0.001}, 0.0), LabelEvidence({"a": 0.001, "
 def picture(labels):
     """Return a picture that says this of boxes, and what it was told."""
     told = []
-    made = ImageEvidence(2.0, 0.75)
-    made.expected = lambda _: labels
-    made.followed = lambda _: told.append("blind") or labels
-    made.measured = lambda *given: told.append(given[-1]) or labels
-    return made, told
+    image = SimpleNamespace(
+        expected=lambda _: labels,
+        followed=lambda _: told.append("blind") or labels,
+        measured=lambda *given: told.append(given[-1]) or labels,
+    )
+    return ImageEvidence(image), told
 
 
 def test_a_pair_that_the_picture_contradicts_is_left_out():
