@@ -18,7 +18,7 @@ from xml.sax.saxutils import escape, quoteattr
 
 from aerial_gnss_ros.adapters.feed import Feed, Inputs
 from aerial_gnss_ros.adapters.parameter_files import read
-from aerial_gnss_ros.adapters.results import MAP_DATUM, MARKERS
+from aerial_gnss_ros.adapters.results import CURRENT, MAP_DATUM, MARKERS
 from aerial_gnss_ros.adapters.transforms import TF, TF_STATIC
 from aerial_gnss_ros.adapters.vehicles import vehicle_file, vehicle_names
 from aerial_gnss_ros.core.config.estimator import EstimatorConfig, estimator_config
@@ -66,7 +66,7 @@ def policy(files: Sequence[Path] = (), namespace: str = "/", enclave: str = ENCL
         *_enclave(f"{enclave}/{DETECTOR}", namespace, DETECTOR, published, images, _LIFECYCLE),
         *_enclave(
             f"{enclave}/{ESTIMATOR}", namespace, ESTIMATOR,
-            (MAP_DATUM, MARKERS[0], *RESULTS, *_transforms(estimator)), heard, (),
+            (CURRENT, MAP_DATUM, MARKERS[0], *RESULTS, *_transforms(estimator)), heard, (),
         ),
     ]  # fmt: skip
     body = "\n".join(f"    {line}" for line in lines)
