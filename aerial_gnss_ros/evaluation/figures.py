@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from aerial_gnss_ros.core.values.samples import Array
 from aerial_gnss_ros.evaluation.errors import RobotErrors
-from aerial_gnss_ros.evaluation.picture import FAINT, GREY, INK, legend_above, png
+from aerial_gnss_ros.evaluation.picture import FAINT, GREY, INK, legend_above, png, utc_axis
 
 Shades = Mapping[str, str]
 _BINS = 8
@@ -158,7 +158,7 @@ def methods_png(methods: Mapping[str, Sequence[RobotErrors]], shades: Shades) ->
         axes.set_ylim(bottom=0.0)
         axes.grid(color=FAINT)
     for axes in panels[-1]:
-        axes.set_xlabel("time (s)")
+        utc_axis(axes, int(start))
     for axes in panels.T.flat[len(methods) :]:
         axes.set_visible(False)
     names = [

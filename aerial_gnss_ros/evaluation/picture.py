@@ -6,10 +6,12 @@ from __future__ import annotations
 
 import io
 from collections.abc import Iterable, Mapping
+from datetime import datetime, timezone
 from typing import Any
 
 from matplotlib.figure import Figure
 from matplotlib.layout_engine import ConstrainedLayoutEngine
+from matplotlib.ticker import FuncFormatter, MaxNLocator
 
 # Okabe and Ito's colours, distinguishable for the colour-blind, without yellow, which is too pale
 # for print.
@@ -39,6 +41,34 @@ def legend_above(figure: Figure, handles: list[Any]) -> None:
     if isinstance(layout, ConstrainedLayoutEngine):
         rows = -(-len(handles) // _COLUMNS)
         layout.set(rect=(0.0, 0.0, 1.0, 1.0 - (_ROW * rows + _ROW) / figure.get_figheight()))
+
+
+def utc_axis(axes: Any, start_ns: int) -> None:
+    """Label an axis of seconds since a stamp with UTC, as logs and other instruments have it.
+
+    Args:
+        axes: whose x is in s.
+        start_ns: stamp at x = 0, ns since 1970.
+    """
+    day = datetime.fromtimestamp(start_ns // 1_000_000_000, tz=timezone.utc)
+
+    def clock(seconds: float, _position: int | None = None) -> str:
+        tenths = (start_ns + round(seconds * 1e9)) // 100_000_000
+        time = datetime.fromtimestamp(tenths // 10, tz=timezone.utc)
+        return f"{time:%H:%M:%S}" + (f".{tenths % 10}" if tenths % 10 else "")
+
+    axes.xaxis.set_major_locator(MaxNLocator(6))
+    axes.xaxis.set_major_formatter(FuncFormatter(clock))
+    axes.set_xlabel(f"UTC, {day:%Y-%m-%d}")
+
+
+def north_arrow(axes: Any) -> None:
+    """Draw an arrow to the north into a map's upper right corner; north is up."""
+    axes.annotate(
+        "N", xy=(0.965, 0.97), xytext=(0.965, 0.87), xycoords="axes fraction",
+        ha="center", va="center", color=INK, fontsize=10, annotation_clip=False,
+        arrowprops={"arrowstyle": "-|>", "color": INK, "linewidth": 1.2},
+    )  # fmt: skip
 
 
 def png(figure: Figure) -> bytes:

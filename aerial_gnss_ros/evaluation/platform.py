@@ -77,7 +77,7 @@ def platform_png(errors: Mapping[str, PlatformError]) -> bytes:
     from matplotlib.lines import Line2D
     from matplotlib.patches import Patch
 
-    from aerial_gnss_ros.evaluation.picture import COLOURS, FAINT, INK, legend_above, png
+    from aerial_gnss_ros.evaluation.picture import COLOURS, FAINT, INK, legend_above, png, utc_axis
 
     shown = {name: e for name, e in errors.items() if np.any(e.sigma > 0.0)} or dict(errors)
     rows = math.ceil(len(shown) / 2)
@@ -102,7 +102,7 @@ def platform_png(errors: Mapping[str, PlatformError]) -> bytes:
         axes.set_ylabel(f"{_words(name)} ({unit})")
         axes.grid(color=FAINT)
     for axes in panels[-1]:
-        axes.set_xlabel("time (s)")
+        utc_axis(axes, start)
     bands = [
         Line2D([], [], color=COLOURS[0], linewidth=1.2, label="estimate"),
         Patch(color=COLOURS[0], alpha=0.3, linewidth=0, label="one sigma"),

@@ -16,7 +16,7 @@ from matplotlib.patheffects import withStroke
 from aerial_gnss_ros.bags.tables import EstimatedTrack, Track
 from aerial_gnss_ros.core.geometry.geodesy import enu_from_geodetic
 from aerial_gnss_ros.core.values.samples import Array
-from aerial_gnss_ros.evaluation.picture import FAINT, GREY, colours, legend_above, png
+from aerial_gnss_ros.evaluation.picture import FAINT, GREY, colours, legend_above, north_arrow, png
 
 _CHI2_95_2D = 5.991
 _WIDE = 1.3
@@ -75,6 +75,7 @@ def map_figure(
     axes.set_aspect("equal", adjustable="box")
     axes.grid(color=FAINT)
     axes.set_axisbelow(True)
+    north_arrow(axes)
     latitude, longitude = np.degrees(origin)
     axes.set_xlabel(f"east of longitude {longitude:.6f}° (m)")
     axes.set_ylabel(f"north of latitude {latitude:.6f}° (m)")

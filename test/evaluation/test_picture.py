@@ -7,7 +7,14 @@ from __future__ import annotations
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from aerial_gnss_ros.evaluation.picture import COLOURS, colours, legend_above, png
+from aerial_gnss_ros.evaluation.picture import (
+    COLOURS,
+    colours,
+    legend_above,
+    north_arrow,
+    png,
+    utc_axis,
+)
 
 
 def test_each_name_has_a_colour_and_after_the_last_they_begin_again():
@@ -39,3 +46,19 @@ def test_the_same_figure_gives_the_same_bytes():
     assert drawn(1) == drawn(1)
     assert drawn(1) != drawn(2)
     assert drawn(1).startswith(b"\x89PNG")
+
+
+def test_seconds_are_labelled_with_utc():
+    axes = Figure().add_subplot()
+    utc_axis(axes, 1_763_769_599_500_000_000)  # 2025-11-21 23:59:59.5
+    label = axes.xaxis.get_major_formatter()
+    assert [label(x) for x in (0.0, 0.5, 60.5)] == ["23:59:59.5", "00:00:00", "00:01:00"]
+    assert axes.get_xlabel() == "UTC, 2025-11-21"
+
+
+def test_the_arrow_points_up_to_an_n():
+    axes = Figure().add_subplot()
+    north_arrow(axes)
+    [arrow] = axes.texts
+    assert arrow.get_text() == "N"
+    assert arrow.xy[1] > arrow.xyann[1]

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from aerial_gnss_ros.core.values.errors import InputError
-from aerial_gnss_ros.evaluation import platform
+from aerial_gnss_ros.evaluation import picture
 from aerial_gnss_ros.evaluation.platform import PlatformError, platform_png, read_platform
 
 
@@ -36,7 +36,7 @@ def test_errors_are_read_by_name_and_an_absent_table_holds_none(tmp_path):
 def test_each_estimated_error_has_a_panel_in_its_unit(monkeypatch):
     """Angles are drawn in degrees; what is not estimated is left out."""
     drawn = []
-    monkeypatch.setattr(platform, "png", lambda figure: drawn.append(figure) or b"")
+    monkeypatch.setattr(picture, "png", lambda figure: drawn.append(figure) or b"")
     stamps, ramp = np.array([0, 10**9]), np.array([0.0, 0.1])
     errors = {
         "heading": PlatformError(stamps, ramp, ramp + 0.01),

@@ -47,4 +47,4 @@ def test_a_map_of_nothing_has_no_legend():
 
 def test_a_robot_never_measured_is_on_the_map():
     figure = map_figure({"aqua_1": _estimate([False] * 4)}, {})
-    assert [text.get_text() for text in figure.axes[0].texts] == ["aqua_1"]
+    assert [text.get_text() for text in figure.axes[0].texts] == ["aqua_1", "N"]
