@@ -11,7 +11,6 @@ import math
 import sys
 import time
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -26,7 +25,8 @@ from aerial_gnss_ros.bags.tables import EstimatedTrack, read_positions
 from aerial_gnss_ros.bags.writer import BagWriter
 from aerial_gnss_ros.commands.live_table import live_table
 from aerial_gnss_ros.commands.progress import progress
-from aerial_gnss_ros.core.config.estimator import EstimatorConfig
+from aerial_gnss_ros.core.config.estimator import estimator_config
+from aerial_gnss_ros.core.config.schema import flatten
 from aerial_gnss_ros.core.values.detection_frame import DetectionFrame, empty_detections
 from aerial_gnss_ros.core.values.errors import ConfigError, RosError
 from aerial_gnss_ros.detection.config import DetectorConfig, detector_config
@@ -43,6 +43,7 @@ from aerial_gnss_ros.nodes import require_ros
 from aerial_gnss_ros.simulation.bag import DETECTIONS_TYPE, IMAGE_TOPICS, write_bag
 from aerial_gnss_ros.simulation.experiment import CameraClock, Experiment, default_camera
 from aerial_gnss_ros.simulation.flight import FlightPlan, GeneratedFlight
+from aerial_gnss_ros.simulation.robots import SwimPlan
 from aerial_gnss_ros.simulation.scenario import scenario
 from aerial_gnss_ros.simulation.scene import demo_scene
 from aerial_gnss_ros.simulation.sensors import sensor_plan
@@ -54,9 +55,11 @@ SIMULATED = (
     "The images are simulated: sea and robots are rendered, sensor errors are random with the "
     "stated sigmas. Nodes, topics and transport are real."
 )
+WITHOUT = "without_reference"
 LIVE = "filter, live: what the nodes published"
 METHODS = {
     "filter": "filter, replayed: tracked over time",
+    WITHOUT: "filter, replayed without the reference",
     "single": "single: exact ray, each image alone",
     "paper": "paper: the published equations, corrected",
 }
@@ -68,6 +71,11 @@ RELATIVE_MEANS = (
 IMAGES = "/" + IMAGE_TOPICS["jpeg"]
 PLAYED = (IMAGES, "/camera/camera_info", "/fix", "/attitude", "/gimbal", "/height")
 NOISE = "consumer"
+SURVEY_M = 0.05  # how well the reference's position is known
+REFERENCE = (
+    "One robot stays at a place that is known to 5 cm: a reference. The others' positions refer to "
+    "it (docs/howto/references.md); it is not counted in the errors."
+)
 SEARCH = {"search.mode": "roi"}  # searching whole images is too slow for real time on a CPU
 _TRIED = 30  # images that measure the machine's speed
 _BUSY = 0.6  # share of the time that detection may take; the rest is for other processes
@@ -109,6 +117,7 @@ def run(args: argparse.Namespace) -> int:
     experiment = _experiment(args)
     folder = numbered_folder(args.output)
     _say(SIMULATED)
+    _say(REFERENCE)
     with progress("rendering the flight", len(experiment.frames()), "images") as report:
         about = scenario(experiment, NOISE)
         write_bag(folder / "flight", experiment, demo_scene(args.seed), scenario=about,
@@ -116,14 +125,17 @@ def run(args: argparse.Namespace) -> int:
     with open_bag(folder / "flight") as bag:
         truth = read_truth(bag)
         rate = _rate(bag)
-    live = _fly(folder, truth, rate)
+    reference, known = experiment.swarm.names[0], flatten({"references": about["references"]})
+    live = _fly(folder, truth, rate, known)
     with open_bag([folder / "flight", folder / "detections"]) as bag:
-        results = {method: _replay(bag, method, folder) for method in METHODS}
+        results = {method: _replay(bag, method, folder, known) for method in METHODS}
         pictures = _pictures(bag)
         fixes = read_fixes(bag, "/fix")
     errors = {LIVE: compare(live, truth.robots, truth.drone)} | {
         METHODS[method]: compare(tracks, truth.robots) for method, (tracks, _) in results.items()
     }
+    for name, robots in list(errors.items()):
+        errors[name] = [robot for robot in robots if robot.truth_id != reference]
     if truth.drone is not None:
         for name, robots in list(errors.items()):
             errors[name + RELATIVE] = relative(robots, fixes, truth.drone)
@@ -133,7 +145,7 @@ def run(args: argparse.Namespace) -> int:
         folder / "report.html",
         Report(
             "Demo: robots localised from a drone",
-            [SIMULATED, RELATIVE_MEANS], live, truth.robots, truth.drone,
+            [SIMULATED, REFERENCE, RELATIVE_MEANS], live, truth.robots, truth.drone,
             replay.summary.rejections, errors, pictures,
             [("flight", experiment.flight.words), ("sensor errors", NOISE),
              ("images", str(replay.summary.frames)), ("seed", str(args.seed))],
@@ -148,7 +160,8 @@ def _experiment(args: argparse.Namespace) -> Experiment:
     plan = FlightPlan("orbit", args.duration, args.height)
     return Experiment(
         GeneratedFlight(plan, args.seed), default_camera(1280, 720), sensor_plan(NOISE),
-        robots=args.robots, seed=args.seed,
+        robots=args.robots + 1, swim=SwimPlan(beacons=1, beacon_class=SwimPlan.class_name),
+        survey_m=SURVEY_M, seed=args.seed,
     )  # fmt: skip
 
 
@@ -184,7 +197,9 @@ def _rate(bag: BagReader) -> float:
     return rate
 
 
-def _fly(folder: Path, truth: Truth, rate: float) -> dict[str, EstimatedTrack]:
+def _fly(
+    folder: Path, truth: Truth, rate: float, known: Mapping[str, object]
+) -> dict[str, EstimatedTrack]:
     """Play the flight into the nodes, keep the boxes, and return the published positions."""
     import rclpy
 
@@ -202,6 +217,7 @@ def _fly(folder: Path, truth: Truth, rate: float) -> dict[str, EstimatedTrack]:
             heard = fly(
                 bag, list(PLAYED), folder / "nodes.log",
                 lambda elapsed, positions: show(elapsed * rate, _tracks(positions)), rate, SEARCH,
+                known,
             )  # fmt: skip
     finally:
         rclpy.try_shutdown()
@@ -232,9 +248,12 @@ def _tracks(positions: Mapping[str, Sequence[LivePosition]]) -> dict[str, Estima
     return tracks
 
 
-def _replay(bag: BagReader, method: str, folder: Path) -> tuple[dict[str, EstimatedTrack], Replay]:
+def _replay(
+    bag: BagReader, method: str, folder: Path, known: Mapping[str, object]
+) -> tuple[dict[str, EstimatedTrack], Replay]:
     """Replay the flight and its live boxes with one method, into a separate folder."""
-    config = replace(EstimatorConfig(), method=method)
+    stated = {} if method == WITHOUT else {**known, "method": method}
+    config = estimator_config(stated)
     replay = Replay(bag, config, DetectorConfig(), load_detector)
     target = folder / method
     target.mkdir()

@@ -122,6 +122,7 @@ def fly(
     on_tick: Callable[[float, Mapping[str, list[LivePosition]]], None],
     rate: float = 1.0,
     detector: Mapping[str, str] | None = None,
+    estimator: Mapping[str, object] | None = None,
 ) -> Heard:
     """Play a bag into real nodes; ROS must be initialised.
 
@@ -133,13 +134,15 @@ def fly(
             the positions heard so far.
         rate: 1 plays in real time, 0.5 takes twice as long.
         detector: non-default parameters of the detector, by dotted name.
+        estimator: the same of the estimator.
 
     Raises:
         RosError: a node ended by itself, or a topic has no subscriber; the log's last line says
             why.
     """
     heard = Heard()
-    with _nodes(log, topics, detector or {}) as processes, _spinning(_Listener(heard)):
+    own = {"detector": detector or {}, "estimator": estimator or {}}
+    with _nodes(log, topics, own) as processes, _spinning(_Listener(heard)):
         node = rclpy.create_node("player")
         player = Player(node, bag, topics, rate)
         missing = player.wait_for_subscribers(topics, _READY_S)
@@ -183,17 +186,17 @@ class _Ticks:
 
 @contextlib.contextmanager
 def _nodes(
-    log: Path, topics: list[str], detector: Mapping[str, str]
+    log: Path, topics: list[str], own: Mapping[str, Mapping[str, object]]
 ) -> Iterator[list[subprocess.Popen[bytes]]]:
     processes: list[subprocess.Popen[bytes]] = []
     if any(topic.endswith("/compressed") for topic in topics):
-        detector = {**detector, "image.transport": "compressed"}
+        own = {**own, "detector": {**own["detector"], "image.transport": "compressed"}}
     with log.open("wb") as file:
         try:
             for name in NODES:
                 command = [sys.executable, "-m", f"aerial_gnss_ros.nodes.{name}"]
                 command += ["--ros-args", "-p", "use_sim_time:=true"]
-                for key, value in detector.items() if name == "detector" else ():
+                for key, value in own[name].items():
                     command += ["-p", f"{key}:={value}"]
                 processes.append(
                     subprocess.Popen(command, stdout=file, stderr=subprocess.STDOUT)  # noqa: S603

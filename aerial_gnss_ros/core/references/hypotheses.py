@@ -30,7 +30,7 @@ class HypothesesTuning:
     """How far off a wrong reference, or another thing of its class, lies, one sigma, m. Judged."""
     wrong_share: float = 0.01
     """Share of references that are wrong: mistyped, moved, or another one of the kind. Judged."""
-    other_share: float = 0.2
+    other_share: float = 0.05
     """The same where more tracks of that class than references are in view. Judged."""
     largest_count: int = 256
     """At most so many hypotheses are weighed; the tracks farthest off are left out. Judged."""
