@@ -267,7 +267,7 @@ def _candidate(
     if 0.0 < high < pose.height:
         camera = local.positions([pose.latitude], [pose.longitude])[0]
         position = position + high / (pose.height - high) * (position - camera)
-    return Candidate(place.name, position, place.covariance, rows, False)
+    return Candidate(place.name, position, place.covariance, rows, False, not place.moves)
 
 
 def _crowded(places: Sequence[ReferencePlace], told: list[Candidate]) -> set[str]:
