@@ -193,6 +193,23 @@ class MooredLaw(JointState):
         self.manoeuvre_noise.strength[slot] = 1.0
         self.inflate_velocities(np.array([slot]), TUNING.current_mps, TUNING.left_since_s)
 
+    def jointly_published(self) -> tuple[Array, Array]:
+        """Return all that is published (7 + 4 n,), the platform's errors first, and its covariance.
+
+        See `published`; what is said there of each robot alone is added to its own block.
+        """
+        n, c = len(self), _velocity(self.current)
+        by_state = np.eye(len(self.mean))
+        for slot in np.flatnonzero(self.sway).tolist():
+            v = _velocity(slot)
+            by_state[v - 2, v] = 0.5
+            by_state[v] = by_state[c]
+        mean, covariance = by_state @ self.mean, by_state @ self.covariance @ by_state.T
+        blocks = covariance[COUNT:, COUNT:].reshape(n, 4, n, 4)
+        every = np.arange(n)
+        blocks[every, :, every] = self.published()[1]
+        return mean, covariance
+
     def published(self) -> tuple[Array, Array]:
         """Return states (n, 4) and their covariances (n, 4, 4).
 

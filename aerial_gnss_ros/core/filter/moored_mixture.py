@@ -10,6 +10,7 @@ off, and a tide turns.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -17,6 +18,7 @@ from numpy.typing import NDArray
 
 from aerial_gnss_ros.core.filter.linearization import CameraView
 from aerial_gnss_ros.core.filter.moored import MooredHypothesis
+from aerial_gnss_ros.core.filter.moored_law import MooredLaw
 from aerial_gnss_ros.core.filter.state import JointState
 from aerial_gnss_ros.core.filter.update import Outcome
 from aerial_gnss_ros.core.models.motion_model import MotionModel
@@ -40,6 +42,12 @@ class MooredMixtureTuning:
 
 
 TUNING = MooredMixtureTuning()
+
+Published = Callable[[MooredLaw, JointState], tuple[Array, Array]]
+
+
+def _alone(law: MooredLaw, _base: JointState) -> tuple[Array, Array]:
+    return law.published()
 
 
 class MooredGroup:
@@ -76,7 +84,7 @@ class MooredGroup:
         shares: Array = odds / odds.sum()
         return shares
 
-    def publish(self, mean: Array, covariance: Array) -> None:
+    def publish(self, mean: Array, covariance: Array, published: Published = _alone) -> None:
         """Put in the mixture's moments (see `MooredMixture`)."""
         weights, rows = self.weights(), self.base.rows
         n = len(rows)
@@ -88,7 +96,7 @@ class MooredGroup:
             place = {name: slot for slot, name in enumerate(one.law.ids.tolist())}
             there = [k for k, name in enumerate(self.base.ids.tolist()) if name in place]
             slots = [place[name] for name in self.base.ids[there].tolist()]
-            states, own = one.law.published()
+            states, own = published(one.law, self.base)
             means[i, there], blocks[i, there] = states[slots], own[slots]
             left = [one.left.get(name, 0.0) for name in self.base.ids[there].tolist()]
             shares[i, there] = weights[i] * (1.0 - np.array(left))
@@ -157,7 +165,13 @@ class MooredMixture:
         """Take in an image that a group has taken in already (see `MooredHypothesis`)."""
         self._of(group).update(outcome, pixels, view, model, level)
 
-    def publish(self, groups: list[JointState], mean: Array, covariance: Array) -> None:
+    def publish(
+        self,
+        groups: list[JointState],
+        mean: Array,
+        covariance: Array,
+        published: Published = _alone,
+    ) -> None:
         """Put in the moments of robots over all laws.
 
         Not where the camera may have turned by itself: then that is what robots are judged by.
@@ -166,11 +180,12 @@ class MooredMixture:
             groups: the present ones.
             mean: (n, 4) of all robots by their rows, in which all swim.
             covariance: (n, 4, 4) likewise.
+            published: returns states and covariances of a law's robots, of its group.
         """
         for group in groups:
             turned = group.velocity_changes.position_covariances.any()
             if not turned and any(one.law is not None for one in self._of(group).both):
-                self._of(group).publish(mean, covariance)
+                self._of(group).publish(mean, covariance, published)
 
     def current(self) -> Current | None:
         """Return with which current robots drift; None where that is not likely enough."""

@@ -23,6 +23,8 @@ from numpy.typing import NDArray
 from aerial_gnss_ros.core.association.track import Track
 from aerial_gnss_ros.core.camera.posed_frame import PosedFrame
 from aerial_gnss_ros.core.filter.joint_filter import JointFilter
+from aerial_gnss_ros.core.filter.moored_law import MooredLaw
+from aerial_gnss_ros.core.filter.state import JointState
 from aerial_gnss_ros.core.geometry.geodesy import LocalMap
 from aerial_gnss_ros.core.identity.label_format import class_token
 from aerial_gnss_ros.core.models.platform_model import COUNT
@@ -46,6 +48,10 @@ class ReferencesTuning:
     """Probability below which it is not any more. Judged."""
     weighed_every_s: float = 0.2
     """How often hypotheses are weighed: filter and offsets change no faster. Judged."""
+    moved_m: float = 0.3
+    """By how much what stays seems to move with errors of its boxes, one sigma, m. Judged."""
+    moved_sigmas: float = 3.0
+    """A track that has moved by more is not what stays. Judged."""
     negligible: float = 1e-5
     """Probability below which a hypothesis widens nothing. Judged."""
 
@@ -96,7 +102,12 @@ class References:
         self._moving: set[str] = set()
         self._stamp_ns = self._weighed_ns = -1
         self._doubt: Array | None = None
-        self._shown: _Correction | None = None
+        self._first: dict[tuple[str, str], tuple[Array, float, int]] = {}
+        self._believed = np.zeros(2)
+        self._moved: set[tuple[str, str]] = set()
+        self._in_view: list[tuple[Candidate, int]] = []
+        self._later: PlatformKnowledge | None = None
+        self._used: _Correction | None = None
         self._memory: _Memory | None = None
 
     def update(self, tracks: Sequence[Track], frame: PosedFrame, local: LocalMap) -> None:
@@ -114,6 +125,7 @@ class References:
         told = [
             _candidate(place, frame, local, self._rows(place, tracks)) for place in frame.references
         ]
+        told = [self._at_rest(one, tracks) if one.stays else one for one in told]
         crowded = _crowded(frame.references, told)
         told = [replace(one, crowded=one.name in crowded) for one in told]
         self._told = {one.name: one for one in told}
@@ -122,7 +134,7 @@ class References:
         if (self._stamp_ns - self._weighed_ns) * 1e-9 >= TUNING.weighed_every_s:
             self._weighed_ns = self._stamp_ns
             self._weigh(tracks, [one for one in told if one.rows])
-        self._shown = self._corrected(tracks, self._stamp_ns)
+        self._corrected(tracks, self._stamp_ns)
 
     def apply(
         self, tracks: Sequence[Track], mean: Array, covariance: Array, stamp_ns: int
@@ -137,7 +149,7 @@ class References:
         """
         if not self.links and self._memory is None:
             return None
-        found = self._shown if stamp_ns == self._stamp_ns else self._corrected(tracks, stamp_ns)
+        found = self._used if stamp_ns == self._stamp_ns else self._corrected(tracks, stamp_ns)
         if found is None:
             return None
         best, known = found
@@ -148,6 +160,26 @@ class References:
             covariance[:, :2, :2] += self._doubt
         return best.mean[:COUNT], best.covariance[:COUNT, :COUNT]
 
+    def published(self, law: MooredLaw, base: JointState) -> tuple[Array, Array]:
+        """Return states (n, 4) and covariances of another law's robots, corrected alike.
+
+        Args:
+            law: in which some robots stay or drift.
+            base: the filter's own law of the same robots.
+        """
+        row_of = dict(zip(base.ids.tolist(), base.rows.tolist(), strict=True))
+        rows = np.array([row_of.get(one, -1) for one in law.ids.tolist()], np.intp)
+        whole = PositionLaw(rows, *law.jointly_published())
+        found = self._corrections(whole)
+        if self._used is not None:
+            found.append((whole.told(self._used[1]), self._used[1]))
+        own = [row for _, row in self._in_view]
+        mean, blocks = min(found, key=lambda one: _uncertainty(one[0], own))[0].states()
+        if self._doubt is not None:
+            blocks = blocks.copy()
+            blocks[:, :2, :2] += self._doubt
+        return mean, blocks
+
     def _corrected(self, tracks: Sequence[Track], stamp_ns: int) -> _Correction | None:
         """Return the law by references in view or by those that were, None: there are none.
 
@@ -155,24 +187,30 @@ class References:
         view tell more than those that were, they are remembered.
         """
         now = stamp_ns == self._stamp_ns
-        pairs = self._pairs(tracks, now)
-        own = [row for _, row in pairs]
-        law, found = self._law(own), list[_Correction]()
-        if pairs:
-            found.append((law.known(*_known(law, pairs)), law.tells(*_known(law, pairs))))
-        memory, believed = self._memory, self._joint.jumps.believed
+        self._in_view = self._pairs(tracks, now)
+        own = [row for _, row in self._in_view]
+        law, memory, believed = self._law(own), self._memory, self._joint.jumps.believed
+        self._later = None
         if memory is not None and np.array_equal(memory.believed, believed):
             seconds = max((stamp_ns - memory.stamp_ns) * 1e-9, 0.0)
             keep, stationary = self._joint.model.decay(seconds), self._joint.stationary
-            later = memory.known.later(keep, stationary)
-            found.append((law.told(later), later))
-        if not found:
-            return None
-        best = min(found, key=lambda one: _uncertainty(one[0], own))
+            self._later = memory.known.later(keep, stationary)
+        found = self._corrections(law)
+        self._used = min(found, key=lambda one: _uncertainty(one[0], own), default=None)
         seen = any(tracks[row].last_seen_ns == stamp_ns for row in own)
-        if now and seen and best is found[0]:
-            self._memory = _Memory(best[1], stamp_ns, believed.copy())
-        return best
+        if now and seen and self._used is found[0]:
+            self._memory = _Memory(found[0][1], stamp_ns, believed.copy())
+        return self._used
+
+    def _corrections(self, law: PositionLaw) -> list[_Correction]:
+        """Return a law by references in view, if there are any, then by those that were."""
+        found: list[_Correction] = []
+        known = _known(law, self._in_view)
+        if known[0]:
+            found.append((law.known(*known), law.tells(*known)))
+        if self._later is not None:
+            found.append((law.told(self._later), self._later))
+        return found
 
     def _weigh(self, tracks: Sequence[Track], told: list[Candidate]) -> None:
         """Weigh which tracks references are, and whether they are right."""
@@ -224,6 +262,30 @@ class References:
             wider = max(float(np.trace(unsure - spread)), 0.0)
             doubt += one.probability * (np.outer(apart, apart) + 0.5 * wider * np.eye(2))
         return doubt
+
+    def _at_rest(self, one: Candidate, tracks: Sequence[Track]) -> Candidate:
+        """Return a reference that stays without the tracks that have moved since first seen."""
+        law, kept = self._law(list(one.rows)), list[int]()
+        if not np.array_equal(self._believed, self._joint.jumps.believed):
+            self._believed = self._joint.jumps.believed.copy()
+            self._first.clear()
+        inside = law.rows.tolist()
+        for row in one.rows:
+            name = one.name, tracks[row].robot_id
+            if row not in inside or name in self._moved:
+                continue
+            own = law.places([row])
+            apart, variances = one.position - law.mean[own], law.covariance.diagonal()
+            aim = max(float(variances[own].max() - variances[GNSS].max()), 0.0)
+            first, aim, stamp_ns = self._first.setdefault(name, (apart, aim, self._stamp_ns))
+            keep = float(self._joint.model.decay((self._stamp_ns - stamp_ns) * 1e-9)[0])
+            drift = 2.0 * (1.0 - keep) * float(self._joint.stationary[:2, :2].max())
+            variance = drift + aim + float(one.spread.max()) + TUNING.moved_m**2
+            if float((apart - first) @ (apart - first)) > TUNING.moved_sigmas**2 * variance:
+                self._moved.add(name)
+            else:
+                kept.append(row)
+        return replace(one, rows=tuple(kept))
 
     def _pairs(self, tracks: Sequence[Track], now: bool) -> list[tuple[Candidate, int]]:
         """Return used references with the rows of their tracks.

@@ -53,8 +53,9 @@ def published(
     if references is not None:
         told = references.apply(table.tracks, mean, covariance, stamp_ns)
     joint.add_fault_covariances(covariance)
-    if told is None and fork is None:
-        joint.moored.publish(joint.groups, mean, covariance)
+    if fork is None:
+        by_law = () if told is None or references is None else (references.published,)
+        joint.moored.publish(joint.groups, mean, covariance, *by_law)
     if list(rows) != list(range(len(mean))):
         mean, covariance = mean[list(rows)], covariance[list(rows)]
     if encounters.ambiguous:

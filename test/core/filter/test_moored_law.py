@@ -131,3 +131,20 @@ def test_the_current_stays_when_robots_go():
     law.drop(np.array([0]))
     assert law.ids.tolist()[-1] == CURRENT
     assert law.sway.tolist() == [1.0, 0.0]
+
+
+def test_what_is_published_jointly_is_what_is_published_of_each():
+    law = moored((0.21, 0.0), (0.2, 0.01))
+    law.release(1)
+    law.mean[COUNT + 2] = 0.3  # swing of the first one, of which half is its own
+    states, blocks = law.published()
+    mean, covariance = law.jointly_published()
+    assert mean[COUNT:].reshape(-1, 4) == pytest.approx(states)
+    n = len(law)
+    own = covariance[COUNT:, COUNT:].reshape(n, 4, n, 4)[np.arange(n), :, np.arange(n)]
+    assert own == pytest.approx(blocks)
+    assert covariance == pytest.approx(covariance.T)
+    assert np.linalg.eigvalsh(covariance).min() > -1e-9
+    current = slice(COUNT + 4 * law.current + 2, COUNT + 4 * law.current + 4)
+    swaying, other = slice(COUNT + 2, COUNT + 4), slice(COUNT + 4, COUNT + 8)
+    assert covariance[swaying, other] == pytest.approx(law.covariance[current, other])

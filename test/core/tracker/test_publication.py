@@ -60,7 +60,7 @@ def test_references_move_robots_and_the_receiver_s_offset():
         covariance[:, 0, 0] = 0.25
         return np.full(7, 5.0), np.diag([0.25, *[0.0] * 6])
 
-    known = SimpleNamespace(apply=apply)
+    known = SimpleNamespace(apply=apply, published=None)
     found, platform = published(table("aqua_1"), CERTAIN, None, known, LOCAL, 0.0, 7)
     assert found[0].position.tolist() == [5.0, 0.0]
     assert found[0].covariance[0, 0] == 0.25
