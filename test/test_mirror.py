@@ -24,8 +24,6 @@ TESTED_WITH = {
         "benchmarking/live benchmarking/machine benchmarking/one_process benchmarking/processes"
     ),
     "benchmarks/test_soak.py": "benchmarking/disturbing",
-    "calibration/test_evidence.py": "calibration/measurement_model",
-    "calibration/test_motion.py": "calibration/telemetry_smoother",
     "commands/test_augment.py": "commands/dataset_arguments training/augment",
     "commands/test_benchmark.py": "benchmarking/flight benchmarking/suite",
     "commands/test_camera.py": "commands/camera_arguments",
@@ -37,8 +35,7 @@ TESTED_WITH = {
     "commands/test_simulate.py": "commands/simulate_arguments",
     "commands/test_stream.py": "commands/udp_outputs",
     "commands/test_train.py": "commands/train_arguments",
-    "detection/test_roi.py": "detection/following detection/windowed",
-    "detection/test_second_look.py": "detection/views",
+    "detection/test_roi.py": "detection/windowed",
     "detection/test_select.py": "detection/config detection/openvino_backend",
     "detection/test_tensorrt_backend.py": "detection/cuda detection/engine_card training/engine",
     "nodes/test_arrivals.py": "nodes/inputs",

@@ -4,24 +4,22 @@
 
 from __future__ import annotations
 
+import sys
+from pathlib import Path
+
 import cv2
 import numpy as np
 import pytest
 
 from aerial_gnss_ros.detection.second_look import SecondLook
 from aerial_gnss_ros.detection.second_look_terms import Terms
-from aerial_gnss_ros.training.labelled import Truth
 from aerial_gnss_ros.training.proposals import Proposals, joined, judged
 from aerial_gnss_ros.training.second_look import main
 from aerial_gnss_ros.training.share import Share
 
+sys.path.insert(0, str(Path(__file__).parent))
 
-def truth_of(*corners):
-    count = len(corners)
-    return Truth(
-        np.array(corners, float).reshape(-1, 4), np.ones(count, bool), np.full(count, 20.0),
-        np.full(count, np.nan), np.zeros(count, np.int64),
-    )  # fmt: skip
+from scored import truth_of
 
 
 def test_what_counts_as_a_robot():

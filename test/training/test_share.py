@@ -4,20 +4,18 @@
 
 from __future__ import annotations
 
+import sys
+from pathlib import Path
+
 import numpy as np
 import pytest
 
 from aerial_gnss_ros.detection.base import Detections
-from aerial_gnss_ros.training.labelled import Truth
 from aerial_gnss_ros.training.share import Look, best_share
 
+sys.path.insert(0, str(Path(__file__).parent))
 
-def truth_of(*corners):
-    count = len(corners)
-    return Truth(
-        np.array(corners, float).reshape(-1, 4), np.ones(count, bool), np.full(count, 20.0),
-        np.full(count, np.nan), np.zeros(count, np.int64),
-    )  # fmt: skip
+from scored import truth_of
 
 
 def look_of(detector, second):
