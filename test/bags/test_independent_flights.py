@@ -31,6 +31,8 @@ LIMITS = {
 }
 """Largest RMS error, m, and NEES/2 of the last third by flight."""
 
+CONFIG = estimator_config({"tracks.find_moored": True})  # nothing else is stated
+
 
 def no_detector(_config):
     raise AssertionError("the bag has boxes")
@@ -49,7 +51,7 @@ def replayed(path):
     first = 2 * len(seen) // 3
     errors, covariances = [], []
     with open_bag([path]) as bag:
-        for result in Replay(bag, estimator_config({}), DetectorConfig(), no_detector).results():
+        for result in Replay(bag, CONFIG, DetectorConfig(), no_detector).results():
             image = place.get(result.stamp_ns, -1)
             if image < first:
                 continue

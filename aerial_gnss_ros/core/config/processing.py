@@ -165,6 +165,12 @@ class TracksConfig:
         low=0.01,
         high=50.0,
     )
+    find_moored: bool = key(
+        False,
+        "Find out which robots stay or drift with the current, and use it: positions are several "
+        "times as exact where they do, at twice the processor time. Not yet flown through all "
+        "faults, therefore off.",
+    )
 
 
 @dataclass(frozen=True)

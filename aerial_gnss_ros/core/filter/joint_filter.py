@@ -63,7 +63,7 @@ class JointFilter(CameraFaults):
         log: where it says what is odd.
 
     Attributes:
-        moored: whether robots that seem to stay do.
+        moored: weighs whether robots that seem to stay do; None: it is not asked for.
         monitor: how well boxes fit what is stated.
         jumps: whether the drone's position has jumped.
         noise: how many times as large as stated their white noise is.
@@ -78,6 +78,7 @@ class JointFilter(CameraFaults):
         self.motions = ClassMotions(config)
         self.motion = self.motions.default
         self._latency_ns = round(config.camera.latency_s * 1e9)
+        self.moored = MooredMixture() if config.tracks.find_moored else None
         self.noise = NoiseLevel()
         self.jumps = GnssJumpDetector(self.log)
         self.reset()
@@ -87,7 +88,8 @@ class JointFilter(CameraFaults):
         self._stationary = self.model.stationary(None)
         self.clear(self._stationary)
         self._fresh = True
-        self.moored = MooredMixture()
+        if self.moored is not None:
+            self.moored.reset()
         self._late = self._stationary[LATENCY, LATENCY] > TUNING.sure_s**2
         self._found = False
         self._refusing = False
@@ -107,7 +109,8 @@ class JointFilter(CameraFaults):
     def predict(self, seconds: float) -> None:
         """Move on in time."""
         keep = self.model.decay(seconds)
-        self.moored.predict(self._groups, seconds, keep, self._stationary, self.motion)
+        if self.moored is not None:
+            self.moored.predict(self._groups, seconds, keep, self._stationary, self.motion)
         self.predict_with(self._groups, seconds)
         if self.ambiguity.episodes and seconds > 0.0:
             self.ambiguity.predict(seconds, float(keep[ANGLES.start]))
@@ -157,7 +160,8 @@ class JointFilter(CameraFaults):
     def _follow_jump(self, jump: Array) -> None:
         """Go over to a position that has jumped (3,), m, and is believed now."""
         self._motion.shift(jump)
-        self.moored.reset()
+        if self.moored is not None:
+            self.moored.reset()
         for group in self._groups:
             group.shift(jump[:2])
         away = self.jumps.believed
@@ -169,7 +173,8 @@ class JointFilter(CameraFaults):
         """Take over what is known of the latency."""
         for group in self._groups:
             group.settle(LATENCY, latency_s, sigma)
-        self.moored.settle(LATENCY, latency_s, sigma)
+        if self.moored is not None:
+            self.moored.settle(LATENCY, latency_s, sigma)
         before, self._late = self._late, sigma > (TUNING.sure_s if self._late else TUNING.unsure_s)
         self._found = not self._late and (before or self._found)
 
@@ -226,7 +231,8 @@ class JointFilter(CameraFaults):
             if len(slots):
                 pixels = seen.pixels[column_of[group.rows[slots]]]
                 if self._late or self._found:
-                    self.moored.reset()
+                    if self.moored is not None:
+                        self.moored.reset()
                     relinearize(group, self._sight)
                     feigned = TUNING.feigned_mps if self._late else 0.0  # else robots seem too fast
                     speeds = group.motion(self.motion, slots).speed_sigma
@@ -240,7 +246,7 @@ class JointFilter(CameraFaults):
                     2.0 * self.motions.default_speed,
                     self.noise.level,
                 )
-                if not self._late:
+                if self.moored is not None and not self._late:
                     used = pixels[np.searchsorted(slots, outcome.slots)]
                     self.moored.update(
                         group, outcome, used, self._sight, self.model, self.noise.level

@@ -53,7 +53,7 @@ def published(
     if references is not None:
         told = references.apply(table.tracks, mean, covariance, stamp_ns)
     joint.add_fault_covariances(covariance)
-    if fork is None:
+    if joint.moored is not None and fork is None:
         by_law = () if told is None or references is None else (references.published,)
         joint.moored.publish(joint.groups, mean, covariance, *by_law)
     if list(rows) != list(range(len(mean))):

@@ -164,8 +164,8 @@ class Tracker:
             self._referenced = True
             self._references.update(self.table.tracks, frame, local)
         estimates, platform = self._estimates(stamp_ns)
-        fork = self._recovery.fork
-        current = None if fork else self.table.filter.moored.current()
+        fork, moored = self._recovery.fork, self.table.filter.moored
+        current = None if fork or moored is None else moored.current()
         return TrackUpdate(estimates, names, *masks, platform, current)
 
     def misfit(self, frame: PosedFrame, points: WaterPoints, local: LocalMap) -> float:

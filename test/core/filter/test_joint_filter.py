@@ -10,7 +10,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from aerial_gnss_ros.core.config.estimator import estimator_config
 from aerial_gnss_ros.core.filter import blocks
+from aerial_gnss_ros.core.filter.joint_filter import JointFilter
 from aerial_gnss_ros.core.values.estimates import State
 
 RING = {
@@ -221,3 +223,8 @@ def test_a_drone_that_turns_back_tells_the_latency(sea, late_s):
     assert found.value == pytest.approx(late_s, abs=0.05)
     assert found.sigma < 0.05
     assert max(_errors(world, results, sea).values()) < 0.5
+
+
+def test_moored_robots_are_sought_only_where_that_is_asked_for():
+    assert JointFilter(estimator_config({})).moored is None
+    assert JointFilter(estimator_config({"tracks.find_moored": True})).moored is not None

@@ -36,7 +36,7 @@ def robots(drift=(0.0, 0.0), leaves=math.inf):
 def flown(sea, stated=None, seconds=30.0, **motion):
     """Return the last result, its errors (n,), their sizes by its covariances, and its sigma."""
     world = sea.World(robots=robots(**motion), **ORBIT)
-    engine = sea.estimator(RTK | (stated or {}))
+    engine = sea.estimator(RTK | {"tracks.find_moored": True} | (stated or {}))
     last = sea.play(engine, world, seconds)[-1]
     t = (last.stamp_ns - sea.stamp(0.0)) * 1e-9
     errors, sizes = [], []

@@ -49,10 +49,7 @@ def _apparent(sea, world, result):
 
 
 def _owners(sea, world, results):
-    """Return which robots each name was nearest to (within 1.5 m) while confirmed.
-
-    The better the platform's errors are known, the farther off a position is from where it seems.
-    """
+    """Return which robots each name was nearest to (within 1 m) while confirmed."""
     owners = {}
     for result in results:
         apparent = _apparent(sea, world, result)
@@ -60,7 +57,7 @@ def _owners(sea, world, results):
             if estimate.state is State.CONFIRMED:
                 near = {k: np.hypot(*(estimate.position - at)) for k, at in apparent.items()}
                 robot = min(near, key=near.get)
-                owner = robot if near[robot] < 1.5 else "nobody"
+                owner = robot if near[robot] < 1.0 else "nobody"
                 owners.setdefault(estimate.robot_id, set()).add(owner)
     return owners
 
