@@ -163,7 +163,12 @@ def table(flights: list[dict[str, object]]) -> str:
 def main() -> int:
     """Fly what lacks and write the table."""
     parser = argparse.ArgumentParser(description=str(__doc__).splitlines()[0])
-    parser.add_argument("--seeds", type=int, default=100, help="flights (default 100)")
+    parser.add_argument(
+        "--seeds",
+        type=int,
+        default=100,
+        help="flights to fly (default 100); the table is of all in the file",
+    )
     parser.add_argument("--first", type=int, default=0, help="seed of the first one (default 0)")
     parser.add_argument("--flown", type=Path, required=True, help="file of flights, taken up again")
     parser.add_argument("--markdown", type=Path, help="page with a place for the table")
@@ -175,8 +180,7 @@ def main() -> int:
             flights[seed] = fly(seed)
             with given.flown.open("a", encoding="utf-8") as file:
                 file.write(json.dumps(flights[seed]) + "\n")
-    chosen = [flights[seed] for seed in range(given.first, given.first + given.seeds)]
-    show(table(chosen), given.markdown)
+    show(table([flights[seed] for seed in sorted(flights)]), given.markdown)
     return 0
 
 

@@ -13,6 +13,7 @@ from typing import Any
 
 from aerial_gnss_ros.adapters.feed import Feed, Subscription
 from aerial_gnss_ros.bags.reader import open_bag
+from aerial_gnss_ros.bags.stated_datum import with_stated_datum
 from aerial_gnss_ros.bags.watching import message_count, watch_bag
 from aerial_gnss_ros.commands.check_report import Check, as_json, as_text, one_line
 from aerial_gnss_ros.commands.configuration import add_arguments as add_configuration
@@ -65,9 +66,10 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _of_bag(args: argparse.Namespace, config: EstimatorConfig) -> Check:
-    monitor, notes = InputMonitor(config), list[str]()
-    feed = Feed(config, monitor, notes.append)
     with open_bag(args.bags) as bag:
+        config = with_stated_datum(config, bag)
+        monitor, notes = InputMonitor(config), list[str]()
+        feed = Feed(config, monitor, notes.append)
         total = message_count(bag, feed.subscriptions, args.namespace)
         with progress("reading", total, "messages") as report:
             end_ns, problems = watch_bag(

@@ -128,6 +128,14 @@ def test_wrong_input_is_one_sentence(flight, tmp_path, capsys):
     assert check(capsys, bag, "--namespace", "d1")[0] == 0
 
 
+def test_a_simulated_flight_states_the_datum_of_its_altitudes(tmp_path, capsys):
+    """As for `aerial-gnss replay`."""
+    bag = tmp_path / "bag"
+    assert cli.main(["simulate", "-o", str(bag), "--no-images", "--duration", "1"]) == 0
+    _, out = check(capsys, bag)
+    assert "altitude_datum ellipsoid" in out
+
+
 def test_a_camera_on_a_mast_needs_no_telemetry(flight, tmp_path, capsys):
     params = tmp_path / "mast.yaml"
     params.write_text(
