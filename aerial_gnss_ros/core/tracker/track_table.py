@@ -117,14 +117,15 @@ class TrackTable:
 
     def note_innovations(self, able: CandidatePairs, stamp_ns: int) -> None:
         """Take in the innovations of the robots in view."""
-        offsets, spread = able.pairs.offsets.tolist(), able.pairs.spread.tolist()
-        share = 1.0 / self.filter.noise.level
+        near = able.nearest
+        offsets = able.pairs.offsets[near].tolist()
+        stated = (1.0 / self.filter.noise.level) * able.pairs.spread[near]
+        east, both, north = stated[:, 0, 0], stated[:, 0, 1], stated[:, 1, 1]
+        variances = zip(east.tolist(), both.tolist(), north.tolist(), strict=True)
         seen: list[tuple[Innovation, ...]] = []
-        for k in able.nearest:
-            (east, north), ((a, b), (_, d)) = offsets[k], spread[k]
-            one = Innovation(stamp_ns, east, north, (share * a, share * b, share * d))
+        for k, (x, y), own in zip(near, offsets, variances, strict=True):
             track = self.tracks[able.rows[k]]
-            track.innovations = (*track.innovations[-2:], one)
+            track.innovations = (*track.innovations[-2:], Innovation(stamp_ns, x, y, own))
             seen.append(track.innovations)
         self.filter.noise.update(seen)
 
