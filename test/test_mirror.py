@@ -19,7 +19,6 @@ PACKAGE = ROOT / "aerial_gnss_ros"
 # way is tested from what is measured to what is published; elsewhere whole files, commands, nodes
 # and pictures are the smallest things whose result anybody can check by other means.
 TESTED_WITH = {
-    "bags/test_reader.py": "bags/definitions",
     "benchmarking/test_figures.py": (
         "benchmarking/live benchmarking/machine benchmarking/one_process benchmarking/processes"
     ),
@@ -30,7 +29,7 @@ TESTED_WITH = {
     "commands/test_check.py": "commands/check_report",
     "commands/test_evaluate.py": "evaluation/figures evaluation/report",
     "commands/test_import_dji.py": "bags/import_dji bags/video commands/import_report",
-    "commands/test_replay.py": "bags/detect bags/replay",
+    "commands/test_replay.py": "bags/replay",
     "commands/test_replay_vehicles.py": "commands/configuration",
     "commands/test_simulate.py": "commands/simulate_arguments",
     "commands/test_stream.py": "commands/udp_outputs",
@@ -56,10 +55,9 @@ TESTED_WITH = {
     "simulation/blender/test_shot.py": "simulation/blender/hexapod simulation/blender/props",
     "simulation/test_afloat.py": "simulation/props simulation/scenario",
     "simulation/test_bag.py": "simulation/imaging",
-    "simulation/test_experiment.py": "simulation/placement",
     "simulation/test_flotsam.py": "simulation/filling simulation/staging",
     "simulation/test_renderer.py": (
-        "simulation/raster simulation/scene simulation/shading simulation/sky simulation/wash"
+        "simulation/raster simulation/scene simulation/shading simulation/wash"
     ),
     "training/test_second_look.py": "training/proposals training/second_look_network",
     "training/test_supervise.py": "training/offline training/results training/worker",
