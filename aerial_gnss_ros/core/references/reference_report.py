@@ -70,6 +70,14 @@ class ReferenceReport:
             if (stamp_ns - since_ns) * 1e-9 >= TUNING.said_after_s:
                 self._say(one.name, self._refusal(one, found, links, law, tracks))
 
+    def note_moved(self, name: str, label: str, metres: float) -> None:
+        """Take in that a track, which was or might be a reference that stays, has moved."""
+        self._say(
+            name,
+            f"Reference {name} is not used: {label} has moved by {metres:.1f} m, which what has a "
+            "position cannot; give it a topic, or a radius_m.",
+        )
+
     def _say(self, name: str, sentence: str) -> None:
         kind = sentence.partition(":")[0]
         if self._said.get(name) != kind:

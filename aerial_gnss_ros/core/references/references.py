@@ -14,6 +14,7 @@ carried on: it drifts as `noise.correlation_time_s` states.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
@@ -230,11 +231,14 @@ class References:
             if label and likely[row] >= least:
                 self.links[one.name] = label
             else:
-                self.links.pop(one.name, None)
-                if before:
-                    self._memory = None
+                self._unlink(one.name)
         self._doubt = self._doubted(tracks, law, told, found)
         self.report.update(self._stamp_ns, told, found, self.links, law, tracks)
+
+    def _unlink(self, name: str) -> None:
+        """Use a reference no longer, nor what it has told."""
+        if self.links.pop(name, ""):
+            self._memory = None
 
     def _doubted(
         self,
@@ -283,6 +287,9 @@ class References:
             variance = drift + aim + float(one.spread.max()) + TUNING.moved_m**2
             if float((apart - first) @ (apart - first)) > TUNING.moved_sigmas**2 * variance:
                 self._moved.add(name)
+                if self.links.get(one.name) == name[1] or len(one.rows) == 1:
+                    self.report.note_moved(*name, math.dist(apart, first))
+                    self._unlink(one.name)
             else:
                 kept.append(row)
         return replace(one, rows=tuple(kept))

@@ -205,3 +205,13 @@ def test_of_a_class_that_swims_the_one_that_stays_is_the_reference(sea):
     places = [one.position for one in results[-1].estimates]
     assert min(math.dist(place, PIER) for place in places) < 0.2
     assert min(math.dist(place, robots["aqua"](20.0)) for place in places) < 0.5
+
+
+def test_a_point_that_moves_is_none_and_that_is_said(sea):
+    robots = ROBOTS | {"beacon": lambda t: (4.0, 18.0 + 0.25 * max(t - 5.0, 0.0))}
+    engine, results = fly(sea, pier(), 20.0, robots=robots)
+    said = [one for one in engine.events if "pier" in one]
+    assert said[0] == "Reference pier is beacon_1: positions refer to it."
+    assert "Reference pier is not used: beacon_1 has moved by " in said[1]
+    assert error(last(results), ROBOTS["aqua"](0)) == pytest.approx(math.hypot(*OFF), abs=0.4)
+    assert last(results).sigma > 1.2
