@@ -7,6 +7,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
+from functools import partial
 
 import numpy as np
 from fault_flights import DURATION_S, ROBOTS, Flown, Item, Run, Value, flown
@@ -152,8 +153,11 @@ def named() -> Iterator[Case]:
     for word, value in (("infinite", math.inf), ("NaN", math.nan), ("negative", -1.0)):
         yield Case(f"fix: covariance {word}, 33 m off, all flight", _stated(value), *whole)
     yield Case("fix: jump of 8 m", {"fix": each(lambda value: moved(value, 8.0))})
-    unseen = {"fix": each(lambda value: moved(value, 6.0)), "detections": _hidden}
-    yield Case("fix: jump of 6 m that stays, no robot in view", unseen, end_s=DURATION_S + 2.0)
+    for source, size, unit in (("fix", 6.0, "m"), ("height", 5.0, "m"), ("gimbal", 20.0, "deg")):
+        yield Case(
+            f"{source}: jump of {size:g} {unit} that stays, no robot in view",
+            {source: each(partial(moved, by=size)), "detections": _hidden}, end_s=DURATION_S + 2.0,
+        )  # fmt: skip
     yield Case("gimbal: jump of 5 deg", {"gimbal": each(lambda value: moved(value, 5.0))})
     yield Case("height: jump of 1 m", {"height": each(lambda value: moved(value, 1.0))})
     for height_m in (0.5, 1.0):
