@@ -134,7 +134,7 @@ class GnssJumpDetector:
         believed = self._believed + jump
         self._log.add(
             f"The drone's position stays {_length(jump):.0f} m from where "
-            "it was before it jumped; robots may be wrong by as much, and say so."
+            "it was before it jumped; robots may be wrong by as much, as their covariances state."
         )
         self._end()
         self._believed = believed

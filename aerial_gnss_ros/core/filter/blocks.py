@@ -1,12 +1,11 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Robots kept in groups that share one covariance, and asked for row by row.
+"""Robots in blocks that share one covariance with the platform, addressed by row.
 
-The covariance of `TUNING.block_robots` robots with the platform is carried whole, which costs the
-cube of their number; more robots are kept in further groups, each with its own copy of the
-platform's errors. No group uses another's measurements, so that none counts anything twice: what is
-lost is the little that the robots beyond the first `TUNING.block_robots` would add on the platform.
-The cost is linear in robots.
+The joint covariance of `TUNING.block_robots` robots and the platform is kept in full, at cubic
+cost. Further robots are kept in further blocks, each with its own copy of the platform's errors. No
+block uses another's measurements, so that nothing counts twice; lost is only the little that robots
+beyond the first block would add about the platform. The cost is linear in the number of robots.
 """
 
 from __future__ import annotations
@@ -32,10 +31,9 @@ class BlocksTuning:
     """Chosen numbers of this module, with their units and where they come from."""
 
     block_robots: int = 32
-    """Robots that share one whole covariance. Beyond, the covariance costs more than what the
-    robots add on the platform."""
+    """Robots of one block. More cost more than they add about the platform."""
     same_place_m: float = 0.1
-    """How well a robot that surfaced is at the place of its old track's prediction. Judged."""
+    """Position difference of a robot and the track that it continues, one sigma, m. Judged."""
 
 
 TUNING = BlocksTuning()

@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""The joint filter: what a tracker asks of it, robot by robot, whatever groups they are kept in."""
+"""The joint filter of platform errors and robots: its interface to the tracker, by row."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ class JointFilterTuning:
     unsure_s: float = 0.2
     """A known latency counts as unknown once its sigma is above this, s. Judged."""
     feigned_mps: float = 2.0
-    """What a wrong latency may feign of a robot's speed, one sigma. Judged."""
+    """Apparent speed of a robot that a wrong latency can cause, one sigma, m/s. Judged."""
 
 
 TUNING = JointFilterTuning()
@@ -185,10 +185,10 @@ class JointFilter(CameraFaults):
         floor: float,
         groups: list[JointState] | None = None,
     ) -> PairInnovations:
-        """Return how detections lie to the robots that they may be of.
+        """Return the innovations of the pairs of robots and detections that are close.
 
-        Detections are placed by what is known of the platform's errors; the covariances allow for
-        what robot and detection have in common through these.
+        Detections are placed with the estimated platform errors; the covariances account for errors
+        common to robot and detection.
 
         Args:
             seen: the image's detections.
@@ -215,9 +215,9 @@ class JointFilter(CameraFaults):
             group.predict(seconds, keep, self._stationary, self.motion)
 
     def correct(self, seen: Measurements, rows: Indices, columns: Indices) -> Indices:
-        """Take in detections `columns` of robots `rows`; return the rows for which it refused.
+        """Update robots `rows` with detections `columns`; return the rows that were refused.
 
-        It refuses detections by which a robot would be faster than `tracks.max_speed`.
+        Refused are detections that imply a speed above `tracks.max_speed`.
         """
         refused: list[Indices] = [np.zeros(0, np.intp)]
         if not len(rows) or self._sight is None:
@@ -295,7 +295,7 @@ class JointFilter(CameraFaults):
             group.add(rows, places, by_errors, white[taken], speed, own)
 
     def box_noise(self, places: Array) -> Array:
-        """Return the covariances (m, 2, 2) of places on the water from boxes' own noise, m²."""
+        """Return covariances (m, 2, 2) of positions that boxes' own noise causes, m²."""
         by_pixel = np.linalg.inv(linearise(self._seen_from(), np.zeros(COUNT), places).by_place)
         noise: Array = self.noise.level * self.model.pixel * by_pixel @ by_pixel.swapaxes(1, 2)
         return noise

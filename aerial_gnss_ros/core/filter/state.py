@@ -119,7 +119,7 @@ class JointState(StateArrays):
         self.manoeuvre_noise.inherit(first, second)
 
     def inflate_velocities(self, slots: Indices, speed: Array | float, seconds: float) -> None:
-        """Allow for a change of velocity that nobody has foreseen.
+        """Inflate the covariance by an unforeseen change of velocity.
 
         Args:
             slots: (m,) places in `rows`.
@@ -136,9 +136,9 @@ class JointState(StateArrays):
             self.covariance[v, v] += speed**2
 
     def settle(self, error: int, mean: float, sigma: float) -> None:
-        """Take over what is known of one of the platform's errors from elsewhere.
+        """Condition on one of the platform's errors as estimated elsewhere.
 
-        The rest follows as it hangs together with it.
+        Correlated states are updated accordingly.
 
         Args:
             error: its place in `PLATFORM`.
@@ -153,7 +153,7 @@ class JointState(StateArrays):
         self.covariance += (sigma**2 - variance) * np.outer(with_it, with_it)
 
     def forget(self, slots: Indices, platform: Array, speed: Array | float) -> None:
-        """Forget the platform's errors but the latency, and some robots: the next image tells.
+        """Reset the platform's errors except the latency, and some robots.
 
         Args:
             slots: (m,) places of these robots in `rows`.
@@ -173,10 +173,10 @@ class JointState(StateArrays):
         P[own, own] = variances.ravel()
 
     def shift(self, jump: Array) -> None:
-        """Go over to another GNSS position: the robots move with it.
+        """Move robots and camera with an accepted jump of the GNSS position.
 
-        How they lie to the drone and to one another stays as well known. That either position may
-        be wrong is no business of this law, which would explain boxes by it (`AttitudeAmbiguity`).
+        Relative positions stay as well known. That either position may be wrong is not part of this
+        state, which would use boxes to explain it (`AttitudeAmbiguity`).
 
         Args:
             jump: (2,) East, North, m.

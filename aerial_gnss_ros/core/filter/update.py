@@ -1,9 +1,9 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""What one image tells of the platform's errors and of the robots in it.
+"""Measurement update of the joint state with one image's pixels.
 
-Pixels are predicted exactly. From where their derivatives by the platform's errors are taken is the
-business of `linearization`.
+Predictions are exact; where derivatives by the platform's errors are taken is decided in
+`linearization`.
 """
 
 from __future__ import annotations
@@ -32,16 +32,15 @@ class UpdateTuning:
     """Chosen numbers of this module, with their units and where they come from."""
 
     huber_planar: float = 2.8
-    """Normalised residual (planar) from which a box counts less: 2 % of the good ones. From
-    exp(-2.8²/2) = 0.02."""
+    """Normalised planar residual beyond which a box is down-weighted (Huber): 2 % of the good ones,
+    from exp(-2.8²/2) = 0.02."""
     relinearise_share: float = 0.02
-    """A robot that a correction moves by this share of its distance is corrected from there anew.
-    Judged."""
+    """Correction of a robot's position, as a share of its distance, from which the update is
+    iterated. Judged."""
     max_iterations: int = 3
-    """Corrections of one image at most. Judged."""
+    """Greatest number of iterations of one update. Judged."""
     too_fast_sigmas: float = 3.0
-    """Sigmas by which a robot must be faster than robots are for its box to be refused, and at most
-    half of that speed. Judged."""
+    """Boxes are rejected above `max_speed` + min(3 sigma, `max_speed` / 2). Judged."""
 
 
 TUNING = UpdateTuning()
@@ -52,7 +51,7 @@ _VELOCITY = np.array([2, 3])
 
 @dataclass(frozen=True)
 class Linear:
-    """The measurement of m robots' pixels to first order.
+    """Linearised measurement of m robots' pixels.
 
     Attributes:
         pixels: (m, 2) predicted.
