@@ -48,7 +48,7 @@ class Clutter:
         self._images = self._stray = self._robots = self._missed = 0.0
 
     def update(self, stamp_ns: int, robots: int, missed: int, stray: int) -> None:
-        """Take in an image.
+        """Update with an image.
 
         Args:
             stamp_ns: of the image, ns.

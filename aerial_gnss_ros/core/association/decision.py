@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""What association decides of one image; the tracker carries it out."""
+"""The decisions of association on one image, which the tracker executes."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ Array = NDArray[np.float64]
 Indices = NDArray[np.intp]
 
 NO_PAIRS: tuple[Indices, Indices] = np.zeros(0, np.intp), np.zeros(0, np.intp)
-"""Rows and columns of nothing."""
+"""Empty rows and columns."""
 
 
 @dataclass
@@ -30,7 +30,7 @@ class Association:
         clutter_shares: factors of `Track.clutter_probability`, by row.
         near_misses: rows of new tracks with boxes near their gates.
         outside: number of robots with a box near their gates and none inside.
-        sentence: for the log, empty if there is nothing to say.
+        sentence: for the log, may be empty.
     """
 
     rows: Indices

@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Images whose boxes measured robots: how often robots are detected, and how much else is."""
+"""Images whose boxes updated robots: detection rate of robots and density of clutter."""
 
 from __future__ import annotations
 
@@ -32,13 +32,13 @@ TUNING = ImageHistoryTuning()
 
 
 class Seen(NamedTuple):
-    """An image whose boxes measured robots.
+    """An image whose boxes updated robots.
 
     Attributes:
         stamp_ns: of the image.
         centers: (m, 2) of its boxes, px.
         class_ids: of these.
-        named: by box, the label of the robot that it measured.
+        named: by box, the label of the robot that it updated.
         camera: lens and image size.
         height: of the camera above the water, m.
     """

@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Of which robot a point of the picture is: probabilities, and what they say of detections."""
+"""Label probabilities of tracked image points, and their evidence for detections."""
 
 from __future__ import annotations
 
@@ -79,7 +79,7 @@ def label_probabilities(points: list[Point], chances: Array) -> list[dict[str, f
     """Return the label probabilities of each detection by itself.
 
     Args:
-        points: (n,) that were followed.
+        points: (n,) tracked points.
         chances: (n, m) of each to be each detection.
     """
     found: list[dict[str, float]] = []

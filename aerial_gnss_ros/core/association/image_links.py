@@ -157,7 +157,7 @@ class _Law:
         self._gains = hit[:, None] - 0.5 * (r**2).sum(axis=2) / variances[:, None]
 
     def scores(self, assignments: Array | Indices) -> Array:
-        """Return the log likelihoods (k,) of assignments (k, n), but for a constant."""
+        """Return the log likelihoods (k,) of assignments (k, n), up to a constant."""
         given = np.asarray(assignments)
         hits = given >= 0
         rows = np.arange(given.shape[1])

@@ -71,10 +71,10 @@ def fitted(points: Array, after: Array, variances: Array, motion: Motion) -> Mot
     """Return the motion estimated from points (n, 2) and their positions in the next image.
 
     Args:
-        points: where they were.
-        after: where they are.
+        points: previous positions.
+        after: present positions.
         variances: (n,) as for `links`.
-        motion: of the camera, as it is expected.
+        motion: predicted motion of the camera.
     """
     weighted = by_motion(points) / variances[:, None, None]
     info = np.linalg.inv(motion.covariance) + np.einsum("nak,nal->kl", weighted, by_motion(points))
@@ -88,7 +88,7 @@ def _change_of_rates() -> Array:
     swap = np.array([[0.0, 0.0, 0.0, 1.0], [0.0, 0.0, -1.0, 0.0], [0.0, -1.0, 0.0, 0.0],
                      [1.0, 0.0, 0.0, 0.0]])  # fmt: skip
     covariance = TUNING.rate_change_sigma**2 * np.eye(6)
-    alike = 0.5 * (np.eye(4) + swap)  # turns and scales; the rest shears
+    alike = 0.5 * (np.eye(4) + swap)  # rotations and scales; the rest are shears
     covariance[2:, 2:] = TUNING.rate_change_sigma**2 * (
         alike + TUNING.shear_share**2 * (np.eye(4) - alike)
     )
@@ -100,7 +100,7 @@ CHANGE = _change_of_rates()
 
 
 def on_plane(centers: Array, camera: CameraModel) -> Array:
-    """Return pixels (n, 2) on the plane 1 before the camera, without regard to its distortion."""
+    """Return pixels (n, 2) on the plane at distance 1, ignoring lens distortion."""
     K = camera.K
     plane = (centers - K[:2, 2]) / np.array([K[0, 0], K[1, 1]])
     near: Array = np.clip(plane, -TUNING.cut_off_coordinates, TUNING.cut_off_coordinates)

@@ -3,7 +3,7 @@
 """Tracks robots in the image plane while images have no pose, to keep their labels.
 
 An image without a pose gives no position, but its boxes still show which robot went where. They are
-linked from image to image (`image_links`), from the last image that measured robots to the first
+linked from image to image (`image_links`), from the last image that updated robots to the first
 ones with a pose again. Each point has label probabilities, which each link mixes by the
 probabilities of its assignments, so that ambiguity accumulates. The result is evidence for
 re-identification, beside positions; positions are never derived from it.
@@ -76,7 +76,7 @@ class ImageTracks:
         speed_sigma: of an unknown velocity of a robot, each axis, m/s.
 
     Attributes:
-        blind_ns: stamp of the last image without a pose, ns; None where poses go on.
+        blind_ns: stamp of the last image without a pose, ns; None while there are poses.
     """
 
     def __init__(self, pixel_sigma: float, speed_sigma: float) -> None:
@@ -96,13 +96,13 @@ class ImageTracks:
     def measured(
         self, frame: DetectionFrame, camera: CameraModel, height: float, named: dict[int, str]
     ) -> dict[int, LabelEvidence]:
-        """Take in an image whose boxes measured robots.
+        """Record an image whose boxes updated robots.
 
         Args:
             frame: its boxes.
             camera: lens and image size.
             height: of the camera above the water, m.
-            named: by box, the label of the robot that it measured.
+            named: by box, the label of the robot that it updated.
 
         Returns:
             Evidence for the other boxes, by box, if recent images had no pose.
@@ -121,7 +121,7 @@ class ImageTracks:
         return {i: one for i, one in labels.items() if i not in named} if labels else labels
 
     def keep_labels(self, names: set[str]) -> None:
-        """Forget all labels but these: points with a label that is given up may be any robot."""
+        """Drop all labels except these: points with a dropped label may be any robot."""
         if self.blind_ns is None or names.issuperset(self._known):
             return
         self._known = tuple(name for name in self._known if name in names)
@@ -139,11 +139,11 @@ class ImageTracks:
         return {} if self.blind_ns is None else self.followed(frame, blind=False)
 
     def followed(self, frame: DetectionFrame, blind: bool = True) -> dict[int, LabelEvidence]:
-        """Take in an image whose boxes measured no robot; return the evidence for its boxes.
+        """Process an image whose boxes updated no robot; return the evidence for its boxes.
 
         Args:
             frame: its boxes.
-            blind: whether it measured none.
+            blind: whether it updated no robot.
         """
         if not self._history or (self.blind_ns is None and not len(frame)):
             return {}
@@ -156,7 +156,7 @@ class ImageTracks:
         return labels_of(self._points[: len(frame)], self._known)
 
     def _begin(self) -> None:
-        """Start from the last image that measured robots."""
+        """Start from the last image that updated robots."""
         last = self._history[-1]
         places = {name: (seen, i) for seen in self._history for i, name in seen.named.items()}
         self._rates = self._first_rates()
@@ -267,7 +267,7 @@ class ImageTracks:
         return found
 
     def _name(self, named: dict[int, str]) -> None:
-        """Set the labels of boxes that measured robots."""
+        """Set the labels of boxes that updated robots."""
         sure = set(named.values())
         self._known = tuple(dict.fromkeys((*self._known, *sure)))
         for index, one in enumerate(self._points):

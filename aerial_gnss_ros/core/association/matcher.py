@@ -84,7 +84,7 @@ class Matcher:
         self._agreed = 0
 
     def expect_mismatch(self) -> None:
-        """Take in that telemetry predicts a scene mismatch."""
+        """Set the scene mismatch that telemetry predicts."""
         self.scene_mismatch, self._agreed = True, 0
 
     def gate(self, tracks: list[Track], seen: Measurements, stamp_ns: int) -> CandidatePairs | None:

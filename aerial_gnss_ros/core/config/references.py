@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Things in view whose position is known, `references.<name>.<key>`."""
+"""Objects of known position in view, `references.<name>.<key>`."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ GROUP = "references"
 
 @dataclass(frozen=True)
 class Reference:
-    """One thing whose position is known: give `position` or `topic`, not both."""
+    """One object of known position: give `position` or `topic`, not both."""
 
     class_id: str = key(
         "",

@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""The estimator: one image's way through all rooms, its guard, and what survives a restart.
+"""The estimator: the path of one image, its guard, and the state kept over a restart.
 
 May import the rooms of core up to tracker.
 """

@@ -1,12 +1,12 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""The estimator: from detections and telemetry to robots. Live nodes and replay drive this.
+"""The estimator: from detections and telemetry to robots, for live nodes and replay.
 
-Inputs are added in any order as they come; `advance` is told what time it is and returns what has
-become known, in the order of the images' stamps. An image waits until telemetry brackets its scene,
-at most `max_wait` from the first `advance` that knew of it (longer by a negative latency, whose
-telemetry comes that much later). Every image gives exactly one result, refused boxes named in it,
-but for images older than the last one processed, which are dropped and counted in `dropped`.
+Inputs are added in any order as they arrive; `advance` gets the time and returns the results that
+are complete, in the order of the images' stamps. An image waits until telemetry brackets its scene,
+at most `max_wait` from the first `advance` after its arrival (longer by a negative latency, whose
+telemetry arrives later). Every image gives exactly one result, including its refused boxes, except
+images older than the last one processed, which are dropped and counted in `dropped`.
 """
 
 from __future__ import annotations
@@ -44,28 +44,28 @@ from aerial_gnss_ros.core.values.samples import Fix, Orientation, Scalar
 
 
 class Estimator:
-    """Finds robots over time.
+    """Tracks robots over time.
 
     Args:
         config: all parameters.
-        tracking: another tracker than the first one (see `Tracking`).
-        session: file that keeps names over a restart of the node where `state_file` is empty; the
+        tracking: a tracker that replaces the default one (see `Tracking`).
+        session: file that keeps labels over a restart of the node if `state_file` is empty; the
             origin of `map` is kept beside it.
 
     Attributes:
         counts: refused detections by reason.
-        causes: those that are `unconfirmed` by why their tracks were not confirmed.
+        causes: `unconfirmed` detections by the reason why their tracks were not confirmed.
         boxes: detections of all images with a result.
-        used: of these, how many measured robots; some are undecided until `flush`.
-        ending: detections that `flush` decided when there was no result left to tell it.
-        dropped: images that gave no result: `duplicate` stamp, `out_of_order` (older than the
-            last one processed), or `wrong_stamp` (far off all others).
+        used: number of these that updated robots; some are undecided until `flush`.
+        ending: detections that `flush` decided after the last result.
+        dropped: images that gave no result: `duplicate` stamp, `out_of_order` (older than the last
+            one processed), or `wrong_stamp` (an outlier).
         events: sentences for the log, the oldest first; `take_events` empties it.
         min_score: boxes below are refused; may be changed while running.
 
     Raises:
         ConfigError: the state file is damaged or its folder is missing.
-        CameraError: the camera given as parameters cannot be used.
+        CameraError: the camera given by parameters is unusable.
     """
 
     def __init__(
@@ -113,21 +113,21 @@ class Estimator:
 
     @property
     def events(self) -> list[str]:
-        """Sentences for the log that nobody took yet."""
+        """Sentences for the log, not drained yet."""
         return self._log.sentences
 
     def take_events(self) -> list[str]:
-        """Return the sentences for the log and forget them."""
+        """Return the sentences for the log and clear them."""
         return self._log.drain()
 
     @property
     def happened(self) -> Counter[str]:
-        """How often time went backward, the drone's position jumped, and the like."""
+        """Counts of events: time went backward, the drone's position jumped, and so on."""
         return self._log.counts
 
     @property
     def failure(self) -> str:
-        """Why the configuration can give no position here, a sentence; empty where it can."""
+        """Why the configuration gives no positions, a sentence; empty if it does."""
         return self._origin.trouble
 
     @property
@@ -141,59 +141,59 @@ class Estimator:
 
     @property
     def inputs(self) -> dict[str, InputStatus]:
-        """What came on each input, by its name."""
+        """Status of each input, by its name."""
         return self._intake.statuses(self._newest_image_ns, self._patience_ns)
 
     @property
     def robots(self) -> tuple[RobotSummary, ...]:
-        """The robots as of the last image, ordered by name."""
+        """The robots at the last image, ordered by label."""
         return tuple(summary(estimate) for estimate in self._estimates)
 
     @property
     def health(self) -> Health:
-        """How well what is stated of the sensors fits what comes."""
+        """Consistency of the stated sensor noise with the measurements."""
         monitor = self._pipeline.monitor
         return Health(monitor.fit, monitor.complaints, self._platform)
 
     @property
     def complaint(self) -> str:
-        """What most boxes come to nothing for, a sentence; empty where most measure robots."""
+        """Why most boxes are refused, a sentence; empty if most update robots."""
         return complaint(self.used, self.counts, self.causes)
 
     def add_fix(self, fix: Fix) -> None:
-        """Take a position of the drone."""
+        """Add a position of the drone."""
         self._intake.add_fix(fix)
 
     def add_attitude(self, attitude: Orientation) -> None:
-        """Take an orientation of the body."""
+        """Add an orientation of the body."""
         self._intake.add(Input.ATTITUDE, attitude)
 
     def add_gimbal(self, gimbal: Orientation) -> None:
-        """Take an orientation of the camera."""
+        """Add an orientation of the camera."""
         self._intake.add(Input.GIMBAL, gimbal)
 
     def add_height(self, height: Scalar) -> None:
-        """Take a height of the drone."""
+        """Add a height of the drone."""
         self._intake.add(Input.HEIGHT, height)
 
     def add_water_level(self, level: Scalar) -> None:
-        """Take a level of the water; it holds until replaced."""
+        """Add a water level, valid until replaced."""
         self._intake.add_water_level(level)
 
     def add_depth(self, class_id: str, depth: Scalar) -> None:
-        """Take the depth that robots of a class send (empty: of all); it holds for a while."""
+        """Add a depth that robots of a class send (empty: all); it is valid for a while."""
         self._intake.add_depth(class_id, depth)
 
     def add_reference(self, name: str, fix: Fix) -> None:
-        """Take a position that a reference sends."""
+        """Add a position sent by a reference."""
         self._intake.add_reference(name, fix)
 
     def add_camera(self, stamp_ns: int, camera: CameraModel | None) -> None:
-        """Take the camera's description; None when it could not be used."""
+        """Add the camera model; None if it was unusable."""
         self._intake.add_camera(stamp_ns, camera)
 
     def refuse(self, name: str, trouble: str) -> None:
-        """Count a message that could not even be read.
+        """Count an unreadable message.
 
         Args:
             name: of the input.
@@ -202,11 +202,11 @@ class Estimator:
         self._intake.refuse(name, trouble)
 
     def add_detections(self, frame: DetectionFrame) -> None:
-        """Take one image's boxes; they are worked on by `advance`."""
+        """Add one image's boxes, which `advance` processes."""
         self._intake.add_detections(frame)
 
     def receive_image(self, frame: DetectionFrame) -> None:
-        """Let an image wait for the telemetry of its scene."""
+        """Queue an image until telemetry of its scene arrives."""
         if self._newest_image_ns is None or frame.stamp_ns > self._newest_image_ns:
             self._newest_image_ns = frame.stamp_ns
         self._image_steady_ns = self._steady.now_ns
@@ -218,8 +218,8 @@ class Estimator:
 
         Args:
             now_ns: the node's clock, or the bag's log time; only its differences count.
-            steady_ns: a clock that nobody sets, where there is one: how much time has passed while
-                the node's clock was set, and all stamps with it.
+            steady_ns: a monotonic clock, if there is one: gives the elapsed time when the node's
+                clock is set together with all stamps.
         """
         self._intake.arrivals.tick(now_ns, self._steady.take(now_ns, steady_ns))
         self._images.tick(now_ns)
@@ -230,23 +230,23 @@ class Estimator:
         return results
 
     def predicted(self, stamp_ns: int) -> FrameResult | None:
-        """Return where the robots are expected when no image comes; nothing changes by it.
+        """Return the robots predicted without an image; the state is not changed.
 
-        An image that still waits has its own result soon. So that stamps stay in order, the
-        prediction is for a time before it.
+        A waiting image will have its own result. To keep stamps in order, the prediction is for a
+        time before it.
 
         Args:
-            stamp_ns: time of the prediction, by the images' clock, ns.
+            stamp_ns: time of the prediction, on the images' clock, ns.
 
         Returns:
-            The robots coasting, without those lost by then; None where no image was processed,
-            or none after which there is time.
+            The coasting robots, without those lost by then; None if no image was processed, or no
+            time is free before a waiting image.
         """
         time_ns = self._images.time_before(stamp_ns + self._time.shift_ns)
         return None if time_ns is None else self._time.stamped(self._pipeline.predicted(time_ns))
 
     def flush(self) -> list[FrameResult]:
-        """Return results for all images that still wait: nothing more comes (end of a bag)."""
+        """Return results for all waiting images at the end of input (end of a bag)."""
         self._intake.arrivals.flush()
         self._origin.settle()
         while self._images.waiting:
@@ -260,14 +260,14 @@ class Estimator:
         return results
 
     def _count(self, refused: tuple[Rejection, ...]) -> None:
-        """Count boxes that are refused."""
+        """Count refused boxes."""
         for one in refused:
             self.counts[one.reason] += 1
             if one.cause is not None:
                 self.causes[one.cause] += 1
 
     def receive_fix(self, fix: Fix) -> str:
-        """Let the map know of a usable fix; return why it is no use all the same, else empty."""
+        """Pass a usable fix to the map; return why it is still unusable, else empty."""
         before = self._origin.local
         lasted_s = self._inputs.plausibility.agreed_s
         trouble = self._origin.accept(fix, lasted_s, bool(self._estimates))
@@ -276,33 +276,33 @@ class Estimator:
         return trouble
 
     def begin_elsewhere(self, moved: str) -> None:
-        """End all tracks where the drone turns out to be, or to fly, where it was not believed.
+        """End all tracks after the drone turned out to be elsewhere.
 
-        One of the two was wrong, and with it everything that was seen from there.
+        Its earlier or its new position was wrong, and with it all positions of robots from there.
 
         Args:
-            moved: from where to where, in words.
+            moved: the change, in words.
         """
         robots = bool(self._estimates)
         self._forget_robots()
         self._log.counts["began_elsewhere"] += 1
-        ended = ": tracks are cleared, and robots get new names" if robots else ""
+        ended = ": tracks are cleared, and robots get new labels" if robots else ""
         self._log.add(WarningText(f"{moved}{ended}."))
 
     def _finish_first(self, final: bool = True) -> bool:
-        """Work on the oldest image; return False when it has to wait on."""
+        """Process the oldest image; return False if it must keep waiting."""
         frame = self._images.waiting[0].frame
         samples: SceneTelemetry | MissingTelemetry | Exception
         try:
             samples = self._inputs.at(frame.stamp_ns - self._pipeline.latency.scene_ns)
         except MemoryError:
             raise
-        except Exception as error:  # noqa: BLE001 - the image is refused, the flight goes on
+        except Exception as error:  # noqa: BLE001 - the image is refused, the flight continues
             samples = error
         if isinstance(samples, MissingTelemetry) and samples.can_arrive and not final:
             return False
         result = self._guard.result(frame, samples)
-        self._images.pop()  # by now: what ends the program leaves it waiting
+        self._images.pop()  # by now: an exception that ends the program leaves it in the queue
         stamped = self._time.stamped(result) if self._time.begins else result
         self._estimates = stamped.estimates
         self._platform = result.platform or self._platform
@@ -315,14 +315,14 @@ class Estimator:
             self._keep_names(result)
         if self._found_again.names and self._found_again.failed(result):
             self._log.add(
-                "Robots are not found again where they were before time moved: it is another "
-                "scene, tracks are cleared, and robots get new names."
+                "Robots are not detected where they were before time was reset: it is another "
+                "scene, tracks are cleared, and robots get new labels."
             )
             self._forget_robots()
         return True
 
     def _keep_names(self, result: FrameResult) -> None:
-        """Save names where it is due; positions matter more than the file."""
+        """Save labels if due; positions matter more than the file."""
 
         def keep() -> None:
             self._kept_origin.keep(result.datum)
@@ -335,22 +335,22 @@ class Estimator:
             )
 
     def begin_anew(self, decision: Decision) -> None:
-        """Forget what was before time began anew, or before the clock of an input was set."""
+        """Discard what precedes a reset of time or of an input's clock."""
         if not decision.anew:
             self._inputs.forget(decision.moved)
-            self._log.add(f"{decision}; its telemetry of before is forgotten.")
+            self._log.add(f"{decision}; its earlier telemetry is discarded.")
             return
         while self._images.waiting:
             self._finish_first()
         by_ns = self._moved_ns(decision)
         if by_ns is None or self._pipeline.latency.searches:
-            cleared = "telemetry and tracks are cleared, and robots get new names"
+            cleared = "telemetry and tracks are cleared, and robots get new labels"
             self._inputs.clear(decision.kept)
             self._forget_robots()
             self._time.reset()
             self._images.last_ns = None
         else:
-            cleared = "telemetry is cleared; robots that are where they were keep their names"
+            cleared = "telemetry is cleared; robots that are where they were keep their labels"
             self._inputs.clear()
             self._time.step(by_ns, self._images.last_ns or 0)
             self._found_again.expect(self._estimates)
@@ -361,7 +361,7 @@ class Estimator:
         self._log.add(f"{decision}: {cleared}.")
 
     def _moved_ns(self, decision: Decision) -> int | None:
-        """Return by how much stamps moved beyond the time that has passed, ns; None: unknown."""
+        """Return the step of stamps beyond the elapsed time, ns; None: unknown."""
         by_ns = decision.by_ns
         if not decision.timed:
             passed_s = self._steady.since_s(self._image_steady_ns)
@@ -370,7 +370,7 @@ class Estimator:
             by_ns -= round(passed_s * 1e9)
         if self._images.last_ns is None:
             return None
-        # Arrivals vary: the first image comes after the last one all the same.
+        # Arrivals vary, but the first image is after the last one in any case.
         return min(by_ns, decision.first_ns + self._time.shift_ns - self._images.last_ns - 1)
 
     def _forget_robots(self) -> None:

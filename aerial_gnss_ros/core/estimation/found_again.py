@@ -1,10 +1,10 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Whether robots are where they were, after the clock of everything was set.
+"""Tests whether robots are where they were after all clocks were set.
 
-A clock that is set moves no robot, so that their tracks go on. A recording that begins again shows
-another scene under the same sign. Robots tell which it was: most of those that were in view are
-found again where they should be, or they are not.
+Setting a clock moves no robots, so their tracks continue. A recording that restarts looks the same
+but shows another scene. Robots decide: either most of those that were in view are detected at their
+predicted positions, or not.
 """
 
 from __future__ import annotations
@@ -14,32 +14,32 @@ from collections.abc import Iterable
 from aerial_gnss_ros.core.values.estimates import FrameResult, RobotEstimate, State
 
 TRIAL_NS, TRIAL_IMAGES = 2_000_000_000, 5
-"""Robots must be found again within so long, and in so many images with boxes, from the first."""
+"""Time, ns, and number of images with boxes within which robots must be detected again."""
 
 
 class FoundAgain:
-    """Judges the results after a step.
+    """Tests the results after a step of time.
 
     Attributes:
-        names: of the robots that are expected; empty where none is.
+        names: labels of the expected robots; empty without any.
     """
 
     def __init__(self) -> None:
         self.reset()
 
     def reset(self) -> None:
-        """Expect no robots."""
+        """Reset: expect no robots."""
         self.names: set[str] = set()
         self._first_ns: int | None = None
         self._images = 0
 
     def expect(self, estimates: Iterable[RobotEstimate]) -> None:
-        """Expect the robots that were in view again."""
+        """Expect the robots that were in view."""
         self.reset()
         self.names = {one.robot_id for one in estimates if one.state is State.CONFIRMED}
 
     def failed(self, result: FrameResult) -> bool:
-        """Take in a result; return whether robots are not where they were.
+        """Update with a result; return whether robots are not where they were.
 
         Args:
             result: of an image after the step.

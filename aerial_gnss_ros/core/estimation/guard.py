@@ -2,12 +2,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """The last line of defence: an image whose estimation fails changes nothing.
 
-Whatever goes wrong with an image, its boxes are refused as `internal` and everything that images
-change is put back to what it was before. Several such images in a row mean that the state itself is
-at fault: the filter begins anew, and robots take up their names where they are found again.
+If processing an image fails, its boxes are refused as `internal` and all state that images change
+is restored. Several such images in a row mean that the state itself is at fault: the filter
+restarts, and robots get their labels back where they are detected again.
 
-Causes that are known are refused where they arise, with a reason of their own; what reaches this
-module is a fault of the program, and the log says what a developer needs to find it.
+Known causes are refused where they arise, with their own reason; what reaches this module is an
+internal error, and the log has what a developer needs to find it.
 """
 
 from __future__ import annotations
@@ -41,20 +41,20 @@ _CONSTANT = (
     PoseBuilder,
     ReturnPosition,
 )
-"""Classes that images do not change; a snapshot need not look at them."""
+"""Classes that images do not change, skipped by snapshots."""
 
 RESTART_AFTER = 5
 """Consecutive failed images after which the filter restarts."""
 
 
 class Guard:
-    """Works on images so that a failure leaves no trace but a count and a sentence.
+    """Processes images so that a failure leaves only a count and a log sentence.
 
     Args:
         pipeline: turns an image into a result.
         identity: of the robots.
         origin: of `map`.
-        log: where failures are told.
+        log: receives failures.
         constant: further classes that images do not change.
     """
 
@@ -78,11 +78,11 @@ class Guard:
     def result(
         self, frame: DetectionFrame, samples: SceneTelemetry | MissingTelemetry | Exception
     ) -> FrameResult:
-        """Return what an image gives; if that fails, refuse its boxes and change nothing.
+        """Return the result of an image; on failure refuse its boxes and change nothing.
 
         Args:
             frame: the image's boxes.
-            samples: telemetry of its time, or why there is none.
+            samples: telemetry at its time, or what is missing.
         """
         if isinstance(samples, Exception):
             return self._refused(frame, samples)
@@ -93,14 +93,14 @@ class Guard:
             check_estimates(result.estimates)
         except MemoryError:
             raise
-        except Exception as error:  # noqa: BLE001 - whatever it is, the flight goes on
+        except Exception as error:  # noqa: BLE001 - whatever it is, the flight continues
             before.restore()
             return self._refused(frame, error)
         self._failed, self._last = 0, result.estimates
         return result
 
     def reset(self) -> None:
-        """Forget what failed: time begins anew."""
+        """Clear the failures after a reset of time."""
         self._failed, self._last = 0, ()
 
     def _refused(self, frame: DetectionFrame, error: Exception) -> FrameResult:
@@ -110,9 +110,9 @@ class Guard:
         self._log.warn_once(
             f"failed {type(error).__name__} {place}",
             f"The image of {frame.stamp_ns} ns could not be processed and changed nothing "
-            f"({type(error).__name__} at {place}: {error}; {len(frame)} boxes, "
-            f"{len(self._last)} robots): its boxes are refused as internal. This is a fault of the "
-            "program; please report it with this sentence.",
+            f"({type(error).__name__} at {place}: {error}; {len(frame)} boxes, {len(self._last)} "
+            "robots): its boxes are refused as internal. This is an internal error; please "
+            "report it with this sentence.",
         )
         if self._failed >= RESTART_AFTER:
             self._restart()
@@ -123,7 +123,7 @@ class Guard:
         )
 
     def _coasting(self, stamp_ns: int) -> tuple[RobotEstimate, ...]:
-        """Return the robots as predicted for a failed image; that, too, changes nothing."""
+        """Return the predicted robots for a failed image, without changing the state."""
 
         def coast() -> tuple[RobotEstimate, ...]:
             estimates = self._pipeline.coast(stamp_ns)

@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Robots in a few words, for diagnostics and the state file."""
+"""Summaries of robots and consistency for diagnostics."""
 
 from __future__ import annotations
 
@@ -31,12 +31,12 @@ class RobotSummary:
 
 @dataclass(frozen=True)
 class Health:
-    """How well what is stated of the sensors fits what comes, for diagnostics.
+    """Consistency of stated noise with measurements, for diagnostics.
 
     Attributes:
-        fit: of the boxes.
-        complaints: what does not fit at present, in sentences.
-        platform: the platform's errors as estimated last; empty where they are not.
+        fit: innovation statistics of the boxes.
+        complaints: present inconsistencies, in sentences.
+        platform: the platform's last estimated errors; empty without any.
     """
 
     fit: InnovationStatistics

@@ -11,16 +11,16 @@ from dataclasses import dataclass
 from aerial_gnss_ros.core.values.detection_frame import DetectionFrame
 
 MAX_WAITING = 4096
-"""Images that wait at most: 30 s at 130 Hz. Older ones are refused to keep memory bounded."""
+"""Greatest number of waiting images: 30 s at 130 Hz. Older ones are refused to bound memory."""
 
 
 @dataclass
 class WaitingImage:
-    """An image that waits.
+    """A waiting image.
 
     Attributes:
         frame: its boxes.
-        since_ns: when it was first seen to wait, by the node's clock, ns; None: not yet.
+        since_ns: node time from which it waits, ns; None: not yet set.
     """
 
     frame: DetectionFrame
@@ -32,15 +32,15 @@ def _stamp(image: WaitingImage) -> int:
 
 
 class ImageQueue:
-    """Puts images into the order of their stamps; those older than the last one are dropped.
+    """Sorts images by stamp; those older than the last processed one are dropped.
 
     Args:
-        patience_ns: an image waits for so long, ns.
+        patience_ns: longest wait of an image, ns.
         dropped: counts `duplicate` and `out_of_order` images.
 
     Attributes:
         waiting: the images, the oldest first.
-        last_ns: stamp of the last one that was taken out, ns; None: there was none.
+        last_ns: stamp of the last removed image, ns; None before the first.
     """
 
     def __init__(self, patience_ns: int, dropped: Counter[str]) -> None:
@@ -50,7 +50,7 @@ class ImageQueue:
         self._dropped = dropped
 
     def add(self, frame: DetectionFrame) -> bool:
-        """Let an image wait; return whether too many do."""
+        """Queue an image; return whether too many wait."""
         stamp_ns, waiting = frame.stamp_ns, self.waiting
         place = bisect_left(waiting, stamp_ns, key=_stamp)
         waits = place < len(waiting) and _stamp(waiting[place]) == stamp_ns
@@ -63,22 +63,22 @@ class ImageQueue:
         return len(waiting) > MAX_WAITING
 
     def tick(self, now_ns: int) -> None:
-        """Note since when images wait, by the node's clock."""
+        """Set the node time from which images wait."""
         for image in self.waiting:
             if image.since_ns is None or image.since_ns > now_ns:  # the clock was set back
                 image.since_ns = now_ns
 
     def is_late(self, now_ns: int) -> bool:
-        """Return whether the first image has waited for long enough."""
+        """Return whether the first image has waited long enough."""
         since_ns = self.waiting[0].since_ns
         return since_ns is not None and now_ns - since_ns >= self._patience_ns
 
     def pop(self) -> None:
-        """Take the first image out."""
+        """Remove and return the first image."""
         self.last_ns = self.waiting.pop(0).frame.stamp_ns
 
     def time_before(self, stamp_ns: int) -> int | None:
-        """Return a stamp, or the last one before what waits; None: no time is left after `last_ns`.
+        """Return a stamp, or one before the waiting images; None if none is after `last_ns`.
 
         Args:
             stamp_ns: ns.

@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""What comes in: stamps are judged, samples are kept, messages are counted."""
+"""Intake of messages: stamps are checked, samples stored, messages counted."""
 
 from __future__ import annotations
 
@@ -25,39 +25,39 @@ from aerial_gnss_ros.core.values.rejection import Input
 from aerial_gnss_ros.core.values.samples import Fix, Orientation, Scalar
 
 LONG_S = 10.0
-"""An input that is of no use for so long is told again, s."""
+"""Time after which an unusable input is reported again, s."""
 
 
 class Receiver(Protocol):
-    """Acts on what comes in."""
+    """Handles the effects of incoming messages."""
 
     def receive_fix(self, fix: Fix) -> str:
-        """Take a usable fix; return why it is no use all the same, else empty."""
+        """Process a usable fix; return why it is still unusable, else empty."""
 
     def receive_image(self, frame: DetectionFrame) -> None:
-        """Take an image's boxes."""
+        """Add an image's boxes."""
 
     def begin_elsewhere(self, moved: str) -> None:
-        """The drone turns out to be where it was not believed; `moved` says so in words."""
+        """Handle a drone that turned out to be elsewhere; `moved` describes it."""
 
     def begin_anew(self, decision: Decision) -> None:
-        """Time began anew, or the clock of an input was set."""
+        """Handle a reset of time or of an input's clock."""
 
 
 class Intake:
-    """Takes in messages.
+    """Processes incoming messages.
 
     Args:
-        config: which inputs there are.
-        inputs: keeps samples.
+        config: of the inputs.
+        inputs: stores samples.
         time: shifts stamps.
         dropped: counts images with wrong stamps.
-        log: is told what is refused.
-        receiver: acts on what comes in.
+        log: receives sentences about refusals.
+        receiver: handles effects of messages.
 
     Attributes:
         tallies: count messages, by input.
-        arrivals: holds messages whose stamps are far off.
+        arrivals: holds messages with outlying stamps.
     """
 
     def __init__(
@@ -82,11 +82,11 @@ class Intake:
         )
 
     def statuses(self, newest_ns: int | None, patience_ns: int) -> dict[str, InputStatus]:
-        """Return what came on each input, by its name.
+        """Return the status of each input, by its name.
 
         Args:
             newest_ns: stamp of the newest image, ns.
-            patience_ns: images wait for so long, ns.
+            patience_ns: longest wait of images, ns.
         """
         found = {}
         for name, tally in self.tallies.items():
@@ -95,31 +95,31 @@ class Intake:
         return found
 
     def add_fix(self, fix: Fix) -> None:
-        """Take a position of the drone."""
+        """Add a position of the drone."""
         self._arrive(Input.FIX.value, fix.stamp_ns, lambda: self._keep_fix(fix))
 
     def add(self, source: Input, value: Orientation | Scalar) -> None:
-        """Take an orientation or a height."""
+        """Add an orientation or a height."""
         self._arrive(source.value, value.stamp_ns, lambda: self._keep(source, value))
 
     def add_water_level(self, level: Scalar) -> None:
-        """Take a level of the water; it holds until replaced."""
+        """Add a water level, valid until replaced."""
         self._arrive(WATER_LEVEL, level.stamp_ns, lambda: self._keep_level(level))
 
     def add_depth(self, class_id: str, depth: Scalar) -> None:
-        """Take the depth that robots of a class send (empty: of all); it holds for a while."""
+        """Add a depth that robots of a class send (empty: all); it is valid for a while."""
         name, of_time = depth_input(class_id), self._time.shifted
         self._arrive(
             name, depth.stamp_ns, lambda: self._inputs.depths.add(class_id, of_time(depth))
         )
 
     def add_reference(self, name: str, fix: Fix) -> None:
-        """Take a position that a reference sends."""
+        """Add a position sent by a reference."""
         of_time, known = self._time.shifted, self._inputs.references
         self._arrive(reference_input(name), fix.stamp_ns, lambda: known.add(name, of_time(fix)))
 
     def add_camera(self, stamp_ns: int, camera: CameraModel | None) -> None:
-        """Take the camera's description; None when it could not be used."""
+        """Add the camera model; None if it was unusable."""
 
         def keep() -> None:
             trouble = "" if camera is not None else "it describes no camera"
@@ -129,7 +129,7 @@ class Intake:
         self.arrivals.take(CAMERA_INFO, stamp_ns, keep)
 
     def add_detections(self, frame: DetectionFrame) -> None:
-        """Take one image's boxes."""
+        """Add one image's boxes."""
 
         def keep() -> None:
             self.tallies[DETECTIONS].add(frame.stamp_ns)
@@ -138,7 +138,7 @@ class Intake:
         self.arrivals.take(DETECTIONS, frame.stamp_ns, keep)
 
     def refuse(self, name: str, trouble: str) -> None:
-        """Count a message that could not even be read.
+        """Count an unreadable message.
 
         Args:
             name: of the input.
@@ -148,12 +148,12 @@ class Intake:
         self._tell_bad(name, trouble)
 
     def _arrive(self, name: str, stamp_ns: int, keep: Callable[[], str]) -> None:
-        """Keep a message's value and count it, once its stamp is believed.
+        """Store a message's value and count it, once its stamp is trusted.
 
         Args:
             name: of the input.
             stamp_ns: of the message.
-            keep: keeps the value and says why it is no use, in words, or nothing.
+            keep: stores the value; returns why it is unusable, in words, or empty.
         """
         self.arrivals.take(name, stamp_ns, lambda: self._count(name, stamp_ns, keep))
 
@@ -173,19 +173,19 @@ class Intake:
         return trouble or self._look_for_move()
 
     def _keep(self, source: Input, value: Fix | Orientation | Scalar) -> str:
-        """Keep a sample; return why it is no use, else empty."""
+        """Store a sample; return why it is unusable, else empty."""
         trouble = self._inputs.add(source, self._time.shifted(value))
         return trouble or self._look_for_move()
 
     def _look_for_move(self) -> str:
-        """Say where the drone turns out to be, or to fly, elsewhere; the sample is of use."""
+        """Report a drone that turned out to be elsewhere; the sample is usable."""
         moved = self._inputs.plausibility.pop_relocation()
         if moved:
             self._receiver.begin_elsewhere(moved)
         return ""
 
     def _tell_bad(self, name: str, trouble: str) -> None:
-        """Say the first time that a message is no use, and why, and again when none has been."""
+        """Report the first unusable message of an input, and an input without usable ones."""
         self._log.warn_once(f"bad {name}", f"A message on {name} is of no use: {trouble}.")
         if self.tallies[name].bad_s > LONG_S:
             self._log.warn_once(

@@ -15,11 +15,10 @@ _MOST_BYTES = 10_000
 
 
 class OriginKeeper:
-    """Writes the origin when it is new; a file that fails, or cannot be read, is left out.
+    """Writes the origin when it changes; file errors are ignored.
 
     Args:
-        session: file of the names of this session, beside which the origin's lies; None: nothing
-            is kept.
+        session: file of this session's labels, beside which the origin's is; None: nothing is kept.
     """
 
     def __init__(self, session: Path | None) -> None:
@@ -27,7 +26,7 @@ class OriginKeeper:
         self._kept: MapDatum | None = None
 
     def load(self) -> MapDatum | None:
-        """Return the origin from before the restart, None where there is none."""
+        """Return the origin from before the restart, or None."""
         if self._path is None:
             return None
         with suppress(OSError, ValueError, TypeError):
@@ -40,13 +39,13 @@ class OriginKeeper:
         return self._kept
 
     def keep(self, datum: MapDatum | None) -> None:
-        """Write the origin where it is another one than before."""
+        """Write the origin if it has changed."""
         if self._path is None or datum is None or datum is self._kept:
             return
         self._kept = datum
         altitude = datum.altitude if math.isfinite(datum.altitude) else None
         text = json.dumps([math.degrees(datum.latitude), math.degrees(datum.longitude), altitude])
         partial = self._path.with_suffix(".partial")
-        with suppress(OSError):  # names tell of a file that cannot be written
+        with suppress(OSError):  # the labels' file reports write errors
             partial.write_text(text, encoding="utf-8")
             partial.replace(self._path)

@@ -41,10 +41,11 @@ from aerial_gnss_ros.core.values.rejection import Reason
 Reasons = list[Reason | None]
 
 _NO_ALTITUDE = {
-    "ellipsoid": "the fix brings none; give one in the message to have it.",
-    "amsl": "the fix brings none; give one in the message to have it.",
+    "ellipsoid": "the fix has none; it must be in the message.",
+    "amsl": "the fix has none; it must be in the message.",
     "home": "fix.altitude_datum is home; give its own altitude as fix.home_altitude_m.",
-    "unknown": "fix.altitude_datum is unknown; set it to ellipsoid where the receiver says so.",
+    "unknown": "fix.altitude_datum is unknown; set it to ellipsoid if the receiver's documentation "
+    "says so.",
 }
 
 
@@ -52,8 +53,8 @@ class Pipeline:
     """Turns one image's boxes and telemetry into a result; images come in stamp order.
 
     Attributes:
-        boxes: decides which boxes are used.
-        latency: of the images, as far as it is known.
+        boxes: selects the boxes.
+        latency: estimate of the images' latency.
         tracking: of the robots.
     """
 
@@ -81,39 +82,39 @@ class Pipeline:
 
     @property
     def monitor(self) -> InnovationMonitor:
-        """Tells how well boxes fall where they are expected."""
+        """Innovation statistics of the tracker."""
         return self.tracking.monitor
 
     @property
     def constant(self) -> tuple[type, ...]:
-        """Classes of its parts that images do not change, as it is configured."""
+        """Classes of its parts that images do not change."""
         return (PointChecks,) if self.latency.searches else (PointChecks, LatencySearch)
 
     def reset(self) -> None:
-        """Forget all tracks."""
+        """Drop all tracks."""
         self.tracking.reset()
         self.latency.reset()
         self._frozen.reset()
         self._camera_change.reset()
 
     def end(self) -> Settled:
-        """Decide on all boxes, since nothing more comes, and return what has been decided."""
+        """Decide on all pending boxes at the end of input, and return the decisions."""
         self.tracking.end()
         return self.tracking.settled()
 
     def coast(self, stamp_ns: int) -> tuple[RobotEstimate, ...]:
-        """Return the predicted robots at an image of which nothing else is known."""
+        """Return the predicted robots at an image without further data."""
         return self.tracking.coast(stamp_ns)
 
     def predicted(self, stamp_ns: int) -> FrameResult:
-        """Return the robots as a copy of the tracks has them later, by prediction alone."""
+        """Return robots predicted to a later time with a copy of the tracks."""
         estimates = copy.deepcopy(self.tracking).coast(stamp_ns)
         return FrameResult(stamp_ns, "", estimates, (), self._origin.datum)
 
     def result(
         self, frame: DetectionFrame, samples: SceneTelemetry | MissingTelemetry
     ) -> FrameResult:
-        """Return what one image gives."""
+        """Return the result of one image."""
         began = time.perf_counter_ns()
         reasons = self.boxes.reasons(frame)
         used: list[int] = []
@@ -167,7 +168,7 @@ class Pipeline:
         )
 
     def _pose(self, samples: SceneTelemetry | MissingTelemetry) -> CameraPose | Reason:
-        """Return the camera's pose where `map` holds for it, or why there is none."""
+        """Return the camera's pose if `map` is valid there, or why there is none."""
         if isinstance(samples, MissingTelemetry):
             return self._lacking(samples)
         pose = self._posing.pose(samples)
@@ -182,24 +183,24 @@ class Pipeline:
         return pose if self._origin.covers(pose.latitude, pose.longitude) else Reason.BAD_FIX
 
     def _lacking(self, samples: MissingTelemetry) -> Reason:
-        """Return why there is no telemetry; say so where an input is of another time."""
+        """Return why there is no telemetry; report an input with another time."""
         if samples.later_s > self._config.max_wait:
             name = str(samples.reason).removeprefix("no_")
             self._log.warn_once(
                 f"later {name}",
                 f"The oldest {name} is {samples.later_s:.1f} s later than an image, which is "
-                f"refused ({samples.reason}). If it came no later, their clocks differ: "
-                f"{name}.stamp says whether a message's header or its arrival counts, and a bag "
-                "played in a loop has headers that begin again and arrivals that go on.",
+                f"refused ({samples.reason}). If it arrived no later, their clocks differ: "
+                f"{name}.stamp selects a message's header or its arrival, and a bag played in a "
+                "loop has headers that start again and arrivals that continue.",
             )
         return samples.reason
 
     def _scene(
         self, boxes: DetectionFrame, samples: SceneTelemetry | MissingTelemetry
     ) -> tuple[PosedFrame | Reason, CameraPose | None]:
-        """Return boxes with camera and pose, or why boxes are refused: something lacks or froze.
+        """Return boxes with camera and pose, or why boxes are refused: missing or frozen input.
 
-        Also the pose, which is known without a camera as well.
+        Also the pose, which does not need a camera.
         """
         pose, camera = self._pose(samples), self._inputs.cameras.at(boxes.stamp_ns)
         if isinstance(camera, Reason):
@@ -207,20 +208,20 @@ class Pipeline:
         if isinstance(pose, Reason):
             return pose, None
         local = self._origin.local
-        assert local is not None  # noqa: S101 - a pose needs a fix, that sets it
+        assert local is not None  # noqa: S101 - a pose needs a fix, which sets it
         in_map = MapPose.of(pose, local)
         if self._frozen.telemetry_frozen(pose.stamp_ns, in_map):
             self._log.warn_once(
                 "telemetry stands",
-                "All telemetry stopped dead in a motion and repeats itself to the last bit: boxes "
+                "All telemetry froze during a motion and repeats itself to the last bit: boxes "
                 "are refused until it changes (stale_fix). Its source may have frozen.",
             )
             return Reason.STALE_FIX, None
         if self._frozen.image_frozen(boxes, camera, in_map):
             self._log.warn_once(
                 "picture stands",
-                "Boxes repeat themselves to the last bit while the camera moves: the picture "
-                "stands still, and they are refused until it changes (bad_detections).",
+                "Boxes repeat themselves to the last bit while the camera moves: the image is "
+                "frozen, and they are refused until it changes (bad_detections).",
             )
             return Reason.BAD_DETECTIONS, None
         references = self._inputs.references
@@ -231,7 +232,7 @@ class Pipeline:
         return scene if used is camera else replace(scene, camera=used), pose
 
     def _misfit(self, scene: PosedFrame, local: LocalMap, camera: CameraModel) -> float:
-        """Return how badly boxes fit the robots in view if this is the camera, nats."""
+        """Return the negative log likelihood of the boxes with this camera, nats."""
         seen = replace(scene, camera=camera)
         points = localization.locate(
             scene.pose, camera, scene.detections.centers, self._config.noise, self._config
@@ -241,7 +242,7 @@ class Pipeline:
     def _tracked(
         self, scene: PosedFrame, points: WaterPoints
     ) -> tuple[tuple[RobotEstimate, ...], tuple[PlatformError, ...], Current | None, Reasons]:
-        """Return what an image tells of robots and platform, and why boxes measured nothing.
+        """Return an image's estimates of robots and platform, and the reasons of refused boxes.
 
         Args:
             scene: boxes, camera and pose.
@@ -259,7 +260,7 @@ class Pipeline:
             reasons.append(reason or unused)
         if method != "filter":
             return at_own_points(update, points, local), (), None, reasons
-        # Other methods' points have the depth's share already.
+        # Other methods' points already contain the depth's uncertainty.
         sigma_m = self._config.depth.sigma_m
         estimates = update.estimates
         if sigma_m:

@@ -1,9 +1,9 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Positions so far apart in time that another filter may take them as independent.
+"""Selects positions far enough apart in time for another filter to take them as independent.
 
-A robot's own filter takes the errors of its measurements as white. Those of published positions
-are not: most of them is the drone's GNSS offset, a Gauss-Markov process whose correlation time is
+A robot's own filter takes the errors of its measurements as white. Those of published positions are
+not: they are mostly the drone's GNSS offset, a Gauss-Markov process whose correlation time is
 minutes. Taken every image, the offset would be averaged as if it were noise, and the filter would
 become overconfident.
 """
@@ -22,8 +22,8 @@ class PositionUpdatesTuning:
     """Chosen numbers of this module, with their units and where they come from."""
 
     correlation_times: float = 3.0
-    """Interval over correlation time: samples then share 5 % of their error's size, and what is
-    left of that widens them by 5 %."""
+    """Interval over correlation time: errors of consecutive samples are then correlated by 5 %,
+    which increases sigmas by 5 %."""
     shortest_s: float = 30.0
     """Interval where errors are stated as white; the tracker's own settle within some seconds."""
 
@@ -34,12 +34,12 @@ SECOND_NS = 1_000_000_000
 
 @dataclass
 class _Robot:
-    """What is known of a robot.
+    """State of a robot.
 
     Attributes:
-        since_ns: it has been measured since then, without a gap longer than the settling time.
-        seen_ns: when it was measured last.
-        given_ns: its last sample; None: none.
+        since_ns: start of its measurements without a gap longer than the settling time, ns.
+        seen_ns: stamp of its last measurement, ns.
+        given_ns: stamp of its last sample, ns, or None.
     """
 
     since_ns: int
@@ -48,12 +48,12 @@ class _Robot:
 
 
 class PositionUpdates:
-    """Picks samples of each robot's position, and widens their covariance for what they share.
+    """Samples each robot's position, and inflates the covariance for their correlation.
 
     The mean of many samples of a process with correlation ρ from one to the next has the variance
     of as many independent ones times (1 + ρ) / (1 − ρ) (Priestley, Spectral Analysis and Time
     Series, 1981, chapter 5): by this factor each sample's covariance is multiplied, so that a
-    filter which averages them states what is true.
+    filter that averages them is consistent.
 
     Args:
         config: interval and settling time.
@@ -61,7 +61,7 @@ class PositionUpdates:
 
     Attributes:
         interval_s: least time between two samples of a robot.
-        factor: by which covariances are multiplied.
+        factor: on covariances.
     """
 
     def __init__(self, config: UpdatesConfig, correlation_time_s: float) -> None:
@@ -75,7 +75,7 @@ class PositionUpdates:
         self._robots: dict[str, _Robot] = {}
 
     def take(self, result: FrameResult) -> tuple[RobotEstimate, ...]:
-        """Return the samples that are due with an image's result, their covariance widened."""
+        """Return the samples due with an image's result, with inflated covariances."""
         measured = [one for one in result.estimates if one.state is State.CONFIRMED]
         return tuple(
             replace(one, covariance=self.factor * one.covariance)
@@ -84,10 +84,10 @@ class PositionUpdates:
         )
 
     def _is_due(self, estimate: RobotEstimate) -> bool:
-        """Note that a robot was measured; return whether this is a sample."""
+        """Record a robot's measurement; return whether it is a sample."""
         stamp_ns = estimate.stamp_ns
         robot = self._robots.get(estimate.robot_id)
-        if robot is None or stamp_ns < robot.seen_ns:  # a recording that begins anew
+        if robot is None or stamp_ns < robot.seen_ns:  # a recording that restarts
             robot = self._robots[estimate.robot_id] = _Robot(stamp_ns, stamp_ns)
         if stamp_ns - robot.seen_ns > max(self._settle_ns, SECOND_NS):
             robot.since_ns = stamp_ns

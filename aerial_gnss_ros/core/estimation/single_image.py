@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Positions by methods that use each image by itself: `single` and `paper`.
 
-The tracker gives names and velocities with all methods; where a robot is in view, its position is
-that of its own box, with the whole covariance of a point used by itself.
+The tracker gives labels and velocities with all methods; a robot in view has the position of its
+own box, with the full covariance of a single point.
 """
 
 from __future__ import annotations
@@ -19,11 +19,11 @@ from aerial_gnss_ros.core.values.estimates import RobotEstimate
 
 
 def exact_points(frame: PosedFrame, points: WaterPoints, config: EstimatorConfig) -> WaterPoints:
-    """Return the exact points that names are kept by where the paper's are published.
+    """Return the exact points for tracking while the paper's are published.
 
     Args:
         frame: the image.
-        points: by the paper's equations; what they refuse is refused.
+        points: by the paper's equations, including their refusals.
         config: all parameters.
     """
     centers = frame.detections.centers
@@ -35,7 +35,7 @@ def exact_points(frame: PosedFrame, points: WaterPoints, config: EstimatorConfig
 def at_own_points(
     update: TrackUpdate, points: WaterPoints, local: LocalMap
 ) -> tuple[RobotEstimate, ...]:
-    """Return an update's robots, those that were measured at the points of their boxes."""
+    """Return an update's robots, with measured ones at the points of their boxes."""
     return tuple(
         _at_point(estimate, points, update.measured[estimate.robot_id], local)
         if estimate.robot_id in update.measured

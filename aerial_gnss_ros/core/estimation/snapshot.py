@@ -1,16 +1,14 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""What objects hold at a time, so that they can be put back to it.
+"""Snapshots of objects' state that can be restored.
 
-The objects themselves stay: their attributes, and the contents of the arrays and containers that
-they hold, are put back in place, so whatever refers to them goes on to. Values of immutable types,
-frozen dataclasses among them, are shared and not copied; so is whatever a tuple holds. Containers
-hold values of one type.
+The objects themselves stay: their attributes, and the contents of their arrays and containers, are
+restored in place, so references to them stay valid. Values of immutable types, including frozen
+dataclasses, and the contents of tuples are shared, not copied. Containers hold values of one type.
 
-A snapshot precedes every image, so it must be quick: one loop goes through all objects, what is to
-be done with the attributes of a class is worked out once for each combination of their types
-(`Plans`), and `__dict__` is left alone, since Python slows down objects whose dictionary was asked
-for.
+A snapshot precedes every image, so it must be fast: one loop visits all objects, the treatment of a
+class's attributes is determined once for each combination of their types (`Plans`), and `__dict__`
+is not used, since Python slows down objects whose dictionary was accessed.
 """
 
 from __future__ import annotations
@@ -30,7 +28,7 @@ _CONTAINERS = (dict, list, deque, set)
 
 
 class _Plan(NamedTuple):
-    """Places, among some values, of what must be copied or gone into."""
+    """Indices of the values that must be copied or visited."""
 
     arrays: tuple[int, ...]
     instances: tuple[int, ...]
@@ -39,17 +37,17 @@ class _Plan(NamedTuple):
 
 
 class _Attributes(NamedTuple):
-    """Of the instances of a class: names, and what returns their values; None for containers."""
+    """Attribute names of a class, and a getter of their values; None for containers."""
 
     names: tuple[str, ...]
     get: Callable[[Any], tuple[Any, ...]] | None
 
 
 class Plans(dict[tuple[type, ...], _Plan | None]):
-    """How values are kept, by their types; None where there is nothing to be done.
+    """Treatment of values by type; None if nothing is to be done.
 
     Args:
-        constant: classes whose instances are left alone, with all that only they hold.
+        constant: classes whose instances are skipped, with everything that only they hold.
     """
 
     def __init__(self, constant: tuple[type, ...] = ()) -> None:
@@ -66,7 +64,7 @@ class Plans(dict[tuple[type, ...], _Plan | None]):
         return plan
 
     def look_at(self, one: object) -> _Attributes:
-        """Return how to have the attributes of an object, and note it for its class."""
+        """Return the getter of an object's attributes, and cache it for its class."""
         kind = type(one)
         found = _Attributes((), None)
         if not issubclass(kind, _CONTAINERS):
@@ -89,11 +87,11 @@ class Plans(dict[tuple[type, ...], _Plan | None]):
 
 
 class Snapshot:
-    """The state of some objects, and of all that they hold, as of now.
+    """The present state of some objects and of all that they hold.
 
     Args:
         roots: instances with attributes.
-        plans: how values are kept.
+        plans: treatment of values by type.
     """
 
     def __init__(self, roots: tuple[object, ...], plans: Plans) -> None:  # noqa: PLR0912 - quick
@@ -103,7 +101,7 @@ class Snapshot:
         arrays, containers, known = self._arrays, self._containers, plans.attributes
         todo: list[Any] = [*roots]
         seen: set[int] = set()
-        for one in todo:  # grows while it is gone through
+        for one in todo:  # grows during the iteration
             if id(one) in seen:
                 continue
             seen.add(id(one))
@@ -145,7 +143,7 @@ class Snapshot:
         self._contents = list(map(methodcaller("copy"), containers))
 
     def restore(self) -> None:
-        """Put everything back."""
+        """Restore everything."""
         for array, content in zip(self._arrays, self._copies, strict=True):
             array[...] = content
         for held, content in zip(self._containers, self._contents, strict=True):

@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Keeps robots' names in a file over a restart, such as a change of batteries."""
+"""Keeps robots' labels in a file over a restart, such as a change of batteries."""
 
 from __future__ import annotations
 
@@ -16,17 +16,17 @@ from aerial_gnss_ros.core.values.events import Events
 
 SAVE_EVERY_NS, SESSION_EVERY_NS = 10_000_000_000, 1_000_000_000
 MOST_BYTES = 10_000_000
-"""Fifty thousand robots' names."""
+"""Size limit of the file: fifty thousand labels."""
 
 
 class NameKeeper:
-    """Saves names when a robot is new, and now and then; a failure is told once.
+    """Saves labels when a robot is new, and periodically; a failure is reported once.
 
     Args:
         path: of the file; empty: nothing is kept.
-        log: where a failure is told.
-        session: file for a restart within this session, used where `path` is empty: it is written
-            more often, need not outlive a loss of power, and one that is damaged is left out.
+        log: receives failures.
+        session: file for a restart within this session, used if `path` is empty: it is written more
+            often, need not survive a loss of power, and is ignored if damaged.
     """
 
     def __init__(self, path: str, log: Events, session: Path | None = None) -> None:
@@ -38,7 +38,7 @@ class NameKeeper:
         self._saved_ns: int | None = None
 
     def load(self) -> SavedNames:
-        """Return the names kept so far.
+        """Return the saved labels.
 
         Raises:
             ConfigError: the file is damaged or its folder is missing.
@@ -50,15 +50,15 @@ class NameKeeper:
         except ConfigError as error:
             if not self._session:
                 raise
-            self._log.warn_once("session", f"Names from before the restart are lost: {error}")
+            self._log.warn_once("session", f"Labels from before the restart are lost: {error}")
             return SavedNames()
 
     def keep(self, result: FrameResult, identity: Labels, shift_ns: int = 0) -> None:
-        """Save when the robots of a result make it due.
+        """Save if a result's robots make it due.
 
         Args:
             result: of the last image.
-            identity: knows the names.
+            identity: has the labels.
             shift_ns: time less stamps, see `Identity.saved`.
         """
         if self._path is None:
@@ -81,19 +81,19 @@ class NameKeeper:
             self._log.warn_once("state_file", str(error))
 
     def begin_anew(self) -> None:
-        """Forget when it was saved last: the clock went backward."""
+        """Reset the time of the last save: the clock went backward."""
         self._saved_ns = None
 
 
 def load(path: Path) -> SavedNames:
-    """Return the names in a file; none where there is no file yet.
+    """Return the labels in a file; none if there is no file yet.
 
     Raises:
         ConfigError: the file is damaged or cannot be read, or its folder does not exist.
     """
     if not path.parent.is_dir():
         raise ConfigError(
-            f"state_file is {path}, but the folder {path.parent} does not exist; make it first."
+            f"state_file is {path}, but the folder {path.parent} does not exist; create it first."
         )
     try:
         with path.open("rb") as stream:
@@ -102,7 +102,7 @@ def load(path: Path) -> SavedNames:
     except FileNotFoundError:
         return SavedNames()
     except (OSError, UnicodeDecodeError) as error:
-        raise ConfigError(f"state_file {path} cannot be read ({error}); see what it is.") from error
+        raise ConfigError(f"state_file {path} cannot be read ({error}); check the file.") from error
     if len(content) > MOST_BYTES:
         raise ConfigError(
             f"state_file {path} is larger than {MOST_BYTES // 1_000_000} MB, so this program did "
@@ -112,15 +112,15 @@ def load(path: Path) -> SavedNames:
 
 
 def save(path: Path, saved: SavedNames, *, durable: bool = True) -> None:
-    """Write the names so that the old file or the new one is whole, whatever happens.
+    """Write the labels atomically: either the old file or the new one is complete.
 
     Args:
         path: of the file.
-        saved: the names.
-        durable: wait for the disk, so that they outlive a loss of power.
+        saved: the labels.
+        durable: wait for the disk, so that they survive a loss of power.
 
     Raises:
-        OutputError: the file cannot be written; the old one is untouched.
+        OutputError: the file cannot be written; the old one is unchanged.
     """
     partial = path.with_name(f".{path.name}.partial")
     try:
@@ -128,12 +128,12 @@ def save(path: Path, saved: SavedNames, *, durable: bool = True) -> None:
             stream.write(to_text(saved))
             stream.flush()
             if durable:
-                os.fsync(stream.fileno())  # batteries are pulled without a shutdown
+                os.fsync(stream.fileno())  # batteries are removed without a shutdown
         partial.replace(path)
     except OSError as error:
         with contextlib.suppress(OSError):
             partial.unlink()
         raise OutputError(
-            f"state_file {path} cannot be written ({error.strerror}); names will not outlive "
-            "the program."
+            f"state_file {path} cannot be written ({error.strerror}); labels will not survive a "
+            "restart."
         ) from error

@@ -1,10 +1,10 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""A time that goes on while the clock that stamps messages steps.
+"""A continuous time base across steps of the clock that stamps messages.
 
-Stamps are shifted on their way in and shifted back on their way out, so that whatever works in
-between sees no step. All stamps are shifted alike: how inputs lie to one another in time must be
-told by their stamps, which know it better than their arrival does.
+Stamps are shifted on input and shifted back on output, so that processing sees no step. All stamps
+are shifted equally: the relative timing of inputs follows from their stamps, which are more
+accurate than arrivals.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from aerial_gnss_ros.core.values.samples import Fix, Orientation, Scalar
 Value = TypeVar("Value", bound=Fix | Orientation | Scalar | DetectionFrame)
 
 MOST = 16
-"""Steps that are remembered."""
+"""Number of steps kept."""
 
 
 class TimeBase:
@@ -29,23 +29,23 @@ class TimeBase:
 
     Attributes:
         shift_ns: time less stamps, ns.
-        begins: times from which on stamps were shifted by more, ns; empty: they never were.
+        begins: times from which stamps were shifted by more, ns; empty without steps.
     """
 
     def __init__(self) -> None:
         self.reset()
 
     def reset(self) -> None:
-        """Let times be stamps."""
+        """Reset: times equal stamps."""
         self.shift_ns = 0
         self.begins: list[int] = []
         self._shifts = [0]
 
     def step(self, by_ns: int, last_ns: int) -> None:
-        """Take in that stamps have moved.
+        """Record a step of stamps.
 
         Args:
-            by_ns: by how much more than time has passed, ns.
+            by_ns: the step beyond the elapsed time, ns.
             last_ns: time of the last image before it, ns.
         """
         self.shift_ns -= by_ns
@@ -62,7 +62,7 @@ class TimeBase:
         return replace(value, stamp_ns=self.of(value.stamp_ns)) if self.begins else value
 
     def stamped(self, result: FrameResult) -> FrameResult:
-        """Return a result as its image is stamped."""
+        """Return a result with its image's own stamps."""
         if not self.begins:
             return result
         shift = self.shift_ns
@@ -79,7 +79,7 @@ class TimeBase:
         )
 
     def refused(self, boxes: tuple[Rejection, ...]) -> tuple[Rejection, ...]:
-        """Return refused boxes as their own images are stamped, which may be older than a step."""
+        """Return refused boxes with their own images' stamps, which may be older than a step."""
         if not self.begins:
             return boxes
         return tuple(replace(one, stamp_ns=self._stamp(one.stamp_ns)) for one in boxes)

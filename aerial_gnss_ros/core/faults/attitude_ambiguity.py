@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Ambiguity of the camera's attitude while its boxes fit no robot.
 
-Boxes that fit no robot (too fast, or elsewhere) do not update robots. Robots that are acquired anew
+Boxes that fit no robot (too fast, or far away) do not update robots. Robots that are initialised
 afterwards may be seen by a camera that has turned meanwhile: the covariance D of its angles grows.
 
 A reacquired robot is evidence. If the camera did not turn and the boxes were wrong, its offset d
@@ -37,7 +37,7 @@ class AttitudeAmbiguityTuning:
     back_rad: float = math.radians(3.0)
     """An orientation that jumped is back when it is this close to the expected one, rad. Judged."""
     was_wrong_nats: float = -3.0
-    """Log odds that an orientation which jumps and jumps back was right meanwhile. Judged."""
+    """Log odds that an orientation that jumps and jumps back was right meanwhile. Judged."""
     episodes: int = 4
     """Greatest number of episodes kept apart; earlier ones are merged. Judged."""
 
@@ -121,7 +121,7 @@ class AttitudeAmbiguity:
             one.spread *= keep * keep
 
     def update(self, seconds: float, over: bool = False) -> None:
-        """Take in whether an image's boxes fit robots.
+        """Update with whether an image's boxes fit robots.
 
         Args:
             seconds: time since the last image if they fit none, s; 0 if they fit some.
@@ -150,7 +150,7 @@ class AttitudeAmbiguity:
         self._lasts, self._grown = TUNING.already_s + seconds, 0.0
 
     def note_displacement(self, turn: Array, spread: Array, squared: float) -> None:
-        """Take in that a rotation of the camera displaced all robots at once.
+        """Record a rotation of the camera that displaced all robots at once.
 
         Either the camera has turned now, or it had turned before and is right again; so robots may
         be off by as much as they were displaced.
@@ -168,7 +168,7 @@ class AttitudeAmbiguity:
             self.episodes[-1].spread = np.outer(turn, turn) + spread
 
     def shifted(self, squared: float) -> None:
-        """Take in the squared distance of the drone's position from that before it jumped, m².
+        """Record the squared distance of the drone's position from that before it jumped, m².
 
         Either position may be the right one.
         """
@@ -176,7 +176,7 @@ class AttitudeAmbiguity:
         self.active = self.active or squared > 0.0
 
     def keep_jump(self) -> None:
-        """Take in that images are used again while the orientation has jumped and not returned.
+        """Record that images are used again after an orientation jump without return.
 
         No box has shown meanwhile whether the camera turned.
         """
@@ -186,18 +186,18 @@ class AttitudeAmbiguity:
             self.active = True
 
     def note_return(self) -> None:
-        """Take in that the camera is back in the state before the ambiguity."""
+        """Record that the camera is back in the state before the ambiguity."""
         for one in self.episodes:
             one.spread = np.zeros((3, 3))
         self._turned = np.zeros(3)
         self._displaced = self._lasts = 0.0
 
     def update_jump(self, turn: Array, seconds: float) -> bool:
-        """Take in a jump of the orientation; return whether it is back.
+        """Update with a jump of the orientation; return whether it is back.
 
         Args:
             turn: (3,) about the axes of roll, pitch, heading, rad.
-            seconds: time since the image before, s.
+            seconds: time since the previous image, s.
         """
         if not self._jump.any():
             self._jumped_s = seconds
@@ -221,7 +221,7 @@ class AttitudeAmbiguity:
     def update_reacquired(
         self, unseen: float, by_angles: Array, apart: Array, spread: Array
     ) -> None:
-        """Take in the offset at which a robot was reacquired.
+        """Update with the offset at which a robot was reacquired.
 
         Args:
             unseen: time since it was last seen, s.
@@ -247,6 +247,6 @@ class AttitudeAmbiguity:
 
 
 def _log_density(error: Array, spread: Array) -> float:
-    """Return the logarithm of a normal density but for a constant."""
+    """Return the log of a Gaussian density up to a constant."""
     squared = float(error @ np.linalg.solve(spread, error))
     return -0.5 * (squared + float(np.linalg.slogdet(spread)[1]))

@@ -1,11 +1,11 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""A camera's description that changes in flight: whether the picture has changed with it.
+"""Changes of the camera model in flight: does the image change with it?
 
-A camera that zooms changes its boxes and its description together. A description that changes
-alone is in error, or corrects one that was. Robots in view tell the two apart: after a zoom their
-boxes fit the new description, otherwise the one before. A correction contradicts robots that were
-placed by the wrong description, and only lasts longer than a fault.
+A zoom changes boxes and description (CameraInfo) together. A description that changes alone is
+wrong, or corrects a wrong one. Robots in view distinguish them: after a zoom their boxes fit the
+new description, otherwise the previous one. A correction contradicts robots that were located with
+the wrong description, and is recognised by lasting longer than a fault.
 """
 
 from __future__ import annotations
@@ -25,12 +25,12 @@ class CameraChangeTuning:
     """Chosen numbers of this module, with their units and where they come from."""
 
     clear_nats: float = math.log(20.0)
-    """Nats by which boxes must fit one description better than the other, so that it is used alone.
-    Odds of 20 to 1, as everywhere."""
+    """Log odds by which boxes must fit one description better, so that it is used alone: 20 to 1,
+    as everywhere."""
     most_nats: float = 2.0 * math.log(20.0)
-    """Nats beyond which boxes add nothing: images in a row err alike. Judged."""
+    """Bound of the log odds, nats: errors of consecutive images are alike. Judged."""
     corrected_s: float = 10.0
-    """A new description is used after so long, s: somebody has corrected it. As long as a height
+    """Time after which a new description counts as a correction, s: that of a height
     (`limits.height_settle_s`). Judged."""
 
 
@@ -38,7 +38,7 @@ TUNING = CameraChangeTuning()
 
 
 class CameraChange:
-    """Takes in the description of each image's camera."""
+    """Chooses the description for each image."""
 
     def __init__(self, log: Events) -> None:
         self._log = log
@@ -46,20 +46,20 @@ class CameraChange:
 
     def reset(self) -> None:
         """Forget everything."""
-        self._known: CameraModel | None = None  # from before the change, if there is one
+        self._known: CameraModel | None = None  # from before a change, if any
         self._since_ns: int | None = None
         self._against = 0.0
 
     def update(
         self, given: CameraModel, stamp_ns: int, misfit: Callable[[CameraModel], float]
     ) -> CameraModel:
-        """Return the description that an image's boxes are to be placed with.
+        """Return the description to locate an image's boxes with.
 
         Args:
             given: the newest one.
             stamp_ns: of the image.
-            misfit: returns how badly the image's boxes fit the robots in view if a description
-                holds, nats.
+            misfit: returns the negative log likelihood of the image's boxes with a description,
+                nats.
         """
         known = self._known
         if known is None or given is known or _alike(given, known):
@@ -68,8 +68,8 @@ class CameraChange:
         if not 0 <= stamp_ns - self._since_ns < TUNING.corrected_s * 1e9:
             if self._against > TUNING.clear_nats:
                 self._log.add(
-                    f"The camera's description has been another one for {TUNING.corrected_s:.0f} s "
-                    "and is used from now on, although boxes fitted the one before."
+                    f"The camera's description has been different for {TUNING.corrected_s:.0f} s "
+                    "and is used from now on, although boxes fitted the previous one."
                 )
             return self._use(given)
         against = self._against + misfit(given) - misfit(known)
@@ -80,9 +80,9 @@ class CameraChange:
             return given
         self._log.warn_once(
             "camera contradicted",
-            "The camera's description (CameraInfo) has changed, but boxes lie where robots should "
-            "be by the one before, which is used on for up to "
-            f"{TUNING.corrected_s:.0f} s. A zoom changes both: check the camera's driver.",
+            "The camera's description (CameraInfo) has changed, but the boxes fit the previous "
+            f"one, which stays in use for up to {TUNING.corrected_s:.0f} s. A zoom changes both: "
+            "check the camera's driver.",
         )
         return known
 
@@ -92,7 +92,7 @@ class CameraChange:
 
 
 def _alike(one: CameraModel, other: CameraModel) -> bool:
-    """Return whether two descriptions say the same."""
+    """Return whether two descriptions are equal."""
     plain = (one.width, one.height, one.model, one.rectified)
     return plain == (other.width, other.height, other.model, other.rectified) and all(
         np.array_equal(getattr(one, name), getattr(other, name)) for name in ("K", "D", "R")

@@ -62,11 +62,11 @@ _WORDS = {
 
 @dataclass(frozen=True)
 class InnovationStatistics:
-    """How residuals compare with their stated covariance.
+    """Comparison of residuals with their stated covariance.
 
     Attributes:
         ratio: mean normalised squared residual of a degree of freedom; 1 is right. NaN at first.
-        sigmas: how far that is from 1, in its own sigma.
+        sigmas: its deviation from 1, in its own sigma.
         alarm: whether the stated noise looks too small.
     """
 
@@ -76,7 +76,7 @@ class InnovationStatistics:
 
 
 class InnovationMonitor:
-    """Takes in each image's fit, and says in words when it becomes bad."""
+    """Monitors each image's fit, and reports inconsistency in words."""
 
     def __init__(self) -> None:
         self._window: deque[tuple[float, int]] = deque()
@@ -99,7 +99,7 @@ class InnovationMonitor:
 
     @property
     def complaints(self) -> tuple[str, ...]:
-        """What does not fit at present, in sentences; empty where all is as stated."""
+        """Present inconsistencies, in sentences; empty without any."""
         misfit = (_misfit(self.fit.ratio, self._level),) if self._alarm else ()
         turned = (self._turned,) if self._turned else ()
         return (*misfit, *self._incredible.values(), *self._outside(), *turned)
@@ -112,9 +112,9 @@ class InnovationMonitor:
         ):
             return ()
         words = (
-            f"{missed} of {matched + missed} boxes lie outside their robot's gate, so that they "
-            "are not used: camera.latency_s, the compass, the gimbal or the noise.* parameters "
-            "may be wrong."
+            f"{missed} of {matched + missed} boxes are outside their robot's gate and are not "
+            "used: camera.latency_s, the compass, the gimbal or the noise.* parameters may be "
+            "wrong."
         )
         return (words,)
 
@@ -129,10 +129,10 @@ class InnovationMonitor:
         return InnovationStatistics(ratio, sigmas, self._alarm)
 
     def update(self, squared: float, count: int, level: float = 1.0) -> str | None:
-        """Take in an image; return a sentence when an alarm begins or ends.
+        """Update with an image; return a sentence when an alarm begins or ends.
 
         Args:
-            squared: squared residual of the image, normalised by the noise that the filter takes.
+            squared: squared residual of the image, normalised by the filter's noise.
             count: its degrees of freedom.
             level: factor by which that noise is larger than stated, see `noise_level`.
         """
@@ -149,7 +149,7 @@ class InnovationMonitor:
             return WarningText(_misfit(fit.ratio, level))
         if self._alarm and fit.sigmas < TUNING.calm_sigmas and not math.isnan(fit.ratio):
             self._alarm = False
-            return "Boxes lie where they are expected again, within the stated noise."
+            return "Boxes are where they are expected again, within the stated noise."
         return None
 
     def update_image(
@@ -161,7 +161,7 @@ class InnovationMonitor:
         errors: Array,
         stationary: Array,
     ) -> list[str]:
-        """Take in what the filter made of an image; return sentences for the log.
+        """Update with the filter's outcome for an image; return sentences for the log.
 
         Args:
             squared: squared residual, see `update`.
@@ -179,11 +179,11 @@ class InnovationMonitor:
         return [one for one in news if one is not None]
 
     def update_matches(self, matched: int, missed: int) -> None:
-        """Take in how many robots have a box in their gate, and how many one just outside."""
+        """Update with the numbers of robots with a box in their gate, and just outside."""
         self._matches.append((matched, missed))
 
     def update_rotation(self, sigma: float) -> str | None:
-        """Take in by what angle the camera may have turned by itself, one sigma, rad.
+        """Update with the possible rotation of the camera, one sigma, rad.
 
         Returns:
             A sentence when that begins.
@@ -193,7 +193,7 @@ class InnovationMonitor:
         return WarningText(self._turned) if begins else None
 
     def check_platform(self, errors: Array, stationary: Array) -> str | None:
-        """Return a sentence when an estimated error is far outside what is stated, once each.
+        """Return a sentence for an estimated error far beyond its stated sigma, once each.
 
         Args:
             errors: (7,) estimated, see `platform_model.PLATFORM`.
@@ -218,25 +218,25 @@ class InnovationMonitor:
 def _misfit(ratio: float, level: float) -> str:
     consequence = "positions are less certain than published"
     if level > 1.0:
-        consequence = f"they are taken to be {math.sqrt(level):.1f} times as noisy as stated"
+        consequence = f"their noise is assumed {math.sqrt(level):.1f} times the stated one"
     return (
-        f"Boxes lie {math.sqrt(ratio):.1f} times as far from where they are expected as the "
-        f"stated noise allows: {consequence}. Check the noise.* "
-        "parameters, camera.latency_s and the compass."
+        f"Boxes are {math.sqrt(ratio):.1f} times as far from their predictions as the stated "
+        f"noise allows: {consequence}. Check the noise.* parameters, camera.latency_s and the "
+        "compass."
     )
 
 
 def _turned(sigma: float) -> str:
     return (
-        "All robots in view began to move together, or are not where robots can be, as if the "
-        f"camera had turned by itself, by {math.degrees(sigma):.0f} deg or more: positions are "
-        "published as uncertain as that makes them. Check the gimbal and the compass."
+        "All robots in view started to move together, or are where no robots can be, as if the "
+        f"camera had rotated by {math.degrees(sigma):.0f} deg or more: published covariances "
+        "contain that. Check the gimbal and the compass."
     )
 
 
 def _incredible(name: str, error: float, sigma: float) -> str:
     words, parameter, scale, unit = _WORDS[name]
-    # Nothing that is flown calibrates a receiver.
+    # No flight calibrates a receiver.
     remedy = "it may have jumped; else" if name.startswith("gnss") else "calibrate it or"
     return (
         f"The {words} seems to need a correction of {scale * error:+.2g} {unit}, which is "

@@ -165,7 +165,7 @@ def _bent(offsets: Array, spread: Array) -> Array:
 
 
 def _score(offsets: Array, spread: Array, common: Array | None, pairs: Pairs) -> float:
-    """Return the log likelihood of an assignment, -inf where it does not fit at all.
+    """Return the log likelihood of an assignment, -inf if it does not fit at all.
 
     Args:
         offsets: (n, m, 2).

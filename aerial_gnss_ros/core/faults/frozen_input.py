@@ -1,10 +1,10 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""A picture that stands still while the camera moves, or telemetry that stops dead.
+"""Detects a frozen image while the camera moves, or telemetry that freezes in motion.
 
-Both come with fresh stamps, so that nothing else tells. A sensor that repeats its value is not at
-fault by that: gimbals hold still, logs are rounded. What cannot be is that a picture stays the same
-to the last bit while the camera moves, or that all telemetry does in the middle of a motion.
+Both come with new stamps, so nothing else reveals them. Repetition alone is no fault: gimbals hold
+still, logs are rounded. But an image cannot stay equal to the last bit while the camera moves, nor
+all telemetry during a motion.
 """
 
 from __future__ import annotations
@@ -31,17 +31,16 @@ class FrozenInputTuning:
     """Chosen numbers of this module, with their units and where they come from."""
 
     picture_s: float = 0.3
-    """For so long boxes may repeat themselves: videos double single frames. Judged."""
+    """Time for which boxes may repeat, s: videos duplicate single frames. Judged."""
     picture_sigmas: float = 1.5
-    """Sigmas of a box's centre by which boxes would have moved in a picture that stands still.
-    Judged."""
+    """Least motion of boxes expected without freezing, in sigmas of a box's centre. Judged."""
     telemetry_s: float = 1.0
-    """For so long telemetry may repeat itself. Judged."""
+    """Time for which telemetry may repeat, s. Judged."""
     moving_images: int = 5
-    """In so many images before that the drone was in motion, see `speed_mps`. Judged."""
+    """Number of preceding images with the drone in motion, see `speed_mps`. Judged."""
     speed_mps: float = 1.0
-    """Median speed from which it was in motion, m/s: a drone does not stop within an image; a
-    gimbal may. Judged."""
+    """Median speed above which it counts as in motion, m/s: a drone does not stop within an image;
+    a gimbal may. Judged."""
     jitter_m: float = 1e-3
     """Noise of a real receiver, median second difference from image to image, m: with it no
     position stays the same to the last bit. A simulator's may. Judged."""
@@ -66,7 +65,7 @@ class _Shown:
 
 
 class FrozenInputDetector:
-    """Takes in images one after the other.
+    """Tests consecutive images.
 
     Args:
         pixel_sigma: one sigma of a box's centre, px.
@@ -77,17 +76,17 @@ class FrozenInputDetector:
         self.reset()
 
     def reset(self) -> None:
-        """Forget all images."""
+        """Clear all images."""
         self._first: _Shown | None = None
         self._stands = False
         self._poses: deque[tuple[int, MapPose]] = deque(maxlen=TUNING.moving_images + 1)
         self._moved = False
 
     def image_frozen(self, frame: DetectionFrame, camera: CameraModel, pose: MapPose) -> bool:
-        """Take in an image's boxes; return whether the picture stands still while the camera moves.
+        """Update with an image's boxes; return whether the image is frozen while the camera moves.
 
         Args:
-            frame: all boxes that could be used.
+            frame: all usable boxes.
             camera: lens and image size.
             pose: of the camera.
         """
@@ -102,7 +101,7 @@ class FrozenInputDetector:
         return self._stands
 
     def telemetry_frozen(self, stamp_ns: int, pose: MapPose) -> bool:
-        """Take in a pose as telemetry tells it; return whether it has stopped dead in a motion.
+        """Update with a pose; return whether telemetry has frozen during a motion.
 
         Args:
             stamp_ns: of the scene.
@@ -138,7 +137,7 @@ def _in_motion(poses: list[tuple[int, MapPose]]) -> bool:
 
 
 def _shift_px(first: _Shown, camera: CameraModel, pose: MapPose) -> float:
-    """Return by how far boxes of things at rest would have moved at most since an image, px."""
+    """Return the greatest motion of boxes of objects at rest since an image, px."""
     rays, inside = camera.rays(first.boxes[_numbers(first.boxes), :2])
     places = on_water(first.pose, rays[inside] @ (first.pose.rotation @ FLU_FROM_OPTICAL).T)
     places = places[np.isfinite(places).all(axis=1)]
@@ -154,5 +153,5 @@ def _shift_px(first: _Shown, camera: CameraModel, pose: MapPose) -> float:
 
 
 def _numbers(boxes: Array) -> NDArray[np.bool_]:
-    """Return which boxes (n, 5) are numbers."""
+    """Return which boxes (n, 5) are finite."""
     return np.asarray(np.isfinite(boxes).all(axis=1))

@@ -25,18 +25,19 @@ class GnssJumpTuning:
     jump_mps: float = 10.0
     """Growth of that distance with the time since the last fix, m/s. Judged."""
     steps_s: float = 5.0
-    """Time over which the steps of a receiver tell how large they usually are, s. Judged."""
+    """Time over which a receiver's usual step is determined, s. Judged."""
     first_step_m: float = 2.0
     """Usual step before the first, m. Judged."""
     odd_steps: float = 5.0
-    """A step stands out if it is so many times as large as usual: beyond what is normal. Judged."""
+    """Ratio to the usual step above which a step is conspicuous. Judged."""
     gust_mps2: float = 10.0
     """Acceleration of a drone, m/s²: that of gravity, at a bank of 45 deg."""
     stated_sigmas: float = 3.0
-    """A jump matters if it is larger than so many stated sigmas of the receiver's offset: published
-    covariances contain a smaller one. Judged."""
+    """Least jump, in stated sigmas of the receiver's offset: published covariances contain smaller
+    ones. Judged."""
     home_share: float = 0.5
-    """A position is back if it is nearer to where it was than to where it jumped to."""
+    """Share of the jump within which a position counts as back: closer to the old than to the new
+    position."""
     settle_s: float = 3.0
     """Time after which a position that has jumped is accepted, s. Judged."""
 
@@ -45,7 +46,7 @@ TUNING = GnssJumpTuning()
 
 
 def nobody() -> bool:
-    """Return that no robot tells of a jump."""
+    """Return that robots give no evidence of a jump."""
     return False
 
 
@@ -54,7 +55,7 @@ class GnssJumpDetector:
 
     Attributes:
         offset: (3,) displacement since the jump, m; 0 without one.
-        began: whether with the last image a jump began of which robots have not told.
+        began: whether a jump without evidence from robots began with the last image.
         returned: whether the position returned with the last image, after a jump had been accepted.
     """
 
@@ -68,7 +69,7 @@ class GnssJumpDetector:
         self._end()
 
     def _end(self) -> None:
-        """Forget all jumps."""
+        """Clear all jumps."""
         self.offset = np.zeros(3)
         self.began = self.returned = False
         self._believed: Array = np.zeros(3)
@@ -80,7 +81,7 @@ class GnssJumpDetector:
         return self._believed[:2]
 
     def _is_odd(self, length: float, passed: float) -> bool:
-        """Return whether a step is larger than steps are."""
+        """Return whether a step is conspicuous."""
         gust = 0.5 * TUNING.gust_mps2 * passed**2
         return length > TUNING.odd_steps * math.sqrt(self._usual_squared) + gust
 
@@ -96,12 +97,11 @@ class GnssJumpDetector:
 
         Args:
             position: (3,) measured, m.
-            expected: (3,) predicted, without the offset; None where it cannot be predicted.
-            passed: time since the image before, s.
+            expected: (3,) predicted, without the offset; None without a prediction.
+            passed: time since the previous image, s.
             stated_m: one sigma of the receiver's offset, m.
-            robots_tell: returns whether robots tell that it has jumped: then they tell where they
-                are as well, and it is believed at once. It is only called where a position stands
-                out by less than what no drone flies.
+            robots_tell: tests by robots whether it has jumped; if so, it is accepted at once. It is
+                only called for a conspicuous step that a drone could have flown.
         """
         self.began = self.returned = False
         if expected is not None:
@@ -129,24 +129,24 @@ class GnssJumpDetector:
         return True, self._believe()
 
     def _believe(self) -> Array:
-        """Go on from where positions have jumped to; return by how much, (3,) m."""
+        """Accept the position after a jump; return the jump (3,), m."""
         jump = self.offset
         believed = self._believed + jump
         self._log.add(
-            f"The drone's position stays {_length(jump):.0f} m from where "
-            "it was before it jumped; robots may be wrong by as much, as their covariances state."
+            f"The drone's position stays {_length(jump):.0f} m from that before its jump; robots "
+            "may be wrong by as much, as their covariances state."
         )
         self._end()
         self._believed = believed
         return jump
 
     def _returns(self, step: Array, passed: float) -> bool:
-        """Return whether a step goes back to where positions were before they jumped."""
+        """Return whether a step returns to the position before the jump."""
         away = self._believed + self.offset
         return self._is_odd(_length(step), passed) and _is_back(away + step, away)
 
     def _is_home(self) -> bool:
-        """Return whether positions are back where they were before jumps that were believed."""
+        """Return whether positions are back where they were before the accepted jumps."""
         return bool(self.offset.any()) and _is_back(self._believed + self.offset, self._believed)
 
     def _jumped(self, step: Array, length: float, passed: float, told: bool) -> None:
@@ -154,7 +154,7 @@ class GnssJumpDetector:
         before, self.offset = self.offset, self.offset + step
         self._since_s = 0.0
         if _is_back(self.offset, before):
-            self._log.add("The drone's position is back where it was before it jumped.")
+            self._log.add("The drone's position is back at that before its jump.")
             self.offset = np.zeros(3)
             return
         self._log.counts["position_jumps"] += 1
@@ -165,15 +165,15 @@ class GnssJumpDetector:
 
 
 def _length(step: Array) -> float:
-    """Return how far a step (3,) leads in the plane, m."""
+    """Return the horizontal length of a step (3,), m."""
     return math.hypot(float(step[0]), float(step[1]))
 
 
 def _farthest(passed: float) -> float:
-    """Return how far from where it is expected a drone can fly within a time, m."""
+    """Return how far a drone can fly from its predicted position within a time, m."""
     return TUNING.jump_m + TUNING.jump_mps * passed
 
 
 def _is_back(now: Array, before: Array) -> bool:
-    """Return whether positions that were (3,) `before` off are right again, now that they are."""
+    """Return whether positions that were off by `before` (3,) are right again."""
     return _length(now) < min(TUNING.jump_m, TUNING.home_share * _length(before))

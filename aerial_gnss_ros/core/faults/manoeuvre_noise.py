@@ -97,7 +97,7 @@ class ManoeuvreNoise:
         self._since += seconds
 
     def update(self, slots: Indices, changes: Array, expected: Array) -> None:
-        """Take in an image's velocity corrections.
+        """Update with an image's velocity corrections.
 
         Args:
             slots: (m,) the robots.

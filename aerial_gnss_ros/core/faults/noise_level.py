@@ -48,13 +48,12 @@ TUNING = NoiseLevelTuning()
 
 
 _MEDIAN = math.log(2.0)
-"""Of half a squared planar normal length, whose mean is 1."""
+"""Median of half the squared length of a planar Gaussian, whose mean is 1."""
 
 _SPREAD = math.sqrt(1.94) / _MEDIAN
-"""One sigma of the relative error of the median of one value an image. That of n independent ones
-is 1 / (ln 2 sqrt(n)); the squares of second differences that overlap are correlated by 4/9 and
-1/36, so that n of them count as n / 1.94. Robots of one image share the pose's noise: they count as
-one."""
+"""Relative sigma of the median of one value per image. That of n independent ones is 1 / (ln 2
+sqrt(n)); the squares of overlapping second differences are correlated by 4/9 and 1/36, so that n of
+them count as n / 1.94. Robots of one image share the pose's noise and count as one."""
 
 
 class Innovation(NamedTuple):
@@ -64,8 +63,8 @@ class Innovation(NamedTuple):
         stamp_ns: of the image, ns.
         east: m.
         north: m.
-        variances: of east, of both together, of north, m², divided by the level: white noise is
-            most of them, so that they are about the stated ones.
+        variances: of east, covariance, of north, m², divided by the level: mostly white noise, so
+            about the stated ones.
     """
 
     stamp_ns: int
@@ -93,10 +92,10 @@ class NoiseLevel:
         self._since = 0
 
     def update(self, seen: Iterable[tuple[Innovation, ...]]) -> None:
-        """Take in an image.
+        """Update with an image.
 
         Args:
-            seen: of each robot that it shows, the last innovations, three at most.
+            seen: last innovations, at most three, of each robot in it.
         """
         ratios = _second_differences(seen)
         if not ratios:
@@ -114,10 +113,10 @@ class NoiseLevel:
 
 
 def _second_differences(seen: Iterable[tuple[Innovation, ...]]) -> tuple[float, ...]:
-    """Return half the normalised squares, of mean 1, of robots at intervals that are alike.
+    """Return half the normalised squares, of mean 1, of robots with even intervals.
 
     Args:
-        seen: of each robot the last innovations; those of three count.
+        seen: last innovations of each robot; only complete triples are used.
     """
     ratios: list[float] = []
     for last in seen:

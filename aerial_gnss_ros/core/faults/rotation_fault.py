@@ -66,14 +66,14 @@ TUNING = RotationFaultTuning()
 
 @dataclass(frozen=True)
 class RobotsInView:
-    """Robots of one joint law that an image shows.
+    """Robots of one joint state in an image.
 
     Attributes:
-        changes: of all robots of that law.
+        changes: of all robots of that state.
         slots: (n,) the robots.
-        by_angles: (n, 2, 3) how their places move with the platform's angles, m/rad.
+        by_angles: (n, 2, 3) derivatives of their positions by the platform's angles, m/rad.
         unknown: (n,) variance of their velocities, both axes, m²/s².
-        fastest: (n,) speed of such a robot, m/s; or one of all.
+        fastest: (n,) greatest speeds, m/s; or one for all.
     """
 
     changes: VelocityChanges
@@ -84,14 +84,14 @@ class RobotsInView:
 
 
 class RotationFault:
-    """Whether one camera turns by itself, by all robots that it sees.
+    """Test for a rotation of one camera by all robots in view.
 
     Attributes:
         rate: (3,) of the assumed rotation about the axes of roll, pitch, heading, rad/s; 0 without
             one.
         angle: (3,) turned so far, rad.
         doubted: whether a rotation was ever assumed.
-        ambiguity: what it may have turned while no robots explained its boxes.
+        ambiguity: possible rotation while no robots explained its boxes.
     """
 
     def __init__(self, unexplained: AttitudeAmbiguity | None = None) -> None:
@@ -132,7 +132,7 @@ class RotationFault:
 
         Args:
             seconds: length of the step, s.
-            keep: factor by which the angles' errors still count after it.
+            keep: factor by which the angles' errors decay.
         """
         self._since += seconds
         if not self.doubted:
@@ -158,10 +158,10 @@ class RotationFault:
         """Inflate robots' covariances by the present ambiguity (see `judge`).
 
         Args:
-            changes: of the joint law that they are in.
+            changes: of their joint state.
             slots: the robots.
             by_angles: (n, 2, 3) m/rad.
-            seen: whether the image shows them; one that it does not show is no surer for it.
+            seen: whether they are in the image; covariances of others do not decrease.
         """
         across = by_angles.swapaxes(1, 2)
         rates = np.outer(self.rate, self.rate) + self._spread
@@ -183,7 +183,7 @@ class RotationFault:
         begins, before = not self.rotating, self.rate
         self._spread = self._spread + spread
         self._law[3:, 3:] += spread
-        if refines:  # it was so from the beginning
+        if refines:  # it has applied from the beginning
             self.angle = self.angle + self._lasts * change
             self._law[:3, :3] += self._lasts**2 * spread
             self._law[:3, 3:] += self._lasts * spread

@@ -3,9 +3,9 @@
 """Recent velocity changes of robots, with their expected covariance, for `rotation_fault`.
 
 Under the stated model the corrections of a robot's velocity over some seconds have a sum of known
-covariance (see `manoeuvre_noise`). Variance by which a velocity was inflated because boxes did not
-fit is no excuse, since boxes do not fit while a camera turns: only the part that is still unknown
-of that velocity counts.
+covariance (see `manoeuvre_noise`). The variance by which a velocity was inflated because boxes did
+not fit does not count, since boxes do not fit while a camera turns, except the part of it that is
+still unknown.
 
 `rotation_fault` tests whether one rotation of the camera explains these changes, and sets by how
 much the robots' covariances are inflated for it.
@@ -45,7 +45,7 @@ class VelocityChanges:
     def __init__(self) -> None:
         self.position_covariances: Array = np.zeros((0, 2, 2))
         self.velocity_covariances: Array = np.zeros((0, 2, 2))
-        # Rows: sum of corrections east, north; its expected square as stated; the same by loosened
+        # Rows: sum of corrections east, north; its expected square as stated; the same by inflated
         # velocities; what of that is still to come; the stated one since the last image.
         self._sums: Array = np.zeros((6, 0))
 
@@ -115,7 +115,7 @@ class VelocityChanges:
         """Let robot `new` continue as `old`, after re-identification.
 
         Args:
-            old: its place.
+            old: its slot.
             new: likewise.
             change: (2,) of the velocity from the one to the other, m/s.
             unknown: variance of its velocity, both axes, m²/s².
@@ -128,11 +128,11 @@ class VelocityChanges:
         self._sums[:, -1] = other._sums[:, slot]
 
     def note_inflation(self, slots: Indices | slice, variance: Array | float) -> None:
-        """Take in an inflation of velocity variances, each axis, m²/s²."""
+        """Record an inflation of velocity variances, each axis, m²/s²."""
         self._sums[4, slots] += 2.0 * variance
 
     def update(self, slots: Indices, changes: Array, expected: Array) -> None:
-        """Take in an image's velocity corrections.
+        """Update with an image's velocity corrections.
 
         Args:
             slots: (m,) the robots.

@@ -4,8 +4,8 @@
 
 The joint covariance of `TUNING.block_robots` robots and the platform is kept in full, at cubic
 cost. Further robots are kept in further blocks, each with its own copy of the platform's errors. No
-block uses another's measurements, so that nothing counts twice; lost is only the little that robots
-beyond the first block would add about the platform. The cost is linear in the number of robots.
+block uses another's measurements, so that nothing counts twice; only the small contribution of
+further robots to the platform's errors is lost. The cost is linear in the number of robots.
 """
 
 from __future__ import annotations
@@ -43,15 +43,15 @@ class StateBlocks:
     """Robots in rows 0 to n - 1, and the platform's errors.
 
     Attributes:
-        rotation_fault: whether the camera turns by itself.
-        ambiguity: what it may have turned while no robots explained its boxes.
+        rotation_fault: test for a rotating camera.
+        ambiguity: possible rotation of the camera while no robots explained its boxes.
     """
 
     _groups: list[JointState]
     _count: int
 
     def clear(self, platform: Array) -> None:
-        """Begin without robots.
+        """Start without robots.
 
         Args:
             platform: (7, 7) covariance of the platform's errors.
@@ -66,11 +66,11 @@ class StateBlocks:
 
     @property
     def groups(self) -> list[JointState]:
-        """The joint laws."""
+        """The joint states."""
         return self._groups
 
     def take_back(self, groups: list[JointState]) -> None:
-        """Go on with joint laws as they once were."""
+        """Restore earlier joint states."""
         self.rotation_fault = groups[0].rotation_fault
         self.rotation_fault.ambiguity = self.ambiguity
         self._groups = groups
@@ -96,30 +96,30 @@ class StateBlocks:
         return mean, covariance
 
     def check(self) -> None:
-        """Check that the state can be.
+        """Check that the state is plausible.
 
         Raises:
-            StateError: a number is not finite, a covariance none, or a robot out of bounds.
+            StateError: a number is not finite, a covariance invalid, or a robot out of bounds.
         """
         for group in self._groups:
             check_covariance(group.covariance, "robots and platform")
             check_robots(group.mean[COUNT:].reshape(-1, 4), "robots")
 
     def add_fault_covariances(self, covariance: Array) -> None:
-        """Add to covariances (n, 4, 4) of all robots that the camera may have turned by itself."""
+        """Inflate covariances (n, 4, 4) of all robots by a possible rotation of the camera."""
         if self.rotation_fault.doubted or self.ambiguity.active:
             for group in self._groups:
                 covariance[group.rows, :2, :2] += group.velocity_changes.position_covariances
                 covariance[group.rows, 2:, 2:] += group.velocity_changes.velocity_covariances
 
     def allocate(self, columns: Indices) -> Iterator[tuple[JointState, Indices, Indices]]:
-        """Give room to robots after the present ones.
+        """Allocate rows for robots after the present ones.
 
         Args:
-            columns: (m,) of what they begin with.
+            columns: (m,) of their first detections.
 
         Yields:
-            A group with room, the rows that some of them will have, and their columns.
+            Groups with free slots, each with the new rows and their columns.
         """
         left = columns
         while len(left):
@@ -135,7 +135,7 @@ class StateBlocks:
             yield group, rows, now
 
     def inflate_velocities(self, rows: Indices, speed: Array | float, seconds: float) -> None:
-        """Allow for unforeseen changes of robots' velocities (`JointState.inflate_velocities`)."""
+        """Inflate velocity covariances of robots (`JointState.inflate_velocities`)."""
         if not len(rows):
             return
         speeds = np.full(self._count, np.nan)
@@ -146,12 +146,12 @@ class StateBlocks:
                 group.inflate_velocities(slots, speeds[group.rows[slots]], seconds)
 
     def merge(self, old: int, new: int, told: bool = True) -> None:
-        """Let robot `new` know what is known of `old`, which it turned out to be.
+        """Merge robot `old` into `new`, as which it was re-identified.
 
         Args:
             old: its row.
             new: likewise.
-            told: whether where it is tells what the camera may have turned.
+            told: whether its position is evidence on the camera's rotation.
         """
         group_of, slot_of = self._places_of_rows()
         before, group = self._groups[group_of[old]], self._groups[group_of[new]]
@@ -166,17 +166,17 @@ class StateBlocks:
         if before is group:
             group.tie(first, second, TUNING.same_place_m)
             return
-        # The old robot joins the new one's group for the moment: its own history counts there.
+        # The old robot temporarily joins the new one's group, so that its history is used.
         guest = copy_robot(before, first, group)
         group.tie(guest, second, TUNING.same_place_m)
         group.drop(np.array([guest]))
 
     def update_reacquired(self, rows: Indices, offsets: Array, spread: Array) -> None:
-        """Take in where boxes of robots are, after images that no robots explained.
+        """Update with boxes of reacquired robots, after images that no robots explained.
 
         Args:
             rows: (m,) the robots, not yet corrected by these boxes.
-            offsets: (m, 2) from where they were expected, m.
+            offsets: (m, 2) from their predicted positions, m.
             spread: (m, 2, 2) covariances of that, m².
         """
         if not self.ambiguity.active:
@@ -191,7 +191,7 @@ class StateBlocks:
                 )
 
     def drop(self, rows: Indices) -> None:
-        """Forget robots; those after them move up."""
+        """Remove robots; later rows move up."""
         kept = np.ones(self._count, dtype=np.bool_)
         kept[rows] = False
         moved = np.cumsum(kept) - 1

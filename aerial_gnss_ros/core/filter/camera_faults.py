@@ -1,9 +1,9 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""What a camera that may have turned by itself does to robots, and what robots tell of it.
+"""Effects of a possible rotation of the camera on robots, and their evidence on it.
 
-Either robots have moved or the camera has turned: until that is known (`AttitudeAmbiguity`), robots
-are as uncertain as the turn would make them.
+Either robots have moved or the camera has turned: until that is decided (`AttitudeAmbiguity`),
+covariances contain the possible rotation.
 """
 
 from __future__ import annotations
@@ -35,12 +35,12 @@ Array = NDArray[np.float64]
 
 
 class CameraFaults(StateBlocks):
-    """Robots in rows 0 to n - 1, as one camera sees them that may be wrong.
+    """Robots in rows 0 to n - 1, seen by one camera that may be wrong.
 
     Attributes:
-        log: where it says what is odd.
-        motions: how robots move, by class.
-        motion: how those move whose class has no parameters of its own.
+        log: receives warnings.
+        motions: motion models by class.
+        motion: model of classes without their own parameters.
     """
 
     log: Events
@@ -51,7 +51,7 @@ class CameraFaults(StateBlocks):
     _sight: CameraView | None
 
     def speeds(self, rows: Indices | list[int]) -> Array | float:
-        """Return one sigma of robots' unknown velocities, each axis, m/s: (n,), or one of all."""
+        """Return one sigma of robots' unknown velocities, each axis, m/s: (n,), or one for all."""
         if self.motions.alike:
             return self.motions.default_speed
         speeds = np.empty(self._count)
@@ -61,11 +61,11 @@ class CameraFaults(StateBlocks):
         return chosen
 
     def turned_by(self, rows: Indices, offsets: Array, variances: Array) -> float:
-        """Return by how much likelier one turn of the camera displaces robots than swerves, nats.
+        """Return the log odds of one camera rotation against independent manoeuvres, nats.
 
         Args:
             rows: (m,) of the robots.
-            offsets: (m, 2) of their boxes from where they were expected, m.
+            offsets: (m, 2) of their boxes from predicted positions, m.
             variances: (m,) of that, each axis, m².
         """
         group_of, slot_of = self._places_of_rows()
@@ -76,10 +76,10 @@ class CameraFaults(StateBlocks):
         return fit_rotation(offsets, variances, np.concatenate(moved), swerve)[2]
 
     def update_ambiguity(self, seconds: float, over: bool = False) -> None:
-        """Take in for how long boxes have been where no robots can be (see `AttitudeAmbiguity`).
+        """Update the ambiguity with the time for which boxes have fitted no robot.
 
-        Either the camera has turned, or it had before and is right again: so robots that these
-        images do not show are as uncertain as those that begin by them.
+        Either the camera has turned, or it had turned before and is right again: so robots not in
+        these images become as uncertain as those initialised from them.
         """
         self.ambiguity.update(0.0 if self._late else seconds, over)
         self._spread_doubt()
@@ -87,12 +87,12 @@ class CameraFaults(StateBlocks):
     def formation(
         self, old: list[int], new: list[int], more: Array, possible: NDArray[np.bool_]
     ) -> Formation | None:
-        """Return which robots `old` are which robots `new`, as they lie to one another.
+        """Return which robots `old` are which robots `new`, by relative positions.
 
         Args:
             old: n rows.
             new: m rows.
-            more: (2, 2) covariance of where they may be instead, m².
+            more: (2, 2) additional covariance of their positions, m².
             possible: (n, m) whether one can be the other at all.
         """
         offsets, spread = self.separations(np.array(old), np.array(new))
@@ -110,24 +110,24 @@ class CameraFaults(StateBlocks):
         )  # fmt: skip
 
     def note_displacement(self, turn: Array, spread: Array, squared: float) -> None:
-        """Take in the turn of the camera that displaces all robots (see `AttitudeAmbiguity`)."""
+        """Record the rotation that displaces all robots (see `AttitudeAmbiguity`)."""
         if not self._late:
             self.ambiguity.note_displacement(turn, spread, squared)
         self._spread_doubt()
 
     def note_return(self) -> None:
-        """Take in that all robots are back where they were before they seemed to move."""
-        self.log.add("Robots are back where they were before all of them seemed to move.")
+        """Record that all robots are back at their positions before the displacement."""
+        self.log.add("Robots are back at their positions before all of them seemed to move.")
         self.ambiguity.note_return()
         self._spread_doubt()
 
     def _spread_doubt(self) -> None:
-        """Let all robots be as uncertain as a camera makes them that may have turned by itself."""
+        """Inflate the covariances of all robots by the attitude ambiguity."""
         if not self.ambiguity.active or self._sight is None:
             return
         for group in self._groups:
             relinearize(group, self._sight)
-            known = np.arange(len(group.by_pose))  # but for robots that begin with this image
+            known = np.arange(len(group.by_pose))  # except robots initialised from this image
             moved = by_angles(group, known)
             self.rotation_fault.spread(group.velocity_changes, known, moved, seen=False)
 
@@ -142,8 +142,8 @@ class CameraFaults(StateBlocks):
         self.log.counts["orientation_jumps"] += 1
         self.log.add(
             f"The camera's orientation jumped by {math.degrees(math.sqrt(jump @ jump)):.0f} deg "
-            f"within {passed:.2g} s: robots that are not found again where they were may be wrong "
-            "by as much, and say so."
+            f"within {passed:.2g} s: robots that are not detected where they were may be wrong by "
+            "as much, as their covariances state."
         )
         return True
 

@@ -22,7 +22,7 @@ class InnovationTuning:
     """Chosen numbers of this module, with their units and where they come from."""
 
     few_pairs: int = 16
-    """Up to so many pairs are compared without looking first which are near. Judged."""
+    """Greatest number of pairs that are compared without a preselection by distance. Judged."""
 
 
 TUNING = InnovationTuning()
@@ -58,15 +58,15 @@ class PairInnovations:
 def pair_innovations(
     group: JointState, places: Array, by_errors: Array, white: Array, scale: float, floor: float
 ) -> PairInnovations:
-    """Return how detections lie to a group's robots.
+    """Return the innovations of detections with a group's robots.
 
-    No pair's squared Mahalanobis distance is below its squared distance by the covariance's trace:
-    that alone tells which pairs are near enough to be looked at.
+    A pair's squared Mahalanobis distance is at least its squared distance over the covariance's
+    trace, which preselects pairs.
 
     Args:
         group: n robots, one at least.
-        places: (m, 2) where the detections are by the group's platform, m.
-        by_errors: (m, 2, 7) how these move with the platform's errors.
+        places: (m, 2) positions of the detections by the group's platform errors, m.
+        by_errors: (m, 2, 7) derivatives of these by the platform's errors.
         white: (m, 2, 2) their white covariance, m².
         scale: of the trace, and
         floor: m², of the squared distance up to which a pair is returned.
@@ -90,13 +90,13 @@ def pair_innovations(
 
 
 def misfit(pairs: PairInnovations, robots: list[int], threshold: float) -> float:
-    """Return half the squared Mahalanobis distances of robots from their nearest boxes, nats.
+    """Return half the summed squared Mahalanobis distances of robots from their boxes, nats.
 
-    A box is of one robot only, and one beyond its gate is none.
+    Each box belongs to one robot at most, inside its gate.
 
     Args:
         pairs: of robots and detections.
-        robots: rows of those that are expected.
+        robots: rows of the expected robots.
         threshold: squared distance at the edge of a gate.
     """
     squared, _ = mahalanobis(pairs.offsets, pairs.spread)

@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""A bank of Kalman filters, one for each candidate latency, and how well the boxes fit each.
+"""A bank of Kalman filters, one for each candidate latency, with the fit of the boxes to each.
 
 With the right latency robots stay or move smoothly; with a wrong one they seem to move with the
 drone. Each filter tracks each robot separately (position and velocity in `map`, an extended Kalman
@@ -35,7 +35,7 @@ class LatencyBankTuning:
     """Greatest number of robots: more add little, as their common errors are the platform's.
     Judged."""
     forget_s: float = 2.0
-    """A robot unseen for longer is initialised anew, s. Judged."""
+    """A robot unseen for longer is initialised again, s. Judged."""
     drift_density: float = 0.1
     """Apparent acceleration that the platform's slow errors cause as the view changes, root of its
     spectral density, m/s^1.5. Judged."""
@@ -79,7 +79,7 @@ class Views:
 
 @dataclass(frozen=True)
 class LatencyFit:
-    """How well the boxes of one image fit each of h latencies, averaged over robots.
+    """Fit of one image's boxes to each of h latencies, averaged over robots.
 
     Attributes:
         cost: (h,) -2 log likelihood up to a constant; linear beyond `TUNING.huber_latency`.
@@ -117,11 +117,11 @@ class LatencyBank:
     def update(
         self, now: BankObservation, passed: float, positions: Array, rotations: Array
     ) -> LatencyFit | None:
-        """Take in an image; return its fit, None where no robot was known before.
+        """Update with an image; return its fit, None if no robot was known before.
 
         Args:
             now: the boxes.
-            passed: time since the image before, s.
+            passed: time since the previous image, s.
             positions: (h, 3) of the camera for each latency, m.
             rotations: (h, 3, 3) camera FLU in `map`.
         """
@@ -233,7 +233,7 @@ class LatencyBank:
 
 
 def _offsets(places: Array, views: Views) -> Array:
-    """Return (h, m, 3) from the cameras to places (h, m, 2) on the water, m."""
+    """Return offsets (h, m, 3) from the cameras to positions (h, m, 2) on the water, m."""
     points = on_water_surface(places.reshape(-1, 2)).reshape(*places.shape[:2], 3)
     return np.asarray(points - views.positions[:, None])
 

@@ -48,16 +48,16 @@ _NO_CHANGE = np.zeros((0, 2, COUNT))
 
 @dataclass(frozen=True)
 class CameraView:
-    """One image's camera, ready for the filter.
+    """Camera model, pose and derivatives of one image for the filter.
 
     Attributes:
         camera: lens and image.
-        measured: the pose as telemetry has it.
+        measured: the pose from telemetry.
         foretold: (3,) camera position predicted from earlier images, m.
         axes: (3, 3) of roll, pitch and heading errors, of the foretold pose.
         rates: (6,) of the pose, m/s and rad/s.
         by_errors: (6, 7) `pose_by_errors` of these.
-        applied: latency that the pose already allows for, beyond the configured one, s.
+        applied: latency already contained in the pose, beyond the configured one, s.
         bend: (6,) variances of the pose, as `rates`, that interpolation of telemetry and an unknown
             latency add to the white noise, the latter beyond what goes with the rates.
     """
@@ -82,12 +82,12 @@ class CameraView:
         unsure_s: float = 0.0,
         interpolation: Array | None = None,
     ) -> CameraView:
-        """Return it with its axes; without a foretold pose the measured one serves.
+        """Return the view with its axes; without a foretold pose the measured one is used.
 
         The variances of `interpolation` (6,) are added to `bend`.
 
-        A camera that circles at the acceleration a = ω v is a t²/2 off the straight line that the
-        rates tell: for a latency wrong by one sigma `unsure_s` that has the variance 3/4 a² sigma⁴.
+        A camera that circles with acceleration a = ω v deviates by a t²/2 from the straight line of
+        its rates: for a latency error of sigma `unsure_s` that has the variance 3/4 a² sigma⁴.
         """
         pose = foretold or measured
         axes = error_axes(pose.rotation)
@@ -103,7 +103,7 @@ class CameraView:
         return rays
 
     def pose(self, errors: Array) -> MapPose:
-        """Return the pose with the platform's errors (7,) taken out; the last one is kept."""
+        """Return the pose corrected by the platform's errors (7,); the last result is cached."""
         key = errors.tobytes()
         if key not in self._poses:
             self._poses.clear()
@@ -124,9 +124,9 @@ class CameraView:
 def relinearize(
     joint: JointState, sight: CameraView, rays: Array = _NO_RAYS
 ) -> tuple[Array, Array]:
-    """Carry the covariance along with robots that moved, and go on to the camera's new place.
+    """Carry the covariance along with robots that moved, and change to the new camera position.
 
-    Done once for an image, before anything is taken from it.
+    Called once per image, before its measurements are used.
 
     Args:
         joint: changed in place.
@@ -134,8 +134,8 @@ def relinearize(
         rays: (m, 3) of detections, see `CameraView.rays`.
 
     Returns:
-        Where these meet the water (m, 2) if the platform's errors are those estimated, and how
-        these places move with the errors (m, 2, 7).
+        Their positions on the water (m, 2) by the estimated platform errors, and the derivatives by
+        the errors (m, 2, 7).
     """
     camera, places, moved = sight.standpoint(joint.mean[:COUNT]), _NOWHERE, _NO_CHANGE
     if len(rays):
@@ -148,7 +148,7 @@ def relinearize(
     if n or len(places):
         points = on_water_surface(np.concatenate([robots[:, :2], places]))
         points[:, 2] -= joint.mean[2]
-        # From where the camera was, and from where it is: offsets and velocities.
+        # From the previous and the present camera position: offsets and velocities.
         states = np.zeros((k + len(points), 5))
         states[:k, :3], states[k:, :3] = points[:k] - joint.camera, points - camera
         states[:k, 3:], states[k : k + n, 3:] = robots[:k, 2:], robots[:, 2:]
@@ -161,9 +161,9 @@ def relinearize(
 
 
 def by_platform(joint: JointState, places: Array) -> Array:
-    """Return (m, 2, 7): how places (m, 2) on the water move with the platform's errors.
+    """Return derivatives (m, 2, 7) of positions (m, 2) on the water by the platform's errors.
 
-    From where `relinearize` has gone.
+    At the camera position of `relinearize`.
     """
     points = on_water_surface(places)
     points[:, 2] -= joint.mean[2]
@@ -172,17 +172,17 @@ def by_platform(joint: JointState, places: Array) -> Array:
 
 
 def by_angles(joint: JointState, slots: Indices) -> Array:
-    """Return (m, 2, 3): how the places of some robots move with the platform's angles, m/rad.
+    """Return derivatives (m, 2, 3) of robots' positions by the platform's angles, m/rad.
 
-    From where `relinearize` has gone; robots that begin with this image are seen from there, too.
+    At the camera position of `relinearize`, also for robots initialised from this image.
     """
     return by_errors(joint, slots)[:, :, ANGLES]
 
 
 def by_errors(joint: JointState, slots: Indices) -> Array:
-    """Return (m, 2, 7): how the places of some robots move with the platform's errors.
+    """Return derivatives (m, 2, 7) of robots' positions by the platform's errors.
 
-    From where `relinearize` has gone; robots that begin with this image are seen from there, too.
+    At the camera position of `relinearize`, also for robots initialised from this image.
     """
     if len(slots) and int(slots.max()) >= len(joint.by_pose):
         return by_platform(joint, joint.robots[slots, :2])

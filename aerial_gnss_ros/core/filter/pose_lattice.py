@@ -22,7 +22,7 @@ SLOPE_NOISE = 1.0 / (28.0 * STEP_S**2)
 """Variance of the rate of smoothed values for unit white noise, 1/s²."""
 
 PoseAt = Callable[[int], "MapPose | bool"]
-"""The camera in `map` at a time, ns; without one, whether its telemetry may still arrive."""
+"""The camera in `map` at a time, ns; without a pose, whether its telemetry may still arrive."""
 
 
 def smoothed(values: Array) -> Array:
@@ -80,7 +80,8 @@ class PoseLattice:
     def between(self, first: int, last: int, fraction: float) -> tuple[Array, Array]:
         """Return positions (n, 3) and rotations (n, 3, 3) at `fraction` after each of some poses.
 
-        Rotation matrices are averaged, which over the few degrees of some steps is right to 1e-3.
+        Rotation matrices are averaged, which is accurate to 1e-3 over the few degrees of some
+        steps.
 
         Args:
             first: index of the first.

@@ -1,9 +1,8 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""One normal law over the platform's errors and some robots: how it changes.
+"""Joint Gaussian of the platform's errors and some robots: prediction and external updates.
 
-With time (`predict`), and by what is known from elsewhere than from boxes, which are the business
-of `update`. What is in which row and column is in `state_arrays`.
+Updates by boxes are in `update`, the layout of rows and columns in `state_arrays`.
 """
 
 from __future__ import annotations
@@ -40,7 +39,7 @@ class StateTuning:
     """Chosen numbers of this module, with their units and where they come from."""
 
     wide_m: float = 1000.0
-    """Sigma of a place of which nothing is known. Judged."""
+    """Sigma of an unknown position, m. Judged."""
 
 
 TUNING = StateTuning()
@@ -50,13 +49,13 @@ class JointState(StateArrays):
     """The platform's errors and robots together."""
 
     def predict(self, seconds: float, keep: Array, stationary: Array, motion: MotionModel) -> None:
-        """Move on in time.
+        """Predict to a later time.
 
         Args:
             seconds: length of the step, s.
             keep: (7,) `PlatformModel.decay` of this time.
-            stationary: (7, 7) covariance that they tend to.
-            motion: how robots move.
+            stationary: (7, 7) stationary covariance.
+            motion: motion model of the robots.
         """
         if seconds <= 0.0:
             return
@@ -85,7 +84,7 @@ class JointState(StateArrays):
         across = P[:, COUNT:].reshape(-1, n, 4)
         across[:, :, :2] += reach[:, None] * across[:, :, 2:]
         if kept is not None:
-            # A box or two that did not fit say nothing of the robot; later it may have turned.
+            # One or two misses are no evidence of a manoeuvre; later it may have turned.
             beyond = np.maximum(noise[:, 2] - stated, 0.0)
             self.velocity_changes.note_inflation(
                 slice(None), beyond * (self.unseen <= MOTION_MODEL.held_s)
@@ -99,12 +98,12 @@ class JointState(StateArrays):
         self.unseen = self.unseen + seconds
 
     def tie(self, first: int, second: int, sigma: float) -> None:
-        """Take in that two robots are at one place: what is known of one is known of the other.
+        """Condition on two robots having the same position.
 
         Args:
-            first: place in `rows`.
+            first: index in `rows`.
             second: likewise.
-            sigma: how far apart they can be after all, m.
+            sigma: one sigma of their distance, m.
         """
         a, b = COUNT + 4 * first, COUNT + 4 * second
         apart = self.covariance[a : a + 2] - self.covariance[b : b + 2]
@@ -122,9 +121,9 @@ class JointState(StateArrays):
         """Inflate the covariance by an unforeseen change of velocity.
 
         Args:
-            slots: (m,) places in `rows`.
+            slots: (m,) indices in `rows`.
             speed: one sigma of the change, each axis, m/s.
-            seconds: how long ago it happened, s.
+            seconds: time since it happened, s.
         """
         self.velocity_changes.note_inflation(slots, speed**2)
         place = COUNT + 4 * np.asarray(slots, np.intp)
@@ -141,7 +140,7 @@ class JointState(StateArrays):
         Correlated states are updated accordingly.
 
         Args:
-            error: its place in `PLATFORM`.
+            error: its index in `PLATFORM`.
             mean: of it.
             sigma: of it.
         """
@@ -156,8 +155,8 @@ class JointState(StateArrays):
         """Reset the platform's errors except the latency, and some robots.
 
         Args:
-            slots: (m,) places of these robots in `rows`.
-            platform: (7, 7) covariance of the platform's errors from now on, but for the latency's.
+            slots: (m,) indices of these robots in `rows`.
+            platform: (7, 7) new covariance of the platform's errors, except the latency's.
             speed: one sigma of these robots' unknown velocities, each axis, m/s.
         """
         self.mean[:LATENCY] = 0.0
@@ -199,12 +198,12 @@ class JointState(StateArrays):
 def copy_robot(source: JointState, slot: int, target: JointState) -> int:
     """Copy a robot into another group and return its slot there.
 
-    What carries over is its law given the platform's errors, p(robot | errors), which rests on its
-    own boxes. The errors themselves stay those of the target's group: no box counts twice.
+    Its distribution given the platform's errors, p(robot | errors), is copied, which follows from
+    its own boxes. The errors stay those of the target's group, so no box counts twice.
     """
     own = slice(COUNT + 4 * slot, COUNT + 4 * slot + 4)
     platform, cross = source.covariance[:COUNT, :COUNT], source.covariance[own, :COUNT]
-    # An error that is known exactly has no variance and moves nothing: hence the pseudo-inverse.
+    # An error known exactly has no variance and no effect: hence the pseudo-inverse.
     by_platform = cross @ np.linalg.pinv(platform, hermitian=True)
     given = source.covariance[own, own] - by_platform @ cross.T
     state = source.mean[own] + by_platform @ (target.mean[:COUNT] - source.mean[:COUNT])

@@ -1,11 +1,11 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""The table of one normal law over the platform's errors and some robots: rows and columns.
+"""Layout of the joint Gaussian of the platform's errors and some robots.
 
 State: the platform's errors (`platform_model.PLATFORM`), then east, north, velocity east, velocity
 north (m, m/s, in `map`) of each robot. Given the platform's errors robots move independently, but
-their covariance is carried whole: what was measured while the platform's errors wandered leaves
-robots correlated in ways that the present errors do not explain.
+their full covariance is kept: measurements made while the errors drifted leave correlations that
+the present errors do not explain.
 """
 
 from __future__ import annotations
@@ -35,27 +35,27 @@ class StateArrays:
     Attributes:
         mean: (7 + 4 n,).
         covariance: (7 + 4 n, 7 + 4 n).
-        rows: (n,) which robots of the whole program these are.
-        ids: (n,) the same for good: rows change when robots are dropped.
+        rows: (n,) rows of these robots in the track table.
+        ids: (n,) permanent numbers of the robots: rows change when robots are dropped.
         sway: (n,) 1 where a robot's last two numbers are no velocity but add to its place, see
             `moored_law`; None: nowhere.
         unseen: (n,) time since each was measured, s.
-        manoeuvre_noise: how hard each turns.
-        velocity_changes: of each, lately.
-        rotation_fault: whether the camera turns by itself.
-        by_pose: (k, 4, 6) `state_jacobian` of the first k robots with which the covariance goes,
-            see `linearization`; those after them are new.
-        camera: (3,) from where that was taken: place of the camera, m; NaN at first.
+        manoeuvre_noise: process noise of each robot.
+        velocity_changes: recent velocity changes of each robot.
+        rotation_fault: test for a rotating camera.
+        by_pose: (k, 4, 6) `state_jacobian` to which the covariance of the first k robots refers,
+            see `linearization`; later ones are new.
+        camera: (3,) camera position of that, m; NaN at first.
         by_errors: (6, 7) `pose_by_errors` of that time.
         view: the image of that time.
     """
 
     def __init__(self, covariance: Array, rotation_fault: RotationFault | None = None) -> None:
-        """Begin without robots.
+        """Start without robots.
 
         Args:
             covariance: (7, 7) of the platform's errors.
-            rotation_fault: of the camera, which it shares with others.
+            rotation_fault: of the camera, shared with other blocks.
         """
         self.mean = np.zeros(COUNT)
         self.covariance = covariance.copy()
@@ -81,7 +81,7 @@ class StateArrays:
         return self.mean[COUNT:].reshape(-1, 4)
 
     def shown(self, slots: Indices, mean: Array | None = None) -> Array:
-        """Return where robots are seen (m, 2), by the present state or another one."""
+        """Return apparent positions (m, 2) of robots, by the present state or another one."""
         robots = (self.mean if mean is None else mean)[COUNT:].reshape(-1, 4)[slots]
         places: Array = robots[:, :2]
         return places if self.sway is None else places + self.sway[slots, None] * robots[:, 2:]
@@ -95,11 +95,11 @@ class StateArrays:
     def motion(
         self, default: MotionModel, slots: Indices | slice = _ALL
     ) -> MotionModel | MotionOf[Array]:
-        """Return how some robots move.
+        """Return the motion models of some robots.
 
         Args:
-            default: of those whose class has no parameters of its own.
-            slots: their places in `rows`.
+            default: of classes without their own parameters.
+            slots: their indices in `rows`.
         """
         own = self.own[:, slots]
         if np.isnan(own).all():
@@ -109,7 +109,7 @@ class StateArrays:
         return MotionOf(accelerations, speeds)
 
     def positions(self) -> tuple[Array, Array, Array]:
-        """Return the robots' positions (n, 2) and how well they are known; views.
+        """Return views of the robots' positions (n, 2) and covariances.
 
         Their covariances (n, 2, 2), and those with the platform's errors (n, 2, 7).
         """
@@ -127,15 +127,15 @@ class StateArrays:
         speed: float,
         own: Array | None = None,
     ) -> None:
-        """Take in robots, each from one measurement through the platform's errors.
+        """Initialise robots, each from one measurement through the platform's errors.
 
         Args:
             rows: (m,) their numbers.
-            positions: (m, 2) where they are by the present estimate of the platform's errors, m.
-            by_platform: (m, 2, 7) how these move with the platform's errors.
+            positions: (m, 2) by the present estimate of the platform's errors, m.
+            by_platform: (m, 2, 7) derivatives of these by the platform's errors.
             white: (m, 2, 2) white covariance of the positions, m².
             speed: one sigma of the unknown velocity, each axis, m/s.
-            own: (2, m) accelerations and speed sigmas where classes have their own, else NaN.
+            own: (2, m) accelerations and speed sigmas of their classes, NaN for the defaults.
         """
         m = len(rows)
         state, through, alone = np.zeros((m, 4)), np.zeros((m, 4, COUNT)), np.zeros((m, 4, 4))
@@ -149,12 +149,12 @@ class StateArrays:
             self.own[:, len(self) - m :] = own
 
     def append(self, rows: Indices, state: Array, by_platform: Array, own: Array) -> None:
-        """Add robots whose law given the platform's errors is known.
+        """Add robots with a known distribution given the platform's errors.
 
         Args:
             rows: (m,) their numbers.
             state: (m, 4) their means by the present estimate of the platform's errors, m, m/s.
-            by_platform: (m, 4, 7) how these move with the platform's errors.
+            by_platform: (m, 4, 7) derivatives of these by the platform's errors.
             own: (m, 4, 4) their covariances given the platform's errors.
         """
         m, old = len(rows), len(self.mean)
@@ -177,7 +177,7 @@ class StateArrays:
         self.velocity_changes.add(m)
 
     def drop(self, slots: Indices) -> None:
-        """Forget the robots at some places of `rows`."""
+        """Remove the robots at some indices of `rows`."""
         kept = np.ones(len(self), dtype=np.bool_)
         kept[slots] = False
         index = np.concatenate([np.ones(COUNT, np.bool_), np.repeat(kept, 4)])

@@ -58,7 +58,7 @@ class Linear:
         by_place: (m, 2, 2) derivative by the robots' East, North, px/m.
         by_platform: (m, 2, 7) by the platform's errors.
         by_pose: (m, 2, 6) by the pose's white noise.
-        seen: (m,) False where the camera model has no pixel for the robot.
+        seen: (m,) False if the camera model has no pixel for the robot.
     """
 
     pixels: Array
@@ -70,14 +70,14 @@ class Linear:
 
 @dataclass(frozen=True)
 class Outcome:
-    """How well an image fitted.
+    """Fit of an image.
 
     Attributes:
         squared: normalised squared innovation of the whole image.
         count: its degrees of freedom.
-        refused: slots of robots whose boxes were not used: no robot is as fast.
-        log_likelihood: of the image, nats, but for a constant of each degree of freedom.
-        slots: of the robots that were corrected.
+        refused: slots of robots whose boxes were refused because they imply an impossible speed.
+        log_likelihood: of the image, nats, up to a constant per degree of freedom.
+        slots: of the updated robots.
         residual: (m, 2) of their boxes, px.
         spread: (2 m, 2 m) covariance of that, px².
     """
@@ -131,18 +131,18 @@ def correct(
     fastest: float = np.inf,
     level: float = 1.0,
 ) -> Outcome:
-    """Take in the pixels of some robots.
+    """Update some robots with their pixels.
 
-    A robot that would have to be faster than robots are is refused its box: a gimbal or a compass
-    that turns by itself carries the boxes of all robots along.
+    A box that implies an impossible speed is refused: a rotating gimbal or compass carries the
+    boxes of all robots along.
 
     Args:
         joint: changed in place.
-        slots: (m,) places of the robots in `joint`.
+        slots: (m,) indices of the robots in `joint`.
         pixels: (m, 2) measured.
         sight: the camera.
         model: white noise of pose and boxes.
-        fastest: speed of a robot whose class has none of its own, m/s.
+        fastest: greatest speed of classes without their own, m/s.
         level: factor by which that noise is larger than stated, see `noise_level`.
     """
     if joint.view is not sight:
@@ -166,14 +166,14 @@ def correct(
     residual = pixels - linear.pixels
     root, white = _whitened(spread, residual)
     squared = float(white @ white)
-    # No box is farther off by itself than all of them are together.
+    # No single box deviates more than all together.
     if squared > TUNING.huber_planar**2 and _soften(spread, residual, pixel):
         root, white = _whitened(spread, residual)
     # LAPACK's trtrs would do, but OpenBLAS wakes its threads for it whatever the size, and on a
     # busy machine they wait for one another longer than the whole image takes.
     gain = dtrsm(1.0, root, by_state, lower=1)
     reduction = gain.T @ gain
-    # Schmidt's filter: the latency is allowed for, not estimated; `latency_bank` does that.
+    # Schmidt filter: the latency is considered, not estimated; `latency_bank` estimates it.
     gain[:, LATENCY] = reduction[LATENCY, LATENCY] = 0.0
     joint.mean = before + white @ gain
     _iterate(joint, before, slots, pixels, sight, linear, root, gain)
@@ -223,13 +223,13 @@ def _iterate(
     root: Array,
     gain: Array,
 ) -> None:
-    """Repeat the correction from its own result where it went far (iterated filter).
+    """Iterate the update if it moved a robot far (iterated filter).
 
-    The derivatives stay: only the residual is taken anew, less what the step should have changed.
+    The derivatives stay; only the residual is computed again, less the expected change.
     """
     far = TUNING.relinearise_share * float(sight.measured.position[2])
     whole = joint.mean - before
-    if whole @ whole <= far * far:  # most often: then no robot went farther
+    if whole @ whole <= far * far:  # most often; then no robot moved farther
         return
     for _ in range(TUNING.max_iterations):
         robots = _shown(joint, slots, joint.mean)
@@ -248,13 +248,13 @@ def _iterate(
 def _possible(
     joint: JointState, slots: Indices, reduction: Array, default: float
 ) -> NDArray[np.bool_] | None:
-    """Return which corrected robots (m,) are not too fast; None if all are.
+    """Return the mask (m,) of updated robots that are not too fast; None if all are.
 
     Args:
         joint: the law.
         slots: (m,) the robots.
         reduction: of its covariance.
-        default: fastest speed of robots whose class has none of its own, m/s.
+        default: greatest speed of classes without their own, m/s.
     """
     own = joint.own[1, slots]
     fastest = np.where(np.isnan(own), default, 2.0 * own)
@@ -285,7 +285,7 @@ def _times_covariance(joint: JointState, slots: Indices, linear: Linear) -> Arra
 def _innovation(
     joint: JointState, slots: Indices, linear: Linear, by_state: Array, white: Array
 ) -> Array:
-    """Return the covariance (2 m, 2 m) of the residual but for the boxes' own noise."""
+    """Return the covariance (2 m, 2 m) of the residual without the boxes' own noise."""
     m = len(slots)
     spread: Array = by_state[:, :COUNT] @ linear.by_platform.reshape(2 * m, COUNT).T
     states = by_state[:, COUNT:].reshape(2 * m, len(joint.rows), 4)
@@ -300,7 +300,7 @@ def _innovation(
 
 
 def _soften(spread: Array, residual: Array, pixel: float) -> bool:
-    """Give boxes far off their prediction a larger noise: none pulls more than at `huber_planar`.
+    """Down-weight boxes far from their prediction (Huber, from `huber_planar` on).
 
     Returns whether there was one.
 
@@ -314,7 +314,7 @@ def _soften(spread: Array, residual: Array, pixel: float) -> bool:
     if max(distance.tolist()) <= TUNING.huber_planar:
         return False
     more = np.maximum(distance / TUNING.huber_planar - 1.0, 0.0)
-    # In units of the whole innovation: also a robot of which little is known is not pulled.
+    # In units of the whole innovation, so that uncertain robots are covered, too.
     for axis in (0, 1):
         own[every, axis, every, axis] += more * np.maximum(blocks[:, axis, axis], pixel)
     return True

@@ -27,7 +27,8 @@ SHAPE_SIGMA = 0.2
 detector's margin. Hand-drawn boxes of one buoy in a recorded flight scatter by 0.06 to 0.09."""
 WRONG_SIGMAS = 3.0
 BORDER_PX = 3.0
-"""A box nearer to the image's border may be cut off: it can be too long, but not too short."""
+"""Distance from the image's border within which a box may be truncated: it can be too long, but not
+too short."""
 
 
 class SizeCheck:
@@ -48,11 +49,11 @@ class SizeCheck:
         return bool(self._lengths)
 
     def wrong(self, frame: PosedFrame, points: WaterPoints) -> Mask:
-        """Return which boxes (n,) are of no robot of their class by their size.
+        """Return which boxes (n,) have a wrong size for a robot of their class.
 
         Args:
             frame: the boxes with camera and pose.
-            points: where their centres see the water; of a refused one nothing is known.
+            points: positions of their centres on the water; NaN for refused ones.
         """
         boxes = frame.detections
         bounds = np.array([self._lengths.get(name, (0.0, math.inf)) for name in boxes.class_ids])

@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Which points on the water lie outside the area of operation, by more than they are uncertain."""
+"""Tests which points on the water are outside the area of operation, beyond their uncertainty."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
 OUTSIDE_SIGMAS = 3.0
-"""A point is outside if it is so many sigma, towards the nearest edge, away from it."""
+"""Distance from the nearest edge, in sigmas, from which a point counts as outside."""
 
 
 class AreaOfOperation:
@@ -34,10 +34,10 @@ class AreaOfOperation:
         self._edges = [_edges(self._local, polygon) for polygon in polygons]
 
     def outside(self, points: WaterPoints) -> Mask:
-        """Return which points (n,) lie outside, beyond their uncertainty; a refused one does not.
+        """Return which points (n,) are outside, beyond their uncertainty; refused ones are not.
 
         Args:
-            points: their whole covariance counts, its shared part too.
+            points: used with their full covariance, including the shared part.
         """
         valid = points.valid
         found = np.zeros(len(points), dtype=np.bool_)
@@ -52,12 +52,12 @@ class AreaOfOperation:
         return found
 
     def distance(self, latitude: float, longitude: float) -> float:
-        """Return how far a place (rad) is outside, m; 0 inside."""
+        """Return the distance of a position (rad) outside, m; 0 inside."""
         away = self._away(self._local.positions([latitude], [longitude]))
         return float(np.hypot(*away[0]))
 
     def _away(self, places: Array) -> Array:
-        """Return the vectors (n, 2) from the nearest edge to places outside, m; 0 inside."""
+        """Return the vectors (n, 2) from the nearest edge to positions outside, m; 0 inside."""
         inside = np.zeros(len(places), dtype=np.bool_)
         for first, second in self._edges:
             inside |= _even_odd(places, first, second)
@@ -73,7 +73,7 @@ class AreaOfOperation:
 
 
 def _edges(local: LocalMap, polygon: Polygon) -> tuple[Array, Array]:
-    """Return where the edges of all rings begin and end, (m, 2) East, North in m each."""
+    """Return start and end of the edges of all rings, (m, 2) East, North in m each."""
     rings = []
     for ring in polygon:
         longitude, latitude = np.deg2rad(ring).T
@@ -83,7 +83,7 @@ def _edges(local: LocalMap, polygon: Polygon) -> tuple[Array, Array]:
 
 
 def _even_odd(places: Array, first: Array, second: Array) -> Mask:
-    """Return which places (n,) a line to the east leaves across an odd number of edges."""
+    """Return the positions (n,) from which a line to the east crosses an odd number of edges."""
     east, north = places[:, :1], places[:, 1:]
     spans = (first[:, 1] > north) != (second[:, 1] > north)
     rise = second[:, 1] - first[:, 1]

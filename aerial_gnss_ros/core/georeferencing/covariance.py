@@ -33,7 +33,7 @@ _RAISE = np.array([[0.0, -1.0], [1.0, 0.0]])
 
 @dataclass(frozen=True)
 class RayPoints:
-    """Points where pixels' rays meet the water, and how they move with everything that is measured.
+    """Points where pixels' rays meet the water, with derivatives by all measured quantities.
 
     Attributes:
         offsets: (n, 3) East, North, Up from the camera, m; NaN where a ray misses the water.
@@ -45,8 +45,8 @@ class RayPoints:
         by_rotation: (n, 2, 3) East, North by a small rotation vector w in ENU (the true
             orientation is exp(skew(w)) @ enu_from_camera), m/rad.
         by_height: (n, 2) East, North by the camera's height over the water, m/m.
-        by_position: (2, 2) East, North by the camera's East, North: the identity. (To one part in
-            a million: the level turns with the place.)
+        by_position: (2, 2) East, North by the camera's East, North: the identity. (To one part in a
+            million: the horizontal rotates with the position.)
     """
 
     offsets: Array
@@ -90,7 +90,7 @@ def ray_points(view: SurfaceView, camera: CameraModel, pixels: Array) -> RayPoin
 
 @dataclass(frozen=True)
 class Uncertainty:
-    """One sigma of what is measured, in SI, sorted by how the errors behave over time.
+    """Sigmas of measured quantities in SI, sorted by the errors' behaviour over time.
 
     Attributes:
         rotation_slow: (3, 3) in ENU, rad: the axes of roll, pitch and heading, one sigma long.
@@ -115,9 +115,9 @@ def uncertainty(pose: CameraPose, noise: Noise, reference: Reference | str) -> U
     """Return the sigmas for one camera pose.
 
     Args:
-        pose: its fix covariance, where there is one, replaces the noise's GNSS offset.
+        pose: its fix covariance, if any, replaces the noise's GNSS offset.
         noise: standard deviations.
-        reference: the gimbal's; says whether the body's attitude noise enters.
+        reference: of the gimbal; decides whether the body's attitude noise enters.
     """
     stated, own = _stated(noise, Reference(reference)), pose.fix_covariance
     if own is None or not all_finite(own):
@@ -182,7 +182,8 @@ def covariances(points: RayPoints, known: Uncertainty) -> tuple[Array, Array]:
 def elevation_sigma(points: RayPoints, known: Uncertainty) -> Array:
     """Return one sigma (n,) of the rays' elevation above the horizon, rad."""
     level = points.directions[:, :2]
-    # A small rotation w raises a ray of direction d by (w × d)_z, and that by its level length.
+    # A small rotation w raises a ray of direction d by (w × d)_z, and that by its horizontal
+    # length.
     tilts = np.empty((len(level), 7))
     tilts[:, :3] = level @ (_RAISE @ known.rotation_slow[:2])
     tilts[:, 3:5] = level @ (_RAISE * known.rotation_white[:2])

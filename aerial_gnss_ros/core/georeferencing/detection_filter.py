@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Which boxes of an image are used at all."""
+"""Selects the boxes of an image by score and class."""
 
 from __future__ import annotations
 
@@ -12,19 +12,19 @@ from aerial_gnss_ros.core.values.events import Events
 from aerial_gnss_ros.core.values.rejection import Reason, Rejection
 
 MAX_USUAL_BOXES, MAX_USUAL_FACTOR = 30, 3.0
-"""More boxes than these, the factor times the usual number, do not come with robots."""
+"""Number of boxes, and factor on the usual number, above which boxes cannot all be robots."""
 MEMORY_IMAGES = 30
 
 UNKNOWN_BOXES = 10
-"""Boxes of classes that are no robots from which on it is no chance that no other came."""
+"""Number of boxes of unknown classes without any other, above which it is reported."""
 
 
 class DetectionFilter:
-    """Refuses boxes by score and class, and says when the detector's settings look wrong.
+    """Refuses boxes by score and class, and reports implausible settings.
 
     Args:
-        config: which boxes are used.
-        log: where it is said.
+        config: of the detections.
+        log: receives warnings.
 
     Attributes:
         min_score: boxes below are refused; may be changed while running.
@@ -38,7 +38,7 @@ class DetectionFilter:
         self._unknown = UnknownClassMonitor()
 
     def reasons(self, frame: DetectionFrame) -> list[Reason | None]:
-        """Return for each box of an image why it is not used, or None."""
+        """Return for each box the reason of its refusal, or None."""
         found = refusals(frame, self.min_score, self._classes)
         count = found.count(None)
         usual = self._counts.update(count)
@@ -46,8 +46,8 @@ class DetectionFilter:
             self._log.counts["images_crowded"] += 1
             self._log.warn_once(
                 "crowd",
-                f"An image has {count} boxes, those before it about {usual:.0f}: nearly all must "
-                "be false. Those not seen again become no robots; if it goes on, raise "
+                f"An image has {count} boxes, earlier ones about {usual:.0f}: nearly all must be "
+                "false. Boxes not seen again are never confirmed; if it continues, raise "
                 "detections.min_score.",
             )
         unknown = self._unknown.update(frame.class_ids, found)
@@ -55,27 +55,27 @@ class DetectionFilter:
             self._log.warn_once(
                 "strangers",
                 f"All boxes so far are of class {_listed(unknown)} and refused as wrong_class: "
-                f"detections.classes is {_listed(self._classes)}; put the names there that the "
+                f"detections.classes is {_listed(self._classes)}; enter the class names that the "
                 "detector gives to robots.",
             )
         return found
 
 
 class BoxCountMonitor:
-    """Notices an image with far more boxes than those before it."""
+    """Detects an image with far more boxes than earlier ones."""
 
     def __init__(self) -> None:
         self._usual: float | None = None
 
     def update(self, count: int) -> float | None:
-        """Take in an image's number of boxes; return the usual one if this is far more."""
+        """Update with an image's number of boxes; return the usual one if this is far more."""
         usual = count if self._usual is None else self._usual
         self._usual = usual + (count - usual) / MEMORY_IMAGES
         return usual if count > MAX_USUAL_BOXES + MAX_USUAL_FACTOR * usual else None
 
 
 class UnknownClassMonitor:
-    """Notices that none of the boxes is of a class that is a robot."""
+    """Detects that no box has a robot's class."""
 
     def __init__(self) -> None:
         self._count = 0
@@ -83,11 +83,11 @@ class UnknownClassMonitor:
         self._known = False
 
     def update(self, names: tuple[str, ...], reasons: list[Reason | None]) -> tuple[str, ...]:
-        """Take in an image's boxes; return the classes that came when none of them is a robot's.
+        """Update with an image's boxes; return their classes if none is a robot's.
 
         Args:
             names: class of each box.
-            reasons: why each is not used, or None.
+            reasons: of their refusal, or None.
         """
         if self._known or not names:
             return ()
@@ -103,7 +103,7 @@ class UnknownClassMonitor:
 def refusals(
     frame: DetectionFrame, min_score: float, classes: tuple[str, ...]
 ) -> list[Reason | None]:
-    """Return for each box why it is not used, or None.
+    """Return for each box the reason of its refusal, or None.
 
     Args:
         frame: all boxes of one image.

@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""What a camera sees: field of view, and how much water one pixel covers."""
+"""Footprint of a camera: field of view, and water covered by a pixel."""
 
 from __future__ import annotations
 
@@ -30,13 +30,13 @@ class FieldOfView:
 
 @dataclass(frozen=True)
 class GroundSample:
-    """How much water one pixel covers.
+    """Ground sample distance at a pixel.
 
     Attributes:
         place: centre, top or bottom.
         pixel: u, v.
         below_horizon: of the pixel's ray, rad.
-        distance: level distance from the drone to the point, m; NaN where it misses the water.
+        distance: horizontal distance from the drone to the point, m; NaN above the horizon.
         range_m: from the camera to the point, m.
         across: m of water from one pixel to its neighbour in the row.
         along: m of water from one pixel to its neighbour in the column.
@@ -71,7 +71,7 @@ def ground_samples(
     Args:
         camera: its intrinsics.
         height: of the camera above the water, m.
-        below_horizon: how far the optical axis points below the horizon, rad (pi/2: down).
+        below_horizon: angle of the optical axis below the horizon, rad (pi/2: down).
 
     Raises:
         CameraError: a height that is not positive, or a tilt beyond straight down or up.

@@ -29,25 +29,25 @@ from aerial_gnss_ros.core.values.rejection import Reason
 Array = NDArray[np.float64]
 
 HORIZON_SIGMAS = 3.0
-"""A ray nearer to the horizon than so many sigma of its elevation is refused: there the error's
-distribution is so skewed that no covariance describes it (reference: geolocation, 2.2)."""
+"""Least angle of a ray below the horizon, in sigmas of its elevation: closer, the error is too
+skewed for a covariance (reference: geolocation, 2.2)."""
 
 
 @dataclass(frozen=True)
 class WaterPoints:
-    """Where n pixels see the water. Values of a refused one are NaN.
+    """Positions of n pixels on the water. Values of refused ones are NaN.
 
     Attributes:
         latitude: (n,) rad, WGS84.
         longitude: (n,) rad.
-        altitude: of the water above the ellipsoid, m; NaN when the datum is unknown.
+        altitude: of the water above the ellipsoid, m; NaN if the datum is unknown.
         east_north: (n, 2) from the camera's ground point, in the plane level at the camera, m.
         range_m: (n,) from the camera, m.
         covariance_white: (n, 2, 2) East, North, m²: independent from image to image.
         covariance_slow: (n, 2, 2) East, North, m²: shared by all robots, stays for minutes.
-        pixels: (n, 2) where places on the surface over the robots are seen: those measured, but
-            for robots below it, whose refraction is taken out.
-        reasons: None, or why there is no position.
+        pixels: (n, 2) of the surface points above the robots: the measured ones, corrected for
+            refraction of submerged robots.
+        reasons: of refusal, or None.
     """
 
     latitude: Array
@@ -83,7 +83,7 @@ def locate(
     config: EstimatorConfig | None = None,
     depths: Array | None = None,
 ) -> WaterPoints:
-    """Return where pixels see robots on or below the water: the exact ray, each image by itself.
+    """Return positions of robots on or below the water by the exact ray, for one image.
 
     Args:
         pose: the camera at the time of the scene.
@@ -130,7 +130,7 @@ def locate(
 
 
 def submerged(points: RayPoints, depths: Array) -> RayPoints:
-    """Return points below the surface with their derivatives: a ray's end moves on as it bends.
+    """Return points below the surface, shifted by refraction, with their derivatives.
 
     Args:
         points: where the rays meet the surface.
@@ -158,10 +158,10 @@ def _seen_at_surface(
 
 
 def located_jacobian(pose: CameraPose, camera: CameraModel, pixels: ArrayLike) -> RayPoints:
-    """Return where pixels' rays meet the water and the derivatives by all that is measured.
+    """Return where pixels' rays meet the water, with derivatives by all measured quantities.
 
     For filters that estimate the platform's errors. Nothing is refused: a ray that misses the water
-    has NaN, `in_image` says which pixels the camera model covers.
+    has NaN, `in_image` marks the pixels that the camera model covers.
 
     Args:
         pose: finite, above the water (see `bad_pose`).
@@ -172,7 +172,7 @@ def located_jacobian(pose: CameraPose, camera: CameraModel, pixels: ArrayLike) -
 
 
 def bad_pose(pose: CameraPose) -> Reason | None:
-    """Return why a pose cannot be used, or None: not finite, or not above the water."""
+    """Return why a pose is unusable, or None: not finite, or not above the water."""
     if not (math.isfinite(pose.latitude) and math.isfinite(pose.longitude)):
         return Reason.BAD_FIX
     if not (math.isfinite(pose.height) and pose.height > 0.0):
@@ -183,7 +183,7 @@ def bad_pose(pose: CameraPose) -> Reason | None:
 
 
 def largest_sigma(covariance: Array) -> Array:
-    """Return the larger half axis (n,) of one-sigma ellipses (n, 2, 2)."""
+    """Return the semi-major axis (n,) of one-sigma ellipses (n, 2, 2)."""
     a, b, d = covariance[:, 0, 0], covariance[:, 0, 1], covariance[:, 1, 1]
     root: Array = np.sqrt(0.5 * (a + d) + np.sqrt(0.25 * (a - d) ** 2 + b * b))
     return root
@@ -198,7 +198,7 @@ def _reasons(
     above = np.isnan(points.distances) | ~(margin > 0.0)
     unknown = ~np.isfinite(pixels).all(axis=1)
     found: list[Reason | None] = [None] * len(pixels)
-    # The last one that applies is the one that is told: the earlier the step, the later here.
+    # The last applicable reason is reported, so earlier steps come later here.
     for reason, applies in (
         (Reason.OUT_OF_RANGE, far),
         (Reason.ABOVE_HORIZON, above),
@@ -211,7 +211,7 @@ def _reasons(
 
 
 def mask_refused(points: WaterPoints) -> WaterPoints:
-    """Return the points with NaN where there is a refusal, so that none is used by mistake."""
+    """Return the points with NaN for refused ones, so that none is used by mistake."""
     if not any(points.reasons):
         return points
     wrong = ~points.valid

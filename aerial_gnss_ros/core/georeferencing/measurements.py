@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""One image's detections as a tracker on the water takes them."""
+"""One image's detections as measurements on the water."""
 
 from __future__ import annotations
 
@@ -18,8 +18,8 @@ Array = NDArray[np.float64]
 
 
 EDGE = 0.06
-"""The edge of a picture, as a share of its smaller side: as far as a robot comes between images, or
-where half of its box is cut off."""
+"""Width of the image's edge, as a share of its smaller side: a robot's motion between images, or
+half of its box."""
 
 
 @dataclass(frozen=True)
@@ -32,8 +32,8 @@ class Measurements:
         positions: (m, 2) East, North in `map`, m.
         white: (m, 2, 2) white covariance, m².
         class_ids: (m,) class names.
-        edge: (m,) which are so near the edge of the picture that they may come or leave.
-        points: (m, 3) East, North, Up in `map`: the water lies below its plane, m.
+        edge: (m,) whether they are at the image's edge, where they may enter or leave.
+        points: (m, 3) East, North, Up in `map`: the water is below its plane, m.
     """
 
     index: NDArray[np.intp]
@@ -52,7 +52,7 @@ def measurements(
 
     Args:
         frame: the image.
-        points: where its boxes lie on the water.
+        points: positions of its boxes on the water.
         local: the frame `map`.
         level: factor by which white noise is larger than stated, see `noise_level`.
     """
@@ -69,11 +69,11 @@ def measurements(
 
 
 def at_edge(pixels: Array, width: int, height: int) -> NDArray[np.bool_]:
-    """Return which boxes (m,) are so near the edge of the picture that they may come or leave.
+    """Return which boxes (m,) are at the image's edge, where they may enter or leave.
 
     Args:
         pixels: (m, 2) their centres.
-        width: of the picture, px.
+        width: of the image, px.
         height: likewise.
     """
     near = EDGE * min(width, height)
@@ -83,7 +83,7 @@ def at_edge(pixels: Array, width: int, height: int) -> NDArray[np.bool_]:
 
 
 def inside_any(frame: DetectionFrame, index: int, used: list[int]) -> bool:
-    """Return whether a box's centre lies in one of the used boxes of its class."""
+    """Return whether a box's centre is inside a used box of its class."""
     same = [other for other in used if frame.class_ids[other] == frame.class_ids[index]]
     if not same:
         return False

@@ -3,11 +3,11 @@
 """The paper's method, as its authors meant it: the baseline of every comparison.
 
 "Scalable Aerial GNSS Localization for Marine Robots" (Wen et al., arXiv 2505.04095): the printed
-equations with only these mended: the sign of the vertical angle (pixels count down), latitude and
-longitude the right way round, the quadrant of the bearing (atan2), the earth-referenced pitch not
-doubled by the drone's, the camera's heading instead of the drone's, metres. Kept as they are: no
-roll, no lens distortion and no principal point, lateral distance too long by 1 / cos(vertical
-angle), a sphere of 364,000 ft per degree.
+equations with only these corrections: the sign of the vertical angle (pixels count down), latitude
+and longitude the right way round, the quadrant of the bearing (atan2), the earth-referenced pitch
+not doubled by the drone's, the camera's heading instead of the drone's, metres. Unchanged: no roll,
+no lens distortion and no principal point, lateral distance too long by 1 / cos(vertical angle), a
+sphere of 364,000 ft per degree.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ METRES_PER_DEGREE = 364_000.0 * 0.3048
 def view_angles(enu_from_camera: Array) -> tuple[float, float]:
     """Return the camera's angle off the vertical and its compass heading, rad; roll is ignored.
 
-    The angle is negative where the camera looks backward past straight down.
+    The angle is negative if the camera looks backward past straight down.
     """
     forward = enu_from_camera[:, 0]
     east, north = error_axes(enu_from_camera)[:2, 0]
@@ -84,11 +84,10 @@ def locate(
     config: EstimatorConfig | None = None,
     _depths: Array | None = None,
 ) -> WaterPoints:
-    """Return where pixels see the water by the paper's equations; see `localization.locate`.
+    """Return positions on the water by the paper's equations; see `localization.locate`.
 
-    What the paper does not have is taken from the exact method: the covariance, and the refusals
-    beyond the paper's own horizon, so that all methods are compared on the same detections. The
-    paper ignores refraction.
+    The covariance, and refusals beyond the paper's own horizon, come from the exact method, so that
+    all methods are compared on the same detections. The paper ignores refraction.
     """
     given = np.asarray(pixels, dtype=np.float64).reshape(-1, 2)
     bad = bad_pose(pose)
@@ -102,7 +101,7 @@ def locate(
     latitude = pose.latitude + np.radians(north_deg)
     longitude = pose.longitude + np.radians(east_deg)
     ranges = np.hypot(pose.height, np.hypot(offsets[:, 0], offsets[:, 1]))
-    # Its own range counts, too: on a flat Earth there are places beyond the poles.
+    # Its own range is checked, too: a flat Earth has positions beyond the poles.
     limit = (config or EstimatorConfig()).surface.max_range
     near = (ranges <= limit) & (np.abs(latitude) <= 0.5 * math.pi)
     reasons = tuple(
@@ -125,7 +124,7 @@ def locate(
 
 
 def _refusal(below: bool, near: bool) -> Reason | None:
-    """Return why the equations give no place."""
+    """Return why the equations give no position."""
     if not below:
         return Reason.ABOVE_HORIZON
     return None if near else Reason.OUT_OF_RANGE

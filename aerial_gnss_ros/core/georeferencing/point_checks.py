@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""What geometry knows of a box and no detector does: how long it is and where it lies."""
+"""Geometric checks of boxes: size, and position inside the area of operation."""
 
 from __future__ import annotations
 
@@ -20,16 +20,16 @@ from aerial_gnss_ros.core.values.events import Events
 from aerial_gnss_ros.core.values.rejection import Reason
 
 ELSEWHERE_M = 10_000.0
-"""A drone farther away from its area of operation was given another one."""
+"""Distance of the drone beyond which its area of operation must be wrong, m."""
 
 
 class PointChecks:
-    """Refuses points that by area or size are no robot's.
+    """Refuses points whose position or size excludes a robot.
 
     Args:
         config: `classes.<name>.length_m`.
         polygons: the area of operation; none: everywhere.
-        log: where it is said that the area lies elsewhere.
+        log: receives a warning about a distant area.
 
     Attributes:
         used: whether anything is checked.
@@ -64,7 +64,7 @@ class PointChecks:
         return found
 
     def _tell_elsewhere(self, area: AreaOfOperation, pose: CameraPose) -> None:
-        """Say once that the drone is nowhere near its area."""
+        """Report once that the drone is far from its area."""
         away = area.distance(pose.latitude, pose.longitude)
         if away <= ELSEWHERE_M:
             return
@@ -72,8 +72,8 @@ class PointChecks:
         swapped = near is not None and near.distance(pose.latitude, pose.longitude) <= ELSEWHERE_M
         self._log.warn_once(
             "area",
-            f"The area of operation (detections.area) lies {away * 1e-3:,.0f} km from the drone, "
-            "so all boxes are refused as outside_area; "
+            f"The area of operation (detections.area) is {away * 1e-3:,.0f} km from the drone, so "
+            "all boxes are refused as outside_area; "
             + (
                 "its latitudes and longitudes are swapped: GeoJSON has longitude first."
                 if swapped

@@ -28,14 +28,13 @@ class CameraMotionTuning:
     """Least time between poses that determine a velocity, s; below, differences are noise.
     Telemetry comes at 200 Hz at most."""
     moved_s: float = 0.02
-    """A latency that is corrected by more puts the scene to another time (`CameraMotion.move`).
-    Judged."""
+    """Least correction of the latency that counts as another time of the scene, s. Judged."""
     jump_rad: float = math.radians(10.0)
-    """A camera that is farther from its predicted orientation, plus `jump_radps`, did not turn
-    there, rad. From recorded DJI flights."""
+    """Greatest deviation of a turning camera from its predicted orientation, plus `jump_radps`,
+    rad. From recorded DJI flights."""
     jump_radps: float = math.radians(90.0)
-    """By how much that angle grows with the time since the last image, rad/s. Cameras begin to turn
-    by 100 deg/s from one image to the next, but not by 200. From recorded DJI flights."""
+    """Growth of that angle with the time since the last image, rad/s. Cameras start to turn at 100
+    deg/s from one image to the next, but not at 200. From recorded DJI flights."""
 
 
 TUNING = CameraMotionTuning()
@@ -45,8 +44,8 @@ class CameraMotion:
     """A fading-memory straight-line fit of position and rotation.
 
     Attributes:
-        jump: rotation vector (3,) in `map`, rad, by which the last rotation is off the expected
-            one, where that is farther than a camera turns; else None.
+        jump: rotation vector (3,) in `map` from the expected to the last rotation, rad, if it is
+            larger than a camera turns; else None.
         velocity: (3,) m/s.
         turn_rate: (3,) rotation vector a second in `map`, rad/s.
         rates: (6,) both.
@@ -59,7 +58,7 @@ class CameraMotion:
         self.rates = np.zeros(6)
         self.jump: Array | None = None
         self._lasted_s = 0.0
-        self._shown: list[tuple[Array, float]] = []  # rotations as measured; s since the one before
+        self._shown: list[tuple[Array, float]] = []  # measured rotations; s since the previous one
 
     def predicted_position(self, seconds: float) -> Array | None:
         """Return the predicted position (3,), None without a recent past."""
@@ -79,10 +78,10 @@ class CameraMotion:
         return measured
 
     def update(self, measured: MapPose, seconds: float) -> MapPose:
-        """Take in the pose of an image so many seconds after the one before.
+        """Update with the pose of an image some seconds after the previous one.
 
         Returns:
-            The pose that was expected; where the past does not tell, the measured one.
+            The predicted pose; without a recent past the measured one.
         """
         before, self.jump = self._pose, None
         if before is None or not 0.0 < seconds <= TUNING.max_gap_s:
@@ -117,15 +116,15 @@ class CameraMotion:
         jump = rotation_vector(measured.rotation @ (rotation_matrix(turn) @ last).T)
         if not math.sqrt(jump @ jump) > _farthest(seconds):
             return False
-        self.jump = jump  # from there it goes on as it went on before
+        self.jump = jump  # the motion continues from there
         self._shown = [(rotation_matrix(jump) @ last, 0.0)]
         return True
 
     def _gains(self, seconds: float) -> tuple[float, float]:
-        """Return the gains of a straight line through all images so far, later a fading one.
+        """Return the gains of a straight-line fit to all images so far, later with fading memory.
 
-        The line through k images a like time apart counts them by the time that it spans: an image
-        right after another one adds next to nothing to what is known of the velocity.
+        A line through k equally spaced images is weighted by its time span: an image right after
+        another one adds almost nothing to the velocity.
         """
         k = 1.0 + self._lasted_s / seconds
         fade = math.exp(-seconds / TUNING.fading_s)
@@ -135,5 +134,5 @@ class CameraMotion:
 
 
 def _farthest(seconds: float) -> float:
-    """Return by how much a camera turns off its predicted orientation at most, rad."""
+    """Return the greatest deviation of a turning camera from its predicted orientation, rad."""
     return TUNING.jump_rad + TUNING.jump_radps * seconds

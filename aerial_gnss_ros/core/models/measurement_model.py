@@ -1,11 +1,11 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""The camera over the frame `map`: where it should see a robot, and what moves that place.
+"""Measurement model in the frame `map`: positions on the water, and their derivatives.
 
 Everything here is in `map` (East, North, Up on the plane tangent at its origin); the water lies
 D²/2R below the plane at a distance D. A ray from the camera along the offset o = (x, y, z), z < 0,
-meets the water at the camera's place plus o. To first order a small rotation w of the camera moves
-that point by (w × o) less what slides it back along the ray onto the water, o (w × o)_z / z.
+meets the water at the camera's position plus o. To first order a small rotation w of the camera
+moves that point by w × o, minus o (w × o)_z / z, which slides it back along the ray onto the water.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ def on_water(pose: MapPose, directions: Array) -> Array:
 
 
 def _met(place: list[float], rays: Rows) -> list[tuple[Any, Any]]:
-    """Return where rays downward from a place meet the water, of numbers or arrays (n,)."""
+    """Return where downward rays from a position meet the water, for numbers or arrays (n,)."""
     found: list[tuple[Any, Any]] = []
     for x, y, z in rays:
         if isinstance(z, float) and not z < 0.0:
@@ -58,7 +58,7 @@ def _met(place: list[float], rays: Rows) -> list[tuple[Any, Any]]:
 
 @rowwise(2, POSE_COUNT)
 def pose_jacobian(offsets: Rows) -> list[tuple[Any, ...]]:
-    """Return (n, 2, 6): how points on the water move with the camera's pose, the pixels fixed.
+    """Return derivatives (n, 2, 6) of points on the water by the camera's pose at fixed pixels.
 
     Args:
         offsets: (n, 3) from the camera, m.
@@ -75,7 +75,7 @@ def pose_jacobian(offsets: Rows) -> list[tuple[Any, ...]]:
 
 @rowwise(4, POSE_COUNT)
 def state_jacobian(states: Rows) -> list[tuple[Any, ...]]:
-    """Return (n, 4, 6): how places and velocities seem to change with the camera's pose.
+    """Return derivatives (n, 4, 6) of apparent positions and velocities by the camera's pose.
 
     The last two rows are the derivative in time of the first two (`pose_jacobian`): a robot that
     seems 1 % farther seems 1 % faster.
@@ -97,11 +97,11 @@ def state_jacobian(states: Rows) -> list[tuple[Any, ...]]:
 
 
 def pose_by_errors(axes: Array, rates: Array) -> Array:
-    """Return (6, 7): how the pose moves with the platform's errors.
+    """Return the derivatives (6, 7) of the pose by the platform's errors.
 
     Args:
         axes: (3, 3) of roll, pitch, heading.
-        rates: (6,) of the pose: m/s and rad/s. A latency of 1 s more is a pose so much earlier.
+        rates: (6,) of the pose: m/s and rad/s. A latency of 1 s more means a pose 1 s earlier.
     """
     by_errors = np.zeros((POSE_COUNT, 7))
     by_errors[0, 0] = by_errors[1, 1] = by_errors[2, 2] = 1.0

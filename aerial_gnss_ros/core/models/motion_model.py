@@ -38,12 +38,11 @@ TUNING = MotionModelTuning()
 
 
 class MotionOf(Generic[Numbers]):
-    """How robots move: all alike, or each as an element of arrays (n,) says.
+    """Motion of robots: with common parameters, or arrays (n,) of them.
 
-    In sight: white acceleration. Out of sight the robot may turn, so that after a moment its
-    velocity goes to zero mean and `speed_sigma` (Ornstein-Uhlenbeck): at first fast, that a robot
-    which turned back at the edge of the view is found again; then slowly, that one which swims
-    straight on is as well.
+    In view: white acceleration. Out of view the robot may turn, so after a moment its velocity
+    tends to zero mean and `speed_sigma` (Ornstein-Uhlenbeck): at first fast, so that a robot that
+    turned back at the edge of the view is reacquired; then slowly, for one that swims straight on.
 
     Attributes:
         acceleration: root of the spectral density, m/s^1.5.
@@ -64,7 +63,7 @@ class MotionOf(Generic[Numbers]):
     ) -> tuple[Array, Array | None, Array]:
         """Return reach (n,), kept velocity (n,) and noise (n, 3): pp, pv, vv, of a time step.
 
-        position += reach * velocity; velocity *= kept, where that is not None (all of it).
+        position += reach * velocity; velocity *= kept, unless that is None (1).
 
         Args:
             seconds: length of the step, s.
@@ -95,7 +94,7 @@ class MotionOf(Generic[Numbers]):
     def _straight(
         self, seconds: float, count: int, strength: Array | float
     ) -> tuple[Array, None, Array]:
-        """Return the step of robots that were all in view just now."""
+        """Return the step of robots that were all in view until now."""
         q: Any = self.acceleration**2
         once = [q * seconds**3 / 3.0, q * seconds**2 / 2.0, q * seconds]
         reach = np.array([seconds] * count)
@@ -116,16 +115,16 @@ class MotionOf(Generic[Numbers]):
 
 
 MotionModel = MotionOf[float]
-"""Of robots that are all alike."""
+"""Motion of robots with common parameters."""
 
 
 class ClassMotions:
-    """How robots move, by class.
+    """Motion of robots by class.
 
     Attributes:
-        default: of classes without parameters of their own.
+        default: of classes without their own parameters.
         default_speed: its `speed_sigma`, m/s.
-        words: the fastest speed as messages tell it.
+        words: the greatest speed for messages.
         largest: one sigma of an unknown velocity, each axis, of the fastest class, m/s.
     """
 
@@ -140,7 +139,7 @@ class ClassMotions:
 
     @property
     def alike(self) -> bool:
-        """Whether no class has parameters of its own."""
+        """Whether no class has its own parameters."""
         return not self._own
 
     def of(self, class_ids: Sequence[str]) -> Array | None:

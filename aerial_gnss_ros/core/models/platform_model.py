@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""The platform's slowly varying errors: their names, their order in the state, their strength."""
+"""The platform's slowly varying errors: names, order in the state, and sigmas."""
 
 from __future__ import annotations
 
@@ -19,8 +19,8 @@ from aerial_gnss_ros.core.values.estimates import PlatformError
 Array = NDArray[np.float64]
 
 PLATFORM = ("gnss_east", "gnss_north", "height", "roll", "pitch", "heading", "latency")
-"""What is added to the measured value to have the true one: m, m, m, rad, rad, rad, s. The angles
-turn the camera about the axes of `gimbal.error_axes`; a latency is added to `camera.latency_s`."""
+"""Corrections to measured values: m, m, m, rad, rad, rad, s. The angles rotate the camera about the
+axes of `gimbal.error_axes`; a latency is added to `camera.latency_s`."""
 
 COUNT = len(PLATFORM)
 HEIGHT, LATENCY = PLATFORM.index("height"), PLATFORM.index("latency")
@@ -28,7 +28,7 @@ ANGLES = slice(PLATFORM.index("roll"), PLATFORM.index("heading") + 1)
 
 
 def named_errors(mean: Array, covariance: Array) -> tuple[PlatformError, ...]:
-    """Return the errors (7,) and their covariance (7, 7) by name; those switched off are left out.
+    """Return the errors (7,) with sigmas of their covariance (7, 7) by name, without disabled ones.
 
     A sigma of 0 means that the error is not estimated.
     """
@@ -45,14 +45,14 @@ class PlatformModelTuning:
     """Chosen numbers of this module, with their units and where they come from."""
 
     latency_time_s: float = 3600.0
-    """Correlation time of the latency: it comes from how camera and recorder are built."""
+    """Correlation time of the latency, s, which is a property of camera and recorder."""
 
 
 TUNING = PlatformModelTuning()
 
 
 class PlatformModel:
-    """Each error is a first-order Gauss-Markov process; a sigma of 0 switches it off.
+    """Each error is a first-order Gauss-Markov process; a sigma of 0 disables it.
 
     Args:
         noise: standard deviations and the correlation time.
@@ -63,7 +63,7 @@ class PlatformModel:
         white: (6,) variances of the pose's white noise: East, North, height (m²), and rotation
             about East, North, Up (rad²).
         pixel: variance of a box's centre, each axis, px².
-        nominal: (7, 7) covariance of the errors when nothing is known of them, as configured.
+        nominal: (7, 7) configured prior covariance of the errors.
     """
 
     def __init__(self, noise: Noise, reference: Reference | str) -> None:
@@ -80,7 +80,7 @@ class PlatformModel:
         self.pixel = noise.value("box_center_px") ** 2
 
     def stationary(self, fix_covariance: Array | None) -> Array:
-        """Return the (7, 7) covariance of the errors when nothing is known of them.
+        """Return the (7, 7) prior covariance of the errors.
 
         Args:
             fix_covariance: (2, 2) East, North of the fix itself, in place of the configured one.
@@ -92,7 +92,7 @@ class PlatformModel:
         return covariance
 
     def decay(self, seconds: float) -> Array:
-        """Return the factors (7,) by which errors' old values still count after a time."""
+        """Return the factors (7,) by which the errors decay over a time."""
         kept = np.zeros(COUNT)
         if self.correlation_time_s > 0.0:
             kept[:] = math.exp(-seconds / self.correlation_time_s)

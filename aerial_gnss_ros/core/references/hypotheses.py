@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Which track is which reference, and whether it is where it is said to be: Bayes' rule.
+"""Posterior of which track is which reference, and whether references are right.
 
 A hypothesis says of each reference which track it is, or that it is none of them: out of view, or
 not where it is said to be. Under it the positions of those tracks have the normal law that filter

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Account of boxes: each one is used or refused exactly once.
 
-A box that measures a labelled robot is used. One that starts or updates a tentative track is
+A box that updates a labelled robot is used. One that starts or updates a tentative track is
 pending: it is used when the track is confirmed, and refused as `unconfirmed` when it ends before.
 """
 
@@ -41,7 +41,7 @@ class Settled:
     """Boxes decided since the last call, of the last image and earlier ones.
 
     Attributes:
-        used: number of boxes that measured robots.
+        used: number of boxes that updated robots.
         refused: those whose track ended unconfirmed, each with the stamp of its own image.
     """
 
@@ -63,7 +63,7 @@ class BoxAccount:
         return settled
 
     def note(self, tracks: list[Track], measured: dict[int, int], boxes: DetectionFrame) -> None:
-        """Take in which boxes of an image measured tracks, with labels or without, or began them.
+        """Record which boxes of an image updated or started tracks, labelled or not.
 
         Args:
             tracks: by row.
@@ -98,7 +98,7 @@ class BoxAccount:
             tracks: that end.
             hits: measurements that would have confirmed them; 0: they end for another reason.
             images: number of images within the confirmation window.
-            confused: whether images are so unlike what is expected that robots are lost.
+            confused: whether a scene mismatch has lost most robots.
         """
         for track in tracks:
             if track.pending_boxes:
@@ -128,7 +128,7 @@ def box_masks(
 
     Args:
         seen: the image's measurements.
-        measured: boxes by row of the track that they measured or started.
+        measured: boxes by row of the track that they updated or started.
         refused: boxes that imply an impossible speed.
         boxes: n.
     """
@@ -149,7 +149,7 @@ def complaint(
     """Return why most boxes are refused, as a sentence; empty if most are used.
 
     Args:
-        used: number of boxes that measured robots.
+        used: number of boxes that updated robots.
         refused: number of others, by reason.
         causes: the `unconfirmed` among them by cause.
         least: least number of boxes for a complaint.
@@ -158,7 +158,7 @@ def complaint(
     if total < max(least, used):
         return ""
     reason = max(refused, key=lambda one: (refused[one], one))
-    words = f"{total} of {used + total} boxes measured no robot, {refused[reason]} as {reason}"
+    words = f"{total} of {used + total} boxes updated no robot, {refused[reason]} as {reason}"
     if reason is not Reason.UNCONFIRMED or not causes:
         return f"{words}: {reason.meaning}"
     cause = max(causes, key=lambda one: (causes[one], one))

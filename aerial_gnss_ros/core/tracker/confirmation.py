@@ -144,8 +144,8 @@ class TrackConfirmation:
             }
             p = max(likely)
             self._table.filter.log.add(
-                f"{tracks[old].robot_id} surfaced with others and cannot be told apart from them: "
-                f"its label ends. It is {likely[p]} with a probability of {p:.2f}."
+                f"{tracks[old].robot_id} surfaced with others and cannot be distinguished from "
+                f"them: its label ends. It is {likely[p]} with a probability of {p:.2f}."
             )
 
     def _record_alternatives(self, returns: Returns) -> None:
@@ -181,7 +181,7 @@ class TrackConfirmation:
 
         Args:
             track: with enough hits.
-            begun_ns: latest stamp at which it may have begun, ns.
+            begun_ns: latest possible stamp of its first box, ns.
             new: number of tentative tracks.
         """
         since = sum(image >= track.hits[0] for image in self.rule.images)

@@ -4,9 +4,9 @@
 
 If images are so rare that `tracks.confirm_hits` of them do not fit into `tracks.confirm_window_s`,
 no robot could be confirmed. Then the window is extended. But gates that have grown for so long also
-admit clutter, so one more measurement is required (`test_confirmation_rule` has the effect). Where
-images come fast, successive ones show the same glint: measurements are counted by the time between
-them, not by images.
+admit clutter, so one more measurement is required (`test_confirmation_rule` has the effect). At
+high image rates, consecutive images show the same glint: measurements are counted by the time
+between them, not by images.
 """
 
 from __future__ import annotations
@@ -29,8 +29,8 @@ class ConfirmationRuleTuning:
     """Greatest extension of the window, as a factor; rarer images confirm nothing. With the default
     rule that is an image every 3.5 s: a robot swims out of its gate between rarer ones. Judged."""
     glint_s: float = 0.04
-    """A glint or an error of the detector lasts for that long, s: images closer together do not
-    tell the same thing twice. Judged."""
+    """Duration of a glint or a detector error, s: images closer together are no independent
+    evidence. Judged."""
 
 
 TUNING = ConfirmationRuleTuning()
@@ -63,7 +63,7 @@ class ConfirmationRule:
         self.first_ns = 2**63 - 1
 
     def enough(self, hits: Iterable[int]) -> bool:
-        """Return whether measurements are as many as the rule asks for.
+        """Return whether there are as many measurements as the rule requires.
 
         Args:
             hits: stamps of a track's measurements, ns, the oldest first; those within
@@ -76,7 +76,7 @@ class ConfirmationRule:
         return looks >= self.hits
 
     def note(self, stamp_ns: int) -> None:
-        """Take in an image."""
+        """Record an image."""
         if self._last_ns is not None:
             self._gaps_ns.append(stamp_ns - self._last_ns)
             interval_ns = sorted(self._gaps_ns)[(len(self._gaps_ns) - 1) // 2]

@@ -32,7 +32,7 @@ class ForkTuning:
     longest_s: float = 60.0
     """Greatest age of a fork: after that its robots can be anywhere, s. Judged."""
     calm_s: float = 1.0
-    """Time without contradictions after which the filter's own robots are right, s. Judged."""
+    """Time without contradictions after which the filter's own robots are accepted, s. Judged."""
     agreeing_images: int = 3
     """Consecutive images that must agree with the fork. Judged."""
     recent_ns: int = 1_000_000_000
@@ -100,7 +100,7 @@ class Fork:
         return [row for row, track in enumerate(self.tracks) if not track.robot_id]
 
     def update(self, pairs: PairInnovations, boxes: int, threshold: float) -> bool:
-        """Take in an image that the filter cannot explain; return whether the fork explains it.
+        """Update with an image that the filter cannot explain; return whether the fork explains it.
 
         Args:
             pairs: innovations of these robots.

@@ -21,13 +21,13 @@ from aerial_gnss_ros.core.values.estimates import Current, PlatformError, RobotE
 
 @dataclass(frozen=True)
 class TrackUpdate:
-    """What one image did to the robots.
+    """Result of one image.
 
     Attributes:
         estimates: confirmed and coasting robots, ordered by robot_id.
-        measured: index of the detection that measured each confirmed robot, by robot_id.
+        measured: index of the detection that updated each confirmed robot, by robot_id.
         gated: (n,) True where a detection with a point neither updated nor started a track.
-        too_fast: (n,) True where it was refused because its track would have been too fast.
+        too_fast: (n,) True where it was refused because it implies an impossible speed.
         platform: errors of the platform, if the tracker estimates them.
         current: with which some robots drift, if it is known.
     """
@@ -44,7 +44,7 @@ class Tracking(Protocol):
     """Turns posed frames, in stamp order, into labelled robots."""
 
     def update(self, frame: PosedFrame, points: WaterPoints, local: LocalMap) -> TrackUpdate:
-        """Take in one image with its pose.
+        """Process one image with its pose.
 
         Args:
             frame: boxes, camera and pose, for a joint filter.
@@ -53,13 +53,13 @@ class Tracking(Protocol):
         """
 
     def misfit(self, frame: PosedFrame, points: WaterPoints, local: LocalMap) -> float:
-        """Return how badly an image's boxes fit the robots in view, nats; called on a copy only.
+        """Return the negative log likelihood of an image's boxes, nats; called on a copy only.
 
         Differences are log likelihood ratios of cameras or poses of the image.
 
         Args:
             frame: boxes, camera and pose.
-            points: where each box lies on the water, taken singly.
+            points: position of each box on the water, by itself.
             local: the frame `map`.
         """
 

@@ -34,7 +34,7 @@ def published(
         table: of the tracks.
         encounters: ambiguities of labels.
         fork: the alternative hypothesis, if there is one.
-        references: things of known position; None: there was none.
+        references: objects of known position; None without any.
         local: the frame `map`.
         altitude: of the water above the ellipsoid, m.
         stamp_ns: of the image, ns.

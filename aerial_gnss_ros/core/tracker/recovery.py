@@ -4,8 +4,8 @@
 
 Either telemetry is wrong now, or it was until now, or all robots have moved. So the robots are kept
 as a fork (`Fork`) while the filter continues. Later images decide: boxes return to the robots' old
-positions, or the robots are found elsewhere in the same formation (`Regrouping`), or new tracks are
-confirmed.
+positions, or the robots are re-identified by their formation elsewhere (`Regrouping`), or new
+tracks are confirmed.
 """
 
 from __future__ import annotations
@@ -71,10 +71,10 @@ class Recovery:
     def telemetry_is_back(self, stamp_ns: int) -> bool:
         """Return whether the drone's position is back where it was before it jumped.
 
-        Then the fork's robots are right. At the jump itself the fork is made.
+        Then the fork's robots are right. At the jump itself the fork is created.
 
         Args:
-            stamp_ns: of the image whose pose the filter has taken in, ns.
+            stamp_ns: of the image whose pose the filter has processed, ns.
         """
         if self.fork is not None and not self.fork.holds(stamp_ns):
             self.fork = None
@@ -85,7 +85,7 @@ class Recovery:
         return jumps.returned and self.fork is not None
 
     def explains(self, seen: Measurements, stamp_ns: int) -> bool:
-        """Take in an image that contradicts the robots; return whether the fork explains it.
+        """Process an image that contradicts the robots; return whether the fork explains it.
 
         Args:
             seen: its boxes.
@@ -105,7 +105,7 @@ class Recovery:
             self._matcher.scene_mismatch, self._lost_ns = False, None
 
     def update(self, rows: Indices, refused: int, stamp_ns: int, passed: float) -> None:
-        """Take in whether robots explain an image's boxes; one or two do not outvote a camera.
+        """Update with whether robots explain an image; one or two are no evidence against a camera.
 
         Args:
             rows: that were updated.

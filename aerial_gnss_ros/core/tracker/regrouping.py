@@ -85,7 +85,7 @@ class Regrouping:
         return {ready[j]: old[i] for i, j in found.pairs}, found
 
     def at_home(self, found: dict[int, int]) -> bool:
-        """Return whether all that were found are where they were before they seemed to move.
+        """Return whether all matched robots are at their positions before the displacement.
 
         Args:
             found: row of the robot by row of the track.
@@ -102,13 +102,13 @@ class Regrouping:
         every = np.arange(len(rows))
         squared, log_det = mahalanobis(offsets.reshape(-1, 2), spread.reshape(-1, 2, 2))
         squared, log_det = squared.reshape(len(rows), -1), log_det.reshape(len(rows), -1)
-        # Where the labels would be at home the other way round, formation and places contradict.
+        # If the positions fit other labels, formation and positions contradict each other.
         likeliest = linear_sum_assignment(squared + log_det)[1]
         inside = squared[every, every] <= self._threshold
         return bool(inside.all() and (likeliest == every).all())
 
     def displacement(self, found: dict[int, int]) -> float:
-        """Return the squared distance of the robots from where they were before, m².
+        """Return the squared distance of the robots from their previous positions, m².
 
         Of the robot displaced farthest.
 
@@ -124,7 +124,7 @@ class Regrouping:
         return float(np.sum(offsets**2, axis=1).max())
 
     def _previous(self) -> dict[str, int]:
-        """Return the rows of the old tracks of robots that are elsewhere, by label."""
+        """Return the rows of the old tracks of displaced robots, by label."""
         tracks = enumerate(self._table.tracks)
         return {track.previous_label: row for row, track in tracks if track.previous_label}
 
@@ -151,7 +151,7 @@ class Regrouping:
                 self._table.merge(old, row)
         if not moved:
             return set(found.values())
-        # Of several old places of a robot the first one counts: that was before any doubt.
+        # Of several old positions of a robot the first one counts, from before any ambiguity.
         labels = [track.previous_label for track in tracks]
         return {old for old in found.values() if labels.count(labels[old]) > 1}
 

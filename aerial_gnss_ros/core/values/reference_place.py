@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Where a reference is said to be at the time of an image."""
+"""Stated position of a reference at the time of an image."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class ReferencePlace:
-    """A thing of known position.
+    """An object of known position.
 
     Attributes:
         name: of the reference.

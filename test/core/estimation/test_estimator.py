@@ -143,7 +143,7 @@ def test_boxes_of_other_classes_only_are_told_with_both_names(sea):
     assert told(["aqua"] * 9) == []  # may still be chance
     (sentence,) = told(["aqua"] * 7 + ["buoy"] * 7)
     assert sentence.startswith("All boxes so far are of class 'aqua', 'buoy' and refused as wrong")
-    assert "detections.classes is 'boat', 'ship'; put the names there" in sentence
+    assert "detections.classes is 'boat', 'ship'; enter the class" in sentence
     assert told(["boat"] + ["aqua"] * 20) == []
 
 

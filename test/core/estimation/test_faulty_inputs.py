@@ -144,7 +144,7 @@ def test_robots_found_from_a_wrong_place_are_given_up(sea):
     assert all(math.hypot(*best) < 1.0 for t, _, best in flight.rows() if t > 6.0)
     told = [one for one in flight.engine.events if "m from its earlier fixes" in one]
     assert len(told) == 1
-    assert "robots get new names" in told[0]
+    assert "robots get new labels" in told[0]
 
 
 def test_longitude_500_all_flight_gives_no_position(sea):

@@ -179,7 +179,7 @@ def test_time_that_begins_anew_is_followed_within_a_second(player, telemetry, cl
     flight.play(2.85, clock=0.0 if clock else end).end()
     assert flight.engine.happened["time_went_backward"] == 1
     (told,) = flight.told("Time went backward by")
-    assert ("robots get new names" in told) == clock  # else the node's clock tells what passed
+    assert ("robots get new labels" in told) == clock  # else the node's clock tells what passed
     stamps = [r.stamp_ns for r in flight.results]
     again = flight.results[stamps.index(flight.sea.stamp(0.0)) :]
     assert len(again) == 40  # nothing of the new pass is lost
@@ -316,7 +316,7 @@ def test_all_clocks_step_and_names_stay(player, sea, by, node):
     known = whose(flight, [(r, seconds(sea, r)) for r in flight.results[5:before]])
     assert [len(robots) for robots in known.values()] == [1, 1, 1]
     assert whose(flight, after) == known
-    assert len(flight.told("keep their names")) == 1
+    assert len(flight.told("keep their labels")) == 1
     last = [(one.last_seen_ns, r.stamp_ns) for r, _ in after for one in r.estimates]
     assert all(seen_ns == stamp_ns for seen_ns, stamp_ns in last)
 

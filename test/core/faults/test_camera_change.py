@@ -41,7 +41,7 @@ def test_a_description_that_boxes_contradict_waits_until_it_has_lasted():
     events = Events()
     used = images([AFTER] * 102, [15.0] * 102, events=events)
     assert used == [BEFORE] * 100 + [AFTER] * 2
-    assert "has changed, but boxes" in events.sentences[0]
+    assert "has changed, but the boxes" in events.sentences[0]
     assert "for 10 s" in events.sentences[1]
 
 

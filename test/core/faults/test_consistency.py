@@ -28,7 +28,7 @@ def test_complains_while_boxes_lie_too_far_off():
     assert monitor.fit.ratio == pytest.approx(1.0)
     assert monitor.complaints == ()
     (begin,) = fed(monitor, 4.0)
-    assert "Boxes lie" in begin
+    assert "Boxes are" in begin
     # Standing complaints follow the present figure: sqrt(4) times as far.
     assert monitor.fit.ratio == pytest.approx(4.0)
     assert monitor.fit.sigmas == pytest.approx(30.0)  # (4 - 1) / sqrt(2 / 200)
@@ -44,7 +44,7 @@ def test_says_where_the_filter_allows_for_noise_larger_than_stated():
     (begin,) = filter(None, said)
     assert "Boxes lie 2.0 times" in begin
     assert "less certain than published" not in begin
-    assert "2.0 times as noisy as stated" in begin
+    assert "noise is assumed 2.0 times" in begin
     assert monitor.fit.ratio == pytest.approx(4.0)  # by the stated noise
 
 
@@ -82,7 +82,7 @@ def test_boxes_just_outside_their_gates_are_a_complaint_while_they_are_many():
     for _ in range(50):
         monitor.update_matches(5, 5)
     (words,) = monitor.complaints
-    assert "400 of 5500 boxes lie outside" in words
+    assert "400 of 5500 boxes are outside" in words
     for _ in range(100):
         monitor.update_matches(10, 0)
     assert monitor.complaints == ()

@@ -243,6 +243,6 @@ def test_a_runaway_slower_than_robots_is_published_as_doubt(sea, axis, robots_a_
         squares, sigmas = _squares(world, parts[name], sea, of)
         assert np.quantile(squares, 0.98) < 13.8  # one in a thousand, if the covariance is right
         parts[name] = sigmas
-    assert any("turned by itself" in sentence for sentence in engine.health.complaints)
+    assert any("if the camera had rotated" in sentence for sentence in engine.health.complaints)
     assert parts["runs"][-3:].min() > 2.0  # m
     assert calm < parts["right"][-1] < 0.8 * parts["runs"].max()  # the way back takes some away

@@ -89,4 +89,4 @@ def test_robots_are_in_doubt_while_a_turn_may_have_displaced_them_until_they_ret
     joint.note_return()
     assert joint.ambiguity.apart == 0.0
     assert not joint.ambiguity.covariance.any()
-    assert any("Robots are back where they were" in one for one in joint.log.drain())
+    assert any("Robots are back at their positions" in one for one in joint.log.drain())

@@ -154,7 +154,7 @@ def test_a_box_that_would_make_a_robot_too_fast_is_refused_as_such(sea):
 def test_most_boxes_that_come_to_nothing_are_told_with_the_likely_cause():
     refused, causes = {Reason.GATED: 3, Reason.UNCONFIRMED: 27}, {Cause.OUT_OF_GATE: 27}
     words = complaint(10, refused, causes)
-    assert "30 of 40 boxes measured no robot, 27 as unconfirmed, mostly out_of_gate" in words
+    assert "30 of 40 boxes updated no robot, 27 as unconfirmed, mostly out_of_gate" in words
     assert "camera.latency_s" in words
     assert complaint(31, refused, causes) == ""
     assert complaint(0, {Reason.NO_FIX: 19}, {}) == ""
