@@ -32,7 +32,7 @@ def test_complains_while_boxes_lie_too_far_off():
     # Standing complaints follow the present figure: sqrt(4) times as far.
     assert monitor.fit.ratio == pytest.approx(4.0)
     assert monitor.fit.sigmas == pytest.approx(30.0)  # (4 - 1) / sqrt(2 / 200)
-    assert [c.split(" as far")[0] for c in monitor.complaints] == ["Boxes lie 2.0 times"]
+    assert [c.split(" as far")[0] for c in monitor.complaints] == ["Boxes are 2.0 times"]
     (end,) = fed(monitor, 1.0)
     assert "again" in end
     assert monitor.complaints == ()
@@ -42,7 +42,7 @@ def test_says_where_the_filter_allows_for_noise_larger_than_stated():
     monitor = InnovationMonitor()
     said = [monitor.update(2.0, 2, 4.0) for _ in range(100)]
     (begin,) = filter(None, said)
-    assert "Boxes lie 2.0 times" in begin
+    assert "Boxes are 2.0 times" in begin
     assert "less certain than published" not in begin
     assert "noise is assumed 2.0 times" in begin
     assert monitor.fit.ratio == pytest.approx(4.0)  # by the stated noise

@@ -72,7 +72,7 @@ def test_without_area_and_lengths_nothing_is_checked():
     ("polygons", "sentence"),
     [
         (square(*HERE[::-1]), "latitudes and longitudes are swapped: GeoJSON has longitude first."),
-        (square(-59.0, 14.0), "lies 111 km from the drone"),
+        (square(-59.0, 14.0), "is 111 km from the drone"),
         (square(-159.0, 14.0), "give the area of this site, or leave it out."),
     ],
 )
