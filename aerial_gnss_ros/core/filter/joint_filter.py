@@ -56,17 +56,17 @@ TUNING = JointFilterTuning()
 
 
 class JointFilter(CameraFaults):
-    """Robots in rows 0 to n - 1, and the platform's errors, by what images show.
+    """Joint filter of robots in rows 0 to n - 1 and the platform's errors.
 
     Args:
         config: noise, motion and the gimbal's reference.
-        log: where it says what is odd.
+        log: receives warnings.
 
     Attributes:
         moored: weighs whether robots that seem to stay do; None: it is not asked for.
-        monitor: how well boxes fit what is stated.
-        jumps: whether the drone's position has jumped.
-        noise: how many times as large as stated their white noise is.
+        monitor: consistency of innovations with the stated noise.
+        jumps: detector of GNSS jumps.
+        noise: ratio of actual to stated white noise.
         orientation_jumped: whether the camera's orientation has jumped with the last image, and not
             back.
     """
@@ -84,7 +84,7 @@ class JointFilter(CameraFaults):
         self.reset()
 
     def reset(self) -> None:
-        """Forget robots and platform."""
+        """Reset robots and platform."""
         self._stationary = self.model.stationary(None)
         self.clear(self._stationary)
         self._fresh = True
@@ -107,7 +107,7 @@ class JointFilter(CameraFaults):
         return self._stationary
 
     def predict(self, seconds: float) -> None:
-        """Move on in time."""
+        """Predict to a later time."""
         keep = self.model.decay(seconds)
         if self.moored is not None:
             self.moored.predict(self._groups, seconds, keep, self._stationary, self.motion)
@@ -120,8 +120,8 @@ class JointFilter(CameraFaults):
 
         Args:
             frame: the image.
-            robots_tell: returns whether robots tell that its position has jumped, by copies of the
-                filter as it was before (see `GnssJumpDetector`).
+            robots_tell: tests by robots, on copies of the previous filter, whether its position has
+                jumped (see `GnssJumpDetector`).
         """
         pose, measured = frame.pose, frame.in_map
         passed = 0.0 if self._pose_ns is None else (pose.stamp_ns - self._pose_ns) * 1e-9
@@ -158,7 +158,7 @@ class JointFilter(CameraFaults):
         return settled
 
     def _follow_jump(self, jump: Array) -> None:
-        """Go over to a position that has jumped (3,), m, and is believed now."""
+        """Follow an accepted jump (3,) of the position, m."""
         self._motion.shift(jump)
         if self.moored is not None:
             self.moored.reset()
@@ -170,7 +170,7 @@ class JointFilter(CameraFaults):
         self._spread_doubt()
 
     def _settle(self, latency_s: float, sigma: float) -> None:
-        """Take over what is known of the latency."""
+        """Take over the latency's estimate."""
         for group in self._groups:
             group.settle(LATENCY, latency_s, sigma)
         if self.moored is not None:
@@ -194,7 +194,7 @@ class JointFilter(CameraFaults):
             seen: the image's detections.
             scale: of the covariance's trace, and
             floor: m², of the squared distance up to which a pair is returned.
-            groups: other laws, as if these held; None: the filter's own.
+            groups: other joint states to use; None: the filter's own.
         """
         view, found = self._sight, []
         assert view is not None  # noqa: S101 - `update_camera` came first
@@ -206,7 +206,7 @@ class JointFilter(CameraFaults):
         return found[0] if len(found) == 1 else PairInnovations.of_groups(found)
 
     def predict_with(self, groups: list[JointState], seconds: float) -> None:
-        """Move other laws of one camera on in time."""
+        """Predict other joint states of the same camera."""
         if seconds <= 0.0:
             return
         keep = self.model.decay(seconds)
@@ -234,7 +234,9 @@ class JointFilter(CameraFaults):
                     if self.moored is not None:
                         self.moored.reset()
                     relinearize(group, self._sight)
-                    feigned = TUNING.feigned_mps if self._late else 0.0  # else robots seem too fast
+                    feigned = (
+                        TUNING.feigned_mps if self._late else 0.0
+                    )  # otherwise robots seem too fast
                     speeds = group.motion(self.motion, slots).speed_sigma
                     group.forget(slots, self._stationary, speeds + feigned)
                 outcome = correct(
@@ -278,8 +280,8 @@ class JointFilter(CameraFaults):
     def _report_refused(self, refused: int) -> None:
         if refused and not self._refusing:
             self.log.add(
-                f"Boxes would make {counted(refused, 'robot')} faster than {self.motions.words} "
-                "and are not used: the compass, the gimbal or camera.latency_s may be wrong."
+                f"Boxes imply that {counted(refused, 'robot')} exceeded {self.motions.words} and "
+                "are not used: the compass, the gimbal or camera.latency_s may be wrong."
             )
         self._refusing = bool(refused)
 

@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Tests by robots whether the GNSS position of an image has jumped.
 
-A position that stands out (`gnss_jump`) may be a jump of the receiver or a motion of the drone. Two
-copies of the tracks take in the image, one for each: boxes fit robots by the right one. Where an
+A conspicuous position (`gnss_jump`) may be a jump of the receiver or a motion of the drone. Two
+copies of the tracks process the image, one for each: boxes fit robots with the right one. Where an
 image shows none of the robots, the position is taken to have jumped, since no drone flies so: the
 covariances of the robots, which are all out of sight, then contain the jump.
 """
@@ -25,8 +25,7 @@ class GnssJumpTestTuning:
     """Chosen numbers of this module, with their units and where they come from."""
 
     jumped_nats: float = math.log(20.0)
-    """Nats by which boxes must fit a position that has jumped better than one that has not. Odds of
-    20 to 1, as everywhere."""
+    """Log odds of a jump above which it is accepted: 20 to 1, as everywhere."""
 
 
 TUNING = GnssJumpTestTuning()
