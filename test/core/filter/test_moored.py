@@ -5,9 +5,12 @@
 from __future__ import annotations
 
 import math
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
+
+from aerial_gnss_ros.core.filter.moored import TUNING, MooredHypothesis
 
 RTK = {"noise.gnss_offset_m": 0.02}
 ORBIT = {
@@ -81,3 +84,134 @@ def test_a_robot_that_has_just_left_is_not_far_off(sea, seconds):
     """It swims 0.3 m/s: for a second its boxes may be noise."""
     _, errors, _, _ = flown(sea, seconds=seconds, leaves=20.0)
     assert errors.max() < 0.45
+
+
+STEP_S = 0.1
+
+
+class Base(SimpleNamespace):
+    """Stands in for the law in which all swim."""
+
+    def __len__(self):
+        return len(self.ids)
+
+
+class StandIn:
+    """Stands in for a law of n moored robots and a current."""
+
+    def __init__(self, count):
+        self.ids = np.array([*range(count), -1])
+        self.variance = 0.1**2
+        self.released = []
+        self.release = self.released.append
+
+    def __len__(self):
+        return len(self.ids)
+
+    def predict(self, *_):
+        """Nothing moves."""
+
+
+def tried(adrift=False):
+    """Return a hypothesis with a stand-in of its law, in which three robots are moored."""
+    base = Base(ids=np.arange(3), own=np.full((2, 3), np.nan))
+    one = MooredHypothesis(base, adrift)
+    one.law, one.evidence = StandIn(3), TUNING.first_nats
+    one._sums = {name: np.zeros((2, 3)) for name in range(3)}
+    return one
+
+
+def outcome(innovations, fits=0.0):
+    """Return what an image gave: innovations (m, 2) by their own covariance."""
+    own = np.array(innovations, dtype=float)
+    return SimpleNamespace(
+        count=own.size,
+        log_likelihood=fits,
+        slots=np.arange(len(own)),
+        normalised=lambda: own,
+    )
+
+
+def shown(one, innovations, seconds):
+    """Let images show the same innovations for a time; return the greatest probability to leave."""
+    most = 0.0
+    for _ in range(round(seconds / STEP_S)):
+        if one.law is None or one.law.released:
+            break
+        one.predict(STEP_S, None, None, None)
+        one._compare(one.law, outcome(innovations), outcome(innovations))
+        most = max(most, one.left.get(0, 0.0))
+    return most
+
+
+def test_evidence_is_what_the_law_fits_better():
+    one = tried()
+    still = [[0.0, 0.0]] * 3
+    one._compare(one.law, outcome(still, fits=-3.0), outcome(still, fits=-5.0))
+    assert one.evidence == TUNING.first_nats + 2.0
+    one._compare(one.law, outcome(still[:2], fits=-3.0), outcome(still, fits=-5.0))
+    assert one.evidence == TUNING.first_nats + 2.0  # not the same boxes
+    one._compare(one.law, outcome(still, fits=-30.0), outcome(still))
+    assert one.law is None
+    assert one.evidence == -math.inf
+    assert one._paused_s == TUNING.pause_s
+
+
+def test_a_robot_leaves_by_small_innovations_that_add_up():
+    one = tried()
+    shown(one, [[0.7, 0.0], [0.0, 0.0], [0.0, 0.0]], seconds=1.0)
+    assert 0.0 < one.left[0] < 0.1
+    assert not one.law.released
+    most = shown(one, [[0.7, 0.0], [0.0, 0.0], [0.0, 0.0]], seconds=10.0)
+    assert 0.3 < most < 1.0
+    assert one.law.released == [0]
+    assert set(one._sums) == {1, 2}
+    assert one._barred_s == {0: TUNING.pause_s}
+
+
+def test_white_innovations_are_no_reason_to_leave():
+    one, rng = tried(), np.random.default_rng(3)
+    for _ in range(600):
+        one.predict(STEP_S, None, None, None)
+        own = outcome(rng.standard_normal((3, 2)))
+        one._compare(one.law, own, own)
+    assert not one.law.released
+    assert one.law.variance == 0.1**2
+
+
+def test_where_most_seem_to_leave_the_hypothesis_is_wrong():
+    one = tried()
+    shown(one, [[1.0, 0.0], [1.0, 0.0], [0.0, 0.0]], seconds=10.0)
+    assert one.law is None
+    assert one._paused_s > 0.0
+
+
+@pytest.mark.parametrize(("innovation", "larger"), [(0.6, True), (0.02, False)])
+def test_the_swing_is_as_large_as_boxes_tell(innovation, larger):
+    one = tried()
+    for _ in range(40):
+        one.predict(STEP_S, None, None, None)
+        own = outcome([[innovation, innovation]] * 3)
+        one._compare(one.law, own, own)
+        for sums in one._sums.values():
+            sums[1] = 0.0  # of the longer window only the shorter one is asked here
+    one._adapt(one.law)
+    assert one.law.variance == pytest.approx(
+        0.1**2 * TUNING.larger if larger else 0.1**2 / TUNING.larger
+    )
+
+
+def test_that_robots_stay_begins_as_that_they_drift_by_nothing():
+    drifting, still = tried(adrift=True), tried()
+    drifting.evidence, still.law = 3.0, None
+    drifting.law.without_current = lambda: "still"
+    drifting.law.still_odds = lambda: -5.0
+    still.begin_as(drifting, -4.0)
+    assert still.law is None
+    drifting.law.still_odds = lambda: -1.5
+    still.begin_as(drifting, -4.0)
+    assert (still.law, still.evidence) == ("still", 1.5)
+    assert still._sums is not drifting._sums
+    still.law, still._paused_s = None, 1.0
+    still.begin_as(drifting, -4.0)
+    assert still.law is None
