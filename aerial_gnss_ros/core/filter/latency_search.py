@@ -50,9 +50,12 @@ class LatencySearchTuning:
     images_memory_s: float = 300.0
     """Time constant with which older images are down-weighted, s: the latency may change.
     Judged."""
-    max_step_m: float = 3.0
-    """Greatest motion of the smoothed camera position in a step, m; beyond, telemetry has jumped.
-    Judged."""
+    most_bend_m: float = 0.3
+    """Greatest change of the smoothed camera position from one step to the next, m: 3 g. Beyond,
+    telemetry has jumped, by a metre or more."""
+    most_bend_rad: float = 0.05
+    """The same of the orientation, rad: a gimbal that starts at 60 deg/s has less, one that jumps
+    by 12 deg has more. Judged."""
     posterior_steps: int = 20
     """Grid points of the posterior between two candidates. Judged."""
     most_waiting: int = 100
@@ -142,9 +145,7 @@ class LatencySearch:
         if not self._lattice.fill(first, last, self._pose, late):
             return False
         positions, rotations = self._lattice.between(first, last, rest / STEP_NS)
-        steps = np.linalg.norm(np.diff(positions, axis=0), axis=1)
-        # False for NaN: gaps in telemetry are not bridged.
-        if np.isfinite(rotations).all() and bool((steps <= TUNING.max_step_m).all()):
+        if _is_smooth(positions, rotations):
             passed = 0.0 if self._last_ns is None else (seen.stamp_ns - self._last_ns) * 1e-9
             self._last_ns = seen.stamp_ns
             # A larger latency is an earlier pose.
@@ -192,3 +193,21 @@ class LatencySearch:
             return samples.can_arrive
         pose = self._posing.pose(samples)
         return False if isinstance(pose, Reason) else MapPose.of(pose, self._local)
+
+
+def _is_smooth(positions: Array, rotations: Array) -> bool:
+    """Return whether poses that follow one another are known and none has jumped.
+
+    However fast the drone is: only changes of its velocity count.
+
+    Args:
+        positions: (n, 3) m, smoothed.
+        rotations: (n, 3, 3) smoothed.
+    """
+    moved = np.linalg.norm(np.diff(positions, n=2, axis=0), axis=1)
+    turned = np.linalg.norm(np.diff(rotations, n=2, axis=0), axis=(1, 2))
+    # False for NaN: gaps in telemetry are not bridged. A turn by w changes a matrix by √2 w.
+    return bool(
+        (moved <= TUNING.most_bend_m).all()
+        and (turned <= math.sqrt(2.0) * TUNING.most_bend_rad).all()
+    )

@@ -49,8 +49,7 @@ class PoseLattice:
     def clear(self) -> None:
         """Forget everything."""
         self._first = self._next = 0
-        self._positions: list[Array] = []
-        self._rotations: list[Array] = []
+        self._poses: list[MapPose] = []  # immutable: a snapshot shares them
 
     def fill(self, first: int, last: int, pose_at: PoseAt, final: bool) -> bool:
         """Fill in what `between` needs for poses `first` to `last`; False: telemetry is awaited.
@@ -59,7 +58,7 @@ class PoseLattice:
         give.
         """
         first, last = first - MARGIN, last + 1 + MARGIN
-        if not self._positions or not self._first <= first <= self._next:
+        if not self._poses or not self._first <= first <= self._next:
             self.clear()
             self._first = self._next = first
         while self._next <= last:
@@ -68,12 +67,11 @@ class PoseLattice:
                 return False
             if isinstance(pose, bool):
                 pose = MapPose(np.full(3, np.nan), np.full((3, 3), np.nan))
-            self._positions.append(pose.position)
-            self._rotations.append(pose.rotation)
+            self._poses.append(pose)
             self._next += 1
-        surplus = len(self._positions) - self._length
+        surplus = len(self._poses) - self._length
         if surplus > 0:
-            del self._positions[:surplus], self._rotations[:surplus]
+            del self._poses[:surplus]
             self._first += surplus
         return True
 
@@ -89,8 +87,9 @@ class PoseLattice:
             fraction: of the way to the next, 0 to 1.
         """
         begin, end = first - self._first - MARGIN, last - self._first + 2 + MARGIN
-        places = smoothed(np.array(self._positions[begin:end]))
-        turns = smoothed(np.array(self._rotations[begin:end]))
+        poses = self._poses[begin:end]
+        places = smoothed(np.array([pose.position for pose in poses]))
+        turns = smoothed(np.array([pose.rotation for pose in poses]))
         keep = 1.0 - fraction
         return (
             keep * places[:-1] + fraction * places[1:],

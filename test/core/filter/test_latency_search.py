@@ -11,6 +11,9 @@ import pytest
 
 from aerial_gnss_ros.core.config.estimator import estimator_config
 from aerial_gnss_ros.core.estimation.estimator import Estimator
+from aerial_gnss_ros.core.filter.latency_search import _is_smooth
+from aerial_gnss_ros.core.filter.pose_lattice import MARGIN, smoothed
+from aerial_gnss_ros.core.geometry.frames import matrix_from_rpy
 from aerial_gnss_ros.core.values.estimates import State
 from aerial_gnss_ros.simulation.experiment import CameraClock, Experiment, default_camera
 from aerial_gnss_ros.simulation.feeding import feed
@@ -118,3 +121,23 @@ def test_simulated_flights_are_honest(family, late_s, seed):
 def test_it_is_not_estimated_unless_it_is_asked_for(sea):
     results = sea.play(sea.estimator(STATED), sea.World(robots=ROBOTS), 2.0)
     assert "latency" not in {one.name for result in results for one in result.platform}
+
+
+@pytest.mark.parametrize(
+    ("speed", "jump_m", "jump_deg", "smooth"),
+    [
+        (60.0, 0.0, 0.0, True),
+        (0.0, 0.5, 5.0, True),
+        (60.0, 2.0, 0.0, False),
+        (0.0, 0.0, 20.0, False),
+        (math.nan, 0.0, 0.0, False),
+    ],
+)
+def test_telemetry_has_jumped_at_any_speed_of_the_drone(speed, jump_m, jump_deg, smooth):
+    t = 0.1 * np.arange(30.0)
+    late = t > 1.45
+    positions = np.stack([speed * t + jump_m * late, np.zeros(30), np.full(30, 30.0)], axis=1)
+    yaw = np.radians(jump_deg) * late
+    rotations = np.array([matrix_from_rpy(0.0, 1.0, float(angle)) for angle in yaw])
+    assert _is_smooth(smoothed(positions), smoothed(rotations)) is smooth
+    assert len(smoothed(positions)) == 30 - 2 * MARGIN
