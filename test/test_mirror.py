@@ -15,9 +15,9 @@ TESTS = Path(__file__).resolve().parent
 ROOT = TESTS.parent
 PACKAGE = ROOT / "aerial_gnss_ros"
 
-# Modules that are tested by what is made with them, by the test that does so. In core, an image's
-# way is tested from what is measured to what is published; elsewhere whole files, commands, nodes
-# and pictures are the smallest things whose result anybody can check by other means.
+# Modules that are tested by what is made with them, by the test that does so: whole files,
+# commands, nodes and pictures are the smallest things whose result anybody can check by other
+# means. None of core is among them.
 TESTED_WITH = {
     "benchmarking/test_figures.py": (
         "benchmarking/live benchmarking/machine benchmarking/one_process benchmarking/processes"
@@ -129,6 +129,7 @@ def test_every_module_has_a_test_of_its_name_or_is_listed_with_another() -> None
     assert needed <= listed.keys(), "these have no test of their name: write test/ROOM/test_NAME.py"
     assert listed.keys() <= needed, "these need no other test: take them off the list"
     assert set(listed.values()) == {1}, "a module is listed once"
+    assert not [name for name in listed if name.startswith("core/")], "write its own test"
 
 
 @pytest.mark.parametrize("test", TESTED_WITH)
