@@ -91,6 +91,8 @@ def test_without_a_current_places_are_what_they_were_if_there_was_none():
     law.predict(2.0, np.ones(COUNT), 0.01 * np.eye(COUNT), MOTION)
     still = law.without_current()
     assert np.all(still.robots[:2, 0] < law.robots[:2, 0] - 0.1)
+    assert np.all(still.covariance.diagonal() <= law.covariance.diagonal() + 1e-12)
+    assert still.covariance[COUNT, COUNT] < 0.99 * law.covariance[COUNT, COUNT]
     assert law.robots[law.current, 2] == pytest.approx(0.1, rel=0.05)
     assert moored((0.1, 0.0), adrift=False).robots[0, 0] == 0.0
 

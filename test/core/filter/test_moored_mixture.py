@@ -119,8 +119,10 @@ def test_nothing_is_put_in_while_the_camera_may_have_turned():
 
 
 def test_the_current_is_told_where_robots_drift_and_do_not_stay():
-    mixture, made = MooredMixture(), group()
-    mixture._all = [made]
+    mixture, made, less = MooredMixture(), group(), group()
+    mixture._all = [less, made]
+    assert mixture.current() is None
+    tried(less.both[1], 0.0, 0.0, 1.0)
     assert mixture.current() is None
     tried(made.both[1], 4.0, 0.0, 1.0)
     current = mixture.current()
