@@ -236,7 +236,7 @@ def test_damaged_images_are_counted_and_told(tmp_path, flight, detector, capsys,
     assert detector.calls == flight.images - len(damaged)
     captured = capsys.readouterr()
     assert f"unusable images: {len(damaged)}" in captured.out
-    assert f"{counted(len(damaged), 'image')} left out: /camera/image_raw: " in captured.err
+    assert f"{counted(len(damaged), 'image')} skipped: /camera/image_raw: " in captured.err
     assert "was cut off" in captured.err
 
 

@@ -76,7 +76,7 @@ def test_a_bound_name_goes_to_the_first_and_to_no_other():
 @pytest.mark.parametrize(
     ("sighting", "words"),
     [
-        (_seen(0, 26), ["A robot 26 m from the start of leader is called aqua_1", "allows 10 m"]),
+        (_seen(0, 26), ["A robot 26 m from the start of leader is labelled aqua_1", "allows 10 m"]),
         (_seen(11, 0, "buoy"), ["1 m from the start of second", "'buoy'", "'Aqua' is expected"]),
     ],
 )
