@@ -108,11 +108,12 @@ class JointFilter(CameraFaults):
 
     def predict(self, seconds: float) -> None:
         """Predict to a later time."""
-        keep = self.model.decay(seconds)
         if self.moored is not None:
+            keep = self.model.decay(seconds)
             self.moored.predict(self._groups, seconds, keep, self._stationary, self.motion)
         self.predict_with(self._groups, seconds)
         if self.ambiguity.episodes and seconds > 0.0:
+            keep = self.model.decay(seconds)
             self.ambiguity.predict(seconds, float(keep[ANGLES.start]))
 
     def update_camera(self, frame: PosedFrame, robots_tell: Callable[[], bool] = nobody) -> bool:
