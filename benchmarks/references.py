@@ -97,6 +97,12 @@ def fly(case: Case, seed: int) -> Record:
 
     found = results(made, parameters, images, watch=watch)
     true = truth_of(made, images)
+    if case.kind == "leaves":
+        seen = [image[0].t <= LEAVES_S for image in images]
+        true = [
+            replace(one, seen=one.seen & np.array([there, True, True, True]))
+            for one, there in zip(true, seen, strict=True)
+        ]
     limits = bounds(made, parameters, true, None if case.kind == "wrong" else known)
     names = robots_of(found, true)
     said = " ".join(str(one) for one in engines[0].events)
