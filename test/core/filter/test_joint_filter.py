@@ -82,7 +82,7 @@ def test_a_jump_of_the_receiver_and_back_changes_nothing(sea):
     assert {e.state for e in results[-1].estimates} == {State.CONFIRMED}
     assert max(_errors(world, results, sea).values()) < 0.5
     assert any("jumped by 50 m" in sentence for sentence in engine.events)
-    assert any("back where it was" in sentence for sentence in engine.events)
+    assert any("is back at that before its jump" in sentence for sentence in engine.events)
 
 
 def test_a_jump_that_stays_is_followed_but_not_trusted(sea):
