@@ -215,3 +215,30 @@ def test_that_robots_stay_begins_as_that_they_drift_by_nothing():
     still.law, still._paused_s = None, 1.0
     still.begin_as(drifting, -4.0)
     assert still.law is None
+
+
+def test_what_was_wrong_is_tried_again_after_a_pause():
+    one = tried()
+    one.left = {0: 0.6}
+    one._release(one.law, 0)
+    assert one._eligible(SimpleNamespace(ids=np.array([0]), unseen=np.zeros(1))) == []
+    one._fail()
+    assert one._paused_s == TUNING.pause_s
+    for _ in range(round(0.9 * TUNING.pause_s / STEP_S)):
+        one.predict(STEP_S, None, None, None)
+    assert 0.0 < one._paused_s < 0.2 * TUNING.pause_s
+    swimming = SimpleNamespace(ids=np.array([0, 1]), unseen=np.zeros(2))
+    assert one._eligible(swimming) == [1]  # the other one is barred
+    one.predict(0.2 * TUNING.pause_s, None, None, None)
+    assert one._paused_s == 0.0
+    assert one._eligible(swimming) == [0, 1]
+    one._fail()
+    assert one._paused_s == 2.0 * TUNING.pause_s
+
+
+def test_one_robot_may_stay_but_not_drift_alone():
+    for adrift in (False, True):
+        one = tried(adrift)
+        one._sums = {0: np.zeros((2, 3))}
+        one.predict(STEP_S, None, None, None)
+        assert (one.law is None) == adrift
