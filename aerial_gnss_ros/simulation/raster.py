@@ -98,9 +98,7 @@ def draw(
             polygons.append((polygon, light, _kept(polygon, scene) if submerged else None))
     if polygons:
         points = np.concatenate([polygon for polygon, _, _ in polygons])
-        pixels, _ = project_points(camera, pose, points)
-        samples = (pixels - (window.x, window.y) + 0.5) * factor - 0.5
-        fixed = np.round(samples * 2**SUBPIXEL_BITS).astype(np.int32)
+        fixed = _samples(camera, pose, window, factor, points)
         start = 0
         for polygon, light, kept in polygons:
             corner = fixed[start : start + len(polygon)]
@@ -112,13 +110,18 @@ def draw(
                 _fill(hidden, corner, kept)
             _fill(cover, corner, np.array([255.0]))
     size = (window.width, window.height)
-    return Layer(
-        window,
-        shrink(below, size),
-        shrink(hidden, size),
-        shrink(above, size),
-        shrink(cover.astype(np.float32) / 255.0, size),
-    )
+    covered = cover.astype(np.float32) / 255.0
+    return Layer(window, *(shrink(one, size) for one in (below, hidden, above, covered)))
+
+
+def _samples(
+    camera: CameraModel, pose: ViewPose, window: Window, factor: int, points: Array
+) -> NDArray[np.int32]:
+    """Return the samples (n, 2) of the window where points (n, 3) lie, in OpenCV's fixed point."""
+    pixels, _ = project_points(camera, pose, points)
+    samples = (pixels - (window.x, window.y) + 0.5) * factor - 0.5
+    fixed: NDArray[np.int32] = np.round(samples * 2**SUBPIXEL_BITS).astype(np.int32)
+    return fixed
 
 
 def _fill(buffer: F32 | U8, corners: NDArray[np.int32], colour: Array) -> None:

@@ -148,14 +148,10 @@ def correct(
     if joint.view is not sight:
         relinearize(joint, sight)
     before = joint.mean
-    linear = linearise(
-        sight, before[:COUNT], _shown(joint, slots, before), joint.by_pose[slots, :2]
-    )
+    linear = _linear(joint, slots, before, sight)
     if np.count_nonzero(linear.seen) < len(slots):
         slots, pixels = slots[linear.seen], pixels[linear.seen]
-        linear = linearise(
-            sight, before[:COUNT], _shown(joint, slots, before), joint.by_pose[slots, :2]
-        )
+        linear = _linear(joint, slots, before, sight)
     m = len(slots)
     if not m:
         return Outcome(0.0, 0)
@@ -169,12 +165,7 @@ def correct(
     # No single box deviates more than all together.
     if squared > TUNING.huber_planar**2 and _soften(spread, residual, pixel):
         root, white = _whitened(spread, residual)
-    # LAPACK's trtrs would do, but OpenBLAS wakes its threads for it whatever the size, and on a
-    # busy machine they wait for one another longer than the whole image takes.
-    gain = dtrsm(1.0, root, by_state, lower=1)
-    reduction = gain.T @ gain
-    # Schmidt filter: the latency is considered, not estimated; `latency_bank` estimates it.
-    gain[:, LATENCY] = reduction[LATENCY, LATENCY] = 0.0
+    gain, reduction = _gain(root, by_state)
     joint.mean = before + white @ gain
     _iterate(joint, before, slots, pixels, sight, linear, root, gain)
     possible = _possible(joint, slots, reduction, fastest)
@@ -185,12 +176,35 @@ def correct(
         return replace(rest, refused=refused)
     joint.covariance -= reduction
     joint.unseen[slots] = 0.0
+    _note_velocities(joint, slots, before, reduction)
+    fits = -0.5 * float(white @ white) - float(np.log(root.diagonal()).sum())
+    return Outcome(squared, 2 * m, slots[:0], fits, slots, residual, spread)
+
+
+def _gain(root: Array, by_state: Array) -> tuple[Array, Array]:
+    """Return the whitened gain (2m, n) and by how much the covariance (n, n) is reduced.
+
+    Schmidt filter: the latency is considered, not estimated; `latency_bank` estimates it.
+    """
+    # LAPACK's trtrs would do, but OpenBLAS wakes its threads for it whatever the size, and on a
+    # busy machine they wait for one another longer than the whole image takes.
+    gain = dtrsm(1.0, root, by_state, lower=1)
+    reduction = gain.T @ gain
+    gain[:, LATENCY] = reduction[LATENCY, LATENCY] = 0.0
+    return gain, reduction
+
+
+def _linear(joint: JointState, slots: Indices, mean: Array, sight: CameraView) -> Linear:
+    """Return the linearisation of robots' pixels at some means of the state."""
+    return linearise(sight, mean[:COUNT], _shown(joint, slots, mean), joint.by_pose[slots, :2])
+
+
+def _note_velocities(joint: JointState, slots: Indices, before: Array, reduction: Array) -> None:
+    """Tell what looks for manoeuvres how velocities were corrected, and how much was expected."""
     velocity = COUNT + 4 * slots[:, None] + _VELOCITY
     corrections, expected = joint.mean[velocity] - before[velocity], reduction[velocity, velocity]
     joint.manoeuvre_noise.update(slots, corrections, expected.sum(axis=1))
     joint.velocity_changes.update(slots, corrections, expected.sum(axis=1))
-    fits = -0.5 * float(white @ white) - float(np.log(root.diagonal()).sum())
-    return Outcome(squared, 2 * m, slots[:0], fits, slots, residual, spread)
 
 
 def _shown(joint: JointState, slots: Indices, mean: Array) -> Array:

@@ -34,6 +34,7 @@ from aerial_gnss_ros.core.models.motion_model import MotionModel
 from aerial_gnss_ros.core.numerics.gaussian import mahalanobis
 
 Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
 Indices = NDArray[np.intp]
 
 
@@ -130,76 +131,46 @@ class Reidentification:
             newcomers: expected number of new robots within `coast_s`.
         """
         squared, _ = mahalanobis(*between)
-        possible = (squared <= self._threshold) & np.array(
-            [[_can_be(tracks[old], tracks[new]) for new in ready] for old in away], dtype=bool
-        )
+        possible = (squared <= self._threshold) & _possible(tracks, away, ready)
         unseen = np.array([(stamp_ns - tracks[row].last_seen_ns) * 1e-9 for row in away])
         gone = np.array([[_absence(tracks[old], tracks[new]) for new in ready] for old in away])
         odds = self._absences.odds(gone)
         density, widened = self._densities(tracks, away, unseen, between, velocities)
-        share = self._absences.share(gone, unseen)
         known, side = [tracks[row] for row in away], TUNING.view_heights * max(height, 1.0)
         fresh = self._positions.new_robot_density(known, between[0], side, velocities)
         labelled, other = _labels(known, [tracks[row] for row in ready])
-        density, widened = density * labelled, widened * labelled
-        each = newcomers * share * fresh * other
-        each = np.maximum(each, 1e-12)
-        place = -2.0 * np.log(np.maximum(density, 1e-300) / each)
+        each = np.maximum(newcomers * self._absences.share(gone, unseen) * fresh * other, 1e-12)
+        place = -2.0 * np.log(np.maximum(density * labelled, 1e-300) / each)
         rows, columns = cheapest(place - 2.0 * np.log(odds), possible, np.zeros(len(away)))
-        widened = np.where(possible, odds * widened, 0.0)
+        widened = np.where(possible, odds * (widened * labelled), 0.0)
         # If all candidates have surfaced, their relative positions decide.
         settled = (possible.any(axis=1).sum() <= len(columns)) and len(columns) > 1
-        came = [tracks[ready[column]] for column in columns]
-        settled &= all(a.coexisted(b) for a, b in combinations(came, 2))
+        settled &= _coexisted([tracks[ready[column]] for column in columns])
         likely = widened / (widened.sum(axis=0) + each)
         age = np.array([(stamp_ns - tracks[row].first_seen_ns) * 1e-9 for row in ready])
         if settled:
-            _, probabilities = likeliest_permutation(
-                place, possible, rows, columns, gone, self._absences
-            )
-            waits = np.zeros(len(ready), dtype=bool)
-            waits[columns] = probabilities.diagonal() < 1.0 - TUNING.unsure_probability
-            waits &= age[columns].min() < TUNING.look_s
+            pairs = (place, possible, rows, columns, gone, self._absences)
+            waits = _unsettled(likeliest_permutation(*pairs)[1], columns, age)
         else:
             nearest = unseen[np.where(possible, squared, np.inf).argmin(axis=0)]
-            unclear, best = _waits(widened), likely.max(axis=0)
-            waits = (
-                (best > TUNING.unsure_probability)
-                & (best < 1.0 - TUNING.unsure_probability)
-                & (age < TUNING.look_s)
-            )
-            waits |= unclear & (
-                age[unclear].min(initial=np.inf)
-                < TUNING.patience_s + TUNING.patience_share * nearest
-            )
+            waits = _undecided(likely.max(axis=0), _waits(widened), age, nearest)
         waiting = {row for row, one in zip(ready, waits, strict=True) if one}
-        sure = [
-            k
-            for k, (i, j) in enumerate(zip(rows, columns, strict=True))
-            if ready[j] not in waiting and (settled or likely[i, j] > TUNING.naming_probability)
-        ]
-        rows, columns = rows[sure], columns[sure]
-        rows, probabilities = likeliest_permutation(
-            place, possible, rows, columns, gone, self._absences
-        )
-        dives = [(tracks[row].robot_id, tracks[row].last_seen_ns) for row in away]
-        for column, row in enumerate(ready):
-            if row not in waiting:
-                self._absences.add(gone[:, column], likely[:, column], dives)
-        done = Returns(waiting=waiting)
+        sure = [settled or one > TUNING.naming_probability for one in likely[rows, columns]]
+        kept = [k for k, j in enumerate(columns) if sure[k] and ready[j] not in waiting]
+        rows, columns = rows[kept], columns[kept]
+        pairs = (place, possible, rows, columns, gone, self._absences)
+        rows, probabilities = likeliest_permutation(*pairs)
+        dives = [(one.robot_id, one.last_seen_ns) for one in known]
+        for column in [column for column, row in enumerate(ready) if row not in waiting]:
+            self._absences.add(gone[:, column], likely[:, column], dives)
         new, old = [ready[column] for column in columns], [away[i] for i in rows]
-        for k, law in enumerate(probabilities.tolist()):
-            done.label_probabilities[old[k]] = dict(zip(new, law, strict=True))
-            if law[k] > TUNING.naming_probability:
-                done.found[new[k]] = old[k]
-            else:
-                done.ended.add(old[k])
-        if not settled:
-            self._allow(done, away, ready, likely)
-        return done
+        done = _returns(new, old, probabilities, waiting)
+        return done if settled else self._with_alternatives(done, away, ready, likely)
 
-    def _allow(self, done: Returns, away: list[int], ready: list[int], likely: Array) -> None:
-        """Record alternative labels of tracks that were decided one by one.
+    def _with_alternatives(
+        self, done: Returns, away: list[int], ready: list[int], likely: Array
+    ) -> Returns:
+        """Return decisions with alternative labels of tracks that were decided one by one.
 
         Args:
             done: the decisions, extended.
@@ -215,6 +186,7 @@ class Reidentification:
             unknown = 1.0 - float(likely[:, j].sum())
             if unknown > TUNING.unsure_probability:
                 done.unknown[new] = unknown
+        return done
 
     def _densities(
         self,
@@ -275,6 +247,63 @@ def _absence(old: Track, new: Track) -> float:
     if old.leaving_view or new.entered_view:
         return np.nan
     return max(0.0, (new.first_seen_ns - old.last_seen_ns) * 1e-9)
+
+
+def _coexisted(came: list[Track]) -> bool:
+    """Return whether each of some tracks was there together with each other one."""
+    return all(a.coexisted(b) for a, b in combinations(came, 2))
+
+
+def _possible(tracks: list[Track], away: list[int], ready: list[int]) -> Mask:
+    """Return which robots (n,) can be which new tracks (m,), (n, m)."""
+    pairs = [[_can_be(tracks[old], tracks[new]) for new in ready] for old in away]
+    return np.array(pairs, dtype=np.bool_)
+
+
+def _unsettled(probabilities: Array, columns: Indices, age: Array) -> Mask:
+    """Return which new tracks wait (m,), where all candidates have surfaced.
+
+    Args:
+        probabilities: (k, k) of robots and tracks in the likeliest order.
+        columns: (k,) the tracks.
+        age: (m,) since they were first seen, s.
+    """
+    waits = np.zeros(len(age), dtype=np.bool_)
+    waits[columns] = probabilities.diagonal() < 1.0 - TUNING.unsure_probability
+    waits &= age[columns].min() < TUNING.look_s
+    return waits
+
+
+def _undecided(best: Array, unclear: Mask, age: Array, nearest: Array) -> Mask:
+    """Return which new tracks wait (m,): more images may tell which robots they are.
+
+    Args:
+        best: (m,) probability of the likeliest robot.
+        unclear: (m,) whether two robots are about as likely.
+        age: (m,) since they were first seen, s.
+        nearest: (m,) how long the nearest robot has been out of view, s.
+    """
+    waits: Mask = (
+        (best > TUNING.unsure_probability)
+        & (best < 1.0 - TUNING.unsure_probability)
+        & (age < TUNING.look_s)
+    )
+    waits |= unclear & (
+        age[unclear].min(initial=np.inf) < TUNING.patience_s + TUNING.patience_share * nearest
+    )
+    return waits
+
+
+def _returns(new: list[int], old: list[int], probabilities: Array, waiting: set[int]) -> Returns:
+    """Return the labels of new tracks by their probabilities, (k, k) robots by tracks."""
+    done = Returns(waiting=waiting)
+    for k, law in enumerate(probabilities.tolist()):
+        done.label_probabilities[old[k]] = dict(zip(new, law, strict=True))
+        if law[k] > TUNING.naming_probability:
+            done.found[new[k]] = old[k]
+        else:
+            done.ended.add(old[k])
+    return done
 
 
 def _can_be(old: Track, new: Track) -> bool:

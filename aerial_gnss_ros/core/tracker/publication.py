@@ -7,6 +7,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from aerial_gnss_ros.core.association.track import Track
 from aerial_gnss_ros.core.geometry.geodesy import LocalMap
 from aerial_gnss_ros.core.identity.encounters import Encounters
 from aerial_gnss_ros.core.identity.label_ambiguity import Position
@@ -66,26 +67,34 @@ def published(
             covariance[places[name], :2, :2] += np.outer(apart, apart)
     latitude, longitude = local.places(mean[:, :2])
     estimates: list[RobotEstimate] = []
-    for i, (row, east, north) in enumerate(
-        zip(rows, longitude.tolist(), latitude.tolist(), strict=True)
-    ):
-        track = table.tracks[row]
-        estimates.append(
-            RobotEstimate(
-                stamp_ns=stamp_ns,
-                robot_id=track.robot_id,
-                class_id=track.class_id,
-                state=track.state,
-                latitude=north,
-                longitude=east,
-                altitude=altitude,
-                position=mean[i, :2],
-                velocity=mean[i, 2:],
-                covariance=covariance[i],
-                last_seen_ns=track.last_seen_ns,
-            )
-        )
+    for i, row in enumerate(rows):
+        place = (float(latitude[i]), float(longitude[i]), altitude)
+        estimates.append(_estimate(table.tracks[row], place, mean[i], covariance[i], stamp_ns))
     return tuple(estimates), named_errors(*(told or errors))
+
+
+def _estimate(
+    track: Track,
+    place: tuple[float, float, float],
+    mean: Array,
+    covariance: Array,
+    stamp_ns: int,
+) -> RobotEstimate:
+    """Return a robot's estimate by its latitude, longitude, altitude and state (4,)."""
+    latitude, longitude, altitude = place
+    return RobotEstimate(
+        stamp_ns=stamp_ns,
+        robot_id=track.robot_id,
+        class_id=track.class_id,
+        state=track.state,
+        latitude=latitude,
+        longitude=longitude,
+        altitude=altitude,
+        position=mean[:2],
+        velocity=mean[2:],
+        covariance=covariance,
+        last_seen_ns=track.last_seen_ns,
+    )
 
 
 def add_label_ambiguity(
