@@ -106,7 +106,7 @@ def test_missing_and_truncated_bags_are_refused(tmp_path, flight, refusal):
 @pytest.mark.parametrize(
     ("fields", "expected"),
     [
-        ({"encoding": "bayer_rggb8"}, "encoding 'bayer_rggb8' cannot be used"),
+        ({"encoding": "bayer_rggb8"}, "encoding 'bayer_rggb8' are not supported"),
         (
             {"width": 320, "step": 320, "data": bytes(320 * 480)},
             "images of 320 x 480 are refused: /camera/camera_info describes a camera of 640 x 480",
