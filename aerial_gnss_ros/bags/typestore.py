@@ -67,15 +67,16 @@ def make(msgtype: str, fields: Mapping[str, Any], store: Typestore | None = None
     Raises:
         InputError: the type is unknown or lacks a given field.
     """
-    makers = _makers() if store is None else _Makers(store)
+    makers = _makers(typestore() if store is None else store)
     # Copied, for what is absent is shared between the messages that a maker makes.
     return copy.deepcopy(makers.of(msgtype)(fields))
 
 
 def serialize(msgtype: str, fields: Mapping[str, Any]) -> bytes:
     """Return a message as CDR bytes; see `make`."""
-    made = _makers().of(msgtype)(fields)
-    return bytes(typestore().serialize_cdr(made, msgtype))
+    store = typestore()
+    made = _makers(store).of(msgtype)(fields)
+    return bytes(store.serialize_cdr(made, msgtype))
 
 
 class _Makers:
@@ -101,9 +102,9 @@ class _Makers:
         return self._known[msgtype]
 
 
-@functools.cache
-def _makers() -> _Makers:
-    return _Makers(typestore())
+@functools.lru_cache(maxsize=4)
+def _makers(store: Typestore) -> _Makers:
+    return _Makers(store)
 
 
 class _Maker:

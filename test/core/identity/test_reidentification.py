@@ -186,6 +186,8 @@ def test_other_robots_that_a_track_may_be_are_remembered_where_they_are_likely_e
     """Robots 4 and 7 were out of view; the track 9 is 4 by 0.6, 7 by 0.3, new by 0.1."""
     unsure = reidentification.TUNING.unsure_probability
     done, search = Returns(found={9: 4}), Reidentification(MOTION, 11.6, 180.0)
-    search._with_alternatives(done, [4, 7, 8], [5, 9], np.array([[0.0, 0.6], [0.0, 0.3], [1.0, 0.9 * unsure]]))
+    search._with_alternatives(
+        done, [4, 7, 8], [5, 9], np.array([[0.0, 0.6], [0.0, 0.3], [1.0, 0.9 * unsure]])
+    )
     assert done.other == {(9, 4): 0.6, (9, 7): 0.3}
     assert done.unknown == {9: pytest.approx(0.1 - 0.9 * unsure)}
