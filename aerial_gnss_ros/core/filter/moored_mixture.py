@@ -62,7 +62,8 @@ class MooredGroup:
 
     def __init__(self, base: JointState) -> None:
         self.base = base
-        self.both = (MooredHypothesis(base, adrift=False), MooredHypothesis(base, adrift=True))
+        # A list: a snapshot of the state shares what a tuple holds.
+        self.both = [MooredHypothesis(base, adrift=False), MooredHypothesis(base, adrift=True)]
 
     def update(
         self, outcome: Outcome, pixels: Array, view: CameraView, model: PlatformModel, level: float
