@@ -53,11 +53,13 @@ class Episode:
         spread: (3, 3) D, rad².
         odds: log odds that D applies; None: no evidence yet.
         ago: time since it began, s.
+        unseen: whether no robot was in view: only the return of the orientation is evidence.
     """
 
     spread: Array = field(default_factory=lambda: np.zeros((3, 3)))
     odds: float | None = None
     ago: float = 0.0
+    unseen: bool = False
 
     @property
     def covariance(self) -> Array:
@@ -88,7 +90,7 @@ class AttitudeAmbiguity:
         self._lasts = self._grown = 0.0
         self._jump, self._jumped_s = np.zeros(3), 0.0
         self._turned = np.zeros(3)
-        self._displaced = self._shifted = 0.0
+        self._displaced = self._shifted = self._climbed = 0.0
         self.active = False
 
     @property
@@ -98,7 +100,7 @@ class AttitudeAmbiguity:
         The cause (rotation, height, zoom or receiver) is unknown, and so is the present direction;
         only the distance is known.
         """
-        return self._displaced + self._shifted
+        return self._displaced + self._shifted + self._climbed
 
     @property
     def covariance(self) -> Array:
@@ -116,6 +118,7 @@ class AttitudeAmbiguity:
         self._earlier *= keep * keep
         self._displaced *= keep * keep
         self._shifted *= keep * keep
+        self._climbed *= keep * keep
         for one in self.episodes:
             one.ago += seconds
             one.spread *= keep * keep
@@ -128,7 +131,7 @@ class AttitudeAmbiguity:
             over: whether those are robots known before the episode, at their predicted positions.
         """
         if not seconds:
-            if self._lasts and over:
+            if self._lasts and over and not self.episodes[-1].unseen:
                 self.episodes[-1].spread = np.zeros((3, 3))
                 if not self._turned.any():
                     self._displaced = 0.0
@@ -175,20 +178,32 @@ class AttitudeAmbiguity:
         self._shifted = squared
         self.active = self.active or squared > 0.0
 
-    def keep_jump(self) -> None:
-        """Record that images are used again after an orientation jump without return.
+    def climbed(self, squared: float) -> None:
+        """Record the squared distance by which jumps of the height may displace robots, m².
 
-        No box has shown meanwhile whether the camera turned.
+        Either height may be the right one.
+        """
+        self._climbed = squared
+        self.active = self.active or squared > 0.0
+
+    def keep_jump(self, unseen: bool = False) -> None:
+        """Record an orientation jump without return that no box has confirmed or refuted.
+
+        Args:
+            unseen: whether no robot was in view. Boxes that fit robots are no evidence then: they
+                may be displaced ones of others. The return of the orientation is (`update_jump`).
         """
         if self._jump.any():
             self._begin(0.0)
             self.episodes[-1].spread = np.outer(self._jump, self._jump)
+            self.episodes[-1].unseen = unseen
             self.active = True
 
     def note_return(self) -> None:
         """Record that the camera is back in the state before the ambiguity."""
         for one in self.episodes:
-            one.spread = np.zeros((3, 3))
+            if not one.unseen:
+                one.spread = np.zeros((3, 3))
         self._turned = np.zeros(3)
         self._displaced = self._lasts = 0.0
 
@@ -208,6 +223,7 @@ class AttitudeAmbiguity:
             # Robots that moved along are handled by `note_displacement`.
             if one.ago <= self._jumped_s + 1e-6 and not self._turned.any():
                 one.update_odds(TUNING.was_wrong_nats)
+                one.unseen = False
         self._jump = np.zeros(3)
         return True
 
@@ -216,7 +232,11 @@ class AttitudeAmbiguity:
 
         Earlier ones also affected the prediction from its last sighting.
         """
-        return [one for one in self.episodes if one.ago <= unseen + 1e-6 and one.spread.any()]
+        return [
+            one
+            for one in self.episodes
+            if one.ago <= unseen + 1e-6 and one.spread.any() and not one.unseen
+        ]
 
     def update_reacquired(
         self, unseen: float, by_angles: Array, apart: Array, spread: Array

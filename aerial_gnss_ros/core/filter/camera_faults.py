@@ -3,7 +3,8 @@
 """Effects of a possible rotation of the camera on robots, and their evidence on it.
 
 Either robots have moved or the camera has turned: until that is decided (`AttitudeAmbiguity`),
-covariances contain the possible rotation.
+covariances contain the possible rotation. A jump of orientation or height while no robot is in view
+remains in the covariances of all robots until it is reversed, or fades as other errors do.
 """
 
 from __future__ import annotations
@@ -14,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aerial_gnss_ros.core.faults.formation import Formation, formation
+from aerial_gnss_ros.core.faults.gnss_jump import TUNING as GNSS_JUMP
 from aerial_gnss_ros.core.faults.rotation_test import fit_rotation
 from aerial_gnss_ros.core.filter.blocks import StateBlocks
 from aerial_gnss_ros.core.filter.linearization import (
@@ -39,6 +41,8 @@ class CameraFaults(StateBlocks):
 
     Attributes:
         log: receives warnings.
+        orientation_jumped: whether the camera's orientation has jumped with the last image, and not
+            back.
         motions: motion models by class.
         motion: model of classes without their own parameters.
     """
@@ -46,7 +50,10 @@ class CameraFaults(StateBlocks):
     log: Events
     motions: ClassMotions
     motion: MotionModel
+    orientation_jumped: bool
+    _climbed: float
     _late: bool
+    _stationary: Array
     _motion: CameraMotion
     _sight: CameraView | None
 
@@ -120,6 +127,32 @@ class CameraFaults(StateBlocks):
         self.log.add("Robots are back at their positions before all of them seemed to move.")
         self.ambiguity.note_return()
         self._spread_doubt()
+
+    def note_jump(self, unseen: bool) -> None:
+        """Record that orientation or height has jumped with the last image.
+
+        Args:
+            unseen: whether it shows no robot that would tell. Then robots out of view, and those
+                initialised later, may be wrong by the jump.
+        """
+        if self.orientation_jumped and unseen:
+            self.ambiguity.keep_jump(unseen=True)
+        if self._motion.height_jump and (unseen or self._climbed):
+            self._climbed += self._motion.height_jump
+            stated = float(self._stationary[HEIGHT, HEIGHT])
+            matters = self._climbed**2 > GNSS_JUMP.stated_sigmas**2 * stated
+            by_height = self._farthest_by_height() if matters else 0.0
+            self.ambiguity.climbed(self._climbed**2 * by_height)
+        self._spread_doubt()
+
+    def _farthest_by_height(self) -> float:
+        """Return the greatest squared displacement of a robot by an error of the height of 1 m."""
+        farthest = 0.0
+        for group in self._groups:
+            relinearize(group, self._seen_from())
+            moved = by_errors(group, np.arange(len(group.by_pose)))[:, :, HEIGHT]
+            farthest = max(farthest, float(np.sum(moved**2, axis=1).max(initial=0.0)))
+        return farthest
 
     def _spread_doubt(self) -> None:
         """Inflate the covariances of all robots by the attitude ambiguity."""

@@ -67,8 +67,7 @@ class JointFilter(CameraFaults):
         monitor: consistency of innovations with the stated noise.
         jumps: detector of GNSS jumps.
         noise: ratio of actual to stated white noise.
-        orientation_jumped: whether the camera's orientation has jumped with the last image, and not
-            back.
+        jumped: whether orientation or height have jumped with the last image.
     """
 
     def __init__(self, config: EstimatorConfig, log: Events | None = None) -> None:
@@ -97,7 +96,8 @@ class JointFilter(CameraFaults):
         self._motion = CameraMotion()
         self.jumps.reset()
         self._sight: CameraView | None = None
-        self.orientation_jumped = False
+        self.orientation_jumped = self.jumped = False
+        self._climbed = 0.0
         self.monitor.reset()
         self.noise.reset()
 
@@ -146,6 +146,7 @@ class JointFilter(CameraFaults):
         )
         foretold = self._motion.restart(shown) if elsewhen else self._motion.update(shown, passed)
         self.orientation_jumped = self._motion.jump is not None and self._jumped(shown, passed)
+        self.jumped = self.orientation_jumped or bool(self._motion.height_jump)
         unsure = frame.latency[1] if self._late and frame.latency is not None else 0.0
         self._sight = CameraView.of(
             frame.camera,

@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Motion of the camera's pose: rates, prediction, and jumps of the orientation."""
+"""Motion of the camera's pose: rates, prediction, and jumps of orientation and height."""
 
 from __future__ import annotations
 
@@ -35,6 +35,14 @@ class CameraMotionTuning:
     jump_radps: float = math.radians(90.0)
     """Growth of that angle with the time since the last image, rad/s. Cameras start to turn at 100
     deg/s from one image to the next, but not at 200. From recorded DJI flights."""
+    climb_mps: float = 10.0
+    """Greatest climb rate of a drone, m/s. Judged: twice that of consumer drones."""
+    climbs_s: float = 5.0
+    """Time over which the height's usual step is determined, s. Judged."""
+    first_climb_m: float = 1.0
+    """Usual step of the height before the first, m. Judged."""
+    odd_climbs: float = 5.0
+    """Ratio to the usual step above which a step of the height is conspicuous. Judged."""
 
 
 TUNING = CameraMotionTuning()
@@ -46,6 +54,7 @@ class CameraMotion:
     Attributes:
         jump: rotation vector (3,) in `map` from the expected to the last rotation, rad, if it is
             larger than a camera turns; else None.
+        height_jump: step of the last height, m, if no drone climbs so fast; else 0.
         velocity: (3,) m/s.
         turn_rate: (3,) rotation vector a second in `map`, rad/s.
         rates: (6,) both.
@@ -57,6 +66,9 @@ class CameraMotion:
         self.turn_rate = np.zeros(3)
         self.rates = np.zeros(6)
         self.jump: Array | None = None
+        self.height_jump = 0.0
+        self._usual_climb_squared = TUNING.first_climb_m**2
+        self._height: float | None = None
         self._lasted_s = 0.0
         self._shown: list[tuple[Array, float]] = []  # measured rotations; s since the previous one
 
@@ -75,6 +87,7 @@ class CameraMotion:
     def restart(self, measured: MapPose) -> MapPose:
         """Continue from a pose at another time after a latency correction; rates are kept."""
         self._pose, self._shown, self.jump = measured, [], None
+        self._height, self.height_jump = float(measured.position[2]), 0.0
         return measured
 
     def update(self, measured: MapPose, seconds: float) -> MapPose:
@@ -84,6 +97,7 @@ class CameraMotion:
             The predicted pose; without a recent past the measured one.
         """
         before, self.jump = self._pose, None
+        self._climb(float(measured.position[2]), seconds)
         if before is None or not 0.0 < seconds <= TUNING.max_gap_s:
             self._pose, self._lasted_s = measured, 0.0
             self.velocity, self.turn_rate, self.rates = np.zeros(3), np.zeros(3), np.zeros(6)
@@ -106,6 +120,18 @@ class CameraMotion:
         self.turn_rate = self.turn_rate + (beta / seconds) * turn
         self.rates = np.concatenate([self.velocity, self.turn_rate])
         return expected
+
+    def _climb(self, height: float, seconds: float) -> None:
+        """Update with a height, m, some seconds after the previous one."""
+        before, self._height, self.height_jump = self._height, height, 0.0
+        if before is None or not seconds > 0.0:
+            return
+        step, usual = height - before, math.sqrt(self._usual_climb_squared)
+        if abs(step) > TUNING.odd_climbs * usual + TUNING.climb_mps * seconds:
+            self.height_jump = step
+            return
+        share = 1.0 - math.exp(-seconds / TUNING.climbs_s)
+        self._usual_climb_squared += share * (step**2 - self._usual_climb_squared)
 
     def _jumps(self, measured: MapPose, seconds: float) -> bool:
         """Return whether the orientation has jumped from that of the last two images."""

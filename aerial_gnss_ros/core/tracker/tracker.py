@@ -114,6 +114,8 @@ class Tracker:
             return TrackUpdate(self._estimates(stamp_ns)[0], {}, unused, np.zeros_like(unused))
         if joint.orientation_jumped:
             self._matcher.expect_mismatch()
+        if joint.jumped:
+            joint.note_jump(not len(seen.index) or not self.table.in_view(stamp_ns))
         return self._track(frame, seen, local, passed, returned)
 
     def _track(

@@ -128,6 +128,38 @@ def test_telemetry_that_jumps_back_was_wrong_meanwhile(back_deg, share):
     assert unexplained.covariance == pytest.approx(share * before)
 
 
+def test_only_the_orientation_tells_of_a_jump_that_nobody_saw():
+    """Boxes that fit robots may be others', displaced by the jump."""
+    unexplained = AttitudeAmbiguity(ROTATION_FAULT.largest_angle_rad)
+    turn = np.radians([0.0, 0.0, 30.0])
+    unexplained.update_jump(turn, 0.1)
+    unexplained.keep_jump(unseen=True)
+    jump = pytest.approx(np.outer(turn, turn))
+    assert unexplained.active
+    unexplained.predict(5.0, 1.0)
+    unexplained.update(0.0, over=True)
+    unexplained.note_return()
+    unexplained.update_reacquired(8.0, BY_ANGLES[0], np.zeros(2), 0.01 * np.eye(2))
+    assert unexplained.covariance == jump
+    assert unexplained.update_jump(-turn, 0.1)
+    assert unexplained.covariance == pytest.approx(np.outer(turn, turn) / (1.0 + math.exp(3.0)))
+    unexplained.note_return()
+    assert not unexplained.covariance.any()
+
+
+def test_a_jump_of_the_height_may_displace_robots_until_it_is_reversed():
+    unexplained = AttitudeAmbiguity(ROTATION_FAULT.largest_angle_rad)
+    unexplained.climbed(0.0)
+    assert not unexplained.active
+    unexplained.climbed(4.0)
+    unexplained.predict(1.0, 0.5)
+    assert (unexplained.active, unexplained.apart) == (True, 1.0)
+    unexplained.note_return()
+    assert unexplained.apart == 1.0
+    unexplained.climbed(0.0)
+    assert unexplained.apart == 0.0
+
+
 def test_many_times_are_kept_as_few():
     unexplained = AttitudeAmbiguity(ROTATION_FAULT.largest_angle_rad)
     for _ in range(20):

@@ -90,3 +90,86 @@ def test_robots_are_in_doubt_while_a_turn_may_have_displaced_them_until_they_ret
     assert joint.ambiguity.apart == 0.0
     assert not joint.ambiguity.covariance.any()
     assert any("Robots are back at their positions" in one for one in joint.log.drain())
+
+
+def dived(sea, up_m=0.0, heading_deg=0.0, dive_s=7.0, surface_s=10.0, back_s=99.0, clutter=0.0):
+    """Return positions, true ones by name, and the engine: height or compass jump at 8 s."""
+    robots = {name: (lambda _t, place=place: place) for name, place in PLACES.items()}
+    world = sea.World(robots=robots, pixel_sigma=0.5)
+    world.hidden = lambda _name, t: dive_s <= t < surface_s
+    engine, height = sea.estimator(), world.height
+    before = sea.play(engine, world, 8.0, until_flush=False)
+    own = {
+        one.robot_id: min(PLACES.values(), key=lambda at, one=one: np.hypot(*(one.position - at)))
+        for one in before[60].estimates
+    }
+    assert len(own) == 3
+    world.clutter = clutter
+    wrong = lambda t: float(8.05 < t < back_s)  # noqa: E731
+    world.height = lambda t: type(height(t))(height(t).stamp_ns, height(t).value + up_m * wrong(t))
+    gimbal = world.gimbal
+
+    def orientation(t):
+        world.rpy_bias_deg = (0.0, 0.0, heading_deg * wrong(t))
+        return gimbal(t)
+
+    world.gimbal = orientation
+    return sea.play(engine, world, 6.0, begin=8.1), own, engine._pipeline.tracking
+
+
+@pytest.mark.parametrize(("up_m", "heading_deg"), [(4.0, 0.0), (-4.0, 0.0), (0.0, 25.0)])
+def test_covariances_contain_a_jump_of_which_no_robot_in_view_tells(sea, up_m, heading_deg):
+    """Robots dive, height or compass jump, and robots surface: where, nobody can know."""
+    after, own, _ = dived(sea, up_m, heading_deg)
+    for result in after:
+        for one in result.estimates:
+            if one.robot_id in own:
+                error = one.position - own[one.robot_id]
+                assert error @ np.linalg.solve(one.covariance[:2, :2], error) < 9.0
+
+
+def test_a_height_displaces_robots_in_proportion_to_their_distance(sea):
+    """By 4 m of 30 m: the farthest robot by 4/30 of its distance from the drone."""
+    _, _, tracker = dived(sea, up_m=4.0, surface_s=99.0)
+    farthest = max(np.hypot(*place) for place in PLACES.values())
+    apart = math.sqrt(tracker.table.filter.ambiguity.apart)
+    assert apart == pytest.approx(4.0 / 30.0 * farthest, rel=0.2)
+
+
+@pytest.mark.parametrize(
+    "more", [{"dive_s": 8.05}, {"dive_s": 6.0, "clutter": 5.0}], ids=["no box", "only false boxes"]
+)
+def test_an_image_without_a_robot_that_could_be_in_view_tells_nothing(sea, more):
+    _, _, tracker = dived(sea, up_m=4.0, surface_s=99.0, **more)
+    assert tracker.table.filter._climbed == pytest.approx(4.0)
+
+
+@pytest.mark.parametrize(
+    ("up_m", "more"),
+    [(4.0, {"back_s": 9.0}), (4.0, {"back_s": 12.0}), (0.7, {}), (4.0, {"dive_s": 9.0})],
+    ids=["back unseen", "back in view", "as stated", "in view"],
+)
+def test_a_height_that_is_right_again_or_was_seen_to_jump_adds_nothing(sea, up_m, more):
+    _, _, tracker = dived(sea, up_m, **more)
+    assert tracker.table.filter._climbed == pytest.approx(0.0, abs=0.8)
+    assert not tracker.table.filter.ambiguity._climbed
+
+
+@pytest.mark.parametrize(("step_m", "matters"), [(0.8, False), (-0.8, False), (1.0, True)])
+def test_a_jump_of_the_height_counts_beyond_three_stated_sigmas(sea, step_m, matters):
+    """Of 0.3 m each: covariances contain smaller ones."""
+    joint = flown(sea).table.filter
+    joint._motion.height_jump = step_m
+    joint.note_jump(unseen=False)
+    assert not joint.ambiguity.apart
+    joint.note_jump(unseen=True)
+    assert bool(joint.ambiguity.apart) is matters
+
+
+@pytest.mark.parametrize("unseen", [True, False])
+def test_a_jump_of_the_orientation_that_robots_see_is_theirs_to_judge(sea, unseen):
+    joint = flown(sea).table.filter
+    joint.ambiguity.update_jump(np.radians([0.0, 0.0, 25.0]), 0.1)
+    joint.orientation_jumped = True
+    joint.note_jump(unseen)
+    assert joint.ambiguity.covariance.any() == unseen

@@ -46,6 +46,44 @@ def test_an_orientation_that_jumps_is_told_from_a_camera_that_turns(degrees, jum
     assert _jumps(degrees) == jumps
 
 
+def _height_jumps(heights):
+    """Return by image the jumps, m, of measured heights, m."""
+    motion, found = CameraMotion(), {}
+    for i, height in enumerate(heights):
+        motion.update(MapPose(height * UP, np.eye(3)), STEP_S if i else 0.0)
+        if motion.height_jump:
+            found[i] = round(motion.height_jump, 1)
+    return found
+
+
+@pytest.mark.parametrize(
+    ("heights", "jumps"),
+    [
+        ([20.0] * 200, {}),
+        ([20.0 + 0.9 * i for i in range(200)], {}),  # 9 m/s
+        ([20.0] * 200 + [20.0 + 0.9 * i for i in range(50)] + [64.1] * 20, {}),
+        ([20.0] * 200 + [24.0] * 20, {200: 4.0}),
+        ([20.0] * 200 + [16.0] * 20 + [20.0] * 20, {200: -4.0, 220: 4.0}),
+        ([20.0] * 20 + [24.0] * 20, {}),  # what is usual is not known yet
+        ([20.0 + i % 2 for i in range(200)] + [25.0] * 20, {}),  # steps of 1 m are usual
+        ([20.0 + i % 2 for i in range(200)] + [29.0] * 20, {200: 8.0}),
+    ],
+    ids=["stays", "climbs", "begins to climb", "jumps", "back", "at once", "noise", "above noise"],
+)
+def test_a_height_that_jumps_is_told_from_a_drone_that_climbs(heights, jumps):
+    assert _height_jumps(heights) == jumps
+
+
+def test_a_pose_of_another_time_is_no_jump_of_the_height():
+    motion = CameraMotion()
+    for i in range(200):
+        motion.update(MapPose(20.0 * UP, np.eye(3)), STEP_S if i else 0.0)
+    motion.restart(MapPose(30.0 * UP, np.eye(3)))
+    assert not motion.height_jump
+    motion.update(MapPose(30.0 * UP, np.eye(3)), STEP_S)
+    assert not motion.height_jump
+
+
 def test_after_a_jump_it_goes_on_as_before():
     motion = CameraMotion()
     for i in range(40):
