@@ -54,7 +54,7 @@ def generate(
         ConfigError: If a count is negative or a crop too small or large.
     """
     if folder.exists():
-        raise OutputError(f"{folder} already exists: give a new folder")
+        raise OutputError(f"{folder} exists already; give a new folder.")
     if min(config.counts.values(), default=0) < 0:
         raise ConfigError(f"counts are {config.counts}: they must not be negative")
     if config.size is not None and not (32 <= min(config.size) <= max(config.size) <= 720):

@@ -36,7 +36,7 @@ class MooredMixtureTuning:
     """How far behind the likeliest law the one is at most in which all swim. Judged."""
     behind_nats: float = 4.0
     """The same for the others while they are tried. Judged."""
-    sure: float = 0.95
+    current_sure: float = 0.95
     """Probability that robots drift from which the current is published. Odds of 20 to 1, as
     everywhere."""
 
@@ -192,4 +192,4 @@ class MooredMixture:
         """Return with which current robots drift; None where that is not likely enough."""
         found = [one for one in (group.current() for group in self._all) if one is not None]
         likely, best = max(found, key=lambda one: one[0], default=(0.0, None))
-        return best if likely > TUNING.sure else None
+        return best if likely > TUNING.current_sure else None
