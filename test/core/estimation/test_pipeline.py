@@ -11,11 +11,13 @@ import pytest
 
 from aerial_gnss_ros.core.config.estimator import estimator_config
 from aerial_gnss_ros.core.estimation.pipeline import Pipeline
+from aerial_gnss_ros.core.georeferencing import localization, paper
 from aerial_gnss_ros.core.telemetry.buffers import TelemetryBuffers
 from aerial_gnss_ros.core.telemetry.map_origin import MapOrigin
 from aerial_gnss_ros.core.telemetry.scene import MissingTelemetry, SceneTelemetry
 from aerial_gnss_ros.core.tracker.box_account import Settled
 from aerial_gnss_ros.core.tracker.protocol import TrackUpdate
+from aerial_gnss_ros.core.values.estimates import RobotEstimate, State
 from aerial_gnss_ros.core.values.events import Events
 from aerial_gnss_ros.core.values.rejection import Reason
 
@@ -89,6 +91,7 @@ def test_each_box_has_the_first_reason_that_it_was_not_used_for(sea):
     assert (result.boxes, result.used) == (4, 3)
     assert result.pose.height == pytest.approx(30.0)
     assert set(result.timings_ms) == {"pose", "locate", "track"}
+    assert all(0.0 <= one < 60_000.0 for one in result.timings_ms.values())
 
 
 def test_without_telemetry_robots_coast_with_the_boxes_in_view(sea):
@@ -145,3 +148,30 @@ def test_altitudes_that_are_not_known_are_explained_once(sea, datum, words):
 def test_a_place_that_map_does_not_cover_is_a_bad_fix(sea):
     line = Line(sea, {"map.latitude_deg": 14.9})
     assert {one.reason for one in line.result(sea).rejections} == {Reason.BAD_FIX}
+
+
+@pytest.mark.parametrize("method", ["filter", "single", "paper"])
+def test_a_robot_is_published_by_the_method_that_is_configured(sea, monkeypatch, method):
+    """Names are kept by exact points; where each image stands by itself a robot is at its box."""
+    line, robot = Line(sea, {"method": method}), np.array([5.0, 6.0])
+    one = RobotEstimate(
+        7, "aqua_1", "aqua", State.CONFIRMED, 0.2, -1.0, 0.0, robot, np.zeros(2), np.eye(4), 7
+    )
+    none = np.zeros(1, bool)
+    monkeypatch.setattr(
+        line.robots, "update", lambda _, points, __: (
+            line.robots.asked.append(points) or TrackUpdate((one,), {"aqua_1": 0}, none, none)
+        )
+    )  # fmt: skip
+    # Off the axis the paper's equations and the exact ones differ.
+    result = line.result(sea, centers=[[200.0, 600.0]])
+    world = sea.World()
+    pixels = np.array([[200.0, 600.0]])
+    exact, published = (
+        locate(world.pose(1.0), sea.camera, pixels, line.config.noise, line.config)
+        for locate in (localization.locate, paper.locate)
+    )
+    assert exact.latitude[0] != published.latitude[0]
+    assert line.robots.asked[0].latitude[0] == pytest.approx(exact.latitude[0], abs=1e-12)
+    expected = {"filter": 0.2, "single": exact.latitude[0], "paper": published.latitude[0]}
+    assert result.estimates[0].latitude == pytest.approx(expected[method], abs=1e-12)
