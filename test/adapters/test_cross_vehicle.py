@@ -37,8 +37,8 @@ def load(name):
     return module
 
 
-types, scenes, vehicle_messages = load("vehicle_types"), load("scenes"), load("vehicle_messages")
-VEHICLES = vehicle_messages.VEHICLES
+types, scenes, messages_of = load("vehicle_types"), load("scenes"), load("vehicle_messages")
+VEHICLES = messages_of.VEHICLES
 SCENES = dict(scenes.scenes())
 
 START_NS = 1_700_000_000 * 10**9
@@ -93,7 +93,7 @@ def boxes(scene, message):
     box = {"center": {"position": {"x": u, "y": v}}, "size_x": 8.0, "size_y": 8.0}
     best = {"hypothesis": {"class_id": "aqua", "score": 0.9}}
     fields = {
-        "header": vehicle_messages.header(IMAGE_NS),
+        "header": messages_of.header(IMAGE_NS),
         "detections": [{"bbox": box, "results": [best]}],
     }
     return message("vision_msgs/msg/Detection2DArray", fields)
@@ -106,7 +106,7 @@ def located(vehicle, scene, message=by_rosbags):
     feed = {s.name: s for s in Feed(config, estimator).subscriptions}
     wanted = {name for name, s in feed.items() if s.required}
     assert wanted - {"detections", "camera_info"} <= set(vehicle.messages)
-    info = INFO | {"header": vehicle_messages.header(START_NS)}
+    info = INFO | {"header": messages_of.header(START_NS)}
     feed["camera_info"].handle(message("sensor_msgs/msg/CameraInfo", info), START_NS)
     for time_ns in TIMES_NS:
         for name, (msgtype, encode) in vehicle.messages.items():
@@ -193,19 +193,17 @@ def test_a_wrong_key_is_a_wrong_position(name, values, least_m):
     scene = surveyed(SCENES["nose231_down0"])
     vehicle = VEHICLES[name]
     own = vehicle.values if isinstance(vehicle.values, dict) else vehicle.values(scene)
-    changed = vehicle_messages.Vehicle(vehicle.profile, vehicle.messages, own | values)
+    changed = messages_of.Vehicle(vehicle.profile, vehicle.messages, own | values)
     assert distance_m(located(changed, scene), scene) > least_m
 
 
 def test_a_mistake_of_a_degree_is_seen():
     scene = surveyed(SCENES["nose33_down45"])
     vehicle = VEHICLES["generic"]
-    turned = vehicle_messages.quaternion(
-        lambda s: vehicle_messages.enu(scenes._ned(s.camera_heading_deg + 1.0, -s.down_deg, 0.0))
+    turned = messages_of.quaternion(
+        lambda s: messages_of.enu(scenes._ned(s.camera_heading_deg + 1.0, -s.down_deg, 0.0))
     )
-    wrong = vehicle_messages.Vehicle(
-        "generic", vehicle.messages | {"gimbal": turned}, vehicle.values
-    )
+    wrong = messages_of.Vehicle("generic", vehicle.messages | {"gimbal": turned}, vehicle.values)
     assert distance_m(located(wrong, scene), scene) == pytest.approx(
         np.radians(1.0) * 18.0, rel=0.5
     )
