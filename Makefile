@@ -57,10 +57,10 @@ demo: $(READY)
 	$(BIN)/aerial-gnss demo $(DEMO_ARGS)
 
 test: $(READY_DEV)
-	$(BIN)/python -m pytest $(SIDE_BY_SIDE) $(PYTEST_ARGS)
+	$(BIN)/python -m pytest $(SIDE_BY_SIDE) -m "not pages" $(PYTEST_ARGS)
 
 quick: lint types
-	$(BIN)/python -m pytest $(SIDE_BY_SIDE) -q -m "not slow" --ignore=test/nodes $(PYTEST_ARGS)
+	$(BIN)/python -m pytest $(SIDE_BY_SIDE) -q -m "not slow and not pages" --ignore=test/nodes $(PYTEST_ARGS)
 
 check:
 	.ci/run

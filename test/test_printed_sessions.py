@@ -208,7 +208,7 @@ def programs(folder: Path) -> Path:
     return folder
 
 
-@pytest.mark.slow
+@pytest.mark.pages
 @pytest.mark.parametrize("page", sessions(), ids=lambda page: page.stem)
 def test_a_page_runs_as_printed(page: Path, tmp_path: Path, monkeypatch, make_set) -> None:
     work = tmp_path / "work"
