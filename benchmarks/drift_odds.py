@@ -68,7 +68,7 @@ def judgements(case: Case, kind: str, seed: int, items: list[Item]) -> tuple[Sum
     with mock.patch.object(rotation_fault, "fit_rotation", spy), mock.patch.object(
         run, "_handle", timed
     ):  # fmt: skip
-        run.take(items)
+        run.fly(items)
     return found, run
 
 

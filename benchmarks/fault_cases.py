@@ -187,7 +187,7 @@ def clean_rows(case: Case, kind: str, seed: int) -> list[Row]:
     key = kind, seed, case.aboard, case.sees
     if key not in _clean:
         flight = flown(*key)
-        run = Run(flight, case.stated).take(list(flight.items))
+        run = Run(flight, case.stated).fly(list(flight.items))
         if run.died or len({row.name for row in rows_of(flight, run.results)}) < ROBOTS:
             raise RuntimeError(f"the {kind} of seed {seed} fails without a fault: {run.died}")
         _clean[key] = rows_of(flight, run.results)
@@ -198,5 +198,5 @@ def fly(case: Case, kind: str, seed: int) -> tuple[Verdict, Run]:
     """Fly a case and judge it."""
     clean = clean_rows(case, kind, seed)
     flight = flown(kind, seed, case.aboard, case.sees)
-    run = Run(flight, case.stated | case.wrong).take(case.items(flight, seed))
+    run = Run(flight, case.stated | case.wrong).fly(case.items(flight, seed))
     return judged(rows_of(flight, run.results), clean, case.begin_s, case.end_s), run

@@ -181,7 +181,7 @@ class Run:
         self._handles = {one.name: one.handle for one in feed.subscriptions}
         self._images = ImageDetector(_Reader(flight.boxes), "camera/image_raw", "camera_info")
 
-    def take(self, items: list[Item]) -> Run:
+    def fly(self, items: list[Item]) -> Run:
         """Hand over all messages; an exception ends it, as it would end the program."""
         now = 0
         try:

@@ -58,7 +58,7 @@ class Seldom:
         self._step_ns = round(seconds * 1e9)
         self._last: dict[str, int] = {}
 
-    def take(self, result: FrameResult) -> list[RobotEstimate]:
+    def due(self, result: FrameResult) -> list[RobotEstimate]:
         """Return those that are due."""
         due = [
             one
@@ -125,7 +125,7 @@ def follow(
             noise = WALKS[walk] * np.sqrt(step_s)
             mean = mean + path[k] - path[k - 1] + noise * rng.normal(size=2)
             covariance = covariance + noise**2 * np.eye(2)
-        for one in source.take(result):
+        for one in source.due(result):
             if mean is None:
                 mean, covariance = one.position, one.covariance[:2, :2]
                 continue

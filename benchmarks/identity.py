@@ -147,7 +147,7 @@ class Owners:
     errors: list[tuple[float, float, float]] = field(default_factory=list)
     _now: set[tuple[str, int]] = field(default_factory=set)
 
-    def take(self, worn: dict[str, int], places: np.ndarray, result: FrameResult) -> None:
+    def update(self, worn: dict[str, int], places: np.ndarray, result: FrameResult) -> None:
         """Take in an image.
 
         Args:
@@ -226,7 +226,7 @@ def named(
         worn = {
             name: int(robots[sizes.index(size)]) for name, size in taken.items() if size in sizes
         }
-        owners.take(worn, places, result)
+        owners.update(worn, places, result)
     new = len(names) - len({int(robot) for sight in sights for robot in sight.robots})
     counts = {"wrong_names": owners.wrong, "unsaid": owners.unsaid, "new_names": max(new, 0)}
     return scores(sights, LENGTH), owners, counts

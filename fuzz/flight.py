@@ -237,7 +237,7 @@ class Aircraft:
             subscription.name: subscription.handle for subscription in feed.subscriptions
         }
 
-    def take(self, name: str, message: Any, log_ns: int) -> list[FrameResult]:
+    def feed(self, name: str, message: Any, log_ns: int) -> list[FrameResult]:
         """Hand over a message as it comes."""
         if name in self.handlers:
             self.handlers[name](message, log_ns)
@@ -250,7 +250,7 @@ def _warm(vehicle: str) -> Aircraft:
     results: list[FrameResult] = []
     for tick in flown(vehicle)[: round(WARM_S * TICKS_PER_S)]:
         for arrival in tick:
-            results += aircraft.take(arrival.name, arrival.message, arrival.log_ns)
+            results += aircraft.feed(arrival.name, arrival.message, arrival.log_ns)
     aircraft.estimator.take_events()
     if len(results[-1].estimates) < 3:
         raise RuntimeError(f"{vehicle} has {len(results[-1].estimates)} robots, not three")

@@ -48,12 +48,12 @@ class Flying:
         self._places = self._phantoms.places
         self._last: FrameResult | None = None
 
-    def take(self, arrival: Arrival, message: Any, log_ns: int) -> None:
+    def feed(self, arrival: Arrival, message: Any, log_ns: int) -> None:
         """Hand over a message in the place of one that was to come, and judge what comes of it."""
         if arrival.name == "detections" and message is not arrival.message:
             self._phantoms.add(self.tick, message, arrival.message)
             self._places = self._phantoms.places
-        for result in self._aircraft.take(arrival.name, message, log_ns):
+        for result in self._aircraft.feed(arrival.name, message, log_ns):
             check(result, self._truth, self._places)
             self._last = result
 
@@ -114,9 +114,9 @@ class InFlight:
                 if k < lasts and arrival.name == name and (lasts > 1 or arrival is chosen):
                     changed = change(arrival, random.Random(seed), tell)
                     if changed is not None:
-                        flying.take(arrival, *changed)
+                        flying.feed(arrival, *changed)
                 else:
-                    flying.take(arrival, arrival.message, arrival.log_ns)
+                    flying.feed(arrival, arrival.message, arrival.log_ns)
             flying.tick += 1
         flying.publish(rng.random() < 0.2)
 

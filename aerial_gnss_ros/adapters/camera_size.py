@@ -22,7 +22,7 @@ class CameraSize:
         self.size: tuple[int, int] | None = None
         self._remedy = remedy
 
-    def take(self, info: Any) -> None:
+    def update(self, info: Any) -> None:
         """Take a CameraInfo of ROS 2 (`k`) or of ROS 1 (`K`)."""
         matrix = info.k if hasattr(info, "k") else info.K
         usable = info.width > 0 and info.height > 0 and matrix[0] > 0.0

@@ -167,8 +167,8 @@ class Feed:
             found.append(_number(depth_input(class_id), topic, self._depth_of(class_id)))
         for one in config.references:
             if one.topic:
-                name, take = reference_input(one.name), self._reference(one.name)
-                found.append(_of_kind(name, one.topic, FIX["navsatfix"], take, required=False))
+                name, receive = reference_input(one.name), self._reference(one.name)
+                found.append(_of_kind(name, one.topic, FIX["navsatfix"], receive, required=False))
         return found
 
     def _refusing(self, subscription: Subscription) -> Subscription:
@@ -225,17 +225,17 @@ class Feed:
         self._estimator.add_water_level(canonical.scalar(msg, arrival_ns))
 
     def _depth_of(self, class_id: str) -> Callable[[Any, int], None]:
-        def take(msg: Any, arrival_ns: int) -> None:
+        def receive(msg: Any, arrival_ns: int) -> None:
             self._estimator.add_depth(class_id, canonical.scalar(msg, arrival_ns))
 
-        return take
+        return receive
 
     def _reference(self, name: str) -> Callable[[Any, int], None]:
-        def take(msg: Any, arrival_ns: int) -> None:
+        def receive(msg: Any, arrival_ns: int) -> None:
             stamp = stamp_ns(msg, arrival_ns, "header")
             self._estimator.add_reference(name, canonical.fix(msg, stamp))
 
-        return take
+        return receive
 
     def _info(self, msg: Any, arrival_ns: int) -> None:
         key = canonical.camera_key(msg)

@@ -209,7 +209,7 @@ class Replay:
     def _take(self, topic: str, message: Any, log_ns: int) -> None:
         subscription = self.plan.routes[topic]
         if subscription.name == CAMERA_INFO and self._images is not None:
-            self._images.camera_size.take(message)
+            self._images.camera_size.update(message)
         subscription.handle(message, log_ns)
         self._camera_seen = self._camera_seen or subscription.name == CAMERA_INFO
 

@@ -119,7 +119,7 @@ class ResultFolder:
             messages = [one for one in messages if one.topic != MAP_DATUM]
         for one in messages:
             bag.write(one.topic, one.msgtype, result.stamp_ns, one.fields, LATCHED)
-        for sample in () if self._updates is None else self._updates.take(result):
+        for sample in () if self._updates is None else self._updates.due(result):
             one = position_update(sample, result.datum, self._frames)
             bag.write(one.topic, one.msgtype, result.stamp_ns, one.fields, RELIABLE)
         if moved and result.datum is not None and self._config.publish_earth_tf:

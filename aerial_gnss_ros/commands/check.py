@@ -90,7 +90,7 @@ def _live(args: argparse.Namespace, config: EstimatorConfig) -> Check:
     monitor, notes, newest = InputMonitor(config), list[str](), [0]
     feed = Feed(config, monitor, notes.append)
 
-    def take(subscription: Subscription, message: Any, now_ns: int) -> None:
+    def receive(subscription: Subscription, message: Any, now_ns: int) -> None:
         monitor.arriving(subscription.name, now_ns)
         subscription.handle(message, now_ns)
         monitor.advance()
@@ -99,7 +99,7 @@ def _live(args: argparse.Namespace, config: EstimatorConfig) -> Check:
         newest[0] = now_ns
         print(one_line(monitor), file=sys.stderr, flush=True)
 
-    problems = listen(feed.subscriptions, args.namespace, args.seconds, take, tick)
+    problems = listen(feed.subscriptions, args.namespace, args.seconds, receive, tick)
     monitor.advance(final=True)
     return _judged(config, monitor, feed.subscriptions, problems, newest[0], notes)
 

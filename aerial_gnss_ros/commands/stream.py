@@ -135,7 +135,7 @@ def run(args: argparse.Namespace) -> int:
     outputs = [*(output for output in (cot, mavlink) if output is not None), *own]
     stream = Stream(cot, mavlink, args.robot, own)
 
-    def take(robot: str, message: Any) -> None:
+    def receive(robot: str, message: Any) -> None:
         try:
             seen = sighting(robot, message, args.namespace)
         except InputError as error:
@@ -144,7 +144,7 @@ def run(args: argparse.Namespace) -> int:
             stream.send(seen)
 
     try:
-        hear_robots(args.namespace, args.seconds, take)
+        hear_robots(args.namespace, args.seconds, receive)
     finally:
         for output in outputs:
             output.close()

@@ -164,7 +164,7 @@ class DetectorNode(Managed, SupervisedNode):
             config.camera_info.topic,
             "sensor_msgs/msg/CameraInfo",
             qos.sensor(10),
-            self._camera_size.take,
+            self._camera_size.update,
             expected=OPTIONAL,
             sent_once=True,
         )

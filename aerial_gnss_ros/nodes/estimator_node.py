@@ -191,7 +191,7 @@ class EstimatorNode(SupervisedNode):
         result = self._on_water.leveled(result)
         for outgoing in position_messages(self._departures.completed(result), self._frames):
             self._publisher(outgoing).publish(message(outgoing.msgtype, outgoing.fields))
-        for sample in self._updates.take(result):
+        for sample in self._updates.due(result):
             outgoing = position_update(sample, result.datum, self._frames)
             publisher = self._publisher(outgoing, qos.sent_once())
             publisher.publish(message(outgoing.msgtype, outgoing.fields))

@@ -64,7 +64,7 @@ class _Topic:
         resolved: full name.
         kind: class of its messages.
         depth: of the queue.
-        take: callback for a message.
+        receive: callback for a message.
         once: removes duplicates.
         second: the transient-local subscription; None until a publisher latches.
     """
@@ -73,7 +73,7 @@ class _Topic:
     resolved: str
     kind: Any
     depth: int
-    take: Callable[[Any], None]
+    receive: Callable[[Any], None]
     once: Once = field(default_factory=Once)
     second: Subscription | None = None
 
@@ -90,7 +90,7 @@ class LatchedToo:
         self._topics: dict[str, _Topic] = {}
 
     def watch(
-        self, key: str, topic: str, kind: Any, depth: int, take: Callable[[Any], None]
+        self, key: str, topic: str, kind: Any, depth: int, receive: Callable[[Any], None]
     ) -> Callable[..., None]:
         """Watch a topic and return the callback for its volatile subscription.
 
@@ -99,16 +99,16 @@ class LatchedToo:
             topic: as given to the subscription, before remapping.
             kind: class of its messages.
             depth: of the queue.
-            take: called once per message.
+            receive: called once per message.
         """
         self.forget(key)
         resolved = str(self._node.resolve_topic_name(topic))
-        watched = _Topic(topic, resolved, kind, depth, take)
+        watched = _Topic(topic, resolved, kind, depth, receive)
         self._topics[key] = watched
 
         def directly(msg: Any, info: Any) -> None:
             if watched.once.directly(_sent_ns(info)):
-                take(msg)
+                receive(msg)
 
         return with_info(directly)
 
@@ -145,7 +145,7 @@ class LatchedToo:
     def _subscribed(self, topic: _Topic) -> Subscription:
         def latched(msg: Any, info: Any) -> None:
             if topic.once.latched(_sent_ns(info)):
-                topic.take(msg)
+                topic.receive(msg)
 
         # Incompatible publishers are reported through the first subscription.
         silent = SubscriptionEventCallbacks(use_default_callbacks=False)

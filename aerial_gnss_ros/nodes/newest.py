@@ -33,7 +33,7 @@ class Newest(Generic[T]):
             self._item = item
             self._changed.notify()
 
-    def take(self) -> T | None:
+    def pop(self) -> T | None:
         """Wait for an item and return it; None once closed."""
         with self._changed:
             self._changed.wait_for(lambda: self._closed or self._item is not None)

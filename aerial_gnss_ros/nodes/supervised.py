@@ -169,16 +169,16 @@ class SupervisedNode(Node):  # type: ignore[misc]  # rclpy has no complete types
         arrivals = Arrivals(self.steady_ns())
         source = Input(name, resolved, msgtype, expected, hint, arrivals)
 
-        def take(msg: Any) -> None:
+        def receive(msg: Any) -> None:
             quiet_s = arrivals.record(self.steady_ns())
             if quiet_s is not None:
                 self.get_logger().info(f"{name} is back on {source.topic} after {quiet_s:.1f} s")
             callback(msg)
 
-        heard: Callable[..., None] = take
+        heard: Callable[..., None] = receive
         if sent_once:
             heard = self._latched_too.watch(
-                name, topic, message_class(msgtype), profile.depth, take
+                name, topic, message_class(msgtype), profile.depth, receive
             )
         self._attach(source, topic, heard, profile)
         self.inputs.append(source)

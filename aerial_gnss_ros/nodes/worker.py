@@ -57,7 +57,7 @@ class Worker(Generic[T]):
 
     def _run(self) -> None:
         try:
-            while (item := self._waiting.take()) is not None:
+            while (item := self._waiting.pop()) is not None:
                 self._work(item)
         except BaseException as error:  # noqa: BLE001 - re-raised in the starting thread
             self.failure = error

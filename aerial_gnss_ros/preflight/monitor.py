@@ -249,7 +249,7 @@ class InputMonitor:
             if self._next_ns is None and (name in self._needed or not self._needed):
                 self._sample_anew(stamp_ns)
 
-        self._arrivals.take(name, stamp_ns, let_in)
+        self._arrivals.receive(name, stamp_ns, let_in)
 
     def _begin_anew(self, decision: Decision) -> None:
         """Discard what precedes a reset of time or of an input's clock."""

@@ -70,7 +70,7 @@ class Studio:
         self._camera = camera
         self._quality = jpeg_quality
 
-    def take(self, picture: Picture) -> Rendered:
+    def render(self, picture: Picture) -> Rendered:
         """Render one image."""
         image, labels = self._renderer.render(
             self._camera, picture.pose, picture.t, picture.robots, picture.props
@@ -104,7 +104,7 @@ def render_all(
     """
     if workers == 0:
         studio = Studio(scene, camera, jpeg_quality)
-        yield from map(studio.take, pictures)
+        yield from map(studio.render, pictures)
         return
     # Not forked: OpenCV's threads do not survive a fork.
     pool = ProcessPoolExecutor(
@@ -113,7 +113,7 @@ def render_all(
     waiting: deque[Future[Rendered]] = deque()
     try:
         for picture in pictures:
-            waiting.append(pool.submit(_take, picture))
+            waiting.append(pool.submit(_render, picture))
             if len(waiting) >= workers + AHEAD:
                 yield waiting.popleft().result()
         while waiting:
@@ -136,7 +136,7 @@ def _open_studio(scene: Scene, camera: CameraModel, jpeg_quality: int | None) ->
     _studio = Studio(scene, camera, jpeg_quality)
 
 
-def _take(picture: Picture) -> Rendered:
+def _render(picture: Picture) -> Rendered:
     if _studio is None:
         raise RuntimeError("the worker was not set up.")
-    return _studio.take(picture)
+    return _studio.render(picture)

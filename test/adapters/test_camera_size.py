@@ -22,7 +22,7 @@ def info(width=640, height=480, focal=500.0, key="k"):
 def test_an_image_must_have_the_size_of_the_camera(key, size, word):
     sizes = CameraSize("start it anew")
     assert sizes.refusal(*size, "/info") is None  # nothing is known yet
-    sizes.take(info(key=key))
+    sizes.update(info(key=key))
     found = sizes.refusal(*size, "/info")
     if word is None:
         assert found is None
@@ -36,9 +36,9 @@ def test_an_image_must_have_the_size_of_the_camera(key, size, word):
 @pytest.mark.parametrize("zeros", [{"width": 0}, {"height": 0}, {"focal": 0.0}])
 def test_a_camera_that_is_not_calibrated_refuses_every_image(zeros):
     sizes = CameraSize("")
-    sizes.take(info(**zeros))
+    sizes.update(info(**zeros))
     word, sentence = sizes.refusal(640, 480, "/info")
     assert word == "camera_info_zeros"
     assert "/info is unusable: its size or focal length is 0" in sentence
-    sizes.take(info())
+    sizes.update(info())
     assert sizes.refusal(640, 480, "/info") is None

@@ -73,7 +73,7 @@ def test_where_none_of_the_first_images_can_be_used_it_ends():
 def test_images_of_another_size_than_the_camera_are_refused():
     found = detector()
     info = make("sensor_msgs/msg/CameraInfo", {"width": 8, "height": 5, "k": [9.0] + 8 * [0.0]})
-    found.camera_size.take(info)
+    found.camera_size.update(info)
     assert found.detect(image()) is None
     (sentence,) = found.refusals
     assert "8 x 6" in sentence

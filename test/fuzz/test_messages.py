@@ -41,7 +41,7 @@ def test_without_damage_robots_are_where_they_are(vehicle):
     results = []
     for tick in flight.flown(vehicle)[60:80]:
         for arrival in tick:
-            results += aircraft.take(arrival.name, arrival.message, arrival.log_ns)
+            results += aircraft.feed(arrival.name, arrival.message, arrival.log_ns)
     assert len(results) >= 19  # a latency in doubt makes images wait
     truth = flight.truth(VEHICLES[vehicle].flight)
     for result in results:
@@ -61,7 +61,7 @@ def test_without_damage_robots_are_where_they_are(vehicle):
 def test_an_aircraft_is_ones_own():
     first, second = flight.in_flight("generic"), flight.in_flight("generic")
     for arrival in flight.flown("generic")[60]:
-        first.take(arrival.name, arrival.message, arrival.log_ns)
+        first.feed(arrival.name, arrival.message, arrival.log_ns)
     assert second.estimator.inputs["fix"].count < first.estimator.inputs["fix"].count
 
 

@@ -61,9 +61,9 @@ def test_the_newest_wins_and_dropped_ones_are_counted():
     newest = Newest()
     for item in (1, 2, 3):
         newest.put(item)
-    assert (newest.take(), newest.dropped) == (3, 2)
+    assert (newest.pop(), newest.dropped) == (3, 2)
     taken = []
-    reader = threading.Thread(target=lambda: taken.append(newest.take()))
+    reader = threading.Thread(target=lambda: taken.append(newest.pop()))
     reader.start()
     newest.close()
     reader.join(timeout=5.0)

@@ -13,17 +13,17 @@ def test_an_item_that_waits_is_replaced_and_counted():
     newest = Newest()
     for item in "abc":
         newest.put(item)
-    assert newest.take() == "c"
+    assert newest.pop() == "c"
     assert newest.dropped == 2
     newest.put("d")
-    assert (newest.take(), newest.dropped) == ("d", 2)
+    assert (newest.pop(), newest.dropped) == ("d", 2)
 
 
 def test_who_waits_gets_the_next_item_and_none_when_it_is_closed():
     newest, got, taken = Newest(), [], threading.Event()
 
     def work():
-        while (item := newest.take()) is not None:
+        while (item := newest.pop()) is not None:
             got.append(item)
             taken.set()
 
@@ -36,4 +36,4 @@ def test_who_waits_gets_the_next_item_and_none_when_it_is_closed():
     assert not thread.is_alive()
     newest.put("b")
     assert got == ["a"]
-    assert newest.take() is None
+    assert newest.pop() is None

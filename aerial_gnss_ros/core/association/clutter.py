@@ -45,22 +45,22 @@ class Clutter:
     def __init__(self) -> None:
         self.stamp_ns = 0
         self.heavy = False
-        self._images = self._stray = self._robots = self._missed = 0.0
+        self._images = self._unassociated = self._robots = self._missed = 0.0
 
-    def update(self, stamp_ns: int, robots: int, missed: int, stray: int) -> None:
+    def update(self, stamp_ns: int, robots: int, missed: int, unassociated: int) -> None:
         """Update with an image.
 
         Args:
             stamp_ns: of the image, ns.
             robots: number of robots expected in it.
             missed: number of these without a box.
-            stray: number of unassociated boxes.
+            unassociated: number of unassociated boxes.
         """
         self.stamp_ns = stamp_ns
         fade = 1.0 - 1.0 / TUNING.fading_images
         self._images = fade * self._images + 1.0
-        self._stray = fade * self._stray + stray
+        self._unassociated = fade * self._unassociated + unassociated
         self._robots = fade * self._robots + robots
         self._missed = fade * self._missed + missed
-        both, rare = self._missed * self._stray, TUNING.rare_product
+        both, rare = self._missed * self._unassociated, TUNING.rare_product
         self.heavy = both > rare * self._robots * self._images

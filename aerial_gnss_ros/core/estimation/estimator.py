@@ -221,7 +221,7 @@ class Estimator:
             steady_ns: a monotonic clock, if there is one: gives the elapsed time when the node's
                 clock is set together with all stamps.
         """
-        self._intake.arrivals.tick(now_ns, self._steady.take(now_ns, steady_ns))
+        self._intake.arrivals.tick(now_ns, self._steady.update(now_ns, steady_ns))
         self._images.tick(now_ns)
         while self._images.waiting:
             if not self._finish_first(self._images.is_late(now_ns)):

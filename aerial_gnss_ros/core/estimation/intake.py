@@ -126,7 +126,7 @@ class Intake:
             self.tallies[CAMERA_INFO].add(stamp_ns, trouble)
             self._inputs.cameras.add(self._time.of(stamp_ns), camera)
 
-        self.arrivals.take(CAMERA_INFO, stamp_ns, keep)
+        self.arrivals.receive(CAMERA_INFO, stamp_ns, keep)
 
     def add_detections(self, frame: DetectionFrame) -> None:
         """Add one image's boxes."""
@@ -135,7 +135,7 @@ class Intake:
             self.tallies[DETECTIONS].add(frame.stamp_ns)
             self._receiver.receive_image(frame)
 
-        self.arrivals.take(DETECTIONS, frame.stamp_ns, keep)
+        self.arrivals.receive(DETECTIONS, frame.stamp_ns, keep)
 
     def refuse(self, name: str, trouble: str) -> None:
         """Count an unreadable message.
@@ -155,7 +155,7 @@ class Intake:
             stamp_ns: of the message.
             keep: stores the value; returns why it is unusable, in words, or empty.
         """
-        self.arrivals.take(name, stamp_ns, lambda: self._count(name, stamp_ns, keep))
+        self.arrivals.receive(name, stamp_ns, lambda: self._count(name, stamp_ns, keep))
 
     def _count(self, name: str, stamp_ns: int, keep: Callable[[], str]) -> None:
         trouble = attempt(keep)

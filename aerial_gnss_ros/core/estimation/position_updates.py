@@ -74,7 +74,7 @@ class PositionUpdates:
         self._interval_ns = round(self.interval_s * SECOND_NS)
         self._robots: dict[str, _Robot] = {}
 
-    def take(self, result: FrameResult) -> tuple[RobotEstimate, ...]:
+    def due(self, result: FrameResult) -> tuple[RobotEstimate, ...]:
         """Return the samples due with an image's result, with inflated covariances."""
         measured = [one for one in result.estimates if one.state is State.CONFIRMED]
         return tuple(

@@ -69,7 +69,7 @@ class StateBlocks:
         """The joint states."""
         return self._groups
 
-    def take_back(self, groups: list[JointState]) -> None:
+    def restore(self, groups: list[JointState]) -> None:
         """Restore earlier joint states."""
         self.rotation_fault = groups[0].rotation_fault
         self.rotation_fault.ambiguity = self.ambiguity

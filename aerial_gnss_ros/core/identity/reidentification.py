@@ -71,7 +71,7 @@ class Returns:
     """Decisions about new tracks and robots that were out of view.
 
     Attributes:
-        found: by row of a new track, the row of the robot that it is.
+        robots: by row of a new track, the row of the robot that it is.
         waiting: rows of new tracks whose decision is deferred.
         ended: rows of robots that surfaced but cannot be evidence apart.
         label_probabilities: by row of a robot that surfaced, the probability of each new row to be
@@ -80,7 +80,7 @@ class Returns:
         unknown: by new row, the probability that it is a new robot.
     """
 
-    found: dict[int, int] = field(default_factory=dict)
+    robots: dict[int, int] = field(default_factory=dict)
     waiting: set[int] = field(default_factory=set)
     ended: set[int] = field(default_factory=set)
     label_probabilities: dict[int, dict[int, float]] = field(default_factory=dict)
@@ -178,7 +178,7 @@ class Reidentification:
             ready: m rows of new tracks.
             likely: (n, m) probabilities.
         """
-        for new in done.found:
+        for new in done.robots:
             j = ready.index(new)
             for other, share in zip(away, likely[:, j].tolist(), strict=True):
                 if other not in done.label_probabilities and share > TUNING.unsure_probability:
@@ -300,7 +300,7 @@ def _returns(new: list[int], old: list[int], probabilities: Array, waiting: set[
     for k, law in enumerate(probabilities.tolist()):
         done.label_probabilities[old[k]] = dict(zip(new, law, strict=True))
         if law[k] > TUNING.naming_probability:
-            done.found[new[k]] = old[k]
+            done.robots[new[k]] = old[k]
         else:
             done.ended.add(old[k])
     return done

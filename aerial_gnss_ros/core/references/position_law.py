@@ -98,7 +98,7 @@ class PositionLaw:
         mean = self.mean + (positions.ravel() - self.mean[own]) @ gain
         return PositionLaw(self.rows, mean, self.covariance - cross.T @ gain)
 
-    def tells(self, rows: list[int], positions: Array, spread: Array) -> PlatformKnowledge:
+    def knowledge(self, rows: list[int], positions: Array, spread: Array) -> PlatformKnowledge:
         """Return what known positions of robots tell of the platform's errors.
 
         A robot's position is a linear function of these (regression), and a rest of its own.
@@ -116,7 +116,7 @@ class PositionLaw:
         apart = positions.ravel() - self.mean[own] + by_errors @ self.mean[:COUNT]
         return PlatformKnowledge(by_errors, apart, rest + blocks_apart(spread))
 
-    def told(self, known: PlatformKnowledge) -> PositionLaw:
+    def given(self, known: PlatformKnowledge) -> PositionLaw:
         """Return the law given what is known of the platform's errors."""
         cross = known.by_errors @ self.covariance[:COUNT]
         spread = cross[:, :COUNT] @ known.by_errors.T + known.spread

@@ -155,7 +155,7 @@ class References:
             return None
         best, known = found
         for group in self._joint.groups:
-            law = best if group.rows is best.rows else PositionLaw.of(group).told(known)
+            law = best if group.rows is best.rows else PositionLaw.of(group).given(known)
             mean[law.rows], covariance[law.rows] = law.states()
         if self._doubt is not None:
             covariance[:, :2, :2] += self._doubt
@@ -173,7 +173,7 @@ class References:
         whole = PositionLaw(rows, *law.jointly_published())
         found = self._corrections(whole)
         if self._used is not None:
-            found.append((whole.told(self._used[1]), self._used[1]))
+            found.append((whole.given(self._used[1]), self._used[1]))
         own = [row for _, row in self._in_view]
         mean, blocks = min(found, key=lambda one: _uncertainty(one[0], own))[0].states()
         if self._doubt is not None:
@@ -208,9 +208,9 @@ class References:
         found: list[_Correction] = []
         known = _known(law, self._in_view)
         if known[0]:
-            found.append((law.known(*known), law.tells(*known)))
+            found.append((law.known(*known), law.knowledge(*known)))
         if self._later is not None:
-            found.append((law.told(self._later), self._later))
+            found.append((law.given(self._later), self._later))
         return found
 
     def _weigh(self, tracks: Sequence[Track], told: list[Candidate]) -> None:

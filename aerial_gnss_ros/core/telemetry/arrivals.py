@@ -56,7 +56,7 @@ class Arrivals:
         self._held: deque[tuple[str, int, Callable[[], None]]] = deque()
         self._apart_s: dict[str, float] = {}
 
-    def take(self, name: str, stamp_ns: int, keep: Callable[[], None]) -> None:
+    def receive(self, name: str, stamp_ns: int, keep: Callable[[], None]) -> None:
         """Admit, hold or refuse a message.
 
         Args:
@@ -64,7 +64,7 @@ class Arrivals:
             stamp_ns: its stamp, ns.
             keep: stores it.
         """
-        verdict = self._clock.take(name, stamp_ns)
+        verdict = self._clock.judge(name, stamp_ns)
         if verdict in (Verdict.RETURNS, Verdict.ELSEWHERE):
             self._refuse(name)
         if verdict in (Verdict.RETURNS, Verdict.GOES_ON):
@@ -131,7 +131,7 @@ class Arrivals:
                 self._held.append((name, stamp_ns, keep))
             else:
                 self._tallies[name].undo_refusal()
-                self.take(name, stamp_ns, keep)
+                self.receive(name, stamp_ns, keep)
 
 
 def _side(apart_s: float) -> str:

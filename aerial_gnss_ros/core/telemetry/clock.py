@@ -85,7 +85,7 @@ class Clock:
                     if line is not None:
                         line.offset_ns, line.told_ns = None, now_ns
         for line in self._heard:
-            line.tell(now_ns)
+            line.note_arrival(now_ns)
         self._heard.clear()
 
     def step(self, by_ns: int) -> None:
@@ -152,7 +152,7 @@ class Clock:
             and (self._inputs[name].believed.told_ns or 0) <= (self._led[0] or 0)
         }
 
-    def take(self, name: str, stamp_ns: int) -> Verdict:
+    def judge(self, name: str, stamp_ns: int) -> Verdict:
         """Judge a stamp of an input."""
         stamps = self._inputs.get(name)
         if stamps is None:

@@ -68,7 +68,7 @@ class Line:
         return stamp_ns <= max(self.newest_ns, now_ns + self.offset_ns) + AHEAD_NS
 
     def add(self, stamp_ns: int) -> None:
-        """Add a stamp; `tell` follows."""
+        """Add a stamp; `note_arrival` follows."""
         self.count += 1
         if stamp_ns > self.newest_ns:
             self.step_ns, self.newest_ns = stamp_ns - self.newest_ns, stamp_ns
@@ -76,7 +76,7 @@ class Line:
         if self._untold_ns is None or stamp_ns > self._untold_ns:
             self._untold_ns = stamp_ns
 
-    def tell(self, now_ns: int) -> None:
+    def note_arrival(self, now_ns: int) -> None:
         """Record the arrival time of the stamps since the last call."""
         stamp_ns, self._untold_ns = self._untold_ns, None
         if self.told_ns is None:

@@ -28,7 +28,7 @@ class Steady:
         self._since: tuple[int, int] | None = None
         self._alike = False
 
-    def take(self, clock_ns: int, steady_ns: int | None) -> int:
+    def update(self, clock_ns: int, steady_ns: int | None) -> int:
         """Compare readings of both; return by how much the clock was set, 0 if it was not.
 
         Args:

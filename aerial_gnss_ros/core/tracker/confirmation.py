@@ -116,16 +116,16 @@ class TrackConfirmation:
         for row in ready:
             tracks[row].label_pending = row in returns.waiting
         ready = [row for row in ready if row not in returns.waiting]
-        unknown = [row for row in ready if row not in returns.found]
+        unknown = [row for row in ready if row not in returns.robots]
         names = self._identity.assign(
             [self._confirmed_track(tracks[row], row) for row in unknown], local
         )
         for row, name in zip(unknown, names, strict=True):
             tracks[row].robot_id = name
-        for row, old in returns.found.items():
+        for row, old in returns.robots.items():
             tracks[row].inherit_label(tracks[old])
         self._record_alternatives(returns)
-        for row, old in returns.found.items():
+        for row, old in returns.robots.items():
             self._table.merge(old, row, attitude_known)
         for row in ready:
             tracks[row].state = State.CONFIRMED
@@ -133,7 +133,7 @@ class TrackConfirmation:
             for row in labelled:
                 tracks[row].unverified = tracks[row].robot_id not in labels
         self._report_ended(returns)
-        return {*returns.found.values(), *returns.ended, *merged}
+        return {*returns.robots.values(), *returns.ended, *merged}
 
     def _report_ended(self, returns: Returns) -> None:
         """Report labels that end."""
@@ -160,7 +160,7 @@ class TrackConfirmation:
                 {called[a]: {called[b]: p for b, p in of.items() if p} for a, of in law.items()}
             )
         for row, share in returns.unknown.items():
-            old = returns.found[row]
+            old = returns.robots[row]
             mean, covariance = self._table.filter.moments()
             spot = Position(mean[old, :2], covariance[old, :2, :2])
             self._encounters.note_departure(tracks[row].robot_id, spot, share)

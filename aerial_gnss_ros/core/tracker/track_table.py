@@ -108,7 +108,7 @@ class TrackTable:
 
     def restore(self, fork: Fork) -> None:
         """Continue with the labelled robots of a fork, coasting; drop all others."""
-        self.filter.take_back(fork.groups)
+        self.filter.restore(fork.groups)
         self.filter.drop(np.array(fork.unnamed, np.intp))
         self.tracks = [track for track in fork.tracks if track.robot_id]
         for track in self.tracks:

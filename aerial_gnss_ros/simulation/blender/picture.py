@@ -36,7 +36,7 @@ class Order:
     config: DatasetConfig
 
 
-def take(order: Order, folder: Path) -> Sample:
+def render_sample(order: Order, folder: Path) -> Sample:
     """Makes a picture.
 
     Args:

@@ -42,7 +42,7 @@ def main() -> None:
     """Answers each order with a sample, or with the error that it met."""
     answers = os.fdopen(os.dup(1), "wb")
     os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
-    from aerial_gnss_ros.simulation.blender.picture import take
+    from aerial_gnss_ros.simulation.blender.picture import render_sample
 
     with tempfile.TemporaryDirectory() as folder:
         while True:
@@ -51,7 +51,7 @@ def main() -> None:
             except EOFError:
                 return
             try:
-                send(answers, take(order, Path(folder)))
+                send(answers, render_sample(order, Path(folder)))
             except Exception as error:  # noqa: BLE001  (reported to the parent, which decides)
                 send(answers, f"{type(error).__name__}: {error}")
 

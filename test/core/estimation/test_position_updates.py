@@ -25,13 +25,13 @@ def result(t, state=State.CONFIRMED, name="aqua_1"):
 
 
 def given(updates, times, **more):
-    return [t for t in times if updates.take(result(t, **more))]
+    return [t for t in times if updates.due(result(t, **more))]
 
 
 def test_samples_are_three_correlation_times_apart():
     updates = PositionUpdates(UpdatesConfig(), TIME_S)
     assert given(updates, range(2000)) == [5, 905, 1805]
-    [sample] = PositionUpdates(UpdatesConfig(settle_s=0.0), TIME_S).take(result(0.0))
+    [sample] = PositionUpdates(UpdatesConfig(settle_s=0.0), TIME_S).due(result(0.0))
     shared = math.exp(-3.0)
     assert sample.covariance == pytest.approx(np.eye(4) * (1 + shared) / (1 - shared))
 

@@ -68,8 +68,8 @@ def _pairs_and_odds(down, up, unseen_s, newcomers=0.1, waited_s=0.2, beside=True
         for one, law in came.label_probabilities.items()
         for other, p in law.items()
     }
-    found = {new - n: old for new, old in came.found.items()}
-    assert came.ended == {*came.label_probabilities} - {*came.found.values()}
+    found = {new - n: old for new, old in came.robots.items()}
+    assert came.ended == {*came.label_probabilities} - {*came.robots.values()}
     return found, {row - n for row in came.waiting}, odds
 
 
@@ -185,7 +185,7 @@ def test_absences_of_robots_that_left_the_view_tell_nothing():
 def test_other_robots_that_a_track_may_be_are_remembered_where_they_are_likely_enough():
     """Robots 4 and 7 were out of view; the track 9 is 4 by 0.6, 7 by 0.3, new by 0.1."""
     unsure = reidentification.TUNING.unsure_probability
-    done, search = Returns(found={9: 4}), Reidentification(MOTION, 11.6, 180.0)
+    done, search = Returns(robots={9: 4}), Reidentification(MOTION, 11.6, 180.0)
     search._with_alternatives(
         done, [4, 7, 8], [5, 9], np.array([[0.0, 0.6], [0.0, 0.3], [1.0, 0.9 * unsure]])
     )

@@ -63,11 +63,11 @@ def test_what_a_known_robot_tells_of_the_platform_corrects_the_others_alike():
     before, off = law(), np.array([1.5, -0.8])
     position = (before.mean[before.places([6])] + off)[None]
     spread = TOLD**2 * np.eye(2)[None]
-    told = before.tells([6], position, spread)
+    told = before.knowledge([6], position, spread)
     assert told.by_errors[:, :2] == pytest.approx(np.eye(2))
     assert told.value == pytest.approx(off)
     assert told.spread == pytest.approx((OWN_M**2 + TOLD**2) * np.eye(2))
-    direct, after = before.known([6], position, spread), before.told(told)
+    direct, after = before.known([6], position, spread), before.given(told)
     assert after.offset()[0] == pytest.approx(direct.offset()[0])
     assert after.offset()[1] == pytest.approx(direct.offset()[1])
     assert after.states()[0][[0, 2]] == pytest.approx(direct.states()[0][[0, 2]])
@@ -75,7 +75,7 @@ def test_what_a_known_robot_tells_of_the_platform_corrects_the_others_alike():
 
 
 def test_what_is_told_grows_old_as_the_errors_drift():
-    told = law().tells([6], np.array([[3.0, 1.0]]), TOLD**2 * np.eye(2)[None])
+    told = law().knowledge([6], np.array([[3.0, 1.0]]), TOLD**2 * np.eye(2)[None])
     keep, stationary = np.full(COUNT, 0.9), GNSS_M**2 * np.eye(COUNT)
     later = told.later(keep, stationary)
     assert later.value == pytest.approx(0.9 * told.value)
@@ -84,12 +84,12 @@ def test_what_is_told_grows_old_as_the_errors_drift():
     old = told.later(np.zeros(COUNT), stationary)
     assert old.value == pytest.approx(np.zeros(2))
     before = law()
-    assert np.trace(before.told(old).offset()[1]) > 0.49 * np.trace(before.offset()[1])
+    assert np.trace(before.given(old).offset()[1]) > 0.49 * np.trace(before.offset()[1])
 
 
 def test_a_receiver_without_error_is_not_corrected():
     exact = law()
     exact.covariance[:2] = exact.covariance[:, :2] = 0.0
-    after = exact.told(exact.tells([6], np.array([[9.0, 9.0]]), np.eye(2)[None]))
+    after = exact.given(exact.knowledge([6], np.array([[9.0, 9.0]]), np.eye(2)[None]))
     assert after.offset()[0] == pytest.approx(np.zeros(2))
     assert np.isfinite(after.mean).all()

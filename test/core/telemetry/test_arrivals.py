@@ -27,7 +27,7 @@ class Judge:
         self.quiet = ()
         self.elsewhere = False
 
-    def take(self, name, stamp_ns):
+    def judge(self, name, stamp_ns):
         """Return what a stamp is."""
         if stamp_ns < FAR_S * 1e9:
             return Verdict.RETURNS if self.elsewhere else Verdict.GOES_ON
@@ -73,7 +73,7 @@ class Door:
         self.got.clear()
         for name, t in messages:
             keep = lambda name=name, t=t: self.got.append((name, t))  # noqa: E731
-            self.arrivals.take(name, round(t * 1e9), keep)
+            self.arrivals.receive(name, round(t * 1e9), keep)
         return self.got
 
 

@@ -22,7 +22,7 @@ def _line(offset_ns=None):
     line = Line(100 * SECOND, 100 * SECOND)
     line.add(101 * SECOND)
     if offset_ns is not None:
-        line.tell(101 * SECOND - offset_ns)
+        line.note_arrival(101 * SECOND - offset_ns)
     return line
 
 
@@ -56,7 +56,7 @@ def test_stamps_as_far_apart_as_they_were_are_not_early():
     assert line.is_behind(latest + 1, stalled_ns)
     slow = Line(0, 0)
     slow.add(5 * SECOND)
-    slow.tell(5 * SECOND)
+    slow.note_arrival(5 * SECOND)
     assert not slow.is_behind(5 * SECOND + AHEAD_NS, 0)
     assert slow.is_behind(5 * SECOND + AHEAD_NS + 1, 0)
 
@@ -94,7 +94,7 @@ def test_the_offset_is_the_largest_until_the_clock_is_set():
         (105, 105 * SECOND - 4 + DRIFT_NS, 4 - DRIFT_NS),  # was set
     ):
         line.add(stamp_s * SECOND)
-        line.tell(now_ns)
+        line.note_arrival(now_ns)
         assert line.offset_ns == offset_ns
 
 
@@ -103,9 +103,9 @@ def test_of_several_stamps_the_newest_tells_and_once():
     line.add(104 * SECOND)
     line.add(103 * SECOND)
     assert line.heard
-    line.tell(102 * SECOND)
+    line.note_arrival(102 * SECOND)
     assert line.offset_ns == 2 * SECOND
-    line.tell(50 * SECOND)  # nothing came since
+    line.note_arrival(50 * SECOND)  # nothing came since
     assert line.offset_ns == 2 * SECOND
 
 
@@ -116,7 +116,7 @@ def test_what_would_come_now_is_as_long_after_the_newest_as_has_passed():
     assert line.expected_ns(None) == 101 * SECOND
     assert _line().expected_ns(100 * SECOND + 7) == 101 * SECOND
     assert (line.told_ns, line.begun_ns) == (100 * SECOND, 100 * SECOND)
-    line.tell(105 * SECOND)
+    line.note_arrival(105 * SECOND)
     assert (line.told_ns, line.begun_ns) == (100 * SECOND, 100 * SECOND)
 
 
@@ -125,5 +125,5 @@ def test_a_line_is_heard_once_a_stamp_came():
     assert not line.heard
     line.add(0)
     assert line.heard
-    line.tell(0)
+    line.note_arrival(0)
     assert line.heard

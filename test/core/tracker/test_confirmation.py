@@ -77,7 +77,7 @@ def test_what_was_seen_beside_a_robot_is_not_that_robot(sea, hits, resumed):
         Track("aqua", came[0], came[-1], hits=came),
     ]
     came = tracker._confirmation._reidentify([1], sea.stamp(7.0), 30.0)
-    assert (came.found, came.waiting) == (resumed, set())
+    assert (came.robots, came.waiting) == (resumed, set())
 
 
 @pytest.mark.parametrize(
