@@ -50,7 +50,7 @@ def recorded(cross, tmp_path):
             with writer.BagWriter(bag, namespace="drone1") as out:
                 for i in range(6):
                     now = START + i * STEP
-                    header = cross.encodings.header(now)
+                    header = cross.messages_of.header(now)
                     sent = [
                         (
                             "camera_info",
@@ -69,7 +69,7 @@ def recorded(cross, tmp_path):
                             done.add(row[0])
                             out.write(row[0], row[1], now, row[2])
                     boxes = cross.boxes(scene, lambda _kind, fields: fields)
-                    image = cross.encodings.header(now + STEP // 2)
+                    image = cross.messages_of.header(now + STEP // 2)
                     kind = "vision_msgs/msg/Detection2DArray"
                     out.write("detections", kind, now + STEP // 2, boxes | {"header": image})
         return bag
@@ -119,7 +119,7 @@ def test_position_and_attitude_of_one_topic_are_both_read(
 ):
     scene = cross.surveyed(cross.SCENES["nose33_down45"])
     bag = recorded("ardupilot_dds", scene)
-    mount = cross.encodings.mount_rpy_deg(scene)["gimbal.mount_rpy_deg"]
+    mount = cross.messages_of.mount_rpy_deg(scene)["gimbal.mount_rpy_deg"]
     own = tmp_path / "mount.yaml"
     own.write_text(f"gimbal: {{mount_rpy_deg: {mount}}}\n")
     more = ["--vehicle", "ardupilot_dds", "--params", own, *arguments]
