@@ -128,14 +128,15 @@ class CameraFaults(StateBlocks):
         self.ambiguity.note_return()
         self._spread_doubt()
 
-    def note_jump(self, unseen: bool) -> None:
+    def note_jump(self, usable: bool, unseen: bool) -> None:
         """Record that orientation or height has jumped with the last image.
 
         Args:
+            usable: whether the image's boxes can be used: else the orientation is judged later.
             unseen: whether it shows no robot that would tell. Then robots out of view, and those
                 initialised later, may be wrong by the jump.
         """
-        if self.orientation_jumped and unseen:
+        if self.orientation_jumped and usable and unseen:
             self.ambiguity.keep_jump(unseen=True)
         if self._motion.height_jump and (unseen or self._climbed):
             self._climbed += self._motion.height_jump

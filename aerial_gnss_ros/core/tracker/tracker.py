@@ -108,14 +108,15 @@ class Tracker:
         returned = jumping and self._recovery.telemetry_is_back(stamp_ns)
         if returned:
             self._go_back()
+        if joint.jumped:
+            robots_seen = usable and len(seen.index) > 0 and bool(self.table.in_view(stamp_ns))
+            joint.note_jump(usable, not robots_seen)
         if not usable:
             self._image_tracks.followed(boxes)
             unused = points.valid
             return TrackUpdate(self._estimates(stamp_ns)[0], {}, unused, np.zeros_like(unused))
         if joint.orientation_jumped:
             self._matcher.expect_mismatch()
-        if joint.jumped:
-            joint.note_jump(not len(seen.index) or not self.table.in_view(stamp_ns))
         return self._track(frame, seen, local, passed, returned)
 
     def _track(

@@ -160,9 +160,9 @@ def test_a_jump_of_the_height_counts_beyond_three_stated_sigmas(sea, step_m, mat
     """Of 0.3 m each: covariances contain smaller ones."""
     joint = flown(sea).table.filter
     joint._motion.height_jump = step_m
-    joint.note_jump(unseen=False)
+    joint.note_jump(usable=True, unseen=False)
     assert not joint.ambiguity.apart
-    joint.note_jump(unseen=True)
+    joint.note_jump(usable=True, unseen=True)
     assert bool(joint.ambiguity.apart) is matters
 
 
@@ -171,5 +171,5 @@ def test_a_jump_of_the_orientation_that_robots_see_is_theirs_to_judge(sea, unsee
     joint = flown(sea).table.filter
     joint.ambiguity.update_jump(np.radians([0.0, 0.0, 25.0]), 0.1)
     joint.orientation_jumped = True
-    joint.note_jump(unseen)
+    joint.note_jump(True, unseen)
     assert joint.ambiguity.covariance.any() == unseen
