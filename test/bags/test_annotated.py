@@ -14,14 +14,14 @@ from aerial_gnss_ros.core.values.errors import OutputError
 
 SEA = np.full((120, 160, 3), 60, dtype=np.uint8)
 FOUND = DetectionFrame(
-    0, "", np.array([[80.0, 70.0]]), np.array([[40.0, 20.0]]), np.array([0.9]), ("aqua",)
+    0, "", np.array([[80.0, 70.0]]), np.array([[120.0, 20.0]]), np.array([0.9]), ("aqua",)
 )
 
 
 def drawn(picture):
-    """Return where the frame is brighter than the sea, by rows and columns through its middle."""
+    """Return the rows and columns of a box's edges, right of its label and in its middle."""
     bright = picture[:, :, 2] > 150
-    return np.flatnonzero(bright[:, 95]), np.flatnonzero(bright[70])
+    return np.flatnonzero(bright[:, 135]), np.flatnonzero(bright[70])
 
 
 def test_a_file_for_each_picture(tmp_path):
@@ -29,7 +29,7 @@ def test_a_file_for_each_picture(tmp_path):
         sink.add("north/a.png", SEA, FOUND)
     rows, columns = drawn(cv2.imread(str(tmp_path / "north" / "a.jpg")))
     assert (rows.min(), rows.max()) == pytest.approx((60, 80), abs=2)
-    assert (columns.min(), columns.max()) == pytest.approx((60, 100), abs=2)
+    assert (columns.min(), columns.max()) == pytest.approx((20, 140), abs=2)
     assert (SEA == 60).all()
 
 
@@ -45,7 +45,7 @@ def test_a_video_of_all(tmp_path):
     assert (capture.get(cv2.CAP_PROP_FRAME_COUNT), capture.get(cv2.CAP_PROP_FPS)) == (3, 5.0)
     _, frame = capture.read()
     _, columns = drawn(frame)
-    assert (columns.min(), columns.max()) == pytest.approx((60, 100), abs=3)
+    assert (columns.min(), columns.max()) == pytest.approx((20, 140), abs=3)
 
 
 def test_a_video_that_cannot_be_written_is_told(tmp_path):
