@@ -35,6 +35,8 @@ READY_DOCS := $(VENV)/.ready-to-document
 
 # test/conftest.py says which tests stay together.
 SIDE_BY_SIDE := -n $(JOBS) --dist loadgroup --no-loadscope-reorder
+# Ends a process whose test hangs, also in native code (pytest 9; older ones only print where it hangs).
+TIMEOUT := -o faulthandler_timeout=400 -o faulthandler_exit_on_timeout=true
 
 # Nodes of the demo and the tests talk on this machine only.
 export ROS_AUTOMATIC_DISCOVERY_RANGE := LOCALHOST
@@ -57,10 +59,10 @@ demo: $(READY)
 	$(BIN)/aerial-gnss demo $(DEMO_ARGS)
 
 test: $(READY_DEV)
-	$(BIN)/python -m pytest $(SIDE_BY_SIDE) -m "not pages" $(PYTEST_ARGS)
+	$(BIN)/python -m pytest $(SIDE_BY_SIDE) $(TIMEOUT) -m "not pages" $(PYTEST_ARGS)
 
 quick: lint types
-	$(BIN)/python -m pytest $(SIDE_BY_SIDE) -q -m "not slow and not pages" --ignore=test/nodes $(PYTEST_ARGS)
+	$(BIN)/python -m pytest $(SIDE_BY_SIDE) $(TIMEOUT) -q -m "not slow and not pages" --ignore=test/nodes $(PYTEST_ARGS)
 
 check:
 	.ci/run
