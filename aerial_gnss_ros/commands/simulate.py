@@ -236,7 +236,8 @@ def _swim(args: argparse.Namespace) -> SwimPlan:
         fastest_mps=speed[-1],
         dives=args.dives,
         beacons=int(args.reference is not None),
-        beacon_class="beacon" if args.no_images else SwimPlan.class_name,
+        beacon_class="beacon" if args.no_images else "",
+        models=args.robot_model,
     )
 
 

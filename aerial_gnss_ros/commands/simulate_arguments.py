@@ -10,7 +10,9 @@ from typing import Any
 
 from aerial_gnss_ros.commands.argument_types import numbers, sigma, size
 from aerial_gnss_ros.core.config.noise import SETS
+from aerial_gnss_ros.core.values.errors import ConfigError
 from aerial_gnss_ros.simulation.flight import KINDS
+from aerial_gnss_ros.simulation.robot_models import AQUA, MODELS, robot_model
 
 DURATION_S = 60.0
 RENDERED_S = 20.0
@@ -93,8 +95,25 @@ def _robot_arguments(group: Any) -> None:
         "beacon without images, else one of the robots",
     )  # fmt: skip
     group.add_argument(
+        "--robot-model", type=robot_models, default=(AQUA,), metavar="MODEL[,MODEL]",
+        help=f"shape of the robots and name of their class: {', '.join(MODELS)}; of several, the "
+        f"robots of a flight take turns (default {AQUA})",
+    )  # fmt: skip
+    group.add_argument(
         "--dives", action="store_true", help="robots dive out of sight from time to time"
     )
+
+
+def robot_models(text: str) -> tuple[str, ...]:
+    """Return the models that an argument names.
+
+    Raises:
+        argparse.ArgumentTypeError: there is no such model.
+    """
+    try:
+        return tuple(robot_model(name.strip()).name for name in text.split(","))
+    except ConfigError as error:
+        raise argparse.ArgumentTypeError(str(error)) from error
 
 
 def _sensor_arguments(group: Any) -> None:

@@ -136,7 +136,7 @@ def refuse_options(args: argparse.Namespace, flight: Mapping[str, Any]) -> None:
     if args.dataset is not None:
         if args.size != flight["size"] and not args.whole_frames:
             raise ConfigError("--size of images applies only with --whole-frames.")
-        for name in sorted(flight.keys() - {"size"}):
+        for name in sorted(flight.keys() - {"size", "robot_model"}):
             if getattr(args, name) != flight[name]:
                 raise ConfigError(
                     f"{_option(name)} cannot be used with --dataset, which has no flight."
@@ -217,7 +217,12 @@ def _config(args: argparse.Namespace) -> DatasetConfig:
 
 
 def _variety(args: argparse.Namespace) -> Variety:
-    chosen: dict[str, Any] = {}
+    if len(args.robot_model) > 1:
+        raise ConfigError(
+            f"--dataset renders robots of one model, not of {', '.join(args.robot_model)}; make a "
+            "data set of each."
+        )
+    chosen: dict[str, Any] = {"robot_model": args.robot_model[0]}
     for option, field, least, most in (
         ("heights", "height_m", 1.0, 500.0),
         ("depths", "depth_m", -0.1, 5.0),

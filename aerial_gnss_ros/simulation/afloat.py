@@ -28,7 +28,12 @@ _GRID_M = 0.1
 
 
 def place_things(
-    flight: Flight, camera: CameraModel, count: int, paths: Array, rng: np.random.Generator
+    flight: Flight,
+    camera: CameraModel,
+    count: int,
+    paths: Array,
+    rng: np.random.Generator,
+    robot_m: float = ROBOT_M,
 ) -> tuple[Mesh, ...]:
     """Return floating objects, fewer than requested if there is no room.
 
@@ -40,6 +45,7 @@ def place_things(
         count: number of objects.
         paths: (n, 2) East, North of all robots at all times, m.
         rng: random numbers.
+        robot_m: least distance from a robot's centre, m.
 
     Raises:
         InputError: the camera never sees water close enough.
@@ -49,7 +55,7 @@ def place_things(
     places, shares = seen_places(flight, camera, rng)
     swum = np.unique(np.round(paths / _GRID_M), axis=0) * _GRID_M
     places = places[shares >= LEAST_SHARE * shares.max()]
-    places = places[[np.hypot(*(swum - p).T).min(initial=np.inf) >= ROBOT_M for p in places]]
+    places = places[[np.hypot(*(swum - p).T).min(initial=np.inf) >= robot_m for p in places]]
     things: list[Mesh] = []
     for _ in range(count):
         thing = random_prop(rng, 0.0, 0.0)
@@ -57,7 +63,7 @@ def place_things(
         for place in rng.permutation(places):
             here = shape + place
             if all(apart(here, other) >= APART_M for other in others) and (
-                gaps(here, swum).min(initial=np.inf) >= ROBOT_M
+                gaps(here, swum).min(initial=np.inf) >= robot_m
             ):
                 things.append(thing.placed(np.eye(3), (*place, 0.0)))
                 places = places[gaps(here, places) >= APART_M]

@@ -222,7 +222,10 @@ def _true_boxes(frame: Frame, boxes: Boxes) -> _Message:
 
 def _labels(frame: Frame, labels: list[RobotLabel]) -> _Message:
     """All robots that are partly in the image, including those too faint or truncated for a box."""
-    robots = [{"robot_id": label.robot_id, **label.figures()} for label in labels]
+    robots = [
+        {"robot_id": label.robot_id, "class": label.class_name, **label.figures()}
+        for label in labels
+    ]
     values = {"data": json.dumps({"stamp_ns": frame.stamp_ns, "robots": robots})}
     return _message(frame.log_ns, "truth/labels", "std_msgs/msg/String", values, reliable=True)
 

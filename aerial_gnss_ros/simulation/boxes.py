@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,7 +12,7 @@ from numpy.typing import NDArray
 
 from aerial_gnss_ros.core.camera.model import CameraModel
 from aerial_gnss_ros.core.values.detection_frame import DetectionFrame
-from aerial_gnss_ros.simulation.hexapod import HEIGHT, LENGTH, WIDTH
+from aerial_gnss_ros.simulation.robot_models import AQUA, robot_model
 from aerial_gnss_ros.simulation.view import ViewPose, project_points
 
 Array = NDArray[np.float64]
@@ -19,9 +20,7 @@ Array = NDArray[np.float64]
 DEEPEST_SEEN_M = 0.6
 """Depth below which robots have no box, m: in most waters they are hardly visible from above."""
 
-_CORNERS = 0.5 * np.array(
-    [[x, y, z] for x in (-LENGTH, LENGTH) for y in (-WIDTH, WIDTH) for z in (-HEIGHT, HEIGHT)]
-)
+_CORNERS = 0.5 * np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)])
 
 
 @dataclass(frozen=True)
@@ -63,6 +62,7 @@ def projected_boxes(
     class_names: tuple[str, ...],
     positions: Array,
     courses: Array,
+    models: Sequence[str] | None = None,
 ) -> Boxes:
     """Return the boxes of the robots whose centre is in the image and not too deep.
 
@@ -73,14 +73,17 @@ def projected_boxes(
         class_names: n names of their classes.
         positions: (n, 3) middles, East, North, up, m.
         courses: (n,) yaws, rad.
+        models: n shapes; None: the hexapod.
     """
     middles, _ = project_points(camera, pose, positions)
     index = np.flatnonzero(camera.inside(middles) & (positions[:, 2] >= -DEEPEST_SEEN_M))
     c, s = np.cos(courses[index]), np.sin(courses[index])
+    shapes = [robot_model(AQUA if models is None else models[int(i)]).size for i in index]
+    local = _CORNERS * np.array(shapes).reshape(-1, 1, 3)
     corners = np.repeat(positions[index, None, :], len(_CORNERS), axis=1)
-    corners[..., 0] += c[:, None] * _CORNERS[:, 0] - s[:, None] * _CORNERS[:, 1]
-    corners[..., 1] += s[:, None] * _CORNERS[:, 0] + c[:, None] * _CORNERS[:, 1]
-    corners[..., 2] += _CORNERS[:, 2]
+    corners[..., 0] += c[:, None] * local[..., 0] - s[:, None] * local[..., 1]
+    corners[..., 1] += s[:, None] * local[..., 0] + c[:, None] * local[..., 1]
+    corners[..., 2] += local[..., 2]
     pixels, _ = project_points(camera, pose, corners.reshape(-1, 3))
     pixels = pixels.reshape(len(index), len(_CORNERS), 2)
     # A corner beyond the lens model is replaced by the centre: the box is truncated there.

@@ -18,7 +18,6 @@ from aerial_gnss_ros.simulation.labels import RobotLabel
 from aerial_gnss_ros.simulation.samples import DatasetConfig, labelled, sample_source
 from aerial_gnss_ros.simulation.workers import shared
 
-CLASS_NAMES = ("aqua",)
 SCENE_IMAGES = 5
 """Number of images per random scene: generating waves and clouds costs more than a crop."""
 _KILLED = (
@@ -82,7 +81,7 @@ def _write_all(
             done += images
             if progress is not None:
                 progress(done, total)
-    names = "\n".join(f"  {i}: {name}" for i, name in enumerate(CLASS_NAMES))
+    names = f"  0: {config.variety.robot_model}"
     splits = "\n".join(f"{split}: images/{split}" for split in config.counts)
     (folder / "data.yaml").write_text(f"{splits}\nnames:\n{names}\n", encoding="utf-8")
 
@@ -126,8 +125,7 @@ def _run(job: _Job) -> tuple[list[list[object]], int]:
 def _line(label: RobotLabel, width: int, height: int) -> str:
     u, v, w, h = label.xywh
     x, y = (u + 0.5) / width, (v + 0.5) / height
-    number = CLASS_NAMES.index(label.class_name)
-    return f"{number} {x:.6f} {y:.6f} {w / width:.6f} {h / height:.6f}\n"
+    return f"0 {x:.6f} {y:.6f} {w / width:.6f} {h / height:.6f}\n"
 
 
 def _meta(label: RobotLabel, image: str, split: str) -> list[object]:

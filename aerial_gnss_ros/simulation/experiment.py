@@ -21,13 +21,14 @@ from aerial_gnss_ros.core.values.camera_pose import CameraPose
 from aerial_gnss_ros.core.values.detection_frame import DetectionFrame
 from aerial_gnss_ros.core.values.errors import ConfigError
 from aerial_gnss_ros.core.values.samples import Fix
-from aerial_gnss_ros.simulation.afloat import place_things
+from aerial_gnss_ros.simulation.afloat import ROBOT_M, place_things
 from aerial_gnss_ros.simulation.boxes import Boxes, DetectorPlan, detected, projected_boxes
 from aerial_gnss_ros.simulation.chance import generator
 from aerial_gnss_ros.simulation.flight import Flight
-from aerial_gnss_ros.simulation.hexapod import RobotState
+from aerial_gnss_ros.simulation.hexapod import LENGTH, RobotState
 from aerial_gnss_ros.simulation.mesh import Mesh
 from aerial_gnss_ros.simulation.placement import place_robots, view_width
+from aerial_gnss_ros.simulation.robot_models import robot_model
 from aerial_gnss_ros.simulation.robots import STEP_S, Swarm, SwimPlan, fitted
 from aerial_gnss_ros.simulation.sensors import (
     START_NS,
@@ -158,7 +159,9 @@ class Experiment:
         """Return the distractors, placed clear of the robots' paths."""
         rng = generator(self.seed, "distractors")
         swum = self.swarm.positions(np.arange(*self._span, STEP_S))[..., :2].reshape(-1, 2)
-        return place_things(self.flight, self.camera, self.distractors, swum, rng)
+        longest = max(robot_model(name).length for name in self.swim.models)
+        robot_m = ROBOT_M + 0.5 * max(0.0, longest - LENGTH)
+        return place_things(self.flight, self.camera, self.distractors, swum, rng, robot_m)
 
     def frames(self) -> list[Frame]:
         """Return all images in the order of their stamps."""
@@ -193,6 +196,7 @@ class Experiment:
             self.swarm.class_names,
             self.swarm.positions(t)[:, 0],
             self.swarm.courses(t)[:, 0],
+            self.swarm.models,
         )
 
     def detections(self) -> Iterator[tuple[Frame, Boxes, DetectionFrame]]:
@@ -201,7 +205,7 @@ class Experiment:
         for frame in self.frames():
             boxes = self.projected(frame)
             found = detected(
-                boxes, self.detector, self.camera, self.swim.class_name,
+                boxes, self.detector, self.camera, self.swim.class_name or self.swim.models[0],
                 frame.stamp_ns, CAMERA_FRAME, rng,
             )  # fmt: skip
             yield frame, boxes, found

@@ -11,13 +11,15 @@ from numpy.typing import NDArray
 
 from aerial_gnss_ros.core.camera.model import CameraModel
 from aerial_gnss_ros.simulation.flotsam import KINDS, random_colour
-from aerial_gnss_ros.simulation.hexapod import LIVERIES, Paint, RobotState
+from aerial_gnss_ros.simulation.hexapod import LENGTH, LIVERIES, Paint, RobotState
 from aerial_gnss_ros.simulation.mesh import Mesh
 from aerial_gnss_ros.simulation.props import PROPS, Kinds, random_prop
+from aerial_gnss_ros.simulation.robot_models import robot_model
 from aerial_gnss_ros.simulation.staging import Variety, random_view, water_point
 from aerial_gnss_ros.simulation.view import ViewPose, Window
 
-_APART_M = 0.75  # robots from one another
+_APART_M = 0.75  # robots of 0.65 m from one another
+_CLEAR_M = 0.35  # their middle from other things
 _SHALLOW_M, _SHALLOW = 0.06, 0.6  # most robots swim at the surface
 _MOST = 12  # robots beyond the first, and other things
 
@@ -78,20 +80,21 @@ def _random_robots(
     variety: Variety,
 ) -> list[RobotState]:
     places = [] if main is None else [main]
+    apart = _APART_M * _longer(variety.robot_model)
     for _ in range(_some(rng, variety.extra_robots)):
         low = np.array([window.x, window.y], dtype=np.float64)
         high = low + np.array([window.width, window.height])
         place = water_point(camera, pose, rng.uniform(low, high))
         if place is None:
             continue
-        if all(np.hypot(*(place - other)) > _APART_M for other in places):
+        if all(np.hypot(*(place - other)) > apart for other in places):
             places.append(place)
     livery = sorted(LIVERIES)
     robots = []
     for i, place in enumerate(places):
         robots.append(
             RobotState(
-                robot_id=f"aqua_{i + 1:02d}",
+                robot_id=f"{variety.robot_model}_{i + 1:02d}",
                 east=float(place[0]),
                 north=float(place[1]),
                 course=float(rng.uniform(-np.pi, np.pi)),
@@ -102,6 +105,8 @@ def _random_robots(
                 pitch=float(rng.normal(0.0, 0.08)),
                 livery=livery[int(rng.integers(len(livery)))],
                 paint=_random_paint(rng) if rng.random() < variety.painted else None,
+                class_name=variety.robot_model,
+                model=variety.robot_model,
             )
         )
     return robots
@@ -143,6 +148,14 @@ def _random_props(
             continue
         prop = random_prop(rng, float(place[0]), float(place[1]), kinds)
         reach = float(np.hypot(*(prop.vertices[:, :2] - place).T).max())
-        if all(np.hypot(r.east - place[0], r.north - place[1]) > reach + 0.35 for r in robots):
+        if all(
+            np.hypot(r.east - place[0], r.north - place[1]) > reach + _CLEAR_M * _longer(r.model)
+            for r in robots
+        ):
             props.append(prop)
     return props
+
+
+def _longer(model: str) -> float:
+    """How many times as long as the hexapod a robot is, at least 1."""
+    return max(1.0, robot_model(model).length / LENGTH)

@@ -49,6 +49,7 @@ class RobotState:
         class_name: What a detector calls it.
         livery: Key of `LIVERIES`.
         paint: Hull, deck and stripe instead of the livery's, reflectance blue, green, red.
+        model: Its shape, a key of `robot_models.MODELS`.
     """
 
     robot_id: str
@@ -63,6 +64,7 @@ class RobotState:
     class_name: str = "aqua"
     livery: str = "yellow"
     paint: Paint | None = None
+    model: str = "aqua"
 
 
 def hexapod(phase: float, livery: str = "yellow", paint: Paint | None = None) -> Mesh:
@@ -134,15 +136,3 @@ def _leg(x: float, side: float, beat: float, hull: Colour) -> list[Mesh]:
         sheet(hip_v, hip_f, (0.16, 0.16, 0.16)),
         sheet(vertices, faces, dark, two_sided=True),
     ]
-
-
-def placed_robot(state: RobotState) -> Mesh:
-    """The robot's mesh in local ENU with z = 0 on the mean water surface."""
-    cr, sr = np.cos(state.roll), np.sin(state.roll)
-    cp, sp = np.cos(state.pitch), np.sin(state.pitch)
-    cy, sy = np.cos(state.course), np.sin(state.course)
-    rx = np.array([[1, 0, 0], [0, cr, -sr], [0, sr, cr]])
-    ry = np.array([[cp, 0, sp], [0, 1, 0], [-sp, 0, cp]])
-    rz = np.array([[cy, -sy, 0], [sy, cy, 0], [0, 0, 1]])
-    mesh = hexapod(state.phase, state.livery, state.paint)
-    return mesh.placed(rz @ ry @ rx, (state.east, state.north, -state.depth))

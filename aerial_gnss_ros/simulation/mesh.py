@@ -67,8 +67,26 @@ def join(parts: list[Mesh]) -> Mesh:
     )
 
 
+def block(
+    x: tuple[float, float],
+    y: tuple[float, float],
+    z: tuple[float, float],
+    colour: ArrayLike,
+    nearer: float = 0.0,
+) -> Mesh:
+    """A cuboid between two values of each axis, m."""
+    corners = np.array([(a, b, c) for a in x for b in y for c in z])
+    sides = ((0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3))
+    faces = np.array([half for a, b, c, d in sides for half in ((a, b, c), (a, c, d))])
+    return sheet(corners, _outward(corners, faces), colour, nearer=nearer)
+
+
 def tube(
-    stations: ArrayLike, half_widths: ArrayLike, half_heights: ArrayLike, sides: int = 12
+    stations: ArrayLike,
+    half_widths: ArrayLike,
+    half_heights: ArrayLike,
+    sides: int = 12,
+    roundness: float = 0.5,
 ) -> tuple[Array, NDArray[np.int64]]:
     """A closed body along x with rounded rectangular sections.
 
@@ -77,15 +95,16 @@ def tube(
         half_widths: (n,) of the sections, m.
         half_heights: (n,) of the sections, m.
         sides: Corners of a section.
+        roundness: 1 for an ellipse, 0.5 for a superellipse of exponent 4.
 
     Returns:
         Vertices (n * sides, 3) and faces.
     """
     x = np.asarray(stations, dtype=np.float64)
     angle = (np.arange(sides) + 0.5) * 2.0 * np.pi / sides
-    # Superellipse of exponent 4: between a rectangle and an ellipse.
-    cy = np.sign(np.cos(angle)) * np.sqrt(np.abs(np.cos(angle)))
-    cz = np.sign(np.sin(angle)) * np.sqrt(np.abs(np.sin(angle)))
+    # Superellipse of exponent 2 / roundness; of 4 it lies between a rectangle and an ellipse.
+    cy = np.sign(np.cos(angle)) * np.abs(np.cos(angle)) ** roundness
+    cz = np.sign(np.sin(angle)) * np.abs(np.sin(angle)) ** roundness
     y = np.asarray(half_widths, dtype=np.float64)[:, None] * cy
     z = np.asarray(half_heights, dtype=np.float64)[:, None] * cz
     vertices = np.stack([np.broadcast_to(x[:, None], y.shape), y, z], axis=-1).reshape(-1, 3)

@@ -19,11 +19,12 @@ from aerial_gnss_ros.simulation.composite import (
     slices,
 )
 from aerial_gnss_ros.simulation.develop import Developer
-from aerial_gnss_ros.simulation.hexapod import RobotState, placed_robot
+from aerial_gnss_ros.simulation.hexapod import RobotState
 from aerial_gnss_ros.simulation.labels import RobotLabel, box_of_points, turned_size
 from aerial_gnss_ros.simulation.mesh import Mesh
 from aerial_gnss_ros.simulation.planes import F32, U8, split, transform
 from aerial_gnss_ros.simulation.raster import Layer, body_window, draw
+from aerial_gnss_ros.simulation.robot_models import placed_robot
 from aerial_gnss_ros.simulation.scene import Scene
 from aerial_gnss_ros.simulation.shading import Effect, Shader, Water
 from aerial_gnss_ros.simulation.view import ViewPose, Window, optical_rays, project_points

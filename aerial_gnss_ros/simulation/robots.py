@@ -14,7 +14,8 @@ from aerial_gnss_ros.core.geometry.frames import wrap_angle
 from aerial_gnss_ros.core.numerics.columns import columns
 from aerial_gnss_ros.core.values.errors import ConfigError
 from aerial_gnss_ros.simulation.chance import Wander, generator
-from aerial_gnss_ros.simulation.hexapod import LIVERIES, RobotState
+from aerial_gnss_ros.simulation.hexapod import LENGTH, LIVERIES, RobotState
+from aerial_gnss_ros.simulation.robot_models import AQUA, robot_model
 
 Array = NDArray[np.float64]
 
@@ -40,9 +41,11 @@ class SwimPlan:
         shortest_dive_s: None: each dive lasts `dive_s`, at regular intervals. Otherwise its length
             is uniform between the two, and its start uniform within its interval of `dive_every_s`,
             so that dives are unpredictable.
-        class_name: what a detector calls them; also the stem of their names.
+        class_name: what a detector calls them; also the stem of their names; empty: their model.
         beacons: so many of them, the first ones, stay and are called `beacon_class`.
-        beacon_class: what a detector calls these; also the stem of their names.
+        beacon_class: what a detector calls these; also the stem of their names; empty: their
+            model.
+        models: their shapes, keys of `robot_models.MODELS`; the robots take turns.
     """
 
     slowest_mps: float = 0.15
@@ -56,11 +59,14 @@ class SwimPlan:
     dive_s: float = 12.0
     dive_every_s: float = 40.0
     shortest_dive_s: float | None = None
-    class_name: str = "aqua"
+    class_name: str = ""
     beacons: int = 0
     beacon_class: str = "beacon"
+    models: tuple[str, ...] = (AQUA,)
 
     def __post_init__(self) -> None:
+        if not self.models:
+            raise ConfigError("robots need a model; name at least one.")
         if not 0.0 <= self.slowest_mps <= self.fastest_mps <= 3.0:
             raise ConfigError(
                 "robots swim between 0 and 3 m/s, the slowest not faster than the fastest; not "
@@ -73,11 +79,26 @@ class SwimPlan:
                 f"{self.dive_every_s:g} s."
             )
 
+    def shapes(self, count: int) -> tuple[str, ...]:
+        """Return the models of so many robots."""
+        return tuple(self.models[i % len(self.models)] for i in range(count))
+
+    def classes(self, count: int) -> tuple[str, ...]:
+        """Return the classes of so many robots."""
+        shapes = self.shapes(count)
+        return tuple(
+            (self.beacon_class if i < self.beacons else self.class_name) or shape
+            for i, shape in enumerate(shapes)
+        )
+
 
 def fitted(plan: SwimPlan, view_width_m: float) -> SwimPlan:
     """Return a plan with its open distances chosen for a view of some width, m."""
     roam = min(max(0.12 * view_width_m, 0.8), 4.0) if plan.roam_m is None else plan.roam_m
-    apart = min(max(0.1 * view_width_m, 0.9), 2.5) if plan.apart_m is None else plan.apart_m
+    longer = max(1.0, *(robot_model(name).length / LENGTH for name in plan.models))
+    apart = plan.apart_m
+    if apart is None:
+        apart = min(max(0.1 * view_width_m, 0.9 * longer), 2.5)
     return replace(plan, roam_m=roam, apart_m=apart)
 
 
@@ -87,6 +108,7 @@ class Swarm:
     Attributes:
         names: n names, `<class>_<i>`, each class from 1.
         class_names: n names of their classes.
+        models: n names of their shapes.
         speeds: (n,) m/s.
     """
 
@@ -108,8 +130,7 @@ class Swarm:
         self._places = np.asarray(places, dtype=np.float64).reshape(-1, 2)
         count = len(self._places)
         beacons = min(plan.beacons, count)
-        others = count - beacons
-        self.class_names = (plan.beacon_class,) * beacons + (plan.class_name,) * others
+        self.class_names, self.models = plan.classes(count), plan.shapes(count)
         self.names = tuple(
             f"{name}_{self.class_names[: i + 1].count(name)}"
             for i, name in enumerate(self.class_names)
@@ -168,6 +189,7 @@ class Swarm:
                 pitch=float(self._lean[2 * i + 1](times)[0]),
                 class_name=self.class_names[i],
                 livery=self._liveries[i],
+                model=self.models[i],
             )
             for i in range(len(self))
         ]

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from aerial_gnss_ros.core.camera.model import CameraModel
 from aerial_gnss_ros.core.geometry.frames import matrix_from_rpy
 from aerial_gnss_ros.core.values.errors import ConfigError
-from aerial_gnss_ros.simulation.hexapod import LENGTH
+from aerial_gnss_ros.simulation.robot_models import AQUA, robot_model
 from aerial_gnss_ros.simulation.view import ViewPose, Window
 
 FOCAL_PX = (550.0, 4500.0)
@@ -39,6 +39,7 @@ class Variety:
         distractors: mean number of other objects.
         flotsam: mean number of further objects of random shape and colour.
         wind_mps: wind speed, which sets waves and foam; None: drawn by the renderer.
+        robot_model: shape of the robots, a key of `robot_models.MODELS`.
     """
 
     height_m: tuple[float, float] = (5.0, 60.0)
@@ -52,6 +53,7 @@ class Variety:
     distractors: float = 1.0
     flotsam: float = 0.0
     wind_mps: tuple[float, float] | None = None
+    robot_model: str = AQUA
 
 
 @dataclass(frozen=True)
@@ -99,6 +101,7 @@ def random_view(
     random_camera = random_camera or _random_camera
     width, height = image or ((1280, 720), (1920, 1080), (1440, 1080))[int(rng.integers(3))]
     long_px = _random_size(rng, variety)
+    long_m = robot_model(variety.robot_model).length
     for _ in range(_TRIES):
         camera = random_camera(rng, width, height)
         tilt = float(least_tilt + (most_tilt - least_tilt) * rng.uniform() ** 0.8)
@@ -113,7 +116,7 @@ def random_view(
         slant = float(np.hypot(np.hypot(spot[0], spot[1]), 1.0))
         if slant > 1.0 / np.cos(max(most_tilt, _LEAST_FLAT)):
             continue
-        metres = float(camera.K[0, 0]) * LENGTH / long_px / slant
+        metres = float(camera.K[0, 0]) * long_m / long_px / slant
         # The size is drawn first, so that rare views do not make small robots rare.
         if variety.height_m[0] <= metres <= variety.height_m[1]:
             break

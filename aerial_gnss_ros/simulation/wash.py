@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from aerial_gnss_ros.simulation.hexapod import LENGTH, RobotState
 from aerial_gnss_ros.simulation.planes import F32, remap
+from aerial_gnss_ros.simulation.robot_models import robot_model
 from aerial_gnss_ros.simulation.scene import Scene
 from aerial_gnss_ros.simulation.shading import Water
 
@@ -22,12 +23,14 @@ def reach_points(state: RobotState, scene: Scene) -> NDArray[np.float64]:
     left = np.array([-forward[1], forward[0]])
     middle = np.array([state.east, state.north])
     back = WAKE_LENGTH if state.speed > 0.05 else 1.0
+    larger = max(1.0, *robot_model(state.model).scale)
     corners = [
-        middle + a * forward + b * left
+        middle + larger * (a * forward + b * left)
         for a, b in ((1.0, 1.0), (1.0, -1.0), (-back, -1.5), (-back, 1.5))
     ]
     away = -scene.sun_direction[:2] / max(scene.sun_direction[2], 0.3)
-    corners += [middle + 0.9 * away + d for d in ((-0.6, 0), (0.6, 0), (0, -0.6), (0, 0.6))]
+    sides = larger * 0.6 * np.array([(-1, 0), (1, 0), (0, -1), (0, 1)])
+    corners += [middle + 0.9 * away + side for side in sides]
     return np.array([[c[0], c[1], 0.0] for c in corners])
 
 
@@ -53,7 +56,8 @@ def _shadow(water: Water, state: RobotState, scene: Scene, along: F32, across: F
     slant = flat / np.sqrt(1.0 - flat @ flat)
     c, s = np.cos(state.course), np.sin(state.course)
     shift = -(slant[0] * c + slant[1] * s) * reach, -(slant[1] * c - slant[0] * s) * reach
-    a, b = 0.5 * LENGTH + 0.22 * reach, 0.2 + 0.22 * reach
+    longer, wider = robot_model(state.model).scale
+    a, b = 0.5 * LENGTH * longer + 0.22 * reach, 0.2 * wider + 0.22 * reach
     square = ((along - np.float32(shift[0])) / np.float32(a)) ** 2
     square += ((across - np.float32(shift[1])) / np.float32(b)) ** 2
     dark = np.exp(-square)
@@ -65,9 +69,10 @@ def _shadow(water: Water, state: RobotState, scene: Scene, along: F32, across: F
 
 def _wake(water: Water, state: RobotState, along: F32, across: F32, strength: float) -> None:
     """Kelvin's two arms at 19.5 degrees, a smooth turbulent strip between, a little foam."""
-    behind = 0.25 - along
+    longer, wider = robot_model(state.model).scale
+    behind = np.float32(0.25 * longer) - along
     aft = np.maximum(behind, 0.0)
-    arm = np.abs(across) - aft * np.float32(0.354) - np.float32(0.1)
+    arm = np.abs(across) - aft * np.float32(0.354) - np.float32(0.1 * wider)
     width = 0.06 + 0.05 * aft
     fade = np.exp(-aft / np.float32(1.1)) * (behind > 0.0)
     speed = max(state.speed, 0.15)
@@ -85,7 +90,8 @@ def _wake(water: Water, state: RobotState, along: F32, across: F32, strength: fl
     waves.slope_north[:] = waves.slope_north * calm + slope * (0.82 * -s + 0.57 * side * c)
     foam = strip * np.exp(-aft / np.float32(0.6)) * np.float32(0.42 * strength)
     # Water piles up and breaks at the hull.
-    rim = (np.abs(along) / np.float32(0.36)) ** 4 + (np.abs(across) / np.float32(0.2)) ** 4
+    rim = (np.abs(along) / np.float32(0.36 * longer)) ** 4
+    rim += (np.abs(across) / np.float32(0.2 * wider)) ** 4
     foam += np.exp(-(((rim - 1.0) / 0.9) ** 2)) * np.float32(0.22 * strength)
     foam *= np.clip(0.45 + 0.75 * water.sea.lumps(water.east, water.north, water.origin), 0.0, 1.6)
     np.minimum(foam, 0.8, out=foam)

@@ -11,8 +11,10 @@ import re
 import cv2
 import pytest
 
+from aerial_gnss_ros.bags.reader import open_bag
 from aerial_gnss_ros.cli import main
 from aerial_gnss_ros.training.labelled_bag import read_bag
+from aerial_gnss_ros.training.layout import open_dataset
 
 
 def test_pictures_within_the_given_ranges(tmp_path, capsys):
@@ -78,6 +80,8 @@ def test_whole_frames_to_score_on(tmp_path, capsys):
             "cannot be used with --whole-frames",
         ),
         (["--dataset", "d", "--renderer", "gl"], "invalid choice: 'gl'"),
+        (["--dataset", "d", "--robot-model", "whale"], "no robot model 'whale'; choose one of"),
+        (["--dataset", "d", "--robot-model", "box,torpedo"], "robots of one model, not of box,"),
         (
             ["--dataset", "d", "--count", "1", "--heights", "400,500", "--lengths", "300,400"],
             "no lens shows a robot 3.. px long from 400 to 500 m",
@@ -94,6 +98,27 @@ def test_what_cannot_be_meant_is_refused(tmp_path, monkeypatch, capsys, argument
     said = " ".join(capsys.readouterr().err.split())
     assert re.search(words, said), said
     assert not list(tmp_path.iterdir())
+
+
+def test_a_data_set_of_another_robot_has_its_class(tmp_path):
+    folder = tmp_path / "set"
+    arguments = ["simulate", "--dataset", str(folder), "--count", "2", "--val", "0"]
+    assert main([*arguments, "--occupied", "1", "--robot-model", "catamaran"]) == 0
+    assert open_dataset(folder).names == ("catamaran",)
+    with (folder / "meta.csv").open(encoding="utf-8") as file:
+        assert {row["robot_id"].split("_")[0] for row in csv.DictReader(file)} == {"catamaran"}
+
+
+def test_a_flight_has_the_classes_of_its_models(tmp_path):
+    bag = tmp_path / "flight"
+    arguments = ["simulate", "-o", str(bag), "--duration", "1", "--rate", "1", "--tilt", "90"]
+    arguments += ["--size", "320x192", "--robots", "2", "--robot-model", "torpedo,box"]
+    assert main(arguments) == 0
+    with open_bag([bag]) as opened:
+        topics = {name for name in opened.topics if name.endswith("truth/labels")}
+        (label,) = (json.loads(r.message().data) for r in opened.messages(topics))
+    kinds = {robot["robot_id"]: robot["class"] for robot in label["robots"]}
+    assert kinds == {"torpedo_1": "torpedo", "box_1": "box"}
 
 
 def test_distractors_are_seen_in_a_flight_and_have_no_boxes(tmp_path, capsys):

@@ -11,7 +11,8 @@ import pytest
 from aerial_gnss_ros.simulation.afloat import ROBOT_M, apart, gaps, outline, place_things
 from aerial_gnss_ros.simulation.experiment import Experiment, default_camera
 from aerial_gnss_ros.simulation.flight import FlightPlan, GeneratedFlight
-from aerial_gnss_ros.simulation.hexapod import hexapod, placed_robot
+from aerial_gnss_ros.simulation.hexapod import hexapod
+from aerial_gnss_ros.simulation.robot_models import placed_robot
 from aerial_gnss_ros.simulation.scenario import scenario, words
 
 SQUARE = np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])

@@ -7,7 +7,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from aerial_gnss_ros.simulation.hexapod import LIVERIES, RobotState, hexapod, placed_robot
+from aerial_gnss_ros.simulation.hexapod import LIVERIES, RobotState, hexapod
+from aerial_gnss_ros.simulation.robot_models import placed_robot
 
 
 @pytest.mark.parametrize("livery", sorted(LIVERIES))

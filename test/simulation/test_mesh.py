@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from aerial_gnss_ros.core.geometry.frames import matrix_from_rpy
-from aerial_gnss_ros.simulation.mesh import join, sheet, tube
+from aerial_gnss_ros.simulation.mesh import block, join, sheet, tube
 
 SQUARE = [[0.0, 0.0, 0.0], [2.0, 0.0, 0.0], [2.0, 1.0, 0.0], [0.0, 1.0, 0.0]]
 FACES = [[0, 1, 2], [0, 2, 3]]
@@ -53,3 +53,10 @@ def test_a_tube_is_closed_and_seen_from_outside(sides):
     assert 0.9 * ellipse < volume(vertices, faces) < box
     assert np.ptp(vertices, axis=0)[0] == 3.0
     assert (np.abs(vertices[:, 1:]) <= [0.5, 0.2]).all()
+
+
+def test_a_block_is_closed_and_seen_from_outside():
+    mesh = block((1.0, 3.0), (-2.0, -1.0), (0.0, 4.0), 0.5)
+    edges = {tuple(face[[i, (i + 1) % 3]]) for face in mesh.faces for i in range(3)}
+    assert edges == {(b, a) for a, b in edges}
+    assert volume(mesh.vertices, mesh.faces) == pytest.approx(2.0 * 1.0 * 4.0)

@@ -12,8 +12,9 @@ import pytest
 
 from aerial_gnss_ros.core.camera.model import CameraModel
 from aerial_gnss_ros.core.geometry.frames import FLU_FROM_OPTICAL, matrix_from_rpy
-from aerial_gnss_ros.simulation.hexapod import RobotState, placed_robot
+from aerial_gnss_ros.simulation.hexapod import RobotState
 from aerial_gnss_ros.simulation.renderer import Renderer
+from aerial_gnss_ros.simulation.robot_models import placed_robot
 from aerial_gnss_ros.simulation.scene import Scene, random_scene
 from aerial_gnss_ros.simulation.view import ViewPose, Window, optical_rays, project_points
 

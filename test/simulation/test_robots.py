@@ -9,7 +9,7 @@ import pytest
 from scipy import stats
 
 from aerial_gnss_ros.core.values.errors import ConfigError
-from aerial_gnss_ros.simulation.robots import Swarm, SwimPlan
+from aerial_gnss_ros.simulation.robots import Swarm, SwimPlan, fitted
 
 T = np.arange(0.0, 120.0, 0.1)
 PLACES = np.array([[0.0, 0.0], [3.0, 0.0], [0.0, 4.0]])
@@ -99,3 +99,17 @@ def test_no_robots_is_a_swarm_too_and_impossible_speeds_are_refused():
 def test_dives_that_do_not_fit_are_refused(lengths):
     with pytest.raises(ConfigError, match="end before the next"):
         SwimPlan(dives=True, dive_every_s=40.0, **lengths)
+
+
+def test_robots_take_turns_with_the_models_and_are_called_after_them():
+    swarm = Swarm(PLACES, SwimPlan(models=("torpedo", "box")), 2, 0.0, 10.0)
+    assert swarm.names == ("torpedo_1", "box_1", "torpedo_2")
+    assert [(s.class_name, s.model) for s in swarm.states(1.0)] == [
+        ("torpedo", "torpedo"), ("box", "box"), ("torpedo", "torpedo"),
+    ]  # fmt: skip
+
+
+def test_longer_robots_keep_farther_apart():
+    aqua, torpedo = (fitted(SwimPlan(models=(name,)), 5.0).apart_m for name in ("aqua", "torpedo"))
+    assert aqua == 0.9
+    assert torpedo > 1.6  # its length

@@ -59,6 +59,8 @@ class Robot:
         east, north: of the hull's middle, local ENU, m.
         depth: of the hull's middle below the waves there, m.
         course, roll, pitch: rad, ENU and FLU.
+        class_name: what a detector calls it.
+        mesh: its shape if it is no hexapod; `build` and `flippers` then do not matter.
     """
 
     robot_id: str
@@ -70,6 +72,8 @@ class Robot:
     course: float
     roll: float
     pitch: float
+    class_name: str = "aqua"
+    mesh: Mesh | None = None
 
 
 def random_build(rng: np.random.Generator, ranges: Ranges) -> Build:

@@ -147,7 +147,8 @@ def _label(
     )
     left, top, right, bottom = edges
     return RobotLabel(
-        name, "aqua", left - window.x, top - window.y, right - window.x, bottom - window.y,
+        name, robot.class_name,
+        left - window.x, top - window.y, right - window.x, bottom - window.y,
         long_px + outline.step, short_px + outline.step, robot.depth,
         float(np.abs(here - there).mean() / 255.0) if len(here) else 0.0,
         float((inside & outline.free).mean()),

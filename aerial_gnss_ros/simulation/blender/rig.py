@@ -48,14 +48,17 @@ def add_robot(robot: Robot, height: float) -> list[Any]:
         height: of the hull's middle, m, Blender's z.
 
     Returns:
-        The hull first, then all its parts.
+        The hull first, then all its parts; a robot of another shape is one object.
     """
+    if robot.mesh is not None:
+        body = add_mesh(robot.robot_id, robot.mesh, nodes.painted(robot.build.roughness))
+        _place(body, robot, height)
+        return [body]
     build = robot.build
     paint = nodes.painted(build.roughness, build.paint.metallic)
     rubber = nodes.painted(0.55)
     body = add_mesh(robot.robot_id, hull(build), paint, smooth=True)
-    body.location = (robot.east, robot.north, height)
-    body.rotation_euler = (robot.roll, robot.pitch, robot.course)
+    _place(body, robot, height)
     parts = [_child(body, add_mesh("deck", join(deck(build)), rubber))]
     inner, outer = flipper_halves(build)
     for i, row in enumerate(ROWS):
@@ -73,6 +76,11 @@ def add_robot(robot: Robot, height: float) -> list[Any]:
             tip.rotation_euler = (0.0, pose.bend, 0.0)
             parts += [joint, root, tip]
     return [body, *parts]
+
+
+def _place(body: Any, robot: Robot, height: float) -> None:
+    body.location = (robot.east, robot.north, height)
+    body.rotation_euler = (robot.roll, robot.pitch, robot.course)
 
 
 def _child(parent: Any, thing: Any) -> Any:

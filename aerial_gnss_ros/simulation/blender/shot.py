@@ -14,8 +14,10 @@ from aerial_gnss_ros.simulation.blender.hexapod import Robot, random_build, rand
 from aerial_gnss_ros.simulation.blender.props import HARBOUR
 from aerial_gnss_ros.simulation.blender.ranges import Ranges, Span
 from aerial_gnss_ros.simulation.flotsam import KINDS
+from aerial_gnss_ros.simulation.hexapod import LENGTH
 from aerial_gnss_ros.simulation.mesh import Mesh
 from aerial_gnss_ros.simulation.props import PROPS, Kinds
+from aerial_gnss_ros.simulation.robot_models import AQUA, robot_model
 from aerial_gnss_ros.simulation.scene import WATERS, Colour, Scene, random_scene, with_wind
 from aerial_gnss_ros.simulation.staging import FOCAL_PX, Variety, View, random_view, water_point
 
@@ -165,16 +167,20 @@ def _random_robots(
 ) -> tuple[Robot, ...]:
     main = water_point(view.camera, view.pose, view.pixel)
     places = [] if main is None else [main]
+    longer = max(1.0, robot_model(variety.robot_model).length / LENGTH)
     for _ in range(_count(rng, variety.extra_robots)):
         place = _in_window(rng, view)
-        if place is not None and all(np.hypot(*(place - p)) > APART_M for p in places):
+        if place is not None and all(np.hypot(*(place - p)) > APART_M * longer for p in places):
             places.append(place)
     robots = []
+    model = robot_model(variety.robot_model)
     for i, (east, north) in enumerate(places):
+        build = random_build(rng, ranges)
+        paint = build.paint.hull, build.paint.deck, build.paint.mark
         robots.append(
             Robot(
-                robot_id=f"aqua_{i + 1:02d}",
-                build=random_build(rng, ranges),
+                robot_id=f"{model.name}_{i + 1:02d}",
+                build=build,
                 flippers=random_flippers(rng, ranges),
                 east=float(east),
                 north=float(north),
@@ -182,6 +188,8 @@ def _random_robots(
                 course=float(rng.uniform(-np.pi, np.pi)),
                 roll=float(rng.normal(0.0, ranges.leans_rad)),
                 pitch=float(rng.normal(0.0, ranges.leans_rad)),
+                class_name=model.name,
+                mesh=None if model.name == AQUA else model.build(0.0, paint),
             )
         )
     return tuple(robots)
@@ -198,6 +206,8 @@ def _random_props(
     rng: np.random.Generator, kinds: Kinds, view: View, robots: tuple[Robot, ...], mean: float
 ) -> tuple[Prop, ...]:
     props = []
+    longest = max((robot_model(r.class_name).length for r in robots), default=LENGTH)
+    clear = 0.4 * max(1.0, longest / LENGTH)
     for _ in range(_count(rng, mean)):
         place = _in_window(rng, view)
         yaw = rng.uniform(-np.pi, np.pi)
@@ -207,6 +217,6 @@ def _random_props(
         if place is None:
             continue
         reach = float(np.hypot(*mesh.vertices[:, :2].T).max())
-        if all(np.hypot(r.east - place[0], r.north - place[1]) > reach + 0.4 for r in robots):
+        if all(np.hypot(r.east - place[0], r.north - place[1]) > reach + clear for r in robots):
             props.append(Prop(mesh, float(place[0]), float(place[1])))
     return tuple(props)

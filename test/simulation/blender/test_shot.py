@@ -20,6 +20,7 @@ from aerial_gnss_ros.simulation.blender.ranges import PAINTS, RANGES
 from aerial_gnss_ros.simulation.blender.shot import random_shot
 from aerial_gnss_ros.simulation.blender.tracing import Outline, box, in_window, refracted
 from aerial_gnss_ros.simulation.refraction import apparent_points
+from aerial_gnss_ros.simulation.robot_models import MODELS
 from aerial_gnss_ros.simulation.scene import WATERS
 from aerial_gnss_ros.simulation.staging import Variety
 from aerial_gnss_ros.simulation.view import Window, project_points
@@ -73,6 +74,22 @@ def test_a_box_ends_at_the_window() -> None:
     assert box(outline, Window(0, 0, 50, 50)) == (7.5, 3.5, 10.5, 6.5)
     assert box(outline, Window(9, 0, 1, 50)) is None
     assert box(outline, Window(10, 6, 50, 50)) == (9.5, 5.5, 10.5, 6.5)
+
+
+@pytest.mark.parametrize("model", ["torpedo", "box", "catamaran"])
+def test_robots_have_the_shape_that_is_asked_for(model: str) -> None:
+    """Their mesh replaces the hexapod's; views fit their length."""
+    variety = Variety(robot_model=model, usual=1.0, usual_long_px=(80.0, 80.0))
+    shot = random_shot(np.random.default_rng(4), RANGES["train"], (320, 320), 1.0, None, variety)
+    for robot in shot.robots:
+        assert (robot.class_name, robot.robot_id[: len(model)]) == (model, model)
+        assert robot.mesh is not None
+        span = np.ptp(robot.mesh.vertices, axis=0)
+        np.testing.assert_allclose(span, MODELS[model].size, rtol=0.03)
+    first = shot.robots[0]
+    near = np.linalg.norm([first.east, first.north, shot.view.height])
+    pixels = shot.view.camera.K[0, 0] * MODELS[model].length / near
+    assert pixels == pytest.approx(80.0, rel=1e-6)
 
 
 def test_robots_are_of_an_aquas_size() -> None:
