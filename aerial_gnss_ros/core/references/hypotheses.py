@@ -4,7 +4,7 @@
 
 A hypothesis says of each reference which track it is, or that it is none of them: out of view, or
 not where it is said to be. Under it the positions of those tracks have the normal law that filter
-and references state together, with what they share through the platform: two references tell of
+and references state together, with what they share through the platform: two references support
 one another even where the receiver is poor. Any other track lies anywhere nearby, and where others
 are of the reference's class, it may swim.
 """
@@ -18,6 +18,7 @@ from itertools import product
 import numpy as np
 from numpy.typing import NDArray
 
+from aerial_gnss_ros.core.references.candidates import Candidate
 from aerial_gnss_ros.core.references.position_law import PositionLaw, blocks_apart
 
 Array = NDArray[np.float64]
@@ -45,27 +46,6 @@ TUNING = HypothesesTuning()
 
 
 @dataclass(frozen=True)
-class Candidate:
-    """A reference and the tracks that it may be.
-
-    Attributes:
-        name: of the reference.
-        position: (2,) East, North where its box should be, m.
-        spread: (2, 2) covariance of that, m².
-        rows: the tracks, the nearest first.
-        crowded: whether there are more tracks of that class than references.
-        stays: whether it does not move.
-    """
-
-    name: str
-    position: Array
-    spread: Array
-    rows: tuple[int, ...]
-    crowded: bool
-    stays: bool = False
-
-
-@dataclass(frozen=True)
 class Hypothesis:
     """Which tracks references are.
 
@@ -83,7 +63,7 @@ def hypotheses(law: PositionLaw, candidates: list[Candidate]) -> list[Hypothesis
 
     Args:
         law: of the tracks, without references.
-        candidates: the references that are told of.
+        candidates: references, each with the tracks that it may be.
     """
     choices = _choices(candidates)
     alone = {

@@ -44,7 +44,7 @@ class PlatformKnowledge:
             stationary: (7, 7) their covariance when nothing is known of them.
         """
         drift = (1.0 - np.outer(keep, keep)) * stationary
-        kept = float(keep[0])  # that of the latency differs, which references do not tell of
+        kept = float(keep[0])  # that of the latency differs, which references do not show
         spread = kept**2 * self.spread + self.by_errors @ drift @ self.by_errors.T
         return PlatformKnowledge(self.by_errors, kept * self.value, spread)
 
@@ -99,7 +99,7 @@ class PositionLaw:
         return PositionLaw(self.rows, mean, self.covariance - cross.T @ gain)
 
     def knowledge(self, rows: list[int], positions: Array, spread: Array) -> PlatformKnowledge:
-        """Return what known positions of robots tell of the platform's errors.
+        """Return what known positions of robots show of the platform's errors.
 
         A robot's position is a linear function of these (regression), and a rest of its own.
 

@@ -11,7 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from aerial_gnss_ros.core.association.track import Track
-from aerial_gnss_ros.core.references.hypotheses import Candidate, Hypothesis
+from aerial_gnss_ros.core.references.candidates import Candidate
+from aerial_gnss_ros.core.references.hypotheses import Hypothesis
 from aerial_gnss_ros.core.references.position_law import PositionLaw
 from aerial_gnss_ros.core.values.events import Events, WarningText
 
@@ -21,7 +22,7 @@ class ReferenceReportTuning:
     """Chosen numbers of this module, with their units and where they come from."""
 
     said_after_s: float = 2.0
-    """A reference that is not used is told of after so long, s. Judged."""
+    """Time after which a reference that is not used is reported, s. Judged."""
     not_it: float = 0.05
     """Probability below which a track is called not the reference. Odds of 20 to 1."""
 
@@ -33,7 +34,7 @@ class ReferenceReport:
     """Says of each reference, once, what becomes of it.
 
     Args:
-        log: is told.
+        log: receives the sentences.
     """
 
     def __init__(self, log: Events) -> None:
@@ -44,7 +45,7 @@ class ReferenceReport:
     def update(
         self,
         stamp_ns: int,
-        told: list[Candidate],
+        candidates: list[Candidate],
         found: list[Hypothesis],
         links: Mapping[str, str],
         law: PositionLaw,
@@ -54,13 +55,13 @@ class ReferenceReport:
 
         Args:
             stamp_ns: of the image, ns.
-            told: the references that may be in view.
+            candidates: references, each with the tracks that it may be.
             found: all hypotheses.
             links: label of the track that each used reference is.
             law: of the tracks, without references.
             tracks: by row.
         """
-        for one in told:
+        for one in candidates:
             label = links.get(one.name, "")
             if label:
                 self._since_ns.pop(one.name, None)

@@ -2,19 +2,19 @@
 # SPDX-License-Identifier: Apache-2.0
 """References in view: differential GNSS by camera.
 
-The receiver's offset moves drone and robots alike, so that no robot tells of it. One thing of known
-position does. Which track it is, and whether it is where it is said to be, is weighed anew as the
-filter learns (`hypotheses`); where that is clear, what is published is conditioned on it
-(`position_law`), and widened by what remains of the doubt. The filter itself never sees a
+The receiver's offset shifts drone and robots alike, so that robots do not make it observable. One
+object of known position does. Which track it is (`candidates`, `stationarity`), and whether its
+stated position is right, is decided by probabilities that are updated as the filter learns
+(`hypotheses`). Once that is clear, the published positions are conditioned on the reference
+(`position_law`), and widened by the hypotheses that remain. The filter itself never uses a
 reference: one that turns out to be wrong leaves no trace.
 
-Once no reference is in view, what the last image that showed one told of receiver and camera is
-carried on: it drifts as `noise.correlation_time_s` states.
+Once no reference is in view, the last image that showed one still informs about receiver and
+camera; that knowledge ages as `noise.correlation_time_s` states.
 """
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
@@ -27,13 +27,13 @@ from aerial_gnss_ros.core.filter.joint_filter import JointFilter
 from aerial_gnss_ros.core.filter.moored_law import MooredLaw
 from aerial_gnss_ros.core.filter.state import JointState
 from aerial_gnss_ros.core.geometry.geodesy import LocalMap
-from aerial_gnss_ros.core.identity.label_format import class_token
 from aerial_gnss_ros.core.models.platform_model import COUNT
-from aerial_gnss_ros.core.references.hypotheses import Candidate, Hypothesis, hypotheses
+from aerial_gnss_ros.core.references.candidates import Candidate, candidates_of, with_crowding
+from aerial_gnss_ros.core.references.hypotheses import Hypothesis, hypotheses
 from aerial_gnss_ros.core.references.position_law import GNSS, PlatformKnowledge, PositionLaw
 from aerial_gnss_ros.core.references.reference_report import ReferenceReport
+from aerial_gnss_ros.core.references.stationarity import StationarityTest
 from aerial_gnss_ros.core.values.events import Events
-from aerial_gnss_ros.core.values.reference_place import ReferencePlace
 
 Array = NDArray[np.float64]
 
@@ -49,10 +49,6 @@ class ReferencesTuning:
     """Probability below which it is not any more. Judged."""
     weighed_every_s: float = 0.2
     """How often hypotheses are weighed: filter and offsets change no faster. Judged."""
-    moved_m: float = 0.3
-    """By how much what stays seems to move with errors of its boxes, one sigma, m. Judged."""
-    moved_sigmas: float = 3.0
-    """A track that has moved by more is not what stays. Judged."""
     negligible: float = 1e-5
     """Probability below which a hypothesis widens nothing. Judged."""
 
@@ -62,7 +58,7 @@ TUNING = ReferencesTuning()
 
 @dataclass(frozen=True)
 class _Memory:
-    """What references told when they were last seen.
+    """What references showed of the platform's errors when they were last in view.
 
     Attributes:
         known: of the platform's errors at that time.
@@ -76,15 +72,15 @@ class _Memory:
 
 
 _Correction = tuple[PositionLaw, PlatformKnowledge]
-"""A law by references, and what these tell of the platform."""
+"""A law conditioned on references, and what these show of the platform's errors."""
 
 
 class References:
-    """Corrects what is published by things of known position.
+    """Corrects what is published by objects of known position.
 
     Args:
         joint: the filter; only read.
-        log: is told which track is which reference, and which reference is not used.
+        log: receives which track is which reference, and which reference is not used.
 
     Attributes:
         links: label of the track that each used reference is.
@@ -99,20 +95,18 @@ class References:
     def reset(self) -> None:
         """Forget everything but what was said."""
         self.links: dict[str, str] = {}
-        self._told: dict[str, Candidate] = {}
+        self._candidates: dict[str, Candidate] = {}
         self._moving: set[str] = set()
         self._stamp_ns = self._weighed_ns = -1
         self._doubt: Array | None = None
-        self._first: dict[tuple[str, str], tuple[Array, float, int]] = {}
-        self._believed = np.zeros(2)
-        self._moved: set[tuple[str, str]] = set()
+        self._stationarity = StationarityTest(self._joint)
         self._in_view: list[tuple[Candidate, int]] = []
         self._later: PlatformKnowledge | None = None
         self._used: _Correction | None = None
         self._memory: _Memory | None = None
 
     def update(self, tracks: Sequence[Track], frame: PosedFrame, local: LocalMap) -> None:
-        """Take in what an image shows, after the filter has.
+        """Decide again which tracks are references, after the filter's update by an image.
 
         Args:
             tracks: by row of the filter.
@@ -123,18 +117,14 @@ class References:
             return
         self._stamp_ns = frame.detections.stamp_ns
         self._moving = {place.name for place in frame.references if place.moves}
-        told = [
-            _candidate(place, frame, local, self._rows(place, tracks)) for place in frame.references
-        ]
-        told = [self._at_rest(one, tracks) if one.stays else one for one in told]
-        crowded = _crowded(frame.references, told)
-        told = [replace(one, crowded=one.name in crowded) for one in told]
-        self._told = {one.name: one for one in told}
-        for name in [name for name in self.links if name not in self._told]:
+        found = candidates_of(frame, local, tracks, self.links)
+        found = [self._stationary(one, tracks) if one.stays else one for one in found]
+        self._candidates = with_crowding(found, frame.references)
+        for name in [name for name in self.links if name not in self._candidates]:
             del self.links[name]
         if (self._stamp_ns - self._weighed_ns) * 1e-9 >= TUNING.weighed_every_s:
             self._weighed_ns = self._stamp_ns
-            self._weigh(tracks, [one for one in told if one.rows])
+            self._weigh(tracks, [one for one in self._candidates.values() if one.rows])
         self._corrected(tracks, self._stamp_ns)
 
     def apply(
@@ -184,8 +174,8 @@ class References:
     def _corrected(self, tracks: Sequence[Track], stamp_ns: int) -> _Correction | None:
         """Return the law by references in view or by those that were, None: there are none.
 
-        The better of the two; with it comes what these tell of the platform. Where references in
-        view tell more than those that were, they are remembered.
+        The better of the two, with what it shows of the platform's errors. References in view
+        that show more than earlier ones are remembered.
         """
         now = stamp_ns == self._stamp_ns
         self._in_view = self._pairs(tracks, now)
@@ -213,16 +203,17 @@ class References:
             found.append((law.given(self._later), self._later))
         return found
 
-    def _weigh(self, tracks: Sequence[Track], told: list[Candidate]) -> None:
-        """Weigh which tracks references are, and whether they are right."""
-        if not told:
+    def _weigh(self, tracks: Sequence[Track], candidates: list[Candidate]) -> None:
+        """Decide which tracks references are, and whether their stated positions are right."""
+        if not candidates:
             return
-        rows = [row for one in told for row in one.rows]
-        law = self._law(rows)
+        law = self._law([row for one in candidates for row in one.rows])
         inside = set(law.rows.tolist())
-        told = [replace(one, rows=tuple(row for row in one.rows if row in inside)) for one in told]
-        found = hypotheses(law, told)
-        for one in told:
+        candidates = [
+            replace(one, rows=tuple(row for row in one.rows if row in inside)) for one in candidates
+        ]
+        found = hypotheses(law, candidates)
+        for one in candidates:
             likely = _probabilities(one.name, found)
             row = max(likely, key=lambda row: likely[row], default=-1)
             label = tracks[row].robot_id if row >= 0 else ""
@@ -232,11 +223,11 @@ class References:
                 self.links[one.name] = label
             else:
                 self._unlink(one.name)
-        self._doubt = self._doubted(tracks, law, told, found)
-        self.report.update(self._stamp_ns, told, found, self.links, law, tracks)
+        self._doubt = self._doubted(tracks, law, candidates, found)
+        self.report.update(self._stamp_ns, candidates, found, self.links, law, tracks)
 
     def _unlink(self, name: str) -> None:
-        """Use a reference no longer, nor what it has told."""
+        """Stop using a reference, and forget what it showed."""
         if self.links.pop(name, ""):
             self._memory = None
 
@@ -244,14 +235,14 @@ class References:
         self,
         tracks: Sequence[Track],
         law: PositionLaw,
-        told: list[Candidate],
+        candidates: list[Candidate],
         found: list[Hypothesis],
     ) -> Array | None:
         """Return by how much (2, 2) the hypotheses not chosen widen all positions, m²."""
         pairs = self._pairs(tracks, True)
         if not pairs:
             return None
-        candidates = {one.name: one for one in told}
+        by_name = {one.name: one for one in candidates}
         offset, spread = law.known(*_known(law, pairs)).offset()
         doubt = np.zeros((2, 2))
         for one in found:
@@ -259,7 +250,7 @@ class References:
                 break
             other = law
             if one.rows:
-                own = [(candidates[name], row) for name, row in one.rows.items()]
+                own = [(by_name[name], row) for name, row in one.rows.items()]
                 other = law.known(*_known(law, own))
             mean, unsure = other.offset()
             apart = mean - offset
@@ -267,32 +258,16 @@ class References:
             doubt += one.probability * (np.outer(apart, apart) + 0.5 * wider * np.eye(2))
         return doubt
 
-    def _at_rest(self, one: Candidate, tracks: Sequence[Track]) -> Candidate:
-        """Return a reference that stays without the tracks that have moved since first seen."""
-        law, kept = self._law(list(one.rows)), list[int]()
-        if not np.array_equal(self._believed, self._joint.jumps.believed):
-            self._believed = self._joint.jumps.believed.copy()
-            self._first.clear()
-        inside = law.rows.tolist()
-        for row in one.rows:
-            name = one.name, tracks[row].robot_id
-            if row not in inside or name in self._moved:
-                continue
-            own = law.places([row])
-            apart, variances = one.position - law.mean[own], law.covariance.diagonal()
-            aim = max(float(variances[own].max() - variances[GNSS].max()), 0.0)
-            first, aim, stamp_ns = self._first.setdefault(name, (apart, aim, self._stamp_ns))
-            keep = float(self._joint.model.decay((self._stamp_ns - stamp_ns) * 1e-9)[0])
-            drift = 2.0 * (1.0 - keep) * float(self._joint.stationary[:2, :2].max())
-            variance = drift + aim + float(one.spread.max()) + TUNING.moved_m**2
-            if float((apart - first) @ (apart - first)) > TUNING.moved_sigmas**2 * variance:
-                self._moved.add(name)
-                if self.links.get(one.name) == name[1] or len(one.rows) == 1:
-                    self.report.note_moved(*name, math.dist(apart, first))
-                    self._unlink(one.name)
-            else:
-                kept.append(row)
-        return replace(one, rows=tuple(kept))
+    def _stationary(self, one: Candidate, tracks: Sequence[Track]) -> Candidate:
+        """Return a reference that stays without tracks that have moved."""
+        kept, moved = self._stationarity.update(
+            one, tracks, self._law(list(one.rows)), self._stamp_ns
+        )
+        for label, distance in moved.items():
+            if self.links.get(one.name) == label or len(one.rows) == 1:
+                self.report.note_moved(one.name, label, distance)
+                self._unlink(one.name)
+        return kept
 
     def _pairs(self, tracks: Sequence[Track], now: bool) -> list[tuple[Candidate, int]]:
         """Return used references with the rows of their tracks.
@@ -304,8 +279,8 @@ class References:
         rows = {track.robot_id: row for row, track in enumerate(tracks) if track.robot_id}
         pairs: list[tuple[Candidate, int]] = []
         for name, label in self.links.items():
-            if label in rows and name in self._told and (now or name not in self._moving):
-                pairs.append((self._told[name], rows[label]))
+            if label in rows and name in self._candidates and (now or name not in self._moving):
+                pairs.append((self._candidates[name], rows[label]))
         return pairs
 
     def _law(self, rows: list[int]) -> PositionLaw:
@@ -314,39 +289,6 @@ class References:
         if len(groups) > 1:
             groups = sorted(groups, key=lambda group: -int(np.isin(rows, group.rows).sum()))
         return PositionLaw.of(groups[0])
-
-    def _rows(self, place: ReferencePlace, tracks: Sequence[Track]) -> tuple[int, ...]:
-        """Return the tracks that a reference may be: of its class, and in view or it already."""
-        token, label = class_token(place.class_id), self.links.get(place.name)
-        return tuple(
-            row
-            for row, track in enumerate(tracks)
-            if track.robot_id
-            and class_token(track.class_id) == token
-            and (track.last_seen_ns == self._stamp_ns or track.robot_id == label)
-        )
-
-
-def _candidate(
-    place: ReferencePlace, frame: PosedFrame, local: LocalMap, rows: tuple[int, ...]
-) -> Candidate:
-    """Return where a reference's box should be: what stands out of the water seems farther off."""
-    position = local.positions([place.latitude], [place.longitude])[0]
-    pose, high = frame.pose, place.height
-    if 0.0 < high < pose.height:
-        camera = local.positions([pose.latitude], [pose.longitude])[0]
-        position = position + high / (pose.height - high) * (position - camera)
-    return Candidate(place.name, position, place.covariance, rows, False, not place.moves)
-
-
-def _crowded(places: Sequence[ReferencePlace], told: list[Candidate]) -> set[str]:
-    """Return the references of whose class there are more tracks than references."""
-    found: set[str] = set()
-    for place, one in zip(places, told, strict=True):
-        alike = sum(other.class_id == place.class_id for other in places)
-        if len(one.rows) > alike:
-            found.add(place.name)
-    return found
 
 
 def _known(law: PositionLaw, pairs: list[tuple[Candidate, int]]) -> tuple[list[int], Array, Array]:

@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 
 from aerial_gnss_ros.core.models.platform_model import COUNT
-from aerial_gnss_ros.core.references.hypotheses import TUNING, Candidate, hypotheses
+from aerial_gnss_ros.core.references.candidates import Candidate
+from aerial_gnss_ros.core.references.hypotheses import TUNING, hypotheses
 from aerial_gnss_ros.core.references.position_law import PositionLaw
 
 GNSS_M, OWN_M, TOLD_M = 1.2, 0.1, 0.05

@@ -8,7 +8,8 @@ import numpy as np
 
 from aerial_gnss_ros.core.association.track import Track
 from aerial_gnss_ros.core.models.platform_model import COUNT
-from aerial_gnss_ros.core.references.hypotheses import Candidate, Hypothesis
+from aerial_gnss_ros.core.references.candidates import Candidate
+from aerial_gnss_ros.core.references.hypotheses import Hypothesis
 from aerial_gnss_ros.core.references.position_law import PositionLaw
 from aerial_gnss_ros.core.references.reference_report import TUNING, ReferenceReport
 from aerial_gnss_ros.core.values.events import Events, WarningText

@@ -1,0 +1,111 @@
+# Copyright 2026 aerial_gnss_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Test of whether a track has moved, relative to a reference that stays.
+
+The distance between track and reference contains the receiver's offset, so it may change as that
+offset drifts, by the errors of the boxes, and by the covariance of the reference; a larger change
+is motion.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aerial_gnss_ros.core.association.track import Track
+from aerial_gnss_ros.core.filter.joint_filter import JointFilter
+from aerial_gnss_ros.core.references.candidates import Candidate
+from aerial_gnss_ros.core.references.position_law import GNSS, PositionLaw
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class StationarityTuning:
+    """Chosen numbers of this module, with their units and where they come from."""
+
+    apparent_m: float = 0.3
+    """Apparent motion of what stays, by errors of its boxes, one sigma, m. Judged."""
+    gate_sigmas: float = 3.0
+    """A track that has moved by more is not what stays. Judged."""
+
+
+TUNING = StationarityTuning()
+
+
+@dataclass(frozen=True)
+class _FirstSeen:
+    """A track relative to a reference when both were first compared.
+
+    Attributes:
+        apart: (2,) from track to reference, m.
+        variance: of the track's position beyond the receiver's offset, m².
+        stamp_ns: of that image, ns.
+    """
+
+    apart: Array
+    variance: float
+    stamp_ns: int
+
+
+class StationarityTest:
+    """Excludes the tracks that have moved since they were first compared with a reference.
+
+    Args:
+        joint: the filter; only read.
+    """
+
+    def __init__(self, joint: JointFilter) -> None:
+        self._joint = joint
+        self._first: dict[tuple[str, str], _FirstSeen] = {}
+        self._moved: set[tuple[str, str]] = set()
+        self._accepted_jumps = np.zeros(2)
+
+    def update(
+        self, one: Candidate, tracks: Sequence[Track], law: PositionLaw, stamp_ns: int
+    ) -> tuple[Candidate, dict[str, float]]:
+        """Return a reference without tracks that have moved, and by how much each newly did, m.
+
+        Args:
+            one: a reference that stays.
+            tracks: by row of the filter.
+            law: of the tracks that it may be.
+            stamp_ns: of the image, ns.
+        """
+        if not np.array_equal(self._accepted_jumps, self._joint.jumps.believed):
+            self._accepted_jumps = self._joint.jumps.believed.copy()
+            self._first.clear()
+        inside, kept, moved = law.rows.tolist(), list[int](), dict[str, float]()
+        for row in one.rows:
+            pair = one.name, tracks[row].robot_id
+            if row not in inside or pair in self._moved:
+                continue
+            now = _compared(one, law, row, stamp_ns)
+            first = self._first.setdefault(pair, now)
+            distance = math.dist(now.apart, first.apart)
+            if distance**2 > TUNING.gate_sigmas**2 * self._variance(one, first, stamp_ns):
+                self._moved.add(pair)
+                moved[pair[1]] = distance
+            else:
+                kept.append(row)
+        return replace(one, rows=tuple(kept)), moved
+
+    def _variance(self, one: Candidate, first: _FirstSeen, stamp_ns: int) -> float:
+        """Return the variance of a motionless track's apparent motion, m².
+
+        The drift of the receiver's offset is Gauss-Markov: 2 (1 - exp(-t/tau)) of its variance.
+        """
+        keep = float(self._joint.model.decay((stamp_ns - first.stamp_ns) * 1e-9)[0])
+        drift = 2.0 * (1.0 - keep) * float(self._joint.stationary[:2, :2].max())
+        return drift + first.variance + float(one.spread.max()) + TUNING.apparent_m**2
+
+
+def _compared(one: Candidate, law: PositionLaw, row: int, stamp_ns: int) -> _FirstSeen:
+    """Return a track relative to a reference."""
+    own, variances = law.places([row]), law.covariance.diagonal()
+    variance = max(float(variances[own].max() - variances[GNSS].max()), 0.0)
+    return _FirstSeen(one.position - law.mean[own], variance, stamp_ns)
