@@ -24,6 +24,7 @@ REQUIRES = [
     "pillow>=10.2",
     "jinja2>=3.1",
     "pygeomag>=1.0",
+    "tornado>=6.4",
 ]
 TEST = [
     "pytest>=7.4",
@@ -35,6 +36,7 @@ TEST = [
     "pynmea2>=1.19",  # reads back what --nmea sends
     "pyais>=3.3",  # reads back what --ais sends
     "motmetrics>=1.4",
+    "selenium>=4.10",  # drives the browser that opens the page of `view`
     # other programs' readers of our maps
     "gpxpy>=1.6",
     "fastkml>=1.0",
@@ -68,6 +70,12 @@ EXTRAS = {
     "lint": LINT,
     "docs": DOCS,
 }
+# fmt: off
+PACKAGE_DATA = [
+    "py.typed", "**/*.msg", "**/*.html", "**/*.css", "**/*.js", "**/*.xml", "**/*.npz",
+    "view/static/vendor/*/LICENSE",
+]
+# fmt: on
 
 
 def shared_files() -> list[tuple[str, list[str]]]:
@@ -112,15 +120,13 @@ setup(
     author="aerial_gnss_ros developers",
     maintainer="aerial_gnss_ros developers (see CONTRIBUTING.md)",
     maintainer_email="maintainers@example.org",
-    license="Apache-2.0 AND AGPL-3.0-only",
-    license_files=["LICENSE", "models/LICENSE"],
+    license="Apache-2.0 AND AGPL-3.0-only AND BSD-2-Clause",
+    license_files=["LICENSE", "models/LICENSE", f"{NAME}/view/static/vendor/leaflet/LICENSE"],
     python_requires=">=3.10",
     install_requires=REQUIRES,
     extras_require=EXTRAS,
     packages=find_packages(include=[NAME, f"{NAME}.*"]),
-    package_data={
-        NAME: ["py.typed", "**/*.msg", "**/*.html", "**/*.css", "**/*.js", "**/*.xml", "**/*.npz"]
-    },
+    package_data={NAME: PACKAGE_DATA},
     data_files=shared_files(),
     entry_points={"console_scripts": console_scripts()},
     zip_safe=False,

@@ -26,6 +26,7 @@ FLOORS = [
     {"adapters"},
     {"detection", "bags", "simulation", "evaluation", "training", "calibration"},
     {"nodes"},
+    {"view"},
     {"benchmarking"},
     {"commands"},
     {"cli"},
