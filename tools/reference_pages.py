@@ -24,6 +24,7 @@ import numpy as np
 
 from aerial_gnss_ros.adapters.feed import Feed, Inputs
 from aerial_gnss_ros.adapters.kinds import ATTITUDE, FIX, GIMBAL, HEIGHT
+from aerial_gnss_ros.adapters.overview import OVERVIEW
 from aerial_gnss_ros.adapters.parameter_documents import scalar
 from aerial_gnss_ros.adapters.results import position_update, result_messages
 from aerial_gnss_ros.adapters.transforms import TF, TF_STATIC, TF_TYPE
@@ -73,6 +74,8 @@ OUTPUTS = {
     "filters: errors of two of them may be taken as independent. Not latched.",
     "robots/markers": "Error ellipses and names for RViz and Foxglove; made while somebody "
     "subscribes.",
+    "overview": "All of these with the camera's footprint, depths, references and the state of "
+    "the inputs, as JSON for `aerial-gnss view`; made while somebody subscribes.",
     "current": "Velocity of what drifts with the water and the wind, East and North, while at "
     "least two robots do, with a probability of 95 %.",
     "map_datum": "Origin of the map frame, on the water; altitude NaN where it is unknown.",
@@ -312,6 +315,7 @@ def _estimator_topics() -> Iterator[list[str]]:
     for message in (*result_messages(example), update):
         topic = message.topic.replace("aqua_1", "<id>")
         yield ["out", f"`{topic}`", _type(message.msgtype), OUTPUTS[topic]]
+    yield ["out", f"`{OVERVIEW[0]}`", _type(OVERVIEW[1]), OUTPUTS[OVERVIEW[0]]]
     for topic in (TF, TF_STATIC):
         yield ["out", f"`{topic}`", _type(TF_TYPE), OUTPUTS[topic]]
 

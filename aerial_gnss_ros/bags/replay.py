@@ -12,10 +12,12 @@ from typing import Any
 import numpy as np
 
 from aerial_gnss_ros.adapters.feed import Feed
+from aerial_gnss_ros.adapters.overview import input_lights, overview_text
 from aerial_gnss_ros.bags.detect import ImageDetector, detections_message
 from aerial_gnss_ros.bags.plan import Plan, make_plan, resolve
 from aerial_gnss_ros.bags.reader import BagReader
 from aerial_gnss_ros.core.config.estimator import EstimatorConfig
+from aerial_gnss_ros.core.estimation.area_file import load_area
 from aerial_gnss_ros.core.estimation.estimator import Estimator
 from aerial_gnss_ros.core.telemetry.depths import depth_input
 from aerial_gnss_ros.core.telemetry.reference_places import reference_input
@@ -125,6 +127,15 @@ class Replay:
             )
             self.summary.detections_from = f"images, {detector.name}"
         self._camera_seen = False
+        self._area = load_area(config.detections.area)
+
+    def overview(self, result: FrameResult) -> str:
+        """Return the JSON text of a result just yielded, with its surroundings."""
+        estimator = self._estimator
+        complaints = [estimator.complaint, *estimator.health.complaints]
+        lights = input_lights(estimator.inputs, complaints)
+        seen = estimator.overview(result)
+        return overview_text(seen, result.stamp_ns, self._area, lights)
 
     def _tell_absent(self, config: EstimatorConfig, namespace: str) -> None:
         """Say which depths and references the bag lacks: nothing else would show it."""

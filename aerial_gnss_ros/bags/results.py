@@ -7,7 +7,7 @@ from __future__ import annotations
 import csv
 import io
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING, Any
@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from aerial_gnss_ros.adapters.map_frame import OnWater, frames
+from aerial_gnss_ros.adapters.overview import OVERVIEW
 from aerial_gnss_ros.adapters.results import MAP_DATUM, position_update, result_messages
 from aerial_gnss_ros.adapters.transforms import course_transforms, earth_transform
 from aerial_gnss_ros.bags.detect import DETECTIONS_TYPE
@@ -35,6 +36,8 @@ if TYPE_CHECKING:
 PLATFORM_COLUMNS = ("stamp_ns", "error", "value", "sigma")
 PLATFORM_STEP_NS = 500_000_000
 """Interval of rows in platform.csv: platform errors drift over minutes."""
+OVERVIEW_STEP_NS = 200_000_000
+"""Least time between two overviews in the bag: enough for `aerial-gnss view`."""
 REJECTED_COLUMNS = ("stamp_ns", "reason", "u_px", "v_px")
 
 
@@ -48,6 +51,7 @@ class ResultFolder:
         version: of the bag's files, see `BagWriter`.
         updates: picks the samples for other filters; None: none are written.
         with_bag: write the result topics as a bag.
+        overview: makes the JSON text of a result's overview; None: none is written.
     """
 
     def __init__(
@@ -58,7 +62,9 @@ class ResultFolder:
         version: BagVersion | None = None,
         updates: PositionUpdates | None = None,
         with_bag: bool = True,
+        overview: Callable[[FrameResult], str] | None = None,
     ) -> None:
+        self._overview, self._overview_ns = overview, 0
         self._config = config or MapConfig()
         self._updates = updates
         self._frames = frames(self._config, namespace)
@@ -107,6 +113,7 @@ class ResultFolder:
             self._platform += [(result.stamp_ns, error) for error in result.platform]
         if self._bag is not None:
             self._write(self._bag, self._on_water.leveled(result))
+            self._write_overview(self._bag, result)
 
     def _write(self, bag: BagWriter, result: FrameResult) -> None:
         """Write the messages of one result, the origin and `earth` only when they change."""
@@ -128,6 +135,12 @@ class ResultFolder:
         found = course_transforms(result, self._frames) if self._config.publish_tf else None
         if found is not None:
             bag.write(found.topic, found.msgtype, result.stamp_ns, found.fields, RELIABLE)
+
+    def _write_overview(self, bag: BagWriter, result: FrameResult) -> None:
+        if self._overview is None or abs(result.stamp_ns - self._overview_ns) < OVERVIEW_STEP_NS:
+            return
+        self._overview_ns = result.stamp_ns
+        bag.write(*OVERVIEW, result.stamp_ns, {"data": self._overview(result)}, LATCHED)
 
     def add_detections(self, log_ns: int, fields: dict[str, Any]) -> None:
         """Record the boxes of an image, so that the next replay needs no detector."""

@@ -92,7 +92,7 @@ def replay(args: argparse.Namespace) -> int:
         with partial(args.output) as folder:
             folder.mkdir()
             with (
-                _result_folder(folder, args, config.estimator) as results,
+                _result_folder(folder, args, config.estimator, flight) as results,
                 progress("replaying", flight.message_count, "messages") as report,
             ):
                 for result in flight.results(report, results.add_detections):
@@ -108,10 +108,18 @@ def replay(args: argparse.Namespace) -> int:
     return 0
 
 
-def _result_folder(folder: Path, args: argparse.Namespace, config: EstimatorConfig) -> ResultFolder:
+def _result_folder(
+    folder: Path, args: argparse.Namespace, config: EstimatorConfig, flight: Replay
+) -> ResultFolder:
     updates = PositionUpdates(config.updates, config.noise.value("correlation_time_s"))
     return ResultFolder(
-        folder, args.namespace, config.map, args.rosbag_version, updates, not args.no_bag
+        folder,
+        args.namespace,
+        config.map,
+        args.rosbag_version,
+        updates,
+        not args.no_bag,
+        flight.overview,
     )
 
 

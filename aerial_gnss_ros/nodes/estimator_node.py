@@ -14,6 +14,7 @@ from rclpy.qos import QoSProfile
 from aerial_gnss_ros.adapters.departures import Departures
 from aerial_gnss_ros.adapters.feed import Feed, Subscription
 from aerial_gnss_ros.adapters.map_frame import OnWater, frames
+from aerial_gnss_ros.adapters.overview import OVERVIEW, input_lights, overview_text
 from aerial_gnss_ros.adapters.results import (
     CURRENT,
     MAP_DATUM,
@@ -26,6 +27,7 @@ from aerial_gnss_ros.adapters.stamps import nanoseconds
 from aerial_gnss_ros.adapters.versions import newest_version
 from aerial_gnss_ros.core.association import assignment
 from aerial_gnss_ros.core.config.estimator import EstimatorConfig, estimator_config
+from aerial_gnss_ros.core.estimation.area_file import load_area
 from aerial_gnss_ros.core.estimation.estimator import Estimator
 from aerial_gnss_ros.core.estimation.health import RobotSummary, summary
 from aerial_gnss_ros.core.estimation.position_updates import PositionUpdates
@@ -38,7 +40,7 @@ from aerial_gnss_ros.nodes import qos
 from aerial_gnss_ros.nodes.arrivals import SECOND_NS
 from aerial_gnss_ros.nodes.diagnostics import ERROR, OK, STALE, WARN, Status
 from aerial_gnss_ros.nodes.inputs import ALWAYS, ONCE, OPTIONAL, Input
-from aerial_gnss_ros.nodes.on_demand import LOOK_S, Picture
+from aerial_gnss_ros.nodes.on_demand import LOOK_S, OverviewTopic, Picture
 from aerial_gnss_ros.nodes.overdue import Overdue
 from aerial_gnss_ros.nodes.ros_messages import message
 from aerial_gnss_ros.nodes.schemas import ESTIMATOR
@@ -79,6 +81,9 @@ class EstimatorNode(SupervisedNode):
         self._frames = frames(self._config.map, self.get_namespace())
         self._on_water = OnWater(self._frames)
         self._picture = Picture(self.announce(*MARKERS, qos.latched()), self._frames)
+        self._area = load_area(self._config.detections.area)
+        overviews = self.announce(*OVERVIEW, qos.latched())
+        self._overviews = OverviewTopic(overviews, self._overview_text)
         self._updates = PositionUpdates(
             self._config.updates, self._config.noise.value("correlation_time_s")
         )
@@ -97,8 +102,10 @@ class EstimatorNode(SupervisedNode):
         self.every(ADVANCE_S, self._advance)
         self.every(PREDICT_S, self._predict)
         self.every(LOOK_S, self._picture.look)
+        self.every(LOOK_S, self._overviews.look)
         self.claim(MAP_DATUM)
         self.claim(MARKERS[0])
+        self.claim(OVERVIEW[0])
         self.get_logger().info(self._start_message())
 
     def destroy_node(self) -> None:
@@ -198,6 +205,14 @@ class EstimatorNode(SupervisedNode):
         self._give_up_oldest()
         self._transforms.send(result)
         self._picture.show(result)
+        self._overviews.show(result)
+
+    def _overview_text(self, result: FrameResult) -> str:
+        """Return the JSON text of a result for the page, by this node's clock."""
+        complaints = [self._estimator.complaint, *self._estimator.health.complaints]
+        lights = input_lights(self._estimator.inputs, complaints)
+        seen = self._estimator.overview(result)
+        return overview_text(seen, self.now_ns(), self._area, lights)
 
     def _give_up_oldest(self) -> None:
         """Remove the topics of robots lost long ago if there are very many: most are false."""
@@ -242,6 +257,8 @@ class EstimatorNode(SupervisedNode):
     def _set_config(self, config: EstimatorConfig) -> None:
         self._estimator.min_score = config.detections.min_score
         level_m, former_m = config.water_level.value_m, self._config.water_level.value_m
+        if config.detections.area != self._config.detections.area:
+            self._area = load_area(config.detections.area)
         self._config = config
         if level_m != former_m:
             self._estimator.add_water_level(Scalar(self.now_ns(), level_m))

@@ -17,6 +17,7 @@ from typing import cast
 from xml.sax.saxutils import escape, quoteattr
 
 from aerial_gnss_ros.adapters.feed import Feed, Inputs
+from aerial_gnss_ros.adapters.overview import OVERVIEW
 from aerial_gnss_ros.adapters.parameter_files import read
 from aerial_gnss_ros.adapters.results import CURRENT, MAP_DATUM, MARKERS
 from aerial_gnss_ros.adapters.transforms import TF, TF_STATIC
@@ -66,7 +67,8 @@ def policy(files: Sequence[Path] = (), namespace: str = "/", enclave: str = ENCL
         *_enclave(f"{enclave}/{DETECTOR}", namespace, DETECTOR, published, images, _LIFECYCLE),
         *_enclave(
             f"{enclave}/{ESTIMATOR}", namespace, ESTIMATOR,
-            (CURRENT, MAP_DATUM, MARKERS[0], *RESULTS, *_transforms(estimator)), heard, (),
+            (CURRENT, MAP_DATUM, MARKERS[0], OVERVIEW[0], *RESULTS, *_transforms(estimator)),
+            heard, (),
         ),
     ]  # fmt: skip
     body = "\n".join(f"    {line}" for line in lines)

@@ -116,7 +116,8 @@ def check_bag(out, table, images):
             for c, _, raw in reader.messages([topics["/robots/geojson"]])
         ]
     assert sorted(topics) == [
-        "/map_datum", "/robots/aqua_1/fix", "/robots/aqua_1/geo_pose", "/robots/aqua_1/odom",
+        "/map_datum", "/overview",
+        "/robots/aqua_1/fix", "/robots/aqua_1/geo_pose", "/robots/aqua_1/odom",
         "/robots/aqua_2/fix", "/robots/aqua_2/geo_pose", "/robots/aqua_2/odom",
         "/robots/geojson", "/robots/markers", "/tf", "/tf_static",
     ]  # fmt: skip

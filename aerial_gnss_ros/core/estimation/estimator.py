@@ -23,6 +23,7 @@ from aerial_gnss_ros.core.estimation.health import Health, RobotSummary, summary
 from aerial_gnss_ros.core.estimation.image_queue import ImageQueue
 from aerial_gnss_ros.core.estimation.intake import Intake
 from aerial_gnss_ros.core.estimation.origin_file import OriginKeeper
+from aerial_gnss_ros.core.estimation.overview import overview
 from aerial_gnss_ros.core.estimation.pipeline import Pipeline
 from aerial_gnss_ros.core.estimation.state_file import NameKeeper
 from aerial_gnss_ros.core.estimation.time_base import TimeBase
@@ -39,6 +40,7 @@ from aerial_gnss_ros.core.tracker.tracker import Tracker
 from aerial_gnss_ros.core.values.detection_frame import DetectionFrame
 from aerial_gnss_ros.core.values.estimates import FrameResult, PlatformError, RobotEstimate
 from aerial_gnss_ros.core.values.events import Events, WarningText
+from aerial_gnss_ros.core.values.overview import Overview
 from aerial_gnss_ros.core.values.rejection import Cause, Input, Reason, Rejection
 from aerial_gnss_ros.core.values.samples import Fix, Orientation, Scalar
 
@@ -244,6 +246,10 @@ class Estimator:
         """
         time_ns = self._images.time_before(stamp_ns + self._time.shift_ns)
         return None if time_ns is None else self._time.stamped(self._pipeline.predicted(time_ns))
+
+    def overview(self, result: FrameResult) -> Overview:
+        """Return a recent result with its surroundings, for people; the state is not changed."""
+        return overview(result, self._inputs, self._config, self._time.shift_ns)
 
     def flush(self) -> list[FrameResult]:
         """Return results for all waiting images at the end of input (end of a bag)."""

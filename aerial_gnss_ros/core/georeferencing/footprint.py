@@ -12,11 +12,15 @@ from numpy.typing import NDArray
 
 from aerial_gnss_ros.core.camera.model import CameraModel
 from aerial_gnss_ros.core.geometry.frames import matrix_from_rpy
+from aerial_gnss_ros.core.geometry.water_surface import SurfaceView
 from aerial_gnss_ros.core.georeferencing.localization import located_jacobian
 from aerial_gnss_ros.core.values.camera_pose import CameraPose
 from aerial_gnss_ros.core.values.errors import CameraError
 
 Array = NDArray[np.float64]
+
+_PER_EDGE = 24  # points on each edge of the image: the horizon is met to 4 % of its width
+_EVERY = 6  # where the whole edge shows water, so many are enough; the corners are among them
 
 
 @dataclass(frozen=True)
@@ -109,6 +113,47 @@ def ground_samples(
         )
         for i, (place, v) in enumerate(places.items())
     )
+
+
+def outline(pose: CameraPose, camera: CameraModel, farthest: float) -> Array:
+    """Return the water that an image shows: a polygon along the image's edge.
+
+    Where the edge shows the sky, or water beyond `farthest`, it ends: the polygon closes straight
+    between the last points on both sides.
+
+    Args:
+        pose: finite, above the water (see `bad_pose`).
+        camera: its intrinsics.
+        farthest: longest range of a point, m.
+
+    Returns:
+        (n, 2) latitude, longitude, rad, clockwise in the image from its top left corner; (0, 2) if
+        less than a triangle is in view.
+    """
+    view = SurfaceView(pose)
+    rays, valid = camera.rays(_border(camera))
+    directions = rays @ view.enu_from_optical.T
+    distances = view.distances(directions)
+    seen = valid & (distances <= farthest)
+    if seen.all():
+        seen[:] = False
+        seen[::_EVERY] = True
+    if np.count_nonzero(seen) < 3:
+        return np.empty((0, 2))
+    latitude, longitude, _ = view.geodetic(directions[seen] * distances[seen, None])
+    return np.stack([latitude, longitude], axis=-1)
+
+
+def _border(camera: CameraModel) -> Array:
+    """Return pixels (4 * `_PER_EDGE`, 2) along the image's edge, clockwise from its top left."""
+    right, bottom = camera.width - 1.0, camera.height - 1.0
+    corners = np.array([[0.0, 0.0], [right, 0.0], [right, bottom], [0.0, bottom]])
+    share = np.arange(_PER_EDGE)[:, None] / _PER_EDGE
+    edges = [
+        start + share * (end - start)
+        for start, end in zip(corners, np.roll(corners, -1, axis=0), strict=True)
+    ]
+    return np.concatenate(edges)
 
 
 def _angle(camera: CameraModel, pixels: Array) -> float:

@@ -10,7 +10,9 @@ import numpy as np
 import pytest
 
 from aerial_gnss_ros.core.camera.model import CameraModel
-from aerial_gnss_ros.core.georeferencing.footprint import field_of_view, ground_samples
+from aerial_gnss_ros.core.geometry.frames import matrix_from_rpy
+from aerial_gnss_ros.core.georeferencing.footprint import field_of_view, ground_samples, outline
+from aerial_gnss_ros.core.values.camera_pose import CameraPose
 from aerial_gnss_ros.core.values.errors import CameraError
 
 
@@ -50,3 +52,38 @@ def test_a_tilted_view_stretches_along_the_column():
 def test_impossible_views_are_refused(height, tilt):
     with pytest.raises(CameraError, match="must"):
         ground_samples(pinhole(), height, tilt)
+
+
+def pose_at(height, tilt_deg, heading_deg=0.0):
+    """Return a camera whose image's top is to the heading, deg clockwise from north."""
+    tilt, yaw = math.radians(tilt_deg), math.radians(90.0 - heading_deg)
+    orientation = matrix_from_rpy(0.0, tilt, yaw)
+    return CameraPose(0, 0.2, -1.0, height, height, orientation)
+
+
+def east_north(places, pose):
+    radius = 6_371_000.0
+    east = (places[:, 1] - pose.longitude) * math.cos(pose.latitude) * radius
+    return np.stack([east, (places[:, 0] - pose.latitude) * radius], axis=-1)
+
+
+def test_the_outline_of_a_view_straight_down_is_the_square_that_it_covers():
+    pose = pose_at(20.0, 90.0)
+    corners = east_north(outline(pose, pinhole(), 1000.0), pose)[::4]
+    half = 20.0 * 499.5 / 500.0
+    # From the image's top left corner, which is north-west of a camera with its top to the north.
+    expected = half * np.array([[-1, 1], [1, 1], [1, -1], [-1, -1]])
+    assert corners == pytest.approx(expected, rel=0.01)
+
+
+def test_the_outline_ends_where_the_sky_or_the_range_begins():
+    pose = pose_at(10.0, 30.0, heading_deg=90.0)
+    found = east_north(outline(pose, pinhole(), 100.0), pose)
+    distance = np.hypot(*found.T)
+    assert 60.0 < distance.max() <= 100.0
+    assert found[:, 0].min() == pytest.approx(10.0 / math.tan(math.radians(75.0)), rel=0.02)
+    assert (found[:, 0] > 0.0).all()
+
+
+def test_a_view_of_the_sky_has_no_outline():
+    assert outline(pose_at(10.0, -60.0), pinhole(), 100.0).shape == (0, 2)
