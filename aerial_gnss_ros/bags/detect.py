@@ -14,7 +14,6 @@ from aerial_gnss_ros.bags.typestore import make
 from aerial_gnss_ros.core.values.errors import InputError
 from aerial_gnss_ros.detection.base import Detector, Image
 from aerial_gnss_ros.detection.image_header import MAX_PIXELS
-from aerial_gnss_ros.detection.images import decode
 
 DETECTIONS_TYPE = "vision_msgs/msg/Detection2DArray"
 MOST_TOLD, LEAST_TRIED = 8, 5
@@ -57,6 +56,8 @@ class ImageDetector:
         Raises:
             InputError: none of the first images could be decoded with the camera's size.
         """
+        from aerial_gnss_ros.detection.images import decode  # OpenCV: not for recorded boxes
+
         try:
             image = decode(msg, self._max_pixels)
             self._check_size(image)

@@ -180,6 +180,9 @@ class BagReader:
         Raises:
             InputError: a bag is damaged.
         """
+        if len(self._bags) == 1:
+            yield from self._bags[0].messages(topics)
+            return
         yield from heapq.merge(
             *(bag.messages(topics) for bag in self._bags), key=lambda recorded: recorded.log_ns
         )

@@ -20,12 +20,12 @@ from aerial_gnss_ros.commands.configuration import add_arguments as add_configur
 from aerial_gnss_ros.commands.configuration import configuration
 from aerial_gnss_ros.commands.ending import ended_cleanly
 from aerial_gnss_ros.commands.progress import progress
-from aerial_gnss_ros.commands.replay_each import replay_each
 from aerial_gnss_ros.commands.replay_summary import as_json, as_text, folded
 from aerial_gnss_ros.core.config.estimator import EstimatorConfig
 from aerial_gnss_ros.core.estimation.position_updates import PositionUpdates
 from aerial_gnss_ros.core.values.errors import ConfigError
-from aerial_gnss_ros.detection.select import load_detector
+from aerial_gnss_ros.detection.base import Detector
+from aerial_gnss_ros.detection.config import DetectorConfig
 from aerial_gnss_ros.evaluation.errors import compare
 from aerial_gnss_ros.evaluation.platform import read_platform
 from aerial_gnss_ros.evaluation.report import Report, write_report
@@ -70,6 +70,8 @@ def run(args: argparse.Namespace) -> int:
     """Replay bags."""
     refuse_existing(args.output)
     if args.each:
+        from aerial_gnss_ros.commands.replay_each import replay_each  # processes
+
         return replay_each(args, replay)
     if args.jobs is not None:
         raise ConfigError("-j has a meaning only with --each: one flight is replayed in order.")
@@ -84,7 +86,7 @@ def replay(args: argparse.Namespace) -> int:
             bag,
             with_stated_datum(config.estimator, bag),
             config.detector,
-            load_detector,
+            _load_detector,
             namespace=args.namespace,
             detect=args.model is not None,
         )
@@ -106,6 +108,13 @@ def replay(args: argparse.Namespace) -> int:
     else:
         print(as_text(args.output, flight.summary, names))
     return 0
+
+
+def _load_detector(config: DetectorConfig) -> Detector:
+    """Load the detector, with OpenCV, which recorded boxes do not need."""
+    from aerial_gnss_ros.detection.select import load_detector
+
+    return load_detector(config)
 
 
 def _result_folder(

@@ -10,10 +10,10 @@ from dataclasses import asdict, dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import linear_sum_assignment
 
 from aerial_gnss_ros.bags.tables import EstimatedTrack, Track
 from aerial_gnss_ros.core.geometry.geodesy import geodesic_inverse, haversine
+from aerial_gnss_ros.core.numerics.linear_assignment import linear_sum_assignment
 from aerial_gnss_ros.core.values.errors import InputError
 from aerial_gnss_ros.core.values.samples import Array
 

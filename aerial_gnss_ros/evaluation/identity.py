@@ -16,10 +16,10 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import linear_sum_assignment
 
 from aerial_gnss_ros.bags.tables import EstimatedTrack, Track
 from aerial_gnss_ros.core.geometry.geodesy import enu_from_geodetic
+from aerial_gnss_ros.core.numerics.linear_assignment import linear_sum_assignment
 from aerial_gnss_ros.core.values.samples import Array
 from aerial_gnss_ros.evaluation.errors import RobotErrors, at_stamps
 

@@ -25,12 +25,12 @@ from aerial_gnss_ros.adapters.results import (
 )
 from aerial_gnss_ros.adapters.stamps import nanoseconds
 from aerial_gnss_ros.adapters.versions import newest_version
-from aerial_gnss_ros.core.association import assignment
 from aerial_gnss_ros.core.config.estimator import EstimatorConfig, estimator_config
 from aerial_gnss_ros.core.estimation.area_file import load_area
 from aerial_gnss_ros.core.estimation.estimator import Estimator
 from aerial_gnss_ros.core.estimation.health import RobotSummary, summary
 from aerial_gnss_ros.core.estimation.position_updates import PositionUpdates
+from aerial_gnss_ros.core.numerics import linear_assignment
 from aerial_gnss_ros.core.telemetry.input_status import InputState
 from aerial_gnss_ros.core.values.estimates import FrameResult, State
 from aerial_gnss_ros.core.values.events import ErrorText, WarningText
@@ -188,7 +188,7 @@ class EstimatorNode(SupervisedNode):
         if (
             self._images == 1
         ):  # there is time now for work that a later image would have to wait for
-            begun(assignment.solver, "importing")
+            begun(linear_assignment.solver, "importing")
         started = time.perf_counter()
         self._overdue.processed(result.stamp_ns, self._passing_ns())
         self._send(result)

@@ -15,8 +15,6 @@ from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
 from typing import TypeVar
 
-import cv2
-
 from aerial_gnss_ros.core.values.errors import OutputError
 
 Job = TypeVar("Job")
@@ -74,6 +72,8 @@ def begin() -> None:
     """Set this process up as a worker: one thread; the parent handles Ctrl-C."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     threading.Thread(target=_end_with_parent, daemon=True).start()
+    import cv2  # the parent may not need it
+
     cv2.setNumThreads(1)
 
 

@@ -10,11 +10,12 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+
+from aerial_gnss_ros.core.numerics.linear_assignment import linear_sum_assignment
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -131,16 +132,8 @@ def _weighed(
     costs = np.full((len(own), len(theirs) + len(own)), _FORBIDDEN)
     costs[every, len(theirs) + every] = [missing[row] for row in own.tolist()]
     costs[i, j] = [cost[k] for k in rest]
-    _, picked = solver()(costs)
+    _, picked = linear_sum_assignment(costs)
     return [rest[k] for k in np.flatnonzero(picked[i] == j)]
-
-
-def solver() -> Callable[[Array], Pairs]:
-    """Return scipy's `linear_sum_assignment`, rarely needed and slow to import."""
-    from scipy.optimize import linear_sum_assignment
-
-    found: Callable[[Array], Pairs] = linear_sum_assignment
-    return found
 
 
 def lone(rows: list[int], columns: list[int]) -> list[bool]:

@@ -22,7 +22,6 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import linear_sum_assignment
 
 from aerial_gnss_ros.core.association.image_motion import (
     Motion,
@@ -30,6 +29,7 @@ from aerial_gnss_ros.core.association.image_motion import (
     fitted,
     moved,
 )
+from aerial_gnss_ros.core.numerics.linear_assignment import linear_sum_assignment
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.intp]

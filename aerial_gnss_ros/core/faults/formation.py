@@ -19,7 +19,8 @@ from itertools import permutations
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import linear_sum_assignment
+
+from aerial_gnss_ros.core.numerics.linear_assignment import linear_sum_assignment
 
 Array = NDArray[np.float64]
 Pairs = tuple[tuple[int, int], ...]

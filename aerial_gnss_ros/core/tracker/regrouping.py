@@ -11,12 +11,12 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import linear_sum_assignment
 
 from aerial_gnss_ros.core.faults.formation import TUNING as FORMATION
 from aerial_gnss_ros.core.faults.formation import Formation
 from aerial_gnss_ros.core.models.motion_model import manoeuvre_covariance
 from aerial_gnss_ros.core.numerics.gaussian import mahalanobis
+from aerial_gnss_ros.core.numerics.linear_assignment import linear_sum_assignment
 from aerial_gnss_ros.core.tracker.track_table import TrackTable
 from aerial_gnss_ros.core.values.estimates import State
 
