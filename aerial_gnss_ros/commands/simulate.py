@@ -12,13 +12,14 @@ import json
 import math
 import os
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from aerial_gnss_ros.adapters.dji_log import DjiLog, read_dji_log, summarise_refusals
-from aerial_gnss_ros.bags.partial import refuse_existing
+from aerial_gnss_ros.bags.partial import partial, refuse_existing
 from aerial_gnss_ros.commands import simulate_arguments, simulate_dataset
 from aerial_gnss_ros.commands.argument_types import add_rosbag_version
 from aerial_gnss_ros.commands.ending import ended_cleanly
@@ -29,6 +30,7 @@ from aerial_gnss_ros.simulation.bag import write_bag
 from aerial_gnss_ros.simulation.boxes import DetectorPlan
 from aerial_gnss_ros.simulation.experiment import CameraClock, Experiment, default_camera
 from aerial_gnss_ros.simulation.flight import Flight, FlightPlan, GeneratedFlight
+from aerial_gnss_ros.simulation.formation import Formation, together
 from aerial_gnss_ros.simulation.imaging import WORKERS
 from aerial_gnss_ros.simulation.recorded import RecordedFlight, water_seconds
 from aerial_gnss_ros.simulation.robots import SwimPlan
@@ -72,6 +74,8 @@ def run(args: argparse.Namespace) -> int:
     if args.duration is None:
         short = not args.no_images
         args.duration = simulate_arguments.RENDERED_S if short else simulate_arguments.DURATION_S
+    if args.drones is not None:
+        return _several(args)
     log = read_dji_log(args.telemetry) if args.telemetry else None
     experiment = _experiment(args, log)
     about = scenario(experiment, args.noise)
@@ -81,6 +85,53 @@ def run(args: argparse.Namespace) -> int:
             "understood_as": [*log.statements, *log.guesses],
             "refused_rows": summarise_refusals(log.refused) or "none",
         }
+    with ended_cleanly():
+        counts = _write(args, args.output, experiment, about)
+    _print(args, [(args.output, counts, about)])
+    return 0
+
+
+def _several(args: argparse.Namespace) -> int:
+    """Write a bag for each of several drones into one folder."""
+    formation = Formation(
+        args.formation or "opposite",
+        args.drones,
+        0.5 if args.gnss_share is None else args.gnss_share,
+    )
+    noises = args.drone_noise or [args.noise] * formation.count
+    if len(noises) != formation.count:
+        raise ConfigError(
+            f"--drone-noise must be given once for each of {counted(formation.count, 'drone')}, "
+            f"not {len(noises)} times."
+        )
+    made = together(
+        lambda flight, others: _experiment_of(args, flight, others),
+        _plan(args),
+        formation,
+        args.seed,
+        [_sensors(args, noise) for noise in noises],
+    )
+    written: list[tuple[Path, dict[str, int], dict[str, Any]]] = []
+    with ended_cleanly(), partial(args.output) as folder:
+        folder.mkdir()
+        for (name, experiment), noise in zip(made.items(), noises, strict=True):
+            about = scenario(experiment, noise)
+            about["drone"] = {
+                "name": name,
+                "drones": formation.count,
+                "formation": formation.kind,
+                "gnss_share": formation.share,
+            }
+            counts = _write(args, folder / name, experiment, about)
+            written.append((args.output / name, counts, about))
+    _print(args, written)
+    return 0
+
+
+def _write(
+    args: argparse.Namespace, path: Path, experiment: Experiment, about: dict[str, Any]
+) -> dict[str, int]:
+    """Write one bag; return its messages by topic. `about` is completed."""
     images = "raw" if args.raw else "jpeg"
     scene = None if args.no_images else _scene(args)
     about["images"] = "none" if scene is None else images
@@ -88,9 +139,9 @@ def run(args: argparse.Namespace) -> int:
     what = "simulating" if scene is None else "rendering"
     if scene is not None:
         print(_how_long(total, args.size), file=sys.stderr)
-    with ended_cleanly(), progress(what, total, "images") as report:
-        counts = write_bag(
-            args.output,
+    with progress(what, total, "images") as report:
+        return write_bag(
+            path,
             experiment,
             scene,
             images=images,
@@ -98,13 +149,20 @@ def run(args: argparse.Namespace) -> int:
             report=report,
             version=args.rosbag_version,
         )
+
+
+def _print(
+    args: argparse.Namespace, written: list[tuple[Path, dict[str, int], dict[str, Any]]]
+) -> None:
+    """Print what was written: a bag for each drone, its messages by topic, its scenario."""
     if args.json:
-        print(json.dumps({"bag": str(args.output), "messages": counts, **about}, indent=2))
-    else:
+        found = [{"bag": str(path), "messages": counts, **about} for path, counts, about in written]
+        print(json.dumps(found[0] if args.drones is None else {"drones": found}, indent=2))
+        return
+    for path, counts, about in written:
         messages, topics = counted(sum(counts.values()), "message"), counted(len(counts), "topic")
-        print(f"made {args.output}: {messages} on {topics}")
+        print(f"made {path}: {messages} on {topics}")
         print("\n".join(words(about)))
-    return 0
 
 
 def _how_long(images: int, size: tuple[int, int]) -> str:
@@ -130,6 +188,7 @@ def _check(args: argparse.Namespace) -> None:
     if args.robot_at and args.robots is not None:
         raise ConfigError("give --robots or --robot-at, not both.")
     _check_reference(args)
+    _check_formation(args)
     if args.robots is not None and not 0 <= args.robots <= 1000:
         raise ConfigError(f"--robots must lie within 0 to 1000, not {args.robots}.")
     if args.seed < 0:
@@ -151,6 +210,15 @@ def _check(args: argparse.Namespace) -> None:
         )
 
 
+def _check_formation(args: argparse.Namespace) -> None:
+    if args.drones is None:
+        for name in ("formation", "gnss_share", "drone_noise"):
+            if getattr(args, name) is not None:
+                raise ConfigError(f"--{name.replace('_', '-')} applies only with --drones.")
+    elif args.telemetry:
+        raise ConfigError("--drones cannot be used with --telemetry: the log is of one drone.")
+
+
 def _check_reference(args: argparse.Namespace) -> None:
     if args.reference is not None and not 0.001 <= args.reference <= 100.0:
         raise ConfigError(f"--reference must lie within 0.001 to 100 m, not {args.reference:g}.")
@@ -160,26 +228,34 @@ def _check_reference(args: argparse.Namespace) -> None:
 
 def _experiment(args: argparse.Namespace, log: DjiLog | None) -> Experiment:
     flight = _flight(args, log)
-    plan = _sensors(args)
-    width, height = args.size
     try:
-        return Experiment(
-            flight,
-            default_camera(width, height, math.radians(args.field_of_view)),
-            plan,
-            CameraClock(args.rate, args.latency),
-            robots=(3 if args.robots is None else args.robots) + (args.reference is not None),
-            places=_places(args, flight),
-            swim=_swim(args),
-            distractors=round(args.distractors or 0),
-            detector=DetectorPlan(plan.sigmas["box_center_px"], args.missed, args.false_boxes),
-            survey_m=args.reference or 0.0,
-            seed=args.seed,
-        )
+        return _experiment_of(args, flight)
     except InputError as error:
         if log is None:
             raise
         raise InputError(f"{error} {_advice(log, flight.duration_s)}") from error
+
+
+def _experiment_of(
+    args: argparse.Namespace, flight: Flight, others: Sequence[Flight] = ()
+) -> Experiment:
+    """Return the experiment of a flight; robots are placed where `others` see them, too."""
+    plan = _sensors(args, args.noise)
+    width, height = args.size
+    return Experiment(
+        flight,
+        default_camera(width, height, math.radians(args.field_of_view)),
+        plan,
+        CameraClock(args.rate, args.latency),
+        robots=(3 if args.robots is None else args.robots) + (args.reference is not None),
+        places=_places(args, flight),
+        swim=_swim(args),
+        distractors=round(args.distractors or 0),
+        detector=DetectorPlan(plan.sigmas["box_center_px"], args.missed, args.false_boxes),
+        survey_m=args.reference or 0.0,
+        seed=args.seed,
+        others=others,
+    )
 
 
 def _advice(log: DjiLog, duration_s: float) -> str:
@@ -192,6 +268,11 @@ def _advice(log: DjiLog, duration_s: float) -> str:
 def _flight(args: argparse.Namespace, log: DjiLog | None) -> Flight:
     if log is not None:
         return RecordedFlight(log, args.start or 0.0, args.duration)
+    return GeneratedFlight(_plan(args), args.seed)
+
+
+def _plan(args: argparse.Namespace) -> FlightPlan:
+    """Return the plan of a generated flight."""
     given: dict[str, Any] = {
         "kind": args.flight,
         "height_m": args.height,
@@ -201,8 +282,7 @@ def _flight(args: argparse.Namespace, log: DjiLog | None) -> Flight:
         "camera_offset_m": args.camera_offset,
     }
     chosen = {name: value for name, value in given.items() if value is not None}
-    plan = FlightPlan(duration_s=args.duration, track=not args.fixed_gimbal, **chosen)
-    return GeneratedFlight(plan, args.seed)
+    return FlightPlan(duration_s=args.duration, track=not args.fixed_gimbal, **chosen)
 
 
 def _places(args: argparse.Namespace, flight: Flight) -> Any:
@@ -241,8 +321,8 @@ def _swim(args: argparse.Namespace) -> SwimPlan:
     )
 
 
-def _sensors(args: argparse.Namespace) -> SensorPlan:
-    plan = sensor_plan(args.noise, **dict(args.sigma))
+def _sensors(args: argparse.Namespace, noise: str) -> SensorPlan:
+    plan = sensor_plan(noise, **dict(args.sigma))
     if not args.fix_covariance:
         return plan
     return SensorPlan(plan.noise, plan.sigmas, covariance=True)

@@ -12,6 +12,7 @@ from aerial_gnss_ros.commands.argument_types import numbers, sigma, size
 from aerial_gnss_ros.core.config.noise import SETS
 from aerial_gnss_ros.core.values.errors import ConfigError
 from aerial_gnss_ros.simulation.flight import KINDS
+from aerial_gnss_ros.simulation.formation import FORMATIONS
 from aerial_gnss_ros.simulation.robot_models import AQUA, MODELS, robot_model
 
 DURATION_S = 60.0
@@ -22,6 +23,7 @@ RENDERED_S = 20.0
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
     _flight_arguments(parser.add_argument_group("flight"))
+    _formation_arguments(parser.add_argument_group("several drones"))
     _robot_arguments(parser.add_argument_group("robots"))
     _sensor_arguments(parser.add_argument_group("sensors"))
     _image_arguments(parser.add_argument_group("images"))
@@ -74,6 +76,29 @@ def _flight_arguments(group: Any) -> None:
     group.add_argument(
         "--camera-offset", type=numbers(3), metavar="X,Y,Z",
         help="camera position relative to the GNSS antenna: forward, left, up, m (default 0,0,0)",
+    )  # fmt: skip
+
+
+def _formation_arguments(group: Any) -> None:
+    group.add_argument(
+        "--drones", type=int, metavar="N",
+        help="so many drones over the same robots: -o becomes a folder with a bag for each, called "
+        "a, b, ...",
+    )  # fmt: skip
+    group.add_argument(
+        "--formation", choices=tuple(FORMATIONS),
+        help="with --drones: opposite (default; evenly around the robots), beside (20 deg apart), "
+        "above (the others hover above) or far (the others see the robots at a grazing angle)",
+    )  # fmt: skip
+    group.add_argument(
+        "--gnss-share", type=float, metavar="P",
+        help="with --drones: part of the variance of the receivers' offsets that all have in "
+        "common, 0 to 1 (default 0.5)",
+    )  # fmt: skip
+    group.add_argument(
+        "--drone-noise", choices=(*SETS, "none"), action="append", metavar="SET",
+        help="with --drones: set of sensor errors of drone a, b, ... in turn; repeated for each "
+        "drone (default: --noise for all)",
     )  # fmt: skip
 
 

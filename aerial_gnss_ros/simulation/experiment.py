@@ -10,7 +10,7 @@ stamped t is to be compared with the truth at t - L.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -129,6 +129,8 @@ class Experiment:
         survey_m: one sigma of the error, each axis, with which the first robot's position is known,
             if it is a beacon; 0: of no robot.
         seed: of all random numbers.
+        world_seed: of robots and of what is said about them; None: `seed`. One for several drones.
+        others: flights of further drones, which are to see the robots, too.
     """
 
     flight: Flight
@@ -142,16 +144,21 @@ class Experiment:
     distractors: int = 0
     survey_m: float = 0.0
     seed: int = 1
+    world_seed: int | None = None
+    others: Sequence[Flight] = ()
 
     def __post_init__(self) -> None:
+        world = self.seed if self.world_seed is None else self.world_seed
         margin = LEAD_S + abs(self.clock.latency_s)
         self._span = (-margin, self.flight.duration_s + margin)
         self.swim = fitted(self.swim, view_width(self.flight, self.camera))
         if self.places is None:
-            rng = generator(self.seed, "places")
+            rng = generator(world, "places")
             apart = self.swim.apart_m or 0.0
-            self.places = place_robots(self.flight, self.camera, self.robots, rng, apart)
-        self.swarm = Swarm(self.places, self.swim, self.seed, *self._span)
+            self.places = place_robots(
+                self.flight, self.camera, self.robots, rng, apart, self.others
+            )
+        self.swarm = Swarm(self.places, self.swim, world, *self._span)
         self.props = self._props()
         self.sensors = Sensors(self.flight, self.sensors_plan, self.seed, *self._span)
 
@@ -215,7 +222,8 @@ class Experiment:
         if not self.survey_m:
             return None
         place = self.swarm.positions([0.0])[0, 0].copy()
-        place[:2] += self.survey_m * generator(self.seed, "survey").standard_normal(2)
+        world = self.seed if self.world_seed is None else self.world_seed
+        place[:2] += self.survey_m * generator(world, "survey").standard_normal(2)
         latitude, longitude, altitude = geodetic(self.flight.origin, place[None])
         spread = self.survey_m**2 * np.eye(3)
         return Fix(START_NS, float(latitude[0]), float(longitude[0]), float(altitude[0]), spread)

@@ -91,6 +91,8 @@ class FlightPlan:
         wind_mps: steady wind that the body leans against, m/s.
         camera_offset_m: optical centre relative to the GNSS antenna, body FLU, m.
         origin: the point looked at, and the altitude of the water.
+        bearing: direction from the drone to the point at the start, ENU, rad; None: from the seed.
+        turn: 1 or -1: an orbit counter-clockwise or clockwise; None: from the seed.
     """
 
     kind: str = "hover"
@@ -104,6 +106,8 @@ class FlightPlan:
     wind_mps: float = 3.0
     camera_offset_m: tuple[float, float, float] = (0.0, 0.0, 0.0)
     origin: MapDatum = HOLETOWN
+    bearing: float | None = None
+    turn: float | None = None
 
     def __post_init__(self) -> None:
         if self.kind not in KINDS:
@@ -136,13 +140,20 @@ class FlightPlan:
 
 
 class GeneratedFlight:
-    """A smooth flight by a plan; the same plan and seed give the same flight."""
+    """A smooth flight by a plan; the same plan and seed give the same flight.
+
+    Attributes:
+        plan: its plan.
+        bearing: direction from the drone to the point at the start, ENU, rad.
+        turn: 1 or -1, see `FlightPlan`.
+    """
 
     def __init__(self, plan: FlightPlan, seed: int) -> None:
         self.plan = plan
         rng = generator(seed, "flight")
-        self._bearing = rng.uniform(-math.pi, math.pi)
-        self._turn = rng.choice((-1.0, 1.0))
+        bearing, turn = rng.uniform(-math.pi, math.pi), rng.choice((-1.0, 1.0))
+        self.bearing = bearing if plan.bearing is None else plan.bearing
+        self.turn = turn if plan.turn is None else plan.turn
         wind = rng.uniform(-math.pi, math.pi)
         self._wind = plan.wind_mps * np.array([math.cos(wind), math.sin(wind), 0.0])
         self._drift = [Wander(rng, rms, 0.02, 0.12) for rms in (0.25, 0.25, 0.12)]
@@ -200,11 +211,11 @@ class GeneratedFlight:
         return nominal + np.column_stack([drift(t) for drift in self._drift])
 
     def _hover(self, t: Array) -> Array:
-        return -self.plan.stand_off * _direction(np.full(len(t), self._bearing))
+        return -self.plan.stand_off * _direction(np.full(len(t), self.bearing))
 
     def _orbit(self, t: Array) -> Array:
-        rate = self._turn * self.plan.speed_mps / max(self.plan.stand_off, 0.1)
-        return -self.plan.stand_off * _direction(self._bearing + rate * t)
+        rate = self.turn * self.plan.speed_mps / max(self.plan.stand_off, 0.1)
+        return -self.plan.stand_off * _direction(self.bearing + rate * t)
 
     def _transit(self, t: Array) -> Array:
         """Back and forth: a triangle wave with rounded corners."""
@@ -212,14 +223,14 @@ class GeneratedFlight:
         period = 2.0 * plan.leg / max(plan.speed_mps, 1e-6)
         wave = np.arcsin(round_off * np.sin(2.0 * np.pi * (t / period - 0.25)))
         along = 0.5 * plan.leg * wave / math.asin(round_off)
-        forward = _direction(np.array([self._bearing + 0.5 * math.pi]))
-        beside = -plan.stand_off * _direction(np.array([self._bearing]))
-        return np.asarray(beside + along[:, None] * self._turn * forward)
+        forward = _direction(np.array([self.bearing + 0.5 * math.pi]))
+        beside = -plan.stand_off * _direction(np.array([self.bearing]))
+        return np.asarray(beside + along[:, None] * self.turn * forward)
 
     def _nose(self, t: Array) -> Array:
         """Yaw: towards the point from the planned position (drift does not turn it)."""
         if self.plan.stand_off < 0.2 * self.plan.height_m:
-            yaw = np.full(len(t), self._bearing)
+            yaw = np.full(len(t), self.bearing)
         else:
             nominal = self._path(t)
             yaw = np.arctan2(-nominal[:, 1], -nominal[:, 0])

@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,6 +33,7 @@ def place_robots(
     count: int,
     rng: np.random.Generator,
     apart_m: float = 2.5,
+    others: Sequence[Flight] = (),
 ) -> Array:
     """Return positions (count, 2) East, North in m that the camera sees most of the flight.
 
@@ -43,6 +45,7 @@ def place_robots(
         count: how many.
         rng: where the chance comes from.
         apart_m: least distance between two, m; less if there is no room.
+        others: flights of like cameras that are to see them, too.
 
     Raises:
         InputError: the camera never sees water close enough.
@@ -50,6 +53,9 @@ def place_robots(
     if count == 0:
         return np.zeros((0, 2))
     places, shares = seen_places(flight, camera, rng)
+    reach = float(camera.K[0, 0]) * LENGTH / LEAST_LONG_PX[-1]
+    for other in others:
+        shares = np.minimum(shares, seen_share(_moments(other), camera, places, reach))
     return _spread(places, shares, count, apart_m, rng, _below(_moments(flight)))
 
 

@@ -19,6 +19,7 @@ from aerial_gnss_ros.core.config.noise import SETS, Noise
 from aerial_gnss_ros.core.geometry.frames import matrix_from_rpy, quaternion_from_matrix
 from aerial_gnss_ros.core.geometry.geodesy import geodetic_from_enu
 from aerial_gnss_ros.core.geometry.gimbal import error_axes
+from aerial_gnss_ros.core.values.errors import ConfigError
 from aerial_gnss_ros.core.values.estimates import MapDatum
 from aerial_gnss_ros.core.values.samples import Fix, Orientation, Scalar
 from aerial_gnss_ros.simulation.chance import Drift, generator
@@ -33,6 +34,28 @@ VERTICAL_FACTOR = 1.5
 
 
 @dataclass(frozen=True)
+class SharedGnss:
+    """What the receivers of several drones err by in common: ionosphere, the same satellites.
+
+    Attributes:
+        seed: of the common error, the same for all drones.
+        share: part of the offset's variance that is common, 0 to 1.
+        sigma_m: one sigma of the best receiver's offset, of which it is that part, m: what one
+            receiver has removed is not common with the others.
+    """
+
+    seed: int
+    share: float
+    sigma_m: float
+
+    def __post_init__(self) -> None:
+        if not 0.0 <= self.share <= 1.0:
+            raise ConfigError(
+                f"the receivers' common share must lie within 0 to 1, not {self.share:g}."
+            )
+
+
+@dataclass(frozen=True)
 class SensorPlan:
     """Rates, latencies and errors.
 
@@ -44,6 +67,7 @@ class SensorPlan:
             harmless, because the stamp is right.
         height_latency_s: the same for height, which has no stamp: the value is this late.
         covariance: whether the fix states its covariance (offset and white noise together).
+        shared: what the receiver errs by in common with other drones'; None: nothing.
     """
 
     noise: str
@@ -57,6 +81,7 @@ class SensorPlan:
     gimbal_latency_s: float = 0.02
     height_latency_s: float = 0.02
     covariance: bool = False
+    shared: SharedGnss | None = None
 
 
 def noise_sigmas(noise: Noise | None) -> dict[str, float]:
@@ -114,7 +139,17 @@ class Sensors:
         """
         self._flight, self.plan, self._seed = flight, plan, seed
         self._span = (start_s, end_s)
-        self._drifts = {name: self._drift(name, key, k) for name, key, k in _SLOW}
+        self._drifts = {
+            name: self._drift(name, k * self._own_sigma(key), seed) for name, key, k in _SLOW
+        }
+        self._common: dict[str, Drift] = {}
+        if plan.shared is not None:
+            sigma = math.sqrt(plan.shared.share) * plan.shared.sigma_m
+            self._common = {
+                name: self._drift(name, k * sigma, plan.shared.seed)
+                for name, key, k in _SLOW
+                if key == "gnss_offset_m"
+            }
 
     def fixes(self, true: bool = False) -> Iterator[Fix]:
         """Yield the positions; altitude is above the ellipsoid."""
@@ -165,12 +200,19 @@ class Sensors:
             name: gnss_east, gnss_north, gnss_up, heading, gimbal_pitch, gimbal_roll or height.
             t: s since the flight's start.
         """
-        return self._drifts[name](t)
+        own = self._drifts[name](t)
+        return own + self._common[name](t) if name in self._common else own
 
-    def _drift(self, name: str, key: str, factor: float) -> Drift:
-        sigmas = self.plan.sigmas
-        rng = generator(self._seed, f"slow {name}")
-        return Drift(rng, factor * sigmas[key], sigmas["correlation_time_s"], *self._span)
+    def _drift(self, name: str, sigma: float, seed: int) -> Drift:
+        rng = generator(seed, f"slow {name}")
+        return Drift(rng, sigma, self.plan.sigmas["correlation_time_s"], *self._span)
+
+    def _own_sigma(self, key: str) -> float:
+        """Return one sigma of the error that is this drone's own."""
+        shared, sigma = self.plan.shared, self.plan.sigmas[key]
+        if shared is None or key != "gnss_offset_m":
+            return sigma
+        return math.sqrt(max(sigma**2 - shared.share * shared.sigma_m**2, 0.0))
 
     def _white(self, key: str, shape: tuple[int, int], name: str) -> Array:
         rng = generator(self._seed, f"white {name}")

@@ -50,6 +50,22 @@ def test_the_summary_as_json(tmp_path, capsys):
     assert about["messages"]["/detections"] == 10
 
 
+def test_several_drones_get_a_bag_each_with_one_truth(tmp_path, capsys):
+    arguments = ["--no-images", "--duration", "1", "--drones", "2", "--formation", "beside"]
+    arguments += ["--drone-noise", "consumer", "--drone-noise", "rtk", "--json"]
+    assert main(["simulate", "-o", str(tmp_path / "two"), *arguments]) == 0
+    one, other = json.loads(capsys.readouterr().out)["drones"]
+    assert [Path(item["bag"]).name for item in (one, other)] == ["a", "b"]
+    assert all((Path(item["bag"]) / "metadata.yaml").is_file() for item in (one, other))
+    assert other["drone"] == {"name": "b", "drones": 2, "formation": "beside", "gnss_share": 0.5}
+    assert (one["noise"]["gnss_offset_m"], other["noise"]["gnss_offset_m"]) == (1.2, 0.02)
+    places = [
+        [(robot["latitude_deg"], robot["longitude_deg"]) for robot in item["robots"].values()]
+        for item in (one, other)
+    ]
+    assert places[0] == places[1]
+
+
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
@@ -68,6 +84,11 @@ def test_the_summary_as_json(tmp_path, capsys):
         (["--start", "9"], "only with --telemetry"),
         (["--telemetry", "absent.csv"], "absent.csv: cannot be read"),
         (["--missed", "0.1"], "need --no-images"),
+        (["--drones", "9"], "1 to 8 drones fly together, not 9"),
+        (["--formation", "far"], "--formation applies only with --drones"),
+        (["--drones", "2", "--gnss-share", "1.5"], "common share must lie within 0 to 1"),
+        (["--drones", "2", "--drone-noise", "rtk"], "once for each of 2 drones, not 1 times"),
+        (["--drones", "2", "--telemetry", "absent.csv"], "the log is of one drone"),
     ],
 )
 def test_wrong_input_is_one_sentence_and_leaves_nothing(tmp_path, capsys, arguments, words):
