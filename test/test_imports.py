@@ -50,6 +50,7 @@ ROOMS = [
     "references",
     "tracker",
     "estimation",
+    "fleet",
 ]
 USE_TEXT = {"config", "telemetry", "filter", "identity"}
 """Rooms that write sentences or read text: they may import `text` as well."""

@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Posterior Cramér-Rao bound of a flight: the least covariance of any estimator.
+"""Posterior Cramér-Rao bound of a flight, or of several together: the least covariance.
 
 Recursion of Tichavský, Muravchik and Nehorai (1998, IEEE Trans. Signal Processing 46(5)) with the
 filter's own states and dynamics, all derivatives on the true trajectory. With additive Gaussian
@@ -22,7 +22,8 @@ from aerial_gnss_ros.core.config.estimator import EstimatorConfig
 from aerial_gnss_ros.core.filter.linearization import CameraView
 from aerial_gnss_ros.core.filter.state import JointState
 from aerial_gnss_ros.core.filter.state_arrays import Indices
-from aerial_gnss_ros.core.filter.update import Linear, correct, linearise
+from aerial_gnss_ros.core.filter.update import linearise
+from aerial_gnss_ros.core.fleet.shared_state import SharedState, white_on_water
 from aerial_gnss_ros.core.geometry.geodesy import LocalMap
 from aerial_gnss_ros.core.geometry.map_pose import MapPose
 from aerial_gnss_ros.core.geometry.rotation_vectors import rotation_vector
@@ -49,6 +50,21 @@ class TrueFrame:
     seen: NDArray[np.bool_]
 
 
+@dataclass(frozen=True)
+class TrueDrone:
+    """One of several drones, for `joint_bound`.
+
+    Attributes:
+        config: the stated noise and motion.
+        camera: lens and image.
+        frames: in the order of time; all drones' with the same robots.
+    """
+
+    config: EstimatorConfig
+    camera: CameraModel
+    frames: Sequence[TrueFrame]
+
+
 def bound(
     config: EstimatorConfig,
     camera: CameraModel,
@@ -66,28 +82,49 @@ def bound(
         known: robots that stay and whose places are known: one sigma by robot, each axis, m. The
             error of a survey is one number: the law is given it anew for each image.
     """
-    model = PlatformModel(config.noise, config.gimbal.reference)
+    return joint_bound([TrueDrone(config, camera, frames)], local, 0.0, known)[0]
+
+
+def joint_bound(
+    drones: Sequence[TrueDrone],
+    local: LocalMap,
+    share: float,
+    known: Mapping[int, float] | None = None,
+) -> list[Array]:
+    """Return the bounds of several drones together: for each drone as `bound`, at its images.
+
+    Args:
+        drones: which see the same robots; the motion of robots is that of the first one's config.
+        local: the frame `map`.
+        share: part of the variance of the receivers' offsets that is common.
+        known: as for `bound`.
+    """
+    config = drones[0].config
+    models = [PlatformModel(one.config.noise, one.config.gimbal.reference) for one in drones]
+    stationary = [model.stationary(None) for model in models]
     motion = MotionModel(config.noise.value("robot_acceleration"), 0.5 * config.tracks.max_speed)
-    poses = [MapPose.of(frame.pose, local) for frame in frames]
-    stamps = [frame.pose.stamp_ns * 1e-9 for frame in frames]
-    count = len(frames[0].positions) if frames else 0
-    found = np.full((len(frames), count, 4, 4), np.nan)
-    joint = JointState(model.stationary(None))
-    for k, frame in enumerate(frames):
-        if k:
-            passed = stamps[k] - stamps[k - 1]
-            joint.predict(passed, model.decay(passed), model.stationary(None), motion)
-        joint.mean[:] = 0.0
-        joint.robots[:, :2] = frame.positions[joint.rows]
-        joint.camera[:] = np.nan  # derivatives at the truth of each image; nothing is carried
-        sight = CameraView.of(camera, poses[k], _rates(poses, stamps, k), 0.0)
+    poses = [[MapPose.of(frame.pose, local) for frame in one.frames] for one in drones]
+    stamps = [[frame.pose.stamp_ns * 1e-9 for frame in one.frames] for one in drones]
+    count = max((len(one.frames[0].positions) for one in drones if one.frames), default=0)
+    found = [np.full((len(one.frames), count, 4, 4), np.nan) for one in drones]
+    state, now = SharedState(stationary, share), None
+    times = [(t, d, k) for d, of in enumerate(stamps) for k, t in enumerate(of)]
+    for t, d, k in sorted(times, key=lambda item: item[:2]):
+        if now is not None:
+            state.predict(t - now, [model.decay(t - now) for model in models], stationary, motion)
+        now, frame = t, drones[d].frames[k]
+        state.linearise_at(d, frame.positions)
+        rates = _rates(poses[d], stamps[d], k)
+        sight = CameraView.of(drones[d].camera, poses[d][k], rates, 0.0)
+        joint = state.joint
         slots = np.flatnonzero(frame.seen[joint.rows])
         if len(slots):
             places = joint.robots[slots, :2]
-            correct(joint, slots, linearise(sight, np.zeros(7), places).pixels, sight, model)
-        _begin(joint, np.setdiff1d(np.flatnonzero(frame.seen), joint.rows), frame, sight, model,
-               motion, list(known or {}))  # fmt: skip
-        found[k, joint.rows] = _given(joint, known or {})
+            pixels = linearise(sight, np.zeros(7), places).pixels
+            state.correct(slots, pixels, sight, models[d])
+        new = np.setdiff1d(np.flatnonzero(frame.seen), joint.rows)
+        _begin(state, new, frame, sight, models[d], motion, list(known or {}))
+        found[d][k, joint.rows] = _given(joint, known or {})
     return found
 
 
@@ -102,7 +139,7 @@ def _given(joint: JointState, known: Mapping[int, float]) -> Array:
 
 
 def _begin(
-    joint: JointState, rows: Indices, frame: TrueFrame, sight: CameraView, model: PlatformModel,
+    state: SharedState, rows: Indices, frame: TrueFrame, sight: CameraView, model: PlatformModel,
     motion: MotionModel, stay: list[int],
 ) -> None:  # fmt: skip
     """Initialise robots seen for the first time; some of them stay."""
@@ -111,16 +148,9 @@ def _begin(
     places = frame.positions[rows]
     linear = linearise(sight, np.zeros(7), places)
     metres: Array = np.asarray(np.linalg.inv(linear.by_place), np.float64)
-    white = _white(linear, metres, model)
     own = np.where(np.isin(rows, stay), 0.0, np.nan) * np.ones((2, 1))
-    joint.add(rows, places, -metres @ linear.by_platform, white, motion.speed_sigma, own)
-
-
-def _white(linear: Linear, metres: Array, model: PlatformModel) -> Array:
-    """Return (m, 2, 2) white covariances on the water, m²."""
-    by_pose = metres @ linear.by_pose
-    white: Array = (by_pose * model.white) @ by_pose.swapaxes(1, 2)
-    return white + model.pixel * metres @ metres.swapaxes(1, 2)
+    by_errors, white = -metres @ linear.by_platform, white_on_water(linear, model)
+    state.append(rows, places, by_errors, white, motion.speed_sigma, own)
 
 
 def _rates(poses: Sequence[MapPose], stamps: Sequence[float], k: int) -> Array:

@@ -15,7 +15,7 @@ from aerial_gnss_ros.core.geometry.frames import matrix_from_rpy
 from aerial_gnss_ros.core.geometry.geodesy import LocalMap
 from aerial_gnss_ros.core.values.camera_pose import CameraPose
 from aerial_gnss_ros.core.values.estimates import MapDatum
-from aerial_gnss_ros.evaluation.bound import TrueFrame, bound
+from aerial_gnss_ros.evaluation.bound import TrueDrone, TrueFrame, bound, joint_bound
 
 CAMERA = CameraModel.from_camera_info(
     1280, 720, "plumb_bob", [], [900.0, 0, 640.0, 0, 900.0, 360.0, 0, 0, 1.0]
@@ -50,3 +50,64 @@ def test_a_poorly_known_place_tells_less():
     assert told == sorted(told)
     assert told[2] == pytest.approx(math.hypot(1.0 / math.hypot(1.0, 1.0 / 1.2), 0.1), rel=0.25)
     assert told[3] == pytest.approx(sigmas()[1], rel=0.02)
+
+
+def hovering(bearing, noise="rtk", count=300, height=15.0):
+    """A drone that hovers 10 m beside the robots and looks at them, for `joint_bound`."""
+    direction = math.radians(bearing)
+    away = np.array([[-10.0 * math.cos(direction), -10.0 * math.sin(direction)]])
+    latitude, longitude = (float(angle[0]) for angle in LOCAL.places(away))
+    rotation = matrix_from_rpy(0.0, math.atan2(height, 10.0), direction)
+    places = 0.15 * height * np.array([[0.6, 0.5], [-1.0, 0.2], [0.4, -0.8]])
+    frames = [
+        TrueFrame(
+            CameraPose(round(i * 1e8), latitude, longitude, height, height, rotation),
+            places, np.ones(3, np.bool_),
+        )
+        for i in range(count)
+    ]  # fmt: skip
+    settings = {"noise.set": noise, "noise.robot_acceleration": 0.001, "tracks.max_speed": 0.01}
+    return TrueDrone(estimator_config(settings), CAMERA, frames)
+
+
+def last(limits):
+    """RMS over robots of one sigma at the end, both axes, m."""
+    return math.sqrt(float(np.trace(limits[-1, :, :2, :2], axis1=1, axis2=2).mean()))
+
+
+def test_a_second_drone_on_the_other_side_gives_a_hover_what_it_lacks():
+    alone = last(bound(hovering(0.0).config, CAMERA, hovering(0.0).frames, LOCAL))
+    two = last(joint_bound([hovering(0.0), hovering(180.0)], LOCAL, 0.0)[0])
+    same_side = last(joint_bound([hovering(0.0), hovering(5.0)], LOCAL, 0.0)[0])
+    assert two < alone / 2.5
+    assert two < same_side < alone
+
+
+def test_what_receivers_share_no_number_of_drones_can_average():
+    drones = [hovering(angle, "consumer", 20) for angle in (0.0, 120.0, 240.0)]
+    own, half, shared = (last(joint_bound(drones, LOCAL, share)[1]) for share in (0.0, 0.5, 1.0))
+    offset = math.sqrt(2.0) * 1.2
+    assert own == pytest.approx(offset / math.sqrt(3.0), rel=0.1)
+    assert half == pytest.approx(offset * math.sqrt(2.0 / 3.0), rel=0.1)
+    assert shared == pytest.approx(offset, rel=0.1)
+
+
+def test_a_drone_with_rtk_carries_one_without():
+    found = joint_bound([hovering(0.0, "consumer", 50), hovering(180.0, "rtk", 50)], LOCAL, 0.5)
+    alone = bound(hovering(0.0, "consumer", 50).config, CAMERA, hovering(0.0).frames[:50], LOCAL)
+    assert last(alone) > 1.6
+    assert last(found[0]) < 0.25
+
+
+def test_a_drone_that_shares_no_robot_tells_only_how_the_common_offset_drifts():
+    one, other = hovering(0.0, "consumer", 20), hovering(180.0, "consumer", 20)
+    blind = np.array([True, False, False]), np.array([False, True, True])
+    one, other = (
+        TrueDrone(d.config, d.camera, [TrueFrame(f.pose, f.positions, seen) for f in d.frames])
+        for d, seen in zip((one, other), blind, strict=True)
+    )
+    alone = bound(one.config, CAMERA, one.frames, LOCAL)
+    apart, common = (joint_bound([one, other], LOCAL, share)[0][-1, 0] for share in (0.0, 1.0))
+    np.testing.assert_allclose(apart, alone[-1, 0], rtol=1e-9)
+    assert 0.999 < common[0, 0] / alone[-1, 0, 0, 0] < 1.0
+    assert np.isnan(alone[-1, 1]).all()

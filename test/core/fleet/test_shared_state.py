@@ -1,0 +1,229 @@
+# Copyright 2026 aerial_gnss_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""The state of several drones is the Kalman filter of all of them, written out densely here."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from scipy.linalg import block_diag
+
+from aerial_gnss_ros.core.camera.model import CameraModel
+from aerial_gnss_ros.core.config.estimator import estimator_config
+from aerial_gnss_ros.core.filter.linearization import CameraView
+from aerial_gnss_ros.core.filter.update import linearise
+from aerial_gnss_ros.core.fleet.shared_state import SharedState, common_variance, white_on_water
+from aerial_gnss_ros.core.geometry.frames import matrix_from_rpy
+from aerial_gnss_ros.core.geometry.map_pose import MapPose
+from aerial_gnss_ros.core.models.motion_model import MotionModel
+from aerial_gnss_ros.core.models.platform_model import PlatformModel
+
+CAMERA = CameraModel.from_camera_info(
+    1280, 720, "plumb_bob", [], [900.0, 0, 640.0, 0, 900.0, 360.0, 0, 0, 1.0]
+)
+PLACES = np.array([[0.0, 1.0], [3.0, -2.0], [-2.0, 2.0]])
+MOTION = MotionModel(0.05, 0.75)
+MODELS = [
+    PlatformModel(estimator_config({"noise.set": noise}).noise, "earth")
+    for noise in ("consumer", "rtk", "consumer")
+]
+STATIONARY = [model.stationary(None) for model in MODELS]
+
+
+def sight(drone, shift=0.0):
+    """The view of a drone, 15 m up; the three look at the origin from different sides."""
+    bearing = 2.1 * drone
+    place = np.array([-12.0 * math.cos(bearing) + shift, -12.0 * math.sin(bearing), 15.0])
+    rotation = matrix_from_rpy(0.0, math.atan2(15.0, 12.0), bearing)
+    return CameraView.of(CAMERA, MapPose(place, np.asarray(rotation)), np.zeros(6), 0.0)
+
+
+def canonical(state, count):
+    """Mean and covariance with the drones in order, then the robots."""
+    mean, P, order = state.whole()
+    n = len(mean) - 7 * count
+    starts = [0, *(7 + n + 7 * i for i in range(count - 1))]
+    index = [i for d in range(count) for i in range(starts[order.index(d)],
+                                                      starts[order.index(d)] + 7)]  # fmt: skip
+    index += range(7, 7 + n)
+    return mean[index], P[np.ix_(index, index)]
+
+
+class Dense:
+    """The same filter with matrices as in a textbook."""
+
+    def __init__(self, share):
+        self.n = len(STATIONARY)
+        self.prior = block_diag(*STATIONARY)
+        for i in range(self.n):
+            for j in range(self.n):
+                least = min(STATIONARY[i][0, 0], STATIONARY[j][0, 0])
+                for axis in (0, 1):
+                    if i != j:
+                        self.prior[7 * i + axis, 7 * j + axis] = share * least
+        self.mean, self.P = np.zeros(7 * self.n), self.prior.copy()
+
+    def jacobian(self, drone, linear, slots):
+        H = np.zeros((2 * len(slots), len(self.mean)))
+        for row, slot in enumerate(slots):
+            H[2 * row : 2 * row + 2, 7 * drone : 7 * drone + 7] = linear.by_platform[row]
+            k = 7 * self.n + 4 * slot
+            H[2 * row : 2 * row + 2, k : k + 2] = linear.by_place[row]
+        return H
+
+    def begin(self, drone, linear, model, places):
+        by_place = np.linalg.inv(linear.by_place)
+        G = np.zeros((4 * len(places), len(self.mean)))
+        alone = np.zeros((4 * len(places),) * 2)
+        white = white_on_water(linear, model)
+        for i in range(len(places)):
+            G[4 * i : 4 * i + 2, 7 * drone : 7 * drone + 7] = -by_place[i] @ linear.by_platform[i]
+            alone[4 * i : 4 * i + 2, 4 * i : 4 * i + 2] = white[i]
+            alone[4 * i + 2 : 4 * i + 4, 4 * i + 2 : 4 * i + 4] = 0.75**2 * np.eye(2)
+        self.P = np.block([[self.P, self.P @ G.T], [G @ self.P, G @ self.P @ G.T + alone]])
+        new = np.zeros((len(places), 4))
+        new[:, :2] = places
+        self.mean = np.concatenate([self.mean, new.ravel()])
+
+    def predict(self, seconds):
+        keep = np.concatenate([model.decay(seconds) for model in MODELS])
+        m = (len(self.mean) - len(keep)) // 4
+        one = np.eye(4)
+        one[0, 2] = one[1, 3] = seconds
+        F = block_diag(np.diag(keep), *[one] * m)
+        q, s = 0.05**2, seconds
+        axis = np.array([[s**3 / 3, s**2 / 2], [s**2 / 2, s]])
+        Q = block_diag(self.prior * (1.0 - np.outer(keep, keep)),
+                       *[q * np.kron(axis, np.eye(2))] * m)  # fmt: skip
+        self.mean, self.P = F @ self.mean, F @ self.P @ F.T + Q
+
+    def update(self, drone, linear, model, residual, slots):
+        H = self.jacobian(drone, linear, slots)
+        by_pose = linear.by_pose.reshape(2 * len(slots), 6)
+        R = model.pixel * np.eye(len(H)) + (by_pose * model.white) @ by_pose.T
+        gain = np.linalg.solve(H @ self.P @ H.T + R, H @ self.P).T
+        gain[6 : 7 * self.n : 7] = 0.0
+        self.mean = self.mean + gain @ residual.ravel()
+        self.P = self.P - gain @ H @ self.P
+
+
+def both(share=0.5):
+    """The shared state and the dense one after drone 0 began all robots."""
+    state, dense, view = SharedState(STATIONARY, share), Dense(share), sight(0)
+    state.look(0, view)
+    linear = linearise(view, np.zeros(7), PLACES)
+    state.begin(np.arange(3), linear.pixels, view, MODELS[0], 0.75)
+    dense.begin(0, linear, MODELS[0], PLACES)
+    return state, dense
+
+
+@pytest.mark.parametrize("share", [0.0, 0.5, 1.0])
+def test_many_images_of_three_drones_give_the_covariance_of_one_dense_filter(share):
+    state, dense = both(share)
+    for step, drone in enumerate([1, 0, 2, 1, 1, 0, 2, 2, 0]):
+        state.predict(0.3, [m.decay(0.3) for m in MODELS], STATIONARY, MOTION)
+        dense.predict(0.3)
+        state.linearise_at(drone, PLACES)
+        view = sight(drone, 0.5 * step)
+        slots = np.arange(3)  # one that is missed may turn, which `Dense` does not know
+        linear = linearise(view, np.zeros(7), PLACES[slots])
+        state.correct(slots, linear.pixels, view, MODELS[drone])
+        dense.update(drone, linear, MODELS[drone], np.zeros((len(slots), 2)), slots)
+    P = canonical(state, 3)[1]
+    scale = np.sqrt(np.maximum(dense.P.diagonal(), 1e-12))
+    np.testing.assert_allclose(P / np.outer(scale, scale), dense.P / np.outer(scale, scale),
+                               atol=1e-6)  # fmt: skip
+    assert np.linalg.eigvalsh(P).min() > -1e-12
+
+
+def test_an_update_corrects_the_drones_that_did_not_see_it():
+    state, dense = both()
+    view = sight(1)
+    state.look(1, view)
+    linear = linearise(view, np.zeros(7), PLACES)
+    residual = np.array([[2.0, -1.0], [1.0, 1.5], [-2.0, 0.5]])
+    state.correct(np.arange(3), linear.pixels + residual, view, MODELS[1])
+    dense.update(1, linear, MODELS[1], residual, [0, 1, 2])
+    mean, P = canonical(state, 3)
+    np.testing.assert_allclose(mean, dense.mean, atol=1e-7)
+    assert abs(mean[0]) > 0.05
+    assert abs(mean[14]) > 0.01
+    np.testing.assert_allclose(P, dense.P, atol=1e-7)
+
+
+def test_the_order_in_which_drones_were_active_is_no_information():
+    state, _ = both()
+    before = canonical(state, 3)
+    for drone in (2, 0, 1, 2, 1):
+        state.activate(drone)
+    for one, other in zip(before, canonical(state, 3), strict=True):
+        np.testing.assert_array_equal(one, other)
+
+
+def test_two_robots_that_are_one_tell_of_both_drones():
+    """Equal to seeing the one robot twice: begun by each drone, then tied."""
+    state, dense = both()
+    view = sight(1)
+    state.look(1, view)
+    linear = linearise(view, np.zeros(7), PLACES)
+    state.begin(np.arange(3, 6), linear.pixels, view, MODELS[1], 0.75)
+    state.tie(0, 3, 1e-4)
+    state.drop(np.array([0]))
+    dense.update(1, linear_of(linear, 0), MODELS[1], np.zeros((1, 2)), [0])
+    P = canonical(state, 3)[1]
+    np.testing.assert_allclose(P[:21, :21], dense.P[:21, :21], atol=2e-6)
+
+
+def linear_of(linear, row):
+    """One robot's part of a linearisation."""
+    parts = (linear.pixels, linear.by_place, linear.by_platform, linear.by_pose, linear.seen)
+    return type(linear)(*(part[row : row + 1] for part in parts))
+
+
+def test_a_receiver_that_jumped_is_as_unknown_as_at_first_and_nothing_else_is_lost():
+    state, _ = both()
+    view = sight(1)
+    state.look(1, view)
+    pixels = linearise(view, np.zeros(7), PLACES).pixels
+    state.correct(np.arange(3), pixels, view, MODELS[1])
+    robots = state.joint.blocks()
+    state.forget_gnss(0, STATIONARY[0])
+    _, spread = state.platform(0)
+    np.testing.assert_allclose(spread[:2, :2], STATIONARY[0][:2, :2])
+    np.testing.assert_array_equal(robots, state.joint.blocks())
+    mean, P = canonical(state, 3)
+    assert np.abs(P[:2, 2:]).max() == 0.0
+    assert len(mean) == 33
+
+
+def test_what_a_better_receiver_removed_is_not_common():
+    assert common_variance(1.44 * np.eye(2), 4e-4 * np.eye(2), 0.5) == pytest.approx(2e-4)
+    assert common_variance(np.diag([1.0, 4.0]), np.diag([9.0, 2.0]), 1.0) == pytest.approx(1.0)
+
+
+@pytest.mark.parametrize("moved", [False, True])
+def test_a_camera_that_stays_learns_nothing_of_itself_from_a_robot_that_only_it_sees(moved):
+    """Two drones share no robot; robots of one swim. Neither learns of its own errors."""
+    state = SharedState(STATIONARY[::2], 0.5)
+    views = [sight(0), sight(2)]
+    places = PLACES.copy()
+    far = PLACES + np.array([2.0, 1.0])
+    for drone, (view, seen) in enumerate(zip(views, (places, far), strict=True)):
+        state.look(drone, view)
+        pixels = linearise(view, np.zeros(7), seen).pixels
+        state.begin(3 * drone + np.arange(3), pixels, view, MODELS[2 * drone], 0.75)
+    rng = np.random.default_rng(1)
+    for _ in range(30):
+        state.predict(0.2, [np.ones(7)] * 2, STATIONARY[::2], MOTION)
+        if moved:
+            places, far = (seen + rng.normal(0.0, 0.3, (3, 2)) for seen in (places, far))
+        for drone, (view, seen) in enumerate(zip(views, (places, far), strict=True)):
+            state.look(drone, view)
+            pixels = linearise(view, np.zeros(7), seen).pixels + rng.normal(0.0, 2.0, (3, 2))
+            state.correct(3 * drone + np.arange(3), pixels, view, MODELS[2 * drone])
+    for drone in (0, 1):
+        spread = state.platform(drone)[1].diagonal()[:6]
+        prior = STATIONARY[2 * drone].diagonal()[:6]
+        np.testing.assert_allclose(spread, prior, rtol=1e-6)
