@@ -118,6 +118,11 @@ class Feed:
         self._home_altitude = math.nan
         self.subscriptions = tuple(map(self._refusing, self._subscriptions()))
 
+    def reconfigure(self, config: EstimatorConfig) -> None:
+        """Subscribe to the references of another configuration; all else must be the same."""
+        self._config = config
+        self.subscriptions = tuple(map(self._refusing, self._subscriptions()))
+
     @property
     def stamps_on_arrival(self) -> list[str]:
         """Names of inputs whose messages are stamped on arrival."""

@@ -52,6 +52,22 @@ def read_yaml(path: Path, *, first: bool = False) -> Any:
         raise InputError(f"{path}: is not YAML: {_problem(error, text)}.") from error
 
 
+def yaml_of_text(text: str) -> Any:
+    """Return the content of YAML text, such as the value of a parameter; None if it is empty.
+
+    Raises:
+        InputError: it is not YAML, or exceeds the bounds of this module.
+    """
+    if len(text) > MOST_BYTES:
+        raise InputError(f"is longer than {MOST_BYTES} characters.")
+    try:
+        return _load(text, first=False)
+    except _RefusedError as error:
+        raise InputError(str(error)) from error
+    except yaml.YAMLError as error:
+        raise InputError(f"is not YAML: {_problem(error, text)}.") from error
+
+
 def check_depth(path: Path, most_bytes: int) -> None:
     """Refuse a YAML file that nests too deeply for another reader.
 

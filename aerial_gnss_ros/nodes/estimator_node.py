@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import math
 import time
+from collections.abc import Mapping
 from typing import Any
 
 from rclpy.publisher import Publisher
@@ -32,6 +33,7 @@ from aerial_gnss_ros.core.estimation.health import RobotSummary, summary
 from aerial_gnss_ros.core.estimation.position_updates import PositionUpdates
 from aerial_gnss_ros.core.numerics import linear_assignment
 from aerial_gnss_ros.core.telemetry.input_status import InputState
+from aerial_gnss_ros.core.telemetry.reference_places import is_reference
 from aerial_gnss_ros.core.values.estimates import FrameResult, State
 from aerial_gnss_ros.core.values.events import ErrorText, WarningText
 from aerial_gnss_ros.core.values.samples import Scalar
@@ -70,6 +72,8 @@ class EstimatorNode(SupervisedNode):
         AerialGnssError: a parameter or the state file cannot be used.
     """
 
+    GROUPS = ("classes", "references")
+
     def __init__(self, given: Given | None = None) -> None:
         given = given or Given()
         super().__init__(ESTIMATOR, given)
@@ -98,7 +102,7 @@ class EstimatorNode(SupervisedNode):
             self._subscribe(subscription)
         if self._versioned:
             self.every(1.0, self._follow_versions)
-        self.follow(estimator_config, self._set_config)
+        self.follow(self._usable, self._set_config)
         self.every(ADVANCE_S, self._advance)
         self.every(PREDICT_S, self._predict)
         self.every(LOOK_S, self._picture.look)
@@ -254,14 +258,51 @@ class EstimatorNode(SupervisedNode):
             else:
                 self.get_logger().info(sentence)
 
+    def fixed(self, name: str) -> str:
+        """Return why a parameter cannot be changed now; empty if it can."""
+        if name.split(".", maxsplit=1)[0] != "robots":
+            return ""
+        return (
+            f"{name} cannot be changed while the node runs: labels are bound when robots are first "
+            "confirmed. Restart it with the new robots."
+        )
+
+    def _usable(self, values: Mapping[str, Any]) -> EstimatorConfig:
+        """Return a configuration of which also files and topics can be used.
+
+        Raises:
+            ConfigError: they cannot.
+        """
+        config = estimator_config(values)
+        load_area(config.detections.area)
+        for one in config.references:
+            if one.topic:
+                self.resolved(one.topic)
+        return config
+
     def _set_config(self, config: EstimatorConfig) -> None:
-        self._estimator.min_score = config.detections.min_score
+        """Use a configuration that differs in parameters that can be changed while running."""
         level_m, former_m = config.water_level.value_m, self._config.water_level.value_m
         if config.detections.area != self._config.detections.area:
             self._area = load_area(config.detections.area)
         self._config = config
+        self._estimator.reconfigure(config)
+        self._feed.reconfigure(config)
+        self._follow_references()
         if level_m != former_m:
             self._estimator.add_water_level(Scalar(self.now_ns(), level_m))
+
+    def _follow_references(self) -> None:
+        """Listen to the references that send fixes now."""
+        wanted = {one.name: one for one in self._feed.subscriptions if is_reference(one.name)}
+        for source in [one for one in self.inputs if is_reference(one.name)]:
+            one = wanted.get(source.name)
+            if one is None or self.resolved(one.topic) != source.topic:
+                self.listen_no_more(source)
+            else:
+                del wanted[source.name]
+        for subscription in wanted.values():
+            self._subscribe(subscription)
 
     def _start_message(self) -> str:
         heard = ", ".join(f"{source.name} {source.topic}" for source in self.inputs)

@@ -17,8 +17,10 @@ from rcl_interfaces.msg import (
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 
+from aerial_gnss_ros.adapters.parameter_changes import after
 from aerial_gnss_ros.adapters.parameter_documents import meaning
 from aerial_gnss_ros.adapters.parameter_files import checked, free_groups, is_ros_own
+from aerial_gnss_ros.core.config.references import reference_leaf_of
 from aerial_gnss_ros.core.config.robot_classes import leaf_of
 from aerial_gnss_ros.core.config.schema import Leaf, leaves
 from aerial_gnss_ros.core.values.errors import ConfigError
@@ -92,10 +94,43 @@ def declare(
             node.declare_parameter(name, value, described, ignore_override=True)
     for name, value in values.items():
         if name not in known:
-            free = leaf_of(name)
-            given = ParameterDescriptor(description="Given by the user.", read_only=True)
-            described = given if free is None else descriptor(free)
-            node.declare_parameter(name, value, described, ignore_override=True)
+            node.declare_parameter(name, _listed(value), _free(name), ignore_override=True)
+
+
+def _free(name: str) -> ParameterDescriptor:
+    """Return the descriptor of a key that the user has chosen; who may change it may delete it."""
+    leaf = leaf_of(name) or reference_leaf_of(name)
+    if leaf is None:
+        return ParameterDescriptor(description="Given by the user.", read_only=True)
+    described = descriptor(leaf)
+    described.dynamic_typing = not described.read_only
+    return described
+
+
+def declare_free(node: Node, values: Mapping[str, Any], groups: Collection[str]) -> None:
+    """Declare the keys of groups that have values, with these, and no others.
+
+    Args:
+        node: with its parameters declared.
+        values: by dotted name.
+        groups: whose keys the user may change.
+    """
+    for group in groups:
+        for rest in node.get_parameters_by_prefix(group):
+            if f"{group}.{rest}" not in values:
+                node.undeclare_parameter(f"{group}.{rest}")
+    for name, value in values.items():
+        if name.split(".", maxsplit=1)[0] not in groups:
+            continue
+        if node.has_parameter(name):
+            node.set_descriptor(name, _free(name))
+            node.set_parameters([Parameter(name, value=_listed(value))])
+        else:
+            node.declare_parameter(name, _listed(value), _free(name), ignore_override=True)
+
+
+def _listed(value: Any) -> Any:
+    return list(value) if isinstance(value, tuple) else value
 
 
 def _declare_list(node: Node, leaf: Leaf, value: list[Any], changeable: bool) -> None:
@@ -105,6 +140,7 @@ def _declare_list(node: Node, leaf: Leaf, value: list[Any], changeable: bool) ->
     node.set_parameters([Parameter(leaf.name, kind, value)])
     described = descriptor(leaf, changeable)
     described.type = kind.value
+    described.dynamic_typing = not described.read_only  # an empty list has no type of its own
     node.set_descriptor(leaf.name, described)
 
 
@@ -142,6 +178,7 @@ def follow_changes(
     build: Callable[[Mapping[str, Any]], Any],
     accept: Callable[[dict[str, Any], Any], None],
     fixed: Callable[[str], str] = lambda _name: "",
+    groups: Collection[str] = (),
 ) -> None:
     """Let a running node accept new values of its dynamic parameters.
 
@@ -152,14 +189,19 @@ def follow_changes(
             caller of `ros2 param set` reads.
         accept: called with the new values and their configuration.
         fixed: returns why a parameter cannot be changed now; empty if it can.
+        groups: whose keys the user chooses and may change (see `parameter_changes`).
     """
 
     def merged(parameters: list[Parameter]) -> dict[str, Any]:
-        return {**current(), **{p.name: p.value for p in parameters if not is_ros_own(p.name)}}
+        wanted = {p.name: p.value for p in parameters if not is_ros_own(p.name)}
+        return after(current(), wanted, groups)
 
     def validate(parameters: list[Parameter]) -> SetParametersResult:
         for one in parameters:
-            reason = "" if is_ros_own(one.name) else fixed(one.name)
+            own = is_ros_own(one.name)
+            if own and not node.has_parameter(one.name):
+                return SetParametersResult(successful=False, reason=f"{one.name} is not declared.")
+            reason = "" if own else fixed(one.name)
             if reason and one.value != current().get(one.name):
                 return SetParametersResult(successful=False, reason=reason)
         try:
@@ -172,6 +214,15 @@ def follow_changes(
         values = merged(parameters)
         if values != current():
             accept(values, build(values))
+        if (
+            any(one.name.split(".", maxsplit=1)[0] in groups for one in parameters)
+            and not declaring
+        ):
+            declaring.append(True)  # to declare one is a change, too
+            declare_free(node, values, groups)
+            declaring.clear()
+
+    declaring: list[bool] = []
 
     node.add_on_set_parameters_callback(validate)
     after_changes(node, changed)

@@ -78,8 +78,15 @@ class SupervisedNode(Node):  # type: ignore[misc]  # rclpy has no complete types
     CHANGEABLE = False
     """Whether `fixed` decides which parameters can be changed, instead of the schema."""
 
+    GROUPS: tuple[str, ...] = ()
+    """Groups of parameters whose keys the user chooses and may change."""
+
     def __init__(self, name: str, given: Given) -> None:
-        super().__init__(name, namespace=absolute_namespace(given.namespace))
+        super().__init__(
+            name,
+            namespace=absolute_namespace(given.namespace),
+            allow_undeclared_parameters=bool(self.GROUPS),  # `follow` refuses all others
+        )
         overrides = {key: item.value for key, item in self._parameter_overrides.items()}
         self._set_ros_parameters(given, name, overrides)
         self.values = self._checked_values(name, given, overrides)
@@ -147,7 +154,7 @@ class SupervisedNode(Node):  # type: ignore[misc]  # rclpy has no complete types
             self.values = values
             apply(config)
 
-        follow_changes(self, lambda: self.values, build, accept, self.fixed)
+        follow_changes(self, lambda: self.values, build, accept, self.fixed, self.GROUPS)
 
     def listen(
         self,

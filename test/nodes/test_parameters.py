@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import cmath
 import math
 
 import pytest
@@ -11,9 +12,11 @@ import pytest
 from aerial_gnss_ros.core.config.estimator import EstimatorConfig
 from aerial_gnss_ros.core.config.schema import leaves
 from aerial_gnss_ros.core.values.errors import ConfigError
+from aerial_gnss_ros.core.values.rejection import Reason
 
 rclpy = pytest.importorskip("rclpy", reason="ROS 2 is not installed")
 
+from rcl_interfaces.srv import SetParameters, SetParametersAtomically  # noqa: E402
 from rclpy.node import Node  # noqa: E402
 from rclpy.parameter import Parameter  # noqa: E402
 
@@ -34,7 +37,7 @@ def test_every_parameter_is_declared_with_its_meaning(ros):
         assert described.read_only != leaf.key.dynamic
     latency = node.describe_parameter("camera.latency_s")
     assert "unit s; -3 to 3; default 0.0" in latency.description
-    assert (latency.floating_point_range[0].from_value, latency.read_only) == (-3.0, True)
+    assert (latency.floating_point_range[0].from_value, latency.read_only) == (-3.0, False)
     assert node.describe_parameter("gimbal.reference").additional_constraints.startswith("one of ")
 
 
@@ -45,7 +48,7 @@ def test_parameters_of_a_class_are_declared_with_their_meaning_and_kind(ros):
     assert node.get_parameter("classes.aqua.max_speed").type_ == Parameter.Type.DOUBLE
     described = node.describe_parameter("classes.aqua.coast_s")
     assert "longest dive" in described.description
-    assert described.read_only
+    assert not described.read_only
 
 
 def test_a_running_node_takes_what_is_dynamic_and_says_why_not(ros):
@@ -66,6 +69,139 @@ def test_a_running_node_takes_what_is_dynamic_and_says_why_not(ros):
     assert "out of range" in refused.reason  # rclpy looks at the descriptor's range first
     assert not set_to("max_wait", 1.0).successful
     assert node._estimator.min_score == 1.0
+
+
+class Remote:
+    """Another program that sets parameters over DDS, as `ros2 param` does."""
+
+    def __init__(self, ros):
+        self.ros, node = ros, ros.node("remote")
+        self.clients = [
+            node.create_client(SetParameters, "/estimator/set_parameters"),
+            node.create_client(SetParametersAtomically, "/estimator/set_parameters_atomically"),
+        ]
+        ros.spin_until(lambda: all(one.service_is_ready() for one in self.clients))
+
+    def set_to(self, **values):
+        """Set parameters, all or none; return why they are refused, empty: they are not."""
+        named = {name.replace("__", "."): value for name, value in values.items()}
+        wanted = [Parameter(k, value=v).to_parameter_msg() for k, v in named.items()]
+        many = len(wanted) > 1
+        kind = SetParametersAtomically if many else SetParameters
+        answer = self.clients[many].call_async(kind.Request(parameters=wanted))
+        self.ros.spin_until(answer.done)
+        result = answer.result().result if many else answer.result().results[0]
+        return "" if result.successful else result.reason
+
+
+def test_another_calibration_moves_robots_that_keep_their_names(ros, hovering):
+    node, drone, remote = ros.add(EstimatorNode()), hovering(), Remote(ros)
+
+    def fly():
+        count = node._images + 6
+        for _ in range(6):
+            drone.boxes(drone.telemetry(drone.now_ns), at=((420.0, 180.0), (320.0, 280.0)))
+            ros.spin(0.1)
+        drone.telemetry(drone.now_ns)
+        ros.spin_until(lambda: node._images == count)
+        return {one.robot_id: one.position for one in node._departures.present}
+
+    before = fly()
+    assert set(before) == {"aqua_1", "aqua_2"}
+    for place in before.values():
+        assert math.hypot(*place) == pytest.approx(2.0, abs=0.02)
+    assert not remote.set_to(calibration__heading_deg=30.0, calibration__height_m=2.0)
+    now = node._estimator.predicted(drone.now_ns).estimates  # before any further image
+    for found in ({one.robot_id: one.position for one in now}, fly()):
+        assert set(found) == set(before)
+        for name, (east, north) in before.items():
+            turned = complex(east, north) * 1.2 * cmath.exp(1j * math.radians(30.0))
+            assert list(found[name]) == pytest.approx([turned.real, turned.imag], abs=0.05)
+    assert not remote.set_to(calibration__focal_scale=1.2)
+    for name, place in fly().items():
+        assert math.dist(place, (0.0, 0.0)) == pytest.approx(2.0, abs=0.05), name
+    assert not remote.set_to(camera__latency_s=0.05)
+    assert set(fly()) == set(before)
+
+
+def test_what_cannot_be_used_is_refused_with_a_sentence_and_changes_nothing(ros):
+    node, remote = ros.add(EstimatorNode()), Remote(ros)
+    before = dict(node.values)
+    for name, value, sentence in [
+        ("detections.area", "/absent.json", "detections.area is /absent.json, which cannot be r"),
+        ("detections.area", "{}", "GeoJSON"),
+        ("detections.classes", "aqua", "must be a list of text"),
+        ("references.pier", "{class: beacon}", "references.pier must have a position or a topic"),
+        ("references.pier", "pier", "references.pier must be text with its keys"),
+        ("references.pier.class", "beacon", "references.pier must have a position or a topic"),
+        ("references.boat", '{class: boat, topic: "a b"}', "'a b' is not a valid topic"),
+        ("classes.aqua.max_sped", 1.0, "did you mean classes.aqua.max_speed?"),
+        ("classes.aqua.max_speed", 99.0, "must lie within 0.01 to 50 (m/s), not 99."),
+        ("calibration.heading", 3.0, "did you mean calibration.heading_deg?"),
+        ("robots.leader.class", "aqua", "Restart it with the new robots."),
+        ("qos_overrides.x", 1, "is not declared"),
+        ("max_wait", 1.0, "read-only"),
+    ]:
+        said = remote.set_to(**{name: value})
+        assert sentence in said, name
+        assert "Traceback" not in said
+    assert "not 99" in remote.set_to(
+        **{"calibration.height_m": 1.0, "classes.aqua.max_speed": 99.0}
+    )
+    assert node.values == before
+    assert node._estimator._config.calibration.height_m == 0.0
+
+
+def test_classes_area_and_references_are_changed_in_flight(ros, hovering):
+    node, drone, remote = ros.add(EstimatorNode()), hovering(), Remote(ros)
+
+    def declared(prefix):
+        return {k: p.value for k, p in node.get_parameters_by_prefix(prefix).items()}
+
+    def rejected(reason):
+        count = node._images + 3
+        before = node._estimator.counts[reason]
+        for _ in range(3):
+            drone.boxes(drone.telemetry(drone.now_ns))
+            ros.spin(0.1)
+        drone.telemetry(drone.now_ns)
+        ros.spin_until(lambda: node._images == count)
+        return node._estimator.counts[reason] - before
+
+    drone.fly()
+    ros.spin_until(lambda: node._departures.present)
+    ring = "[[[1.0, 1.0], [1.1, 1.0], [1.1, 1.1], [1.0, 1.0]]]"
+    assert not remote.set_to(detections__area=f'{{"type": "Polygon", "coordinates": {ring}}}')
+    assert rejected(Reason.OUTSIDE_AREA) == 3
+    assert not remote.set_to(detections__area="")
+    assert rejected(Reason.OUTSIDE_AREA) == 0
+    assert not remote.set_to(detections__classes=["boat"])
+    assert rejected(Reason.WRONG_CLASS) == 3
+    assert [one.robot_id for one in node._departures.present] == ["aqua_1"]  # predicted
+    assert not remote.set_to(detections__classes=[])
+    assert rejected(Reason.WRONG_CLASS) == 0
+
+    assert not remote.set_to(**{"classes.aqua.max_speed": 0.2})
+    assert not remote.set_to(**{"classes.aqua": "{max_speed: 0.4, coast_s: 30.0}"})
+    assert declared("classes") == {"aqua.max_speed": 0.4, "aqua.coast_s": 30.0}
+    joint = node._estimator._pipeline.tracking.table.filter
+    assert joint.motions.of(["aqua"])[1] == pytest.approx([0.2])
+    assert joint.groups[0].own[1] == pytest.approx([0.2])
+    assert not remote.set_to(**{"classes.aqua": ""})
+    assert declared("classes") == {}
+    assert joint.motions.alike
+
+    assert not remote.set_to(**{"references.boat": "{class: boat, topic: boat/fix}"})
+    assert "/boat/fix" in {source.topic for source in node.inputs}
+    assert declared("references") == {"boat.class": "boat", "boat.topic": "boat/fix"}
+    assert not remote.set_to(**{"references.boat.topic": "other/fix"})
+    assert [s.topic for s in node.inputs if s.name == "reference_boat"] == ["/other/fix"]
+    assert "reference_boat" in node._estimator.inputs
+    assert not remote.set_to(**{"references.boat": ""})
+    assert "reference_boat" not in {source.name for source in node.inputs}
+    assert "reference_boat" not in node._estimator.inputs
+    assert rejected(Reason.WRONG_CLASS) == 0
+    assert [one.robot_id for one in node._departures.present] == ["aqua_1"]
 
 
 def test_each_node_takes_its_own_share_of_what_ros_was_given():

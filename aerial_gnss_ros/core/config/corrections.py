@@ -25,6 +25,7 @@ class CalibrationConfig:
         unit="deg",
         low=-180.0,
         high=180.0,
+        dynamic=True,
     )
     gimbal_pitch_deg: float = key(
         0.0,
@@ -33,6 +34,7 @@ class CalibrationConfig:
         unit="deg",
         low=-45.0,
         high=45.0,
+        dynamic=True,
     )
     gimbal_roll_deg: float = key(
         0.0,
@@ -40,9 +42,15 @@ class CalibrationConfig:
         unit="deg",
         low=-45.0,
         high=45.0,
+        dynamic=True,
     )
     height_m: float = key(
-        0.0, "Added to the measured height above the water.", unit="m", low=-100.0, high=100.0
+        0.0,
+        "Added to the measured height above the water.",
+        unit="m",
+        low=-100.0,
+        high=100.0,
+        dynamic=True,
     )
     focal_scale: float = key(
         1.0,
@@ -50,6 +58,7 @@ class CalibrationConfig:
         "from the image centre.",
         low=0.5,
         high=2.0,
+        dynamic=True,
     )
 
 

@@ -38,6 +38,7 @@ class CameraConfig:
         unit="s",
         low=-3.0,
         high=3.0,
+        dynamic=True,
     )
     offset_m: tuple[float, ...] = key(
         (0.0, 0.0, 0.0),
@@ -118,12 +119,15 @@ class DetectionsConfig:
         0.25, "Boxes below are refused as low_score.", low=0.0, high=1.0, dynamic=True
     )
     classes: tuple[str, ...] = key(
-        (), "Class names that are robots; others are refused as wrong_class. Empty: all."
+        (),
+        "Class names that are robots; others are refused as wrong_class. Empty: all.",
+        dynamic=True,
     )
     area: str = key(
         "",
         "Area of operation: a GeoJSON file with polygons (holes count), or its text. Boxes outside "
         "by more than their uncertainty are refused as outside_area. Empty: everywhere.",
+        dynamic=True,
     )
 
 

@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 from itertools import combinations
 from typing import Any
 
-from aerial_gnss_ros.core.config.schema import build, key, leaves
+from aerial_gnss_ros.core.config.schema import Leaf, build, key, leaves
 from aerial_gnss_ros.core.geometry.geodesy import geodesic_inverse
 from aerial_gnss_ros.core.values.errors import ConfigError
 from aerial_gnss_ros.text.sentences import cut, shown
@@ -28,6 +28,7 @@ class Reference:
         "",
         "Class name that the detector gives it. Best a class that only references have: else its "
         "position must tell it from robots, which takes a better receiver.",
+        dynamic=True,
     )
     position: tuple[float, ...] = key(
         (),
@@ -36,11 +37,13 @@ class Reference:
         unit="deg",
         low=-180.0,
         high=180.0,
+        dynamic=True,
     )
     topic: str = key(
         "",
         "sensor_msgs/NavSatFix of what moves and has a receiver of its own, relative to the "
         "namespace.",
+        dynamic=True,
     )
     sigma_m: float = key(
         NAN,
@@ -50,6 +53,7 @@ class Reference:
         low=0.0,
         high=100.0,
         optional=True,
+        dynamic=True,
     )
     radius_m: float = key(
         0.0,
@@ -57,6 +61,7 @@ class Reference:
         unit="m",
         low=0.0,
         high=1000.0,
+        dynamic=True,
     )
     height_m: float = key(
         0.0,
@@ -64,6 +69,7 @@ class Reference:
         unit="m",
         low=0.0,
         high=50.0,
+        dynamic=True,
     )
     name: str = ""
 
@@ -77,6 +83,14 @@ REFERENCE_KEYS = {
     "class" if leaf.name == "class_id" else leaf.name: leaf for leaf in leaves(Reference)
 }
 """Parameters of a reference by their keys; Python keeps the name of one for itself."""
+
+
+def reference_leaf_of(name: str) -> Leaf | None:
+    """Return the parameter of a dotted name such as `references.pier.sigma_m`; None if none is."""
+    parts = name.split(".")
+    if len(parts) != 3 or parts[0] != GROUP or parts[2] not in REFERENCE_KEYS:
+        return None
+    return replace(REFERENCE_KEYS[parts[2]], name=name)
 
 
 def references(flat: Mapping[str, Any], classes: tuple[str, ...]) -> tuple[Reference, ...]:

@@ -29,6 +29,7 @@ class RobotClass:
         low=0.01,
         high=50.0,
         optional=True,
+        dynamic=True,
     )
     acceleration: float = key(
         NAN,
@@ -38,6 +39,7 @@ class RobotClass:
         low=0.0,
         high=100.0,
         optional=True,
+        dynamic=True,
     )
     coast_s: float = key(
         NAN,
@@ -47,6 +49,7 @@ class RobotClass:
         low=0.0,
         high=3600.0,
         optional=True,
+        dynamic=True,
     )
     length_m: tuple[float, ...] = key(
         (),
@@ -56,6 +59,7 @@ class RobotClass:
         unit="m",
         low=0.01,
         high=1000.0,
+        dynamic=True,
     )
 
 

@@ -16,6 +16,7 @@ from pathlib import Path
 
 from aerial_gnss_ros.core.camera.model import CameraModel
 from aerial_gnss_ros.core.config.estimator import EstimatorConfig
+from aerial_gnss_ros.core.estimation.area_file import load_area
 from aerial_gnss_ros.core.estimation.attempt import attempt
 from aerial_gnss_ros.core.estimation.found_again import FoundAgain
 from aerial_gnss_ros.core.estimation.guard import Guard
@@ -63,7 +64,7 @@ class Estimator:
         dropped: images that gave no result: `duplicate` stamp, `out_of_order` (older than the last
             one processed), or `wrong_stamp` (an outlier).
         events: sentences for the log, the oldest first; `take_events` empties it.
-        min_score: boxes below are refused; may be changed while running.
+        min_score: boxes below are refused.
 
     Raises:
         ConfigError: the state file is damaged or its folder is missing.
@@ -83,9 +84,7 @@ class Estimator:
         self.dropped: Counter[str] = Counter()
         self._log = Events()
         self._config = config
-        late_s = max(0.0, config.fix.latency_s, config.height.latency_s)
-        early_ns = round((max(0.0, -config.camera.latency_s) + late_s) * 1e9)
-        self._patience_ns = round(config.max_wait * 1e9) + early_ns
+        self._patience_ns = _patience_ns(config)
         self._names = NameKeeper(config.state_file, self._log, session)
         self._identity = Labels(config, self._names.load(), self._log)
         self._inputs = TelemetryBuffers(config)
@@ -137,9 +136,23 @@ class Estimator:
         """Boxes with a lower score are refused."""
         return self._pipeline.boxes.min_score
 
-    @min_score.setter
-    def min_score(self, value: float) -> None:
-        self._pipeline.boxes.min_score = value
+    def reconfigure(self, config: EstimatorConfig) -> None:
+        """Use another configuration from the next image on; robots keep labels and positions.
+
+        What differs may be: score, classes and area of `detections`, `classes`, `references`,
+        `calibration` and `camera.latency_s`. A calibration moves robots as `recalibration` derives;
+        images that wait are processed with the new one. Of a class that is refused now, robots are
+        predicted until their tracks end. The level of the water is added by `add_water_level`.
+
+        Raises:
+            ConfigError: the area of operation cannot be read; nothing has changed.
+        """
+        area = load_area(config.detections.area)
+        self._config = config
+        self._patience_ns = self._images.patience_ns = _patience_ns(config)
+        self._inputs.reconfigure(config)
+        self._intake.expect_references()
+        self._pipeline.reconfigure(config, area)
 
     @property
     def inputs(self) -> dict[str, InputStatus]:
@@ -386,3 +399,10 @@ class Estimator:
         self._identity.release()
         self._names.begin_anew()
         self._estimates, self._platform = (), ()
+
+
+def _patience_ns(config: EstimatorConfig) -> int:
+    """Return the longest wait of an image for telemetry of its scene, ns."""
+    late_s = max(0.0, config.fix.latency_s, config.height.latency_s)
+    early_s = max(0.0, -config.camera.latency_s) + late_s
+    return round(config.max_wait * 1e9) + round(early_s * 1e9)

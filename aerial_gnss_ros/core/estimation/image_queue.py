@@ -41,12 +41,13 @@ class ImageQueue:
     Attributes:
         waiting: the images, the oldest first.
         last_ns: stamp of the last removed image, ns; None before the first.
+        patience_ns: longest wait of an image, ns; may be changed.
     """
 
     def __init__(self, patience_ns: int, dropped: Counter[str]) -> None:
         self.waiting: list[WaitingImage] = []
         self.last_ns: int | None = None
-        self._patience_ns = patience_ns
+        self.patience_ns = patience_ns
         self._dropped = dropped
 
     def add(self, frame: DetectionFrame) -> bool:
@@ -71,7 +72,7 @@ class ImageQueue:
     def is_late(self, now_ns: int) -> bool:
         """Return whether the first image has waited long enough."""
         since_ns = self.waiting[0].since_ns
-        return since_ns is not None and now_ns - since_ns >= self._patience_ns
+        return since_ns is not None and now_ns - since_ns >= self.patience_ns
 
     def pop(self) -> None:
         """Remove and return the first image."""

@@ -17,7 +17,7 @@ from aerial_gnss_ros.core.telemetry.buffers import CAMERA_INFO, WATER_LEVEL, Tel
 from aerial_gnss_ros.core.telemetry.clock import DETECTIONS, Clock
 from aerial_gnss_ros.core.telemetry.depths import depth_input
 from aerial_gnss_ros.core.telemetry.input_status import InputStatus, MessageCounter
-from aerial_gnss_ros.core.telemetry.reference_places import reference_input
+from aerial_gnss_ros.core.telemetry.reference_places import is_reference, reference_input
 from aerial_gnss_ros.core.telemetry.stamp_decision import Decision
 from aerial_gnss_ros.core.values.detection_frame import DetectionFrame
 from aerial_gnss_ros.core.values.events import Events
@@ -80,6 +80,15 @@ class Intake:
         self.arrivals = Arrivals(
             Clock(needed, held), self.tallies, dropped, log, receiver.begin_anew
         )
+
+    def expect_references(self) -> None:
+        """Count the messages of the references that there are now, and of no others."""
+        sent = [reference_input(name) for name in self._inputs.references.sent]
+        for name in filter(is_reference, list(self.tallies)):
+            if name not in sent:
+                del self.tallies[name]
+        for name in sent:
+            self.tallies.setdefault(name, MessageCounter())
 
     def statuses(self, newest_ns: int | None, patience_ns: int) -> dict[str, InputStatus]:
         """Return the status of each input, by its name.

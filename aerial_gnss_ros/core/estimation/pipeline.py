@@ -12,6 +12,7 @@ from functools import partial
 
 from aerial_gnss_ros.core.camera.model import CameraModel
 from aerial_gnss_ros.core.camera.posed_frame import PosedFrame
+from aerial_gnss_ros.core.config.area_of_operation import Polygon
 from aerial_gnss_ros.core.config.estimator import EstimatorConfig
 from aerial_gnss_ros.core.estimation.area_file import load_area
 from aerial_gnss_ros.core.estimation.single_image import at_own_points, exact_points
@@ -19,6 +20,7 @@ from aerial_gnss_ros.core.faults.camera_change import CameraChange
 from aerial_gnss_ros.core.faults.consistency import InnovationMonitor
 from aerial_gnss_ros.core.faults.frozen_input import FrozenInputDetector
 from aerial_gnss_ros.core.filter.latency_search import LatencySearch
+from aerial_gnss_ros.core.filter.recalibration import CalibrationChange
 from aerial_gnss_ros.core.geometry.geodesy import LocalMap
 from aerial_gnss_ros.core.geometry.map_pose import MapPose
 from aerial_gnss_ros.core.georeferencing import localization, paper
@@ -89,6 +91,26 @@ class Pipeline:
     def constant(self) -> tuple[type, ...]:
         """Classes of its parts that images do not change."""
         return (PointChecks,) if self.latency.searches else (PointChecks, LatencySearch)
+
+    def reconfigure(self, config: EstimatorConfig, area: tuple[Polygon, ...]) -> None:
+        """Use another configuration from the next image on; tracks continue.
+
+        Args:
+            config: differs in parameters that may be changed in flight.
+            area: its area of operation.
+        """
+        change = CalibrationChange.between(self._config, config)
+        self.boxes.min_score = config.detections.min_score
+        self.boxes.classes = config.detections.classes
+        self._checks = PointChecks(config, area, self._log)
+        self.tracking.reconfigure(config, change)
+        self._config = config
+        if change:
+            self._posing = PoseBuilder(config)
+            former, self.latency = self.latency, LatencySearch(config, self._inputs)
+            self.latency.follow(former)
+            self._camera_change.reset()
+            self._frozen.recalibrate()
 
     def reset(self) -> None:
         """Drop all tracks."""

@@ -82,6 +82,10 @@ class FrozenInputDetector:
         self._poses: deque[tuple[int, MapPose]] = deque(maxlen=TUNING.moving_images + 1)
         self._moved = False
 
+    def recalibrate(self) -> None:
+        """Compare no image with one before another calibration, which moves the camera."""
+        self._first, self._stands = None, False
+
     def image_frozen(self, frame: DetectionFrame, camera: CameraModel, pose: MapPose) -> bool:
         """Update with an image's boxes; return whether the image is frozen while the camera moves.
 

@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -25,6 +25,11 @@ from aerial_gnss_ros.core.filter.linearization import (
     relinearize,
 )
 from aerial_gnss_ros.core.filter.moored_mixture import MooredMixture
+from aerial_gnss_ros.core.filter.recalibration import (
+    CalibrationChange,
+    begin_anew,
+    recalibrate,
+)
 from aerial_gnss_ros.core.filter.state import JointState
 from aerial_gnss_ros.core.filter.state_arrays import Indices
 from aerial_gnss_ros.core.filter.update import correct, linearise
@@ -94,6 +99,7 @@ class JointFilter(CameraFaults):
         self._refusing = False
         self._pose_ns: int | None = None
         self._motion = CameraMotion()
+        self._recalibrated = self._anew = False
         self.jumps.reset()
         self._sight: CameraView | None = None
         self.orientation_jumped = self.jumped = False
@@ -126,7 +132,7 @@ class JointFilter(CameraFaults):
         """
         pose, measured = frame.pose, frame.in_map
         passed = 0.0 if self._pose_ns is None else (pose.stamp_ns - self._pose_ns) * 1e-9
-        expected = self._motion.predicted_position(passed)
+        expected = None if self._recalibrated else self._motion.predicted_position(passed)
         stated = math.sqrt(self._stationary[:2, :2].max())
         settled, jump = self.jumps.update(measured.position, expected, passed, stated, robots_tell)
         known = pose.fix_covariance
@@ -141,9 +147,10 @@ class JointFilter(CameraFaults):
             self._follow_jump(jump)
         shown = MapPose(measured.position - self.jumps.offset, measured.rotation)
         applied = (frame.detections.stamp_ns - pose.stamp_ns - self._latency_ns) * 1e-9
-        elsewhen = (
+        elsewhen = self._recalibrated or (
             self._sight is not None and abs(applied - self._sight.applied) > CAMERA_MOTION.moved_s
         )
+        self._recalibrated = False
         foretold = self._motion.restart(shown) if elsewhen else self._motion.update(shown, passed)
         self.orientation_jumped = self._motion.jump is not None and self._jumped(shown, passed)
         self.jumped = self.orientation_jumped or bool(self._motion.height_jump)
@@ -170,6 +177,44 @@ class JointFilter(CameraFaults):
         self.ambiguity.shifted(float(away @ away))
         self.ambiguity.keep_jump()
         self._spread_doubt()
+
+    def reconfigure(self, config: EstimatorConfig, class_ids: Sequence[str]) -> None:
+        """Use the motion models of another configuration from now on.
+
+        Args:
+            config: of which only `classes` may differ.
+            class_ids: class of the robot in each row.
+        """
+        self.motions = ClassMotions(config)
+        self.motion = self.motions.default
+        own = self.motions.of(class_ids)
+        for group in self._groups:
+            unlike = np.full((2, len(group)), np.nan)
+            group.own = unlike if own is None else own[:, group.rows]
+
+    def recalibrate(
+        self, change: CalibrationChange, also: Sequence[JointState], searched: bool
+    ) -> None:
+        """Continue with another calibration (see `recalibration`).
+
+        Args:
+            change: of the calibration.
+            also: other joint states of the same camera.
+            searched: whether the latency is estimated by `LatencySearch`.
+        """
+        later_ns = round(float(change.errors[LATENCY]) * 1e9)
+        self._latency_ns += later_ns
+        if self._pose_ns is not None and not searched:
+            self._pose_ns -= later_ns
+        if self._sight is None:
+            return
+        for group in (*self._groups, *also):
+            recalibrate(group, change, self._stationary, self._sight, searched)
+        if self.moored is not None:
+            self.moored.reset()
+        if not change.modelled(self._stationary):
+            self._anew = True
+        self._recalibrated = True
 
     def _settle(self, latency_s: float, sigma: float) -> None:
         """Take over the latency's estimate."""
@@ -241,6 +286,10 @@ class JointFilter(CameraFaults):
                     )  # otherwise robots seem too fast
                     speeds = group.motion(self.motion, slots).speed_sigma
                     group.forget(slots, self._stationary, speeds + feigned)
+                if self._anew:
+                    relinearize(group, self._sight)
+                    speeds = group.motion(self.motion, slots).speed_sigma
+                    begin_anew(group, slots, self._stationary, speeds)
                 outcome = correct(
                     group,
                     slots,
@@ -259,7 +308,7 @@ class JointFilter(CameraFaults):
                 if not self._late and self.rotation_fault.due:
                     judged.append(self._in_view(group, slots))
                 refused.append(group.rows[outcome.refused])
-        self._found = False
+        self._found = self._anew = False
         if judged:
             self.rotation_fault.judge(judged)
         if not self._late:

@@ -105,6 +105,20 @@ class LatencySearch:
         self._bank.reset()
         self._conclude(self._posterior() if self._sigma > 0.0 else None)
 
+    def follow(self, former: LatencySearch) -> None:
+        """Continue a search about another latency, or with another calibration.
+
+        What images said of the latency itself stays; the prior is about the new one. A candidate
+        that the former search did not have counts as its outermost one did.
+        """
+        apart = 1e-9 * (self._stated_ns - former._stated_ns)
+        wanted, known = self.corrections + apart, former.corrections
+        self._cost = np.interp(wanted, known, former._cost)
+        self._squares = np.interp(wanted, known, former._squares)
+        self._images, self._slope = former._images, former._slope
+        if self.searches:
+            self._conclude(self._posterior())
+
     @property
     def searches(self) -> bool:
         """Whether the latency is estimated at all."""

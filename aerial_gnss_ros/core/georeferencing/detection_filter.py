@@ -28,18 +28,19 @@ class DetectionFilter:
 
     Attributes:
         min_score: boxes below are refused; may be changed while running.
+        classes: names that are robots, empty for all; likewise.
     """
 
     def __init__(self, config: DetectionsConfig, log: Events) -> None:
         self.min_score = config.min_score
-        self._classes = config.classes
+        self.classes = config.classes
         self._log = log
         self._counts = BoxCountMonitor()
         self._unknown = UnknownClassMonitor()
 
     def reasons(self, frame: DetectionFrame) -> list[Reason | None]:
         """Return for each box the reason of its refusal, or None."""
-        found = refusals(frame, self.min_score, self._classes)
+        found = refusals(frame, self.min_score, self.classes)
         count = found.count(None)
         usual = self._counts.update(count)
         if usual is not None:
@@ -55,7 +56,7 @@ class DetectionFilter:
             self._log.warn_once(
                 "strangers",
                 f"All boxes so far are of class {_listed(unknown)} and refused as wrong_class: "
-                f"detections.classes is {_listed(self._classes)}; enter the class names that the "
+                f"detections.classes is {_listed(self.classes)}; enter the class names that the "
                 "detector gives to robots.",
             )
         return found

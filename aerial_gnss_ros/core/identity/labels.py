@@ -87,6 +87,10 @@ class Labels:
         self._waiting = {robot.name: robot for robot in saved.robots}
         self._known: dict[str, SavedRobot | RobotEstimate] = dict(self._waiting)
 
+    def reconfigure(self, config: EstimatorConfig) -> None:
+        """Use the speeds of another configuration's classes from now on."""
+        self._class_of = config.robot_class
+
     def assign(self, sightings: list[ConfirmedTrack], local: LocalMap) -> list[str]:
         """Return a label for each robot confirmed in one image.
 

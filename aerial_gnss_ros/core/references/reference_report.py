@@ -42,6 +42,11 @@ class ReferenceReport:
         self._since_ns: dict[str, int] = {}
         self._said: dict[str, str] = {}
 
+    def forget(self, name: str) -> None:
+        """Begin anew with a reference."""
+        self._since_ns.pop(name, None)
+        self._said.pop(name, None)
+
     def update(
         self,
         stamp_ns: int,

@@ -25,6 +25,7 @@ from aerial_gnss_ros.core.association.track import Track
 from aerial_gnss_ros.core.camera.posed_frame import PosedFrame
 from aerial_gnss_ros.core.filter.joint_filter import JointFilter
 from aerial_gnss_ros.core.filter.moored_law import MooredLaw
+from aerial_gnss_ros.core.filter.recalibration import CalibrationChange
 from aerial_gnss_ros.core.filter.state import JointState
 from aerial_gnss_ros.core.geometry.geodesy import LocalMap
 from aerial_gnss_ros.core.models.platform_model import COUNT
@@ -126,6 +127,27 @@ class References:
             self._weighed_ns = self._stamp_ns
             self._weigh(tracks, [one for one in self._candidates.values() if one.rows])
         self._corrected(tracks, self._stamp_ns)
+
+    def forget(self, names: Sequence[str]) -> None:
+        """Forget references that are no more, or are elsewhere now, and what they showed."""
+        for name in names:
+            self._unlink(name)
+            self._candidates.pop(name, None)
+            self.report.forget(name)
+            self._stationarity.forget(name)
+        if names:
+            self._doubt, self._in_view = None, []
+            self._memory = self._later = self._used = None
+            self._weighed_ns = -1
+
+    def recalibrate(self, change: CalibrationChange) -> None:
+        """Refer what references showed of the platform to another calibration."""
+        self._stationarity.begin_anew()
+        self._used = self._later = None
+        if self._memory is not None:
+            known = self._memory.known
+            value = known.value - known.by_errors @ change.errors
+            self._memory = replace(self._memory, known=replace(known, value=value))
 
     def apply(
         self, tracks: Sequence[Track], mean: Array, covariance: Array, stamp_ns: int

@@ -65,6 +65,15 @@ class StationarityTest:
         self._moved: set[tuple[str, str]] = set()
         self._accepted_jumps = np.zeros(2)
 
+    def forget(self, name: str) -> None:
+        """Begin anew with a reference that is elsewhere now."""
+        self._first = {pair: one for pair, one in self._first.items() if pair[0] != name}
+        self._moved = {pair for pair in self._moved if pair[0] != name}
+
+    def begin_anew(self) -> None:
+        """Compare from now on: another calibration has moved the tracks."""
+        self._first.clear()
+
     def update(
         self, one: Candidate, tracks: Sequence[Track], law: PositionLaw, stamp_ns: int
     ) -> tuple[Candidate, dict[str, float]]:

@@ -112,6 +112,12 @@ class TelemetryBuffers:
                 matrix = matrix_from_rpy(*np.radians(rpy_deg))
                 self._constants[source] = Orientation(0, quaternion_from_matrix(matrix))
 
+    def reconfigure(self, config: EstimatorConfig) -> None:
+        """Use the focal length and the references of another configuration from now on."""
+        self._config = config
+        self.cameras.rescale(config.calibration.focal_scale)
+        self.references = self.references.replaced(config.references)
+
     @property
     def constant_fix(self) -> Fix | None:
         """The position of a camera on a mast, None for one that flies."""

@@ -43,6 +43,10 @@ class Cameras:
         self._series: Series[StampedCamera] = held_series(keep_s=keep_s)
         self._newest: StampedCamera | None = None
 
+    def rescale(self, scale: float) -> None:
+        """Use another ratio of the true focal length to the stated one."""
+        self._scale, self._scaled = scale, None
+
     def add(self, stamp_ns: int, camera: CameraModel | None) -> None:
         """Store a camera; repetitions cost nothing."""
         entry = StampedCamera(stamp_ns, camera)

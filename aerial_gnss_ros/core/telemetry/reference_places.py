@@ -41,6 +41,11 @@ def reference_input(name: str) -> str:
     return f"reference_{name}"
 
 
+def is_reference(name: str) -> bool:
+    """Return whether an input is a reference's."""
+    return name.startswith(reference_input(""))
+
+
 class ReferencePlaces:
     """Knows where references are.
 
@@ -58,6 +63,14 @@ class ReferencePlaces:
         }
         self._staying = tuple(_stated(one) for one in references if one.position)
         self.configured = bool(self._moving or self._staying)
+
+    def replaced(self, references: Iterable[Reference]) -> ReferencePlaces:
+        """Return those of another configuration, with the fixes of those that it keeps."""
+        made = ReferencePlaces(references)
+        for name, one in made._moving.items():
+            if self._moving.get(name) == one:
+                made._fixes[name] = self._fixes[name]
+        return made
 
     @property
     def sent(self) -> tuple[str, ...]:

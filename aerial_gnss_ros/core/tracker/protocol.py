@@ -11,7 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aerial_gnss_ros.core.camera.posed_frame import PosedFrame
+from aerial_gnss_ros.core.config.estimator import EstimatorConfig
 from aerial_gnss_ros.core.faults.consistency import InnovationMonitor
+from aerial_gnss_ros.core.filter.recalibration import CalibrationChange
 from aerial_gnss_ros.core.geometry.geodesy import LocalMap
 from aerial_gnss_ros.core.georeferencing.localization import WaterPoints
 from aerial_gnss_ros.core.tracker.box_account import Settled
@@ -61,6 +63,14 @@ class Tracking(Protocol):
             frame: boxes, camera and pose.
             points: position of each box on the water, by itself.
             local: the frame `map`.
+        """
+
+    def reconfigure(self, config: EstimatorConfig, change: CalibrationChange) -> None:
+        """Use another configuration from the next image on; robots keep their labels.
+
+        Args:
+            config: differs in parameters that may be changed in flight.
+            change: of the calibration of pose, latency and camera; later images have the new one.
         """
 
     @property

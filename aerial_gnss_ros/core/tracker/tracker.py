@@ -29,6 +29,7 @@ from aerial_gnss_ros.core.camera.posed_frame import PosedFrame
 from aerial_gnss_ros.core.config.estimator import EstimatorConfig
 from aerial_gnss_ros.core.faults.consistency import InnovationMonitor
 from aerial_gnss_ros.core.filter.joint_filter import JointFilter
+from aerial_gnss_ros.core.filter.recalibration import CalibrationChange
 from aerial_gnss_ros.core.geometry.geodesy import LocalMap
 from aerial_gnss_ros.core.georeferencing.localization import WaterPoints
 from aerial_gnss_ros.core.georeferencing.measurements import Measurements, measurements
@@ -59,9 +60,9 @@ class Tracker:
     ) -> None:
         self.table = TrackTable(JointFilter(config, log))
         self._coast_ns = round(config.tracks.coast_s * 1e9)
-        self._coast_of_class = {
-            name: round(config.robot_class(name).coast_s * 1e9) for name, _ in config.classes
-        }
+        self._coast_of_class = _coast_of_class(config)
+        self._searched = config.noise.value("latency_s") > 0.0
+        self._known = config.references
         joint, threshold = self.table.filter, gate_threshold(config.tracks.gate_probability)
         self._matcher = Matcher(joint, threshold, config.tracks.confirm_window_s)
         self._encounters = Encounters(joint)
@@ -170,6 +171,19 @@ class Tracker:
         fork, moored = self._recovery.fork, self.table.filter.moored
         current = None if fork or moored is None else moored.current()
         return TrackUpdate(estimates, names, *masks, platform, current)
+
+    def reconfigure(self, config: EstimatorConfig, change: CalibrationChange) -> None:
+        """Use another configuration from the next image on (see `Tracking`)."""
+        self._coast_of_class = _coast_of_class(config)
+        joint, fork = self.table.filter, self._recovery.fork
+        joint.reconfigure(config, [track.class_id for track in self.table.tracks])
+        self._identity.reconfigure(config)
+        if change:
+            joint.recalibrate(change, () if fork is None else fork.groups, self._searched)
+            self._references.recalibrate(change)
+        kept = [one for one in self._known if one in config.references]
+        self._references.forget([one.name for one in self._known if one not in kept])
+        self._known = config.references
 
     def misfit(self, frame: PosedFrame, points: WaterPoints, local: LocalMap) -> float:
         """Return how badly an image's boxes fit the robots in view, nats (see `Tracking`)."""
@@ -334,3 +348,8 @@ class Tracker:
         """Decide on the pending boxes of tracks that end."""
         rule, mismatch = self._confirmation.rule, self._matcher.scene_mismatch
         self._account.end(tracks, rule.hits, len(rule.images), mismatch)
+
+
+def _coast_of_class(config: EstimatorConfig) -> dict[str, int]:
+    """Return how long robots of classes of their own are predicted, ns."""
+    return {name: round(config.robot_class(name).coast_s * 1e9) for name, _ in config.classes}

@@ -10,6 +10,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from aerial_gnss_ros.core.config.estimator import estimator_config
 from aerial_gnss_ros.core.values.estimates import State
 from aerial_gnss_ros.core.values.samples import Fix
 
@@ -90,6 +91,17 @@ def test_a_surveyed_point_corrects_every_robot(sea):
     for name, off in zip(("gnss_east", "gnss_north"), OFF, strict=True):
         assert receiver[name].value == pytest.approx(-off, abs=0.3)
         assert receiver[name].sigma < 0.6
+
+
+def test_one_that_is_removed_in_flight_tells_no_more(sea):
+    engine, _ = fly(sea, pier())
+    sure = engine._pipeline.predicted(sea.stamp(12.0)).estimates
+    engine.reconfigure(estimator_config(sea.origin))
+    left = engine._pipeline.predicted(sea.stamp(12.0)).estimates
+    assert [one.robot_id for one in left] == [one.robot_id for one in sure]
+    assert max(one.sigma for one in sure) < 0.35
+    assert min(one.sigma for one in left) > 1.2
+    assert not engine._pipeline.tracking._references.links
 
 
 def test_without_references_nothing_changes(sea):
