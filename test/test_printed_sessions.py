@@ -73,7 +73,7 @@ class Block:
 
     @property
     def script(self) -> str:
-        """What bash is told."""
+        """The script for bash."""
         if self.mark != TERMINALS:
             return self.text
         *others, last = self.text.splitlines()

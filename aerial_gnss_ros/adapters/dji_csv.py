@@ -75,8 +75,8 @@ def _read_rows(path: Path) -> tuple[list[str], list[list[str]], int]:
     file = io.StringIO(read_text(path, _MOST_BYTES), newline="")
     first = file.readline()
     file.seek(0)
-    told = first.startswith("sep=") and len(first.rstrip()) == 5
-    separator = first[4] if told else max(",;\t", key=first.count)
+    states = first.startswith("sep=") and len(first.rstrip()) == 5
+    separator = first[4] if states else max(",;\t", key=first.count)
     try:
         rows = list(csv.reader(file, delimiter=separator))
     except csv.Error as error:

@@ -88,10 +88,10 @@ def _check(args: argparse.Namespace) -> int:
     if args.json:
         print(json.dumps({"splits": counts, "fingerprint": found.fingerprint()}, indent=2))
     else:
-        for split, told in counts.items():
+        for split, n in counts.items():
             print(
-                f"{split}: {counted(told['images'], 'image')}, {counted(told['robots'], 'robot')}; "
-                f"images with one: {told['one']}, several: {told['several']}, none: {told['none']}"
+                f"{split}: {counted(n['images'], 'image')}, {counted(n['robots'], 'robot')}; "
+                f"images with one: {n['one']}, several: {n['several']}, none: {n['none']}"
             )
         print(f"fingerprint {found.fingerprint()}")
     for phase in phases_of(args):

@@ -44,7 +44,7 @@ class CompiledSizes:
     boxes. Not thread-safe.
 
     Args:
-        compiled: compiles a model; its argument tells whether the size is an additional one, such
+        compiled: compiles a model; its argument states whether the size is an additional one, such
             as of windows.
         model: for any size, with `clone` and `reshape` as in OpenVINO.
         first: most likely input shape, with which the model is tested.

@@ -66,9 +66,9 @@ class SecondLook:
             judged[chosen] = self._run(shown, traits(xywh[chosen], scores[chosen]))
         return judged
 
-    def _run(self, shown: NDArray[np.uint8], told: NDArray[np.float32]) -> NDArray[np.float64]:
+    def _run(self, shown: NDArray[np.uint8], traits: NDArray[np.float32]) -> NDArray[np.float64]:
         try:
-            (found,) = self._session.run([OUTPUT], dict(zip(INPUTS, (shown, told), strict=True)))
+            (found,) = self._session.run([OUTPUT], dict(zip(INPUTS, (shown, traits), strict=True)))
         except Exception as error:  # ONNX Runtime has no common error
             raise ModelError(f"the second look failed: {error}") from error
         return np.asarray(found, dtype=np.float64).reshape(len(shown))

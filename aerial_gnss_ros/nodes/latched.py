@@ -30,7 +30,7 @@ class Once:
     """Removes duplicates of messages received through both subscriptions. Independent of ROS.
 
     Both copies of a message have the source timestamp that the publisher gave it. Humble does not
-    tell it: there the copies of a publisher that latches are taken, too.
+    provide it: there both copies of a latched message are passed on.
     """
 
     def __init__(self) -> None:

@@ -35,7 +35,7 @@ _EASY = (
     0.15  # relative frequency of boxes about which the detector is quite right; 1.15: quite wrong
 )
 _SOFT = 0.01  # labels of 0.01 and 0.99: a few are wrong
-_TOLD_EVERY = 500
+_REPORTED_EVERY = 500
 _WIDTHS = (24, 32, 64, 96)
 _HIDDEN = 64
 _QUARTER, _MIRROR = np.array([[0.0, -1.0], [1.0, 0.0]]), np.diag([-1.0, 1.0])
@@ -62,8 +62,8 @@ class Network(nn.Module):  # type: ignore[misc]  # torch is optional
     def forward(self, views: Any, traits: Any) -> Any:
         """Return log odds that a box fits a robot."""
         seen = self.body(views)
-        told = torch.cat([seen.mean((2, 3)), seen.amax((2, 3)), traits], 1)
-        return self.head(told)[:, 0]
+        features = torch.cat([seen.mean((2, 3)), seen.amax((2, 3)), traits], 1)
+        return self.head(features)[:, 0]
 
 
 class _Residual(nn.Module):  # type: ignore[misc]
@@ -109,7 +109,7 @@ def fit(
     steps: int,
     seed: int,
     threads: int = 0,
-    tell: Callable[[int, float], None] | None = None,
+    report: Callable[[int, float], None] | None = None,
 ) -> Network:
     """Return a network trained on the proposals, averaged over its last states.
 
@@ -120,7 +120,7 @@ def fit(
         steps: of 128 boxes each.
         seed: same seed, same network, on one kind of processor.
         threads: of the processor; 0: one for each core.
-        tell: called periodically with the step and the mean loss.
+        report: called periodically with the step and the mean loss.
     """
     if threads:
         torch.set_num_threads(threads)
@@ -150,8 +150,8 @@ def fit(
         optimizer.step()
         _average(mean, network, min(_AVERAGED, (step + 1) / (step + 11)))
         losses.append(float(loss.detach()))
-        if tell is not None and (step + 1) % _TOLD_EVERY == 0:
-            tell(step + 1, float(np.mean(losses[-_TOLD_EVERY:])))
+        if report is not None and (step + 1) % _REPORTED_EVERY == 0:
+            report(step + 1, float(np.mean(losses[-_REPORTED_EVERY:])))
     network.load_state_dict(mean)
     network.eval()
     return network

@@ -57,7 +57,7 @@ def train_in_process(
     with run.log.open("ab") as log:
         process = subprocess.Popen(  # noqa: S603 - our own module
             command,
-            stdin=subprocess.PIPE,  # its end tells the process that this one has ended
+            stdin=subprocess.PIPE,  # closed when this process ends
             stdout=subprocess.PIPE,
             stderr=log,
             env=environment,

@@ -40,7 +40,7 @@ def test_a_body_is_given_in_its_own_axes_and_the_worlds(world, body, yaw, pitch,
 
 
 @pytest.mark.parametrize(
-    ("reference", "told", "expected", "own"),
+    ("reference", "reported", "expected", "own"),
     [
         ("earth", "", [0.0, 1.0, 0.0], ""),
         ("earth", "heading", [0.0, 1.0, 0.0], ""),  # the configuration decides
@@ -49,10 +49,12 @@ def test_a_body_is_given_in_its_own_axes_and_the_worlds(world, body, yaw, pitch,
         ("mavlink_flags", "heading", [1.0, 0.0, 0.0], "heading"),
     ],
 )
-def test_a_camera_is_relative_to_what_configuration_or_message_say(reference, told, expected, own):
+def test_a_camera_is_relative_to_what_configuration_or_message_say(
+    reference, reported, expected, own
+):
     """Identity in NED and FRD: ahead is north, or the vehicle's nose."""
     config = GimbalConfig(reference=reference, world="ned", body="frd")
-    found = axes.camera(np.array([0.0, 0.0, 0.0, 1.0]), 7, config, told)
+    found = axes.camera(np.array([0.0, 0.0, 0.0, 1.0]), 7, config, reported)
     assert ahead(found) == pytest.approx(expected, abs=1e-12)
     assert found.reference == own
 

@@ -13,7 +13,7 @@ from aerial_gnss_ros.adapters.dji_log import read_dji_log
 from aerial_gnss_ros.core.values.errors import InputError
 
 
-def test_a_long_unknown_header_is_told_with_what_was_expected(tmp_path):
+def test_a_long_unknown_header_is_reported_with_what_was_expected(tmp_path):
     path = tmp_path / "log.csv"
     path.write_text(",".join(f"column{i}" for i in range(200)) + "\n")
     with pytest.raises(InputError, match=r"found: column0, .* and 140 more; expected: OSD\.latit"):
@@ -21,7 +21,7 @@ def test_a_long_unknown_header_is_told_with_what_was_expected(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("height", "metres", "unit", "told"),
+    ("height", "metres", "unit", "reported"),
     [
         ("OSD.height [ft]", 0.3048, "feet, converted to m", True),
         ("OSD.height [m]", 1.0, "m", True),
@@ -30,10 +30,10 @@ def test_a_long_unknown_header_is_told_with_what_was_expected(tmp_path):
         ("altitude_above_seaLevel(meters)", 1.0, "m", True),
     ],
 )
-def test_a_height_is_in_the_unit_of_its_column(height, metres, unit, told):
+def test_a_height_is_in_the_unit_of_its_column(height, metres, unit, reported):
     header = ["LATITUDE", "longitude", height, "pitch(degrees)", "OSD.yaw [360]", "gimbal.pitch"]
     columns = match_columns(Path("log.csv"), header)
-    assert (columns.metres, columns.unit, has_unit(columns)) == (metres, unit, told)
+    assert (columns.metres, columns.unit, has_unit(columns)) == (metres, unit, reported)
     assert columns.name("height") == height
     assert "roll" not in columns
     assert columns.text("latitude", [" 13.2 "]) == "13.2"

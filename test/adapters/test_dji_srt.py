@@ -99,9 +99,9 @@ def test_subtitles_of_every_generation_are_read(tmp_path, text, height, gimbal):
 def test_a_zoom_that_subtitles_tell_is_named(tmp_path, first, second, words):
     texts = [f"[{zoom}] [latitude: 13.2] [longitude: -59.6]" for zoom in (first, second)]
     guesses = read_dji_log(subtitles(tmp_path / "a.srt", *texts)).guesses
-    told = [guess for guess in guesses if guess.startswith("zoom")]
-    assert len(told) == bool(words)
-    assert all(words in guess for guess in told)
+    reported = [guess for guess in guesses if guess.startswith("zoom")]
+    assert len(reported) == bool(words)
+    assert all(words in guess for guess in reported)
 
 
 def test_gps_with_latitude_first_is_recognised_where_it_must_be(tmp_path):

@@ -158,9 +158,9 @@ def test_numbers_without_a_header_are_stamped_on_arrival():
     ]
 
 
-def test_a_bad_camera_is_passed_on_as_none_and_told_once():
-    told = []
-    subscriptions, recorder = feed(warn=told.append)
+def test_a_bad_camera_is_passed_on_as_none_and_reported_once():
+    reported = []
+    subscriptions, recorder = feed(warn=reported.append)
     info = {
         "header": HEADER,
         "width": 640,
@@ -177,8 +177,8 @@ def test_a_bad_camera_is_passed_on_as_none_and_told_once():
     assert cameras[0] is cameras[1]  # not made again for each image
     assert cameras[2:4] == [None, None]
     assert cameras[4].width == 640
-    assert len(told) == 1
-    assert told[0].startswith("camera/camera_info: ")
+    assert len(reported) == 1
+    assert reported[0].startswith("camera/camera_info: ")
 
 
 def test_an_altitude_becomes_a_height_once_home_s_is_known():
@@ -230,9 +230,9 @@ def test_a_message_that_cannot_be_read_is_counted_by_the_estimator():
     assert "height is of no use: it cannot be read (ValueError" in engine.take_events()[-1]
 
 
-def test_a_camera_whose_model_cannot_be_made_is_told_and_none(monkeypatch):
-    told = []
-    found, recorder = feed(warn=told.append)
+def test_a_camera_whose_model_cannot_be_made_is_reported_and_none(monkeypatch):
+    reported = []
+    found, recorder = feed(warn=reported.append)
 
     def failing(*_args):
         raise np.linalg.LinAlgError("singular")
@@ -240,4 +240,4 @@ def test_a_camera_whose_model_cannot_be_made_is_told_and_none(monkeypatch):
     monkeypatch.setattr(canonical, "camera", failing)
     found["camera_info"].handle(make("sensor_msgs/msg/CameraInfo", {"header": HEADER}), ARRIVAL)
     assert recorder.calls == [("add_camera", STAMP, None)]
-    assert told == ["camera/camera_info: this CameraInfo is unusable (LinAlgError: singular)."]
+    assert reported == ["camera/camera_info: this CameraInfo is unusable (LinAlgError: singular)."]

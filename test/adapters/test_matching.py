@@ -55,7 +55,7 @@ def test_the_profile_with_most_topics_and_least_missing_is_first(
     assert [one.name for one in best.missing] == missing
 
 
-def test_a_topic_of_another_type_is_told_and_counts_against_a_profile():
+def test_a_topic_of_another_type_is_reported_and_counts_against_a_profile():
     right, wrong = (
         fits({"boat": PROFILES["boat"]}, seen(gps__fix=FIX, gps__height=msgtype))[0]
         for msgtype in (HEIGHT, POSE)

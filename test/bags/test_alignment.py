@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""When a video began in the flight's log: as marked, as told, or not at all."""
+"""When a video began in the flight's log: as marked, as stated, or not at all."""
 
 from __future__ import annotations
 

@@ -48,7 +48,7 @@ def test_a_video_of_all(tmp_path):
     assert (columns.min(), columns.max()) == pytest.approx((20, 140), abs=3)
 
 
-def test_a_video_that_cannot_be_written_is_told(tmp_path):
+def test_a_video_that_cannot_be_written_is_reported(tmp_path):
     with (
         pytest.raises(OutputError, match="--no-pictures"),
         AnnotatedVideo(tmp_path / "nowhere" / "a.mp4", 5.0) as sink,

@@ -16,7 +16,7 @@ FLOAT, SECOND = "std_msgs/msg/Float64", 1_000_000_000
 
 
 class Monitor:
-    """Notes what it is told."""
+    """Records its calls."""
 
     def __init__(self):
         self.arrived, self.advanced = [], []
@@ -63,7 +63,7 @@ def test_a_topic_serves_every_input_that_reads_it(recorded):
     assert message_count(recorded, wanted, "d1") == 4
 
 
-def test_it_ends_where_it_is_told_to(recorded):
+def test_it_ends_at_the_stated_time(recorded):
     got = []
     end_ns, _ = watch_bag(
         recorded, inputs(got, ("one", "a", FLOAT)), Monitor(), namespace="d1", until_s=2.0

@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Figures and their table, and what a machine tells of itself."""
+"""Figures and their table, and the description of the machine."""
 
 from __future__ import annotations
 
@@ -100,7 +100,7 @@ def test_a_process_tells_what_it_takes():
     assert describe()["cores"] >= 1
 
 
-def test_shared_memory_is_told_apart_from_a_process_s_own():
+def test_shared_memory_is_distinguished_from_a_process_s_own():
     content = b"1" * 80_000_000
     between = 15.0  # MB by which what other tests left behind may change meanwhile
 

@@ -20,7 +20,7 @@ IMAGE = {"height": 1, "width": 1, "encoding": "bgr8", "step": 3}
 
 @pytest.fixture
 def bag(tmp_path):
-    """Write images at 0, 100, 200 ms (their first byte tells which) and heights every 50 ms."""
+    """Write images at 0, 100, 200 ms (numbered by their first byte) and heights every 50 ms."""
 
     def write(images=(0, 100, 200)):
         path = tmp_path / "bag"

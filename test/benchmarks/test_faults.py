@@ -88,7 +88,7 @@ def test_a_name_is_kept_that_is_on_its_robot_at_the_end():
     assert judged(late, flight(), 0.0, 2.0).kept == 2
 
 
-def test_a_late_name_is_told_by_its_formation_where_the_receiver_is_off():
+def test_a_late_name_is_identified_by_its_formation_where_the_receiver_is_off():
     robots = np.array([[0.0, 0.0], [4.0, 0.0], [20.0, 0.0]])
 
     def published(beside):
@@ -108,7 +108,7 @@ def test_a_late_name_is_told_by_its_formation_where_the_receiver_is_off():
             "alone"
         ]
         == 0
-    )  # nothing else tells
+    )  # no other sign
 
 
 def fixes(count: int) -> list[Item]:

@@ -26,7 +26,7 @@ def _candidate(latency_s: float, score: float) -> Candidate:
     return Candidate(Mock(), State(unknowns, 2.0, np.zeros(0), np.zeros(0), 0.0), score)
 
 
-def _told(score, interval_s: float = 0.5, images_s: float = 0.5) -> str | None:
+def _reported(score, interval_s: float = 0.5, images_s: float = 0.5) -> str | None:
     """Return what is said of images so far apart, and samples, the likelihood being given."""
     t = 1e-9 * np.arange(0, 60_000_000_000, round(images_s * 1e9))
     samples = np.arange(-5.0, 65.0, interval_s)
@@ -56,22 +56,24 @@ def _peak(latency_s: float) -> float:
 
 
 def test_one_maximum_an_interval_tells_of_the_samples() -> None:
-    assert "halfway between any two samples 0.50 s apart" in str(_told(_comb))
-    assert _told(_peak) is None
+    assert "halfway between any two samples 0.50 s apart" in str(_reported(_comb))
+    assert _reported(_peak) is None
 
 
 def test_both_sides_must_tell_so() -> None:
-    assert _told(lambda at: _comb(at) if at > BEST_S else _peak(at)) is None
-    assert _told(lambda at: _comb(at) if at < BEST_S else _peak(at)) is None
-    assert _told(lambda at: _comb(at) if at < BEST_S else None) is not None
-    assert _told(lambda _at: None) is None
+    assert _reported(lambda at: _comb(at) if at > BEST_S else _peak(at)) is None
+    assert _reported(lambda at: _comb(at) if at < BEST_S else _peak(at)) is None
+    assert _reported(lambda at: _comb(at) if at < BEST_S else None) is not None
+    assert _reported(lambda _at: None) is None
 
 
 @pytest.mark.parametrize("images_s", [0.3, 0.25, 0.0833])
 def test_images_at_all_phases_or_at_opposite_ones(images_s) -> None:
-    assert _told(_comb, images_s=images_s) is None
-    assert _told(_comb, images_s=1.0) is not None
+    assert _reported(_comb, images_s=images_s) is None
+    assert _reported(_comb, images_s=1.0) is not None
 
 
 def test_samples_that_are_close_enough() -> None:
-    assert _told(lambda at: math.cos(2.0 * math.pi * (at - BEST_S) / 0.02) * 100.0, 0.02) is None
+    assert (
+        _reported(lambda at: math.cos(2.0 * math.pi * (at - BEST_S) / 0.02) * 100.0, 0.02) is None
+    )

@@ -71,5 +71,5 @@ def test_the_constant_that_is_confused_most_is_named():
     assert found.correlation("latency") == ("heading", pytest.approx(0.3))
 
 
-def test_robots_that_stayed_and_that_swam_are_told():
+def test_robots_that_stayed_and_that_swam_are_distinguished():
     assert fit().moved() == "aqua 1 stayed, aqua 2 swam at 0.50 m/s"

@@ -49,7 +49,7 @@ def test_white_noise_is_no_error_of_interpolation() -> None:
     assert np.sqrt(np.mean(unstated.variance(t))) > 0.5 * 0.2
 
 
-def test_pieces_are_told_apart_and_nothing_is_known_of_nothing() -> None:
+def test_pieces_are_distinguished_and_nothing_is_known_of_nothing() -> None:
     errors = InterpolationError([0.0])
     np.testing.assert_array_equal(errors.variance(np.zeros(3)), np.zeros((3, 1)))
     errors.add(np.arange(10.0), np.full((10, 1), 2.0))

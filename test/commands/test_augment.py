@@ -137,7 +137,7 @@ def test_wrong_arguments(tmp_path, make_set, capsys, arguments, expected):
     assert not list(tmp_path.glob(".*"))
 
 
-def test_a_killed_process_is_told_and_leaves_nothing(tmp_path, make_set):
+def test_a_killed_process_is_reported_and_leaves_nothing(tmp_path, make_set):
     out = tmp_path / "out"
     arguments = ["augment", str(make_set(tmp_path / "set")), "-o", str(out), "--variants", "2000"]
     command = [sys.executable, "-m", "aerial_gnss_ros.cli", *arguments, "--processes", "2"]

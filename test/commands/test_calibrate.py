@@ -33,12 +33,12 @@ def test_a_late_bag_becomes_parameters(tmp_path, capsys):
     )  # fmt: skip
     capsys.readouterr()
     assert _run("calibrate", bag, "-o", written, "--json") == 0
-    told = json.loads(capsys.readouterr().out)
-    assert told["corrections"]["latency"]["value"] == pytest.approx(1.2, abs=0.05)
-    assert len(told["robots"]) == 2
+    reported = json.loads(capsys.readouterr().out)
+    assert reported["corrections"]["latency"]["value"] == pytest.approx(1.2, abs=0.05)
+    assert len(reported["robots"]) == 2
     config = estimator_config(read([written], SCHEMAS, "/drone1")[ESTIMATOR])
     assert config.camera.latency_s == pytest.approx(1.2, abs=0.05)
-    for name, value in told["parameters"].items():
+    for name, value in reported["parameters"].items():
         group, key = name.split(".")
         assert getattr(getattr(config, group), key) == pytest.approx(value)
     assert _run("calibrate", bag, "-o", written) == 2  # never overwritten
@@ -46,14 +46,14 @@ def test_a_late_bag_becomes_parameters(tmp_path, capsys):
 
 
 def test_boxes_that_do_not_fit_write_nothing(tmp_path, capsys):
-    """Robots at 2.5 m/s are none: told so, status 1, no file."""
+    """Robots at 2.5 m/s are none: a sentence, status 1, no file."""
     bag, written = tmp_path / "bag", tmp_path / "calibration.yaml"
     _fly(bag, "--flight", "orbit", "--robot-speed", "2.5")
     capsys.readouterr()
     assert _run("calibrate", bag, "-o", written) == 1
-    told = capsys.readouterr().out
-    assert "nothing is written" in told
-    assert "faster than they can: aqua" in told
-    assert "swam at" in told
+    reported = capsys.readouterr().out
+    assert "nothing is written" in reported
+    assert "faster than they can: aqua" in reported
+    assert "swam at" in reported
     assert not written.exists()
     assert not list(tmp_path.glob("*calibration*"))

@@ -98,7 +98,7 @@ def test_north_is_0_and_never_360(heading_deg, words):
     assert heading_words(math.radians(heading_deg)) == words
 
 
-def test_bad_values_and_foreign_clocks_are_told(flight, tmp_path, capsys):
+def test_bad_values_and_foreign_clocks_are_reported(flight, tmp_path, capsys):
     def spoilt(topic, msgtype, fields):
         if topic == "gimbal":
             fields = fields | {"quaternion": {"x": 0.0, "y": 0.0, "z": 0.0, "w": 0.0}}

@@ -120,7 +120,7 @@ def test_several_inputs_keep_their_names_apart(folder, tmp_path):
     assert (tmp_path / "out" / "pictures" / "other" / "1.jpg").is_file()
 
 
-def test_a_picture_that_cannot_be_read_is_told_and_left_out(folder, tmp_path, capsys):
+def test_a_picture_that_cannot_be_read_is_reported_and_left_out(folder, tmp_path, capsys):
     (folder / "images" / "test" / "0.png").write_bytes(b"cut off")
     assert run(folder / "images" / "test", "-o", tmp_path / "out") == 0
     text = capsys.readouterr().out

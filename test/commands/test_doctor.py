@@ -109,7 +109,7 @@ def test_another_type_is_named_and_versions_of_px4_are_found(tmp_path, capsys):
     assert found["profiles"][0]["matched"] == {"attitude": "/x1/fmu/out/vehicle_attitude_v2"}
 
 
-def test_several_drones_are_told_apart(tmp_path, capsys):
+def test_several_drones_are_distinguished(tmp_path, capsys):
     topics = {f"/d1/{topic}": kind for topic, kind in DJI.items()}
     generic = {"fix": "sensor_msgs/msg/NavSatFix", "attitude": "sensor_msgs/msg/Imu",
                "gimbal": "geometry_msgs/msg/QuaternionStamped", "height": "std_msgs/msg/Float64",
@@ -135,7 +135,7 @@ def test_a_camera_that_is_not_described_can_be_given_by_numbers(tmp_path, capsys
     assert "source: constant" not in out
 
 
-def test_types_that_nobody_knows_are_told_and_harm_nothing(tmp_path, capsys):
+def test_types_that_nobody_knows_are_reported_and_harm_nothing(tmp_path, capsys):
     kinds = {"secret_msgs/msg/Thing": None}
     topics = {"/thing": "secret_msgs/msg/Thing", "/fix": "sensor_msgs/msg/NavSatFix"}
     status, out = doctor(capsys, write(tmp_path / "bag", topics, kinds))

@@ -118,7 +118,7 @@ def test_a_flight_from_a_cliff_keeps_its_rows_and_says_what_to_set(tmp_path, cap
     assert "check its sign" in out
 
 
-def test_rows_too_far_apart_to_interpolate_between_are_told(tmp_path, capsys):
+def test_rows_too_far_apart_to_interpolate_between_are_reported(tmp_path, capsys):
     log = write_log(tmp_path, ["13.25,-59.5,100,10,90,-90"] * 4)
     assert run(log, tmp_path / "slow", "--rate", "0.3") == 0
     out = " ".join(capsys.readouterr().out.split())

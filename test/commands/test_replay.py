@@ -222,7 +222,9 @@ def test_a_model_asks_for_detection_even_where_boxes_are_recorded(
 
 
 @pytest.mark.parametrize("damaged", [(1,), (5, 7)])
-def test_damaged_images_are_counted_and_told(tmp_path, flight, detector, capsys, replay, damaged):
+def test_damaged_images_are_counted_and_reported(
+    tmp_path, flight, detector, capsys, replay, damaged
+):
     seen = []
 
     def cut_off(topic, msgtype, fields):
@@ -251,7 +253,7 @@ def test_refused_detections_are_listed_with_their_pixels(tmp_path, flight, capsy
     assert re.search(rf"{reason} +{flight.images}  ", capsys.readouterr().out)
 
 
-def test_a_depth_that_the_bag_lacks_is_told(tmp_path, flight, capsys, replay):
+def test_a_depth_that_the_bag_lacks_is_reported(tmp_path, flight, capsys, replay):
     wanted = tmp_path / "depth.yaml"
     wanted.write_text("depth: {topics: [aqua=sonar/depth]}\n")
     bag = flight.write(tmp_path / "bag")

@@ -173,7 +173,7 @@ def test_another_type_than_the_profiles_is_named(cross, recorded, refusal, argum
         ("fix", {"latitude": math.nan}, "is not on Earth"),
     ],
 )
-def test_a_value_of_no_use_is_told_and_refused(
+def test_a_value_of_no_use_is_reported_and_refused(
     cross, recorded, replay, arguments, tmp_path, capsys, group, values, sentence
 ):
     scene = cross.surveyed(cross.SCENES["nose33_down45"])
@@ -189,7 +189,7 @@ def test_a_value_of_no_use_is_told_and_refused(
     assert [row.split(",")[1] for row in rejected[:5]] == [f"bad_{group}"] * 5
 
 
-def test_heights_from_an_altitude_of_nan_are_told_and_refused(
+def test_heights_from_an_altitude_of_nan_are_reported_and_refused(
     cross, recorded, replay, arguments, tmp_path, capsys
 ):
     scene = cross.surveyed(cross.SCENES["nose33_down45"])

@@ -59,7 +59,7 @@ def test_a_socket_for_this_computer_takes_nothing_from_the_network(host, leaves,
     try:
         bound = output._udp._socket.getsockname()[0]
         assert output.leaves is leaves
-        assert bound == ("0.0.0.0" if leaves else "127.0.0.1")  # noqa: S104 - said, and told to
+        assert bound == ("0.0.0.0" if leaves else "127.0.0.1")  # noqa: S104 - stated, and asked for
         _announce(output, host, "CoT")
         assert said in capsys.readouterr().err
     finally:

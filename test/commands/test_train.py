@@ -93,7 +93,7 @@ def test_a_phase_without_images_is_refused(tmp_path, make_set, capsys, monkeypat
     assert "none of the 2 training images shows several robots" in said
 
 
-def test_who_stops_it_is_told_how_to_go_on(tmp_path, make_set, capfd, monkeypatch):
+def test_who_stops_it_reads_how_to_go_on(tmp_path, make_set, capfd, monkeypatch):
     monkeypatch.setattr(importlib.util, "find_spec", lambda _: True)
     stop = "import os, sys; os.kill(os.getppid(), 15); sys.stdin.read(); print('{}')"
     monkeypatch.setattr(supervise, "COMMAND", (sys.executable, "-c", stop))

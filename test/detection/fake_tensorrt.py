@@ -127,7 +127,7 @@ class Profile:
 
 
 def tensorrt(folder: Path, log: list) -> ModuleType:
-    """Return the module; what the builder was told is appended to `log`."""
+    """Return the module; calls of the builder are appended to `log`."""
     module = ModuleType("tensorrt")
     module.__version__ = "10.3.0"
     module.Logger = type("Logger", (), {"ERROR": 1, "__init__": lambda _self, _level: None})

@@ -87,7 +87,7 @@ def test_grey_becomes_three_equal_channels(padding):
     ],
 )
 def test_video_encodings_keep_colours(encoding, make, padding):
-    # Grey cannot tell u from v: the picture is coloured. Video range and full range differ by
+    # In grey, u and v are the same: the picture is coloured. Video range and full range differ by
     # up to 16 of 255, swapped colours by far more than 25.
     bgr = picture()
     decoded = decode(message(encoding, make(bgr), padding=padding))

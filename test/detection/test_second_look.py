@@ -79,7 +79,7 @@ def test_traits_are_log_odds_size_and_shape():
 
 
 class Given:
-    """A detector that finds what it is told."""
+    """A detector that returns the given boxes."""
 
     name, class_names = "given", ("aqua", "other")
 

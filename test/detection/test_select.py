@@ -175,7 +175,7 @@ def test_backend_follows_the_file_s_ending():
         possible_backends(Path("model"), "auto")
 
 
-def test_a_back_end_that_only_looks_present_is_passed_over_and_told(tmp_path, monkeypatch):
+def test_a_back_end_that_only_looks_present_is_passed_over_and_reported(tmp_path, monkeypatch):
     # Built for CUDA, but no GPU: ONNX Runtime then goes on on the processor without a word.
     import onnxruntime
 

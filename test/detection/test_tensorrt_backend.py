@@ -27,7 +27,7 @@ fake = runpy.run_path(str(HERE / "fake_tensorrt.py"))
 
 @pytest.fixture
 def device(tmp_path, monkeypatch):
-    """A pretended Jetson with TensorRT, and what its builder was told."""
+    """A pretended Jetson with TensorRT, and the calls of its builder."""
     gpu, log = fake["Gpu"](), []
     monkeypatch.setitem(sys.modules, "cuda.bindings.runtime", fake["cuda_runtime"](gpu))
     folder = tmp_path / "device"
@@ -139,7 +139,7 @@ def test_an_engine_that_does_not_fit_is_refused(tmp_path, device, change, words)
         load_detector(DetectorConfig(model=str(engine)))
 
 
-def test_want_of_memory_and_too_large_images_are_told_and_survived(tmp_path, device):
+def test_want_of_memory_and_too_large_images_are_reported_and_survived(tmp_path, device):
     detector = load_detector(DetectorConfig(model=str(build(tmp_path))))
     device[0].room = 1000
     with pytest.raises(ModelError, match="ran out of memory"):

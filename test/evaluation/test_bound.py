@@ -45,11 +45,11 @@ def test_the_receiver_s_offset_is_in_the_bound_and_a_known_place_takes_it_out():
     assert 0.05 < known[1] < 0.3
 
 
-def test_a_poorly_known_place_tells_less():
-    told = [sigmas({0: sigma})[1] for sigma in (0.05, 0.5, 1.0, 100.0)]
-    assert told == sorted(told)
-    assert told[2] == pytest.approx(math.hypot(1.0 / math.hypot(1.0, 1.0 / 1.2), 0.1), rel=0.25)
-    assert told[3] == pytest.approx(sigmas()[1], rel=0.02)
+def test_a_poorly_known_place_informs_less():
+    sigma_m = [sigmas({0: sigma})[1] for sigma in (0.05, 0.5, 1.0, 100.0)]
+    assert sigma_m == sorted(sigma_m)
+    assert sigma_m[2] == pytest.approx(math.hypot(1.0 / math.hypot(1.0, 1.0 / 1.2), 0.1), rel=0.25)
+    assert sigma_m[3] == pytest.approx(sigmas()[1], rel=0.02)
 
 
 def hovering(bearing, noise="rtk", count=300, height=15.0):

@@ -15,7 +15,7 @@ from fuzz import engine
 
 
 class Planted:
-    """Does as told where chance says so; a block's state shows whether cases follow one another."""
+    """Fails by chance, as requested; a block's state shows whether cases follow one another."""
 
     name, weight, block = "planted", 1, 10
 
@@ -92,7 +92,7 @@ def test_a_hang_ends(monkeypatch):
     assert engine.run(Planted(lambda *_: time.sleep(5.0)), 1, 0, 1).count(engine.HANG) == 1
 
 
-def test_memory_and_broken_rules_are_told_apart(monkeypatch):
+def test_memory_and_broken_rules_are_distinguished(monkeypatch):
     monkeypatch.setattr(engine, "MEMORY_BYTES", 0)
     held = []
     grow = Planted(lambda *_: held.append(b"x" * 400_000_000))
@@ -122,7 +122,7 @@ def test_the_command_says_how_to_repeat_and_ends_with_1(monkeypatch, capsys):
 
 
 @pytest.mark.parametrize("words", [["--only", "nothing"], ["--case", "3"]])
-def test_what_cannot_be_run_is_told(repository, words):
+def test_what_cannot_be_run_is_reported(repository, words):
     done = subprocess.run(
         [sys.executable, "-m", "fuzz", *words], cwd=repository, capture_output=True, text=True,
         check=False,

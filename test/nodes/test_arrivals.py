@@ -23,10 +23,10 @@ def test_rate_and_age():
     assert arrivals.rate(60 * SECOND) == 0.0
 
 
-def test_silence_is_told_once_and_so_is_its_end():
+def test_silence_is_reported_once_and_so_is_its_end():
     arrivals = Arrivals(0)
-    told = [arrivals.fell_silent(step * SECOND) for step in range(8)]
-    assert told == [False] * 5 + [True] + [False] * 2
+    reported = [arrivals.fell_silent(step * SECOND) for step in range(8)]
+    assert reported == [False] * 5 + [True] + [False] * 2
     assert arrivals.record(8 * SECOND) == 8.0
     assert arrivals.record(9 * SECOND) is None
     assert not arrivals.fell_silent(13 * SECOND)

@@ -140,7 +140,7 @@ def test_diagnostics_tell_inputs_robots_and_refusals(ros, hovering):
     assert counts["boxes"] == counts["boxes_used"] + refused
     assert counts["boxes_used"] > 1
     assert any(key.startswith("ms_") for key in values["positions"])
-    assert lines["stated noise"].message == "not judged yet"  # six boxes tell too little
+    assert lines["stated noise"].message == "not judged yet"  # six boxes are too few
     assert float(values["stated noise"]["heading_sigma_deg"]) == pytest.approx(1.5, abs=0.01)
 
 
@@ -266,7 +266,7 @@ def test_while_simulated_time_stands_still_nothing_is_predicted(ros, hovering, t
     assert fixes[-1][:2] == (108 * SECOND_NS, NO_FIX)
 
 
-def test_an_error_in_a_callback_is_survived_told_once_and_counted(start, ros, hovering):
+def test_an_error_in_a_callback_is_survived_reported_once_and_counted(start, ros, hovering):
     program = start("-c", FAILING)
     program.wait_for("method filter")
     assert ros

@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Errors that no callback caught are counted, told once for each place, and end a flood."""
+"""Uncaught errors are counted and logged once for each place; a flood ends the node."""
 
 from __future__ import annotations
 
@@ -18,18 +18,18 @@ def caught(make):
     raise AssertionError
 
 
-def test_each_place_is_told_once_and_each_error_is_counted():
+def test_each_place_is_reported_once_and_each_error_is_counted():
     errors = InternalErrors()
     one, other = (lambda: 1 // 0), (lambda: {}["a"])
     assert errors.last == ""
-    told = [errors.add(caught(make)) for make in (one, one, other, one)]
-    assert [bool(text) for text in told] == [True, False, True, False]
-    assert "ZeroDivisionError" in told[0]
-    assert "Traceback" in told[0]
+    reported = [errors.add(caught(make)) for make in (one, one, other, one)]
+    assert [bool(text) for text in reported] == [True, False, True, False]
+    assert "ZeroDivisionError" in reported[0]
+    assert "Traceback" in reported[0]
     assert (errors.count, errors.last.split(":")[0]) == (4, "ZeroDivisionError")
 
 
-def test_an_error_without_a_place_is_told_once():
+def test_an_error_without_a_place_is_reported_once():
     errors = InternalErrors()
     assert errors.add(ValueError("odd"))
     assert not errors.add(ValueError("odd"))

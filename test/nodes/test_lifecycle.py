@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""The detector's lifecycle: it starts by itself, and gives the network back when it is told to."""
+"""The detector's lifecycle: it starts by itself, and frees the network on cleanup."""
 
 from __future__ import annotations
 

@@ -55,7 +55,7 @@ def test_silence_and_mismatches_are_reported(ros, start):
     assert program.end() == 0
 
 
-def test_a_subscriber_that_cannot_be_served_is_told_what_to_change(ros):
+def test_a_subscriber_that_cannot_be_served_reads_what_to_change(ros):
     from aerial_gnss_ros.detection.base import Detections
     from aerial_gnss_ros.nodes.detector_node import DetectorNode
 

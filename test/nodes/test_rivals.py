@@ -11,7 +11,7 @@ from aerial_gnss_ros.nodes.rivals import FIRST_LOOKS, LEASE_LOOKS, Rivals
 OWN, OTHER = "/d/estimator", "/d/estimator_2"
 
 
-def test_it_is_told_once_and_stays_in_the_diagnostics_until_it_is_over():
+def test_it_is_reported_once_and_stays_in_the_diagnostics_until_it_is_over():
     rivals = Rivals("estimator")
     alone = ({"/d/map_datum": [OWN]}, [OWN, "/d/detector"])
     shared = ({"/d/map_datum": [OWN, OTHER]}, [OWN, OTHER])

@@ -134,7 +134,7 @@ def test_each_node_has_an_enclave_of_its_own(start, ros):
     assert program.end() == 0, program.text
 
 
-def test_security_that_this_ros_lacks_is_told_in_one_sentence(start, tmp_path, monkeypatch):
+def test_security_that_this_ros_lacks_is_reported_in_one_sentence(start, tmp_path, monkeypatch):
     for name in ("detector", "estimator"):
         (tmp_path / "enclaves" / "boat" / name).mkdir(parents=True)
     monkeypatch.setenv("ROS_SECURITY_ENABLE", "true")

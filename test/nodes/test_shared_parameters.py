@@ -26,11 +26,11 @@ OWN = "/d1/estimator:\n  ros__parameters: {robot_name: x}\n"
 
 
 @pytest.mark.parametrize("section", ["/**", "/*", "/d1/*", "/d1/**"])
-def test_a_key_of_other_programs_is_told_and_left_out(tmp_path, section):
-    path, told = tmp_path / "p.yaml", []
+def test_a_key_of_other_programs_is_reported_and_left_out(tmp_path, section):
+    path, reported = tmp_path / "p.yaml", []
     path.write_text(SHARED.replace("/**", section))
-    read([path], SCHEMAS, "/" if section == "/*" else "/d1", told.append)
-    assert told[0].startswith(
+    read([path], SCHEMAS, "/" if section == "/*" else "/d1", reported.append)
+    assert reported[0].startswith(
         f"{path}: robot_name is not a parameter of this package and is ignored"
     )
     node, namespace = "estimator", "/" if section == "/*" else "/d1"

@@ -103,7 +103,7 @@ def test_a_signal_ends_all_with_status_0(start, number):
     assert gone(child)
 
 
-@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="only Linux tells children")
+@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="only Linux notifies children")
 def test_none_is_left_behind_when_the_supervisor_itself_is_killed(start):
     program = supervised(start, one=LIVES.format(name="one"))
     child = pid(program, "one")

@@ -43,7 +43,7 @@ def where(capsys, *more):
     return status, *capsys.readouterr()
 
 
-def test_the_position_known_is_told(estimator, capsys):
+def test_the_position_known_is_reported(estimator, capsys):
     estimator()
     status, out, _ = where(capsys)
     assert status == 0

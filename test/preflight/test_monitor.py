@@ -72,8 +72,8 @@ def test_one_wrong_stamp_costs_nothing(player, name, off, images):
     assert player.seconds() == player.seconds("body") == every(0.0, 6.0)
     assert player.monitor.records[name].bad == 1
     assert player.monitor.records[name].trouble.startswith("its stamp is 86")
-    (told,) = player.monitor.events
-    assert f"1 message on {name} refused" in told
+    (reported,) = player.monitor.events
+    assert f"1 message on {name} refused" in reported
 
 
 @pytest.mark.parametrize("off", [DAY, -DAY])
@@ -81,8 +81,8 @@ def test_5_s_of_wrong_stamps_cost_these_5_s(player, off):
     player.play(3.0).play(5.0, off={"fix": off}).play(3.0)
     assert player.seconds() == every(0.0, 3.0) + every(8.0, 11.0)
     assert player.monitor.records["fix"].bad == 50
-    (told,) = player.monitor.events
-    assert "50 messages on fix refused" in told
+    (reported,) = player.monitor.events
+    assert "50 messages on fix refused" in reported
 
 
 @pytest.mark.parametrize("images", [True, False])
@@ -94,9 +94,9 @@ def test_time_that_begins_anew_is_followed(player, images):
     assert player.seconds() == every(0.0 if images else 0.2, 4.0)
     assert all(record.bad == 0 for record in player.monitor.records.values())
     if images:
-        (told,) = player.monitor.events
-        assert told.startswith("Time went backward by 60.")
-    else:  # nobody tells whether all clocks were set or time began anew
+        (reported,) = player.monitor.events
+        assert reported.startswith("Time went backward by 60.")
+    else:  # all clocks were set, or time restarted: not known
         assert player.monitor.events == [f"The clock of {name} was set." for name in TELEMETRY]
 
 

@@ -115,8 +115,8 @@ def test_labels_tell_of_all_robots_in_an_image_and_boxes_of_the_clear_ones(rende
     boxes = [message for _, message in found["/truth/detections"]]
     assert [one["stamp_ns"] for one in labels] == [nanoseconds(m.header.stamp) for m in boxes]
     clear = 0
-    for told, message in zip(labels, boxes, strict=True):
-        robots = {robot["robot_id"]: robot for robot in told["robots"]}
+    for reported, message in zip(labels, boxes, strict=True):
+        robots = {robot["robot_id"]: robot for robot in reported["robots"]}
         for box in message.detections:
             robot = robots[box.id]
             assert robot["contrast"] >= 0.06
@@ -126,7 +126,7 @@ def test_labels_tell_of_all_robots_in_an_image_and_boxes_of_the_clear_ones(rende
             clear += 1
     assert clear == sum(
         robot["contrast"] >= 0.06 and robot["visible"] >= 0.5
-        for told in labels for robot in told["robots"]
+        for reported in labels for robot in reported["robots"]
     ) > 5  # fmt: skip
 
 

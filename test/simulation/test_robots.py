@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Robots swim at their speed, near home, apart from one another, and dive only when told."""
+"""Robots swim at their speed, near home, apart from one another, and dive only when asked to."""
 
 from __future__ import annotations
 

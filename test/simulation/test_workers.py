@@ -26,7 +26,7 @@ def test_results_come_in_the_order_of_the_jobs(processes):
     assert list(shared(math.sqrt, [n * n for n in range(20)], processes, "")) == list(range(20))
 
 
-def test_a_killed_process_is_told_instead_of_waited_for():
+def test_a_killed_process_is_reported_and_not_waited_for():
     with pytest.raises(OutputError, match="memory ran out"):
         list(shared(os._exit, [1, 1, 1], 2, "memory ran out"))
 
@@ -49,7 +49,7 @@ def test_a_pool_that_breaks_finds_no_future_cancelled(monkeypatch):
 
     monkeypatch.setattr(ProcessPoolExecutor, "shutdown", ending)
     monkeypatch.setattr(Future, "set_exception", telling)
-    monkeypatch.setattr(threading, "excepthook", lambda told: raised.append(told.exc_value))
+    monkeypatch.setattr(threading, "excepthook", lambda reported: raised.append(reported.exc_value))
     with pytest.raises(OutputError, match="memory ran out"):
         list(shared(os._exit, [1] * 9, 2, "memory ran out"))
     assert raised == []
@@ -73,7 +73,7 @@ def not_ignoring():
 
 @pytest.mark.usefixtures("not_ignoring")
 def test_ctrl_c_is_for_the_parent_alone(tmp_path):
-    """A traceback of every worker told nobody anything."""
+    """A traceback of every worker helps nobody."""
     folder = Path(__file__).parents[2]
     command = [sys.executable, "-m", "aerial_gnss_ros.cli", "simulate", "--dataset"]
     process = subprocess.Popen(

@@ -21,7 +21,7 @@ from scored import ROBOT, found, truth
 
 
 class Told:
-    """A detector that finds what it is told, image by image."""
+    """A detector that returns the given boxes, image by image."""
 
     class_names = ("aqua",)
 

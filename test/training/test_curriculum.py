@@ -118,8 +118,8 @@ def test_killed_twice_and_resumed(tmp_path, make_set, guarded):
     process = start(guarded, "--resume", run, "--json")
     out, said = process.communicate()
     assert process.returncode == 0, said
-    told = json.loads(out)["scores"]
-    assert (told["split"], told["images"], told["overall"]["robots"]) == ("val", 4, 7)
+    reported = json.loads(out)["scores"]
+    assert (reported["split"], reported["images"], reported["overall"]["robots"]) == ("val", 4, 7)
 
     table = rows_of(run / "metrics.csv")
     order = [("1", "1"), ("1", "2"), ("1", "3"), ("2", "1"), ("2", "2")]

@@ -19,7 +19,7 @@ def test_epochs_that_were_repeated_count_once(tmp_path):
     second.write_text("epoch, train/box_loss\n1, 5.0\n")
     rows = read_epochs([first, second, tmp_path / "none.csv"])
     table = list(csv.DictReader(io.StringIO(as_csv(rows))))
-    told = [(row["phase"], row["epoch"], row["train/box_loss"]) for row in table]
-    assert told == [("1", "1", "9.0"), ("1", "2", "7.0"), ("1", "3", "6.0"), ("2", "1", "5.0")]
+    reported = [(row["phase"], row["epoch"], row["train/box_loss"]) for row in table]
+    assert reported == [("1", "1", "9.0"), ("1", "2", "7.0"), ("1", "3", "6.0"), ("2", "1", "5.0")]
     draw_curves(rows, tmp_path / "curves.png")
     assert cv2.imread(str(tmp_path / "curves.png")) is not None

@@ -72,13 +72,13 @@ def write(path, labels):
     return path
 
 
-def told(robots=ROBOTS):
+def reported(robots=ROBOTS):
     rows = [{"robot_id": robot.robot_id, **robot.figures()} for robot in robots]
     return json.dumps({"stamp_ns": STAMP, "robots": rows})
 
 
 def test_only_what_lies_on_no_robot_is_false(tmp_path):
-    (image,) = read_bag(write(tmp_path / "flight", told()))
+    (image,) = read_bag(write(tmp_path / "flight", reported()))
     assert image.truth.counted.tolist() == [True, False, False, False]
     assert image.truth.contrast.tolist() == [0.3, 0.3, 0.05, 0.3]
     assert image.truth.corners[1].tolist() == [-0.5, 50.0, 19.5, 70.0]
@@ -97,7 +97,7 @@ def test_a_bag_from_before_is_read_as_before(tmp_path):
 
 
 def test_an_image_without_robots_is_scored(tmp_path):
-    (image,) = read_bag(write(tmp_path / "flight", told([])))
+    (image,) = read_bag(write(tmp_path / "flight", reported([])))
     assert score(Finder(), [image]).overall.false == 5
 
 

@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""A model's card tells data, parameters and scores."""
+"""A model card states data, parameters and scores."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""A network in 8 bits finds what it finds in 32; what cannot be exported is told."""
+"""A network in 8 bits finds what it finds in 32; what cannot be exported is refused."""
 
 from __future__ import annotations
 

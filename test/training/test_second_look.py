@@ -80,7 +80,7 @@ def test_it_learns_what_the_detector_does_not_know(tmp_path, crosses):
     write(network, Terms(), Share(0.5, 1.0), path)
     mixed = SecondLook(path, 1).scores(image, xywh, np.array([0.7, 0.2]))
     odds = np.log(alone / (1 - alone)), np.log([0.7 / 0.3, 0.2 / 0.8])
-    # The network is told the first scores too, so that its own answer moves a little.
+    # The first scores are an input of the network, so that its own answer moves a little.
     np.testing.assert_allclose(np.log(mixed / (1 - mixed)), sum(odds) / 2 + 1, atol=0.5)
 
 
@@ -112,8 +112,8 @@ def test_the_command_writes_a_file_or_nothing(tmp_path, capsys):
     command = [str(model), str(first), "--times", "2", str(second), "--held-out", str(second)]
     command += ["-o", str(output), "--steps", "3", "--threads", "1"]
     assert main(command) == 0
-    told = capsys.readouterr().out
-    assert "12 boxes, 6 on robots" in told
+    reported = capsys.readouterr().out
+    assert "12 boxes, 6 on robots" in reported
     assert SecondLook(output).terms == Terms()
     assert main(command) == 2
     assert "exists already" in capsys.readouterr().err

@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""How a training ends is told in a sentence; tested without torch, with processes in its place."""
+"""How a training ended, in a sentence; tested without torch, with processes in its place."""
 
 from __future__ import annotations
 
@@ -64,8 +64,8 @@ def test_ultralytics_is_kept_offline_and_to_its_threads(monkeypatch, tmp_path):
         "import json, os; print(json.dumps({name: os.environ.get(name) for name in "
         "('YOLO_OFFLINE', 'YOLO_AUTOINSTALL', 'YOLO_CONFIG_DIR', 'OMP_NUM_THREADS')}))"
     )
-    ((told,), _, _) = follow(monkeypatch, tmp_path, show)
-    assert told == {
+    ((reported,), _, _) = follow(monkeypatch, tmp_path, show)
+    assert reported == {
         "YOLO_OFFLINE": "true",
         "YOLO_AUTOINSTALL": "false",
         "YOLO_CONFIG_DIR": str(tmp_path / ".ultralytics"),
@@ -140,8 +140,8 @@ def parent_of(process):
 
 
 def alive(pid):
-    told = fields(Path("/proc") / str(pid))
-    return bool(told) and told[0] != "Z"
+    reported = fields(Path("/proc") / str(pid))
+    return bool(reported) and reported[0] != "Z"
 
 
 def fields(process):

@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""A training of one epoch, exported and loaded; and what ultralytics is told for a given time."""
+"""A training of one epoch, exported and loaded; settings of ultralytics for a given time."""
 
 from __future__ import annotations
 

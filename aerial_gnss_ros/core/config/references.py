@@ -27,7 +27,7 @@ class Reference:
     class_id: str = key(
         "",
         "Class name that the detector gives it. Best a class that only references have: else its "
-        "position must tell it from robots, which takes a better receiver.",
+        "position must distinguish it from robots, which takes a better receiver.",
         dynamic=True,
     )
     position: tuple[float, ...] = key(

@@ -64,8 +64,8 @@ def fit_rotation(
             np.einsum("nik,nil->kl", weighted, by_angles)
             + np.eye(3) / TUNING.turn_rate_sigma_radps**2
         )
-        told = -np.einsum("nik,ni->k", weighted, sums)
-        return np.linalg.solve(information, told), information
+        weighted_sum = -np.einsum("nik,ni->k", weighted, sums)
+        return np.linalg.solve(information, weighted_sum), information
 
     robots = float(costs(sums)[0].sum())
     turn, information = fitted(1.0 / stated)

@@ -9,10 +9,10 @@ fewer of them than one unseen for minutes. The position density of a robot out o
 (`return_position`), and its absence has a learnt distribution (`return_time`).
 
 If a track could be either of two robots, the decision waits: once the other one surfaces too, their
-relative position tells them apart, whatever error they share. One image must show both, since a
+relative position distinguishes them, whatever error they share. One image must show both, since a
 robot that missed a box or two may have started a second track. If relative positions do not decide,
-both tracks get new labels and the old ones end, as no later image could tell. If the other one does
-not surface and no robot is likely enough, the track gets a new label.
+both tracks get new labels and the old ones end, as no later image could decide. If the other one
+does not surface and no robot is likely enough, the track gets a new label.
 """
 
 from __future__ import annotations
@@ -275,7 +275,7 @@ def _unsettled(probabilities: Array, columns: Indices, age: Array) -> Mask:
 
 
 def _undecided(best: Array, unclear: Mask, age: Array, nearest: Array) -> Mask:
-    """Return which new tracks wait (m,): more images may tell which robots they are.
+    """Return which new tracks wait (m,): more images may identify them.
 
     Args:
         best: (m,) probability of the likeliest robot.

@@ -71,9 +71,9 @@ class VelocityLikelihood:
         """
         values, axes = np.linalg.eigh(spread)
         began = np.square(np.asarray(speed))[..., None]
-        told = np.maximum(1.0 - values / began, values / TUNING.unseen_variance_m2ps2)
-        alone = np.einsum("mij,mj,mkj->mik", axes, 1.0 / told, axes)
-        own = np.einsum("mij,mj,mkj->mik", axes, values / told, axes)
+        weight = np.maximum(1.0 - values / began, values / TUNING.unseen_variance_m2ps2)
+        alone = np.einsum("mij,mj,mkj->mik", axes, 1.0 / weight, axes)
+        own = np.einsum("mij,mj,mkj->mik", axes, values / weight, axes)
         return cls(np.einsum("mij,mj->mi", alone, velocities), own)
 
     def ratio(self, expected: Array, spread: Array, speed: float) -> Array:

@@ -7,8 +7,8 @@ its first sample, the value is then off the straight line between its ends by th
 
     q s² (T - s)² / 3T,
 
-q T³ / 48 in the middle (the bridge of an integrated Wiener process whose rate is unknown). How
-large q is the samples tell themselves: each lies off the line between its neighbours likewise. The
+q T³ / 48 in the middle (the bridge of an integrated Wiener process whose rate is unknown). The
+samples themselves show q: each lies off the line between its neighbours likewise. The
 gap itself counts besides the average, since a platform that was calm may turn just in it.
 """
 
@@ -50,13 +50,13 @@ class InterpolationErrorTuning:
     weight: float = 4.0
     """Number of samples that the expected density counts for. Judged."""
     own_weight: float = 1.0
-    """Weight of what a gap's own neighbours tell, against 1 for the average. Judged."""
+    """Weight of a gap's own neighbours, against 1 for the average. Judged."""
     lag_s: float = 0.45
     """Least time between samples that are compared, s: in less, noise hides the motion."""
     memory_s: float = 60.0
     """Time constant with which older samples count less, s. Judged."""
     longest_s: float = 10.0
-    """Samples farther apart tell nothing of the motion between them, s. Judged."""
+    """Samples farther apart show nothing of the motion between them, s. Judged."""
 
 
 TUNING = InterpolationErrorTuning()

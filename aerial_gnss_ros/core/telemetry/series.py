@@ -156,7 +156,7 @@ class Series(Generic[T]):
                 value = self._between(values[before], values[after], since / gap, stamp_ns)
                 return Sample(value, max(since, gap - since) * 1e-9, gap * 1e-9)
         missing = self.missing_at(stamp_ns)
-        assert missing is not None  # noqa: S101 - the same neighbours tell it
+        assert missing is not None  # noqa: S101 - by the same neighbours
         return missing
 
     def missing_at(self, stamp_ns: int) -> Missing | None:

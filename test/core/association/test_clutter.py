@@ -21,7 +21,7 @@ def test_the_chance_of_a_false_box_in_a_gate(beside, tracks, share):
 
 def test_clutter_is_heavy_where_boxes_are_missed_and_false_too_often_to_be_by_chance():
     """Product of the two rates, each faded image by image, against the definition."""
-    rng, told = np.random.default_rng(4), set()
+    rng, reported = np.random.default_rng(4), set()
     for share in (0.5, 1.0, 2.0):
         clutter, seen = Clutter(), []
         rate = share * np.sqrt(TUNING.rare_product)
@@ -33,5 +33,5 @@ def test_clutter_is_heavy_where_boxes_are_missed_and_false_too_often_to_be_by_ch
             images, all_robots, missed, stray = fading @ np.array(seen)
             rates = missed / all_robots, stray / images
             assert clutter.heavy == (rates[0] * rates[1] > TUNING.rare_product)
-            told.add(clutter.heavy)
-    assert told == {True, False}
+            reported.add(clutter.heavy)
+    assert reported == {True, False}

@@ -92,7 +92,7 @@ def test_a_turn_of_the_picture_is_found():
     assert moved(POINTS, result.motion) == pytest.approx(found[[1, 2, 0]], abs=0.005)
 
 
-def test_two_that_meet_are_not_told_apart():
+def test_two_that_meet_are_not_distinguished():
     """Points half a sigma apart: either way is about as likely."""
     chances = linked([[0.0, 0.0], [0.005, 0.0]], [[0.0, 0.001], [0.005, -0.001]]).chances
     assert 0.4 < chances[0, 0] < 0.7

@@ -45,7 +45,7 @@ def pictures(sea):
     return made
 
 
-def told(labels, index):
+def reported(labels, index):
     """The factors of a, b, c and of any other robot."""
     return [labels[index].factor(name) for name in (*NAMES, "other")]
 
@@ -60,7 +60,7 @@ def test_robots_that_change_places_are_followed(pictures):
         labels = pictures.blind(places[[2, 0, 1]])
     labels = pictures.posed(places[[1, 0, 2]], named={})
     for index, own in enumerate((1, 0, 2)):
-        factors = told(labels, index)
+        factors = reported(labels, index)
         assert factors[own] > 0.99
         assert sum(factors) == pytest.approx(factors[own] + 3 * IMAGE_LABELS.unmodelled_probability)
 
@@ -73,9 +73,9 @@ def test_two_that_met_may_be_either(pictures):
         places[0] += one * (START[1] - START[0])
         places[1] -= one * (START[1] - START[0])
         labels = pictures.blind(places)
-    assert told(labels, 0)[:2] == pytest.approx([0.5, 0.5], abs=0.2)
-    assert told(labels, 1)[:2] == pytest.approx(told(labels, 0)[1::-1], abs=0.05)
-    assert told(labels, 2)[2] > 0.99
+    assert reported(labels, 0)[:2] == pytest.approx([0.5, 0.5], abs=0.2)
+    assert reported(labels, 1)[:2] == pytest.approx(reported(labels, 0)[1::-1], abs=0.05)
+    assert reported(labels, 2)[2] > 0.99
 
 
 def test_a_robot_missed_for_a_moment_is_found_again(pictures):
@@ -83,18 +83,18 @@ def test_a_robot_missed_for_a_moment_is_found_again(pictures):
         places = START + np.array([8.0 * i, 0.0])
         shown = places if not 5 <= i < 9 else places[1:]
         labels = pictures.blind(shown)
-    assert told(labels, 0)[0] > 0.98
-    assert told(labels, 1)[1] > 0.98
+    assert reported(labels, 0)[0] > 0.98
+    assert reported(labels, 1)[1] > 0.98
 
 
 def test_a_robot_gone_for_long_may_be_what_comes_up_anywhere(pictures):
     for _ in range(20):
         pictures.blind(START[1:])
     labels = pictures.blind(np.array([*START[1:], [900.0, 600.0]]))
-    a, b, c, other = told(labels, 2)
+    a, b, c, other = reported(labels, 2)
     assert b == c == IMAGE_LABELS.unmodelled_probability
     assert a == pytest.approx(other, abs=0.01)
-    assert other > 0.99  # a, or a robot never seen: its place must tell
+    assert other > 0.99  # a, or a robot never seen: its position must decide
 
 
 def test_pictures_far_apart_tell_nothing(sea):
@@ -102,26 +102,26 @@ def test_pictures_far_apart_tell_nothing(sea):
     for _ in range(3):
         slow.posed(START)
     labels = slow.blind(START)
-    assert told(labels, 0) == [1.0] * 4
+    assert reported(labels, 0) == [1.0] * 4
 
 
 def test_a_picture_that_jumps_tells_no_names(pictures):
     pictures.blind(START)
     labels = pictures.blind(START + np.array([320.0, 150.0]))
-    assert max(told(labels, 0)[:1] + told(labels, 1)[1:2]) <= told(labels, 0)[3]
+    assert max(reported(labels, 0)[:1] + reported(labels, 1)[1:2]) <= reported(labels, 0)[3]
 
 
 def test_robots_in_no_image_before_stay_unknown(pictures):
     labels = pictures.blind(np.array([*START, [900.0, 600.0]]))
-    assert told(labels, 3)[:3] == [IMAGE_LABELS.unmodelled_probability] * 3
-    assert told(labels, 3)[3] > 0.99
+    assert reported(labels, 3)[:3] == [IMAGE_LABELS.unmodelled_probability] * 3
+    assert reported(labels, 3)[3] > 0.99
 
 
 def test_false_boxes_take_no_names(pictures):
     rng = np.random.default_rng(1)
     for _ in range(30):
         labels = pictures.blind(np.array([*START, *rng.uniform((0, 0), (1280, 720), (2, 2))]))
-    assert [told(labels, i)[i] > 0.9 for i in range(3)] == [True] * 3
+    assert [reported(labels, i)[i] > 0.9 for i in range(3)] == [True] * 3
 
 
 def test_other_images_have_no_labels(pictures):
@@ -134,20 +134,20 @@ def test_other_images_have_no_labels(pictures):
 
 
 def test_a_box_that_measures_a_robot_is_that_robot(pictures):
-    """Whatever the picture told: here of two that met."""
+    """Whatever the image evidence: here of two that met."""
     for _ in range(3):
         pictures.blind(np.array([START[0], START[0], START[2]]))
     pictures.posed(START[[0, 0, 2]], named={0: "b", 2: "c"})
     labels = pictures.posed(START[[0, 2]], named={})
-    assert told(labels, 0)[1] > 0.4
-    assert told(labels, 1)[2] > 0.99
+    assert reported(labels, 0)[1] > 0.4
+    assert reported(labels, 1)[2] > 0.99
 
 
 @pytest.mark.parametrize("count", [33, 200])
 def test_a_picture_full_of_boxes_is_followed_no_further(pictures, count):
     rng = np.random.default_rng(1)
     labels = pictures.blind(rng.uniform((0, 0), (1280, 720), (count, 2)))
-    assert all(told(labels, i) == [1.0] * 4 for i in labels)
+    assert all(reported(labels, i) == [1.0] * 4 for i in labels)
 
 
 def test_before_any_robot_is_known_there_is_nothing_to_follow(sea):
@@ -156,7 +156,7 @@ def test_before_any_robot_is_known_there_is_nothing_to_follow(sea):
 
 def test_numbers_beyond_any_picture_do_no_harm(pictures):
     labels = pictures.blind(np.array([*START, [1e300, -1e300]]))
-    assert told(labels, 1)[1] > 0.99
+    assert reported(labels, 1)[1] > 0.99
 
 
 class _Pause:
@@ -259,4 +259,4 @@ def test_a_picture_that_pans_is_followed_as_it_did_while_it_had_a_pose(sea):
         pan.posed(row + np.array([60.0 * i, 0.0]))
     labels = pan.blind(row[:2] + np.array([300.0, 0.0]))
     for index in range(2):
-        assert told(labels, index)[index] > 0.7
+        assert reported(labels, index)[index] > 0.7

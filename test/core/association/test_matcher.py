@@ -215,7 +215,7 @@ def test_robots_that_left_the_picture_are_not_missing():
     assert not matcher.scene_mismatch
 
 
-def test_one_image_may_be_in_error_the_second_is_told_once():
+def test_one_image_may_be_in_error_the_second_is_reported_once():
     joint = _joint(None)
     matcher = Matcher(joint, 9.0, 2.0)
     said = []

@@ -123,8 +123,8 @@ def test_every_refusal_by_its_smallest_scene(sea, reason, values, change):
 
 
 def test_the_table_above_leaves_out_no_reason():
-    told = {reason for reason, _, _ in REFUSALS}
-    assert set(Reason) - told == {
+    reported = {reason for reason, _, _ in REFUSALS}
+    assert set(Reason) - reported == {
         Reason.GATED,  # in test_tracks: a second box on a robot
         Reason.INTERNAL,  # in test_guard
         Reason.TOO_FAST,  # in test_account, as the next
@@ -132,19 +132,19 @@ def test_the_table_above_leaves_out_no_reason():
     }
 
 
-def test_boxes_of_other_classes_only_are_told_with_both_names(sea):
-    def told(classes):
+def test_boxes_of_other_classes_only_are_reported_with_both_names(sea):
+    def reported(classes):
         engine = sea.estimator({"detections.classes": ["boat", "ship"]})
         for i, name in enumerate(classes):
             engine.add_detections(sea.boxes(0.1 * i, [sea.middle], name))
         engine.flush()
         return [sentence for sentence in engine.events if "wrong_class" in sentence]
 
-    assert told(["aqua"] * 9) == []  # may still be chance
-    (sentence,) = told(["aqua"] * 7 + ["buoy"] * 7)
+    assert reported(["aqua"] * 9) == []  # may still be chance
+    (sentence,) = reported(["aqua"] * 7 + ["buoy"] * 7)
     assert sentence.startswith("All boxes so far are of class 'aqua', 'buoy' and refused as wrong")
     assert "detections.classes is 'boat', 'ship'; enter the class" in sentence
-    assert told(["boat"] + ["aqua"] * 20) == []
+    assert reported(["boat"] + ["aqua"] * 20) == []
 
 
 def test_nothing_is_refused_where_nothing_is_missing(sea):
@@ -164,7 +164,7 @@ def test_one_bad_neighbour_refuses_the_scene_between(sea):
     assert [r.reason for r in scene.run().rejections] == [Reason.BAD_GIMBAL]
 
 
-def test_what_can_never_come_is_told_at_once_and_waits_for_nothing_late(sea):
+def test_what_can_never_come_is_reported_at_once_and_waits_for_nothing_late(sea):
     scene = sea.Scene({"height.max_gap": 1.5})
     scene.samples |= {"fix": (0.9,), "height": (0.2, 2.0)}
     scene.feed()

@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""What the engine publishes and tells: methods, names over a restart, the map, diagnostics."""
+"""What the engine publishes and reports: methods, labels over a restart, the map, diagnostics."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def test_names_outlive_the_program(sea, tmp_path):
         sea.estimator(values)
 
 
-def test_a_state_file_that_cannot_be_written_is_told_once_and_stops_nothing(sea, tmp_path):
+def test_a_state_file_that_cannot_be_written_is_reported_once_and_stops_nothing(sea, tmp_path):
     folder = tmp_path / "usb"
     folder.mkdir()
     engine = sea.estimator({"state_file": str(folder / "names.json")})
@@ -77,7 +77,7 @@ def test_map_datum_is_the_first_accepted_fix(sea):
     ]
 
 
-def test_an_unknown_altitude_is_told_once(sea):
+def test_an_unknown_altitude_is_reported_once(sea):
     engine = sea.estimator()
     sea.play(engine, sea.World(), 2.0)
     assert sum("altitudes are NaN" in sentence for sentence in engine.events) == 1

@@ -87,10 +87,10 @@ def test_time_that_goes_backward_clears_and_says_so_once(sea, source):
     else:
         getattr(engine, f"add_{source}")(getattr(world, source)(0.0))
     again = sea.play(engine, world, 2.0, begin=0.1)
-    told = engine.take_events()
-    assert len(told) == 1
-    assert "Time went backward by 10" in told[0]
-    assert source in told[0]
+    reported = engine.take_events()
+    assert len(reported) == 1
+    assert "Time went backward by 10" in reported[0]
+    assert source in reported[0]
     assert [e.robot_id for e in again[-1].estimates] == ["aqua_2"]  # no name is used twice
     stamps = [result.stamp_ns for result in again]
     assert stamps == sorted(stamps)
@@ -113,7 +113,7 @@ def test_after_a_jump_only_camera_and_level_hold_on(sea):
     assert result.pose.height == pytest.approx(28.0)
 
 
-def test_stamps_of_another_clock_are_told(sea):
+def test_stamps_of_another_clock_are_reported(sea):
     """A bag in a loop: headers begin again, what is stamped on arrival goes on."""
     engine, world = sea.estimator(), sea.World()
     sea.play(engine, world, 2.0, begin=10.0, until_flush=False)
@@ -126,12 +126,12 @@ def test_stamps_of_another_clock_are_told(sea):
     reasons = {r.reason for result in engine.flush() for r in result.rejections}
     assert reasons == {Reason.NO_HEIGHT}
     assert engine.happened["time_went_backward"] == 1
-    told = [sentence for sentence in engine.events if "their clocks differ" in sentence]
-    assert len(told) == 1
-    assert "The oldest height is 20.0 s later than an image" in told[0]
+    reported = [sentence for sentence in engine.events if "their clocks differ" in sentence]
+    assert len(reported) == 1
+    assert "The oldest height is 20.0 s later than an image" in reported[0]
 
 
-def test_a_frame_of_500_false_boxes_is_told_and_makes_no_robot(sea):
+def test_a_frame_of_500_false_boxes_is_reported_and_makes_no_robot(sea):
     engine, world = sea.estimator(), sea.World(robots={"a": lambda _t: (3.0, 22.0)})
     sea.play(engine, world, 3.0, until_flush=False)
     centers = np.random.default_rng(1).uniform((0.0, 0.0), (1280.0, 720.0), (500, 2))

@@ -123,9 +123,9 @@ def test_a_fix_that_cannot_be_is_refused_in_flight(sea, name):
 def test_zeros_before_the_first_fix_are_refused(sea, seconds):
     flight = Flight(sea, "fix", FIXES["zeros"], begin=0.0, end=seconds)
     flight.check("fix", since=seconds)
-    told = [one for one in flight.engine.events if one.startswith("The origin of map")]
-    assert len(told) == 1
-    assert told[0].startswith("The origin of map is 13.19")
+    reported = [one for one in flight.engine.events if one.startswith("The origin of map")]
+    assert len(reported) == 1
+    assert reported[0].startswith("The origin of map is 13.19")
 
 
 def test_first_fixes_far_away_are_outvoted_and_the_origin_moves(sea):
@@ -142,9 +142,9 @@ def test_robots_found_from_a_wrong_place_are_given_up(sea):
     rows = [one.robot_id for t, one, _ in flight.rows() if t > 6.0]
     assert set(rows) == {"aqua_4", "aqua_5", "aqua_6"}
     assert all(math.hypot(*best) < 1.0 for t, _, best in flight.rows() if t > 6.0)
-    told = [one for one in flight.engine.events if "m from its earlier fixes" in one]
-    assert len(told) == 1
-    assert "robots get new labels" in told[0]
+    reported = [one for one in flight.engine.events if "m from its earlier fixes" in one]
+    assert len(reported) == 1
+    assert "robots get new labels" in reported[0]
 
 
 def test_longitude_500_all_flight_gives_no_position(sea):

@@ -22,10 +22,10 @@ def test_robots_found_again_or_not(result_at):
     assert not again.failed(result_at(103 * SECOND, ["a", "d"], boxes=3))  # half of them
     assert not again.failed(result_at(110 * SECOND, ["d"]))
     again.expect(before)
-    told = [
+    reported = [
         again.failed(result_at(i * SECOND, ["d", "c"], boxes=3)) for i in range(TRIAL_IMAGES + 1)
     ]
-    assert told == [False] * (TRIAL_IMAGES - 1) + [True] * 2
+    assert reported == [False] * (TRIAL_IMAGES - 1) + [True] * 2
     again.expect(before)
-    told = [again.failed(result_at(i * SECOND // 10, ["d"], boxes=3)) for i in range(22)]
-    assert told == [False] * 21 + [True]
+    reported = [again.failed(result_at(i * SECOND // 10, ["d"], boxes=3)) for i in range(22)]
+    assert reported == [False] * 21 + [True]

@@ -39,7 +39,7 @@ def state(value, seen=None):  # noqa: PLR0911
         return value.tobytes() if isinstance(value, np.ndarray) else repr(value)
     if isinstance(
         value, (TelemetryBuffers, Events)
-    ):  # images do not change the one; the other tells
+    ):  # images do not change the one; the other shows it
         return ""
     if id(value) in seen:
         return seen[id(value)]
@@ -176,7 +176,7 @@ def test_an_image_that_fails_anywhere_leaves_no_trace(sea, monkeypatch, values):
     assert engine.happened["filter_restarts"] == 0
 
 
-def test_a_failed_image_is_told_once_with_what_a_developer_needs(sea, monkeypatch):
+def test_a_failed_image_is_reported_once_with_what_a_developer_needs(sea, monkeypatch):
     engine, world, _ = ready(sea)
     engine.take_events()
 
@@ -293,7 +293,9 @@ def test_a_message_that_cannot_be_kept_is_counted(sea, monkeypatch):
     assert engine._origin.local is not None  # as configured
 
 
-def test_a_state_file_that_fails_in_any_way_is_told_and_ends_nothing(sea, monkeypatch, tmp_path):
+def test_a_state_file_that_fails_in_any_way_is_reported_and_ends_nothing(
+    sea, monkeypatch, tmp_path
+):
     engine, world, _ = ready(sea, {"state_file": str(tmp_path / "names.json")})
 
     def failing(*_):
@@ -303,5 +305,5 @@ def test_a_state_file_that_fails_in_any_way_is_told_and_ends_nothing(sea, monkey
     engine.take_events()
     results = images(sea, engine, world, 3)
     assert all(len(one.estimates) == 3 for one in results)
-    (told,) = engine.take_events()
-    assert "state_file cannot be written (UnicodeEncodeError" in told
+    (reported,) = engine.take_events()
+    assert "state_file cannot be written (UnicodeEncodeError" in reported

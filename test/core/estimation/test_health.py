@@ -12,8 +12,12 @@ from aerial_gnss_ros.core.estimation.health import summary
 from aerial_gnss_ros.core.values.estimates import State
 
 
-def test_a_robot_is_told_with_its_own_numbers(result_at):
+def test_a_robot_is_reported_with_its_own_numbers(result_at):
     (robot,) = result_at(7, ["aqua_3"], state=State.COASTING).estimates
-    told = summary(replace(robot, covariance=np.diag([4.0, 9.0, 1.0, 1.0])))
-    assert (told.robot_id, told.class_id, told.state) == ("aqua_3", "aqua", State.COASTING)
-    assert (told.last_seen_ns, told.sigma_m) == (6, 3.0)
+    reported = summary(replace(robot, covariance=np.diag([4.0, 9.0, 1.0, 1.0])))
+    assert (reported.robot_id, reported.class_id, reported.state) == (
+        "aqua_3",
+        "aqua",
+        State.COASTING,
+    )
+    assert (reported.last_seen_ns, reported.sigma_m) == (6, 3.0)

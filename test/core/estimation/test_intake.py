@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Messages are kept or refused, counted, and told of once."""
+"""Messages are kept or refused, counted, and reported once."""
 
 from __future__ import annotations
 
@@ -75,7 +75,7 @@ def test_a_usable_fix_is_kept_handed_on_and_counted():
     assert door.log.drain() == []
 
 
-def test_a_fix_that_is_no_use_or_too_far_away_is_counted_and_told_once():
+def test_a_fix_that_is_no_use_or_too_far_away_is_counted_and_reported_once():
     door = Door()
     for t in (1.0, 1.1):
         door.intake.add_fix(fix(t, math.nan))
@@ -89,14 +89,14 @@ def test_a_fix_that_is_no_use_or_too_far_away_is_counted_and_told_once():
     assert far.status("fix").trouble == "it is too far away"
 
 
-@pytest.mark.parametrize(("last_s", "told"), [(LONG_S, 0), (LONG_S + 0.1, 1)])
-def test_an_input_of_no_use_for_long_is_told_again(last_s, told):
+@pytest.mark.parametrize(("last_s", "reported"), [(LONG_S, 0), (LONG_S + 0.1, 1)])
+def test_an_input_of_no_use_for_long_is_reported_again(last_s, reported):
     door = Door()
     door.intake.add(Input.HEIGHT, Scalar(0, 20.0))
     for t in (*np.arange(0.5, last_s, 0.5).tolist(), last_s):
         door.intake.add(Input.HEIGHT, Scalar(round(t * SECOND), math.nan))
     again = [one for one in door.log.drain() if one.startswith("No message on height has been of")]
-    assert len(again) == told
+    assert len(again) == reported
 
 
 def test_a_message_that_cannot_be_read_or_is_unknown_is_counted():
@@ -137,7 +137,7 @@ def test_samples_are_kept_by_time_not_by_stamp_once_a_clock_was_set(sea):
     assert door.inputs.depths.at(("aqua",), 101 * SECOND).tolist() == [0.3]
 
 
-def test_where_the_drone_turns_out_to_be_elsewhere_the_receiver_is_told():
+def test_where_the_drone_turns_out_to_be_elsewhere_the_receiver_is_named():
     """Heights of 20 m, then 500 m for longer than `limits.height_settle_s`."""
     door = Door({"limits.height_settle_s": 3.0})
     for i in range(60):
@@ -147,7 +147,7 @@ def test_where_the_drone_turns_out_to_be_elsewhere_the_receiver_is_told():
     assert words == "The height is 500.0 m, 480 m from what it was before"
 
 
-def test_where_the_water_turns_out_to_be_elsewhere_the_receiver_is_told():
+def test_where_the_water_turns_out_to_be_elsewhere_the_receiver_is_named():
     door = Door()
     for i in range(20):
         door.intake.add_water_level(Scalar(i * SECOND, 0.0 if i < 5 else 30.0))

@@ -83,8 +83,8 @@ def test_each_box_has_the_first_reason_that_it_was_not_used_for(sea):
     assert frame.detections.centers.tolist() == [CENTERS[i] for i in (0, 1, 3)]
     assert local is line.origin.local
     assert points.east_north[0] == pytest.approx([0.0, 17.3205], abs=1e-3)
-    told = {round(one.u_px): one.reason for one in result.rejections}
-    assert told == {
+    reported = {round(one.u_px): one.reason for one in result.rejections}
+    assert reported == {
         640: Reason.GATED, 600: Reason.TOO_FAST, 700: Reason.LOW_SCORE,
         5000: Reason.OUTSIDE_CALIBRATED_IMAGE,
     }  # fmt: skip
@@ -104,14 +104,14 @@ def test_without_telemetry_robots_coast_with_the_boxes_in_view(sea):
     assert line.log.drain() == []
 
 
-@pytest.mark.parametrize(("later", "told"), [(0.9, 0), (1.1, 1)])
-def test_telemetry_that_begins_long_after_an_image_is_told_once(sea, later, told):
+@pytest.mark.parametrize(("later", "reported"), [(0.9, 0), (1.1, 1)])
+def test_telemetry_that_begins_long_after_an_image_is_reported_once(sea, later, reported):
     line = Line(sea)
     lacking = MissingTelemetry(Reason.NO_FIX, False, later * line.config.max_wait)
     for t in (1.0, 1.1):
         line.result(sea, lacking, t)
     words = line.log.drain()
-    assert len(words) == told
+    assert len(words) == reported
     assert all(one.startswith("The oldest fix is") for one in words)
 
 
@@ -141,8 +141,8 @@ def test_altitudes_that_are_not_known_are_explained_once(sea, datum, words):
     line = Line(sea, {"fix.altitude_datum": datum})
     for t in (1.0, 1.1):
         assert math.isnan(line.result(sea, t=t).pose.altitude)
-    (told,) = line.log.drain()
-    assert words in told
+    (reported,) = line.log.drain()
+    assert words in reported
 
 
 def test_a_place_that_map_does_not_cover_is_a_bad_fix(sea):

@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""A snapshot puts back whatever changed, and leaves alone what it is told to."""
+"""A snapshot puts back whatever changed, and leaves alone what is excluded."""
 
 from __future__ import annotations
 

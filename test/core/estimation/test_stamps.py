@@ -85,7 +85,7 @@ class Player:
             if r.stamp_ns >= self.sea.stamp(since)
         ]
 
-    def told(self, words):
+    def reported(self, words):
         return [sentence for sentence in self.engine.events if words in sentence]
 
 
@@ -121,7 +121,7 @@ def test_one_wrong_stamp_renames_nobody(flown, name, off):
     assert flight.engine.happened == Counter()
     harmless = off < 0.0 and name in ("camera_info", "water_level", "depth")  # sent long ago
     assert flight.engine.inputs[name].bad - before.bad == (not harmless)
-    assert len(flight.told(f"1 message on {name} refused")) == (not harmless)
+    assert len(flight.reported(f"1 message on {name} refused")) == (not harmless)
     assert flight.engine.dropped == ({"wrong_stamp": 1} if name == "detections" else {})
 
 
@@ -178,8 +178,10 @@ def test_time_that_begins_anew_is_followed_within_a_second(player, telemetry, cl
     assert flight.engine.happened["time_went_backward"] == 1
     flight.play(2.85, clock=0.0 if clock else end).end()
     assert flight.engine.happened["time_went_backward"] == 1
-    (told,) = flight.told("Time went backward by")
-    assert ("robots get new labels" in told) == clock  # else the node's clock tells what passed
+    (reported,) = flight.reported("Time went backward by")
+    assert (
+        "robots get new labels" in reported
+    ) == clock  # else the node's clock shows what time passed
     stamps = [r.stamp_ns for r in flight.results]
     again = flight.results[stamps.index(flight.sea.stamp(0.0)) :]
     assert len(again) == 40  # nothing of the new pass is lost
@@ -212,12 +214,12 @@ def test_the_node_s_clock_alone_may_be_set(flown, step):
 
 
 def test_telemetry_whose_clock_comes_right_is_used(player):
-    """An autopilot before its receiver told it the time."""
+    """An autopilot before its receiver set its time."""
     flight = player().play(3.0, off={"fix": -DAY, "gimbal": -DAY})
     assert not any(r.estimates for r in flight.results)
     flight.play(4.0).end()
     assert flight.names(4.0) == [NAMES] * 30
-    assert len(flight.told("was set")) == 2
+    assert len(flight.reported("was set")) == 2
     assert flight.engine.happened == Counter()
 
 
@@ -237,11 +239,11 @@ def test_an_input_may_be_silent(flown, name):
     results = flight.end()
     assert {e.robot_id for r in results[-10:] for e in r.estimates} == set(NAMES)
     assert flight.engine.inputs[name].bad == 0
-    assert flight.told("refused: stamped") == []
+    assert flight.reported("refused: stamped") == []
 
 
 def test_all_may_be_silent_and_messages_may_come_in_a_burst(sea):
-    """Nothing tells the time between: a recording with a gap."""
+    """The time between is unknown: a recording with a gap."""
     engine, world = sea.estimator(), sea.World(robots={"a": lambda _t: (3.0, 22.0)})
     sea.play(engine, world, 3.0, until_flush=False)
     results = sea.play(engine, world, 3.0, begin=40.0)
@@ -305,7 +307,7 @@ def seconds(sea, result):
 @pytest.mark.parametrize("by", [DAY, -DAY, 4.0, -4.0])
 @pytest.mark.parametrize("node", [True, False])
 def test_all_clocks_step_and_names_stay(player, sea, by, node):
-    """The node's clock goes along, and a steady one tells the time; or it does not."""
+    """The node's clock goes along, and a steady one shows the time; or it does not."""
     flight = swimming(player()).play(4.0, steady=70.0)
     before = len(flight.results)
     clock = by if node else 0.0
@@ -316,7 +318,7 @@ def test_all_clocks_step_and_names_stay(player, sea, by, node):
     known = whose(flight, [(r, seconds(sea, r)) for r in flight.results[5:before]])
     assert [len(robots) for robots in known.values()] == [1, 1, 1]
     assert whose(flight, after) == known
-    assert len(flight.told("keep their labels")) == 1
+    assert len(flight.reported("keep their labels")) == 1
     last = [(one.last_seen_ns, r.stamp_ns) for r, _ in after for one in r.estimates]
     assert all(seen_ns == stamp_ns for seen_ns, stamp_ns in last)
 
@@ -337,12 +339,12 @@ def test_another_scene_has_new_names(flown):
     }
     flight.play(6.0, off=dict.fromkeys(ALL, -DAY)).end()
     assert {e.robot_id for e in flight.results[-1].estimates}.isdisjoint(NAMES)
-    assert len(flight.told("it is another scene")) == 1
+    assert len(flight.reported("it is another scene")) == 1
     assert len(flight.results[-1].estimates) == 3
 
 
 def test_images_alone_lack_telemetry_of_their_time(flown):
-    """Their arrival does not tell it well enough."""
+    """Their arrival does not show it well enough."""
     flight = flown(5.0).play(15.0, off={"detections": DAY}, steady=0.0)
     flight.end()
     assert {one.reason for r in flight.results[-20:] for one in r.rejections} == {Reason.STALE_FIX}

@@ -29,7 +29,7 @@ def test_names_survive_the_file(tmp_path):
     assert [item.name for item in tmp_path.iterdir()] == ["names.json"]
 
 
-def test_a_folder_that_is_missing_is_told_at_start(tmp_path):
+def test_a_folder_that_is_missing_is_reported_at_start(tmp_path):
     with pytest.raises(ConfigError, match="does not exist"):
         state_file.load(tmp_path / "nowhere" / "names.json")
     with pytest.raises(ConfigError, match="cannot be read"):

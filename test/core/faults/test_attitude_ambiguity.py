@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""What a camera may have turned while no robots explained its boxes, and what they tell later."""
+"""How far a camera may have turned while no robots explained its boxes, and later evidence."""
 
 from __future__ import annotations
 
@@ -105,7 +105,7 @@ def test_robots_tell_of_all_times_since_they_were_seen():
         unexplained.predict(0.1, 1.0)
         unexplained.update(0.1)
     spread = 0.1**2 * np.eye(2)
-    # one seen between the two times tells of the second only
+    # one seen between the two times informs about the second only
     unexplained.update_reacquired(2.0, BY_ANGLES[0], np.zeros(2), spread)
     assert _degrees(unexplained) == pytest.approx(
         [math.degrees(ROTATION_FAULT.largest_angle_rad)] * 3, rel=1e-3
@@ -209,4 +209,4 @@ def test_a_robot_found_farther_off_than_it_swims_was_displaced_by_something():
     assert unexplained.apart == 0.0
     later = _lost(2.0)
     later.update_reacquired(1.0, BY_ANGLES[0], np.array([3.0, 2.0]), 1.5 * np.eye(2))
-    assert later.apart == 0.0  # of times before it was last seen it tells nothing
+    assert later.apart == 0.0  # no evidence on times before it was last seen

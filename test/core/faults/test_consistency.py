@@ -56,7 +56,7 @@ def test_names_an_error_beyond_what_is_stated_until_it_is_credible_again():
     said = monitor.check_platform(errors, STATED)
     assert said is not None
     assert "heading seems to need a correction of +6 deg, which is 4.0 times" in said
-    assert monitor.check_platform(errors, STATED) is None  # told once
+    assert monitor.check_platform(errors, STATED) is None  # reported once
     assert monitor.complaints == (said,)  # but it stands
     errors[heading] = math.radians(4.6)  # 3.07 times: not yet credible
     monitor.check_platform(errors, STATED)
@@ -66,11 +66,15 @@ def test_names_an_error_beyond_what_is_stated_until_it_is_credible_again():
     assert monitor.complaints == ()
 
 
-def test_several_errors_at_once_are_told_one_after_the_other():
+def test_several_errors_at_once_are_reported_one_after_the_other():
     monitor, errors = InnovationMonitor(), np.zeros(COUNT)
     errors[:2] = 9.0
-    told = [monitor.check_platform(errors, STATED) for _ in range(3)]
-    assert ["east" in (told[0] or ""), "north" in (told[1] or ""), told[2]] == [True, True, None]
+    reported = [monitor.check_platform(errors, STATED) for _ in range(3)]
+    assert ["east" in (reported[0] or ""), "north" in (reported[1] or ""), reported[2]] == [
+        True,
+        True,
+        None,
+    ]
     assert len(monitor.complaints) == 2
 
 
@@ -88,11 +92,11 @@ def test_boxes_just_outside_their_gates_are_a_complaint_while_they_are_many():
     assert monitor.complaints == ()
 
 
-def test_a_camera_that_may_have_turned_is_a_complaint_while_it_may_and_told_once():
+def test_a_camera_that_may_have_turned_is_a_complaint_while_it_may_and_reported_once():
     monitor, said = InnovationMonitor(), []
     for degrees in (0.0, 20.0, 30.0, 0.0, 20.0):
-        told = monitor.update_rotation(math.radians(degrees))
+        reported = monitor.update_rotation(math.radians(degrees))
         words = f"by {degrees:.0f} deg or more"
         assert [words in one for one in monitor.complaints] == [True] * (degrees > 0.0)
-        said.append(told is not None and words in told)
+        said.append(reported is not None and words in reported)
     assert said == [False, True, False, False, True]

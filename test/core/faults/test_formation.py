@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Robots that are all elsewhere are told apart by how they lie to one another."""
+"""Robots that are all displaced are identified by their relative positions."""
 
 from __future__ import annotations
 
@@ -66,7 +66,7 @@ def test_one_robot_or_two_of_four_are_no_formation():
     assert asked(PLACES[:4], turned[:2]) is None
 
 
-def test_robots_that_lie_alike_are_not_told_apart():
+def test_robots_that_lie_alike_are_not_distinguished():
     """Two of three on a line, as far from one another as the third: either end may be missing."""
     line = np.array([[-4.0, 20.0], [0.0, 20.0], [4.0, 20.0]])
     assert asked(line, line[:2] + np.array([2.0, 0.0])) is None

@@ -59,7 +59,7 @@ def test_images_without_boxes_tell_nothing():
     assert pictures([empty] * 9, [pose(0.5 * i) for i in range(9)]) == [False] * 9
 
 
-def told(easts, rate=10):
+def reported(easts, rate=10):
     still = FrozenInputDetector(2.0)
     return [still.telemetry_frozen(i * 10**9 // rate, pose(east)) for i, east in enumerate(easts)]
 
@@ -67,14 +67,14 @@ def told(easts, rate=10):
 @pytest.mark.parametrize(("speed", "noise", "stands"), [(2.0, 0.03, True), (2.0, 0.0, False),
                                                         (0.5, 0.003, False)])  # fmt: skip
 def test_telemetry_that_stops_dead_in_flight(speed, noise, stands):
-    """A simulator without noise may stop so, a drone does not; a slow one hardly can be told."""
+    """A simulator without noise may stop so, a drone does not; slow motion is hardly detectable."""
     rng = np.random.default_rng(1)
     flown = [0.1 * speed * i + noise * rng.standard_normal() for i in range(20)]
-    found = told([*flown, *flown[-1:] * 15, *(flown[-1] + 0.2 * i for i in (1, 2, 3))])
+    found = reported([*flown, *flown[-1:] * 15, *(flown[-1] + 0.2 * i for i in (1, 2, 3))])
     assert found == [False] * 30 + [stands] * 5 + [False] * 3
 
 
 def test_a_jump_is_no_motion():
     rng = np.random.default_rng(1)
     hover = [0.03 * rng.standard_normal() for _ in range(20)]
-    assert not any(told([*hover, *[50.0] * 30]))
+    assert not any(reported([*hover, *[50.0] * 30]))

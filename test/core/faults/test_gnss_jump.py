@@ -12,43 +12,43 @@ from aerial_gnss_ros.core.values.events import Events
 
 
 def fly(easts):
-    """Positions each 0.1 s of a drone that hovers, but for jumps; what each image was told."""
-    jumps, place, told = GnssJumpDetector(Events()), 0.0, []
+    """Positions each 0.1 s of a drone that hovers, but for jumps; the decision of each image."""
+    jumps, place, reported = GnssJumpDetector(Events()), 0.0, []
     for east in easts:
         now = np.array([east, 0.0, 20.0])
         settled, jump = jumps.update(now, np.array([place, 0.0, 20.0]), 0.1)
         place += 0.0 if jump is None else jump[0]
-        told.append((settled, 0.0 if jump is None else float(jump[0]), jumps.returned))
-    return told
+        reported.append((settled, 0.0 if jump is None else float(jump[0]), jumps.returned))
+    return reported
 
 
 def test_a_jump_that_stays_is_believed_after_three_seconds():
-    told = fly([0.0] * 3 + [50.0] * 35)
-    assert told[:3] == [(True, 0.0, False)] * 3
-    assert [settled for settled, _, _ in told[3:33]] == [False] * 30
-    assert told[33] == (True, 50.0, False)
-    assert told[34:] == [(True, 0.0, False)] * 4
+    reported = fly([0.0] * 3 + [50.0] * 35)
+    assert reported[:3] == [(True, 0.0, False)] * 3
+    assert [settled for settled, _, _ in reported[3:33]] == [False] * 30
+    assert reported[33] == (True, 50.0, False)
+    assert reported[34:] == [(True, 0.0, False)] * 4
 
 
 def test_the_way_back_is_believed_at_once():
-    told = fly([0.0] * 3 + [50.0] * 35 + [0.0] * 3)
-    assert told[38] == (True, -50.0, True)
-    assert told[39][:2] == (True, 0.0)
+    reported = fly([0.0] * 3 + [50.0] * 35 + [0.0] * 3)
+    assert reported[38] == (True, -50.0, True)
+    assert reported[39][:2] == (True, 0.0)
 
 
 def test_another_jump_is_not_the_way_back():
-    told = fly([0.0] * 3 + [50.0] * 35 + [100.0] * 3)
-    assert [settled for settled, _, _ in told[38:]] == [False] * 3
+    reported = fly([0.0] * 3 + [50.0] * 35 + [100.0] * 3)
+    assert [settled for settled, _, _ in reported[38:]] == [False] * 3
     assert fly([0.0] * 3 + [50.0] * 5 + [0.0] * 3)[9] == (True, 0.0, False)
 
 
 def test_it_says_when_positions_leave_and_how_far_they_are():
-    jumps, told = GnssJumpDetector(Events()), []
+    jumps, reported = GnssJumpDetector(Events()), []
     for east, expected in [(0.0, 0.0), (50.0, 0.0), (50.0, 0.0)]:
         jumps.update(np.array([east, 0.0, 20.0]), np.array([expected, 0.0, 20.0]), 2.0)
-        told.append((jumps.began, float(jumps.believed[0])))
+        reported.append((jumps.began, float(jumps.believed[0])))
     jumps.update(np.array([50.0, 0.0, 20.0]), np.array([0.0, 0.0, 20.0]), 2.0)
-    assert [*told, float(jumps.believed[0])] == [(False, 0.0), (True, 0.0), (False, 0.0), 50.0]
+    assert [*reported, float(jumps.believed[0])] == [(False, 0.0), (True, 0.0), (False, 0.0), 50.0]
     jumps.update(np.array([100.0, 0.0, 20.0]), np.array([50.0, 0.0, 20.0]), 2.0)
     assert not jumps.began  # they had left before
     assert jumps._log.counts["position_jumps"] == 2
@@ -59,17 +59,17 @@ def test_it_says_when_positions_leave_and_how_far_they_are():
 
 def test_a_smaller_jump_is_believed_at_once_where_robots_tell_of_it():
     def flown(east, back):
-        jumps, place, told = GnssJumpDetector(Events()), 0.0, []
+        jumps, place, reported = GnssJumpDetector(Events()), 0.0, []
         for i, at in enumerate([0.0] * 50 + [east] * 35 + [back] * 2):
             now, expected = np.array([at, 0.0, 20.0]), np.array([place, 0.0, 20.0])
             settled, jump = jumps.update(now, expected, 0.1, 1.0, [i == 50].pop)
             place += 0.0 if jump is None else jump[0]
-            told.append((settled, 0.0 if jump is None else float(jump[0])))
-        return told
+            reported.append((settled, 0.0 if jump is None else float(jump[0])))
+        return reported
 
-    told = flown(8.0, 0.5)
-    assert told[49:52] == [(True, 0.0), (True, 8.0), (True, 0.0)]
-    assert told[85:] == [(True, -7.5), (True, 0.0)]  # at once, though no robot tells
+    reported = flown(8.0, 0.5)
+    assert reported[49:52] == [(True, 0.0), (True, 8.0), (True, 0.0)]
+    assert reported[85:] == [(True, -7.5), (True, 0.0)]  # at once, without evidence from robots
     assert flown(8.0, 4.5)[85] == (True, 0.0)  # that is nearer to where it jumped to
 
 
@@ -78,11 +78,15 @@ def test_a_step_stands_out_from_those_before_it_and_from_what_is_stated():
         jumps = GnssJumpDetector(Events())
         for one in steps:
             jumps.update(np.array([one, 0.0, 20.0]), np.array([0.0, 0.0, 20.0]), passed)
-        told = []
+        reported = []
         jumps.update(
-            np.array([0.0, step, 99.0]), np.zeros(3), passed, stated, lambda: bool(told.append(1))
+            np.array([0.0, step, 99.0]),
+            np.zeros(3),
+            passed,
+            stated,
+            lambda: bool(reported.append(1)),
         )
-        return bool(told)
+        return bool(reported)
 
     steady = [0.02, -0.02] * 200
     assert asked(steady, 3.5)
@@ -94,8 +98,8 @@ def test_a_step_stands_out_from_those_before_it_and_from_what_is_stated():
     assert not asked(steady, 15.0)  # no drone flies so far: nobody need be asked
 
 
-def test_robots_tell_a_jump_of_some_metres_from_a_drone_that_flies(sea):
-    """The receiver jumps by 6 m, or the drone is moved by as much: its robots tell which."""
+def test_robots_distinguish_a_jump_of_some_metres_from_a_drone_that_flies(sea):
+    """The receiver jumps by 6 m, or the drone is moved by as much: its robots show which."""
     robots = {"a": (2.0, 21.0), "b": (-2.0, 16.0), "c": (3.0, 14.0)}
 
     def flown(jump, flight):

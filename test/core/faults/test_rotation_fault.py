@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""A camera that turns by itself is told from robots that swim, or the doubt is published."""
+"""A camera that turns is distinguished from robots that swim, or the ambiguity is published."""
 
 from __future__ import annotations
 
@@ -36,8 +36,8 @@ def _flown(turning, laws, by_angles, changed, loosened, seconds, rng):
     """Yield the time while a plain filter follows robots whose boxes are off by 5 cm.
 
     Args:
-        turning: is told of it, as the joint filter does.
-        laws: of the robots one after another; told of it, too.
+        turning: is called, as by the joint filter.
+        laws: of the robots one after another; called likewise.
         by_angles: (n, 2, 3) how places move with the camera's angles, m/rad.
         changed: (n, 2) of time (s): by how much velocities have changed, m/s.
         loosened: robots whose velocities become uncertain by 0.75 m/s, by image.
@@ -106,7 +106,7 @@ def test_robots_that_were_taken_for_swerving_are_no_turn(monkeypatch):
 
 
 @pytest.mark.parametrize("axis", [0, 1, 2])
-def test_a_turn_is_told_from_robots_that_were_loosened_when_it_began(axis):
+def test_a_turn_is_distinguished_from_robots_that_were_loosened_when_it_began(axis):
     """What they are loosened by when their boxes begin to be off does not explain it."""
     turn = np.radians(2.0 * np.eye(3)[axis])
     turning, loosened = RotationFault(), STRAYS | {104: [0, 1, 2]}
@@ -127,7 +127,7 @@ def test_a_turn_is_told_from_robots_that_were_loosened_when_it_began(axis):
 
 @pytest.mark.parametrize("axis", [0, 1, 2])
 def test_a_turn_that_went_back_and_ended_leaves_little_doubt(axis):
-    """That it stands still again tells how fast it turned, and so how far it came."""
+    """The rate at which it turned follows from its stop, and the angle from the rate."""
     turn = np.radians(2.0 * np.eye(3)[axis])
 
     def changed(t):
@@ -145,19 +145,19 @@ def test_a_turn_that_went_back_and_ended_leaves_little_doubt(axis):
 
 @pytest.mark.parametrize("counts", [(1, 1, 1), (2, 1)])
 def test_robots_in_several_laws_tell_of_one_camera_as_in_one(counts):
-    """None of the laws has robots enough to tell this turn by itself."""
+    """None of the laws alone has robots enough to detect this turn."""
     turn, found = np.radians([0.0, 0.0, 1.2]), []
 
-    def told(laws, share=BY_ANGLES):
+    def reported(laws, share=BY_ANGLES):
         turning, moves = RotationFault(), -share @ turn
         rng = np.random.default_rng(2)
         list(_flown(turning, laws, share, lambda t: moves * (t > 10.0), {}, 14.0, rng))
         return turning
 
     for law, share in zip(_laws(*counts), np.split(BY_ANGLES, np.cumsum(counts)[:-1]), strict=True):
-        assert not told([law], share).rotating
+        assert not reported([law], share).rotating
     for laws in (_laws(3), _laws(*counts)):
-        turning = told(laws)
+        turning = reported(laws)
         found.append((turning.rate, np.concatenate([law.position_covariances for law in laws]),
                       np.concatenate([law.velocity_covariances for law in laws])))  # fmt: skip
     assert found[0][0] == pytest.approx(turn, abs=np.radians(0.4))
@@ -166,7 +166,7 @@ def test_robots_in_several_laws_tell_of_one_camera_as_in_one(counts):
 
 
 def test_one_law_whose_robots_swim_as_a_turn_would_have_it_is_no_turn():
-    """Those of another law stay where they are: by themselves the first would tell a turn."""
+    """Those of another law stay where they are: the first alone would indicate a turn."""
     turn = np.radians([0.0, 0.0, 2.0])
     moves = np.array([1.0, 1.0, 1.0, 0.0, 0.0, 0.0])[:, None]
     by_angles = np.concatenate([BY_ANGLES, BY_ANGLES[::-1] * 1.1])

@@ -27,7 +27,7 @@ def test_robots_that_all_move_as_one_turn_would_have_it_are_a_turn(axis):
     found, spread, gain = fit_rotation(-BY_ANGLES @ turn, np.full(3, STATED), BY_ANGLES, SWERVES)
     assert found == pytest.approx(turn, abs=math.radians(0.05))  # drawn a little to none
     assert gain > 2.0 * ROTATION_FAULT.begins_nats
-    # 0.06 m/s at 36 m is 0.1 deg/s; three robots tell it somewhat better
+    # 0.06 m/s at 36 m is 0.1 deg/s; three robots measure it somewhat better
     assert 0.03 < math.degrees(math.sqrt(spread[0, 0])) < 0.1
 
 
@@ -60,7 +60,7 @@ def test_of_one_robot_alone_only_its_speed_tells(speed, turns):
 @pytest.mark.parametrize(
     ("count", "least", "most"), [(1, 1.1, 1.45), (2, 0.45, 0.9), (3, 0.15, 0.3)]
 )
-def test_the_least_turn_that_is_told(count, least, most, axis, height):
+def test_the_least_turn_that_is_detected(count, least, most, axis, height):
     """The least velocity change that is noticed, m/s, as docs/explanation/failures.md states it."""
     share = np.random.default_rng(1).uniform([-0.4, 0.4], [0.4, 1.0], (count, 2))
     places = height * np.column_stack([share, -np.ones(count)])

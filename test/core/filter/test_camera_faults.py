@@ -41,7 +41,7 @@ def turned(tracker, degrees):
     return angle * np.column_stack([-places(tracker)[:, 1], places(tracker)[:, 0]])
 
 
-def test_a_turn_of_the_camera_is_told_from_robots_that_swerve(sea):
+def test_a_turn_of_the_camera_is_distinguished_from_robots_that_swerve(sea):
     tracker = flown(sea)
     joint, rows, variances = tracker.table.filter, seen(tracker), np.full(3, 0.01)
     common = turned(tracker, 2.0)
@@ -50,7 +50,7 @@ def test_a_turn_of_the_camera_is_told_from_robots_that_swerve(sea):
     assert joint.turned_by(rows, own, variances) < 0.0
 
 
-def test_robots_are_told_by_their_formation_when_all_are_displaced(sea):
+def test_robots_are_identified_by_their_formation_when_all_are_displaced(sea):
     """Three tracks that lie as the robots do, turned by 20 deg about the camera's place."""
     tracker = flown(sea)
     joint, rows = tracker.table.filter, seen(tracker)

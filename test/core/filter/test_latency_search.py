@@ -36,7 +36,7 @@ def _late(sea, late_s, drone, rpy_deg):
     return world
 
 
-def _told(results):
+def _reported(results):
     found = [one for result in results for one in result.platform if one.name == "latency"]
     return found[-1].value, found[-1].sigma
 
@@ -65,7 +65,7 @@ def test_a_camera_that_sways_a_little_tells_it(sea, late_s):
     )  # fmt: skip
     world = _late(sea, late_s, drone, rpy_deg)
     results = sea.play(sea.estimator(STATED | {"noise.latency_s": 0.8}), world, 12.0, telemetry=50)
-    value, sigma = _told(results)
+    value, sigma = _reported(results)
     assert sigma < 0.06
     assert abs(value - late_s) < 4.0 * sigma
     assert abs(value - late_s) < 0.05
@@ -83,7 +83,7 @@ def test_a_steady_flight_leaves_it_open(sea, family, late_s):
         rpy_deg = lambda t: (0.0, 47.0, math.degrees(rate * t) + 180.0)  # noqa: E731
     world = _late(sea, late_s, drone, rpy_deg)
     results = sea.play(sea.estimator(STATED | {"noise.latency_s": 0.3}), world, 12.0, telemetry=50)
-    value, sigma = _told(results)
+    value, sigma = _reported(results)
     assert sigma > 0.15
     assert abs(value - late_s) < 4.0 * sigma
     assert _worst(results)[1] < 4.0
@@ -111,7 +111,7 @@ def test_simulated_flights_are_honest(family, late_s, seed):
     feed(engine, made.sensors)
     for _, _, frame in made.detections():
         engine.add_detections(frame)
-    value, sigma = _told(engine.flush())
+    value, sigma = _reported(engine.flush())
     assert abs(value - late_s) < 4.0 * sigma
     assert sigma < 0.15
     assert not [one for one in engine.events if "max_speed" in one]  # as it becomes known

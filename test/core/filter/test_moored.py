@@ -53,17 +53,17 @@ def flown(sea, stated=None, seconds=30.0, **motion):
     return last, np.array(errors), np.array(sizes), sigma
 
 
-def test_robots_that_stay_are_known_as_if_it_were_told(sea):
+def test_robots_that_stay_are_known_as_if_stated(sea):
     last, errors, sizes, sigma = flown(sea)
-    told = {"noise.robot_acceleration": 0.0, "tracks.max_speed": 0.01}
-    _, _, _, best = flown(sea, told)
+    reported = {"noise.robot_acceleration": 0.0, "tracks.max_speed": 0.01}
+    _, _, _, best = flown(sea, reported)
     assert last.current is None
     assert sigma < 1.5 * best
     assert errors.max() < 4.0 * best
     assert sizes.max() < 13.8
 
 
-def test_one_current_for_all_is_no_platform_error_and_is_told(sea):
+def test_one_current_for_all_is_no_platform_error_and_is_reported(sea):
     last, errors, sizes, _ = flown(sea, drift=(0.15, -0.1))
     off = last.current.velocity - (0.15, -0.1)
     assert float(off @ np.linalg.solve(last.current.covariance, off)) < 13.8

@@ -53,7 +53,7 @@ def test_robots_alike_go_together_and_one_that_swims_does_not():
     assert most_alike(swimming((0.5, 0.0)), [0], 1.0) == -1
 
 
-def test_those_that_stay_are_told_from_those_that_swim():
+def test_those_that_stay_are_distinguished_from_those_that_swim():
     base = swimming((0.01, 0.0), (0.5, -0.4), (0.0, -0.02))
     assert likely_still(base, [0, 1, 2], 1.0) == [0, 2]
     assert likely_still(base, [1, 2], 1.0) == [2]
@@ -97,7 +97,7 @@ def test_without_a_current_places_are_what_they_were_if_there_was_none():
     assert moored((0.1, 0.0), adrift=False).robots[0, 0] == 0.0
 
 
-def test_leaving_undoes_joining_but_for_what_joining_told():
+def test_leaving_undoes_joining_but_for_what_joining_showed():
     law = MooredLaw.of(swimming((0.1, 0.0), (0.0, 0.0)), adrift=True)
     place = law.robots[0, :2].copy()
     law.moor(0)

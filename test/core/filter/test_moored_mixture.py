@@ -118,7 +118,7 @@ def test_nothing_is_put_in_while_the_camera_may_have_turned():
     assert mean[:, 0] == pytest.approx(3.0)
 
 
-def test_the_current_is_told_where_robots_drift_and_do_not_stay():
+def test_the_current_is_found_where_robots_drift_and_do_not_stay():
     mixture, made, less = MooredMixture(), group(), group()
     mixture._all = [less, made]
     assert mixture.current() is None

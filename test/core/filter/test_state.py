@@ -120,7 +120,7 @@ def test_an_error_known_from_elsewhere_leaves_what_is_known_given_it():
             np.testing.assert_allclose(now, then, rtol=1e-9, atol=1e-9)
 
 
-def test_what_is_forgotten_is_told_by_the_next_image_alone():
+def test_what_is_forgotten_is_decided_by_the_next_image_alone():
     """As a robot that begins, in mean and covariance, whatever was known of it before."""
     joint, slots = crowd(), np.array([0, 1])
     pixels = linearise(sight(), np.zeros(7), PLACES[:2]).pixels

@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""What an image tells of robots and platform: as the textbook has it, outliers, refusals."""
+"""Update of robots and platform by an image: as the textbook has it, outliers, refusals."""
 
 from __future__ import annotations
 
@@ -94,7 +94,7 @@ def test_a_box_by_which_a_robot_is_too_fast_is_not_used(speed, sigma, refused, s
 
 
 def test_a_robot_that_the_camera_cannot_see_is_left_out():
-    """Its pixel tells nothing; the others are corrected as if it were not there."""
+    """Its pixel is no evidence; the others are corrected as if it were not there."""
     joint, other = crowd(), crowd()
     joint.robots[1, :2] = other.robots[1, :2] = [0.0, -100.0]  # behind the camera
     pixels = linearise(sight(), joint.mean[:7], joint.robots[:1, :2]).pixels + 2.0

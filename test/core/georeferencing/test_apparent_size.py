@@ -100,9 +100,9 @@ def recorded_boxes(flight, length_m):
     )
     counts = {name: [0, 0] for name in classes}
     for row in drawn:
-        told = rows[row["frame_no"]]
+        reported = rows[row["frame_no"]]
         down, above = (
-            float(told[name]) for name in ("gimbal_pitch_down_deg", "height_above_takeoff_m")
+            float(reported[name]) for name in ("gimbal_pitch_down_deg", "height_above_takeoff_m")
         )
         matrix = matrix_from_rpy(0.0, math.radians(down), 0.0)
         pose = CameraPose(0, 0.9, 0.1, above, math.nan, matrix)

@@ -51,8 +51,8 @@ def test_a_box_is_used_or_refused_for_one_reason(box, reason):
     frame = _frame(GOOD, box)
     found = refusals(frame, 0.5, ("aqua", "buoy"))
     assert found == [None, reason]
-    told = rejections(frame, found)
-    assert [(one.stamp_ns, one.reason) for one in told] == ([(7, reason)] if reason else [])
+    reported = rejections(frame, found)
+    assert [(one.stamp_ns, one.reason) for one in reported] == ([(7, reason)] if reason else [])
 
 
 def test_without_classes_all_are_robots():
@@ -62,8 +62,8 @@ def test_without_classes_all_are_robots():
 def test_rejections_say_where_their_boxes_were():
     boat = ((1.0, 2.0), (3.0, 4.0), 0.9, "boat")
     frame = _frame(boat, GOOD, boat)
-    told = rejections(frame, refusals(frame, 0.5, ("aqua",)))
-    assert [(one.u_px, one.v_px) for one in told] == [(1.0, 2.0)] * 2
+    reported = rejections(frame, refusals(frame, 0.5, ("aqua",)))
+    assert [(one.u_px, one.v_px) for one in reported] == [(1.0, 2.0)] * 2
 
 
 def test_far_more_boxes_than_usual_are_noticed():

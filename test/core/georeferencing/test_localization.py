@@ -263,7 +263,7 @@ def test_refusals_have_their_reason_and_no_numbers():
         ({}, 95.0, Reason.ABOVE_HORIZON),
     ],
 )
-def test_near_the_horizon_nothing_is_told(changes, off_nadir, reason):
+def test_near_the_horizon_nothing_is_reported(changes, off_nadir, reason):
     pose = _pose(30.0, off_nadir, 70.0)
     got = locate(pose, PINHOLE, [[960, 540]], NOISE, estimator_config(changes))
     assert got.reasons == (reason,)

@@ -109,7 +109,7 @@ def test_roll_and_the_principal_point_stay_ignored():
     assert paper.locate(level, shifted, pixel, NOISE).east_north == pytest.approx(ours[0])
 
 
-def test_above_the_horizon_nothing_is_told():
+def test_above_the_horizon_nothing_is_reported():
     pose = _pose(50.0, 80.0, 0.0)
     got = paper.locate(pose, CAMERA, [[960, 100], [960, 900]], NOISE)
     assert got.reasons == (Reason.ABOVE_HORIZON, None)

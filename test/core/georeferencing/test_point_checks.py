@@ -49,7 +49,7 @@ HERE = (-59.6415, 13.194)
         ),
     ],
 )
-def test_the_first_reason_is_told_and_nothing_is_left_of_the_point(
+def test_the_first_reason_is_reported_and_nothing_is_left_of_the_point(
     image, polygons, lengths, reasons
 ):
     frame, points = image
@@ -76,7 +76,7 @@ def test_without_area_and_lengths_nothing_is_checked():
         (square(-159.0, 14.0), "give the area of this site, or leave it out."),
     ],
 )
-def test_an_area_elsewhere_is_told_once(image, polygons, sentence):
+def test_an_area_elsewhere_is_reported_once(image, polygons, sentence):
     log = Events()
     checks = PointChecks(estimator_config({}), polygons, log)
     for _ in range(2):

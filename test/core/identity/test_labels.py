@@ -80,17 +80,17 @@ def test_a_bound_name_goes_to_the_first_and_to_no_other():
         (_seen(11, 0, "buoy"), ["1 m from the start of second", "'buoy'", "'Aqua' is expected"]),
     ],
 )
-def test_a_start_that_nobody_came_near_is_told_once(sighting, words):
+def test_a_start_that_nobody_came_near_is_reported_once(sighting, words):
     log = Events()
     identity = _identity(STARTS, log=log)
     identity.assign([sighting], LOCAL)
     identity.assign([sighting], LOCAL)
-    (told,) = log.drain()
-    assert all(word in told for word in words)
+    (reported,) = log.drain()
+    assert all(word in reported for word in words)
 
 
 @pytest.mark.parametrize("starts", [(), STARTS[:1]])
-def test_nothing_is_told_of_starts_that_have_their_robots(starts):
+def test_nothing_is_reported_of_starts_that_have_their_robots(starts):
     log = Events()
     identity = _identity(starts, log=log)
     identity.assign([_seen(0, 0)], LOCAL)

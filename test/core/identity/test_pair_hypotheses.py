@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Two robots within a hull's length of one another: what tells whether they crossed."""
+"""Two robots within a hull's length of one another: the evidence for whether they crossed."""
 
 from __future__ import annotations
 
@@ -41,12 +41,12 @@ def _meet(seed, speeds, turn, within=4.0, thrown=(0.0, 0.0)):
 
 
 @pytest.mark.parametrize("turn", [0.0, 3.0])
-def test_robots_of_different_speeds_are_told_apart_whether_they_cross_or_turn_away(turn):
+def test_robots_of_different_speeds_are_distinguished_whether_they_cross_or_turn_away(turn):
     wrong = [_meet(seed, (0.3, 0.6), turn) for seed in range(5)]
     assert max(wrong) < 0.05
 
 
-def test_robots_that_go_on_turning_are_told_apart_though_equally_fast():
+def test_robots_that_go_on_turning_are_distinguished_though_equally_fast():
     """Both by 86 degrees a second: had they crossed, both would have turned back at once."""
     wrong = [_meet(seed, (0.45, 0.45), 3.0, 2.0) for seed in range(5)]
     assert max(wrong) < 0.2
@@ -75,7 +75,7 @@ def test_a_common_displacement_beyond_three_sigmas_counts_as_noise(shift, moved)
 
 
 def test_hypotheses_are_merged_unless_they_label_the_boxes_differently():
-    """Two robots in one place: nothing can ever tell, and two hypotheses say all there is."""
+    """Two robots in one place: no evidence exists, and two hypotheses represent all there is."""
     pair = PairHypotheses.begin(
         ("a", "b"), np.zeros((2, 2)), np.zeros((2, 2)), np.tile(0.1 * np.eye(4), (2, 1, 1)), 0
     )

@@ -106,7 +106,7 @@ def test_between_two_robots_it_waits_but_not_for_ever(east, found):
     assert _pairs([(0, 0), (2, 0)], [(east, 0)], 10.0, waited_s=6.0) == (found, set())
 
 
-def test_two_that_come_up_together_are_told_by_how_they_lie():
+def test_two_that_come_up_together_are_distinguished_by_relative_position():
     """Both seem 1.2 m further east, so that one seems nearer to the place of the other."""
     found, waiting = _pairs([(0, 0), (2, 0)], [(3.2, 0), (1.2, 0)], 10.0, waited_s=1.5)
     assert (found, waiting) == ({0: 1, 1: 0}, set())
@@ -119,7 +119,7 @@ def test_two_that_come_up_together_are_told_by_how_they_lie():
         ([(1, 0), (1.1, 0)], {}, 0.3, 0.5),  # both between the two: nobody knows, new names
     ],
 )
-def test_how_likely_the_other_way_round_is_told(up, found, low, high):
+def test_how_likely_the_other_way_round_is_reported(up, found, low, high):
     named, _, odds = _pairs_and_odds([(0, 0), (2, 0)], up, 10.0, waited_s=1.5)
     assert named == found
     assert low <= odds[0, 1] <= high + 1e-9

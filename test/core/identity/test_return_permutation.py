@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Robots that have all come up: places and the order of their absences tell which is which."""
+"""Robots that have all surfaced: positions and the order of their absences identify them."""
 
 from __future__ import annotations
 

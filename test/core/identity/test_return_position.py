@@ -88,9 +88,9 @@ def test_what_boxes_alone_say_of_a_velocity():
     )
     assert found.velocities[0] == pytest.approx([0.4, 0.0])
     assert found.spread[0] == pytest.approx(box * np.eye(2))
-    told = found.ratio(np.array([0.4, 0.0]), 0.01 * np.eye(2), 0.75)
-    assert told[0] > 2.0
-    assert told[1] == pytest.approx(1.0, abs=1e-3)
+    reported = found.ratio(np.array([0.4, 0.0]), 0.01 * np.eye(2), 0.75)
+    assert reported[0] > 2.0
+    assert reported[1] == pytest.approx(1.0, abs=1e-3)
 
 
 def test_a_robot_never_seen_swims_as_the_others_do():

@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""The camera's motion as its past tells it, and orientations that jump."""
+"""The camera's motion as predicted from its past, and orientations that jump."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ def _jumps(degrees):
     ids=["stays", "turns", "fast", "jumps", "spike", "away and back", "while turning", "at once",
          "small"],
 )  # fmt: skip
-def test_an_orientation_that_jumps_is_told_from_a_camera_that_turns(degrees, jumps):
+def test_an_orientation_that_jumps_is_distinguished_from_a_camera_that_turns(degrees, jumps):
     assert _jumps(degrees) == jumps
 
 
@@ -70,7 +70,7 @@ def _height_jumps(heights):
     ],
     ids=["stays", "climbs", "begins to climb", "jumps", "back", "at once", "noise", "above noise"],
 )
-def test_a_height_that_jumps_is_told_from_a_drone_that_climbs(heights, jumps):
+def test_a_height_that_jumps_is_distinguished_from_a_drone_that_climbs(heights, jumps):
     assert _height_jumps(heights) == jumps
 
 

@@ -72,7 +72,7 @@ def test_errors_fade_with_their_correlation_times():
     assert white[LATENCY] == pytest.approx(1.0, abs=1e-4)
 
 
-def test_errors_that_are_switched_off_are_not_told():
+def test_errors_that_are_switched_off_are_not_reported():
     found = named_errors(np.arange(7.0), np.diag([4.0, 1.0, 0.25, 0.0, 1e-4, 1e-4, 0.0]))
     assert [one.name for one in found] == ["gnss_east", "gnss_north", "height", "pitch", "heading"]
     assert [(one.value, one.sigma) for one in found][2:4] == [(2.0, 0.5), (4.0, 0.01)]

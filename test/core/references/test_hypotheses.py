@@ -70,10 +70,10 @@ def test_two_tracks_alike_are_left_open():
 
 def test_two_references_tell_which_is_which_where_one_could_not():
     """Two beacons 2 m apart, and a receiver 1.5 m off: each alone is as likely the other."""
-    tracks, told = law([(0, 0), (2, 0)]), [(1.0, 1.2), (3.0, 1.2)]
-    alone = hypotheses(tracks, [at("a", told[0], (0, 1), True)])
+    tracks, reported = law([(0, 0), (2, 0)]), [(1.0, 1.2), (3.0, 1.2)]
+    alone = hypotheses(tracks, [at("a", reported[0], (0, 1), True)])
     assert max(probability(alone, a=0), probability(alone, a=1)) < 0.9
-    both = hypotheses(tracks, [at("a", told[0], (0, 1)), at("b", told[1], (0, 1))])
+    both = hypotheses(tracks, [at("a", reported[0], (0, 1)), at("b", reported[1], (0, 1))])
     assert probability(both, a=0, b=1) > 0.99
 
 
@@ -92,25 +92,25 @@ def test_two_that_contradict_and_fit_alike_are_both_left_open():
 
 def test_one_wrong_of_three_is_left_out():
     tracks = law([(0, 0), (10, 0), (0, 10)])
-    told = [at("a", (1.0, 1.0), (0,)), at("b", (11.0, 1.0), (1,)), at("c", (-1.0, 10.0), (2,))]
-    assert probability(hypotheses(tracks, told), a=0, b=1) > 0.99
+    reported = [at("a", (1.0, 1.0), (0,)), at("b", (11.0, 1.0), (1,)), at("c", (-1.0, 10.0), (2,))]
+    assert probability(hypotheses(tracks, reported), a=0, b=1) > 0.99
 
 
 def test_many_references_and_tracks_are_still_weighed():
     places = [(4.0 * i, 0.0) for i in range(12)]
     rows = tuple(range(12))
-    told = [
+    reported = [
         at(f"r{i}", place, sorted(rows, key=lambda row, i=i: abs(row - i)))
         for i, place in enumerate(places)
     ]
-    found = hypotheses(law(places), told)
+    found = hypotheses(law(places), reported)
     assert len(found) <= TUNING.largest_count
     assert sum(one.probability for one in found) == pytest.approx(1.0)
     assert all(row == int(name[1:]) for name, row in found[0].rows.items())
     assert len(found[0].rows) >= 6
 
 
-def test_what_stays_is_told_from_what_swims_where_places_do_not_tell():
+def test_velocity_distinguishes_what_stays_where_positions_do_not():
     tracks = law([(-1, 0), (1, 0)])
     tracks.mean[COUNT + 4 + 2] = 0.5  # the second one swims
     for axis in (2, 3, 6, 7):

@@ -47,14 +47,14 @@ def test_all_is_as_the_formula_of_a_conditional_normal_law_says():
     rng = np.random.default_rng(3)
     root = rng.standard_normal((COUNT + 12, COUNT + 12))
     whole = PositionLaw(np.array([4, 9, 2]), rng.standard_normal(COUNT + 12), root @ root.T)
-    told, spread = rng.standard_normal((2, 2)), np.array([[[0.3, 0.1], [0.1, 0.2]], np.eye(2)])
-    found = whole.known([2, 4], told, spread)
+    reported, spread = rng.standard_normal((2, 2)), np.array([[[0.3, 0.1], [0.1, 0.2]], np.eye(2)])
+    found = whole.known([2, 4], reported, spread)
     own = [COUNT + 8, COUNT + 9, COUNT, COUNT + 1]
     noise = np.zeros((4, 4))
     noise[:2, :2], noise[2:, 2:] = spread
     H = np.eye(COUNT + 12)[own]
     K = whole.covariance @ H.T @ np.linalg.inv(H @ whole.covariance @ H.T + noise)
-    assert found.mean == pytest.approx(whole.mean + K @ (told.ravel() - H @ whole.mean))
+    assert found.mean == pytest.approx(whole.mean + K @ (reported.ravel() - H @ whole.mean))
     assert found.covariance == pytest.approx(whole.covariance - K @ H @ whole.covariance)
     assert blocks_apart(spread) == pytest.approx(noise)
 
@@ -63,25 +63,25 @@ def test_what_a_known_robot_tells_of_the_platform_corrects_the_others_alike():
     before, off = law(), np.array([1.5, -0.8])
     position = (before.mean[before.places([6])] + off)[None]
     spread = TOLD**2 * np.eye(2)[None]
-    told = before.knowledge([6], position, spread)
-    assert told.by_errors[:, :2] == pytest.approx(np.eye(2))
-    assert told.value == pytest.approx(off)
-    assert told.spread == pytest.approx((OWN_M**2 + TOLD**2) * np.eye(2))
-    direct, after = before.known([6], position, spread), before.given(told)
+    reported = before.knowledge([6], position, spread)
+    assert reported.by_errors[:, :2] == pytest.approx(np.eye(2))
+    assert reported.value == pytest.approx(off)
+    assert reported.spread == pytest.approx((OWN_M**2 + TOLD**2) * np.eye(2))
+    direct, after = before.known([6], position, spread), before.given(reported)
     assert after.offset()[0] == pytest.approx(direct.offset()[0])
     assert after.offset()[1] == pytest.approx(direct.offset()[1])
     assert after.states()[0][[0, 2]] == pytest.approx(direct.states()[0][[0, 2]])
     assert after.states()[1][[0, 2]] == pytest.approx(direct.states()[1][[0, 2]])
 
 
-def test_what_is_told_grows_old_as_the_errors_drift():
-    told = law().knowledge([6], np.array([[3.0, 1.0]]), TOLD**2 * np.eye(2)[None])
+def test_knowledge_of_the_errors_ages_as_they_drift():
+    reported = law().knowledge([6], np.array([[3.0, 1.0]]), TOLD**2 * np.eye(2)[None])
     keep, stationary = np.full(COUNT, 0.9), GNSS_M**2 * np.eye(COUNT)
-    later = told.later(keep, stationary)
-    assert later.value == pytest.approx(0.9 * told.value)
-    drift = (1.0 - 0.81) * GNSS_M**2 * told.by_errors @ told.by_errors.T
-    assert later.spread == pytest.approx(0.81 * told.spread + drift)
-    old = told.later(np.zeros(COUNT), stationary)
+    later = reported.later(keep, stationary)
+    assert later.value == pytest.approx(0.9 * reported.value)
+    drift = (1.0 - 0.81) * GNSS_M**2 * reported.by_errors @ reported.by_errors.T
+    assert later.spread == pytest.approx(0.81 * reported.spread + drift)
+    old = reported.later(np.zeros(COUNT), stationary)
     assert old.value == pytest.approx(np.zeros(2))
     before = law()
     assert np.trace(before.given(old).offset()[1]) > 0.49 * np.trace(before.offset()[1])

@@ -25,7 +25,7 @@ def fly(sea, references, seconds=12.0, sent=None, robots=None, hidden=None, valu
 
     Args:
         references: as stated; a position is given in metres from the origin.
-        sent: of references with a topic, the path that their fixes tell.
+        sent: of references with a topic, the path of their fixes.
         hidden: whether the detector misses a robot at a time.
     """
     world = sea.World(robots=robots or ROBOTS, gnss_bias=OFF, pixel_sigma=1.0)

@@ -57,7 +57,7 @@ def test_and_as_much_later_as_time_has_passed(stamp, verdict):
     assert times.judge("fix", stamp) == [verdict]
 
 
-def test_a_pause_is_known_when_the_node_s_time_is_told():
+def test_a_pause_is_known_from_the_node_s_time():
     times = Times().run(0.0, 10.0)
     assert times.judge("fix", 60.0) == [OFF]
     assert times.tick(10.0) == ()

@@ -72,7 +72,9 @@ def test_a_configured_origin_too_far_away_is_refused_in_a_sentence():
     one.accept(fix(), 3.0, robots=False)
     one.accept(fix(), 3.1, robots=False)
     assert one.trouble.startswith("The origin of map (14.194, -59.6415) is 111 km from the drone")
-    assert [str(told) for told in log.sentences if isinstance(told, ErrorText)] == [one.trouble]
+    assert [str(reported) for reported in log.sentences if isinstance(reported, ErrorText)] == [
+        one.trouble
+    ]
     assert one.datum.latitude == math.radians(LATITUDE + 1.0)
 
 

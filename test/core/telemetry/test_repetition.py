@@ -20,7 +20,7 @@ METRES = 6.4e6, 6.2e6
 N = SAMPLES
 
 
-def _told(angles_deg, every_s=0.1):
+def _reported(angles_deg, every_s=0.1):
     """Return which of some orientations (roll, pitch, yaw) are repetitions."""
     one = Repetition()
     quaternions = [quaternion_from_matrix(matrix_from_rpy(*np.radians(a))) for a in angles_deg]
@@ -42,21 +42,21 @@ def _panning(samples, noise_deg=0.03, step_deg=0.0):
 
 def test_an_old_orientation_under_new_stamps_is_refused_at_once_and_a_new_one_believed():
     angles = np.vstack([_panning(N), [[0.0, 50.0, 210.0]]])
-    assert _told(angles) == [False] * N + [True] * 10 + [False]
+    assert _reported(angles) == [False] * N + [True] * 10 + [False]
 
 
 @pytest.mark.parametrize(
     "angles",
     [
         _panning(N - 1),  # has not shown its noise for long enough
-        _panning(3 * N, step_deg=0.1),  # a gimbal that tells tenths of a degree holds still
+        _panning(3 * N, step_deg=0.1),  # a gimbal with a resolution of 0.1 deg holds still
         _panning(3 * N, noise_deg=0.0),  # nothing ever changed but the yaw
         [[a, 50 + a, 2 * a] for a in [1e-3 * k**2 for k in range(N)]] + [[2.0, 52.0, 4.0]] * 10,
     ],
     ids=["too short", "coarse", "only yaw", "smooth"],
 )
 def test_a_sensor_that_may_repeat_itself_is_left_alone(angles):
-    assert not any(_told(angles))
+    assert not any(_reported(angles))
 
 
 def test_a_sample_twice_is_no_repetition():
@@ -114,17 +114,17 @@ def test_the_step_out_of_a_repetition_is_no_motion():
 
 def test_the_door_marks_what_only_repeats():
     door = Plausibility(estimator_config({}))
-    told = []
+    reported = []
     for k, angles in enumerate(_panning(N)):
         quaternion = quaternion_from_matrix(matrix_from_rpy(*np.radians(angles)))
         trouble, kept = door.orientation(Input.GIMBAL, Orientation(k * 10**8, quaternion))
-        told.append((bool(trouble), bool(np.isnan(kept.quaternion).all())))
-    assert told == [(False, False)] * N + [(True, True)] * 10
-    told = []
+        reported.append((bool(trouble), bool(np.isnan(kept.quaternion).all())))
+    assert reported == [(False, False)] * N + [(True, True)] * 10
+    reported = []
     for k, (north, east) in enumerate(_places(4.0).tolist()):
         fix = Fix(k * 10**8, math.radians(13.0) + north, math.radians(-59.0) + east, 20.0)
         trouble, kept = door.fix(fix)
-        told.append((bool(trouble), kept.valid))
-    assert told == [(False, True)] * (N + 1) + [(True, False)] * 5
+        reported.append((bool(trouble), kept.valid))
+    assert reported == [(False, True)] * (N + 1) + [(True, False)] * 5
     door.clear()
     assert not door.fix(Fix(10**12, fix.latitude, fix.longitude, 20.0))[0]

@@ -37,7 +37,7 @@ def _line(offset_ns=None):
 )
 def test_without_a_clock_a_stamp_may_be_late_or_ahead_by_seconds(stamp_ns, goes_on):
     assert _line().goes_on(stamp_ns, None) is goes_on
-    assert _line().goes_on(stamp_ns, 50 * SECOND) is goes_on  # nothing was told yet
+    assert _line().goes_on(stamp_ns, 50 * SECOND) is goes_on  # nothing was reported yet
     assert _line(0).goes_on(stamp_ns, None) is goes_on
 
 
@@ -110,7 +110,7 @@ def test_of_several_stamps_the_newest_tells_and_once():
 
 
 def test_what_would_come_now_is_as_long_after_the_newest_as_has_passed():
-    line = _line(SECOND)  # told at 100 s
+    line = _line(SECOND)  # reported at 100 s
     assert line.expected_ns(100 * SECOND + 7) == 101 * SECOND + 7
     assert line.expected_ns(90 * SECOND) == 101 * SECOND
     assert line.expected_ns(None) == 101 * SECOND

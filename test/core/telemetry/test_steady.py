@@ -21,7 +21,7 @@ def test_a_clock_that_was_set_is_noticed_by_a_steady_one(rate, found):
     by = steady.update(round(rate * now) + 3600 * SECOND, now)
     assert by == pytest.approx(found * SECOND, abs=SECOND)
     assert steady.since_s(now - SECOND) == (pytest.approx(1.0) if found else None)
-    assert steady.update(round(rate * now) + 3600 * SECOND, now) == 0  # told once
+    assert steady.update(round(rate * now) + 3600 * SECOND, now) == 0  # reported once
 
 
 def test_without_a_steady_clock_nothing_is_known():

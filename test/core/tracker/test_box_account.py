@@ -124,7 +124,7 @@ def test_a_box_that_is_never_seen_again_is_refused_with_its_own_stamp_and_pixel(
           "hidden": lambda _n, t: round(10 * t) % 3 > 0}, 10, Cause.CLUTTER),
     ],
 )  # fmt: skip
-def test_the_likely_cause_is_told(sea, changes, images, cause):
+def test_the_likely_cause_is_reported(sea, changes, images, cause):
     engine, _, _ = flown(sea, {**changes, "pixel_sigma": 0.0}, images=images, duration=12.0)
     assert engine.causes.most_common(1)[0][0] is cause, engine.causes
 
@@ -151,7 +151,7 @@ def test_a_box_that_would_make_a_robot_too_fast_is_refused_as_such(sea):
     assert all(one.cause is None for one in refused)
 
 
-def test_most_boxes_that_come_to_nothing_are_told_with_the_likely_cause():
+def test_most_boxes_that_come_to_nothing_are_reported_with_the_likely_cause():
     refused, causes = {Reason.GATED: 3, Reason.UNCONFIRMED: 27}, {Cause.OUT_OF_GATE: 27}
     words = complaint(10, refused, causes)
     assert "30 of 40 boxes updated no robot, 27 as unconfirmed, mostly out_of_gate" in words

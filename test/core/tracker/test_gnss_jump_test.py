@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Whether robots tell a jump: odds of 20 to 1 between two copies, and nothing stays changed."""
+"""Whether robots indicate a jump: odds of 20 to 1 between two copies, which leave no trace."""
 
 from __future__ import annotations
 
@@ -22,11 +22,11 @@ class Table:
         self.nats = {False: stays, True: jumped}
         self.tracks, self.rows = [SimpleNamespace(robot_id=label)], list(rows)
         self.filter = self
-        self.told = None
+        self.reported = None
 
     def update_camera(self, _frame, robots_tell):
         """Take in a pose."""
-        self.told = robots_tell()
+        self.reported = robots_tell()
 
     def in_view(self, stamp_ns):
         """Return the robots that the image is expected to show."""
@@ -36,14 +36,14 @@ class Table:
     def misfit(self, seen, stamp_ns, threshold):
         """Return how badly boxes fit."""
         assert (seen, stamp_ns, threshold) == (SEEN, 7, 9.0)
-        return self.nats[self.told]
+        return self.nats[self.reported]
 
 
-@pytest.mark.parametrize(("more", "told"), [(0.01, True), (-0.01, False), (-50.0, False)])
-def test_boxes_must_fit_a_jump_better_by_odds_of_20_to_1(more, told):
+@pytest.mark.parametrize(("more", "reported"), [(0.01, True), (-0.01, False), (-50.0, False)])
+def test_boxes_must_fit_a_jump_better_by_odds_of_20_to_1(more, reported):
     table = Table(math.log(20.0) + more + 3.0, 3.0)
-    assert robots_tell_jump(table, FRAME, SEEN, 9.0) is told
-    assert table.told is None  # copies took in the image
+    assert robots_tell_jump(table, FRAME, SEEN, 9.0) is reported
+    assert table.reported is None  # copies took in the image
 
 
 @pytest.mark.parametrize(("label", "jumped"), [("aqua_1", True), ("", False)])

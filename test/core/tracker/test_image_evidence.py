@@ -16,14 +16,14 @@ A, B = LabelEvidence({"a": 0.99, "b": 0.001}, 0.0), LabelEvidence({"a": 0.001, "
 
 
 def picture(labels):
-    """Return a picture that says this of boxes, and what it was told."""
-    told = []
+    """Return image evidence with these labels of boxes, and a record of its calls."""
+    reported = []
     image = SimpleNamespace(
         expected=lambda _: labels,
-        followed=lambda _: told.append("blind") or labels,
-        measured=lambda *given: told.append(given[-1]) or labels,
+        followed=lambda _: reported.append("blind") or labels,
+        measured=lambda *given: reported.append(given[-1]) or labels,
     )
-    return ImageEvidence(image), told
+    return ImageEvidence(image), reported
 
 
 def test_a_pair_that_the_picture_contradicts_is_left_out():
@@ -39,11 +39,11 @@ def test_a_pair_that_the_picture_contradicts_is_left_out():
 
 def test_new_tracks_learn_what_the_picture_says_of_them():
     frame = SimpleNamespace(detections=None, camera=None, pose=SimpleNamespace(height=20.0))
-    made, told = picture({0: A, 1: B})
+    made, reported = picture({0: A, 1: B})
     robot, new, known = (Track("aqua", 0, 0, robot_id=name) for name in ("a", "", ""))
     known.label_evidence = A
     made.label([robot, new, known], {0: 0, 1: 1, 2: 1}, frame, unexplained=True)
     assert (robot.label_evidence, new.label_evidence, known.label_evidence) == (None, B, A)
     made.label([new], {0: 1}, frame, unexplained=False)
     made.label([new], {0: 1}, frame, unexplained=True)
-    assert told == [{0: "a"}, {}, "blind"]
+    assert reported == [{0: "a"}, {}, "blind"]

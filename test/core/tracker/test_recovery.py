@@ -20,64 +20,64 @@ SECOND = 1_000_000_000
 
 
 def recovery(*tracks, began=False, returned=False):
-    """Return a recovery, its matcher, and what the filter was told."""
-    told = []
+    """Return a recovery, its matcher, and a record of calls of the filter."""
+    reported = []
     joint = SimpleNamespace(
         jumps=SimpleNamespace(began=began, returned=returned),
         groups=[],
         ambiguity=SimpleNamespace(apart=0.0, covariance=np.zeros((3, 3))),
-        update_ambiguity=lambda seconds, over=False: told.append((seconds, over)),
+        update_ambiguity=lambda seconds, over=False: reported.append((seconds, over)),
     )
     table = SimpleNamespace(
-        tracks=list(tracks), filter=joint, give_up_unverified=lambda: told.append("given up"),
-        restore=lambda _: told.append("restored"),
+        tracks=list(tracks), filter=joint, give_up_unverified=lambda: reported.append("given up"),
+        restore=lambda _: reported.append("restored"),
     )  # fmt: skip
     matcher = SimpleNamespace(scene_mismatch=False, threshold=9.0)
-    return Recovery(table, matcher, 9.0), matcher, told
+    return Recovery(table, matcher, 9.0), matcher, reported
 
 
 def robot(label="aqua_1", first_ns=0, last_ns=SECOND):
     return Track("aqua", first_ns, last_ns, State.CONFIRMED, label)
 
 
-def test_lost_robots_are_told_with_the_time_until_they_are_back():
-    found, matcher, told = recovery(robot())
+def test_lost_robots_are_reported_with_the_time_until_they_are_back():
+    found, matcher, reported = recovery(robot())
     every = np.array([0])
     found.update(every, 0, SECOND, 0.1)
-    assert told == []
+    assert reported == []
     matcher.scene_mismatch = True
     found.update(every[:0], 0, 2 * SECOND, 0.1)
     found.update(every[:0], 0, 3 * SECOND, 0.2)
-    assert told == [(0.1, False), (0.2, False)]
+    assert reported == [(0.1, False), (0.2, False)]
     matcher.scene_mismatch = False
     found.update(every, 0, 4 * SECOND, 0.1)
-    assert told[2:] == [(0.0, True), "given up"]
+    assert reported[2:] == [(0.0, True), "given up"]
     found.update(every, 0, 5 * SECOND, 0.1)
-    assert len(told) == 4
+    assert len(reported) == 4
 
 
 def test_new_robots_do_not_say_that_the_camera_is_right_again():
-    found, _, told = recovery(robot(first_ns=3 * SECOND, last_ns=4 * SECOND))
+    found, _, reported = recovery(robot(first_ns=3 * SECOND, last_ns=4 * SECOND))
     found.update(np.zeros(0, np.intp), 1, 2 * SECOND, 0.1)  # no other robot but a refused one
     found.update(np.array([0]), 0, 2 * SECOND + 2 * TUNING.soon_ns, 0.1)
-    assert told == [(0.1, False), (0.0, False)]
+    assert reported == [(0.1, False), (0.0, False)]
 
 
 @pytest.mark.parametrize(("refused", "lost"), [(1, False), (2, True)])
 def test_robots_are_lost_when_as_many_are_refused_as_are_not(refused, lost):
-    found, _, told = recovery(robot(), robot("aqua_2"), robot(""))
+    found, _, reported = recovery(robot(), robot("aqua_2"), robot(""))
     found.update(np.arange(3), refused, SECOND, 0.1)
-    assert told == ([(0.1, False)] if lost else [])
+    assert reported == ([(0.1, False)] if lost else [])
 
 
 def test_a_jump_keeps_robots_until_telemetry_is_back():
-    found, _, told = recovery(robot(), began=True)
+    found, _, reported = recovery(robot(), began=True)
     assert not found.telemetry_is_back(SECOND)
     assert found.fork.jumped
     found._table.filter.jumps = SimpleNamespace(began=False, returned=True)
     assert found.telemetry_is_back(2 * SECOND)
     found.go_back()
-    assert told == ["restored"]
+    assert reported == ["restored"]
     assert found.fork is not None
     assert not found.telemetry_is_back(1000 * SECOND)  # by then they can be anywhere
     assert found.fork is None
@@ -103,7 +103,7 @@ def test_what_was_seen_meanwhile_without_a_label_is_given_up():
 )
 def test_robots_found_again_soon_after_they_were_lost_are_old_ones(label, found_after_ns, over):
     lost_ns = 9 * SECOND
-    found, matcher, told = recovery(
+    found, matcher, reported = recovery(
         robot("aqua_1", last_ns=lost_ns - TUNING.soon_ns + 1),
         robot("aqua_2", last_ns=lost_ns - TUNING.soon_ns),
     )
@@ -112,7 +112,7 @@ def test_robots_found_again_soon_after_they_were_lost_are_old_ones(label, found_
     found._table.tracks.append(robot(label, first_ns=lost_ns + 1))
     matcher.scene_mismatch = False
     found.update(np.array([2]), 0, lost_ns + found_after_ns, 0.1)
-    assert told[1] == (0.0, over)
+    assert reported[1] == (0.0, over)
 
 
 def test_a_fork_ends_after_a_second_without_contradictions_in_a_row():
@@ -138,10 +138,10 @@ def test_a_fork_ends_after_a_second_without_contradictions_in_a_row():
 )
 def test_labels_are_restored_only_while_no_robot_is_measured(state, label, asked):
     found, _, _ = recovery(Track("aqua", 0, 0, state, label))
-    told = []
+    reported = []
     found.regrouping = SimpleNamespace(
-        are_back=lambda *given, previous: told.append((*given, previous)) or True,
-        restore_labels=lambda: told.append("restored"),
+        are_back=lambda *given, previous: reported.append((*given, previous)) or True,
+        restore_labels=lambda: reported.append("restored"),
     )
     found.restore_labels([3], 2)
-    assert told == ([([3], 2, True), "restored"] if asked else [])
+    assert reported == ([([3], 2, True), "restored"] if asked else [])

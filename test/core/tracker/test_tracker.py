@@ -140,12 +140,12 @@ def test_seen_again_from_the_other_side_with_a_wrong_compass(sea, unseen_s):
         again = next(r for r in results if r.stamp_ns >= sea.stamp(end))
         assert again.estimates[0].state is State.CONFIRMED
     assert first.position[0] == pytest.approx(-1.75, abs=0.2)
-    # the two sides tell the compass's error; a robot that could have moved meanwhile tells less
+    # the two sides show the compass's error; a robot that could have moved meanwhile shows less
     assert abs(last.position[0]) < (0.6 if unseen_s < 2.0 else 1.7)
 
 
 @pytest.mark.parametrize("stays_s", [0.05, 10.0], ids=["one stray box", "a jump"])
-def test_a_name_does_not_alternate_while_two_divers_are_told_apart(sea, stays_s):
+def test_a_name_does_not_alternate_while_two_divers_are_distinguished(sea, stays_s):
     """One of two divers comes up between both, and while it waits for its name a box is 0.6 m off.
 
     A second track begins there; that makes it neither two robots nor two names.

@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""What is told of a robot beside its numbers."""
+"""What is stated of a robot beside its numbers."""
 
 from __future__ import annotations
 

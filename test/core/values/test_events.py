@@ -7,16 +7,16 @@ from __future__ import annotations
 from aerial_gnss_ros.core.values.events import MAX_KEPT, ErrorText, Events, WarningText
 
 
-def test_sentences_are_told_in_order_and_once():
+def test_sentences_are_reported_in_order_and_once():
     log = Events()
     log.add("one")
     log.error("two")
     log.warn_once("fix", "three")
     log.warn_once("fix", "never")
     log.warn_once("height", "four")
-    told = log.drain()
-    assert told == ["one", "two", "three", "four"]
-    assert [type(one) for one in told] == [str, ErrorText, WarningText, WarningText]
+    reported = log.drain()
+    assert reported == ["one", "two", "three", "four"]
+    assert [type(one) for one in reported] == [str, ErrorText, WarningText, WarningText]
     log.warn_once("fix", "never")
     assert log.drain() == []
 
@@ -25,5 +25,5 @@ def test_the_oldest_go_when_nobody_listens():
     log = Events()
     for number in range(MAX_KEPT + 2):
         log.add(str(number))
-    told = log.drain()
-    assert (len(told), told[0], told[-1]) == (MAX_KEPT, "2", str(MAX_KEPT + 1))
+    reported = log.drain()
+    assert (len(reported), reported[0], reported[-1]) == (MAX_KEPT, "2", str(MAX_KEPT + 1))
