@@ -86,7 +86,7 @@ def replay(args: argparse.Namespace) -> int:
             bag,
             with_stated_datum(config.estimator, bag),
             config.detector,
-            _load_detector,
+            load_detector,
             namespace=args.namespace,
             detect=args.model is not None,
         )
@@ -110,11 +110,11 @@ def replay(args: argparse.Namespace) -> int:
     return 0
 
 
-def _load_detector(config: DetectorConfig) -> Detector:
+def load_detector(config: DetectorConfig) -> Detector:
     """Load the detector, with OpenCV, which recorded boxes do not need."""
-    from aerial_gnss_ros.detection.select import load_detector
+    from aerial_gnss_ros.detection import select
 
-    return load_detector(config)
+    return select.load_detector(config)
 
 
 def _result_folder(
