@@ -26,7 +26,7 @@ from aerial_gnss_ros.adapters.feed import Feed, Inputs
 from aerial_gnss_ros.adapters.kinds import ATTITUDE, FIX, GIMBAL, HEIGHT
 from aerial_gnss_ros.adapters.overview import OVERVIEW
 from aerial_gnss_ros.adapters.parameter_documents import scalar
-from aerial_gnss_ros.adapters.results import position_update, result_messages
+from aerial_gnss_ros.adapters.results import covariance_parts, position_update, result_messages
 from aerial_gnss_ros.adapters.transforms import TF, TF_STATIC, TF_TYPE
 from aerial_gnss_ros.bags.results import PLATFORM_COLUMNS, REJECTED_COLUMNS
 from aerial_gnss_ros.bags.tables import POSITION_COLUMNS
@@ -72,6 +72,10 @@ OUTPUTS = {
     "water, with the velocity in `child_frame_id` `<namespace>/<id>/course`.",
     "robots/<id>/position_update": "A position each `updates.interval_s` at most, for other "
     "filters: errors of two of them may be taken as independent. Not latched.",
+    "robots/<id>/covariance_shared": "Each measured position with the part of its covariance "
+    "that lasts minutes; while `updates.covariance_parts` is true. Not latched.",
+    "robots/<id>/covariance_white": "The same position with the rest of its covariance, which "
+    "boxes of some seconds average out. Not latched.",
     "robots/markers": "Error ellipses and names for RViz and Foxglove; made while somebody "
     "subscribes.",
     "overview": "All of these with the camera's footprint, depths, references and the state of "
@@ -312,7 +316,8 @@ def _estimator_topics() -> Iterator[list[str]]:
         yield ["in", f"`{wanted.topic}`", _type(wanted.msgtype), meaning]
     example = _example()
     update = position_update(example.estimates[0], example.datum)
-    for message in (*result_messages(example), update):
+    parts = covariance_parts(example.estimates[0], example.datum)
+    for message in (*result_messages(example), update, *parts):
         topic = message.topic.replace("aqua_1", "<id>")
         yield ["out", f"`{topic}`", _type(message.msgtype), OUTPUTS[topic]]
     yield ["out", f"`{OVERVIEW[0]}`", _type(OVERVIEW[1]), OUTPUTS[OVERVIEW[0]]]
@@ -323,7 +328,7 @@ def _estimator_topics() -> Iterator[list[str]]:
 def _example() -> FrameResult:
     robot = RobotEstimate(
         0, "aqua_1", "aqua", State.CONFIRMED, 0.0, 0.0, 0.0,
-        np.zeros(2), np.zeros(2), np.eye(4), 0,
+        np.zeros(2), np.zeros(2), np.eye(4), 0, np.eye(2),
     )  # fmt: skip
     drift = Current(np.zeros(2), np.eye(2))
     return FrameResult(0, "camera", (robot,), (), MapDatum(0.0, 0.0, 0.0), current=drift)

@@ -76,6 +76,7 @@ class OutgoingMessage:
 CURRENT = "current"
 MAP_DATUM = "map_datum"
 POSITION_UPDATE = "position_update"
+COVARIANCE_SHARED, COVARIANCE_WHITE = "covariance_shared", "covariance_white"
 MARKERS = ("robots/markers", "visualization_msgs/msg/MarkerArray")
 
 
@@ -236,8 +237,36 @@ def position_update(
 
     Only the position is stated; orientation has the variance of what is not known.
     """
+    return _position(POSITION_UPDATE, estimate, datum, frames)
+
+
+def covariance_parts(
+    estimate: RobotEstimate, datum: MapDatum | None, frames: Frames = ROOT
+) -> tuple[OutgoingMessage, ...]:
+    """Return the position twice, with the shared and with the white part of its covariance.
+
+    East and North of both add up to the published covariance; the variance of the height is in
+    both. Nothing of a predicted position, or where `RobotEstimate.white` is absent.
+    """
+    if estimate.white is None or estimate.state is not State.CONFIRMED:
+        return ()
+    plane = estimate.covariance[:2, :2]
+    parts = {COVARIANCE_SHARED: plane - estimate.white, COVARIANCE_WHITE: estimate.white}
+    return tuple(_position(name, estimate, datum, frames, part) for name, part in parts.items())
+
+
+def _position(
+    name: str,
+    estimate: RobotEstimate,
+    datum: MapDatum | None,
+    frames: Frames,
+    plane: Array | None = None,
+) -> OutgoingMessage:
+    """Return a position alone, with its covariance or another one (2, 2) East and North."""
     covariance = _position_covariance(estimate)
     up, covariance[2, 2] = frames.up(estimate, datum)
+    if plane is not None:
+        covariance[:2, :2] = plane
     east, north = estimate.position
     fields = {
         "header": header_fields(estimate.stamp_ns, frames.map),
@@ -250,7 +279,7 @@ def position_update(
         },
     }
     return OutgoingMessage(
-        f"robots/{estimate.robot_id}/{POSITION_UPDATE}",
+        f"robots/{estimate.robot_id}/{name}",
         "geometry_msgs/msg/PoseWithCovarianceStamped",
         fields,
     )

@@ -16,7 +16,12 @@ import numpy as np
 
 from aerial_gnss_ros.adapters.map_frame import OnWater, frames
 from aerial_gnss_ros.adapters.overview import OVERVIEW
-from aerial_gnss_ros.adapters.results import MAP_DATUM, position_update, result_messages
+from aerial_gnss_ros.adapters.results import (
+    MAP_DATUM,
+    covariance_parts,
+    position_update,
+    result_messages,
+)
 from aerial_gnss_ros.adapters.transforms import course_transforms, earth_transform
 from aerial_gnss_ros.bags.detect import DETECTIONS_TYPE
 from aerial_gnss_ros.bags.maps import geojson, gpx, kml
@@ -129,6 +134,9 @@ class ResultFolder:
         for sample in () if self._updates is None else self._updates.due(result):
             one = position_update(sample, result.datum, self._frames)
             bag.write(one.topic, one.msgtype, result.stamp_ns, one.fields, RELIABLE)
+        for estimate in result.estimates:
+            for one in covariance_parts(estimate, result.datum, self._frames):
+                bag.write(one.topic, one.msgtype, result.stamp_ns, one.fields, RELIABLE)
         if moved and result.datum is not None and self._config.publish_earth_tf:
             earth = earth_transform(result.stamp_ns, result.datum, self._frames)
             bag.write(earth.topic, earth.msgtype, result.stamp_ns, earth.fields, LATCHED)

@@ -21,6 +21,7 @@ from aerial_gnss_ros.adapters.results import (
     MAP_DATUM,
     MARKERS,
     OutgoingMessage,
+    covariance_parts,
     position_messages,
     position_update,
 )
@@ -202,8 +203,12 @@ class EstimatorNode(SupervisedNode):
         result = self._on_water.leveled(result)
         for outgoing in position_messages(self._departures.completed(result), self._frames):
             self._publisher(outgoing).publish(message(outgoing.msgtype, outgoing.fields))
-        for sample in self._updates.due(result):
-            outgoing = position_update(sample, result.datum, self._frames)
+        samples = [
+            position_update(one, result.datum, self._frames) for one in self._updates.due(result)
+        ]
+        for estimate in result.estimates:
+            samples += covariance_parts(estimate, result.datum, self._frames)
+        for outgoing in samples:
             publisher = self._publisher(outgoing, qos.sent_once())
             publisher.publish(message(outgoing.msgtype, outgoing.fields))
         self._give_up_oldest()

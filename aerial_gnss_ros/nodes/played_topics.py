@@ -15,7 +15,8 @@ GLOBAL = ("/tf", "/tf_static", "/clock", "/diagnostics", "/rosout", "/parameter_
 _LIVE = ("/clock", "/diagnostics", "/rosout", "/parameter_events")
 """Topics that player and live nodes publish themselves."""
 _RESULT = re.compile(
-    r"(/.*)?/(robots/[^/]+(/(geo_pose|fix|odom|position_update))?|map_datum|current|overview)"
+    r"(/.*)?/(robots/[^/]+(/(geo_pose|fix|odom|position_update|covariance_(shared|white)))?"
+    r"|map_datum|current|overview)"
 )
 _TRUTH = re.compile(r"(/.*)?/truth/.*")
 

@@ -30,7 +30,12 @@ from aerial_gnss_ros.nodes.schemas import DETECTOR, ESTIMATOR, SCHEMAS
 ENCLAVE = "/aerial_gnss"
 """Enclave path of the shipped policies, above those of the nodes."""
 
-RESULTS = tuple(f"robots/*/{kind}" for kind in ("geo_pose", "fix", "odom", "position_update"))
+RESULTS = tuple(
+    f"robots/*/{kind}"
+    for kind in (
+        "geo_pose", "fix", "odom", "position_update", "covariance_shared", "covariance_white"
+    )
+)  # fmt: skip
 _EVERY_PUBLISHED = ("/rosout", "/parameter_events", "/diagnostics")
 _EVERY_SUBSCRIBED = ("/clock", "/parameter_events")
 _PARAMETERS = (

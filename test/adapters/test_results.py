@@ -19,6 +19,7 @@ from aerial_gnss_ros.adapters.results import (
     UNKNOWN_ANGLE_RAD2,
     UNKNOWN_LENGTH_M2,
     course,
+    covariance_parts,
     detection_array,
     position_update,
     result_messages,
@@ -211,3 +212,21 @@ def test_detections_copy_the_header_and_name_the_class():
     assert (box.bbox.size_x, box.bbox.size_y) == (30.0, 40.0)
     [result] = box.results
     assert (result.hypothesis.class_id, result.hypothesis.score) == ("aqua", 0.75)
+
+
+def test_both_parts_of_a_covariance_add_up_to_the_published_one():
+    white = np.array([[0.3, 0.1], [0.1, 0.2]])
+    measured = replace(ESTIMATE, white=white)
+    shared, alone = covariance_parts(measured, RESULT.datum)
+    assert [shared.topic, alone.topic] == [
+        "robots/aqua_1/covariance_shared", "robots/aqua_1/covariance_white",
+    ]  # fmt: skip
+    parts = [
+        np.reshape(one.fields["pose"]["covariance"], (6, 6))[:2, :2] for one in (shared, alone)
+    ]
+    assert parts[1].tolist() == white.tolist()
+    fix = published(replace(RESULT, estimates=(measured,)))["robots/aqua_1/fix"]
+    assert (parts[0] + parts[1]).ravel() == pytest.approx(fix.position_covariance[[0, 1, 3, 4]])
+    assert shared.fields["pose"]["pose"] == alone.fields["pose"]["pose"]
+    assert covariance_parts(ESTIMATE, RESULT.datum) == ()
+    assert covariance_parts(replace(measured, state=State.COASTING), RESULT.datum) == ()

@@ -86,3 +86,12 @@ def test_a_failure_writes_no_tables(tmp_path):
     with pytest.raises(KeyError):
         fail()
     assert list(tmp_path.iterdir()) == []
+
+
+def test_parts_of_the_covariance_are_in_the_bag_where_the_estimator_gives_them(tmp_path):
+    seen = replace(ESTIMATE, state=State.CONFIRMED, white=0.01 * np.eye(2))
+    with ResultFolder(tmp_path) as folder:
+        folder.add(FrameResult(seen.stamp_ns, "camera", (seen,), (), None, pose(9)))
+    with open_bag(tmp_path / "bag") as bag:
+        for name in ("covariance_shared", "covariance_white"):
+            assert bag.topics[f"/robots/aqua_1/{name}"].qos[0].durability is QosDurability.VOLATILE

@@ -57,4 +57,5 @@ def _at_point(
         longitude=longitude,
         position=local.positions([latitude], [longitude])[0],
         covariance=covariance,
+        white=None if estimate.white is None else points.covariance_white[row],
     )

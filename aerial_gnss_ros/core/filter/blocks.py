@@ -95,6 +95,19 @@ class StateBlocks:
             covariance[group.rows] = blocks.transpose(2, 0, 1)
         return mean, covariance
 
+    def given_platform(self) -> Array:
+        """Return covariances (n, 2, 2) of the robots' positions given the platform's errors, m²."""
+        found = np.empty((self._count, 2, 2))
+        for group in self._groups:
+            _, own, through = group.positions()
+            errors = group.covariance[:COUNT, :COUNT]
+            scale = np.sqrt(errors.diagonal())  # metres and radians: comparable once divided by it
+            scale = np.where(scale > 0.0, scale, 1.0)
+            through = through / scale
+            inverse = np.linalg.pinv(errors / np.outer(scale, scale), hermitian=True)
+            found[group.rows] = own - through @ inverse @ through.swapaxes(1, 2)
+        return found
+
     def check(self) -> None:
         """Check that the state is plausible.
 

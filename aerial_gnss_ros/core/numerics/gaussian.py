@@ -34,6 +34,18 @@ def mahalanobis(offsets: Array, covariances: Array) -> tuple[Array, Array]:
     return squared, np.log(determinant)
 
 
+def within(part: Array, whole: Array) -> Array:
+    """Return a covariance (2, 2), scaled down so far that `whole` minus it is one as well.
+
+    Args:
+        part: (2, 2) what the whole should contain.
+        whole: (2, 2).
+    """
+    share = np.linalg.eigvals(np.linalg.pinv(whole, hermitian=True) @ part).real.max()
+    found: Array = part / max(1.0, float(share))
+    return found
+
+
 def inverse(covariances: Array) -> Array:
     """Return the inverses (..., 2, 2) of planar covariances, symmetric to the last bit.
 

@@ -4,6 +4,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -12,6 +14,7 @@ from aerial_gnss_ros.core.geometry.geodesy import LocalMap
 from aerial_gnss_ros.core.identity.encounters import Encounters
 from aerial_gnss_ros.core.identity.label_ambiguity import Position
 from aerial_gnss_ros.core.models.platform_model import named_errors
+from aerial_gnss_ros.core.numerics.gaussian import within
 from aerial_gnss_ros.core.references.references import References
 from aerial_gnss_ros.core.tracker.fork import Fork
 from aerial_gnss_ros.core.tracker.track_table import TrackTable
@@ -94,6 +97,28 @@ def _estimate(
         velocity=mean[2:],
         covariance=covariance,
         last_seen_ns=track.last_seen_ns,
+    )
+
+
+def with_white(
+    estimates: tuple[RobotEstimate, ...], table: TrackTable
+) -> tuple[RobotEstimate, ...]:
+    """Return estimates with the white parts of their covariances.
+
+    It is what a robot's boxes leave uncertain where the platform's errors are known. All else, such
+    as a possible jump or another label, lasts, and counts as shared.
+
+    Args:
+        estimates: of all robots, as published.
+        table: of the tracks.
+    """
+    if not estimates:
+        return ()
+    own = table.filter.given_platform()
+    rows = {track.robot_id: row for row, track in enumerate(table.tracks)}
+    return tuple(
+        replace(one, white=within(own[rows[one.robot_id]], one.covariance[:2, :2]))
+        for one in estimates
     )
 
 

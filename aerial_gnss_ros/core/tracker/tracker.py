@@ -42,7 +42,7 @@ from aerial_gnss_ros.core.tracker.confirmation import TrackConfirmation
 from aerial_gnss_ros.core.tracker.gnss_jump_test import robots_tell_jump
 from aerial_gnss_ros.core.tracker.image_evidence import ImageEvidence
 from aerial_gnss_ros.core.tracker.protocol import TrackUpdate
-from aerial_gnss_ros.core.tracker.publication import published
+from aerial_gnss_ros.core.tracker.publication import published, with_white
 from aerial_gnss_ros.core.tracker.recovery import Recovery
 from aerial_gnss_ros.core.tracker.track_table import TrackTable
 from aerial_gnss_ros.core.values.detection_frame import DetectionFrame
@@ -76,6 +76,7 @@ class Tracker:
         self._image_evidence = ImageEvidence(self._image_tracks)
         self._account = BoxAccount()
         self._references = References(joint, joint.log)
+        self._with_white = config.updates.covariance_parts
         self._referenced = False
         self._identity = identity
         self._local: LocalMap | None = None
@@ -329,6 +330,8 @@ class Tracker:
         estimates, platform = published(
             self.table, self._encounters, fork, references, self._local, altitude, stamp_ns
         )
+        if self._with_white:
+            estimates = with_white(estimates, self.table)
         if estimates:
             self._identity.remember(estimates)
         return estimates, platform

@@ -46,6 +46,8 @@ class RobotEstimate:
         covariance: (4, 4) of East, North, velocity East, velocity North; SI. Includes the
             share of the platform's slowly varying errors.
         last_seen_ns: stamp of the image that measured it last, ns.
+        white: (2, 2) part of the position's covariance that the platform's slow errors and doubts
+            of any kind have no share in, m²; None where it is not asked for.
     """
 
     stamp_ns: int
@@ -59,6 +61,7 @@ class RobotEstimate:
     velocity: Array
     covariance: Array
     last_seen_ns: int
+    white: Array | None = None
 
     @property
     def sigma(self) -> float:

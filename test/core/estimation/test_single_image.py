@@ -82,3 +82,20 @@ def test_names_are_kept_by_exact_points_of_what_the_paper_does_not_refuse(sea):
     found = exact_points(frame, published, CONFIG)
     assert found.reasons == (Reason.OUT_OF_RANGE, None, exact.reasons[2])
     assert found.east_north[:2].tolist() == exact.east_north[:2].tolist()
+
+
+def test_parts_of_the_covariance_are_given_where_asked_for_and_change_nothing_else(sea):
+    world = {"robots": {"a": lambda _t: (3.0, 22.0)}, "pixel_sigma": 2.0, "seed": 5}
+    for method in ("filter", "single"):
+        asked = {"method": method, "updates.covariance_parts": True}
+        plain, parted = (
+            [r.estimates[0] for r in sea.play(sea.estimator(given), sea.World(**world), 8.0)[20:]]
+            for given in ({"method": method}, asked)
+        )
+        assert all(one.white is None for one in plain)
+        assert [one.position.tolist() for one in plain] == [one.position.tolist() for one in parted]
+        for one in parted:
+            whole, white = one.covariance[:2, :2], one.white
+            assert np.linalg.eigvalsh(white).min() > 0.0
+            assert np.linalg.eigvalsh(whole - white).min() > 0.0
+            assert np.trace(white) < 0.05 * np.trace(whole)  # a consumer receiver's offset lasts

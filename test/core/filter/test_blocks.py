@@ -122,3 +122,16 @@ def test_the_old_robot_stays_as_it_is_until_it_is_dropped(monkeypatch):
     np.testing.assert_array_equal(groups.moments()[1][:4], covariance[:4])
     groups.drop(np.array([0]))
     assert len(groups) == 4
+
+
+@pytest.mark.parametrize("heading", [0.0, 1e-4])
+def test_given_the_platform_s_errors_only_the_robots_own_part_is_left(heading, monkeypatch):
+    monkeypatch.setattr(blocks, "TUNING", replace(blocks.TUNING, block_robots=2))
+    groups = StateBlocks()
+    groups.clear(np.diag([4.0, 9.0, 1.0, 0.01, 0.01, heading, 0.0]))
+    own = np.array([[[0.4, 0.1], [0.1, 0.9]], [[2.0, 0.0], [0.0, 1.0]], [[0.01, 0.0], [0.0, 0.04]]])
+    by_errors = np.random.default_rng(2).normal(size=(3, 2, COUNT))
+    for group, rows, taken in groups.allocate(np.arange(3)):
+        group.add(rows, np.zeros((len(rows), 2)), by_errors[taken], own[taken], 0.5)
+    assert groups.moments()[1][:, 0, 0].min() > 3.0
+    assert groups.given_platform() == pytest.approx(own)

@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.stats import chi2, multivariate_normal
 
-from aerial_gnss_ros.core.numerics.gaussian import gate_threshold, inverse, mahalanobis
+from aerial_gnss_ros.core.numerics.gaussian import gate_threshold, inverse, mahalanobis, within
 
 
 @pytest.mark.parametrize("probability", [0.5, 0.95, 0.997, 0.999999])
@@ -38,3 +38,10 @@ def test_a_covariance_that_has_collapsed_divides_by_no_zero():
     squared, _ = mahalanobis(np.array([1.0, -1.0]), np.ones((2, 2)))
     assert np.isfinite(squared)
     assert squared > 1e20
+
+
+def test_a_part_is_scaled_down_as_far_as_the_whole_needs_and_no_farther():
+    whole, small = np.array([[4.0, 1.0], [1.0, 2.0]]), np.array([[1.0, 0.2], [0.2, 0.5]])
+    assert within(small, whole) == pytest.approx(small)
+    left = whole - within(9.0 * small, whole)
+    assert np.linalg.eigvalsh(left) == pytest.approx([0.0, np.trace(left)])

@@ -11,7 +11,7 @@ import pytest
 
 from aerial_gnss_ros.core.association.track import Track
 from aerial_gnss_ros.core.geometry.geodesy import LocalMap
-from aerial_gnss_ros.core.tracker.publication import published
+from aerial_gnss_ros.core.tracker.publication import published, with_white
 from aerial_gnss_ros.core.values.estimates import MapDatum, State
 
 LOCAL = LocalMap(MapDatum(0.8, 0.2, 0.0))
@@ -65,3 +65,16 @@ def test_references_move_robots_and_the_receiver_s_offset():
     assert found[0].position.tolist() == [5.0, 0.0]
     assert found[0].covariance[0, 0] == 0.25
     assert [(one.name, one.value, one.sigma) for one in platform] == [("gnss_east", 5.0, 0.5)]
+
+
+def test_what_is_not_white_is_shared_whatever_it_comes_from():
+    seen = table("aqua_2", "", "aqua_1")
+    seen.filter.given_platform = lambda: np.array([4.0, 9.0, 0.25])[:, None, None] * np.eye(2)
+    doubtful = SimpleNamespace(
+        ambiguous=True, ambiguity_covariances=lambda _: {"aqua_1": np.diag([8.0, 0.0])}
+    )
+    found, _ = published(seen, doubtful, None, NO_REFERENCES, LOCAL, 0.0, 7)
+    first, second = with_white(found, seen)
+    assert first.white.diagonal().tolist() == [0.25, 0.25]  # the other label's 8 m² are not in it
+    assert second.white.diagonal() == pytest.approx([1.0, 1.0])  # not above what is published
+    assert with_white((), seen) == ()
