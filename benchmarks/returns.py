@@ -15,7 +15,6 @@ expected: their probabilities' sum.
 from __future__ import annotations
 
 import argparse
-from collections import deque
 from itertools import pairwise
 from pathlib import Path
 
@@ -82,7 +81,7 @@ def probability(kind: str, seed: int) -> tuple[float, bool] | None:
     now, left = round((SEEN_S + away + REIDENTIFICATION.look_s) * 1e9), round(SEEN_S * 1e9)
     tracks = [
         Track(
-            "aqua", 0, left, State.COASTING, f"aqua_{i}", deque([left]),
+            "aqua", 0, left, State.COASTING, f"aqua_{i}", (left,),
             velocity=velocity[i], velocity_spread=BEFORE_MPS**2 * np.eye(2),
             speed_history=0.5 * HABITS * float(velocity[i] @ velocity[i]),
             speed_history_count=HABITS,
@@ -90,7 +89,7 @@ def probability(kind: str, seed: int) -> tuple[float, bool] | None:
         for i in range(2)
     ]  # fmt: skip
     came = now - round(REIDENTIFICATION.look_s * 1e9)
-    tracks += [Track("aqua", came, now, hits=deque([came, now])) for _ in range(2)]
+    tracks += [Track("aqua", came, now, hits=(came, now)) for _ in range(2)]
     reach, _, noise = MOTION.step(away, np.full(1, 1e-3))
     variance = 2.0 * PLACE_M**2 + float(reach[0]) ** 2 * BEFORE_MPS**2 + float(noise[0, 0])
     offsets = back[None] - (place + reach[0] * velocity)[:, None]

@@ -161,7 +161,8 @@ class TimedSnapshot(guard.Snapshot):
         began = time.process_time_ns()
         super().__init__(roots, plans)
         self.spent.append(1e-3 * (time.process_time_ns() - began))
-        TimedSnapshot.held = len(self._objects), len(self._arrays), len(self._containers)
+        objects = sum(len(held) for held, _, _ in self._objects)
+        TimedSnapshot.held = objects, len(self._arrays), len(self._containers)
 
 
 def guard_row(robots: int, images: int) -> str:

@@ -4,7 +4,6 @@
 
 from __future__ import annotations
 
-from collections import deque
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -34,6 +33,8 @@ TUNING = TrackTuning()
 @dataclass
 class Track:
     """One track; its state vector is in the same row of `TrackTable.filter`.
+
+    What an attribute holds is never changed in place, but replaced: snapshots and copies share it.
 
     Attributes:
         class_id: class name as the detector gave it.
@@ -70,7 +71,7 @@ class Track:
     last_seen_ns: int
     state: State = State.TENTATIVE
     robot_id: str = ""
-    hits: deque[int] = field(default_factory=deque)
+    hits: tuple[int, ...] = ()
     innovation_ratio: float = 1.0
     velocity: Array = field(default_factory=lambda: np.zeros(2))
     velocity_spread: Array = field(default_factory=lambda: np.zeros((2, 2)))
@@ -101,7 +102,7 @@ class Track:
         """Merge an unlabelled duplicate track into this one."""
         if other.first_seen_ns < self.first_seen_ns:
             self.first_seen_ns, self.entered_view = other.first_seen_ns, other.entered_view
-        self.hits = deque(sorted({*self.hits, *other.hits}))
+        self.hits = tuple(sorted({*self.hits, *other.hits}))
         self.label_pending |= other.label_pending
         self.pending_boxes, other.pending_boxes = self.pending_boxes + other.pending_boxes, ()
         self.label_evidence = self.label_evidence or other.label_evidence

@@ -15,6 +15,7 @@ from __future__ import annotations
 import traceback
 from pathlib import Path
 
+from aerial_gnss_ros.core.association.track import Track
 from aerial_gnss_ros.core.estimation.attempt import attempt
 from aerial_gnss_ros.core.estimation.pipeline import Pipeline
 from aerial_gnss_ros.core.estimation.snapshot import Plans, Snapshot
@@ -42,6 +43,9 @@ _CONSTANT = (
     ReturnPosition,
 )
 """Classes that images do not change, skipped by snapshots."""
+
+_REBOUND = (Track,)
+"""Classes whose instances images change only by assignment to attributes, see `Plans`."""
 
 RESTART_AFTER = 5
 """Consecutive failed images after which the filter restarts."""
@@ -71,7 +75,7 @@ class Guard:
         self._origin = origin
         self._log = log
         self._roots = (pipeline, identity, log)
-        self._plans = Plans((*_CONSTANT, *pipeline.constant, *constant))
+        self._plans = Plans((*_CONSTANT, *pipeline.constant, *constant), _REBOUND)
         self._failed = 0
         self._last: tuple[RobotEstimate, ...] = ()
 

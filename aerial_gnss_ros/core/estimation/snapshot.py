@@ -6,25 +6,30 @@ The objects themselves stay: their attributes, and the contents of their arrays 
 restored in place, so references to them stay valid. Values of immutable types, including frozen
 dataclasses, and the contents of tuples are shared, not copied. Containers hold values of one type.
 
-A snapshot precedes every image, so it must be fast: one loop visits all objects, the treatment of a
-class's attributes is determined once for each combination of their types (`Plans`), and `__dict__`
-is not used, since Python slows down objects whose dictionary was accessed.
+A snapshot precedes every image, so it must be fast. Objects that attributes hold are nearly always
+those of the snapshot before: their values are read in one pass, and only if a type or an object
+differs the tree is walked again (`Plans.layout`). Objects in containers come and go; the treatment
+of a class's attributes is determined once for each combination of their types. `__dict__` is not
+used, since Python slows down objects whose dictionary was accessed.
 """
 
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from dataclasses import is_dataclass
 from enum import Enum
 from functools import cached_property
-from operator import attrgetter, methodcaller
+from itertools import chain
+from operator import attrgetter, is_, methodcaller
 from typing import Any, NamedTuple
 
 import numpy as np
 
 _SHARED, _ARRAY, _INSTANCE, _FLAT, _NESTED = range(5)
 _CONTAINERS = (dict, list, deque, set)
+
+Values = tuple[Any, ...]
 
 
 class _Plan(NamedTuple):
@@ -37,10 +42,30 @@ class _Plan(NamedTuple):
 
 
 class _Attributes(NamedTuple):
-    """Attribute names of a class, and a getter of their values; None for containers."""
+    """Attribute names of a class, and a getter of their values."""
 
     names: tuple[str, ...]
-    get: Callable[[Any], tuple[Any, ...]] | None
+    get: Callable[[Any], Values]
+
+
+class _Layout(NamedTuple):
+    """Objects reached through attributes alone, and the treatment of all their values in a row.
+
+    Attributes:
+        objects: in the order of a walk.
+        attributes: of each.
+        types: of the values.
+        plan: of these.
+        inner: the objects at `plan.instances`.
+        ids: of `objects`.
+    """
+
+    objects: list[Any]
+    attributes: list[_Attributes]
+    types: list[type]
+    plan: _Plan
+    inner: list[Any]
+    ids: frozenset[int]
 
 
 class Plans(dict[tuple[type, ...], _Plan | None]):
@@ -48,32 +73,76 @@ class Plans(dict[tuple[type, ...], _Plan | None]):
 
     Args:
         constant: classes whose instances are skipped, with everything that only they hold.
+        rebound: classes of objects in containers that change only by assignment to attributes:
+            what these hold is not changed in place, so it is shared.
     """
 
-    def __init__(self, constant: tuple[type, ...] = ()) -> None:
+    def __init__(self, constant: tuple[type, ...] = (), rebound: tuple[type, ...] = ()) -> None:
         super().__init__()
         self._constant = constant
+        self.rebound = rebound
         self.attributes: dict[type, _Attributes] = {}
+        self._layout: _Layout | None = None
 
     def __missing__(self, types: tuple[type, ...]) -> _Plan | None:
+        plan = self._plan(types)
+        self[types] = plan if any(plan) else None
+        return self[types]
+
+    def _plan(self, types: tuple[type, ...]) -> _Plan:
         kinds = [self._kind(one) for one in types]
         places = [[i for i, kind in enumerate(kinds) if kind == one] for one in range(1, 5)]
         arrays, instances, flat, nested = map(tuple, places)
-        plan = _Plan(arrays, instances, flat + nested, nested) if any(kinds) else None
-        self[types] = plan
-        return plan
+        return _Plan(arrays, instances, flat + nested, nested)
 
-    def look_at(self, one: object) -> _Attributes:
-        """Return the getter of an object's attributes, and cache it for its class."""
+    def read(self, one: object) -> tuple[_Attributes, Values]:
+        """Return an object's attributes and their values."""
         kind = type(one)
-        found = _Attributes((), None)
-        if not issubclass(kind, _CONTAINERS):
-            own = [n for n in vars(one) if not isinstance(getattr(kind, n, 0), cached_property)]
-            if len(own) == 1:
-                own *= 2  # of one name `attrgetter` returns the value, of two a tuple
-            found = _Attributes(tuple(own), attrgetter(*own) if own else lambda _: ())
+        if kind in self.attributes:
+            found = self.attributes[kind]
+            try:
+                return found, found.get(one)
+            except AttributeError:  # it has other attributes than those before it
+                pass
+        own = [n for n in vars(one) if not isinstance(getattr(kind, n, 0), cached_property)]
+        if len(own) == 1:
+            own *= 2  # of one name `attrgetter` returns the value, of two a tuple
+        found = _Attributes(tuple(own), attrgetter(*own) if own else lambda _: ())
         self.attributes[kind] = found
-        return found
+        return found, found.get(one)
+
+    def layout(self, roots: Values) -> tuple[_Layout, list[Values], list[Any]]:
+        """Return the objects that attributes hold, the values of each, and these in a row."""
+        known = self._layout
+        if known is not None and all(map(is_, roots, known.objects)):
+            own, objects = known.attributes, known.objects
+            try:
+                values = [one.get(held) for one, held in zip(own, objects, strict=True)]
+            except AttributeError:  # an object has other attributes than before
+                return self._walk(roots)
+            row = list(chain.from_iterable(values))
+            inner = map(row.__getitem__, known.plan.instances)
+            if list(map(type, row)) == known.types and all(map(is_, inner, known.inner)):
+                return known, values, row
+        return self._walk(roots)
+
+    def _walk(self, roots: Values) -> tuple[_Layout, list[Values], list[Any]]:
+        objects, attributes, values = [*roots], list[_Attributes](), list[Values]()
+        seen = {id(one) for one in roots}
+        for one in objects:  # grows during the iteration
+            own, held = self.read(one)
+            attributes.append(own)
+            values.append(held)
+            for value in held:
+                if id(value) not in seen and self._kind(type(value)) == _INSTANCE:
+                    seen.add(id(value))
+                    objects.append(value)
+        row = list(chain.from_iterable(values))
+        types = list(map(type, row))
+        plan = self._plan(tuple(types))
+        inner = [row[i] for i in plan.instances]
+        self._layout = _Layout(objects, attributes, types, plan, inner, frozenset(seen))
+        return self._layout, values, row
 
     def _kind(self, one: type) -> int:
         if issubclass(one, np.ndarray):
@@ -94,25 +163,34 @@ class Snapshot:
         plans: treatment of values by type.
     """
 
-    def __init__(self, roots: tuple[object, ...], plans: Plans) -> None:  # noqa: PLR0912 - quick
-        self._objects: list[tuple[Any, tuple[str, ...], tuple[Any, ...]]] = []
-        self._arrays: list[Any] = []
-        self._containers: list[Any] = []
-        arrays, containers, known = self._arrays, self._containers, plans.attributes
-        todo: list[Any] = [*roots]
-        seen: set[int] = set()
+    def __init__(self, roots: Values, plans: Plans) -> None:
+        layout, values, row = plans.layout(roots)
+        held = [own.names for own in layout.attributes]
+        self._objects: list[tuple[list[Any], list[tuple[str, ...]], list[Values]]]
+        self._objects = [(layout.objects, held, values)]
+        self._arrays = [row[i] for i in layout.plan.arrays]
+        self._containers = [row[i] for i in layout.plan.containers]
+        self._visit([row[i] for i in layout.plan.nested if row[i]], set(layout.ids), plans)
+        self._copies = list(map(np.ndarray.copy, self._arrays))
+        self._contents = list(map(methodcaller("copy"), self._containers))
+
+    def _visit(self, todo: list[Any], seen: set[int], plans: Plans) -> None:
+        """Visit containers that are not empty, and what they hold."""
+        arrays, containers = self._arrays, self._containers
         for one in todo:  # grows during the iteration
             if id(one) in seen:
                 continue
             seen.add(id(one))
-            kind = type(one)
-            names, get = known[kind] if kind in known else plans.look_at(one)
-            if get is None:  # a container that is not empty: all of its values have one type
-                held: Iterable[Any] = one.values() if isinstance(one, dict) else one
-                plan = plans[(type(next(iter(held))),)]
+            if isinstance(one, _CONTAINERS):  # all of its values have one type
+                held = [*one.values()] if isinstance(one, dict) else [*one]
+                kind = type(held[0])
+                plan = plans[(kind,)]
                 if plan is None:
                     continue
-                if plan.arrays:
+                if kind in plans.rebound:
+                    own, _ = plans.read(held[0])
+                    self._objects.append((held, [own.names] * len(held), list(map(own.get, held))))
+                elif plan.arrays:
                     arrays.extend(held)
                 elif plan.instances:
                     todo.extend(held)
@@ -120,27 +198,14 @@ class Snapshot:
                     containers.extend(held)
                     todo.extend(filter(None, held) if plan.nested else ())
                 continue
-            try:
-                values = get(one)
-            except AttributeError:  # it has other attributes than those before it
-                names, get = plans.look_at(one)
-                values = get(one) if get else ()
-            self._objects.append((one, names, values))
+            own, values = plans.read(one)
+            self._objects.append(([one], [own.names], [values]))
             plan = plans[tuple(map(type, values))]
-            if plan is None:
-                continue
-            here, inside, held_here, nested = plan
-            for i in here:
-                arrays.append(values[i])
-            for i in inside:
-                todo.append(values[i])  # noqa: PERF401 - slower for one or two
-            for i in held_here:
-                containers.append(values[i])
-            for i in nested:
-                if values[i]:
-                    todo.append(values[i])  # noqa: PERF401 - likewise
-        self._copies = list(map(np.ndarray.copy, arrays))
-        self._contents = list(map(methodcaller("copy"), containers))
+            if plan is not None:
+                arrays.extend([values[i] for i in plan.arrays])
+                containers.extend([values[i] for i in plan.containers])
+                todo.extend([values[i] for i in plan.instances])
+                todo.extend([values[i] for i in plan.nested if values[i]])
 
     def restore(self) -> None:
         """Restore everything."""
@@ -154,6 +219,7 @@ class Snapshot:
                 held.update(content)
             else:
                 held.extend(content)
-        for one, names, values in self._objects:
-            for name, value in zip(names, values, strict=True):
-                setattr(one, name, value)
+        for objects, attributes, found in self._objects:
+            for one, names, values in zip(objects, attributes, found, strict=True):
+                for name, value in zip(names, values, strict=True):
+                    setattr(one, name, value)

@@ -9,7 +9,6 @@ the tracker applies, through this table.
 
 from __future__ import annotations
 
-from collections import deque
 from dataclasses import dataclass
 
 import numpy as np
@@ -97,7 +96,7 @@ class TrackTable:
         self.filter.begin(seen, np.array(begun, np.intp))
         for column in begun:
             edge = bool(seen.edge[column])
-            track = Track(str(seen.class_ids[column]), stamp_ns, stamp_ns, hits=deque([stamp_ns]))
+            track = Track(str(seen.class_ids[column]), stamp_ns, stamp_ns, hits=(stamp_ns,))
             track.entered_view = track.leaving_view = edge
             self.tracks.append(track)
 
@@ -193,6 +192,7 @@ class TrackTable:
             labelled += bool(tracks[row].robot_id) and not tracks[row].rejected
             tracks[row].rejected = True
         mean, covariance = self.filter.moments()
+        mean.flags.writeable = covariance.flags.writeable = False  # tracks keep views of them
         velocities, spread, edges = [*mean[:, 2:]], [*covariance[:, 2:, 2:]], seen.edge.tolist()
         speeds = mean[:, 2:].tolist()
         fast = set(refused.tolist())
@@ -208,9 +208,10 @@ class TrackTable:
                 track.speed_history_count += since
             track.leaving_view, track.last_seen_ns = edges[column], stamp_ns
             track.velocity, track.velocity_spread = velocities[row], spread[row]
-            while track.hits and stamp_ns - track.hits[0] > window_ns:
-                track.hits.popleft()
-            track.hits.append(stamp_ns)
+            hits = (*track.hits, stamp_ns)
+            while stamp_ns - hits[0] > window_ns:
+                hits = hits[1:]
+            track.hits = hits
         return refused, labelled
 
     def merge(self, old: int, new: int, known: bool = True) -> None:

@@ -4,8 +4,6 @@
 
 from __future__ import annotations
 
-from collections import deque
-
 import pytest
 
 from aerial_gnss_ros.core.association.conflicts import keep_established, without_disputed
@@ -22,7 +20,7 @@ def test_a_box_stays_with_the_robot_that_wears_it(beside, away_ns, wears):
     """Unless images have shown both robots of late: then the better fit decides."""
     both = {5, 8} if beside else {8}
     tracks = [
-        Track("aqua", 0, last, State.COASTING, f"aqua_{last}", deque(sorted(hits)))
+        Track("aqua", 0, last, State.COASTING, f"aqua_{last}", tuple(sorted(hits)))
         for last, hits in ((9, {9, *both}), (7, {5, 7}))
     ]
     rows = keep_established(tracks, [0, 1], [0, 0], [1], [0, 1], away_ns)
@@ -42,7 +40,7 @@ def test_a_box_that_may_be_of_a_robot_out_of_sight_for_longer_updates_nobody(gon
     """Robot 0 would get box 0; robot 1 is not updated by a single box after 2 s. Places to 1 m."""
     now = 100_000_000_000
     tracks = [
-        Track("aqua", 0, now - round(gone * 1e9), State.COASTING, f"aqua_{i}", deque([1]))
+        Track("aqua", 0, now - round(gone * 1e9), State.COASTING, f"aqua_{i}", (1,))
         for i, gone in enumerate(gone_s)
     ]
     kind = ["robot" if gone <= 2.0 else "" for gone in gone_s]

@@ -4,7 +4,6 @@
 
 from __future__ import annotations
 
-from collections import deque
 from dataclasses import replace
 from types import SimpleNamespace
 
@@ -57,7 +56,7 @@ def test_a_near_miss_is_a_free_box_just_outside_the_gate_of_a_robot_without_one(
     offsets = np.column_stack([np.sqrt(squared.ravel()), np.zeros(9)])
     pairs = PairInnovations(rows, columns, offsets, np.tile(np.eye(2), (9, 1, 1)))
     joint = _joint(pairs)
-    tracks = [Track("aqua", 0, 9, State.COASTING, f"aqua_{i}", deque([9])) for i in range(3)]
+    tracks = [Track("aqua", 0, 9, State.COASTING, f"aqua_{i}", (9,)) for i in range(3)]
     seen = boxes(3)
     found = decided(Matcher(joint, 9.0, 2.0), tracks, seen, 10)
     assert (found.matched, found.outside) == (1, 1)
@@ -99,10 +98,10 @@ def test_a_robot_swerves_with_two_boxes_where_one_may_be_false(stray, began, hit
     image that missed the robot. Where it goes on a track that began when the robot was seen no
     more, the robot has swerved and takes it.
     """
-    robot = Track("aqua", 0, 7, State.COASTING, "aqua_1", deque([6, 7]))
+    robot = Track("aqua", 0, 7, State.COASTING, "aqua_1", (6, 7))
     tracks, offsets = [robot], [(1.0, 0.0)]
     if began is not None:
-        tracks.append(Track("aqua", began, max(hits), State.TENTATIVE, "", deque(hits)))
+        tracks.append(Track("aqua", began, max(hits), State.TENTATIVE, "", tuple(hits)))
         offsets.append((0.05, 0.0))
     every = np.arange(len(tracks))
     pairs = PairInnovations(
@@ -143,7 +142,7 @@ def test_one_box_in_a_wide_gate_is_not_the_robots_where_it_may_be_false(
         matcher._clutter.update(0, 0, 0, 0)
     matcher._clutter.update(now - round(image_s * second), 20, 20, stray)
     seen = boxes(1)
-    robot = Track("aqua", 0, left, State.COASTING, "aqua_1", deque([left]))
+    robot = Track("aqua", 0, left, State.COASTING, "aqua_1", (left,))
     assert (len(decided(matcher, [robot], seen, now).rows) == 1) == taken
 
 
@@ -165,7 +164,7 @@ def _image(inside, leaving=()):
             now - 1,
             State.CONFIRMED,
             f"aqua_{i}",
-            deque([now - 1]),
+            (now - 1,),
             leaving_view=i in leaving,
         )
         for i in range(len(inside))
@@ -242,11 +241,9 @@ def test_what_is_decided_changes_no_track():
     """A robot far off again and again, a new track beside its box, and one with a box."""
     now = 1_000_000_000
     tracks = [
-        Track(
-            "aqua", 0, now - 1, State.CONFIRMED, "aqua_1", deque([now - 1]), innovation_ratio=3.5
-        ),
-        Track("aqua", 0, now - 1, hits=deque([now - 2])),
-        Track("aqua", 0, now - 1, hits=deque([now - 3])),
+        Track("aqua", 0, now - 1, State.CONFIRMED, "aqua_1", (now - 1,), innovation_ratio=3.5),
+        Track("aqua", 0, now - 1, hits=(now - 2,)),
+        Track("aqua", 0, now - 1, hits=(now - 3,)),
     ]
     offsets = np.array([[2.5, 0.0], [6.0, 0.0], [0.5, 0.0]])
     pairs = PairInnovations(
@@ -299,7 +296,7 @@ def test_clutter_is_boxes_that_no_robot_takes_while_robots_are_missed(shown, cou
 def test_a_contested_box_is_left_to_the_robot_that_has_had_it(gone_ns, taken):
     """The other one is nearer to it, but returns from an absence in the image that shows one."""
     now = 10**10
-    first = deque([now - 5 * 10**9])  # an image showed both
+    first = (now - 5 * 10**9,)  # an image showed both
     tracks = [
         Track("aqua", 0, now - 10**8 + 1, State.CONFIRMED, "aqua_1", first),
         Track("aqua", 0, now - gone_ns, State.COASTING, "aqua_2", first),

@@ -4,8 +4,6 @@
 
 from __future__ import annotations
 
-from collections import deque
-
 import numpy as np
 import pytest
 
@@ -35,8 +33,8 @@ def test_names_bring_their_habits_along():
 
 
 def test_it_takes_in_what_another_track_of_the_same_robot_had():
-    track = Track("aqua", 5, 9, hits=deque([5, 9]), pending_boxes=((5, 1.0, 2.0),))
-    other = Track("aqua", 3, 7, hits=deque([3, 7]), pending_boxes=((3, 3.0, 4.0),))
+    track = Track("aqua", 5, 9, hits=(5, 9), pending_boxes=((5, 1.0, 2.0),))
+    other = Track("aqua", 3, 7, hits=(3, 7), pending_boxes=((3, 3.0, 4.0),))
     other.entered_view, other.label_pending = True, True
     track.absorb(other)
     assert (track.first_seen_ns, track.entered_view, track.label_pending) == (3, True, True)
@@ -49,6 +47,6 @@ def test_it_takes_in_what_another_track_of_the_same_robot_had():
 
 
 def test_two_in_one_image_are_two_robots():
-    one = _track(hits=deque([1, 2]))
-    assert one.coexisted(_track(hits=deque([2, 3])))
-    assert not one.coexisted(_track(hits=deque([3])))
+    one = _track(hits=(1, 2))
+    assert one.coexisted(_track(hits=(2, 3)))
+    assert not one.coexisted(_track(hits=(3,)))

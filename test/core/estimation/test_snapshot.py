@@ -141,3 +141,30 @@ def test_objects_of_one_class_may_have_other_attributes():
     one.number, other.further[0] = 7, 7
     before.restore()
     assert (one.number, other.further) == (1, [1])
+
+
+def test_what_replaced_attributes_hold_is_shared_and_put_back():
+    tree = Tree()
+    one, _ = tree.leaves
+    held = one.values
+    before = Snapshot((tree,), Plans((), (Leaf,)))
+    one.name, one.values = "other", deque([7])
+    tree.leaves.append(Leaf("third"))
+    before.restore()
+    assert (one.name, len(tree.leaves)) == ("leaf", 2)
+    assert one.values is held
+
+
+def test_objects_may_be_replaced_between_snapshots():
+    tree, plans = Tree(), Plans()
+    for leaf in (tree.leaf, Leaf("second"), None, Leaf("third")):
+        tree.leaf = tree.again = leaf
+        before = Snapshot((tree,), plans)
+        if leaf is not None:
+            leaf.name = "other"
+            leaf.values.append(7)
+        tree.leaf, tree.array[0] = Leaf("late"), 9.0
+        before.restore()
+        assert tree.leaf is leaf
+        assert leaf is None or (leaf.name != "other" and 7 not in leaf.values)
+        assert tree.array[0] == 0.0

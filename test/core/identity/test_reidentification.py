@@ -4,8 +4,6 @@
 
 from __future__ import annotations
 
-from collections import deque
-
 import numpy as np
 import pytest
 
@@ -45,14 +43,14 @@ def _pairs_and_odds(down, up, unseen_s, newcomers=0.1, waited_s=0.2, beside=True
             left,
             State.COASTING,
             f"aqua_{i}",
-            deque([left]),
+            (left,),
             speed_history=0.4,
             speed_history_count=9.0,
         )
         for i in range(len(down))
     ]
     tracks += [
-        Track("aqua", came, now, hits=deque([came, now] if beside else [came + i, now + i]))
+        Track("aqua", came, now, hits=(came, now) if beside else (came + i, now + i))
         for i in range(len(up))
     ]
     offsets = np.array(up, float)[None] - np.array(down, float)[:, None]
@@ -138,12 +136,9 @@ def test_those_that_come_up_one_after_the_other_wait_for_the_last():
     now = 1000 * SECOND
     down, up = [(0, 0), (2, 0), (1, 2)], [(0.9, 0.5), (1.1, 0.5)]
     tracks = [
-        Track("aqua", 0, now - 10 * SECOND, State.COASTING, f"aqua_{i}", deque([1]))
-        for i in range(3)
+        Track("aqua", 0, now - 10 * SECOND, State.COASTING, f"aqua_{i}", (1,)) for i in range(3)
     ]
-    tracks += [
-        Track("aqua", now - round(ago * SECOND), now, hits=deque([now])) for ago in (6.0, 0.2)
-    ]
+    tracks += [Track("aqua", now - round(ago * SECOND), now, hits=(now,)) for ago in (6.0, 0.2)]
     offsets = np.array(up, float)[None] - np.array(down, float)[:, None]
     spread = np.broadcast_to(9.0 * np.eye(2), (3, 2, 2, 2))
     for ready, waits in (([3, 4], {3, 4}), ([3], set())):
@@ -165,7 +160,7 @@ def test_two_tracks_that_no_image_shows_together_are_not_two_robots():
     ids=["one robot", "seen beside", "far off"],
 )
 def test_a_second_track_on_one_robot_is_folded_into_the_first(apart, hits, found):
-    tracks = [Track("aqua", one[0], one[-1], hits=deque(one)) for one in ((0, 2), tuple(hits))]
+    tracks = [Track("aqua", one[0], one[-1], hits=one) for one in ((0, 2), tuple(hits))]
     offsets = np.array([[[0.0, 0.0], [apart, 0.0]], [[-apart, 0.0], [0.0, 0.0]]])
     spread = np.broadcast_to(0.1 * np.eye(2), (2, 2, 2, 2))
     assert duplicate_tracks(tracks, [0, 1], (offsets, spread), 11.6) == found

@@ -4,8 +4,6 @@
 
 from __future__ import annotations
 
-from collections import deque
-
 import numpy as np
 import pytest
 from scipy.stats import multivariate_normal
@@ -41,7 +39,7 @@ def _coasted():
 def _density(place, swims):
     """Return the density at a place relative to that where a robot went down, m."""
     reach, variance = _coasted()
-    last = State.COASTING, "aqua_1", deque([0])
+    last = State.COASTING, "aqua_1", (0,)
     track = Track(
         "aqua", 0, 0, *last, velocity=VELOCITY, speed_history=0.4, speed_history_count=3.0
     )
@@ -104,7 +102,7 @@ def test_a_robot_never_seen_swims_as_the_others_do():
         0,
         State.COASTING,
         "aqua_1",
-        deque([0]),
+        (0,),
         speed_history=1.9875,
         speed_history_count=50.0,
     )
@@ -117,7 +115,7 @@ def test_a_robot_never_seen_swims_as_the_others_do():
 
 def test_a_robot_never_seen_comes_up_amid_the_others():
     """60 m of water have a variance of 300 m²; three at 0, 3 and -3 m east add 18 m² there."""
-    three = [Track("aqua", 0, 0, State.COASTING, f"aqua_{i}", deque([0])) for i in range(3)]
+    three = [Track("aqua", 0, 0, State.COASTING, f"aqua_{i}", (0,)) for i in range(3)]
     places = np.array([[0.0, 0.0], [3.0, 0.0], [-3.0, 0.0]])
     offsets = np.array([[0.0, 5.0], [0.0, 1000.0]]) - places[:, None]
     unseen = VelocityLikelihood(np.zeros((2, 2)), 1e9 * np.tile(np.eye(2), (2, 1, 1)))

@@ -4,7 +4,6 @@
 
 from __future__ import annotations
 
-from collections import deque
 from types import SimpleNamespace
 
 import numpy as np
@@ -47,7 +46,7 @@ def table(*states, refused=(), active=False):
     found = TrackTable(joint)
     for row, state in enumerate(states):
         label = "" if state is State.TENTATIVE else f"aqua_{row}"
-        found.tracks.append(Track("aqua", 0, SECOND, state, label, deque([0, SECOND])))
+        found.tracks.append(Track("aqua", 0, SECOND, state, label, (0, SECOND)))
     return found, asked
 
 
