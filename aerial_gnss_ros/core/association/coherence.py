@@ -77,9 +77,10 @@ def turns(joint: JointFilter, tracks: list[Track], rows: list[int]) -> bool:
         tracks: all of them.
         rows: of the robots, which all have innovations.
     """
-    last = [tracks[row].innovations for row in rows]
-    offsets = [np.mean([(one.east, one.north) for one in seen], axis=0) for seen in last]
-    sums = [sum(one.variances[0] + one.variances[2] for one in seen) for seen in last]
+    every = [tracks[row].innovations for row in rows]
+    last = [seen[~np.isnan(seen[:, 0])] for seen in every]
+    offsets = [seen[:, 1:3].mean(axis=0) for seen in last]
+    sums = [sum((seen[:, 3] + seen[:, 5]).tolist()) for seen in last]
     means = [0.5 * total / len(seen) ** 2 for total, seen in zip(sums, last, strict=True)]
     variances = joint.noise.level * np.array(means)
     return joint.turned_by(np.array(rows), np.array(offsets), variances) > 0.0

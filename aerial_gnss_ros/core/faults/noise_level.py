@@ -16,13 +16,15 @@ which a fault begins or a box is misassociated.
 from __future__ import annotations
 
 import math
-from array import array
 from collections import deque
-from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
+
+from aerial_gnss_ros.core.numerics.gaussian import mahalanobis
+
+Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -56,21 +58,11 @@ sqrt(n)); the squares of overlapping second differences are correlated by 4/9 an
 them count as n / 1.94. Robots of one image share the pose's noise and count as one."""
 
 
-class Innovation(NamedTuple):
-    """Offset of a box from its robot's predicted position.
+_COVARIANCE = np.array([3, 4, 4, 5])
 
-    Attributes:
-        stamp_ns: of the image, ns.
-        east: m.
-        north: m.
-        variances: of east, covariance, of north, m², divided by the level: mostly white noise, so
-            about the stated ones.
-    """
-
-    stamp_ns: int
-    east: float
-    north: float
-    variances: tuple[float, float, float]
+NO_INNOVATIONS = np.full((3, 6), np.nan)
+"""Innovations of a track without any, see `NoiseLevel.update`."""
+NO_INNOVATIONS.flags.writeable = False
 
 
 class NoiseLevel:
@@ -87,20 +79,24 @@ class NoiseLevel:
     def reset(self) -> None:
         """Forget everything."""
         self.level = 1.0
-        # Packed: a hundred images are joined faster than their numbers are converted.
+        # Packed: a hundred images are joined faster than their arrays.
         self._window: deque[bytes] = deque(maxlen=TUNING.level_images)
         self._since = 0
 
-    def update(self, seen: Iterable[tuple[Innovation, ...]]) -> None:
+    def update(self, seen: Array) -> None:
         """Update with an image.
 
         Args:
-            seen: last innovations, at most three, of each robot in it.
+            seen: (m, 3, 6) last three innovations of each robot in it, the latest last; NaN where
+                there are fewer. An innovation is the offset of a box from its robot's predicted
+                position: time (ns, from any origin), east, north (m), and the variance of east, the
+                covariance and the variance of north (m²), divided by the level: mostly white noise,
+                so about the stated ones.
         """
         ratios = _second_differences(seen)
-        if not ratios:
+        if not len(ratios):
             return
-        self._window.append(array("d", ratios).tobytes())
+        self._window.append(ratios.tobytes())
         self._since += 1
         if self._since >= TUNING.every_images and len(self._window) >= TUNING.least_images:
             self._since = 0
@@ -112,22 +108,17 @@ class NoiseLevel:
         self.level = min(level, TUNING.largest_level) if sure else 1.0
 
 
-def _second_differences(seen: Iterable[tuple[Innovation, ...]]) -> tuple[float, ...]:
+def _second_differences(seen: Array) -> Array:
     """Return half the normalised squares, of mean 1, of robots with even intervals.
 
     Args:
-        seen: last innovations of each robot; only complete triples are used.
+        seen: (m, 3, 6), see `NoiseLevel.update`.
     """
-    ratios: list[float] = []
-    for last in seen:
-        if len(last) < 3:
-            continue
-        (t1, x1, y1, (a1, b1, d1)), (t2, x2, y2, (a2, b2, d2)), (t3, x3, y3, (a3, b3, d3)) = last
-        before, after = t2 - t1, t3 - t2
-        if not before / TUNING.uneven_intervals <= after <= before * TUNING.uneven_intervals:
-            continue
-        x, y = x1 - 2.0 * x2 + x3, y1 - 2.0 * y2 + y3
-        a, b, d = a1 + 4.0 * a2 + a3, b1 + 4.0 * b2 + b3, d1 + 4.0 * d2 + d3
-        squared = d * x * x - 2.0 * b * x * y + a * y * y
-        ratios.append(0.5 * squared / max(a * d - b * b, 1e-24))
-    return tuple(ratios)
+    first, second, third = seen[:, 0], seen[:, 1], seen[:, 2]
+    before, after = second[:, 0] - first[:, 0], third[:, 0] - second[:, 0]
+    even = before / TUNING.uneven_intervals <= after  # false where one is missing
+    even &= after <= before * TUNING.uneven_intervals
+    offsets = (first - 2.0 * second + third)[:, 1:3]
+    spread = (first + 4.0 * second + third)[:, _COVARIANCE].reshape(-1, 2, 2)
+    ratios: Array = 0.5 * mahalanobis(offsets, spread)[0]
+    return ratios[even]

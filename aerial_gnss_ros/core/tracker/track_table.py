@@ -18,7 +18,6 @@ from aerial_gnss_ros.core.association.decision import Association
 from aerial_gnss_ros.core.association.gating import CandidatePairs
 from aerial_gnss_ros.core.association.track import TUNING as TRACK
 from aerial_gnss_ros.core.association.track import Track
-from aerial_gnss_ros.core.faults.noise_level import Innovation
 from aerial_gnss_ros.core.filter.innovation import misfit
 from aerial_gnss_ros.core.filter.joint_filter import JointFilter
 from aerial_gnss_ros.core.georeferencing.measurements import Measurements, inside_any
@@ -60,10 +59,12 @@ class TrackTable:
     def __init__(self, joint: JointFilter) -> None:
         self.filter = joint
         self.tracks: list[Track] = []
+        self._origin_ns: int | None = None
 
     def reset(self) -> None:
         """Forget all tracks."""
         self.tracks = []
+        self._origin_ns = None
         self.filter.reset()
 
     def start(
@@ -116,17 +117,23 @@ class TrackTable:
 
     def note_innovations(self, able: CandidatePairs, stamp_ns: int) -> None:
         """Take in the innovations of the robots in view."""
-        near = able.nearest
-        offsets = able.pairs.offsets[near].tolist()
-        stated = (1.0 / self.filter.noise.level) * able.pairs.spread[near]
-        east, both, north = stated[:, 0, 0], stated[:, 0, 1], stated[:, 1, 1]
-        variances = zip(east.tolist(), both.tolist(), north.tolist(), strict=True)
-        seen: list[tuple[Innovation, ...]] = []
-        for k, (x, y), own in zip(near, offsets, variances, strict=True):
-            track = self.tracks[able.rows[k]]
-            track.innovations = (*track.innovations[-2:], Innovation(stamp_ns, x, y, own))
-            seen.append(track.innovations)
-        self.filter.noise.update(seen)
+        pairs, near = able.pairs, able.nearest
+        if not near:
+            return
+        if self._origin_ns is None:  # stamps themselves are too large for a float
+            self._origin_ns = stamp_ns
+        tracks = [self.tracks[able.rows[k]] for k in near]
+        now = np.empty((len(near), 1, 6))
+        now[:, 0, 0] = stamp_ns - self._origin_ns
+        now[:, 0, 1:3] = pairs.offsets[near]
+        stated = (1.0 / self.filter.noise.level) * pairs.spread[near]
+        now[:, 0, 3:5], now[:, 0, 5] = stated[:, 0], stated[:, 1, 1]
+        before = np.concatenate([track.innovations for track in tracks]).reshape(-1, 3, 6)
+        found = np.concatenate([before[:, 1:], now], axis=1)
+        found.flags.writeable = False  # tracks keep views of it
+        for track, own in zip(tracks, found, strict=True):
+            track.innovations = own
+        self.filter.noise.update(found)
 
     def in_view(self, stamp_ns: int) -> list[int]:
         """Return the rows of the robots that an image is expected to show."""

@@ -11,7 +11,7 @@ import pytest
 
 from aerial_gnss_ros.core.association.coherence import TUNING, swerves, turns
 from aerial_gnss_ros.core.association.track import Track
-from aerial_gnss_ros.core.faults.noise_level import Innovation, NoiseLevel
+from aerial_gnss_ros.core.faults.noise_level import NoiseLevel
 from aerial_gnss_ros.core.faults.rotation_test import fit_rotation
 from aerial_gnss_ros.core.filter.innovation import PairInnovations
 from aerial_gnss_ros.core.models.motion_model import TUNING as MOTION_MODEL
@@ -78,7 +78,7 @@ def strained(offsets):
     """Return robots whose boxes were so far off (n, 2) in the last three images."""
     variances = SIGMA**2, 0.0, SIGMA**2
     return [
-        Track("aqua", 0, 0, innovations=tuple(Innovation(i, *one, variances) for i in range(3)))
+        Track("aqua", 0, 0, innovations=np.array([(i, *one, *variances) for i in range(3)]))
         for one in np.asarray(offsets).tolist()
     ]
 

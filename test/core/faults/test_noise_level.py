@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from scipy.stats import chi2
 
+from aerial_gnss_ros.core.faults.noise_level import NO_INNOVATIONS, NoiseLevel
 from aerial_gnss_ros.core.faults.noise_level import TUNING as NOISE_LEVEL
-from aerial_gnss_ros.core.faults.noise_level import Innovation, NoiseLevel
 
 STEP_NS = 100_000_000
 VARIANCES = 0.04, 0.01, 0.09
@@ -21,10 +21,10 @@ def fed(level: NoiseLevel, offsets: np.ndarray, uneven: bool = False) -> NoiseLe
     stamps = np.arange(len(offsets)) * STEP_NS
     if uneven:
         stamps = np.cumsum(np.where(np.arange(len(offsets)) % 2, STEP_NS, 3 * STEP_NS))
-    last: list[tuple[Innovation, ...]] = [()] * offsets.shape[1]
+    last = np.tile(NO_INNOVATIONS, (offsets.shape[1], 1, 1))
     for stamp_ns, image in zip(stamps.tolist(), (offsets @ ROOT.T).tolist(), strict=True):
-        now = [Innovation(stamp_ns, east, north, VARIANCES) for east, north in image]
-        last = [(*before[-2:], one) for before, one in zip(last, now, strict=True)]
+        now = np.array([[(stamp_ns, east, north, *VARIANCES)] for east, north in image])
+        last = np.concatenate([last[:, 1:], now], axis=1)
         level.update(last)
     return level
 
@@ -114,11 +114,11 @@ def test_second_differences_are_weighed_by_their_covariance():
     laws = [np.array([[2.0, 0.8], [0.8, 1.0]]), np.array([[1.0, -0.2], [-0.2, 3.0]]), np.eye(2)]
     offsets = np.array([[1.0, 2.0], [-0.5, 0.3], [0.7, -1.1]])
     last = [
-        Innovation(i, *offset, (law[0, 0], law[0, 1], law[1, 1]))
+        (i, *offset, law[0, 0], law[0, 1], law[1, 1])
         for i, (offset, law) in enumerate(zip(offsets.tolist(), laws, strict=True))
     ]
     level = NoiseLevel()
-    level.update([tuple(last)])
+    level.update(np.array([last]))
     weights = np.array([1.0, -2.0, 1.0])
     difference = weights @ offsets
     law = sum(weight**2 * one for weight, one in zip(weights, laws, strict=True))
