@@ -80,8 +80,8 @@ def pair_innovations(
     else:
         apart = robots[:, 0, None] - places[:, 0], robots[:, 1, None] - places[:, 1]
         shared = with_robots.reshape(n, -1) @ by_errors.reshape(m, -1).T
-        trace = np.trace(own, axis1=1, axis2=2) - 2.0 * shared
-        trace += np.trace(blocks, axis1=1, axis2=2)[:, None]
+        trace = own[:, 0, 0] + own[:, 1, 1] - 2.0 * shared
+        trace += (blocks[:, 0, 0] + blocks[:, 1, 1])[:, None]
         near = apart[0] ** 2 + apart[1] ** 2 <= scale * trace + floor
         slots, columns = np.nonzero(near)
     common = with_robots[slots] @ by_errors[columns].swapaxes(1, 2)

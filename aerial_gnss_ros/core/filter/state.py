@@ -82,7 +82,8 @@ class JointState(StateArrays):
         down = P[COUNT:].reshape(n, 4, -1)
         down[:, :2] += reach[:, None, None] * down[:, 2:]
         across = P[:, COUNT:].reshape(-1, n, 4)
-        across[:, :, :2] += reach[:, None] * across[:, :, 2:]
+        for axis in (0, 1):  # apart: numpy is slow where the innermost loop is over two
+            across[:, :, axis] += reach * across[:, :, axis + 2]
         if kept is not None:
             # One or two misses are no evidence of a manoeuvre; later it may have turned.
             beyond = np.maximum(noise[:, 2] - stated, 0.0)

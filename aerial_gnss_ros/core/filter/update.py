@@ -288,12 +288,19 @@ def _times_covariance(joint: JointState, slots: Indices, linear: Linear) -> Arra
     """Return H P, (2 m, D); H has the platform's columns and two of one robot in a row."""
     P, m = joint.covariance, len(slots)
     product: Array = linear.by_platform.reshape(2 * m, COUNT) @ P[:COUNT]
-    robots = P[COUNT:].reshape(len(joint.rows), 4, -1)[slots, :2]
+    states, some = P[COUNT:].reshape(len(joint.rows), 4, -1), _index(joint, slots)
+    robots = states[some, :2]
     if joint.sway is not None:
-        swing = P[COUNT:].reshape(len(joint.rows), 4, -1)[slots, 2:]
+        swing = states[some, 2:]
         robots = robots + joint.sway[slots, None, None] * swing
     product += (linear.by_place @ robots).reshape(2 * m, -1)
     return product
+
+
+def _index(joint: JointState, slots: Indices) -> Indices | slice:
+    """Return the index of some robots: if they are all in order, a slice, which copies nothing."""
+    n = len(joint.rows)
+    return slice(None) if len(slots) == n and slots.tolist() == [*range(n)] else slots
 
 
 def _innovation(
@@ -303,9 +310,10 @@ def _innovation(
     m = len(slots)
     spread: Array = by_state[:, :COUNT] @ linear.by_platform.reshape(2 * m, COUNT).T
     states = by_state[:, COUNT:].reshape(2 * m, len(joint.rows), 4)
-    robots = states[:, slots, :2].swapaxes(0, 1)
+    some = _index(joint, slots)
+    robots = states[:, some, :2].swapaxes(0, 1)
     if joint.sway is not None:
-        robots = robots + joint.sway[slots, None, None] * states[:, slots, 2:].swapaxes(0, 1)
+        robots = robots + joint.sway[slots, None, None] * states[:, some, 2:].swapaxes(0, 1)
     own = robots @ linear.by_place.swapaxes(1, 2)
     spread += own.swapaxes(0, 1).reshape(2 * m, 2 * m)
     by_pose = linear.by_pose.reshape(2 * m, -1)

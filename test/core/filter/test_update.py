@@ -115,3 +115,14 @@ def test_a_robot_that_was_far_from_where_it_is_seen_comes_to_lie_there():
     pixels = linearise(sight(), np.zeros(7), there).pixels
     correct(joint, np.array([0]), pixels, sight(), MODEL, level=1e-6)
     np.testing.assert_allclose(joint.robots[0, :2], there[0], atol=0.1)
+
+
+def test_the_order_of_boxes_does_not_matter():
+    joint, other = crowd(), crowd()
+    n = len(joint)
+    pixels = linearise(sight(), joint.mean[:7], joint.robots[:, :2]).pixels
+    pixels += np.arange(2.0 * n).reshape(n, 2)
+    correct(joint, np.arange(n), pixels, sight(), MODEL)
+    correct(other, np.arange(n)[::-1], pixels[::-1], sight(), MODEL)
+    np.testing.assert_allclose(joint.mean, other.mean, atol=1e-9)
+    np.testing.assert_allclose(joint.covariance, other.covariance, atol=1e-9)
