@@ -87,17 +87,21 @@ class CandidatePairs:
         of, to = pairs.rows.tolist(), pairs.columns.tolist()
         robots: list[int] = []
         inside: list[int] = []
+        near: list[int] = []
         beside: list[int] = []
         grown: list[int] = []
         reach = ASSIGNMENT.near_gate_radii**2 * threshold
-        for k, far in enumerate(squared):
-            one = kind[of[k]]
-            if one is NEITHER or tracks[of[k]].class_id != boxes[to[k]]:
+        classes = [track.class_id for track in tracks]
+        for k, (row, column, far) in enumerate(zip(of, to, squared, strict=True)):
+            one = kind[row]
+            if one is NEITHER or classes[row] != boxes[column]:
                 continue
             if one is ROBOT:
                 robots.append(k)
-                if far <= threshold:
-                    inside.append(k)
+                if far <= reach:
+                    near.append(k)
+                    if far <= threshold:
+                        inside.append(k)
             elif far <= reach:
                 beside.append(k)
                 if far <= threshold:
@@ -105,15 +109,15 @@ class CandidatePairs:
         nearest: list[int] = []
         rows: set[int] = set()
         columns: set[int] = set()
-        for k in sorted(robots, key=squared.__getitem__):
-            if squared[k] <= reach and of[k] not in rows and to[k] not in columns:
+        for k in sorted(near, key=squared.__getitem__):
+            if of[k] not in rows and to[k] not in columns:
                 rows.add(of[k])
                 columns.add(to[k])
                 nearest.append(k)
         given = _best(of, to, squared, wide, threshold, inside)
         return cls(
             pairs, of, to, squared, wide, log, kind, threshold, reach, robots, inside, nearest,
-            beside, grown, given, _left(of, to, squared, reach, robots, given),
+            beside, grown, given, _left(of, to, squared, reach, robots, given, kind.count(ROBOT)),
         )  # fmt: skip
 
     def best(self, pairs: list[int]) -> list[int]:
@@ -127,7 +131,8 @@ class CandidatePairs:
 
         Also returns how many of these robots have a box near their gates.
         """
-        return _left(self.rows, self.columns, self.squared, self.reach, self.robots, chosen)
+        known = self.kind.count(ROBOT)
+        return _left(self.rows, self.columns, self.squared, self.reach, self.robots, chosen, known)
 
 
 def _best(
@@ -153,9 +158,12 @@ def _left(
     reach: float,
     robots: list[int],
     chosen: list[int],
+    known: int,
 ) -> tuple[list[int], int]:
-    """Return what an assignment leaves over, see `CandidatePairs.left`."""
+    """Return what an assignment leaves over of `known` robots, see `CandidatePairs.left`."""
     rows, columns = {of[k] for k in chosen}, {to[k] for k in chosen}
+    if len(rows) == known:  # each robot has a box, so no pair of a robot is left
+        return [], 0
     found: list[int] = []
     missed: set[int] = set()
     for k in robots:

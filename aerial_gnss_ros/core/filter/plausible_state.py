@@ -77,10 +77,14 @@ def check_estimates(estimates: Sequence[RobotEstimate]) -> None:
     """
     if not estimates:
         return
-    covariances = np.array([one.covariance for one in estimates]).reshape(-1, 16)
-    for one, total, variances in zip(
-        estimates, covariances.sum(axis=1).tolist(), covariances[:, ::5].tolist(), strict=True
-    ):
+    covariances = np.concatenate([one.covariance for one in estimates]).reshape(-1, 16)
+    totals, diagonals = covariances.sum(axis=1).tolist(), covariances[:, ::5]
+    # Of all together first; NaN or infinite numbers make a sum so.
+    sound = min(diagonals[:, :2].ravel().tolist()) > 0.0 and min(diagonals.ravel().tolist()) >= 0.0
+    numbers = sum(one.latitude + one.longitude for one in estimates) + sum(totals)
+    if sound and math.isfinite(numbers):
+        return
+    for one, total, variances in zip(estimates, totals, diagonals.tolist(), strict=True):
         east, north, *velocities = variances
         finite = math.isfinite(one.latitude + one.longitude + total)
         if not (finite and min(east, north) > 0.0 and min(velocities) >= 0.0):

@@ -102,6 +102,13 @@ def _close(positions: Array, white: Array) -> list[list[int]]:
                 found.append((separation, a, b))
         return [[a, b] for _, a, b in sorted(found)] if found else []
     firsts, seconds = _every_pair(len(size))
+    east, north = positions[:, 0], positions[:, 1]
+    # Most pairs are far apart even for the largest size; a little more, as rounding differs.
+    reach = TUNING.followed_sigmas * float(size.max()) * (1.0 + 1e-9)
+    squared = np.square(east.take(firsts) - east.take(seconds))
+    squared += np.square(north.take(firsts) - north.take(seconds))
+    few = np.flatnonzero(squared < reach * reach)
+    firsts, seconds = firsts[few], seconds[few]
     vectors = positions[firsts] - positions[seconds]
     distances = np.hypot(vectors[:, 0], vectors[:, 1])
     near = distances < TUNING.followed_sigmas * np.maximum(size[firsts], size[seconds])

@@ -9,7 +9,6 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from aerial_gnss_ros.core.association.track import Track
 from aerial_gnss_ros.core.geometry.geodesy import LocalMap
 from aerial_gnss_ros.core.identity.encounters import Encounters
 from aerial_gnss_ros.core.identity.label_ambiguity import Position
@@ -65,39 +64,22 @@ def published(
     if encounters.ambiguous:
         add_label_ambiguity(labels, mean, covariance, encounters)
     if fork is not None:  # either hypothesis may be right
-        places = {name: i for i, name in enumerate(labels)}
-        for name, apart in fork.apart(places, mean[:, :2]).items():
-            covariance[places[name], :2, :2] += np.outer(apart, apart)
+        slots = {name: i for i, name in enumerate(labels)}
+        for name, apart in fork.apart(slots, mean[:, :2]).items():
+            covariance[slots[name], :2, :2] += np.outer(apart, apart)
     latitude, longitude = local.places(mean[:, :2])
     estimates: list[RobotEstimate] = []
-    for i, row in enumerate(rows):
-        place = (float(latitude[i]), float(longitude[i]), altitude)
-        estimates.append(_estimate(table.tracks[row], place, mean[i], covariance[i], stamp_ns))
+    places = zip(latitude.tolist(), longitude.tolist(), strict=True)
+    states = zip(mean[:, :2], mean[:, 2:], covariance, strict=True)
+    for row, (lat, lon), (position, velocity, spread) in zip(rows, places, states, strict=True):
+        track = table.tracks[row]
+        estimates.append(
+            RobotEstimate(
+                stamp_ns, track.robot_id, track.class_id, track.state, lat, lon, altitude,
+                position, velocity, spread, track.last_seen_ns,
+            )
+        )  # fmt: skip
     return tuple(estimates), named_errors(*(told or errors))
-
-
-def _estimate(
-    track: Track,
-    place: tuple[float, float, float],
-    mean: Array,
-    covariance: Array,
-    stamp_ns: int,
-) -> RobotEstimate:
-    """Return a robot's estimate by its latitude, longitude, altitude and state (4,)."""
-    latitude, longitude, altitude = place
-    return RobotEstimate(
-        stamp_ns=stamp_ns,
-        robot_id=track.robot_id,
-        class_id=track.class_id,
-        state=track.state,
-        latitude=latitude,
-        longitude=longitude,
-        altitude=altitude,
-        position=mean[:2],
-        velocity=mean[2:],
-        covariance=covariance,
-        last_seen_ns=track.last_seen_ns,
-    )
 
 
 def with_white(

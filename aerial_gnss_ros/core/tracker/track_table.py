@@ -201,17 +201,16 @@ class TrackTable:
         mean, covariance = self.filter.moments()
         mean.flags.writeable = covariance.flags.writeable = False  # tracks keep views of them
         velocities, spread, edges = [*mean[:, 2:]], [*covariance[:, 2:, 2:]], seen.edge.tolist()
-        speeds = mean[:, 2:].tolist()
-        fast = set(refused.tolist())
+        squares = (0.5 * np.square(mean[:, 2:]).sum(axis=1)).tolist()
+        fast, habit_s = set(refused.tolist()), TRACK.habit_s
         for row, column in zip(rows.tolist(), columns.tolist(), strict=True):
             if row in fast:
                 continue
             track = tracks[row]
             if track.state is not State.TENTATIVE:
                 track.state = State.CONFIRMED
-                since = min((stamp_ns - track.last_seen_ns) * 1e-9 / TRACK.habit_s, 1.0)
-                east, north = speeds[row]
-                track.speed_history += since * 0.5 * (east * east + north * north)
+                since = min((stamp_ns - track.last_seen_ns) * 1e-9 / habit_s, 1.0)
+                track.speed_history += since * squares[row]
                 track.speed_history_count += since
             track.leaving_view, track.last_seen_ns = edges[column], stamp_ns
             track.velocity, track.velocity_spread = velocities[row], spread[row]
