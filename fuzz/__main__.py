@@ -67,7 +67,7 @@ def main() -> int:
         [finding for tally in tallies for finding in tally.findings],
     )
     print(_row("all", total))
-    _tell(total, given.seed, given.all)
+    _report(total, given.seed, given.all)
     return 1 if total.findings else 0
 
 
@@ -76,7 +76,7 @@ def _row(name: str, tally: Tally) -> str:
     return " | ".join([name, str(tally.cases), f"{tally.seconds:.1f}", *counts])
 
 
-def _tell(total: Tally, seed: int, every: bool) -> None:
+def _report(total: Tally, seed: int, every: bool) -> None:
     told: set[tuple[str, str]] = set()
     for finding in total.findings:
         cause = finding.kind, finding.where

@@ -73,8 +73,8 @@ class Target(Protocol):
     def begin(self, block: int, rng: random.Random) -> None:
         """Make the state in which a block of cases begins; after a finding, again."""
 
-    def case(self, rng: random.Random, tell: Callable[[str], None]) -> None:
-        """Run one case; `tell` takes in words what is done. Raises what should not be raised."""
+    def case(self, rng: random.Random, report: Callable[[str], None]) -> None:
+        """Run one case; `report` takes in words what is done. Raises what should not be raised."""
 
 
 @dataclass(frozen=True)

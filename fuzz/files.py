@@ -38,7 +38,7 @@ from fuzz import mutate, samples
 from fuzz.checks import check_sentence
 from fuzz.engine import NOT_FINITE, OUTPUT, Broken
 
-Tell = Callable[[str], None]
+Report = Callable[[str], None]
 
 
 def allowed(use: Callable[[], object]) -> None:
@@ -76,12 +76,12 @@ class Parser:
     def begin(self, _block: int, _rng: random.Random) -> None:
         """Nothing is kept from case to case."""
 
-    def case(self, rng: random.Random, tell: Tell) -> None:
+    def case(self, rng: random.Random, report: Report) -> None:
         """Read one damaged file."""
         data = self._damage(rng)
         path = _folder() / f"case{self._suffix}"
         path.write_bytes(data)
-        tell(repr(data[:400]))
+        report(repr(data[:400]))
         allowed(lambda: self._use(path))
 
 
@@ -192,7 +192,7 @@ class Models:
     def begin(self, _block: int, _rng: random.Random) -> None:
         """Nothing is kept from case to case."""
 
-    def case(self, rng: random.Random, tell: Tell) -> None:
+    def case(self, rng: random.Random, report: Report) -> None:
         """Read damaged metadata and shapes."""
         names = mutate.lines(rng, rng.choice(samples.NAMES), samples.YAML_WORDS)
         metadata = {"names": names, "task": "detect"}
@@ -201,7 +201,7 @@ class Models:
         look = mutate.lines(rng, json.dumps({"side": 64, "near": 2.0}), samples.JSON_WORDS)
         shape = [rng.choice((1, 3, 640, -1, 0, None, "n", 2**63)) for _ in range(rng.randrange(7))]
         given = ("aqua",) if rng.random() < 0.3 else ()
-        tell(f"{metadata}, {look[:100]!r}, {shape}")
+        report(f"{metadata}, {look[:100]!r}, {shape}")
         allowed(lambda: class_names(metadata, given, "model"))
         allowed(lambda: agreed_names(("a", "b"), given, "model"))
         allowed(lambda: input_size(shape, "model"))

@@ -22,8 +22,8 @@ from fuzz.flight import TICKS_PER_S, WARM_S, Arrival, Phantoms, flown, in_flight
 from fuzz.types import typestore
 from fuzz.vehicles import VEHICLES
 
-Tell = Callable[[str], None]
-Change = Callable[[Arrival, random.Random, Tell], tuple[Any, int] | None]
+Report = Callable[[str], None]
+Change = Callable[[Arrival, random.Random, Report], tuple[Any, int] | None]
 """Returns the message to hand over and when it comes; None: it is lost."""
 Damage = Callable[[random.Random, Arrival], tuple[Change, str]]
 """Makes the change of a case, and tells it in words."""
@@ -95,7 +95,7 @@ class InFlight:
         """Take the next vehicle, in flight."""
         self._flying = Flying(_NAMES[block % len(_NAMES)])
 
-    def case(self, rng: random.Random, tell: Tell) -> None:
+    def case(self, rng: random.Random, report: Report) -> None:
         """Damage one input for an image or some, and let some good ones follow."""
         flying = self._flying
         assert flying is not None  # noqa: S101 - begin() came first
@@ -108,11 +108,11 @@ class InFlight:
         chosen = rng.choice([arrival for arrival in images[0] if arrival.name == name])
         seed = rng.random()  # every message of the case is damaged alike
         change, words = self._damage(random.Random(seed), chosen)
-        tell(f"{flying.vehicle}, image {flying.tick}, {lasts} images: {name} {words}")
+        report(f"{flying.vehicle}, image {flying.tick}, {lasts} images: {name} {words}")
         for k, image in enumerate(images):
             for arrival in image:
                 if k < lasts and arrival.name == name and (lasts > 1 or arrival is chosen):
-                    changed = change(arrival, random.Random(seed), tell)
+                    changed = change(arrival, random.Random(seed), report)
                     if changed is not None:
                         flying.feed(arrival, *changed)
                 else:
@@ -237,11 +237,11 @@ def _fields(many: int) -> Damage:
         pools = [stamps if stamps and rng.random() < 0.2 else every for _ in range(count)]
         targets = [rng.choice(pool) for pool in pools]
 
-        def change(arrival: Arrival, own: random.Random, tell: Tell) -> tuple[Any, int]:
+        def change(arrival: Arrival, own: random.Random, report: Report) -> tuple[Any, int]:
             message = typestore().deserialize_cdr(arrival.raw, arrival.msgtype)
             for leaf in targets:
                 with contextlib.suppress(IndexError):  # a list has fewer items here
-                    tell(set_field(own, message, leaf))
+                    report(set_field(own, message, leaf))
             return message, arrival.log_ns
 
         return change, ""
@@ -253,18 +253,18 @@ def _travel(rng: random.Random) -> tuple[Change, str]:
     """Lose a message, send it twice, or let it come at another time."""
     way = rng.randrange(3)
     if way == 0:
-        return lambda _arrival, _own, _tell: None, "is lost"
+        return lambda _arrival, _own, _report: None, "is lost"
     shift = rng.choice((-(10**18), -(10**10), -(10**8), 10**8, 10**9, 10**10, 10**14, 10**18))
     if way == 1:
-        return lambda a, _own, _tell: (a.message, a.log_ns + shift), f"comes {shift:g} ns later"
-    return lambda a, _own, _tell: (a.message, -a.log_ns), "comes at a negative time"
+        return lambda a, _own, _report: (a.message, a.log_ns + shift), f"comes {shift:g} ns later"
+    return lambda a, _own, _report: (a.message, -a.log_ns), "comes at a negative time"
 
 
 # --- bytes -----------------------------------------------------------------------------------
 
 
 def _octets(_rng: random.Random, chosen: Arrival) -> tuple[Change, str]:
-    def change(arrival: Arrival, own: random.Random, _tell: Tell) -> tuple[Any, int] | None:
+    def change(arrival: Arrival, own: random.Random, _report: Report) -> tuple[Any, int] | None:
         raw = mutate.octets(own, arrival.raw, chosen.raw)
         try:
             return typestore().deserialize_cdr(raw, arrival.msgtype), arrival.log_ns

@@ -27,7 +27,7 @@ from fuzz import mutate
 from fuzz.engine import OUTPUT, Broken
 from fuzz.files import allowed
 
-Tell = Callable[[str], None]
+Report = Callable[[str], None]
 _ROBOT_ID = re.compile(r"[a-z][a-z0-9]*(_[a-z0-9]+)*")
 _FORMULA = ("=", "+", "-", "@", "\t", "\r")
 
@@ -40,10 +40,10 @@ class RobotNames:
     def begin(self, _block: int, _rng: random.Random) -> None:
         """Nothing is kept from case to case."""
 
-    def case(self, rng: random.Random, tell: Tell) -> None:
+    def case(self, rng: random.Random, report: Report) -> None:
         """Name robots of damaged classes."""
         class_id = mutate.text(rng, mutate.text(rng, rng.choice(("aqua", "boat_2", ""))))
-        tell(repr(class_id[:200]))
+        report(repr(class_id[:200]))
         names = LabelRegistry(frozenset({"aqua_1"}))
         given = [names.next(class_id) for _ in range(3)]
         for name in (class_token(class_id), *given):
@@ -68,10 +68,10 @@ class Written:
     def begin(self, _block: int, _rng: random.Random) -> None:
         """Nothing is kept from case to case."""
 
-    def case(self, rng: random.Random, tell: Tell) -> None:
+    def case(self, rng: random.Random, report: Report) -> None:
         """Write results and read them back."""
         class_id = mutate.text(rng, mutate.text(rng, "aqua"))
-        tell(repr(class_id[:200]))
+        report(repr(class_id[:200]))
         names = LabelRegistry()
         track = [_estimate(rng, names.next(class_id), class_id)]
         track += [_moved(rng, track[0]) for _ in range(rng.randrange(3))]

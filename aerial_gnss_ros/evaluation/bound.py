@@ -80,7 +80,7 @@ def bound(
         frames: in the order of time; all with the same robots.
         local: the frame `map`.
         known: robots that stay and whose places are known: one sigma by robot, each axis, m. The
-            error of a survey is one number: the law is given it anew for each image.
+            error of a survey is one number: each image uses the same law of it.
     """
     return joint_bound([TrueDrone(config, camera, frames)], local, 0.0, known)[0]
 

@@ -87,7 +87,7 @@ class InputMonitor:
         held = (CAMERA_INFO, WATER_LEVEL, *map(depth_input, config.depth.by_topic()))
         self._log = Events()
         self._arrivals = Arrivals(
-            Clock(self._needed, held), self.records, Counter(), self._log, self._begin_anew
+            Clock(self._needed, held), self.records, Counter(), self._log, self._reset_time
         )
         self._next_ns: int | None = None
         self._arrival_ns = 0
@@ -251,10 +251,10 @@ class InputMonitor:
 
         self._arrivals.receive(name, stamp_ns, let_in)
 
-    def _begin_anew(self, decision: Decision) -> None:
+    def _reset_time(self, decision: Decision) -> None:
         """Discard what precedes a reset of time or of an input's clock."""
         self._log.add(f"{decision}.")
-        if decision.anew:
+        if decision.time_reset:
             moved = set(self.records) - set(decision.kept)
             self._inputs.clear(decision.kept)
             self.states.clear()

@@ -26,11 +26,11 @@ class Planted:
         self.count = 0
         self.blocks.append((block, rng.random()))
 
-    def case(self, rng, tell):
+    def case(self, rng, report):
         self.count += 1
         value = rng.random()
         self.seen.append((self.count, value))
-        tell(f"{value}")
+        report(f"{value}")
         self.fault(value, self.count)
 
 

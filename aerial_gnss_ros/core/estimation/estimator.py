@@ -353,9 +353,9 @@ class Estimator:
                 "state_file", f"state_file cannot be written ({type(error).__name__}: {error})."
             )
 
-    def begin_anew(self, decision: Decision) -> None:
+    def reset_time(self, decision: Decision) -> None:
         """Discard what precedes a reset of time or of an input's clock."""
-        if not decision.anew:
+        if not decision.time_reset:
             self._inputs.forget(decision.moved)
             self._log.add(f"{decision}; its earlier telemetry is discarded.")
             return
@@ -397,7 +397,7 @@ class Estimator:
         self._pipeline.reset()
         self._guard.reset()
         self._identity.release()
-        self._names.begin_anew()
+        self._names.reset()
         self._estimates, self._platform = (), ()
 
 

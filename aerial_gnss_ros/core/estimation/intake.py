@@ -40,7 +40,7 @@ class Receiver(Protocol):
     def begin_elsewhere(self, moved: str) -> None:
         """Handle a drone that turned out to be elsewhere; `moved` describes it."""
 
-    def begin_anew(self, decision: Decision) -> None:
+    def reset_time(self, decision: Decision) -> None:
         """Handle a reset of time or of an input's clock."""
 
 
@@ -78,7 +78,7 @@ class Intake:
             for name in (*map(str, Input), *held[:2], DETECTIONS, *held[2:], *sent)
         }
         self.arrivals = Arrivals(
-            Clock(needed, held), self.tallies, dropped, log, receiver.begin_anew
+            Clock(needed, held), self.tallies, dropped, log, receiver.reset_time
         )
 
     def expect_references(self) -> None:

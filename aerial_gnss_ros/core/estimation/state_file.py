@@ -80,7 +80,7 @@ class NameKeeper:
         except OutputError as error:
             self._log.warn_once("state_file", str(error))
 
-    def begin_anew(self) -> None:
+    def reset(self) -> None:
         """Reset the time of the last save: the clock went backward."""
         self._saved_ns = None
 

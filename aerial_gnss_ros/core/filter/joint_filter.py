@@ -27,8 +27,8 @@ from aerial_gnss_ros.core.filter.linearization import (
 from aerial_gnss_ros.core.filter.moored_mixture import MooredMixture
 from aerial_gnss_ros.core.filter.recalibration import (
     CalibrationChange,
-    begin_anew,
     recalibrate,
+    reinitialize,
 )
 from aerial_gnss_ros.core.filter.state import JointState
 from aerial_gnss_ros.core.filter.state_arrays import Indices
@@ -289,7 +289,7 @@ class JointFilter(CameraFaults):
                 if self._anew:
                     relinearize(group, self._sight)
                     speeds = group.motion(self.motion, slots).speed_sigma
-                    begin_anew(group, slots, self._stationary, speeds)
+                    reinitialize(group, slots, self._stationary, speeds)
                 outcome = correct(
                     group,
                     slots,

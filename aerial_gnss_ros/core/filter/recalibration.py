@@ -17,8 +17,8 @@ never the calibration's but the sum of both, so that e takes up the difference a
 What the filter holds to be exact (C = 0: the latency, by default) and what it does not estimate at
 all (the focal length) leaves no covariance, and other errors have followed it. Robots in the last
 image then move as it would show them; for the others, seen from elsewhere, the size of such a move
-is added to their covariance; and with the next boxes platform and robots begin anew (`begin_anew`),
-under their names.
+is added to their covariance; and with the next boxes platform and robots begin again from their
+priors (`reinitialize`), under their labels.
 """
 
 from __future__ import annotations
@@ -128,7 +128,7 @@ def recalibrate(
     joint.view = None
 
 
-def begin_anew(joint: JointState, slots: Indices, prior: Array, speed: Array | float) -> None:
+def reinitialize(joint: JointState, slots: Indices, prior: Array, speed: Array | float) -> None:
     """Forget what images told of the platform by a calibration without covariance.
 
     Its height and angles have followed a wrong latency or focal length, and so have the robots: the

@@ -43,7 +43,7 @@ class ReferenceReport:
         self._said: dict[str, str] = {}
 
     def forget(self, name: str) -> None:
-        """Begin anew with a reference."""
+        """Forget what was reported of a reference."""
         self._since_ns.pop(name, None)
         self._said.pop(name, None)
 

@@ -142,7 +142,7 @@ class References:
 
     def recalibrate(self, change: CalibrationChange) -> None:
         """Refer what references showed of the platform to another calibration."""
-        self._stationarity.begin_anew()
+        self._stationarity.restart()
         self._used = self._later = None
         if self._memory is not None:
             known = self._memory.known

@@ -66,11 +66,11 @@ class StationarityTest:
         self._accepted_jumps = np.zeros(2)
 
     def forget(self, name: str) -> None:
-        """Begin anew with a reference that is elsewhere now."""
+        """Restart the test of a reference whose position has changed."""
         self._first = {pair: one for pair, one in self._first.items() if pair[0] != name}
         self._moved = {pair for pair in self._moved if pair[0] != name}
 
-    def begin_anew(self) -> None:
+    def restart(self) -> None:
         """Compare from now on: another calibration has moved the tracks."""
         self._first.clear()
 

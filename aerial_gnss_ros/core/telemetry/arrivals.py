@@ -37,7 +37,7 @@ class Arrivals:
         tallies: count messages, by input.
         dropped: counts images.
         log: receives sentences about refusals.
-        begin_anew: called before messages of a new time are admitted.
+        reset_time: called before messages of a new time are admitted.
     """
 
     def __init__(
@@ -46,13 +46,13 @@ class Arrivals:
         tallies: Mapping[str, Counted],
         dropped: Counter[str],
         log: Events,
-        begin_anew: Callable[[Decision], None],
+        reset_time: Callable[[Decision], None],
     ) -> None:
         self._clock = clock
         self._tallies = tallies
         self._dropped = dropped
         self._log = log
-        self._begin_anew = begin_anew
+        self._reset_time = reset_time
         self._held: deque[tuple[str, int, Callable[[], None]]] = deque()
         self._apart_s: dict[str, float] = {}
 
@@ -99,9 +99,9 @@ class Arrivals:
             self._held.popleft()
         decision = self._clock.decision(name)
         if decision is not None:
-            self._begin_anew(decision)
+            self._reset_time(decision)
             self._clock.believe(decision)
-            self._let_in(None if decision.anew else decision.moved)
+            self._let_in(None if decision.time_reset else decision.moved)
 
     def _refuse(self, name: str) -> None:
         """Refuse an input's waiting messages."""

@@ -9,7 +9,7 @@ together, and a wrong stamp does not:
 
 * the line goes on: the rival was a wrong stamp, or several;
 * most of the needed inputs, or the node's own clock, moved by the same time as the images: time
-  began anew;
+  was reset;
 * an input's rival fits the images' time, and its line does not: its clock has come right;
 * a rival has lasted for `LASTING_S` and nothing came on the line: that is the input's time now.
 
@@ -196,10 +196,10 @@ class Clock:
 
     def believe(self, decision: Decision) -> None:
         """Replace the lines of moved inputs, and after a reset all others except those kept."""
-        if decision.anew:
+        if decision.time_reset:
             self._stepped_ns = 0
         for name in list(self._inputs):
-            if (decision.anew and name not in decision.kept) or name in decision.moved:
+            if (decision.time_reset and name not in decision.kept) or name in decision.moved:
                 del self._inputs[name]
 
     def goes_on(self, name: str) -> None:
@@ -256,12 +256,12 @@ class Clock:
                 kept.append(name)
         witnesses = stepped + sum(name in self.needed for name in (*moved, *kept))
         if witnesses > stays:
-            anew = stepped or rival.count > 1 or images.believed.count < SEVERAL
+            time_reset = stepped or rival.count > 1 or images.believed.count < SEVERAL
         elif stays:
-            anew = rival.span_s >= LASTING_S
+            time_reset = rival.span_s >= LASTING_S
         else:
-            anew = rival.count > SEVERAL
-        if not anew:
+            time_reset = rival.count > SEVERAL
+        if not time_reset:
             return None
         clock = ("clock",) if stepped else ()
         timed = not stepped and images.believed.told_ns is not None

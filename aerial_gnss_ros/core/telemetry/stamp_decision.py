@@ -24,7 +24,7 @@ class Decision:
     """Decision on outlying stamps.
 
     Attributes:
-        anew: whether time was reset; otherwise only the clocks of `moved` were set.
+        time_reset: whether time was reset; otherwise only the clocks of `moved` were set.
         moved: inputs whose rivals are trusted from now on.
         kept: inputs whose lines stay valid although time was reset.
         by_ns: step of time, ns.
@@ -33,7 +33,7 @@ class Decision:
         stepped: whether the node's clock stepped, too, so that it gives no elapsed time.
     """
 
-    anew: bool
+    time_reset: bool
     moved: tuple[str, ...]
     kept: tuple[str, ...] = ()
     by_ns: int = 0
@@ -43,7 +43,7 @@ class Decision:
 
     def __str__(self) -> str:
         names = ", ".join(self.moved)
-        if not self.anew:
+        if not self.time_reset:
             return f"The clock of {names} was set"
         way = "backward" if self.by_ns < 0 else "forward"
         return f"Time went {way} by {abs(self.by_ns) * 1e-9:.1f} s ({names})"

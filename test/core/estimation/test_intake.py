@@ -41,8 +41,8 @@ class Receiver:
         """Take in that the drone is elsewhere."""
         self.got.append(moved)
 
-    def begin_anew(self, decision):
-        """Take in that time began anew."""
+    def reset_time(self, decision):
+        """Note that time was reset."""
         self.got.append(decision)
 
 

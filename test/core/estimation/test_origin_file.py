@@ -30,8 +30,8 @@ def test_names_and_origin_outlive_a_node_that_is_killed(sea, tmp_path):
     assert after.datum.longitude == pytest.approx(before.datum.longitude, abs=1e-12)
     moved = after.estimates[0].position - before.estimates[0].position
     assert moved == pytest.approx([4.0, 0.0], abs=0.5)
-    anew = flown(sea, None, 8.0)
-    assert anew.datum.longitude > before.datum.longitude
+    fresh = flown(sea, None, 8.0)
+    assert fresh.datum.longitude > before.datum.longitude
 
 
 def test_another_session_begins_with_new_names_where_it_is(sea, tmp_path):

@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Stamps that are wrong, clocks that are set, and time that begins anew."""
+"""Stamps that are wrong, clocks that are set, and time that is reset."""
 
 from __future__ import annotations
 

@@ -88,16 +88,18 @@ def test_messages_whose_stamps_go_on_are_let_in_at_once_and_others_wait():
     assert door.log.drain() == []
 
 
-@pytest.mark.parametrize(("anew", "let_in"), [(True, ["fix", "gimbal"]), (False, ["fix"])])
-def test_what_waits_is_let_in_in_its_order_once_it_is_believed(anew, let_in):
-    """All of it when time began anew, else that of the input whose clock was set."""
+@pytest.mark.parametrize(("time_reset", "let_in"), [(True, ["fix", "gimbal"]), (False, ["fix"])])
+def test_what_waits_is_let_in_in_its_order_once_it_is_believed(time_reset, let_in):
+    """All of it when time began time_reset, else that of the input whose clock was set."""
     door = Door()
     door.send(("gimbal", 200.0), ("fix", 200.0))
-    decision = door.clock.found = Decision(anew, ("fix", "gimbal") if anew else ("fix",))
+    decision = door.clock.found = Decision(
+        time_reset, ("fix", "gimbal") if time_reset else ("fix",)
+    )
     waited = [("gimbal", 200.0), ("fix", 200.0), ("fix", 201.0)]
     assert door.send(("fix", 201.0)) == [decision, *(one for one in waited if one[0] in let_in)]
     assert door.tallies["fix"].bad == 0
-    assert door.tallies["gimbal"].bad == (0 if anew else 1)
+    assert door.tallies["gimbal"].bad == (0 if time_reset else 1)
 
 
 @pytest.mark.parametrize("stamp_s", [2.0, 300.0], ids=["returns", "is elsewhere"])

@@ -128,7 +128,7 @@ def begun_anew(times, off, names, images=2):
 
 
 @pytest.mark.parametrize(
-    ("names", "images", "anew"),
+    ("names", "images", "time_reset"),
     [
         (TELEMETRY, 2, True),
         (TELEMETRY, 1, False),
@@ -139,49 +139,49 @@ def begun_anew(times, off, names, images=2):
     ],
 )
 @pytest.mark.parametrize("off", [-5.0, -100.0, 100.0])
-def test_most_needed_inputs_decide_whether_time_began_anew(names, images, anew, off):
+def test_most_needed_inputs_decide_whether_time_began_anew(names, images, time_reset, off):
     times = Times().run(0.0, 10.0, (*TELEMETRY, "attitude", "camera_info", "detections"))
     decision = begun_anew(times, off, names, images)
-    assert (decision is not None) == anew
-    if anew:
-        assert decision.anew
+    assert (decision is not None) == time_reset
+    if time_reset:
+        assert decision.time_reset
         assert set(decision.moved) == {"detections", *names}
         assert decision.by_ns == pytest.approx(ns(off), abs=ns(0.3))
 
 
-@pytest.mark.parametrize(("apart", "anew"), [(2.5, True), (3.5, False)])
-def test_what_moved_otherwise_is_no_witness(apart, anew):
+@pytest.mark.parametrize(("apart", "time_reset"), [(2.5, True), (3.5, False)])
+def test_what_moved_otherwise_is_no_witness(apart, time_reset):
     times = Times(("fix",)).run(0.0, 10.0, ("fix", "detections"))
     times.judge("fix", 110.0 + apart)
     times.judge("detections", 110.0, 110.1)
-    assert (times.decision("detections") is not None) == anew
+    assert (times.decision("detections") is not None) == time_reset
 
 
-@pytest.mark.parametrize(("seconds", "anew"), [(9.5, False), (10.5, True)])
-def test_images_alone_are_followed_after_10_s(seconds, anew):
+@pytest.mark.parametrize(("seconds", "time_reset"), [(9.5, False), (10.5, True)])
+def test_images_alone_are_followed_after_10_s(seconds, time_reset):
     times = Times().run(0.0, 10.0)
     times.run(10.0, 10.0 + seconds, TELEMETRY)
     times.judge("detections", 110.0)
     for i in range(round(seconds * 10)):
         times.judge("detections", 110.0 + 0.1 * i)
-    assert (times.decision("detections") is not None) == anew
+    assert (times.decision("detections") is not None) == time_reset
 
 
-@pytest.mark.parametrize(("images", "anew"), [(3, False), (4, True)])
-def test_without_other_inputs_four_images_decide(images, anew):
+@pytest.mark.parametrize(("images", "time_reset"), [(3, False), (4, True)])
+def test_without_other_inputs_four_images_decide(images, time_reset):
     times = Times(()).run(0.0, 10.0, ("detections",))
     times.judge("detections", *(1000.0 + 0.1 * i for i in range(images)))
-    assert (times.decision("detections") is not None) == anew
+    assert (times.decision("detections") is not None) == time_reset
 
 
-@pytest.mark.parametrize(("step", "anew"), [(-100.0, True), (-96.0, False), (-104.0, False)])
-def test_the_node_s_clock_is_a_witness_where_it_steps_along(step, anew):
+@pytest.mark.parametrize(("step", "time_reset"), [(-100.0, True), (-96.0, False), (-104.0, False)])
+def test_the_node_s_clock_is_a_witness_where_it_steps_along(step, time_reset):
     times = Times().run(0.0, 10.0)
     times.tick(9.9 + step)
     times.judge("detections", -90.0)
     decision = times.decision("detections")
-    assert (decision is not None) == anew
-    if anew:
+    assert (decision is not None) == time_reset
+    if time_reset:
         assert "clock" in decision.moved
 
 
