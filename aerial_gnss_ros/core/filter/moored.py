@@ -24,8 +24,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aerial_gnss_ros.core.filter.linearization import CameraView
-from aerial_gnss_ros.core.filter.moored_law import CURRENT, MooredLaw, likely_still, most_alike
+from aerial_gnss_ros.core.filter.moored_law import MooredLaw, likely_still, most_alike
 from aerial_gnss_ros.core.filter.state import JointState, copy_robot
+from aerial_gnss_ros.core.filter.state_arrays import Indices
 from aerial_gnss_ros.core.filter.update import Outcome, correct
 from aerial_gnss_ros.core.models.motion_model import MotionModel
 from aerial_gnss_ros.core.models.platform_model import PlatformModel
@@ -50,10 +51,13 @@ class MooredTuning:
     """Log odds below which it is given up, and another one begun. Judged."""
     windows_s: tuple[float, float] = (1.0, 6.0)
     """Time constants over which innovations of a moored robot add up, s. Judged."""
-    leaves_squared: float = 18.0
+    doubted_squared: float = 12.0
     """Squared sum of innovations, normalised, at which it is as likely to have left as not; the log
-    odds grow by half of what is beyond. 1e-4 of the chi-square law of two degrees of freedom; a
-    robot that has not left is tried again after a pause."""
+    odds grow by half of what is beyond. Of the robots that stay one in 400 leaves within a few
+    seconds: exp(-12 / 2)."""
+    leaves_squared: float = 18.0
+    """The same from which it swims: 1e-4 of the chi-square law of two degrees of freedom. A robot
+    that has not left is tried again after a pause."""
     strained: float = 1.25
     """Mean of the first of these squared sums, halved, above which the swing is larger. Judged."""
     slack: float = 0.9
@@ -75,7 +79,8 @@ class MooredTuning:
 TUNING = MooredTuning()
 
 _WINDOWS = np.array(TUNING.windows_s)
-_NONE = np.array([np.nan, np.nan])
+_POWERS = np.array([1.0, 1.0, 2.0])
+_NOBODY = np.zeros(0, np.intp)
 
 
 class MooredHypothesis:
@@ -89,50 +94,48 @@ class MooredHypothesis:
         base: the same.
         law: the one in which some are moored; None where none is tried.
         evidence: log odds of it to `base`, nats; -inf where none is tried.
-        left: probabilities that moored robots have left, by their number in `ids`.
+        left: (n,) probabilities that moored robots of the law have left.
     """
 
     def __init__(self, base: JointState, adrift: bool) -> None:
         self.base, self.adrift = base, adrift
-        self._watched_s: dict[int, float] = {}
-        self._barred_s: dict[int, float] = {}
+        self._now_s = self._asked_s = self._paused_until_s = self._step_s = 0.0
+        self._first_seen_s: dict[int, float] = {}
+        self._barred_until_s: dict[int, float] = {}
         self._pauses_s: dict[int, float] = {}
-        self._pause_s, self._paused_s = TUNING.pause_s, 0.0
-        self._since_s = self._step_s = 0.0
+        self._pause_s = TUNING.pause_s
+        self._noted = _NOBODY
         self.reset()
 
     def reset(self) -> None:
         """Give the hypothesis up."""
         self.law: MooredLaw | None = None
         self.evidence = -math.inf
-        self.left: dict[int, float] = {}
-        # Of each moored robot, a row a window: sum of its innovations (2), their variance.
-        self._sums: dict[int, Array] = {}
-        self._strain = np.zeros(2)
+        self.left: Array = np.zeros(0)
+        # Of each robot of the law, a row a window: sum of its innovations (2), their variance.
+        self._sums: Array = np.zeros((0, len(_WINDOWS), 3))
+        self._strain: Array = np.zeros(2)
+        # Numbers of the base's and the law's robots, and where the law has the base's.
+        self._places = _NOBODY, _NOBODY, _NOBODY
 
     def predict(self, seconds: float, keep: Array, stationary: Array, motion: MotionModel) -> None:
         """Move on in time, before `base` does (see `JointState.predict`)."""
         if seconds <= 0.0:
             return
-        self._since_s += seconds
+        if self.base.ids is not self._noted:
+            self._noted = self.base.ids
+            known = self._first_seen_s
+            self._first_seen_s = {one: known.get(one, self._now_s) for one in self._noted.tolist()}
+        self._now_s += seconds
         self._step_s = seconds
-        self._paused_s = max(0.0, self._paused_s - seconds)
-        ids = self.base.ids.tolist()
-        self._watched_s = {one: self._watched_s.get(one, 0.0) + seconds for one in ids}
-        self._barred_s = {
-            one: left - seconds for one, left in self._barred_s.items() if left > seconds
-        }
         if self.law is None:
             return
         self._sync(self.law)
-        if len(self._sums) < 1 + self.adrift:
-            self.reset()
+        if np.count_nonzero(self.law.sway) < 1 + self.adrift:
+            self._fail()
             return
         self.law.predict(seconds, keep, stationary, motion)
-        fades = np.exp(-seconds / _WINDOWS)[:, None]
-        for sums in self._sums.values():
-            sums[:, :2] *= fades
-            sums[:, 2:] *= fades * fades
+        self._sums *= np.exp(-seconds / _WINDOWS)[:, None] ** _POWERS
 
     def update(
         self, outcome: Outcome, pixels: Array, view: CameraView, model: PlatformModel, level: float
@@ -148,57 +151,74 @@ class MooredHypothesis:
         """
         if self.law is not None and len(outcome.slots):
             self._sync(self.law)
-            place = {one: slot for slot, one in enumerate(self.law.ids.tolist())}
-            slots = np.array([place[one] for one in self.base.ids[outcome.slots].tolist()], np.intp)
+            slots = self.places()[outcome.slots]
             try:
                 found = correct(self.law, slots, pixels, view, model, np.inf, level)
             except np.linalg.LinAlgError:
                 self._fail()
             else:
                 self._compare(self.law, found, outcome)
-        if self._since_s >= TUNING.asked_every_s and self._paused_s <= 0.0:
-            self._since_s = 0.0
+        since_s = self._now_s - self._asked_s
+        if since_s >= TUNING.asked_every_s and self._now_s >= self._paused_until_s:
+            self._asked_s = self._now_s
             if self.law is not None:
                 self._adapt(self.law)
             self._ask()
 
+    @property
+    def odds(self) -> float:
+        """Log odds to `base` where slow currents are no less likely than fast ones, nats."""
+        slow = self.law.slow_odds() if self.adrift and self.law is not None else 0.0
+        return self.evidence + slow
+
+    def places(self) -> Indices:
+        """Return where the law has the robots of `base`, (n,); -1: it has not."""
+        law, theirs = self.law, self.base.ids
+        assert law is not None  # noqa: S101 - asked for only while it is tried
+        if self._places[0] is not theirs or self._places[1] is not law.ids:
+            place = {one: slot for slot, one in enumerate(law.ids.tolist())}
+            found = np.array([place.get(one, -1) for one in theirs.tolist()], np.intp)
+            self._places = theirs, law.ids, found
+        return self._places[2]
+
     def _compare(self, law: MooredLaw, found: Outcome, base: Outcome) -> None:
         """Take in how well an image fitted both laws."""
         if found.count == base.count:
-            gained = found.log_likelihood - base.log_likelihood
-            self.evidence += gained
-        squares: dict[int, float] = {}
-        names = law.ids[found.slots].tolist()
-        for name, own in zip(names, found.normalised(), strict=True):
-            if name in self._sums:
-                sums = self._sums[name]
-                sums[:, :2] += own
-                sums[:, 2] += 1.0
-                each = (sums[:, :2] ** 2).sum(axis=1) / sums[:, 2]
-                squares[name] = float(each.max())
-                self._strain += self._step_s * np.array([0.5 * each[0], 1.0])
-        beyond = {name: squared - TUNING.leaves_squared for name, squared in squares.items()}
-        self.left |= {name: _share(0.5 * more) for name, more in beyond.items()}
-        leaving = [name for name, more in beyond.items() if more > 0.0]
-        most = len(leaving) > 1 and 2 * len(leaving) > len(self._sums)
-        if most or self.evidence < TUNING.given_up_nats:
+            self.evidence += found.log_likelihood - base.log_likelihood
+        moored = law.sway[found.slots] > 0.0
+        seen = found.slots[moored]
+        if len(seen):
+            sums = self._sums[seen]
+            sums[:, :, :2] += found.normalised()[moored, None]
+            sums[:, :, 2] += 1.0
+            self._sums[seen] = sums
+            each = (sums[:, :, :2] ** 2).sum(axis=2) / sums[:, :, 2]
+            self._strain += self._step_s * np.array([0.5 * each[:, 0].sum(), len(seen)])
+            beyond = each.max(axis=1) - TUNING.leaves_squared
+            more = each.max(axis=1) - TUNING.doubted_squared
+            self.left[seen] = 1.0 / (1.0 + np.exp(-0.5 * np.clip(more, -100.0, 100.0)))
+            leaving = int((beyond > 0.0).sum())
+            if leaving > 1 and 2 * leaving > np.count_nonzero(law.sway):
+                self._fail()
+                return
+            if leaving:
+                self._release(law, int(seen[beyond.argmax()]))
+        if self.evidence < TUNING.given_up_nats:
             self._fail()
-        elif leaving:
-            self._release(law, max(leaving, key=lambda name: squares[name]))
 
     def _fail(self) -> None:
         """Give the hypothesis up, and try no other one for a while."""
         self.reset()
-        self._paused_s = self._pause_s
+        self._paused_until_s = self._now_s + self._pause_s
         self._pause_s = min(2.0 * self._pause_s, TUNING.longest_pause_s)
 
-    def _release(self, law: MooredLaw, name: int) -> None:
+    def _release(self, law: MooredLaw, slot: int) -> None:
         """Let a robot swim that has left."""
-        del self._sums[name], self.left[name]
+        self.left[slot], name = 0.0, int(law.ids[slot])
         pause = self._pauses_s.get(name, TUNING.pause_s)
-        self._barred_s[name] = pause
+        self._barred_until_s[name] = self._now_s + pause
         self._pauses_s[name] = min(2.0 * pause, TUNING.longest_pause_s)
-        law.release(int(np.flatnonzero(law.ids == name)[0]))
+        law.release(slot)
 
     def _ask(self) -> None:
         """Ask which robots that are in view may be moored, or drift as the others do."""
@@ -208,14 +228,16 @@ class MooredHypothesis:
                 return
             self.law = MooredLaw.of(self.base, self.adrift)
             self.evidence = TUNING.first_nats
+            self.left = np.zeros(len(self.law))
+            self._sums = np.zeros((len(self.law), len(_WINDOWS), 3))
             for slot in begin:
                 self._moor(self.law, slot)
-        while True:
-            odds = {slot: self.law.odds(slot) for slot in self._eligible(self.law)}
-            best = max(odds, key=lambda slot: odds[slot], default=-1)
-            if best < 0 or odds[best] < TUNING.joins_nats:
+        while slots := self._eligible(self.law):
+            odds = self.law.odds(slots)
+            best = int(odds.argmax())
+            if odds[best] < TUNING.joins_nats:
                 return
-            self._moor(self.law, best)
+            self._moor(self.law, slots[best])
 
     def begin_as(self, drifting: MooredHypothesis, least: float) -> None:
         """Begin with what is known where robots drift, now that they may do so by nothing.
@@ -225,13 +247,13 @@ class MooredHypothesis:
             least: log odds to it from which this one is tried, nats.
         """
         other = drifting.law
-        if self.law is not None or other is None or self._paused_s > 0.0:
+        if self.law is not None or other is None or self._now_s < self._paused_until_s:
             return
         odds = other.still_odds()
-        if odds > least:
+        barred = [one for one, until_s in self._barred_until_s.items() if until_s > self._now_s]
+        if odds > least and not np.isin(other.ids[other.sway > 0.0], barred).any():
             self.law, self.evidence = other.without_current(), drifting.evidence + odds
-            self._sums = {one: sums.copy() for one, sums in drifting._sums.items()}
-            self.left = dict(drifting.left)
+            self._sums, self.left = drifting._sums.copy(), drifting.left.copy()
 
     def _first(self) -> list[int]:
         """Return the robots of `base` with which the hypothesis begins."""
@@ -243,23 +265,25 @@ class MooredHypothesis:
 
     def _moor(self, law: MooredLaw, slot: int) -> None:
         law.moor(slot)
-        self._sums[int(law.ids[slot])] = np.zeros((len(_WINDOWS), 3))
+        self._sums[slot] = self.left[slot] = 0.0
 
     def _eligible(self, law: JointState) -> list[int]:
         """Return the robots in view that swim so far and were watched for long enough."""
+        latest = self._now_s - TUNING.watched_s
+        free = law.unseen == 0.0 if law.sway is None else (law.unseen == 0.0) & (law.sway == 0.0)
+        slots: list[int] = np.flatnonzero(free).tolist()
+        names = law.ids[slots].tolist()
         return [
             slot
-            for slot, one in enumerate(law.ids.tolist())
-            if one not in self._sums
-            and law.unseen[slot] == 0.0
-            and self._watched_s.get(one, 0.0) >= TUNING.watched_s
-            and one not in self._barred_s
+            for slot, one in zip(slots, names, strict=True)
+            if self._first_seen_s.get(one, math.inf) <= latest
+            and self._barred_until_s.get(one, 0.0) <= self._now_s
         ]
 
     def _adapt(self, law: MooredLaw) -> None:
         """Let the swing be as large as boxes tell."""
         squares, weight = self._strain.tolist()
-        if weight < TUNING.strain_s * len(self._sums):
+        if weight < TUNING.strain_s * np.count_nonzero(law.sway):
             return
         self._strain[:] = 0.0
         if squares > TUNING.strained * weight:
@@ -270,19 +294,16 @@ class MooredHypothesis:
     def _sync(self, law: MooredLaw) -> None:
         """Let the law have the robots that the base has."""
         theirs = self.base.ids
-        if len(theirs) + 1 != len(law) or not np.isin(theirs, law.ids).all():
-            gone = np.flatnonzero(~np.isin(law.ids, theirs) & (law.ids != CURRENT))
-            for one in law.ids[gone].tolist():
-                self._sums.pop(one, None)
-                self.left.pop(one, None)
-            law.drop(gone)
-            for slot in np.flatnonzero(~np.isin(theirs, law.ids)).tolist():
-                added = copy_robot(self.base, slot, law)
-                law.ids[added] = theirs[slot]
-        own = dict(zip(theirs.tolist(), self.base.own.T, strict=True))
-        law.own = np.array([own.get(one, _NONE) for one in law.ids.tolist()]).T
-
-
-def _share(odds: float) -> float:
-    """Return the probability that belongs to log odds."""
-    return 1.0 / (1.0 + math.exp(-min(max(odds, -50.0), 50.0)))
+        if self._places[0] is theirs and self._places[1] is law.ids:
+            return
+        kept = np.isin(law.ids, theirs)
+        kept[law.current] = True
+        law.drop(np.flatnonzero(~kept))
+        self._sums, self.left = self._sums[kept], self.left[kept]
+        new = np.flatnonzero(~np.isin(theirs, law.ids))
+        for slot in new.tolist():
+            law.ids[copy_robot(self.base, slot, law)] = theirs[slot]
+        self._sums = np.concatenate([self._sums, np.zeros((len(new), len(_WINDOWS), 3))])
+        self.left = np.concatenate([self.left, np.zeros(len(new))])
+        law.own = np.full((2, len(law)), np.nan)
+        law.own[:, self.places()] = self.base.own

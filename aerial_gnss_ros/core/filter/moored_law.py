@@ -21,6 +21,7 @@ from aerial_gnss_ros.core.filter.state import JointState
 from aerial_gnss_ros.core.filter.state_arrays import Indices
 from aerial_gnss_ros.core.models.motion_model import MotionModel, MotionOf
 from aerial_gnss_ros.core.models.platform_model import COUNT
+from aerial_gnss_ros.core.numerics.gaussian import mahalanobis
 
 Array = NDArray[np.float64]
 
@@ -32,6 +33,8 @@ class MooredLawTuning:
     current_mps: float = 0.3
     """One sigma of an unknown current, each axis, and of what else a robot may swim that has to be
     told from it, m/s. Judged."""
+    slower_mps: tuple[float, float] = (0.1, 0.03)
+    """Other sigmas that it is as likely to have, m/s. Judged."""
     current_s: float = 300.0
     """Time within which a current changes, s: with the wind, near shore and at a front. Judged."""
     apart_mps: float = 0.005
@@ -139,23 +142,39 @@ class MooredLaw(JointState):
         down[sways, :2] += seconds * down[c, 2:]
         across[:, sways, :2] += seconds * across[:, None, c, 2:]
 
-    def odds(self, slot: int) -> float:
-        """Return the log odds that a robot goes with the current, to any other velocity, nats."""
-        v, c = _velocity(slot), _velocity(self.current)
-        return _odds(
-            self.mean[v] - self.mean[c],
-            self._difference(v, c)[:, v] - self._difference(v, c)[:, c],
-            TUNING.current_mps,
-        )
+    def odds(self, slots: list[int]) -> Array:
+        """Return the log odds (m,) that robots go with the current, to any other velocity, nats."""
+        v, c = _velocities(slots), _velocity(self.current)
+        P = self.covariance
+        cross = P[v[:, :, None], c]
+        spread = P[v[:, :, None], v[:, None]] + P[np.ix_(c, c)] - cross - cross.swapaxes(1, 2)
+        return _odds(self.mean[v] - self.mean[c], spread)
 
     def known_current(self) -> tuple[Array, Array]:
         """Return the current (2,) and its covariance (2, 2), m/s, m²/s²."""
         c = _velocity(self.current)
         return self.mean[c], self.covariance[np.ix_(c, c)]
 
+    def slow_odds(self) -> float:
+        """Return how much likelier the flight is if the current may be slow, nats.
+
+        The state takes it for Gaussian with `current_mps`. A mixture over `slower` sigmas has
+        heavier tails and a peak: its likelihood to the Gaussian's is the posterior mean of the
+        ratio of both densities.
+        """
+        mean, covariance = self.known_current()
+        stated = 1.0 / TUNING.current_mps**2
+        total = 0.0
+        for sigma in TUNING.slower_mps:
+            more = 1.0 / sigma**2 - stated
+            squared, size = mahalanobis(mean, np.eye(2) + more * covariance)
+            # E[exp(-more c'c / 2)] of a Gaussian c.
+            total += math.exp(-0.5 * (more * float(squared) + float(size))) / (sigma**2 * stated)
+        return math.log((total + 1.0) / (1.0 + len(TUNING.slower_mps)))
+
     def still_odds(self) -> float:
         """Return the log odds that the current is zero, to any other one, nats."""
-        return _odds(*self.known_current(), TUNING.current_mps)
+        return float(_odds(*self.known_current()))
 
     def _difference(self, one: Indices, other: Indices) -> Array:
         rows: Array = self.covariance[one] - self.covariance[other]
@@ -267,11 +286,20 @@ def _velocity(slot: int) -> Indices:
     return places
 
 
-def _odds(value: Array, covariance: Array, sigma: float) -> float:
-    """Return the log odds that a value (2,) is zero, to any of a sigma (Savage-Dickey), nats."""
-    spread = covariance + TUNING.apart_mps**2 * np.eye(2)
-    squared = float(value @ np.linalg.solve(spread, value))
-    return math.log(sigma**2) - 0.5 * (math.log(max(float(np.linalg.det(spread)), 1e-30)) + squared)
+def _velocities(slots: list[int]) -> Indices:
+    """Return where in the state robots' velocities are (m, 2)."""
+    places: Indices = COUNT + 4 * np.array(slots, np.intp)[:, None] + np.array([2, 3])
+    return places
+
+
+def _odds(value: Array, covariance: Array) -> Array:
+    """Return the log odds (…) that values (…, 2) are zero, to any of a current's sigma, nats.
+
+    The Savage-Dickey ratio: of the densities at zero.
+    """
+    squared, size = mahalanobis(value, covariance + TUNING.apart_mps**2 * np.eye(2))
+    odds: Array = 2.0 * math.log(TUNING.current_mps) - 0.5 * (size + squared)
+    return odds
 
 
 def likely_still(base: JointState, slots: list[int], least: float) -> list[int]:
@@ -282,12 +310,9 @@ def likely_still(base: JointState, slots: list[int], least: float) -> list[int]:
         slots: those that are asked for.
         least: log odds from which one does, nats.
     """
-    found = []
-    for one in slots:
-        v = _velocity(one)
-        if _odds(base.mean[v], base.covariance[np.ix_(v, v)], TUNING.current_mps) > least:
-            found.append(one)
-    return found
+    v = _velocities(slots)
+    odds = _odds(base.mean[v], base.covariance[v[:, :, None], v[:, None]])
+    return [slot for slot, one in zip(slots, odds.tolist(), strict=True) if one > least]
 
 
 def most_alike(base: JointState, slots: list[int], least: float) -> int:
@@ -298,16 +323,15 @@ def most_alike(base: JointState, slots: list[int], least: float) -> int:
         slots: those that are asked for.
         least: log odds from which two drift alike, nats.
     """
-    best, most = -1, 0.0
-    for one in slots:
-        v, score = _velocity(one), 0.0
-        for other in slots:
-            if other == one:
-                continue
-            w = _velocity(other)
-            rows = base.covariance[v] - base.covariance[w]
-            odds = _odds(base.mean[v] - base.mean[w], rows[:, v] - rows[:, w], TUNING.current_mps)
-            score += odds if odds > least else 0.0
-        if score > most:
-            best, most = one, score
-    return best
+    if len(slots) < 2:
+        return -1
+    v = _velocities(slots)
+    all_ = base.covariance[v[:, None, :, None], v[None, :, None]]
+    every = np.arange(len(slots))
+    own = all_[every, every]
+    spread = own[:, None] + own - all_ - all_.swapaxes(2, 3)
+    odds = _odds(base.mean[v][:, None] - base.mean[v], spread)
+    odds[every, every] = -np.inf
+    scores = np.where(odds > least, odds, 0.0).sum(axis=1)
+    best = int(scores.argmax())
+    return slots[best] if scores[best] > 0.0 else -1

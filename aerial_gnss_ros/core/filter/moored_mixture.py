@@ -72,15 +72,16 @@ class MooredGroup:
         for one in self.both:
             one.update(outcome, pixels, view, model, level)
         self.both[0].begin_as(self.both[1], -TUNING.behind_nats)
-        best = max(one.evidence for one in self.both)
+        odds = [one.odds for one in self.both]
+        best = max(odds)
         beyond = max(best - TUNING.swimming_behind_nats, 0.0)
-        for one in self.both:
+        for one, own in zip(self.both, odds, strict=True):
             if one.law is not None:
-                one.evidence = max(one.evidence, best - TUNING.behind_nats) - beyond
+                one.evidence += max(best - TUNING.behind_nats - own, 0.0) - beyond
 
     def weights(self) -> Array:
         """Return the probabilities (3,) that all swim, that some stay, that some drift."""
-        logs = np.array([0.0, *(one.evidence for one in self.both)])
+        logs = np.array([0.0, *(one.odds for one in self.both)])
         odds = np.exp(logs - logs.max())
         shares: Array = odds / odds.sum()
         return shares
@@ -94,13 +95,12 @@ class MooredGroup:
         for i, one in enumerate(self.both, 1):
             if one.law is None:
                 continue
-            place = {name: slot for slot, name in enumerate(one.law.ids.tolist())}
-            there = [k for k, name in enumerate(self.base.ids.tolist()) if name in place]
-            slots = [place[name] for name in self.base.ids[there].tolist()]
+            places = one.places()
+            there = np.flatnonzero(places >= 0)
+            slots = places[there]
             states, own = published(one.law, self.base)
             means[i, there], blocks[i, there] = states[slots], own[slots]
-            left = [one.left.get(name, 0.0) for name in self.base.ids[there].tolist()]
-            shares[i, there] = weights[i] * (1.0 - np.array(left))
+            shares[i, there] = weights[i] * (1.0 - one.left[slots])
         shares[0] = 1.0 - shares[1:].sum(axis=0)
         mixed = (shares[:, :, None] * means).sum(axis=0)
         apart = means - mixed

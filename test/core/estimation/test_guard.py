@@ -88,7 +88,7 @@ def ready(sea, values=None, seconds=3.0):
         clutter=0.3,
     )
     engine = sea.estimator(values)
-    for i in range(800):
+    for i in range(1600):  # a place of failure takes 0.5 s, and an image has some hundred
         t = 0.05 * i
         engine.add_fix(world.fix(t))
         engine.add_gimbal(world.gimbal(t))

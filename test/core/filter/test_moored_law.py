@@ -48,8 +48,8 @@ def test_robots_alike_go_together_and_one_that_swims_does_not():
     law = MooredLaw.of(base, adrift=True)
     law.moor(first)
     for slot in {0, 2, 3} - {first}:
-        assert law.odds(slot) > 3.0
-    assert law.odds(1) < -10.0
+        assert law.odds([slot])[0] > 3.0
+    assert law.odds([1])[0] < -10.0
     assert most_alike(swimming((0.5, 0.0)), [0], 1.0) == -1
 
 
@@ -150,3 +150,16 @@ def test_what_is_published_jointly_is_what_is_published_of_each():
     current = slice(COUNT + 4 * law.current + 2, COUNT + 4 * law.current + 4)
     swaying, other = slice(COUNT + 2, COUNT + 4), slice(COUNT + 4, COUNT + 8)
     assert covariance[swaying, other] == pytest.approx(law.covariance[current, other])
+
+
+@pytest.mark.parametrize(("velocity", "sigma"), [((0.05, 0.02), 0.02), ((0.3, 0.2), 0.05)])
+def test_a_slow_current_is_as_likely_as_a_fast_one(velocity, sigma):
+    """The mean of the ratio of both densities, over draws of what is known of the current."""
+    law = moored((0.0, 0.0), (0.0, 0.0))
+    law.known_current = lambda: (np.array(velocity), sigma**2 * np.eye(2))
+    draws = np.random.default_rng(1).normal(velocity, sigma, (200_000, 2))
+    squared = (draws**2).sum(axis=1)
+    sigmas = (TUNING.current_mps, *TUNING.slower_mps)
+    densities = [np.exp(-0.5 * squared / one**2) / one**2 for one in sigmas]
+    ratio = np.mean(np.mean(densities, axis=0) / densities[0])
+    assert law.slow_odds() == pytest.approx(np.log(ratio), abs=0.02)

@@ -22,6 +22,7 @@ def law(ids, east, variance):
         ids=np.array([*ids, -1]),
         published=lambda: (mean.copy(), covariance.copy()),
         known_current=lambda: (np.array([0.2, 0.1]), 0.01 * np.eye(2)),
+        slow_odds=lambda: 0.0,
     )
 
 
@@ -37,7 +38,8 @@ def group(ids=(5, 7), rows=(1, 0)):
 
 def tried(one, evidence, east, variance, ids=(5, 7), left=()):
     """Let one of a group's hypotheses have a law."""
-    one.law, one.evidence, one.left = law(ids, east, variance), evidence, dict(left)
+    one.law, one.evidence = law(ids, east, variance), evidence
+    one.left = np.array([dict(left).get(name, 0.0) for name in (*ids, -1)])
     one.update = lambda *_: None
 
 
@@ -93,6 +95,22 @@ def test_no_law_falls_farther_behind_than_what_may_have_changed():
     swim, stay, adrift = made.weights()
     assert swim == pytest.approx(stay * math.exp(-TUNING.swimming_behind_nats))
     assert adrift == pytest.approx(stay * math.exp(-TUNING.behind_nats))
+
+
+def test_a_slow_current_is_likelier_than_one_law_says():
+    made = group()
+    tried(made.both[0], 5.0, 0.0, 1.0)
+    tried(made.both[1], 0.0, 0.0, 1.0)
+    made.both[0].law.slow_odds = made.both[1].law.slow_odds = lambda: 2.0
+    made.both[0].begin_as = lambda *_: None
+    swim, stay, adrift = made.weights()
+    assert stay == pytest.approx(swim * math.exp(5.0))  # it has no current
+    assert adrift == pytest.approx(swim * math.exp(2.0))
+    made.update(None, None, None, None, 1.0)
+    assert made.both[1].evidence == 0.0  # 3 nats behind
+    made.both[1].evidence = -2.0
+    made.update(None, None, None, None, 1.0)
+    assert made.both[1].odds == made.both[0].odds - TUNING.behind_nats
 
 
 def test_evidence_that_is_not_strong_stays_as_it_is():
