@@ -11,6 +11,8 @@ from typing import Any, Protocol
 
 from aerial_gnss_ros.adapters import canonical
 from aerial_gnss_ros.adapters.kinds import ATTITUDE, FIX, GIMBAL, HEIGHT, Kind, stamp_ns
+from aerial_gnss_ros.adapters.tf_gimbal import TfGimbal
+from aerial_gnss_ros.adapters.transforms import TF, TF_STATIC, TF_TYPE
 from aerial_gnss_ros.core.camera.model import CameraModel
 from aerial_gnss_ros.core.config.estimator import EstimatorConfig
 from aerial_gnss_ros.core.config.telemetry import (
@@ -28,6 +30,7 @@ from aerial_gnss_ros.core.values.samples import Fix, Orientation, Scalar
 
 TELEMETRY_DEPTH = 50  # half a second at 100 Hz while the estimator is busy
 DETECTIONS_DEPTH = 10
+TF_DEPTH = 200  # many small messages, one for each publisher
 
 
 class Inputs(Protocol):
@@ -69,8 +72,8 @@ class Subscription:
     """One topic that the estimator subscribes to.
 
     Attributes:
-        name: the input: fix, attitude, gimbal, height, home, water_level, depth, depth_<class>,
-            reference_<name>, camera_info or detections.
+        name: the input: fix, attitude, gimbal, tf_static, height, home, water_level, depth,
+            depth_<class>, reference_<name>, camera_info or detections.
         topic: relative to the namespace, or absolute.
         msgtype: such as `sensor_msgs/msg/NavSatFix`.
         depth: of the queue.
@@ -116,6 +119,9 @@ class Feed:
         self._camera_key: tuple[Any, ...] = ()
         self._camera: CameraModel | None = None
         self._home_altitude = math.nan
+        gimbal = config.gimbal
+        wanted = gimbal.source == "tf" and gimbal.reference != "fixed"
+        self._tf = TfGimbal(gimbal) if wanted else None
         self.subscriptions = tuple(map(self._refusing, self._subscriptions()))
 
     def reconfigure(self, config: EstimatorConfig) -> None:
@@ -162,6 +168,10 @@ class Feed:
             found.append(_of_kind("attitude", attitude.topic, kind, self._attitude, needed))
         if gimbal.source == "topic" and gimbal.reference != "fixed":
             found.append(_of_kind("gimbal", gimbal.topic, GIMBAL[gimbal.type], self._gimbal))
+        if self._tf is not None:
+            found.append(Subscription("gimbal", TF, TF_TYPE, TF_DEPTH, self._transforms))
+            static = Subscription("tf_static", TF_STATIC, TF_TYPE, TF_DEPTH, self._static)
+            found.append(replace(static, required=False, sent_once=True))
         if height.source == "topic":
             found.append(_of_kind("height", height.topic, HEIGHT[height.type], self._height))
             if height.home_topic:
@@ -198,16 +208,38 @@ class Feed:
         config = self._config.fix
         stamp = stamp_ns(msg, arrival_ns, config.stamp)
         self._estimator.add_fix(FIX[config.type].read(msg, stamp, config))
+        if not self._config.needs_attitude:
+            self._fixed_camera(stamp)
 
     def _attitude(self, msg: Any, arrival_ns: int) -> None:
         config = self._config.attitude
         stamp = stamp_ns(msg, arrival_ns, config.stamp)
         self._estimator.add_attitude(ATTITUDE[config.type].read(msg, stamp, config))
+        if self._config.needs_attitude:
+            self._fixed_camera(stamp)
 
     def _gimbal(self, msg: Any, arrival_ns: int) -> None:
         config = self._config.gimbal
         stamp = stamp_ns(msg, arrival_ns, config.stamp)
         self._estimator.add_gimbal(GIMBAL[config.type].read(msg, stamp, config))
+
+    def _transforms(self, msg: Any, arrival_ns: int, static: bool = False) -> None:
+        tf = self._tf
+        assert tf is not None  # noqa: S101 - there is no subscription without
+        for one in tf.add(msg, arrival_ns, static):
+            self._estimator.add_gimbal(one)
+        trouble = tf.trouble(arrival_ns)
+        if trouble:
+            self._estimator.refuse("gimbal", trouble)
+
+    def _static(self, msg: Any, arrival_ns: int) -> None:
+        self._transforms(msg, arrival_ns, static=True)
+
+    def _fixed_camera(self, stamp: int) -> None:
+        """Add the orientation of a camera that TF has as fixed to its base."""
+        fixed = None if self._tf is None else self._tf.static(stamp)
+        if fixed is not None:
+            self._estimator.add_gimbal(fixed)
 
     def _height(self, msg: Any, arrival_ns: int) -> None:
         config = self._config.height

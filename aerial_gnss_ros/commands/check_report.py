@@ -236,6 +236,9 @@ def references(config: EstimatorConfig, name: str) -> dict[str, Any]:
         found.pop("unit", None)
     if getattr(group, "reference", "") != "fixed":
         found.pop("mount_rpy_deg", None)
+    if getattr(group, "source", "") == "tf":
+        found = {key: found[key] for key in ("reference", "north", "stamp") if key in found}
+        found |= {key: getattr(group, key) for key in ("base_frame", "camera_frame")}
     return found
 
 

@@ -53,7 +53,11 @@ from aerial_gnss_ros.nodes.transforms import Transforms
 from aerial_gnss_ros.text.sentences import counted, utc
 
 DETECTIONS = "detections"
-SENT_ONCE = ("camera_info", "home")  # latched or repeated: it may be silent after the first message
+SENT_ONCE = (
+    "camera_info",
+    "home",
+    "tf_static",
+)  # latched or repeated: it may be silent after the first message
 ADVANCE_S = 0.02  # longest delay until a message waiting for telemetry is given up
 MOST_LATCHED = 100  # robots that keep their topics; the one lost longest is dropped first
 RECORDED_S = 600.0  # no camera's clock lags this far

@@ -120,7 +120,10 @@ class InputMonitor:
         self._take(Input.ATTITUDE, attitude, self._bodies.add)
 
     def add_gimbal(self, gimbal: Orientation) -> None:
-        """Add an orientation of the camera."""
+        """Add an orientation of the camera; of one fixed to the body it comes with the attitude."""
+        if Input.GIMBAL.value not in self._name:
+            self._inputs.add(Input.GIMBAL, gimbal)
+            return
         self._take(Input.GIMBAL, gimbal, lambda _gimbal: None)
 
     def add_height(self, height: Scalar) -> None:

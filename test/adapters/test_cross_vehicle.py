@@ -113,7 +113,7 @@ def located(vehicle, scene, message=by_rosbags):
             if name not in feed:
                 continue
             assert feed[name].msgtype == msgtype.replace("px4_old_msgs", "px4_msgs")
-            group = getattr(config, "height" if name == "home" else name)
+            group = getattr(config, {"home": "height", "tf_static": "gimbal"}.get(name, name))
             stamp_ns = SLOW_CLOCK_NS if group.stamp == "arrival" else time_ns
             feed[name].handle(message(msgtype, encode(scene, stamp_ns)), time_ns)
     feed["detections"].handle(boxes(scene, message), TIMES_NS[1])
@@ -186,6 +186,8 @@ def test_the_scenes_are_those_that_go_wrong_elsewhere():
         ("anafi", {"gimbal.world": "enu"}, 5.0),
         ("dji_psdk", {"gimbal.type": "vector3"}, 0.015),  # 0.012 deg of yaw
         ("generic, magnetic gimbal", {"gimbal.north": "true"}, 5.0),
+        ("generic, TF below the body", {"gimbal.reference": "heading"}, 5.0),
+        ("generic, TF in the world", {"gimbal.reference": "heading"}, 5.0),
         ("generic, range finder on the body", {"height.along": "vertical"}, 0.5),
     ],
 )

@@ -18,6 +18,7 @@ from scipy.spatial.transform import Rotation
 NED_TO_ENU = np.array([[0.0, 1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, -1.0]])
 NWU_FROM_ENU = np.array([[0.0, 1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
 FRD_TO_FLU = np.diag([1.0, -1.0, -1.0])
+OPTICAL_TO_FLU = np.array([[0.0, 0.0, 1.0], [-1.0, 0.0, 0.0], [0.0, -1.0, 0.0]])
 HIGH = 30.0
 EARTH, VEHICLE, YAW_LOCK, LEVEL = 64, 32, 16, 4 | 8
 
@@ -113,6 +114,40 @@ def slant_range(scene, stamp_ns):
         "min_range": 0.1,
         "max_range": 100.0,
     }
+
+
+# --- TF --------------------------------------------------------------------------------------
+
+
+def transforms(*links):
+    """A tf2_msgs/TFMessage of (parent, child, rotation of the child in the parent by scene)."""
+
+    def encode(scene, stamp_ns):
+        return {
+            "transforms": [
+                {
+                    "header": header(stamp_ns, parent),
+                    "child_frame_id": child,
+                    "transform": {"translation": {"x": 0.1}, "rotation": xyzw(matrix(scene))},
+                }
+                for parent, child, matrix in links
+            ]
+        }
+
+    return "tf2_msgs/msg/TFMessage", encode
+
+
+def by_scipy(sequence, *degrees):
+    return Rotation.from_euler(sequence, degrees, degrees=True).as_matrix()
+
+
+def joint(_scene):
+    """The gimbal's arm hangs below the base, turned about its vertical axis."""
+    return by_scipy("zy", 17.0, 30.0)
+
+
+def gimbal_on_joint(scene):
+    return joint(scene).T @ FRD_TO_FLU @ scene.body_camera @ FRD_TO_FLU
 
 
 # --- MAVLink's gimbal ------------------------------------------------------------------------
@@ -274,6 +309,33 @@ MAGNETIC = imu(lambda s: -s.declination_deg)  # magnetic heading is true heading
 
 VEHICLES = {
     "generic": Vehicle("generic", CANONICAL, ELLIPSOID),
+    "generic, TF below the body": Vehicle(
+        "generic",
+        CANONICAL
+        | {
+            "gimbal": transforms(
+                ("odom", "base_link", lambda s: enu(s.ned_body)),
+                ("base_link", "arm", joint),
+                ("arm", "gimbal", gimbal_on_joint),
+            ),
+            "tf_static": transforms(
+                ("gimbal", "camera_optical_frame", lambda _s: OPTICAL_TO_FLU),
+            ),
+        },
+        ELLIPSOID | {"gimbal.source": "tf", "gimbal.reference": "body"},
+    ),
+    "generic, TF in the world": Vehicle(
+        "generic",
+        CANONICAL
+        | {
+            "gimbal": transforms(
+                ("base_link", "map", lambda s: enu(s.ned_body).T),  # the world hangs on the base
+                ("base_link", "gimbal", lambda s: FRD_TO_FLU @ s.body_camera @ FRD_TO_FLU),
+            ),
+        },
+        ELLIPSOID
+        | {"gimbal.source": "tf", "gimbal.base_frame": "map", "gimbal.camera_frame": "gimbal"},
+    ),
     "generic, no datum": Vehicle("generic", CANONICAL, altitude=False),
     "generic, heights from amsl": Vehicle(
         "generic",

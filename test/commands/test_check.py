@@ -38,6 +38,51 @@ def test_a_hover_is_described_in_words_and_numbers(flight, tmp_path, capsys):
     assert found["inputs"]["fix"]["stamp_to_arrival_s"] == 0.0
 
 
+OPTICAL = {"x": -math.sqrt(0.5), "y": math.sqrt(0.5), "z": 0.0, "w": 0.0}
+"""Right, down, forward of a camera that looks straight down, its image's top ahead."""
+
+
+def by_tf(parents):
+    """Return a change that puts the hover's gimbal on TF."""
+
+    def change(topic, msgtype, fields):
+        if topic != "gimbal":
+            return topic, msgtype, fields
+        stamp = fields["header"]["stamp"]
+        links = [
+            {
+                "header": {"stamp": stamp, "frame_id": parent},
+                "child_frame_id": child,
+                "transform": {"rotation": {"w": 1.0} if child == "gimbal" else OPTICAL},
+            }
+            for child, parent in parents.items()
+        ]
+        return "/tf", "tf2_msgs/msg/TFMessage", {"transforms": links}
+
+    return change
+
+
+def test_the_camera_s_orientation_may_come_from_tf(flight, replay, tmp_path, capsys):
+    own = tmp_path / "own.yaml"
+    own.write_text("gimbal: {source: tf, reference: body}\n")
+    link = {"gimbal": "base_link", "camera_optical_frame": "gimbal"}
+    bag = flight.write(tmp_path / "bag", change=by_tf(link))
+    status, out = check(capsys, bag, "--params", own)
+    assert status == 0, out
+    assert "straight below, image top to 90 deg" in out
+    assert "base_frame base_link" in out
+    assert replay(bag, tmp_path / "out", "--params", own) == 0
+    assert "20 images, 2 robots" in capsys.readouterr().out
+    looped = flight.write(
+        tmp_path / "loop", change=by_tf(link | {"gimbal": "camera_optical_frame"})
+    )
+    status, out = check(capsys, looped, "--params", own)
+    assert status != 0
+    assert "TF has a loop: camera_optical_frame -> gimbal -> camera_optical_frame" in " ".join(
+        out.split()
+    )
+
+
 @pytest.mark.parametrize(
     ("pitch_deg", "words"),
     [

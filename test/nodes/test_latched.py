@@ -85,3 +85,36 @@ def test_camera_and_water_level_sent_once_before_our_start_are_used(ros, hoverin
     (robot,) = node._departures.present
     # The camera is 12 m above the water, 10 m above home: 100 px are 2.4 m, not 2.0 m.
     assert float(np.hypot(*robot.position)) == pytest.approx(2.4, abs=0.05)
+
+
+def test_the_camera_s_orientation_may_come_from_tf_with_a_static_part_sent_before(
+    ros, hovering, tmp_path
+):
+    path = tmp_path / "p.yaml"
+    frames = "base_frame: odom, camera_frame: lens_optical_frame"
+    path.write_text(f"gimbal: {{source: tf, reference: earth, {frames}}}\n")
+    kind = message_class("tf2_msgs/msg/TFMessage")
+    sender = ros.node("robot_state")
+    static = sender.create_publisher(kind, "/tf_static", qos.latched())
+    moving = sender.create_publisher(kind, "/tf", qos.transforms())
+
+    def transform(parent, child, rotation, stamp):
+        link = {"header": {"stamp": stamp, "frame_id": parent}, "child_frame_id": child}
+        link["transform"] = {"rotation": rotation}
+        return message("tf2_msgs/msg/TFMessage", {"transforms": [link]})
+
+    half = 0.5**0.5
+    optical = {"x": -0.5, "y": 0.5, "z": -0.5, "w": 0.5}
+    static.publish(transform("gimbal", "lens_optical_frame", optical, {"sec": 0, "nanosec": 0}))
+    node = ros.add(EstimatorNode(Given([path])))
+    drone = hovering("", 0, ("gimbal",))
+    ros.spin_until(lambda: moving.get_subscription_count() == 1)
+    for _ in range(8):
+        header = drone.telemetry(drone.now_ns)
+        down = {"x": 0.0, "y": half, "z": 0.0, "w": half}
+        moving.publish(transform("odom", "gimbal", down, header["stamp"]))
+        drone.boxes(header, at=((320.0, 80.0),))
+        ros.spin(0.1)
+    ros.spin_until(lambda: node._departures.present)
+    (robot,) = node._departures.present
+    assert list(robot.position) == pytest.approx([2.0, 0.0], abs=0.02)  # 100 px ahead, from 10 m

@@ -177,6 +177,8 @@ def _check_axes(config: EstimatorConfig) -> None:
     """Refuse axes and references that contradict the type of message."""
     fix, gimbal = config.fix, config.gimbal
     for name, group_ in (("attitude", config.attitude), ("gimbal", gimbal)):
+        if group_.source == "tf":
+            continue  # its axes are those of REP 103
         kind = group_.type
         autopilot = kind.startswith((PX4, "mavros_"))
         wanted = ("ned", "frd") if autopilot else ("enu", "flu")
@@ -236,6 +238,14 @@ def _check_together(config: EstimatorConfig) -> None:
                 "height.source is none, so fix.altitude_datum must say what surface.altitude and "
                 "the fix's altitude are measured from."
             )
+    gimbal = config.gimbal
+    if gimbal.source == "tf" and (
+        not gimbal.base_frame or not gimbal.camera_frame or gimbal.base_frame == gimbal.camera_frame
+    ):
+        raise ConfigError(
+            "gimbal.source is tf, so gimbal.base_frame and gimbal.camera_frame must be two frames, "
+            f"not {shown(gimbal.base_frame)} and {shown(gimbal.camera_frame)}."
+        )
     _check_clocks(config)
     _check_axes(config)
     _check_map(config)

@@ -126,8 +126,26 @@ class AttitudeConfig:
 class GimbalConfig:
     """The camera's orientation; camera FLU, straight down is pitch +90 deg."""
 
-    source: str = key("topic", "topic, or constant (rpy_deg below).", choices=("topic", "constant"))
+    source: str = key(
+        "topic",
+        "topic; tf (base_frame to camera_frame on /tf and /tf_static); or constant (rpy_deg "
+        "below).",
+        choices=("topic", "tf", "constant"),
+    )
     topic: str = key("gimbal", "Gimbal topic, relative to the namespace.")
+    base_frame: str = key(
+        "base_link",
+        "With source: tf, the frame that reference names: body: the airframe, FLU (REP 103); "
+        "heading: base_footprint or a stabilised frame; earth: a frame with ENU axes such as odom.",
+    )
+    camera_frame: str = key("camera_optical_frame", "With source: tf, the camera's frame.")
+    camera_axes: str = key(
+        "suffix",
+        "Axes of camera_frame. suffix: optical (right, down, forward) if its name ends with "
+        "_optical or _optical_frame (REP 103), else flu. Wrong axes are a camera that looks "
+        "elsewhere by 90 deg.",
+        choices=("suffix", "optical", "flu"),
+    )
     type: str = key(
         "quaternion",
         "quaternion, vector3: geometry_msgs/QuaternionStamped, Vector3Stamped (roll, pitch, yaw); "

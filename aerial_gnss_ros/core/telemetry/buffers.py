@@ -106,7 +106,7 @@ class TelemetryBuffers:
             gimbal = config.gimbal
             wanted.append((Input.GIMBAL, gimbal.source, gimbal.max_gap, gimbal.rpy_deg))
         for source, kind, max_gap, rpy_deg in wanted:
-            if kind == "topic":
+            if kind != "constant":
                 self._series[source] = orientation_series(max_gap, keep_s=self._keep_s)
             else:
                 matrix = matrix_from_rpy(*np.radians(rpy_deg))
