@@ -20,6 +20,8 @@ from aerial_gnss_ros.core.values.events import Events
 from aerial_gnss_ros.core.values.rejection import Reason
 from aerial_gnss_ros.core.values.samples import Scalar
 
+TOLD_S = 40.0
+"""Until when `ready` adds telemetry."""
 STATEFUL = ("_pipeline", "_identity")
 ROBOTS = {
     "a": lambda t: (-3.0 + 3.0 * math.sin(t / 5.0), 20.0),
@@ -79,6 +81,15 @@ def fed(engine, world, t):
     return frame
 
 
+def telemetry(engine, world, begin, end):
+    """Add what the sensors say in a time."""
+    for i in range(round(20.0 * begin), round(20.0 * end)):
+        t = 0.05 * i
+        engine.add_fix(world.fix(t))
+        engine.add_gimbal(world.gimbal(t))
+        engine.add_height(world.height(t))
+
+
 def ready(sea, values=None, seconds=3.0):
     """Return an estimator that has confirmed three robots, and the telemetry of what follows."""
     world = sea.World(
@@ -88,11 +99,7 @@ def ready(sea, values=None, seconds=3.0):
         clutter=0.3,
     )
     engine = sea.estimator(values)
-    for i in range(1600):  # a place of failure takes 0.5 s, and an image has some hundred
-        t = 0.05 * i
-        engine.add_fix(world.fix(t))
-        engine.add_gimbal(world.gimbal(t))
-        engine.add_height(world.height(t))
+    telemetry(engine, world, 0.0, TOLD_S)
     engine.add_camera(sea.stamp(0.0), sea.camera)
     for i in range(round(10.0 * seconds) + 1):
         fed(engine, world, 0.1 * i)
@@ -151,9 +158,12 @@ def test_an_image_that_fails_anywhere_leaves_no_trace(sea, monkeypatch, values):
         return result
 
     monkeypatch.setattr(engine._pipeline, "result", failing)
-    chosen, ended, failed, t = set(), [], 0, 3.0
+    chosen, ended, failed, t, told = set(), [], 0, 3.0, TOLD_S
     while not ended:
         t += 0.1
+        if t > told - 5.0:
+            telemetry(engine, world, told, told + 5.0)
+            told += 5.0
         fail_at += 1 + fail_at // 16
         chosen, before = {sea.stamp(t)}, []
         names = [robot.robot_id for robot in engine.robots]
