@@ -8,13 +8,15 @@ import importlib
 import re
 import time
 from collections.abc import Callable, Mapping, Sequence
+from itertools import count
 from typing import Any
 
 from aerial_gnss_ros.adapters.ais import position_report, static_report
 from aerial_gnss_ros.adapters.gps_input import gps_input
 from aerial_gnss_ros.adapters.nmea import gga, rmc
 from aerial_gnss_ros.adapters.sightings import Sighting, host_and_port
-from aerial_gnss_ros.commands.udp_outputs import Udp, mavlink_dialect
+from aerial_gnss_ros.adapters.target_absolute import target_absolute
+from aerial_gnss_ros.commands.udp_outputs import CAMERA_COMPONENT, Udp, mavlink_dialect
 from aerial_gnss_ros.core.values.errors import InputError
 from aerial_gnss_ros.resources import install_hint
 
@@ -148,6 +150,26 @@ def gps_input_encoder(system: int, satellites: int) -> Callable[[Sighting], byte
         data = bytes(message.pack(mavlink))
         mavlink.seq = (mavlink.seq + 1) % 256
         return data
+
+    return encode
+
+
+def target_absolute_encoder(
+    system: int, robots: Sequence[str]
+) -> Callable[[Sighting], bytes | None]:
+    """Return an encoder of TARGET_ABSOLUTE messages; a robot out of view gives none.
+
+    Args:
+        system: MAVLink system id of the drone.
+        robots: in the order of their numbers as targets.
+    """
+    numbers, frames = {robot: number for number, robot in enumerate(robots)}, count()
+
+    def encode(seen: Sighting) -> bytes | None:
+        if not seen.measured:
+            return None
+        target, seq = numbers[seen.robot_id], next(frames) % 256
+        return target_absolute(seen, target, system, CAMERA_COMPONENT, seq)
 
     return encode
 

@@ -19,6 +19,7 @@ from aerial_gnss_ros.commands.robot_outputs import (
     gps_input_encoder,
     mmsis,
     nmea_datagram,
+    target_absolute_encoder,
 )
 from aerial_gnss_ros.commands.udp_outputs import CursorOnTarget, Mavlink, Output
 from aerial_gnss_ros.core.values.errors import InputError
@@ -29,6 +30,7 @@ _LONGEST_S = 10_000_000.0
 _FASTEST_HZ = 100.0
 _TYPE = re.compile(r"[A-Za-z0-9]+(-[A-Za-z0-9]+)*")
 COT_DEFAULT, MAVLINK_DEFAULT = "127.0.0.1:4242", "127.0.0.1:14550"
+MOST_TARGETS = 256  # TARGET_ABSOLUTE numbers them in a byte
 GPS_DEFAULT, NMEA_DEFAULT, AIS_DEFAULT = "127.0.0.1:14560", "127.0.0.1:10110", "127.0.0.1:10111"
 
 
@@ -84,6 +86,12 @@ def _add_robot_arguments(parser: argparse.ArgumentParser) -> None:
                 "repeated",
     )  # fmt: skip
     parser.add_argument(
+        "--target-absolute", action="append", default=[], metavar="ROBOT[=HOST:PORT]",
+        help=
+                f"MAVLink TARGET_ABSOLUTE by UDP, for a vehicle that follows the robot "
+                f"({MAVLINK_DEFAULT}); may be repeated, the first one is target 0",
+    )  # fmt: skip
+    parser.add_argument(
         "--satellites", type=int, default=10, metavar="N",
         help=
                 "number of satellites in GPS_INPUT, which has no value for unknown; autopilots "
@@ -103,14 +111,16 @@ def _add_robot_arguments(parser: argparse.ArgumentParser) -> None:
     )  # fmt: skip
     parser.add_argument(
         "--rate", type=float, default=5.0, metavar="HZ",
-        help="greatest rate of GPS_INPUT, NMEA and AIS, Hz (%(default)g)",
+        help="greatest rate of GPS_INPUT, TARGET_ABSOLUTE, NMEA and AIS, Hz (%(default)g)",
     )  # fmt: skip
 
 
 def run(args: argparse.Namespace) -> int:
     """Stream until a signal."""
     if args.cot is None and args.mavlink is None and not _robot_outputs_wanted(args):
-        raise InputError("no output; give --cot, --mavlink, --gps-input, --nmea or --ais.")
+        raise InputError(
+            "no output; give --cot, --mavlink, --gps-input, --target-absolute, --nmea or --ais."
+        )
     if not 0.0 < args.rate <= _FASTEST_HZ:
         raise InputError(f"--rate must be above 0 and at most {_FASTEST_HZ:g}, not {args.rate:g}.")
     if not 0 <= args.satellites <= 254:
@@ -230,12 +240,17 @@ class Stream:
 
 
 def _robot_outputs_wanted(args: argparse.Namespace) -> bool:
-    return bool(args.gps_input or args.nmea or args.ais is not None)
+    return bool(args.gps_input or args.target_absolute or args.nmea or args.ais is not None)
 
 
 def _robot_outputs(args: argparse.Namespace) -> list[ToRobots | Ais]:
     """Return the outputs with their own choice of robots."""
     gps = by_robot(args.gps_input, "--gps-input", GPS_DEFAULT)
+    targets = by_robot(args.target_absolute, "--target-absolute", MAVLINK_DEFAULT)
+    if len(targets) > MOST_TARGETS:
+        raise InputError(
+            f"--target-absolute can be given {MOST_TARGETS} times, not {len(targets)}."
+        )
     nmea = by_robot(args.nmea, "--nmea", NMEA_DEFAULT)
     numbers = mmsis(args.mmsi)
     if args.ais is not None and not numbers:
@@ -244,6 +259,9 @@ def _robot_outputs(args: argparse.Namespace) -> list[ToRobots | Ais]:
     if gps:
         encode = gps_input_encoder(args.mavlink_system, args.satellites)
         found.append(ToRobots("GPS_INPUT", gps, encode, args.rate))
+    if targets:
+        follow = target_absolute_encoder(args.mavlink_system, list(targets))
+        found.append(ToRobots("TARGET_ABSOLUTE", targets, follow, args.rate))
     if nmea:
         found.append(ToRobots("NMEA", nmea, nmea_datagram, args.rate))
     if args.ais is not None:

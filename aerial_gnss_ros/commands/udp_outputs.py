@@ -8,13 +8,17 @@ import importlib
 import ipaddress
 import os
 import socket
-from typing import Any, Protocol
+import sys
+import time
+from typing import Any, Protocol, cast
 
 from aerial_gnss_ros.adapters.sightings import Sighting, cursor_on_target, tracking_geo_status
 from aerial_gnss_ros.core.values.errors import InputError
 from aerial_gnss_ros.resources import install_hint
 
 CAMERA_COMPONENT = 100  # MAV_COMP_ID_CAMERA
+REACHED_S = 5.0
+"""Time without a refusal after which somebody listens again; hosts refuse about once a second."""
 
 
 class Output(Protocol):
@@ -30,8 +34,18 @@ class Output(Protocol):
 class Udp:
     """Sends datagrams to one address.
 
-    Datagrams to this computer are sent from its loopback address: an unbound socket would also
-    accept datagrams from the network.
+    The socket is connected, so that it accepts datagrams from no other address and learns that
+    nobody listens. That, or a network that is down, is said once; sending goes on.
+
+    Args:
+        host: name or address of the receiver.
+        port: its UDP port.
+
+    Attributes:
+        lost: datagrams that could not be sent.
+
+    Raises:
+        InputError: the host is unknown.
     """
 
     def __init__(self, host: str, port: int) -> None:
@@ -39,11 +53,10 @@ class Udp:
             found = socket.getaddrinfo(host, port, type=socket.SOCK_DGRAM)[0]
         except OSError as error:
             raise InputError(f"{host} cannot be resolved ({error}).") from error
-        self._address: Any = found[4]
-        self._socket = socket.socket(found[0], found[1])
-        self._socket.setblocking(False)
-        if not self.leaves:
-            self._socket.bind((self._address[0], 0))
+        self._family, self._address = found[0], cast("Any", found[4])
+        self._name = f"{host}:{port}"
+        self._socket: socket.socket | None = None
+        self._failed_s: float | None = None  # last time, until it is reached again
         self.lost = 0
 
     @property
@@ -52,15 +65,54 @@ class Udp:
         return not ipaddress.ip_address(self._address[0].partition("%")[0]).is_loopback
 
     def write(self, data: bytes) -> None:
-        """Send a datagram; a failure is counted."""
+        """Send a datagram; a failure is counted, and the first of several is reported."""
         try:
-            self._socket.sendto(data, self._address)
-        except OSError:  # no route or a full buffer: the next position follows soon
+            if self._socket is None:
+                self._socket = self._connected()
+            try:
+                self._socket.send(data)
+            except ConnectionRefusedError:  # by an earlier datagram; this one was not sent
+                self._report("nobody listens there (connection refused)")
+                self._socket.send(data)
+                return
+        except BlockingIOError:  # a full buffer: the next position follows soon
             self.lost += 1
+        except OSError as error:
+            self.lost += 1
+            self._report(error.strerror or str(error))
+            self.close()  # the next one begins anew: this computer's address may have changed
+        else:
+            self._receives()
+
+    def _connected(self) -> socket.socket:
+        made = socket.socket(self._family, socket.SOCK_DGRAM)
+        try:
+            made.setblocking(False)
+            made.connect(self._address)
+        except OSError:
+            made.close()
+            raise
+        return made
+
+    def _report(self, why: str) -> None:
+        first, self._failed_s = self._failed_s is None, time.monotonic()
+        if first:
+            print(
+                f"{self._name}: {why}; positions are still sent there",
+                file=sys.stderr, flush=True,
+            )  # fmt: skip
+
+    def _receives(self) -> None:
+        """Report that an address is reached again, some time after the last refusal."""
+        if self._failed_s is not None and time.monotonic() - self._failed_s >= REACHED_S:
+            self._failed_s = None
+            print(f"{self._name}: reached again", file=sys.stderr, flush=True)
 
     def close(self) -> None:
         """Close the socket."""
-        self._socket.close()
+        if self._socket is not None:
+            self._socket.close()
+            self._socket = None
 
 
 def mavlink_dialect() -> Any:

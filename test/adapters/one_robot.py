@@ -8,6 +8,7 @@ import math
 
 import numpy as np
 
+from aerial_gnss_ros.adapters.sightings import Sighting
 from aerial_gnss_ros.core.values.camera_pose import CameraPose
 from aerial_gnss_ros.core.values.estimates import FrameResult, MapDatum, RobotEstimate, State
 
@@ -38,3 +39,8 @@ ROBOT = RobotEstimate(
 DATUM = MapDatum(LATITUDE, LONGITUDE, -20.0)  # of the drone's first fix
 POSE = CameraPose(1, LATITUDE, LONGITUDE, 22.0, -20.0, np.eye(3))
 RESULT = FrameResult(STAMP, "camera", (ROBOT,), (), DATUM, POSE)
+SEEN = Sighting(
+    "aqua_1", 1_700_000_000_120_000_000, math.radians(13.19394), math.radians(-59.64151),
+    math.nan, 1.0, True, "d1",
+)  # fmt: skip
+"""A position as `aerial-gnss stream` receives it; 2023-11-14 22:13:20.12 UTC, a Tuesday."""

@@ -5,18 +5,18 @@
 from __future__ import annotations
 
 import math
+import sys
 from dataclasses import replace
+from pathlib import Path
 
 import pytest
 
 from aerial_gnss_ros.adapters.gps_input import gps_input
-from aerial_gnss_ros.adapters.sightings import Sighting
 from aerial_gnss_ros.core.geometry.geoid import undulation
 
-SEEN = Sighting(
-    "aqua_1", 1_700_000_000_120_000_000, math.radians(13.19394), math.radians(-59.64151),
-    math.nan, 1.0, True, "d1",
-)  # fmt: skip
+sys.path.insert(0, str(Path(__file__).parent))
+
+from one_robot import SEEN
 
 
 def test_a_position_without_altitude_is_a_fix_in_two_dimensions():

@@ -19,6 +19,7 @@ from aerial_gnss_ros.commands.robot_outputs import (
     ToRobots,
     gps_input_encoder,
     nmea_datagram,
+    target_absolute_encoder,
 )
 from aerial_gnss_ros.core.geometry.geoid import undulation
 
@@ -86,6 +87,25 @@ def test_an_autopilot_reads_gps_input(plotter):
     assert one.time_week_ms == ((2 * 24 + 22) * 3600 + 13 * 60 + 22 + 18) * 1000 + 120
 
 
+def test_a_follower_gets_the_robots_it_is_given_under_their_numbers(plotter):
+    receiver, address = plotter
+    encode = target_absolute_encoder(7, ["aqua_2", "aqua_1"])
+    output = ToRobots("TARGET_ABSOLUTE", {"aqua_2": address, "aqua_1": address}, encode, 10.0)
+    flight = [
+        SEEN,  # perhaps latched
+        later(SEEN, 1.0),
+        later(SEEN, 2.0, measured=False),  # coasting
+        later(SEEN, 3.0),
+        later(SEEN, 0.0, robot_id="aqua_2"),
+        later(SEEN, 1.0, robot_id="aqua_2"),
+        later(SEEN, 1.0, robot_id="aqua_3"),
+    ]
+    assert [output.send(one) for one in flight] == [False, True, False, True, False, True, False]
+    output.close()
+    frames = received(receiver)
+    assert [(one[4], one[5], one[-4]) for one in frames] == [(0, 7, 1), (1, 7, 1), (2, 7, 0)]
+
+
 @pytest.mark.parametrize("seen", [SEEN, replace(SEEN, altitude=-40.0), WEST_OF_GREENWICH])
 def test_a_plotter_reads_nmea(plotter, seen):
     pynmea2 = pytest.importorskip("pynmea2", reason="pynmea2 is absent")
@@ -144,6 +164,7 @@ def test_a_plotter_shows_robots_that_have_an_mmsi(plotter):
         (["--ais"], "--ais needs --mmsi ROBOT=MMSI: an MMSI is assigned, never invented."),
         (["--ais", "--mmsi", "aqua_1=12"], "give ROBOT=MMSI with nine digits"),
         (["--mmsi", "aqua_1=211234567"], "no output; give --cot"),
+        (["--target-absolute", "aqua_1", "--target-absolute", "aqua_1"], "give each robot once"),
         (["--nmea", "aqua_1", "--rate", "0"], "--rate must be above 0"),
         (["--gps-input", "aqua_1", "--satellites", "300"], "--satellites must be 0 to 254"),
     ],

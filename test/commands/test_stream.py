@@ -5,12 +5,14 @@
 from __future__ import annotations
 
 import ast
+import socket
 
 import pytest
 
 from aerial_gnss_ros.adapters.sightings import Sighting
+from aerial_gnss_ros.commands import udp_outputs
 from aerial_gnss_ros.commands.stream import Stream, _announce
-from aerial_gnss_ros.commands.udp_outputs import CursorOnTarget
+from aerial_gnss_ros.commands.udp_outputs import CursorOnTarget, Udp
 
 
 class Kept:
@@ -54,16 +56,90 @@ def test_what_goes_nowhere_is_not_counted_as_sent_and_said_once(capsys):
     ("host", "leaves", "said"),
     [("127.0.0.1", False, ""), ("localhost", False, ""), ("192.0.2.7", True, "go to 192.0.2.7")],
 )
-def test_a_socket_for_this_computer_takes_nothing_from_the_network(host, leaves, said, capsys):
+def test_destinations_outside_this_computer_are_said(host, leaves, said, capsys):
     output = CursorOnTarget(host, 4242, "a-f-S", 30.0)
-    try:
-        bound = output._udp._socket.getsockname()[0]
-        assert output.leaves is leaves
-        assert bound == ("0.0.0.0" if leaves else "127.0.0.1")  # noqa: S104 - stated, and asked for
-        _announce(output, host, "CoT")
-        assert said in capsys.readouterr().err
-    finally:
-        output.close()
+    assert output.leaves is leaves
+    _announce(output, host, "CoT")
+    assert said in capsys.readouterr().err
+
+
+@pytest.fixture
+def receiver():
+    """Return a UDP socket that waits on this computer."""
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as made:
+        made.bind(("127.0.0.1", 0))
+        made.settimeout(2.0)
+        yield made
+
+
+def test_a_socket_takes_nothing_but_from_its_receiver(receiver):
+    output = Udp(*receiver.getsockname())
+    output.write(b"position")
+    data, sender = receiver.recvfrom(100)
+    assert data == b"position"
+    assert sender[0] == "127.0.0.1"
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as stranger:
+        stranger.sendto(b"from elsewhere", sender)
+    receiver.sendto(b"answer", sender)
+    assert output._socket.recv(100) == b"answer"
+    output.close()
+
+
+def test_a_receiver_that_is_off_is_said_once_and_gets_every_position_when_it_is_on(
+    receiver, capsys, monkeypatch
+):
+    now = [0.0]
+    monkeypatch.setattr(udp_outputs.time, "monotonic", lambda: now[0])
+    host, port = receiver.getsockname()
+    receiver.close()
+    output = Udp(host, port)
+    for number in range(6):
+        output.write(b"%d" % number)
+    assert capsys.readouterr().err == (
+        f"{host}:{port}: nobody listens there (connection refused); positions are still sent "
+        "there\n"
+    )
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as on:
+        on.bind((host, port))
+        on.settimeout(2.0)
+        for number in range(6):
+            output.write(b"%d" % number)
+            assert on.recv(100) == b"%d" % number
+        assert capsys.readouterr().err == ""
+        now[0] = 5.0
+        output.write(b"6")
+        assert capsys.readouterr().err == f"{host}:{port}: reached again\n"
+    assert output.lost == 0
+    output.close()
+
+
+@pytest.mark.parametrize("failing", ["connect", "send"])
+def test_a_network_that_is_down_is_said_once_and_tried_again(
+    failing, receiver, capsys, monkeypatch
+):
+    down = [True]
+
+    class Socket(socket.socket):
+        def connect(self, address):
+            if down[0] and failing == "connect":
+                raise OSError(101, "Network is unreachable")
+            super().connect(address)
+
+        def send(self, data):
+            if down[0] and failing == "send":
+                raise OSError(101, "Network is unreachable")
+            return super().send(data)
+
+    monkeypatch.setattr(udp_outputs.socket, "socket", Socket)
+    output = Udp(*receiver.getsockname())
+    for _ in range(3):
+        output.write(b"lost")
+    assert capsys.readouterr().err.count("Network is unreachable; positions are still sent") == 1
+    assert output.lost == 3
+    down[0] = False
+    output.write(b"position")
+    assert receiver.recv(100) == b"position"
+    output.close()
 
 
 def test_nothing_is_said_of_positions_that_stay_here(capsys):
@@ -86,4 +162,4 @@ def test_no_other_place_of_the_package_opens_a_socket(repository):
                 names = {node.module, *(f"{node.module}.{alias.name}" for alias in node.names)}
             if names & watched:
                 found.add(path.name)
-    assert found == {"udp_outputs.py"}
+    assert found == {"udp_outputs.py", "server.py"}
