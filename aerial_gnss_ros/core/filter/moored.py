@@ -302,7 +302,8 @@ class MooredHypothesis:
         self._sums, self.left = self._sums[kept], self.left[kept]
         new = np.flatnonzero(~np.isin(theirs, law.ids))
         for slot in new.tolist():
-            law.ids[copy_robot(self.base, slot, law)] = theirs[slot]
+            added = copy_robot(self.base, slot, law)
+            law.ids[added] = theirs[slot]
         self._sums = np.concatenate([self._sums, np.zeros((len(new), len(_WINDOWS), 3))])
         self.left = np.concatenate([self.left, np.zeros(len(new))])
         law.own = np.full((2, len(law)), np.nan)

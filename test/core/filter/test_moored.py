@@ -11,6 +11,9 @@ import numpy as np
 import pytest
 
 from aerial_gnss_ros.core.filter.moored import TUNING, MooredHypothesis
+from aerial_gnss_ros.core.filter.moored_law import CURRENT
+from aerial_gnss_ros.core.filter.state import JointState
+from aerial_gnss_ros.core.models.platform_model import COUNT
 
 RTK = {"noise.gnss_offset_m": 0.02}
 ORBIT = {
@@ -259,3 +262,32 @@ def test_one_robot_may_stay_but_not_drift_alone():
         one.predict(STEP_S, None, None, None)
         assert (one.law is None) == adrift
         assert (one._paused_until_s > 0.0) == adrift
+
+
+def test_the_law_has_the_robots_that_the_base_has():
+    base = JointState(0.01 * np.eye(COUNT))
+    begin(base, 3)
+    one = MooredHypothesis(base, adrift=True)
+    one.predict(2.0 * TUNING.watched_s, None, None, None)
+    base.unseen[:] = 0.0
+    one._ask()
+    assert one.law.sway.tolist() == [1.0, 1.0, 1.0, 0.0]
+    one._sums[:, 0, 0], one.left[:] = [1.0, 2.0, 3.0, 4.0], [0.1, 0.2, 0.3, 0.4]
+    begin(base, 2)
+    base.own[:, 4] = 0.2, 0.5  # its class has its own motion
+    base.drop(np.array([1]))
+    one._sync(one.law)
+    assert set(one.law.ids.tolist()) == {*base.ids.tolist(), CURRENT}
+    assert one.law.ids[one.places()].tolist() == base.ids.tolist()
+    np.testing.assert_array_equal(one.law.own[:, one.places()], base.own)
+    assert one._sums[one.places(), 0, 0].tolist() == [1.0, 3.0, 0.0, 0.0]
+    assert one.left[one.places()].tolist() == [0.1, 0.3, 0.0, 0.0]
+    assert one._sums[one.law.current, 0, 0] == 4.0
+
+
+def begin(base, count):
+    """Add robots that are known to be slow."""
+    own = np.tile(np.diag([0.01, 0.01, 1e-4, 1e-4]), (count, 1, 1))
+    places = np.random.default_rng(len(base)).normal(0.0, 10.0, (count, 2))
+    state = np.column_stack([places, np.zeros((count, 2))])
+    base.append(np.arange(count) + len(base), state, np.zeros((count, 4, COUNT)), own)
