@@ -21,6 +21,7 @@ from aerial_gnss_ros.core.values.errors import AerialGnssError
 COMMANDS = {
     "demo": ("demo", "simulate a short flight and localise its robots with the real nodes, live"),
     "run": ("run", "start detector and estimator nodes, and start again one that dies"),
+    "view": ("view", "show a live picture, or one of a recording, in a browser or on a tablet"),
     "where": ("where", "say where one robot is: ask the live estimator once"),
     "stream": ("stream", "send live positions on: robots' autopilots, plotters, TAK, MAVLink"),
     "replay": ("replay", "localise the robots in recorded bags"),

@@ -34,6 +34,7 @@ TESTED_WITH = {
     "commands/test_simulate.py": "commands/simulate_arguments",
     "commands/test_stream.py": "commands/udp_outputs",
     "commands/test_train.py": "commands/train_arguments",
+    "commands/test_view.py": "view/page",
     "detection/test_roi.py": "detection/windowed",
     "detection/test_select.py": "detection/config detection/openvino_backend",
     "detection/test_tensorrt_backend.py": "detection/cuda detection/engine_card training/engine",

@@ -106,12 +106,16 @@ class _Bag:
                 f"{log_ns} ns cannot be read ({error}); the bag is damaged."
             ) from error
 
-    def messages(self, topics: Collection[str] | None) -> Iterator[Recorded]:
+    def messages(
+        self, topics: Collection[str] | None, start_ns: int | None, stop_ns: int | None
+    ) -> Iterator[Recorded]:
         chosen = [c for c in self.reader.connections if topics is None or c.topic in topics]
         if not chosen:
             return
         with _bag_errors(self.path):
-            for connection, log_ns, raw in self.reader.messages(connections=chosen):
+            for connection, log_ns, raw in self.reader.messages(
+                connections=chosen, start=start_ns, stop=stop_ns
+            ):
                 yield Recorded(
                     connection.topic, connection.msgtype, log_ns, bytes(raw), self, connection
                 )
@@ -171,20 +175,28 @@ class BagReader:
         """Time just after the last message, ns; 0 without messages."""
         return max((b.reader.end_time for b in self._bags if b.reader.message_count), default=0)
 
-    def messages(self, topics: Collection[str] | None = None) -> Iterator[Recorded]:
+    def messages(
+        self,
+        topics: Collection[str] | None = None,
+        start_ns: int | None = None,
+        stop_ns: int | None = None,
+    ) -> Iterator[Recorded]:
         """Yield messages in the order of recording; at equal times, in the order of the bags.
 
         Args:
             topics: absolute names; None for all.
+            start_ns: log time of the first message, ns; None: from the beginning.
+            stop_ns: log time before which all are, ns; None: to the end.
 
         Raises:
             InputError: a bag is damaged.
         """
         if len(self._bags) == 1:
-            yield from self._bags[0].messages(topics)
+            yield from self._bags[0].messages(topics, start_ns, stop_ns)
             return
         yield from heapq.merge(
-            *(bag.messages(topics) for bag in self._bags), key=lambda recorded: recorded.log_ns
+            *(bag.messages(topics, start_ns, stop_ns) for bag in self._bags),
+            key=lambda recorded: recorded.log_ns,
         )
 
 

@@ -16,7 +16,8 @@ import ipaddress
 import json
 import signal
 import socket
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Coroutine, Sequence
+from concurrent.futures import Future
 from pathlib import Path
 from typing import Any, Protocol
 
@@ -110,6 +111,16 @@ def listen(app: Any, bind: str, port: int) -> tuple[Any, str]:
     server = tornado.httpserver.HTTPServer(app)
     server.add_sockets(sockets)
     return server, f"http://{_url_host(bind)}:{sockets[0].getsockname()[1]}/"
+
+
+def begin(work: Coroutine[Any, Any, None]) -> Any:
+    """Begin a coroutine beside the present one; keep what is returned, and ask it for `done()`."""
+    return asyncio.ensure_future(work)
+
+
+async def result_of(future: Future[Any]) -> Any:
+    """Return what a thread gives, without holding up others."""
+    return await asyncio.wrap_future(future)
 
 
 def is_local(bind: str) -> bool:

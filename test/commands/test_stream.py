@@ -152,6 +152,7 @@ def test_nothing_is_said_of_positions_that_stay_here(capsys):
 def test_no_other_place_of_the_package_opens_a_socket(repository):
     """What listens, or sends by itself, belongs into docs/howto/security.md."""
     watched = {"socket", "socketserver", "http.server", "asyncio", "multiprocessing.managers"}
+    watched |= {"tornado", "tornado.httpserver", "tornado.netutil", "tornado.tcpserver"}
     found = set()
     for path in (repository / "aerial_gnss_ros").rglob("*.py"):
         for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):

@@ -1,0 +1,125 @@
+# Copyright 2026 aerial_gnss_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""`aerial-gnss view`: a live picture, or one of a recording, for a tablet's browser."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+from aerial_gnss_ros.bags.reader import open_bag
+from aerial_gnss_ros.bags.replay import Replay
+from aerial_gnss_ros.bags.stated_datum import with_stated_datum
+from aerial_gnss_ros.commands.configuration import Configuration, configuration
+from aerial_gnss_ros.commands.configuration import add_arguments as add_configuration
+from aerial_gnss_ros.commands.progress import progress
+from aerial_gnss_ros.core.values.errors import InputError
+from aerial_gnss_ros.detection.select import load_detector
+from aerial_gnss_ros.view.page import PAGE, SOCKET, RecordingSocket, tile_routes
+from aerial_gnss_ros.view.pictures import RecordedPictures
+from aerial_gnss_ros.view.recording import Recording, recorded_overviews, replayed_overviews
+from aerial_gnss_ros.view.server import LOCAL, PORT, Route, application, is_local
+from aerial_gnss_ros.view.server import run as serve
+from aerial_gnss_ros.view.tiles import Tiles
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the command's arguments."""
+    parser.epilog = (
+        "The page needs no internet. A recording without "
+        "positions is replayed first; give the result of `aerial-gnss replay` to spare that, and "
+        "its bag beside it for the images."
+    )
+    parser.add_argument(
+        "paths", type=Path, nargs="+", metavar="BAG|RESULT",
+        help="recordings, or folders that `aerial-gnss replay` wrote",
+    )  # fmt: skip
+    parser.add_argument(
+        "--bind", default=LOCAL, metavar="ADDRESS",
+        help="address to serve: 0.0.0.0 for all of the boat's network (%(default)s: this computer)",
+    )  # fmt: skip
+    parser.add_argument(
+        "--port", type=int, default=PORT, metavar="N", help="TCP port (%(default)s; 0: any free)"
+    )
+    parser.add_argument(
+        "--tiles", type=Path, metavar="FILE", help="chart or map to draw below, an MBTiles file"
+    )
+    add_configuration(parser)
+
+
+def run(args: argparse.Namespace) -> int:
+    """Serve the page until a signal."""
+    if not 0 <= args.port <= 65535:
+        raise InputError(f"--port must be 0 to 65535, not {args.port}.")
+    config = configuration(args)
+    tiles = None if args.tiles is None else Tiles(args.tiles)
+    recorded(args, config, tiles)
+    return 0
+
+
+def recorded(args: argparse.Namespace, config: Configuration, tiles: Tiles | None) -> None:
+    """Serve a recording."""
+    paths = [result_bag(path) for path in args.paths]
+    recording = Recording(overviews(paths, args, config), ", ".join(p.name for p in args.paths))
+    pictures = RecordedPictures(
+        paths, config.detector.image.topic, config.detector.detections.topic, args.namespace
+    )
+    try:
+        shown = pictures if pictures.find() else None
+        arguments = {"recording": recording, "pictures": shown, "tiles": tiles}
+        show(args, [(SOCKET, RecordingSocket, arguments), *tile_routes(tiles)])
+    finally:
+        pictures.close()
+
+
+def overviews(paths: Sequence[Path], args: argparse.Namespace, config: Configuration) -> list[str]:
+    """Return the overviews of recordings: those that they hold, else those of a replay."""
+    with open_bag(paths) as bag:
+        if args.method is None and args.model is None:
+            texts = recorded_overviews(bag, args.namespace)
+            if texts is not None:
+                return texts
+        flight = Replay(
+            bag,
+            with_stated_datum(config.estimator, bag),
+            config.detector,
+            load_detector,
+            namespace=args.namespace,
+            detect=args.model is not None,
+        )
+        say(f"Robots from {flight.summary.detections_from}.")
+        with progress("replaying", flight.message_count, "messages") as report:
+            return list(replayed_overviews(flight, report))
+
+
+def result_bag(path: Path) -> Path:
+    """Return the bag in the result of a replay; another path is a bag itself.
+
+    Raises:
+        InputError: the result has no bag.
+    """
+    if not (path / "positions.csv").is_file():
+        return path
+    if not (path / "bag").is_dir():
+        raise InputError(
+            f"{path} was written with --no-bag; give the recording that it was made from."
+        )
+    return path / "bag"
+
+
+def show(args: argparse.Namespace, routes: Sequence[Route]) -> None:
+    """Serve routes until a signal."""
+
+    def began(url: str) -> None:
+        print(f"open {url} in a browser; Ctrl-C ends", flush=True)
+        if not is_local(args.bind):
+            say("Whoever is on this network can see the page.")
+
+    serve(application(PAGE, routes), args.bind, args.port, began)
+
+
+def say(sentence: str) -> None:
+    """Print to standard error; standard output is for the address."""
+    print(sentence, file=sys.stderr, flush=True)
