@@ -255,6 +255,9 @@ def topics() -> str:
         ["out", detector.detections.topic, "vision_msgs/msg/Detection2DArray",
          ("One array for each image that was processed, also an empty one; header of the image; "
          "class *name* in `class_id`.")],
+        ["out", detector.annotated.full_topic, "sensor_msgs/msg/CompressedImage",
+         ("The image with its boxes as JPEG, at most `annotated.rate_hz`; made while somebody "
+         "subscribes.")],
     ]  # fmt: skip
     heads = ("", "topic", "type", "meaning")
     shown = [[way, f"`{topic}`", _type(kind), text] for way, topic, kind, text in found]
@@ -284,6 +287,7 @@ def topics() -> str:
                     ["sensor inputs", "best effort", "volatile", "1 for images, 50 for telemetry"],
                     ["`detections`, both ends", "reliable", "volatile", "10"],
                     ["results", "reliable", "transient local", "1 for each robot"],
+                    ["`annotated/compressed`", "reliable", "volatile", "1"],
                     ["`/tf`", "reliable", "volatile", "100"],
                     ["`/tf_static`", "reliable", "transient local", "1"],
                 ],

@@ -58,6 +58,33 @@ class DetectionsOutConfig:
     topic: str = key("detections", "Detection2DArray topic, relative to the namespace.")
 
 
+@dataclass(frozen=True)
+class AnnotatedConfig:
+    """Images with drawn boxes for viewers, made only while somebody subscribes."""
+
+    topic: str = key(
+        "annotated",
+        "Their topic, relative to the namespace, without the ending /compressed: JPEG in "
+        "sensor_msgs/CompressedImage.",
+    )
+    rate_hz: float = key(
+        5.0,
+        "Greatest rate. Drawing and encoding take some milliseconds of the detector's time, after "
+        "its boxes are published.",
+        unit="Hz",
+        low=0.1,
+        high=60.0,
+    )
+    width_px: int = key(
+        960, "Larger images are reduced to this width.", unit="px", low=64, high=8192
+    )
+
+    @property
+    def full_topic(self) -> str:
+        """The topic that is published."""
+        return f"{self.topic}/compressed"
+
+
 BACKENDS = ("auto", "tensorrt", "cuda", "openvino", "onnxruntime", "ultralytics")
 
 
@@ -146,6 +173,7 @@ class DetectorConfig:
     image: ImageConfig = group(ImageConfig)
     camera_info: CameraInfoConfig = group(CameraInfoConfig)
     detections: DetectionsOutConfig = group(DetectionsOutConfig)
+    annotated: AnnotatedConfig = group(AnnotatedConfig)
 
 
 def detector_config(values: Mapping[str, Any]) -> DetectorConfig:

@@ -22,6 +22,7 @@ from aerial_gnss_ros.detection.config import DetectorConfig, detector_config
 from aerial_gnss_ros.detection.images import decode
 from aerial_gnss_ros.detection.select import load_detector
 from aerial_gnss_ros.nodes import qos
+from aerial_gnss_ros.nodes.annotated import ANNOTATED_TYPE, AnnotatedTopic
 from aerial_gnss_ros.nodes.diagnostics import OK, STALE, WARN, Status
 from aerial_gnss_ros.nodes.inputs import OPTIONAL, Input
 from aerial_gnss_ros.nodes.lifecycle import Managed
@@ -36,7 +37,9 @@ from aerial_gnss_ros.text.sentences import counted
 
 DETECTIONS_TYPE = "vision_msgs/msg/Detection2DArray"
 _LEAVES = {leaf.name: leaf for leaf in leaves(DetectorConfig)}
-_AT_START = ("autostart", "detections.topic")
+_AT_START = (
+    "autostart", "detections.topic", "annotated.topic", "annotated.rate_hz", "annotated.width_px",
+)  # fmt: skip
 MOST_FAILURES = 30
 """After this many consecutive failures only a new process can help: a GPU driver's state or
 fragmented memory cannot be repaired within this one."""
@@ -92,6 +95,10 @@ class DetectorNode(Managed, SupervisedNode):
         self._image_age_s = float("nan")
         self._publisher = self.announce(
             self._config.detections.topic, DETECTIONS_TYPE, qos.detections()
+        )
+        self._annotated = AnnotatedTopic(
+            self.announce(self._config.annotated.full_topic, ANNOTATED_TYPE, qos.pictures()),
+            self._config.annotated,
         )
         self.claim(self._config.detections.topic)
         self.follow(detector_config, self._set_config)
@@ -206,6 +213,7 @@ class DetectorNode(Managed, SupervisedNode):
         self._publisher.publish(message(DETECTIONS_TYPE, fields))
         self._failures = 0
         ended = time.perf_counter()
+        self._annotated.show(image, found, fields["header"], self.steady_ns())
         total = {"decode": (decoded - started) * 1e3, "total": (ended - started) * 1e3}
         publish = {"publish": (ended - detected) * 1e3}
         self.timings.add({**total, **found.timings_ms, **publish})

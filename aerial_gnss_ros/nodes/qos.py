@@ -40,6 +40,11 @@ def sent_once() -> QoSProfile:
     return _profile(10, ReliabilityPolicy.RELIABLE, DurabilityPolicy.VOLATILE)
 
 
+def pictures() -> QoSProfile:
+    """Return what images for viewers are published with; these ask for reliable ones or not."""
+    return _profile(1, ReliabilityPolicy.RELIABLE, DurabilityPolicy.VOLATILE)
+
+
 def transforms() -> QoSProfile:
     """Return the customary profile of /tf."""
     return _profile(100, ReliabilityPolicy.RELIABLE, DurabilityPolicy.VOLATILE)

@@ -62,7 +62,9 @@ def policy(files: Sequence[Path] = (), namespace: str = "/", enclave: str = ENCL
     values = read(files, SCHEMAS, namespace, lambda _: None)
     detector = detector_config(values[DETECTOR])
     images = (detector.image.full_topic, detector.camera_info.topic)
-    published = (detector.detections.topic, "~/transition_event")
+    published = (
+        detector.detections.topic, detector.annotated.full_topic, "~/transition_event"
+    )  # fmt: skip
     estimator = estimator_config(values[ESTIMATOR])
     # Only for its topics; it receives no messages.
     feed = Feed(estimator, cast(Inputs, None))

@@ -128,6 +128,27 @@ def test_every_image_gives_an_array_with_its_header_also_an_empty_one(seen):
     assert status.values["images_lost_in_transport"] == 0
 
 
+def test_whoever_subscribes_gets_the_image_with_its_boxes(seen):
+    s = seen("annotated: {rate_hz: 50.0}")
+    s.images.publish(picture(11))
+    s.ros.spin_until(lambda: len(s.arrays) == 1)
+    assert s.node._annotated._last_ns is None  # nobody looks
+    viewer, got = s.ros.node("viewer"), []
+    viewer.create_subscription(message_class(COMPRESSED), "annotated/compressed", got.append, 10)
+    s.ros.spin_until(lambda: s.node.count_subscribers("/annotated/compressed"))
+    s.ros.spin(0.3)
+    s.images.publish(picture(12))
+    s.ros.spin_until(lambda: got)
+    assert (got[0].header.stamp.sec, got[0].header.frame_id, got[0].format) == (
+        12,
+        "optical",
+        "jpeg",
+    )
+    shown = cv2.imdecode(np.frombuffer(bytes(got[0].data), np.uint8), cv2.IMREAD_COLOR)
+    assert shown.shape == (36, 64, 3)
+    assert shown[18, 27:38].max() > 120  # the box's sides; the image is a grey of 50
+
+
 def test_what_the_middleware_cannot_have_counted_is_left_out(seen):
     s = seen()
     _, _, subscription = s.node._attached["images"]
