@@ -30,6 +30,7 @@ COMMANDS = {
     "import-dji": ("import_dji", "turn a DJI flight record, with its video, into a bag"),
     "augment": ("augment", "make variants of the training images of a labelled data set"),
     "export": ("export", "make a model smaller and faster (fp16, int8), scored beside the first"),
+    "teach": ("teach", "label your own robot in a recording with a few clicks"),
     "train": ("train", "train a detector on labelled images, first one robot, then several"),
     "detect": ("detect", "boxes on images, a folder, a video or a bag, drawn and scored"),
     "evaluate": ("evaluate", "compare the result of a replay with the truth"),

@@ -25,6 +25,7 @@ FLOORS = [
     {"resources", "preflight"},
     {"adapters"},
     {"detection", "bags", "simulation", "evaluation", "training", "calibration"},
+    {"teaching"},
     {"nodes"},
     {"view"},
     {"benchmarking"},

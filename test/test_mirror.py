@@ -35,6 +35,9 @@ TESTED_WITH = {
     "commands/test_stream.py": "commands/udp_outputs",
     "commands/test_train.py": "commands/train_arguments",
     "commands/test_view.py": "view/page",
+    "commands/test_teach.py": (
+        "teaching/clicks teaching/dataset teaching/recording teaching/telemetry"
+    ),
     "detection/test_roi.py": "detection/windowed",
     "detection/test_select.py": "detection/config detection/openvino_backend",
     "detection/test_tensorrt_backend.py": "detection/cuda detection/engine_card training/engine",
@@ -60,6 +63,7 @@ TESTED_WITH = {
     "simulation/test_renderer.py": (
         "simulation/raster simulation/scene simulation/shading simulation/wash"
     ),
+    "teaching/test_session.py": "teaching/carry teaching/proposals teaching/tracks",
     "training/test_second_look.py": "training/proposals training/second_look_network",
     "training/test_supervise.py": "training/offline training/results training/worker",
     "training/test_train.py": "training/export",

@@ -1,0 +1,195 @@
+# Copyright 2026 aerial_gnss_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""`aerial-gnss teach`: labels of a whole recording from a few clicks, for a detector of one's own.
+
+The folder that it writes keeps frames and marks: started again with it, the work goes on.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from aerial_gnss_ros.bags.pictures import open_pictures
+from aerial_gnss_ros.bags.reader import BAG_ENDINGS
+from aerial_gnss_ros.commands.configuration import Configuration, configuration
+from aerial_gnss_ros.commands.configuration import add_arguments as add_configuration
+from aerial_gnss_ros.commands.ending import ended_cleanly
+from aerial_gnss_ros.commands.progress import progress
+from aerial_gnss_ros.core.values.errors import ConfigError, InputError
+from aerial_gnss_ros.teaching.clicks import read_clicks
+from aerial_gnss_ros.teaching.dataset import FEW, FOLDER, Written, write_dataset
+from aerial_gnss_ros.teaching.geometry import View
+from aerial_gnss_ros.teaching.project import FILE
+from aerial_gnss_ros.teaching.recording import FOLDER as FRAMES
+from aerial_gnss_ros.teaching.recording import Recording, extract
+from aerial_gnss_ros.teaching.session import Question, Session
+from aerial_gnss_ros.teaching.telemetry import bag_views
+from aerial_gnss_ros.text.sentences import counted
+
+MOST_FRAMES = 400
+MOST_SHOWN = 12
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the arguments."""
+    parser.epilog = (
+        'CLICKS is JSON: {"marks": [{"robot": "fin_1", "class": "fin", "frame": 12, '
+        '"x": 640, "y": 360}, ...]}; instead of x and y "box": [left, top, width, height] in '
+        'px, or "absent": true where it is not visible. "image": NAME stands for the frame\'s '
+        "number. Marks are kept in MY_ROBOT: the command goes on where it was left."
+    )
+    parser.add_argument(
+        "recording", type=Path, metavar="RECORDING", help="a bag, a video or a folder of images"
+    )
+    parser.add_argument(
+        "-o", "--output", type=Path, required=True, metavar="MY_ROBOT",
+        help="folder of the work: frames, marks, data set; goes on if it exists",
+    )  # fmt: skip
+    parser.add_argument("--clicks", type=Path, metavar="JSON", help="marks to add, from a file")
+    parser.add_argument(
+        "--class", dest="class_name", default="robot", metavar="NAME",
+        help="class of robots whose marks state none (default robot)",
+    )  # fmt: skip
+    parser.add_argument(
+        "--frames", type=int, default=MOST_FRAMES, metavar="N",
+        help="greatest number of frames to label; of a longer recording every n-th is taken "
+        f"(default {MOST_FRAMES})",
+    )  # fmt: skip
+    parser.add_argument("--undo", action="store_true", help="take back the last mark first")
+    parser.add_argument("--json", action="store_true", help="print the summary as JSON")
+    add_configuration(parser)
+
+
+def run(args: argparse.Namespace) -> int:
+    """Label a recording."""
+    if not 2 <= args.frames <= 5000:
+        raise ConfigError(f"--frames must lie within 2 to 5000, not {args.frames}.")
+    with ended_cleanly():
+        _open(args)
+        recording = Recording(args.output)
+        if recording.name != args.recording.name:
+            raise InputError(
+                f"{args.output} has frames of {recording.name}, not of {args.recording.name}; give "
+                "another folder."
+            )
+        with progress("looking for what stands out", len(recording), "frames") as report:
+            recording.prepare(report)
+        how = "telemetry" if recording.posed else "alignment of the images"
+        print(
+            f"boxes are carried by {how} ({recording.posed} of {len(recording)} cameras known)",
+            file=sys.stderr,
+        )
+        session = Session(args.output)
+        if args.undo:
+            session.undo()
+        if args.clicks is not None:
+            session.add(read_clicks(args.clicks, recording.names, args.class_name))
+        if not session.project.marks:
+            raise InputError(
+                f"{args.output} has no marks yet; give --clicks JSON (see aerial-gnss teach "
+                "--help)."
+            )
+        written = write_dataset(session, args.output)
+    if args.json:
+        print(json.dumps(_as_dict(args.output, session, written), indent=2))
+    else:
+        print("\n".join(_as_text(args.output, session, written)))
+    return 0
+
+
+def _open(args: argparse.Namespace) -> None:
+    """Copy the frames, unless the folder has them."""
+    if (args.output / FRAMES).is_dir():
+        return
+    if args.output.exists() and (not args.output.is_dir() or any(args.output.iterdir())):
+        known = {FILE, f".{FRAMES}.partial"}
+        if not args.output.is_dir() or {one.name for one in args.output.iterdir()} - known:
+            raise InputError(f"{args.output} exists and is no work of teach; give another folder.")
+    given = configuration(args)
+    source = open_pictures(args.recording, given.detector.image.max_pixels)
+    args.output.mkdir(parents=True, exist_ok=True)
+    with progress("reading", source.count, "images") as report:
+        refused = extract(
+            source, args.output, args.frames, lambda stamps: _views(args, given, stamps), report
+        )
+    for sentence in refused[:MOST_SHOWN]:
+        print(sentence, file=sys.stderr)
+
+
+def _views(
+    args: argparse.Namespace, given: Configuration, stamps: Sequence[int]
+) -> list[View | None]:
+    """Return the cameras of a bag; without telemetry, say so."""
+    path = args.recording
+    views: list[View | None] = [None] * len(stamps)
+    if (path / "metadata.yaml").is_file() or path.suffix.lower() in BAG_ENDINGS:
+        try:
+            views = bag_views(path, stamps, given.estimator, given.detector, args.namespace)
+        except InputError as error:
+            if args.vehicle or args.params:
+                raise
+            print(f"no telemetry: {error}", file=sys.stderr)
+    return views
+
+
+def _as_text(output: Path, session: Session, written: Written) -> list[str]:
+    boxes = sum(written.boxes.values())
+    kinds = ", ".join(f"{name} {count}" for name, count in written.boxes.items())
+    marks = len(session.project.marks)
+    images = written.images
+    lines = [
+        f"{output / FOLDER}: {counted(boxes, 'box')} ({kinds}) from {counted(marks, 'mark')}",
+        (
+            f"  images: {images['train']} to train, {images['val']} at the end kept aside; left "
+            f"out, as a robot is unsure there: {written.left_out}"
+        ),
+    ]
+    questions = session.questions()
+    if questions:
+        lines.append("unsure (answer in --clicks with a box or absent):")
+        lines += [f"  {_asked(one)}" for one in questions[:MOST_SHOWN]]
+        if len(questions) > MOST_SHOWN:
+            lines.append(f"  and {len(questions) - MOST_SHOWN} more")
+    if boxes < FEW:
+        lines.append(
+            f"{counted(boxes, 'box')} are too few to train on; mark more frames, until there are "
+            f"{FEW} at the least."
+        )
+    else:
+        lines.append(
+            f"next: aerial-gnss train {output / FOLDER} -o {output / 'run'} (extra [ultralytics])"
+        )
+    return lines
+
+
+def _asked(question: Question) -> str:
+    x, y, width, height = question.box
+    last = f" to {question.until}" if question.until > question.frame else ""
+    return (
+        f"frame {question.frame}{last}: {question.robot} at {x:.0f}, {y:.0f} px "
+        f"({width:.0f}x{height:.0f})?"
+    )
+
+
+def _as_dict(output: Path, session: Session, written: Written) -> dict[str, Any]:
+    return {
+        "dataset": str(output / FOLDER),
+        "marks": len(session.project.marks),
+        "images": written.images,
+        "boxes": written.boxes,
+        "left_out": written.left_out,
+        "questions": [
+            {
+                "robot": one.robot,
+                "frame": one.frame,
+                "until": one.until,
+                "box": [round(float(value), 1) for value in one.box],
+            }
+            for one in session.questions()
+        ],
+    }

@@ -1,0 +1,217 @@
+# Copyright 2026 aerial_gnss_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""How many right labels a few clicks give: on labelled images, and on simulated flights.
+
+A simulated person clicks the middle of an object that has no box yet, in the frame with the most of
+them, until none is left. A carried box is right if it overlaps a label (intersection over union) by
+half, or if their centres are within 8 px; each label counts once. "Carried" boxes are those that
+are sure; unsure ones would be asked about.
+
+python benchmarks/teach.py IMAGES --labels labels.csv --kind swimmer --first 31
+python benchmarks/teach.py FLIGHT_BAG
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import shutil
+import tempfile
+import time
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aerial_gnss_ros.bags.pictures import IMAGE_ENDINGS, open_pictures
+from aerial_gnss_ros.bags.reader import open_bag
+from aerial_gnss_ros.core.config.estimator import EstimatorConfig
+from aerial_gnss_ros.core.values.errors import InputError
+from aerial_gnss_ros.detection.config import DetectorConfig
+from aerial_gnss_ros.teaching.clicks import Click
+from aerial_gnss_ros.teaching.recording import Recording, extract
+from aerial_gnss_ros.teaching.session import Session
+from aerial_gnss_ros.teaching.telemetry import bag_views
+from aerial_gnss_ros.teaching.tracks import Sight, overlap
+from aerial_gnss_ros.text.json_text import parse_json
+from aerial_gnss_ros.training.picture_labels import PictureLabels
+
+Array = NDArray[np.float64]
+Truth = list[list[tuple[str, Array, str]]]
+"""Class, box (centre, size) and robot (empty: unknown) of each label, by frame."""
+RIGHT_IOU, RIGHT_PX = 0.5, 8.0
+COVERED_IOU = 0.1
+MOST_CLICKS = 20
+
+
+@dataclass
+class Count:
+    """Labels and boxes compared."""
+
+    clicks: int = 0
+    right: int = 0
+    false: int = 0
+    beside: int = 0
+    unsure: int = 0
+    labels: int = 0
+
+    def line(self) -> str:
+        """Return the figures as text."""
+        precision = self.right / max(1, self.right + self.false)
+        return (
+            f"clicks {self.clicks}, right {self.right} ({self.right / max(1, self.clicks):.1f} a "
+            f"click), false {self.false} (of these on an object, but off: {self.beside}), unsure "
+            f"{self.unsure}, labels {self.labels}: precision {precision:.3f}, recall "
+            f"{self.right / max(1, self.labels):.3f}"
+        )
+
+
+def main() -> None:
+    """Measure."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("recording", type=Path)
+    parser.add_argument("--labels", type=Path, help="table of labels; without: the bag's truth")
+    parser.add_argument("--kind", help="label class that counts")
+    parser.add_argument("--first", type=int, help="only so many images from the start")
+    parser.add_argument("--last", type=int, help="only so many images at the end")
+    parser.add_argument("--blind", action="store_true", help="without telemetry")
+    parser.add_argument("--clicks", type=Path, metavar="JSON", help="write the clicks that it made")
+    args = parser.parse_args()
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name) / "work"
+        folder.mkdir()
+        _extract(args, Path(name), folder)
+        recording = Recording(folder)
+        began = time.perf_counter()
+        recording.prepare(lambda _done: None)
+        print(f"{len(recording)} frames, {recording.posed} with a camera; proposals "
+              f"{time.perf_counter() - began:.1f} s")  # fmt: skip
+        session = Session(folder)
+        truth = _labels(args, recording) if args.labels else _bag_truth(args.recording, recording)
+        clicks = _teach(session, truth)
+        if args.clicks is not None:
+            args.clicks.write_text(json.dumps({"marks": clicks}, indent=1), encoding="utf-8")
+
+
+def _extract(args: argparse.Namespace, name: Path, folder: Path) -> None:
+    source, views = args.recording, lambda stamps: [None] * len(stamps)
+    if source.is_dir() and not (source / "metadata.yaml").is_file():
+        files = sorted(f for f in source.iterdir() if f.suffix.lower() in IMAGE_ENDINGS)
+        files = files[: args.first] if args.first else files[-args.last :] if args.last else files
+        source = name / source.name
+        source.mkdir()
+        for file in files:
+            shutil.copyfile(file, source / file.name)
+    elif not args.blind:
+        config, detector = EstimatorConfig(), DetectorConfig()
+
+        def views(stamps: Sequence[int]) -> list:
+            return bag_views(args.recording, stamps, config, detector, "")
+
+    extract(open_pictures(source), folder, 5000, views, lambda _done: None)
+
+
+def _labels(args: argparse.Namespace, recording: Recording) -> Truth:
+    table = PictureLabels(args.labels, ())
+    truth: Truth = []
+    for name in recording.names:
+        own = table.of(name, recording.size)
+        if own is None:
+            truth.append([])
+            continue
+        centres = (own.corners[:, :2] + own.corners[:, 2:]) / 2.0 + 0.5
+        boxes = np.hstack([centres, own.corners[:, 2:] - own.corners[:, :2]])
+        kinds = zip(own.classes, boxes, strict=True)
+        truth.append([(kind, box, "") for kind, box in kinds if args.kind in (None, kind)])
+    return truth
+
+
+def _bag_truth(path: Path, recording: Recording) -> Truth:
+    found: dict[str, list[tuple[str, Array, str]]] = {}
+    with open_bag([path]) as bag:
+        topics = {name for name in bag.topics if name.endswith("truth/labels")}
+        for one in bag.messages(topics):
+            about = parse_json(str(one.message().data))
+            found[f"{about['stamp_ns']}.jpg"] = [
+                (
+                    str(robot["class"]),
+                    np.array([
+                        (robot["left"] + robot["right"] + 1.0) / 2.0,
+                        (robot["top"] + robot["bottom"] + 1.0) / 2.0,
+                        robot["right"] - robot["left"],
+                        robot["bottom"] - robot["top"],
+                    ]),
+                    str(robot["robot_id"]),
+                )
+                for robot in about["robots"]
+                if robot["scored"]
+            ]  # fmt: skip
+    return [found.get(name, []) for name in recording.names]
+
+
+def _teach(session: Session, truth: Truth) -> list[dict]:
+    made, robots, refused = [], Counter(), set()
+    for clicks in range(MOST_CLICKS + 1):
+        count, missed = _compare(session, truth)
+        count.clicks = clicks
+        print(count.line())
+        missed = [one for one in missed if one not in refused]
+        if not missed or clicks == MOST_CLICKS:
+            break
+        frames = Counter(frame for frame, _ in missed)
+        frame = min(frames, key=lambda one: (-frames[one], one))
+        number = next(i for f, i in missed if f == frame)
+        kind, box, robot = truth[frame][number]
+        robots[kind] += 1
+        click = Click(robot or f"{kind}_{robots[kind]}", kind, frame, point=box[:2])
+        began = time.perf_counter()
+        try:
+            session.add([click])
+        except InputError as error:
+            print(f"  {error}")
+            refused.add((frame, number))
+            continue
+        made.append({"robot": click.robot, "class": kind, "frame": frame,
+                     "x": round(float(box[0]), 1), "y": round(float(box[1]), 1)})  # fmt: skip
+        print(f"  {click.robot} in frame {frame}: carried in {time.perf_counter() - began:.1f} s")
+    lost = Counter(track.sight.value for of in session.tracks.values() for track in of.values())
+    print(f"robots times frames: {dict(lost)}; questions {len(session.questions())}; frames "
+          f"complete {sum(session.labels(i) is not None for i in range(len(truth)))} of "
+          f"{len(truth)}")  # fmt: skip
+    return made
+
+
+def _compare(session: Session, truth: Truth) -> tuple[Count, list[tuple[int, int]]]:
+    count, missed = Count(), []
+    for frame, labels in enumerate(truth):
+        boxes = {r: of[frame] for r, of in session.tracks.items() if frame in of}
+        shown = [t for t in boxes.values() if t.sight in (Sight.SURE, Sight.UNSURE)]
+        count.labels += len(labels)
+        count.unsure += sum(one.sight is Sight.UNSURE for one in shown)
+        used = set()
+        for robot, track in boxes.items():
+            if track.sight is not Sight.SURE:
+                continue
+            kind = session.project.classes[robot]
+            hit = [i for i, (own, box, _) in enumerate(labels)
+                   if i not in used and own == kind and _right(box, track.box)]  # fmt: skip
+            if hit:
+                used.add(hit[0])
+                count.right += 1
+            else:
+                count.false += 1
+                count.beside += any(overlap(box, track.box) > COVERED_IOU for _, box, _ in labels)
+        missed += [(frame, i) for i, (_, box, _) in enumerate(labels)
+                   if all(overlap(box, one.box) <= COVERED_IOU for one in shown)]  # fmt: skip
+    return count, missed
+
+
+def _right(label: Array, box: Array) -> bool:
+    return overlap(label, box) >= RIGHT_IOU or bool(np.hypot(*(label - box)[:2]) <= RIGHT_PX)
+
+
+if __name__ == "__main__":
+    main()
