@@ -84,7 +84,7 @@ def shared_files() -> list[tuple[str, list[str]]]:
         ("share/ament_index/resource_index/packages", [f"resource/{NAME}"]),
         (f"share/{NAME}", ["package.xml"]),
     ]
-    for top in ("config", "launch", "models"):
+    for top in ("config", "launch", "models", "rviz"):
         folders = [HERE / top, *(path for path in sorted((HERE / top).rglob("*")) if path.is_dir())]
         for folder in folders:
             names = [

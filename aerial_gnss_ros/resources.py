@@ -2,10 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """Finds the configuration and models that come with the package, however it was installed.
 
-`setup.py` installs both folders to `<prefix>/share/aerial_gnss_ros`, where ROS expects them. The
+`setup.py` installs the folders to `<prefix>/share/aerial_gnss_ros`, where ROS expects them. The
 prefix is some folder above the package itself: of a virtual environment, of `pip install --user`,
 of `/usr/local`, or of a colcon workspace, merged or not. In a source tree, which is what an
-editable installation runs from, both folders lie beside the package.
+editable installation runs from, they lie beside the package.
 """
 
 from __future__ import annotations
@@ -43,6 +43,18 @@ def model_path(name: str) -> Path:
         InputError: The package has no such file.
     """
     return _resource("models", name)
+
+
+def rviz_path(name: str) -> Path:
+    """Return a configuration of a viewer, such as `aerial_gnss.rviz`.
+
+    Args:
+        name: Path relative to rviz/.
+
+    Raises:
+        InputError: The package has no such file.
+    """
+    return _resource("rviz", name)
 
 
 def install_hint(extra: str = "") -> str:
@@ -85,7 +97,7 @@ def _resource(folder: str, name: str) -> Path:
 
 
 def resource_root(package: Path) -> Path:
-    """Return the folder that holds config/ and models/.
+    """Return the folder that holds config/, models/ and rviz/.
 
     Args:
         package: The folder of the Python package, symbolic links resolved.

@@ -23,12 +23,16 @@ import shutil
 import tempfile
 import time
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 from launch import LaunchContext, LaunchDescription
-from launch.actions import DeclareLaunchArgument, OpaqueFunction, Shutdown
+from launch.actions import DeclareLaunchArgument, LogInfo, OpaqueFunction, Shutdown
 from launch.substitutions import LaunchConfiguration
 from launch_ros.actions import Node
+
+from aerial_gnss_ros.adapters.viewers import rviz_in_namespace
+from aerial_gnss_ros.resources import ros_distribution, rviz_path
 
 ARGUMENTS = {
     "namespace": ("", "of both nodes and, as all topics are relative, of their topics"),
@@ -40,6 +44,10 @@ ARGUMENTS = {
     "enclave": ("", "of ROS' security, such as /aerial_gnss: each node's own is below it"),
     "respawn": ("true", "false: a node that ends is not started again, and ends launch"),
     "log_level": ("", "of both nodes: debug, info, warn, error or fatal"),
+    "rviz": (
+        "false",
+        "true: shows robots, frames and images with boxes in RViz, if it is installed",
+    ),
     "bag": ("", "rosbag2 to play into the nodes; use_sim_time is then true, and its end ends all"),
 }
 
@@ -97,7 +105,43 @@ def start(context: LaunchContext) -> list[Any]:
         )
         for name in NODES
     ]
-    return [*nodes, _player(given)] if given["bag"] else nodes
+    more: list[Any] = []
+    if _is_true(given["rviz"]):
+        more.append(_rviz(_namespace(context, given["namespace"]), "use_sim_time" in parameters))
+    if given["bag"]:
+        more.append(_player(given))
+    return [*nodes, *more]
+
+
+def _namespace(context: LaunchContext, own: str) -> str:
+    """Return the whole namespace of the nodes, as launch_ros joins it."""
+    outer = getattr(context, "launch_configurations", {}).get("ros_namespace", "")
+    return own if own.startswith("/") else f"{outer.rstrip('/')}/{own}".strip("/")
+
+
+def _rviz(namespace: str, sim_time: bool) -> Any:
+    """Return RViz with the topics of a namespace, or the sentence that it is not installed.
+
+    Args:
+        namespace: of the nodes.
+        sim_time: whether the time comes from /clock.
+    """
+    if shutil.which("rviz2") is None:
+        return LogInfo(
+            msg="rviz:=true, but rviz2 is not installed: the nodes run without it. "
+            f"`apt install ros-{ros_distribution()}-rviz2 "
+            f"ros-{ros_distribution()}-compressed-image-transport` installs it."
+        )
+    text = rviz_path("aerial_gnss.rviz").read_text(encoding="utf-8")
+    config = Path(_own_folder()) / "aerial_gnss.rviz"
+    config.write_text(rviz_in_namespace(text, namespace), encoding="utf-8")
+    return Node(
+        package="rviz2",
+        executable="rviz2",
+        arguments=["-d", str(config)],
+        parameters=[{"use_sim_time": True}] if sim_time else [],
+        output="screen",
+    )
 
 
 def _player(given: dict[str, str]) -> Node:
@@ -151,7 +195,12 @@ def end_where_restarts_are_of_no_use(
 
 
 def _session_file() -> str:
-    """Return where the estimator keeps names for its restart; the folder goes when launch ends."""
+    """Return where the estimator keeps names for its restart."""
+    return f"{_own_folder()}/names.json"
+
+
+def _own_folder() -> str:
+    """Return a new folder that goes when launch ends."""
     folder = tempfile.mkdtemp(prefix="aerial_gnss_")
     atexit.register(shutil.rmtree, folder, ignore_errors=True)
-    return f"{folder}/names.json"
+    return folder

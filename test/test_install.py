@@ -20,7 +20,7 @@ REPOSITORY = Path(__file__).resolve().parent.parent
 SITE = Path(sysconfig.get_path("purelib"))
 SHIPPED = [
     path.relative_to(REPOSITORY)
-    for folder in ("config", "models")
+    for folder in ("config", "models", "rviz")
     for path in sorted((REPOSITORY / folder).rglob("*"))
     if path.is_file() and not path.name.startswith(".")
 ]
@@ -33,7 +33,7 @@ FIND = """
 import sys
 from aerial_gnss_ros import resources
 for folder, name in (text.split("/", 1) for text in sys.argv[1:]):
-    print((resources.config_path if folder == "config" else resources.model_path)(name))
+    print(getattr(resources, f"{folder.rstrip('s')}_path")(name))
 """
 
 

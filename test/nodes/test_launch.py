@@ -35,7 +35,7 @@ def launch_file(repository, monkeypatch):
     """Return the launch file as a module."""
     modules = {
         "launch": ["LaunchContext", "LaunchDescription"],
-        "launch.actions": ["DeclareLaunchArgument", "OpaqueFunction", "Shutdown"],
+        "launch.actions": ["DeclareLaunchArgument", "LogInfo", "OpaqueFunction", "Shutdown"],
         "launch.substitutions": ["LaunchConfiguration"],
         "launch_ros": [],
         "launch_ros.actions": ["Node"],
@@ -138,6 +138,34 @@ def test_every_parameter_that_it_sets_is_one_of_a_node(launch_file):
     node, *_ = started(launch_file, model="/m.onnx", autostart="false", bag="/flight")
     known = {leaf.name for schema in SCHEMAS.values() for leaf in leaves(schema)}
     assert {name for name in node.parameters[0] if name not in known} == {"use_sim_time"}
+
+
+def test_rviz_shows_the_topics_of_the_namespace_where_it_is_installed(launch_file, monkeypatch):
+    monkeypatch.setattr(launch_file.shutil, "which", lambda name: f"/ros/bin/{name}")
+    assert len(started(launch_file)) == 2
+    rviz = started(launch_file, rviz="true", namespace="drone1", use_sim_time="true")[2]
+    assert (rviz.package, rviz.executable) == ("rviz2", "rviz2")
+    assert rviz.parameters == [{"use_sim_time": True}]
+    option, path = rviz.arguments
+    text = Path(path).read_text(encoding="utf-8")
+    assert option == "-d"
+    assert "Value: /drone1/robots/markers\n" in text
+    assert "Fixed Frame: drone1/map\n" in text
+    player = started(launch_file, rviz="true", bag="/flight")[3]
+    assert player.arguments[0] == "play"
+    outer = SimpleNamespace(launch_configurations={"ros_namespace": "/fleet"})
+    assert launch_file._namespace(outer, "drone1") == "fleet/drone1"
+    assert launch_file._namespace(outer, "") == "fleet"
+    assert launch_file._namespace(outer, "/drone1") == "/drone1"
+
+
+def test_without_rviz_a_sentence_says_so_and_the_nodes_run(launch_file, monkeypatch):
+    monkeypatch.setattr(launch_file.shutil, "which", lambda _name: None)
+    monkeypatch.setenv("ROS_DISTRO", "humble")
+    *nodes, said = started(launch_file, rviz="true")
+    assert [node.executable for node in nodes] == ["aerial-gnss"] * 2
+    assert said.msg.startswith("rviz:=true, but rviz2 is not installed: the nodes run without it.")
+    assert "apt install ros-humble-rviz2" in said.msg
 
 
 @pytest.mark.parametrize("vehicle", vehicle_names())
