@@ -55,13 +55,18 @@ class _Shown:
 
     Attributes:
         stamp_ns: of the image.
-        boxes: (n, 5) centre, size, score.
+        frame: its boxes.
         pose: of the camera.
     """
 
     stamp_ns: int
-    boxes: Array
+    frame: DetectionFrame
     pose: MapPose
+
+    @property
+    def boxes(self) -> Array:
+        """(n, 5) centre, size, score."""
+        return np.column_stack([self.frame.centers, self.frame.sizes, self.frame.scores])
 
 
 class FrozenInputDetector:
@@ -94,10 +99,9 @@ class FrozenInputDetector:
             camera: lens and image size.
             pose: of the camera.
         """
-        boxes = np.column_stack([frame.centers, frame.sizes, frame.scores])
         first = self._first
-        if first is None or not len(boxes) or not np.array_equal(first.boxes, boxes):
-            self._first, self._stands = _Shown(frame.stamp_ns, boxes, pose), False
+        if first is None or not len(frame) or not _equal(first.frame, frame):
+            self._first, self._stands = _Shown(frame.stamp_ns, frame, pose), False
             return False
         if self._stands or frame.stamp_ns - first.stamp_ns <= TUNING.picture_s * 1e9:
             return self._stands
@@ -114,7 +118,7 @@ class FrozenInputDetector:
         poses = self._poses
         last = poses[-1][1] if poses else None
         if last is None or not (
-            np.array_equal(last.position, pose.position)
+            last.position.tolist() == pose.position.tolist()
             and np.array_equal(last.rotation, pose.rotation)
         ):
             poses.append((stamp_ns, pose))
@@ -124,6 +128,19 @@ class FrozenInputDetector:
             return False
         self._moved = self._moved or _in_motion(list(poses))
         return self._moved
+
+
+def _equal(one: DetectionFrame, other: DetectionFrame) -> bool:
+    """Return whether two images have the same boxes, to the last bit."""
+    return len(one) == len(other) and all(
+        here.tolist() == there.tolist()
+        for here, there in (
+            (one.centers[0], other.centers[0]),  # which nearly always differs
+            (one.centers, other.centers),
+            (one.sizes, other.sizes),
+            (one.scores, other.scores),
+        )
+    )
 
 
 def _in_motion(poses: list[tuple[int, MapPose]]) -> bool:

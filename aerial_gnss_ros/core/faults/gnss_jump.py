@@ -121,7 +121,7 @@ class GnssJumpDetector:
                 return True, jump
             share = 1.0 - math.exp(-passed / TUNING.steps_s)
             self._usual_squared += share * (length**2 - self._usual_squared)
-        if not self.offset.any():
+        if not any(self.offset.tolist()):
             return True, None
         self._since_s += passed
         if self._since_s < TUNING.settle_s:

@@ -87,7 +87,7 @@ class ManoeuvreNoise:
             seconds: length of the step, s.
             density: stated spectral density of each axis' acceleration, m²/s³.
         """
-        if not np.any(density):
+        if not (density.any() if isinstance(density, np.ndarray) else density):
             return
         fade = math.exp(-seconds / TUNING.correction_sum_s)
         self._sums[:2] *= fade

@@ -133,7 +133,7 @@ class JointFilter(CameraFaults):
         pose, measured = frame.pose, frame.in_map
         passed = 0.0 if self._pose_ns is None else (pose.stamp_ns - self._pose_ns) * 1e-9
         expected = None if self._recalibrated else self._motion.predicted_position(passed)
-        stated = math.sqrt(self._stationary[:2, :2].max())
+        stated = math.sqrt(max(self._stationary[:2, :2].ravel().tolist()))
         settled, jump = self.jumps.update(measured.position, expected, passed, stated, robots_tell)
         known = pose.fix_covariance
         self._stationary = self.model.nominal if known is None else self.model.stationary(known)
@@ -269,12 +269,13 @@ class JointFilter(CameraFaults):
         refused: list[Indices] = [np.zeros(0, np.intp)]
         if not len(rows) or self._sight is None:
             return refused[0]
-        column_of = np.full(self._count, -1, np.intp)
+        column_of = np.empty(self._count, np.intp)
+        column_of.fill(-1)
         column_of[rows] = columns
         squared, count = 0.0, 0
         judged: list[RobotsInView] = []
         for group in self._groups:
-            slots = np.flatnonzero(column_of[group.rows] >= 0)
+            (slots,) = (column_of[group.rows] >= 0).nonzero()
             if len(slots):
                 pixels = seen.pixels[column_of[group.rows[slots]]]
                 if self._late or self._found:

@@ -41,8 +41,8 @@ def check_covariance(covariance: Array, what: str) -> None:
     variances = covariance.diagonal().tolist()
     least, most = min(variances), max(variances)
     # Row and column sums show nearly all asymmetries, at a tenth of the time.
-    down, across = covariance.sum(axis=0), covariance.sum(axis=1)
-    if not math.isfinite(float(down.sum())):
+    down, across = np.add.reduce(covariance, axis=0), np.add.reduce(covariance, axis=1)
+    if not math.isfinite(sum(down.tolist())):
         raise StateError(f"the covariance of {what} is not finite")
     if least < 0.0:
         raise StateError(f"{what} have a variance of {least:g}")
@@ -59,7 +59,7 @@ def check_robots(robots: Array, what: str) -> None:
     """
     if not len(robots):
         return
-    east, north, *velocity = np.abs(robots).max(axis=0).tolist()
+    east, north, *velocity = np.maximum.reduce(np.abs(robots), axis=0).tolist()
     far, fast = max(east, north), max(velocity)
     if (
         math.isnan(east + north + sum(velocity))
@@ -78,7 +78,7 @@ def check_estimates(estimates: Sequence[RobotEstimate]) -> None:
     if not estimates:
         return
     covariances = np.concatenate([one.covariance for one in estimates]).reshape(-1, 16)
-    totals, diagonals = covariances.sum(axis=1).tolist(), covariances[:, ::5]
+    totals, diagonals = np.add.reduce(covariances, axis=1).tolist(), covariances[:, ::5]
     # Of all together first; NaN or infinite numbers make a sum so.
     sound = min(diagonals[:, :2].ravel().tolist()) > 0.0 and min(diagonals.ravel().tolist()) >= 0.0
     numbers = sum(one.latitude + one.longitude for one in estimates) + sum(totals)

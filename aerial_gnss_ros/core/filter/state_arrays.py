@@ -80,7 +80,7 @@ class StateArrays:
         """(n, 4) means; a view."""
         return self.mean[COUNT:].reshape(-1, 4)
 
-    def shown(self, slots: Indices, mean: Array | None = None) -> Array:
+    def shown(self, slots: Indices | slice, mean: Array | None = None) -> Array:
         """Return apparent positions (m, 2) of robots, by the present state or another one."""
         robots = (self.mean if mean is None else mean)[COUNT:].reshape(-1, 4)[slots]
         places: Array = robots[:, :2]
@@ -102,7 +102,7 @@ class StateArrays:
             slots: their indices in `rows`.
         """
         own = self.own[:, slots]
-        if np.isnan(own).all():
+        if np.logical_and.reduce(np.isnan(own), axis=None):
             return default
         both = (default.acceleration, default.speed_sigma)
         accelerations, speeds = np.where(np.isnan(own), np.array(both)[:, None], own)

@@ -46,7 +46,8 @@ class UpdateTuning:
 TUNING = UpdateTuning()
 
 
-_VELOCITY = np.array([2, 3])
+Some = Indices | slice
+"""Index of some robots of a joint state."""
 
 
 @dataclass(frozen=True)
@@ -148,16 +149,18 @@ def correct(
     if joint.view is not sight:
         relinearize(joint, sight)
     before = joint.mean
-    linear = _linear(joint, slots, before, sight)
-    if np.count_nonzero(linear.seen) < len(slots):
+    some = _index(joint, slots)
+    linear = _linear(joint, some, before, sight)
+    if not all(linear.seen.tolist()):
         slots, pixels = slots[linear.seen], pixels[linear.seen]
-        linear = _linear(joint, slots, before, sight)
+        some = slots
+        linear = _linear(joint, some, before, sight)
     m = len(slots)
     if not m:
         return Outcome(0.0, 0)
-    by_state = _times_covariance(joint, slots, linear)
+    by_state = _times_covariance(joint, some, linear)
     pixel = level * model.pixel
-    spread = _innovation(joint, slots, linear, by_state, level * model.white + sight.bend)
+    spread = _innovation(joint, some, linear, by_state, level * model.white + sight.bend)
     spread.flat[:: 2 * m + 1] += pixel
     residual = pixels - linear.pixels
     root, white = _whitened(spread, residual)
@@ -167,17 +170,17 @@ def correct(
         root, white = _whitened(spread, residual)
     gain, reduction = _gain(root, by_state)
     joint.mean = before + white @ gain
-    _iterate(joint, before, slots, pixels, sight, linear, root, gain)
-    possible = _possible(joint, slots, reduction, fastest)
+    _iterate(joint, before, some, pixels, sight, linear, root, gain)
+    possible = _possible(joint, some, reduction, fastest)
     if possible is not None:
         joint.mean = before
         rest = correct(joint, slots[possible], pixels[possible], sight, model, fastest, level)
         refused = np.concatenate([slots[~possible], rest.refused])
         return replace(rest, refused=refused)
     joint.covariance -= reduction
-    joint.unseen[slots] = 0.0
-    _note_velocities(joint, slots, before, reduction)
-    fits = -0.5 * float(white @ white) - float(np.log(root.diagonal()).sum())
+    joint.unseen[some] = 0.0
+    _note_velocities(joint, slots, some, before, reduction)
+    fits = -0.5 * float(white @ white) - float(np.add.reduce(np.log(root.diagonal())))
     return Outcome(squared, 2 * m, slots[:0], fits, slots, residual, spread)
 
 
@@ -194,24 +197,27 @@ def _gain(root: Array, by_state: Array) -> tuple[Array, Array]:
     return gain, reduction
 
 
-def _linear(joint: JointState, slots: Indices, mean: Array, sight: CameraView) -> Linear:
+def _linear(joint: JointState, some: Some, mean: Array, sight: CameraView) -> Linear:
     """Return the linearisation of robots' pixels at some means of the state."""
-    return linearise(sight, mean[:COUNT], _shown(joint, slots, mean), joint.by_pose[slots, :2])
+    return linearise(sight, mean[:COUNT], _shown(joint, some, mean), joint.by_pose[some, :2])
 
 
-def _note_velocities(joint: JointState, slots: Indices, before: Array, reduction: Array) -> None:
+def _note_velocities(
+    joint: JointState, slots: Indices, some: Some, before: Array, reduction: Array
+) -> None:
     """Tell what looks for manoeuvres how velocities were corrected, and how much was expected."""
-    velocity = COUNT + 4 * slots[:, None] + _VELOCITY
-    corrections, expected = joint.mean[velocity] - before[velocity], reduction[velocity, velocity]
-    joint.manoeuvre_noise.update(slots, corrections, expected.sum(axis=1))
-    joint.velocity_changes.update(slots, corrections, expected.sum(axis=1))
+    corrections = (joint.mean - before)[COUNT:].reshape(-1, 4)[some, 2:]
+    variances = reduction.diagonal()[COUNT:].reshape(-1, 4)[some]
+    expected = variances[:, 2] + variances[:, 3]
+    joint.manoeuvre_noise.update(slots, corrections, expected)
+    joint.velocity_changes.update(slots, corrections, expected)
 
 
-def _shown(joint: JointState, slots: Indices, mean: Array) -> Array:
+def _shown(joint: JointState, some: Some, mean: Array) -> Array:
     """Return where robots are seen (m, 2) by some means of the state."""
     if joint.sway is not None:
-        return joint.shown(slots, mean)
-    places: Array = mean[COUNT:].reshape(-1, 4)[slots, :2]
+        return joint.shown(some, mean)
+    places: Array = mean[COUNT:].reshape(-1, 4)[some, :2]
     return places
 
 
@@ -230,7 +236,7 @@ def _whitened(spread: Array, residual: Array) -> tuple[Array, Array]:
 def _iterate(
     joint: JointState,
     before: Array,
-    slots: Indices,
+    some: Some,
     pixels: Array,
     sight: CameraView,
     linear: Linear,
@@ -246,8 +252,8 @@ def _iterate(
     if whole @ whole <= far * far:  # most often; then no robot moved farther
         return
     for _ in range(TUNING.max_iterations):
-        robots = _shown(joint, slots, joint.mean)
-        moved = robots - _shown(joint, slots, before)
+        robots = _shown(joint, some, joint.mean)
+        moved = robots - _shown(joint, some, before)
         if not (np.abs(moved) > far).any():
             return
         now = linearise(sight, joint.mean[:COUNT], robots)
@@ -260,60 +266,58 @@ def _iterate(
 
 
 def _possible(
-    joint: JointState, slots: Indices, reduction: Array, default: float
+    joint: JointState, some: Some, reduction: Array, default: float
 ) -> NDArray[np.bool_] | None:
     """Return the mask (m,) of updated robots that are not too fast; None if all are.
 
     Args:
         joint: the law.
-        slots: (m,) the robots.
+        some: m robots.
         reduction: of its covariance.
         default: greatest speed of classes without their own, m/s.
     """
-    own = joint.own[1, slots]
+    own = joint.own[1, some]
     fastest = np.where(np.isnan(own), default, 2.0 * own)
-    velocities = joint.mean[COUNT:].reshape(-1, 4)[slots, 2:]
-    squared = np.square(velocities).sum(axis=1)
+    velocities = np.square(joint.mean[COUNT:].reshape(-1, 4)[some, 2:])
+    squared = velocities[:, 0] + velocities[:, 1]
     if max(squared.tolist()) <= min(fastest.tolist()) ** 2:
         return None
     speeds = np.sqrt(squared)
-    own = COUNT + 4 * slots[:, None] + [2, 3]
-    variance = (joint.covariance[own, own] - reduction[own, own]).sum(axis=1)
-    margin = np.minimum(TUNING.too_fast_sigmas * np.sqrt(variance), 0.5 * fastest)
+    variances = (joint.covariance.diagonal() - reduction.diagonal())[COUNT:].reshape(-1, 4)[some]
+    sigma = np.sqrt(variances[:, 2] + variances[:, 3])
+    margin = np.minimum(TUNING.too_fast_sigmas * sigma, 0.5 * fastest)
     possible: NDArray[np.bool_] = speeds <= fastest + margin
     return None if possible.all() else possible
 
 
-def _times_covariance(joint: JointState, slots: Indices, linear: Linear) -> Array:
+def _times_covariance(joint: JointState, some: Some, linear: Linear) -> Array:
     """Return H P, (2 m, D); H has the platform's columns and two of one robot in a row."""
-    P, m = joint.covariance, len(slots)
+    P, m = joint.covariance, len(linear.pixels)
     product: Array = linear.by_platform.reshape(2 * m, COUNT) @ P[:COUNT]
-    states, some = P[COUNT:].reshape(len(joint.rows), 4, -1), _index(joint, slots)
+    states = P[COUNT:].reshape(len(joint.rows), 4, -1)
     robots = states[some, :2]
     if joint.sway is not None:
-        swing = states[some, 2:]
-        robots = robots + joint.sway[slots, None, None] * swing
+        robots = robots + joint.sway[some, None, None] * states[some, 2:]
     product += (linear.by_place @ robots).reshape(2 * m, -1)
     return product
 
 
-def _index(joint: JointState, slots: Indices) -> Indices | slice:
+def _index(joint: JointState, slots: Indices) -> Some:
     """Return the index of some robots: if they are all in order, a slice, which copies nothing."""
     n = len(joint.rows)
     return slice(None) if len(slots) == n and slots.tolist() == [*range(n)] else slots
 
 
 def _innovation(
-    joint: JointState, slots: Indices, linear: Linear, by_state: Array, white: Array
+    joint: JointState, some: Some, linear: Linear, by_state: Array, white: Array
 ) -> Array:
     """Return the covariance (2 m, 2 m) of the residual without the boxes' own noise."""
-    m = len(slots)
+    m = len(linear.pixels)
     spread: Array = by_state[:, :COUNT] @ linear.by_platform.reshape(2 * m, COUNT).T
     states = by_state[:, COUNT:].reshape(2 * m, len(joint.rows), 4)
-    some = _index(joint, slots)
     robots = states[:, some, :2].swapaxes(0, 1)
     if joint.sway is not None:
-        robots = robots + joint.sway[slots, None, None] * states[:, some, 2:].swapaxes(0, 1)
+        robots = robots + joint.sway[some, None, None] * states[:, some, 2:].swapaxes(0, 1)
     own = robots @ linear.by_place.swapaxes(1, 2)
     spread += own.swapaxes(0, 1).reshape(2 * m, 2 * m)
     by_pose = linear.by_pose.reshape(2 * m, -1)

@@ -119,7 +119,7 @@ def uncertainty(pose: CameraPose, noise: Noise, reference: Reference | str) -> U
         noise: standard deviations.
         reference: of the gimbal; decides whether the body's attitude noise enters.
     """
-    stated, own = _stated(noise, Reference(reference)), pose.fix_covariance
+    stated, own = _stated(noise, reference), pose.fix_covariance
     if own is None or not all_finite(own):
         own = stated.position_slow
     between = pose.interpolation
@@ -129,18 +129,18 @@ def uncertainty(pose: CameraPose, noise: Noise, reference: Reference | str) -> U
         stated.height_slow,
         math.sqrt(stated.height_white**2 + float(between[2])),
         own,
-        stated.position_white + np.diag(between[:2]),
+        stated.position_white + np.eye(2) * between[:2],
         stated.pixel,
     )
 
 
 @lru_cache(maxsize=8)
-def _stated(noise: Noise, reference: Reference) -> Uncertainty:
+def _stated(noise: Noise, reference: Reference | str) -> Uncertainty:
     """Return what does not depend on the pose; the slow rotation as (3,): roll, pitch, heading."""
     names = ("gimbal_roll_deg", "gimbal_pitch_deg", "heading_deg")
     return Uncertainty(
         rotation_slow=np.array([math.radians(noise.value(name)) for name in names]),
-        rotation_white=np.sqrt(white_rotation(noise, reference)),
+        rotation_white=np.sqrt(white_rotation(noise, Reference(reference))),
         height_slow=noise.value("height_m"),
         height_white=noise.value("height_white_m"),
         position_slow=np.eye(2) * noise.value("gnss_offset_m") ** 2,
@@ -188,6 +188,6 @@ def elevation_sigma(points: RayPoints, known: Uncertainty) -> Array:
     tilts[:, :3] = level @ (_RAISE @ known.rotation_slow[:2])
     tilts[:, 3:5] = level @ (_RAISE * known.rotation_white[:2])
     tilts[:, 5:] = points.directions_by_pixel[:, 2] * known.pixel
-    across = np.maximum(np.square(level).sum(axis=1), 1e-18)
-    sigma: Array = np.sqrt(np.square(tilts).sum(axis=1) / across)
+    across = np.maximum(np.add.reduce(np.square(level), axis=1), 1e-18)
+    sigma: Array = np.sqrt(np.add.reduce(np.square(tilts), axis=1) / across)
     return sigma

@@ -177,7 +177,8 @@ def bad_pose(pose: CameraPose) -> Reason | None:
         return Reason.BAD_FIX
     if not (math.isfinite(pose.height) and pose.height > 0.0):
         return Reason.BAD_HEIGHT
-    if not math.isfinite(float(pose.enu_from_camera.sum())):  # one part that is not is enough
+    # One part that is not finite is enough.
+    if not math.isfinite(sum(pose.enu_from_camera.ravel().tolist())):
         return Reason.BAD_GIMBAL
     return None
 

@@ -22,6 +22,8 @@ from aerial_gnss_ros.core.values.rejection import Reason
 ELSEWHERE_M = 10_000.0
 """Distance of the drone beyond which its area of operation must be wrong, m."""
 
+_TOPIC = "area"
+
 
 class PointChecks:
     """Refuses points whose position or size excludes a robot.
@@ -37,7 +39,7 @@ class PointChecks:
 
     def __init__(self, config: EstimatorConfig, polygons: tuple[Polygon, ...], log: Events) -> None:
         self._area = AreaOfOperation(polygons) if polygons else None
-        self._swapped = AreaOfOperation(_swapped(polygons)) if _swappable(polygons) else None
+        self._polygons = polygons
         self._size = SizeCheck(config)
         self.used = self._area is not None or self._size.used
         self._log = log
@@ -57,8 +59,12 @@ class PointChecks:
     ) -> list[tuple[Reason, NDArray[np.bool_]]]:
         found = []
         if self._area is not None:
-            self._tell_elsewhere(self._area, frame.pose)
-            found.append((Reason.OUTSIDE_AREA, self._area.outside(points)))
+            outside = self._area.outside(points)
+            found.append((Reason.OUTSIDE_AREA, outside))
+            # A drone that sees any box inside is not far from it.
+            every = np.count_nonzero(outside) == points.reasons.count(None)
+            if every and not self._log.warned(_TOPIC):
+                self._tell_elsewhere(self._area, frame.pose)
         if self._size.used:
             found.append((Reason.WRONG_SIZE, self._size.wrong(frame, points)))
         return found
@@ -68,10 +74,12 @@ class PointChecks:
         away = area.distance(pose.latitude, pose.longitude)
         if away <= ELSEWHERE_M:
             return
-        near = self._swapped
-        swapped = near is not None and near.distance(pose.latitude, pose.longitude) <= ELSEWHERE_M
+        swapped = False
+        if _swappable(self._polygons):
+            near = AreaOfOperation(_swapped(self._polygons))
+            swapped = near.distance(pose.latitude, pose.longitude) <= ELSEWHERE_M
         self._log.warn_once(
-            "area",
+            _TOPIC,
             f"The area of operation (detections.area) is {away * 1e-3:,.0f} km from the drone, so "
             "all boxes are refused as outside_area; "
             + (

@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 import math
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,6 +25,7 @@ from aerial_gnss_ros.core.values.rejection import Input, Reason
 from aerial_gnss_ros.core.values.samples import Fix
 
 Array = NDArray[np.float64]
+Axes = tuple[int, ...]
 
 
 class PoseBuilder:
@@ -105,7 +107,7 @@ class PoseBuilder:
             samples: with position and time.
         """
         matrix = matrix_from_quaternion(quaternion)
-        if not math.isfinite(float(matrix.sum())):  # one part that is not is enough
+        if not math.isfinite(sum(matrix.ravel().tolist())):  # one part that is not is enough
             return None
         return self._true_north(matrix, samples) if magnetic else matrix
 
@@ -162,24 +164,13 @@ class PoseBuilder:
     def _interpolated(self, samples: SceneTelemetry, reference: str) -> tuple[Array, Array]:
         """Return the variances (6,) of a pose by interpolation, and the gaps (6,), s."""
         variances, gaps_s = [0.0] * 6, [0.0] * 6
-
-        def add(source: Input, kind: int, *axes: int) -> None:
+        for source, kind, axes in _sources(reference, samples.height is None):
             one = samples.uncertain.get(source)
             if one is None:
-                return
+                continue
             for axis in axes:
                 variances[axis] += one.variance[kind]
                 gaps_s[axis] = max(gaps_s[axis], one.gap_s)
-
-        add(Input.FIX, 0, 0, 1)
-        add(Input.FIX if samples.height is None else Input.HEIGHT, 0, 2)
-        if reference != Reference.FIXED:
-            add(Input.GIMBAL, 0, 3, 4)
-            add(Input.GIMBAL, 1, 5)
-        if reference != Reference.EARTH:
-            add(Input.ATTITUDE, 1, 5)
-        if reference not in (Reference.EARTH, Reference.HEADING):
-            add(Input.ATTITUDE, 0, 3, 4)
         return np.array(variances), np.array(gaps_s)
 
     def _true_body(self, body: Array) -> Array:
@@ -187,6 +178,20 @@ class PoseBuilder:
             return body
         turned: Array = matrix_from_rpy(0.0, 0.0, self._turn[2]) @ body
         return turned
+
+
+@lru_cache(maxsize=8)
+def _sources(reference: str, height_of_fix: bool) -> tuple[tuple[Input, int, Axes], ...]:
+    """Return what a pose is interpolated from: input, kind of its variance, axes of the pose."""
+    found: list[tuple[Input, int, Axes]] = [(Input.FIX, 0, (0, 1))]
+    found.append((Input.FIX if height_of_fix else Input.HEIGHT, 0, (2,)))
+    if reference != Reference.FIXED:
+        found += [(Input.GIMBAL, 0, (3, 4)), (Input.GIMBAL, 1, (5,))]
+    if reference != Reference.EARTH:
+        found.append((Input.ATTITUDE, 1, (5,)))
+    if reference not in (Reference.EARTH, Reference.HEADING):
+        found.append((Input.ATTITUDE, 0, (3, 4)))
+    return tuple(found)
 
 
 def _horizontal(reported: Array) -> Array | None:

@@ -45,6 +45,10 @@ class Events:
             self._told.add(topic)
             self.add(WarningText(sentence))
 
+    def warned(self, topic: str) -> bool:
+        """Return whether a topic was warned about."""
+        return topic in self._told
+
     def error(self, sentence: str) -> None:
         """Report why no positions are possible until something is fixed."""
         self.add(ErrorText(sentence))
