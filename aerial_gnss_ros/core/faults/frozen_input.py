@@ -100,7 +100,7 @@ class FrozenInputDetector:
             pose: of the camera.
         """
         first = self._first
-        if first is None or not len(frame) or not _equal(first.frame, frame):
+        if first is None or not len(frame.centers) or not _equal(first.frame, frame):
             self._first, self._stands = _Shown(frame.stamp_ns, frame, pose), False
             return False
         if self._stands or frame.stamp_ns - first.stamp_ns <= TUNING.picture_s * 1e9:
@@ -132,7 +132,7 @@ class FrozenInputDetector:
 
 def _equal(one: DetectionFrame, other: DetectionFrame) -> bool:
     """Return whether two images have the same boxes, to the last bit."""
-    return len(one) == len(other) and all(
+    return len(one.centers) == len(other.centers) and all(
         here.tolist() == there.tolist()
         for here, there in (
             (one.centers[0], other.centers[0]),  # which nearly always differs
