@@ -58,6 +58,8 @@ class _Layout(NamedTuple):
         plan: of these.
         inner: the objects at `plan.instances`.
         ids: of `objects`.
+        names: attribute names of each object.
+        plain: indices of containers known to hold nothing that must be copied or visited.
     """
 
     objects: list[Any]
@@ -66,6 +68,8 @@ class _Layout(NamedTuple):
     plan: _Plan
     inner: list[Any]
     ids: frozenset[int]
+    names: list[tuple[str, ...]]
+    plain: set[int]
 
 
 class Plans(dict[tuple[type, ...], _Plan | None]):
@@ -141,7 +145,10 @@ class Plans(dict[tuple[type, ...], _Plan | None]):
         types = list(map(type, row))
         plan = self._plan(tuple(types))
         inner = [row[i] for i in plan.instances]
-        self._layout = _Layout(objects, attributes, types, plan, inner, frozenset(seen))
+        names = [own.names for own in attributes]
+        self._layout = _Layout(
+            objects, attributes, types, plan, inner, frozenset(seen), names, set()
+        )
         return self._layout, values, row
 
     def _kind(self, one: type) -> int:
@@ -155,6 +162,11 @@ class Plans(dict[tuple[type, ...], _Plan | None]):
         return _INSTANCE if one.__dictoffset__ and one.__module__ != "builtins" else _SHARED
 
 
+def _content(held: Any) -> type:
+    """Return the type of what a container that is not empty holds: all of it has one type."""
+    return type(next(iter(held.values() if isinstance(held, dict) else held)))
+
+
 class Snapshot:
     """The present state of some objects and of all that they hold.
 
@@ -165,12 +177,19 @@ class Snapshot:
 
     def __init__(self, roots: Values, plans: Plans) -> None:
         layout, values, row = plans.layout(roots)
-        held = [own.names for own in layout.attributes]
         self._objects: list[tuple[list[Any], list[tuple[str, ...]], list[Values]]]
-        self._objects = [(layout.objects, held, values)]
-        self._arrays = [row[i] for i in layout.plan.arrays]
-        self._containers = [row[i] for i in layout.plan.containers]
-        self._visit([row[i] for i in layout.plan.nested if row[i]], set(layout.ids), plans)
+        self._objects = [(layout.objects, layout.names, values)]
+        value, plan, plain = row.__getitem__, layout.plan, layout.plain
+        self._arrays: list[Any] = list(map(value, plan.arrays))
+        self._containers: list[Any] = list(map(value, plan.containers))
+        todo: list[Any] = []
+        for i in plan.nested:
+            if i not in plain and row[i]:
+                if plans[(_content(row[i]),)] is None:
+                    plain.add(i)
+                else:
+                    todo.append(row[i])
+        self._visit(todo, set(layout.ids), plans)
         self._copies = list(map(np.ndarray.copy, self._arrays))
         self._contents = [
             dict.copy(one) if isinstance(one, dict) else one.copy() for one in self._containers
@@ -183,12 +202,12 @@ class Snapshot:
             if id(one) in seen:
                 continue
             seen.add(id(one))
-            if isinstance(one, _CONTAINERS):  # all of its values have one type
-                held = [*one.values()] if isinstance(one, dict) else [*one]
-                kind = type(held[0])
+            if isinstance(one, _CONTAINERS):
+                kind = _content(one)
                 plan = plans[(kind,)]
                 if plan is None:
                     continue
+                held = [*one.values()] if isinstance(one, dict) else [*one]
                 if kind in plans.rebound:
                     own, _ = plans.read(held[0])
                     self._objects.append((held, [own.names] * len(held), list(map(own.get, held))))
@@ -204,10 +223,11 @@ class Snapshot:
             self._objects.append(([one], [own.names], [values]))
             plan = plans[tuple(map(type, values))]
             if plan is not None:
-                arrays.extend([values[i] for i in plan.arrays])
-                containers.extend([values[i] for i in plan.containers])
-                todo.extend([values[i] for i in plan.instances])
-                todo.extend([values[i] for i in plan.nested if values[i]])
+                value = values.__getitem__
+                arrays.extend(map(value, plan.arrays))
+                containers.extend(map(value, plan.containers))
+                todo.extend(map(value, plan.instances))
+                todo.extend(filter(None, map(value, plan.nested)))
 
     def restore(self) -> None:
         """Restore everything."""
