@@ -15,7 +15,7 @@ used, since Python slows down objects whose dictionary was accessed.
 
 from __future__ import annotations
 
-from collections import deque
+from collections import Counter, deque
 from collections.abc import Callable
 from dataclasses import is_dataclass
 from enum import Enum
@@ -28,6 +28,8 @@ import numpy as np
 
 _SHARED, _ARRAY, _INSTANCE, _FLAT, _NESTED = range(5)
 _CONTAINERS = (dict, list, deque, set)
+_COPY: dict[type, Callable[[Any], Any]] = {one: one.copy for one in _CONTAINERS}
+_COPY[Counter] = dict.copy  # its own one is slow
 
 Values = tuple[Any, ...]
 
@@ -191,9 +193,7 @@ class Snapshot:
                     todo.append(row[i])
         self._visit(todo, set(layout.ids), plans)
         self._copies = list(map(np.ndarray.copy, self._arrays))
-        self._contents = [
-            dict.copy(one) if isinstance(one, dict) else one.copy() for one in self._containers
-        ]  # a Counter's own copy is slow
+        self._contents = [_COPY[type(one)](one) for one in self._containers]
 
     def _visit(self, todo: list[Any], seen: set[int], plans: Plans) -> None:
         """Visit containers that are not empty, and what they hold."""

@@ -96,11 +96,11 @@ class ManoeuvreNoise:
         self._sums[7] += seconds
         self._since += seconds
 
-    def update(self, slots: Indices, changes: Array, expected: Array) -> None:
+    def update(self, slots: Indices | slice, changes: Array, expected: Array) -> None:
         """Update with an image's velocity corrections.
 
         Args:
-            slots: (m,) the robots.
+            slots: m robots.
             changes: (m, 2) corrections of their velocities, m/s.
             expected: (m,) their expected squares, m²/s².
         """
@@ -115,12 +115,13 @@ class ManoeuvreNoise:
             self._since = 0.0
             self._judge(slots)
 
-    def _judge(self, slots: Indices) -> None:
+    def _judge(self, slots: Indices | slice) -> None:
         """Compare the sums with their expectation.
 
         What an image's robots have in common is the camera's and is subtracted.
         """
-        sums, m = self._sums[:, slots], len(slots)
+        sums = self._sums[:, slots]
+        m = sums.shape[1]
         own = sums[:2]
         if m > 1:
             own = (own - own.mean(axis=1, keepdims=True)) * math.sqrt(m / (m - 1))

@@ -18,11 +18,12 @@ from __future__ import annotations
 import math
 from collections import deque
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from aerial_gnss_ros.core.numerics.gaussian import mahalanobis
+from aerial_gnss_ros.core.numerics.small_arrays import MAX_ROWS, Rows
 
 Array = NDArray[np.float64]
 
@@ -57,8 +58,6 @@ _SPREAD = math.sqrt(1.94) / _MEDIAN
 sqrt(n)); the squares of overlapping second differences are correlated by 4/9 and 1/36, so that n of
 them count as n / 1.94. Robots of one image share the pose's noise and count as one."""
 
-
-_COVARIANCE = np.array([3, 4, 4, 5])
 
 NO_INNOVATIONS = np.full((3, 6), np.nan)
 """Innovations of a track without any, see `NoiseLevel.update`."""
@@ -122,11 +121,23 @@ def _second_differences(seen: Array) -> Array:
     Args:
         seen: (m, 3, 6), see `NoiseLevel.update`.
     """
-    first, second, third = seen[:, 0], seen[:, 1], seen[:, 2]
-    before, after = second[:, 0] - first[:, 0], third[:, 0] - second[:, 0]
-    even = before / TUNING.uneven_intervals <= after  # false where one is missing
-    even &= after <= before * TUNING.uneven_intervals
-    offsets = (first - 2.0 * second + third)[:, 1:3]
-    spread = (first + 4.0 * second + third)[:, _COVARIANCE].reshape(-1, 2, 2)
-    ratios: Array = 0.5 * mahalanobis(offsets, spread)[0]
-    return ratios[even]
+    rows = seen.reshape(-1, 18)
+    if len(rows) <= MAX_ROWS:
+        found = _ratios(rows.tolist())
+        return np.array([ratio for ratio, even in found if even])
+    ((ratios, even),) = _ratios([rows.T])
+    of_even: Array = ratios[even]
+    return of_even
+
+
+def _ratios(rows: Rows) -> list[tuple[Any, Any]]:
+    """Return half the normalised square, and whether the intervals are even, of each row."""
+    uneven, found = TUNING.uneven_intervals, list[tuple[Any, Any]]()
+    for t1, x1, y1, a1, b1, d1, t2, x2, y2, a2, b2, d2, t3, x3, y3, a3, b3, d3 in rows:
+        before, after = t2 - t1, t3 - t2
+        even = (before / uneven <= after) & (after <= before * uneven)  # false if one is missing
+        x, y = x1 - 2.0 * x2 + x3, y1 - 2.0 * y2 + y3
+        a, b, d = a1 + 4.0 * a2 + a3, b1 + 4.0 * b2 + b3, d1 + 4.0 * d2 + d3
+        squared = d * x * x - 2.0 * b * x * y + a * y * y
+        found.append((0.5 * squared / (abs(a * d - b * b) + 1e-24), even))
+    return found

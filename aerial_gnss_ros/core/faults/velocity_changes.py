@@ -131,11 +131,11 @@ class VelocityChanges:
         """Record an inflation of velocity variances, each axis, m²/s²."""
         self._sums[4, slots] += 2.0 * variance
 
-    def update(self, slots: Indices, changes: Array, expected: Array) -> None:
+    def update(self, slots: Indices | slice, changes: Array, expected: Array) -> None:
         """Update with an image's velocity corrections.
 
         Args:
-            slots: (m,) the robots.
+            slots: m robots.
             changes: (m, 2) corrections of their velocities, m/s.
             expected: (m,) their expected squares, m²/s².
         """

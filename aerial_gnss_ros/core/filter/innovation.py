@@ -75,16 +75,18 @@ def pair_innovations(
     with_platform = by_errors @ group.covariance[:COUNT, :COUNT]
     own = with_platform @ by_errors.swapaxes(1, 2) + white
     robots, blocks, with_robots = group.positions()
+    # Of each robot with each detection: by both axes of each.
+    shared = with_robots.reshape(-1, COUNT) @ by_errors.reshape(-1, COUNT).T
+    shared = shared.reshape(n, 2, m, 2)
     if n * m <= TUNING.few_pairs:
         slots, columns = np.divmod(np.arange(n * m), m)
     else:
         apart = robots[:, 0, None] - places[:, 0], robots[:, 1, None] - places[:, 1]
-        shared = with_robots.reshape(n, -1) @ by_errors.reshape(m, -1).T
-        trace = own[:, 0, 0] + own[:, 1, 1] - 2.0 * shared
+        trace = own[:, 0, 0] + own[:, 1, 1] - 2.0 * (shared[:, 0, :, 0] + shared[:, 1, :, 1])
         trace += (blocks[:, 0, 0] + blocks[:, 1, 1])[:, None]
         near = apart[0] ** 2 + apart[1] ** 2 <= scale * trace + floor
         slots, columns = np.nonzero(near)
-    common = with_robots[slots] @ by_errors[columns].swapaxes(1, 2)
+    common = shared[slots, :, columns]
     spread = blocks[slots] + own[columns] - common - common.swapaxes(1, 2)
     return PairInnovations(group.rows[slots], columns, places[columns] - robots[slots], spread)
 

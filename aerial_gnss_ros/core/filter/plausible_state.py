@@ -41,7 +41,8 @@ def check_covariance(covariance: Array, what: str) -> None:
     variances = covariance.diagonal().tolist()
     least, most = min(variances), max(variances)
     # Row and column sums show nearly all asymmetries, at a tenth of the time.
-    down, across = np.add.reduce(covariance, axis=0), np.add.reduce(covariance, axis=1)
+    one = np.ones(len(variances))
+    down, across = one @ covariance, covariance @ one
     if not math.isfinite(sum(down.tolist())):
         raise StateError(f"the covariance of {what} is not finite")
     if least < 0.0:

@@ -179,7 +179,7 @@ def correct(
         return replace(rest, refused=refused)
     joint.covariance -= reduction
     joint.unseen[some] = 0.0
-    _note_velocities(joint, slots, some, before, reduction)
+    _note_velocities(joint, some, before, reduction)
     fits = -0.5 * float(white @ white) - float(np.add.reduce(np.log(root.diagonal())))
     return Outcome(squared, 2 * m, slots[:0], fits, slots, residual, spread)
 
@@ -202,15 +202,13 @@ def _linear(joint: JointState, some: Some, mean: Array, sight: CameraView) -> Li
     return linearise(sight, mean[:COUNT], _shown(joint, some, mean), joint.by_pose[some, :2])
 
 
-def _note_velocities(
-    joint: JointState, slots: Indices, some: Some, before: Array, reduction: Array
-) -> None:
+def _note_velocities(joint: JointState, some: Some, before: Array, reduction: Array) -> None:
     """Tell what looks for manoeuvres how velocities were corrected, and how much was expected."""
     corrections = (joint.mean - before)[COUNT:].reshape(-1, 4)[some, 2:]
     variances = reduction.diagonal()[COUNT:].reshape(-1, 4)[some]
     expected = variances[:, 2] + variances[:, 3]
-    joint.manoeuvre_noise.update(slots, corrections, expected)
-    joint.velocity_changes.update(slots, corrections, expected)
+    joint.manoeuvre_noise.update(some, corrections, expected)
+    joint.velocity_changes.update(some, corrections, expected)
 
 
 def _shown(joint: JointState, some: Some, mean: Array) -> Array:
