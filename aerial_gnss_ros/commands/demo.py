@@ -21,7 +21,7 @@ from aerial_gnss_ros.adapters.stamps import nanoseconds
 from aerial_gnss_ros.bags.reader import BagReader, open_bag
 from aerial_gnss_ros.bags.replay import Replay
 from aerial_gnss_ros.bags.results import ResultFolder
-from aerial_gnss_ros.bags.tables import EstimatedTrack, read_positions
+from aerial_gnss_ros.bags.tables import EstimatedTrack, Track, read_positions
 from aerial_gnss_ros.bags.writer import BagWriter
 from aerial_gnss_ros.commands.live_table import live_table
 from aerial_gnss_ros.commands.progress import progress
@@ -36,6 +36,7 @@ from aerial_gnss_ros.evaluation.boxes import boxes_jpeg
 from aerial_gnss_ros.evaluation.errors import RobotErrors, compare, summarise
 from aerial_gnss_ros.evaluation.platform import read_platform
 from aerial_gnss_ros.evaluation.receiver import read_fixes, relative
+from aerial_gnss_ros.evaluation.reference_effect import while_corrected
 from aerial_gnss_ros.evaluation.report import Report, metres, write_report
 from aerial_gnss_ros.evaluation.track_map import map_png
 from aerial_gnss_ros.evaluation.truth import Truth, read_truth
@@ -131,14 +132,8 @@ def run(args: argparse.Namespace) -> int:
         results = {method: _replay(bag, method, folder, known) for method in METHODS}
         pictures = _pictures(bag)
         fixes = read_fixes(bag, "/fix")
-    errors = {LIVE: compare(live, truth.robots, truth.drone)} | {
-        METHODS[method]: compare(tracks, truth.robots) for method, (tracks, _) in results.items()
-    }
-    for name, robots in list(errors.items()):
-        errors[name] = [robot for robot in robots if robot.truth_id != reference]
-    if truth.drone is not None:
-        for name, robots in list(errors.items()):
-            errors[name + RELATIVE] = relative(robots, fixes, truth.drone)
+    tracks = {LIVE: live} | {METHODS[name]: found for name, (found, _) in results.items()}
+    errors = _errors(tracks, truth, fixes, reference)
     replay = results["filter"][1]
     (folder / "map.png").write_bytes(map_png(live, truth.robots, truth.drone))
     write_report(
@@ -195,6 +190,28 @@ def _rate(bag: BagReader) -> float:
             f"images a second: the flight is played at {rate:.2f} of real time."
         )
     return rate
+
+
+def _errors(
+    tracks: Mapping[str, dict[str, EstimatedTrack]], truth: Truth, fixes: Track, reference: str
+) -> dict[str, list[RobotErrors]]:
+    """Return the errors of all robots but the reference, by what was compared, in words."""
+
+    def compared(name: str, found: dict[str, EstimatedTrack]) -> list[RobotErrors]:
+        drone = truth.drone if name == LIVE else None
+        return [one for one in compare(found, truth.robots, drone) if one.truth_id != reference]
+
+    errors: dict[str, list[RobotErrors]] = {}
+    for name, found in tracks.items():
+        errors[name] = compared(name, found)
+        corrected, share = while_corrected(found, tracks[METHODS[WITHOUT]])
+        if share > 0.0:
+            words = f"{name.split(':')[0]}: {share:.0%} of images, with the reference"
+            errors[words] = compared(name, corrected)
+    if truth.drone is not None:
+        for name in (METHODS[WITHOUT], METHODS["single"], METHODS["paper"]):
+            errors[name + RELATIVE] = relative(errors[name], fixes, truth.drone)
+    return errors
 
 
 def _fly(
