@@ -42,6 +42,8 @@ class MooredTuning:
     """A robot is watched for so long before it may be taken to be moored, s. Judged."""
     asked_every_s: float = 0.5
     """How often it is asked whether further robots are, s. Judged."""
+    least_robots: int = 2
+    """With fewer no law is tried: the drift of a single one may be an error of the platform."""
     joins_nats: float = 1.0
     """Log odds from which a robot is taken to be moored, on trial. Judged."""
     first_nats: float = -7.0
@@ -131,7 +133,7 @@ class MooredHypothesis:
         if self.law is None:
             return
         self._sync(self.law)
-        if np.count_nonzero(self.law.sway) < 1 + self.adrift:
+        if np.count_nonzero(self.law.sway) < TUNING.least_robots:
             self._fail()
             return
         self.law.predict(seconds, keep, stationary, motion)
@@ -236,8 +238,10 @@ class MooredHypothesis:
             odds = self.law.odds(slots)
             best = int(odds.argmax())
             if odds[best] < TUNING.joins_nats:
-                return
+                break
             self._moor(self.law, slots[best])
+        if np.count_nonzero(self.law.sway) < TUNING.least_robots:
+            self.reset()
 
     def begin_as(self, drifting: MooredHypothesis, least: float) -> None:
         """Begin with what is known where robots drift, now that they may do so by nothing.

@@ -255,13 +255,28 @@ def test_a_robot_is_asked_for_once_it_was_watched_for_long_enough():
     assert one._eligible(swimming) == [0, 2]
 
 
-def test_one_robot_may_stay_but_not_drift_alone():
+def test_one_robot_alone_is_not_known_to_stay_or_drift():
     for adrift in (False, True):
         one = tried(adrift)
+        one.law.sway[2:] = 0.0
+        one.predict(STEP_S, None, None, None)
+        assert one.law is not None
         one.law.sway[1:] = 0.0
         one.predict(STEP_S, None, None, None)
-        assert (one.law is None) == adrift
-        assert (one._paused_until_s > 0.0) == adrift
+        assert one.law is None
+        assert one._paused_until_s > one._now_s
+
+
+@pytest.mark.parametrize("adrift", [False, True])
+def test_two_robots_begin_a_law(adrift):
+    base = JointState(0.01 * np.eye(COUNT))
+    one = MooredHypothesis(base, adrift)
+    for count in (1, 2):
+        begin(base, 1)
+        one.predict(2.0 * TUNING.watched_s, None, None, None)
+        base.unseen[:] = 0.0
+        one._ask()
+        assert (one.law is not None) == (count == 2)
 
 
 def test_the_law_has_the_robots_that_the_base_has():
