@@ -25,6 +25,7 @@ from aerial_gnss_ros.simulation.chance import generator
 from aerial_gnss_ros.simulation.experiment import CameraClock, Experiment, Frame, default_camera
 from aerial_gnss_ros.simulation.feeding import deliver, telemetry
 from aerial_gnss_ros.simulation.flight import HOLETOWN, FlightPlan, GeneratedFlight
+from aerial_gnss_ros.simulation.robot_models import AQUA
 from aerial_gnss_ros.simulation.robots import SwimPlan
 from aerial_gnss_ros.simulation.sensors import START_NS, sensor_plan
 
@@ -108,6 +109,7 @@ class RandomSwimmers:
         rng = generator(seed, "random swimmers")
         count, dt = len(places), self.STEP_S
         self.class_names = ("beacon",) * beacons + ("aqua",) * (count - beacons)
+        self.models = (AQUA,) * count
         self.names = tuple(f"{name}_{i + 1}" for i, name in enumerate(self.class_names))
         self.speeds = (
             rng.uniform(0.2, 0.7, count) if moving else STILL_MPS * np.sqrt(rng.random(count))
