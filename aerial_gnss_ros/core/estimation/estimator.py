@@ -33,7 +33,7 @@ from aerial_gnss_ros.core.identity.labels import Labels
 from aerial_gnss_ros.core.telemetry.buffers import TelemetryBuffers
 from aerial_gnss_ros.core.telemetry.input_status import InputStatus
 from aerial_gnss_ros.core.telemetry.map_origin import MapOrigin
-from aerial_gnss_ros.core.telemetry.scene import MissingTelemetry, SceneTelemetry
+from aerial_gnss_ros.core.telemetry.scene import MissingTelemetry
 from aerial_gnss_ros.core.telemetry.stamp_decision import Decision
 from aerial_gnss_ros.core.telemetry.steady import Steady
 from aerial_gnss_ros.core.tracker.box_account import complaint
@@ -316,13 +316,8 @@ class Estimator:
     def _finish_first(self, final: bool = True) -> bool:
         """Process the oldest image; return False if it must keep waiting."""
         frame = self._images.waiting[0].frame
-        samples: SceneTelemetry | MissingTelemetry | Exception
-        try:
-            samples = self._inputs.at(frame.stamp_ns - self._pipeline.latency.scene_ns)
-        except MemoryError:
-            raise
-        except Exception as error:  # noqa: BLE001 - the image is refused, the flight continues
-            samples = error
+        scene_ns = frame.stamp_ns - self._pipeline.latency.scene_ns
+        samples = attempt(self._inputs.at, scene_ns)  # on failure the image is refused
         if isinstance(samples, MissingTelemetry) and samples.can_arrive and not final:
             return False
         result = self._guard.result(frame, samples)
