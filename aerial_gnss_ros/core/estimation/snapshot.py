@@ -7,10 +7,10 @@ restored in place, so references to them stay valid. Values of immutable types, 
 dataclasses, and the contents of tuples are shared, not copied. Containers hold values of one type.
 
 A snapshot precedes every image, so it must be fast. Objects that attributes hold are nearly always
-those of the snapshot before: their values are read in one pass, and only if a type or an object
-differs the tree is walked again (`Plans.layout`). Objects in containers come and go; the treatment
-of a class's attributes is determined once for each combination of their types. `__dict__` is not
-used, since Python slows down objects whose dictionary was accessed.
+those of the snapshot before: their dictionaries are copied in one pass, and only if a type or an
+object differs the tree is walked again (`Plans.layout`). Objects in containers come and go; the
+treatment of a class's attributes is determined once for each combination of their types, and their
+`__dict__` is not used, since Python makes it only when it is accessed, which takes longer.
 """
 
 from __future__ import annotations
@@ -54,23 +54,21 @@ class _Layout(NamedTuple):
     """Objects reached through attributes alone, and the treatment of all their values in a row.
 
     Attributes:
-        objects: in the order of a walk.
-        attributes: of each.
+        roots: where the walk began.
+        states: `__dict__` of each object, in the order of the walk.
         types: of the values.
         plan: of these.
         inner: the objects at `plan.instances`.
-        ids: of `objects`.
-        names: attribute names of each object.
+        ids: of all objects.
         plain: indices of containers known to hold nothing that must be copied or visited.
     """
 
-    objects: list[Any]
-    attributes: list[_Attributes]
+    roots: Values
+    states: list[dict[str, Any]]
     types: list[type]
     plan: _Plan
     inner: list[Any]
     ids: frozenset[int]
-    names: list[tuple[str, ...]]
     plain: set[int]
 
 
@@ -117,41 +115,30 @@ class Plans(dict[tuple[type, ...], _Plan | None]):
         self.attributes[kind] = found
         return found, found.get(one)
 
-    def layout(self, roots: Values) -> tuple[_Layout, list[Values], list[Any]]:
-        """Return the objects that attributes hold, the values of each, and these in a row."""
+    def layout(self, roots: Values) -> tuple[_Layout, list[dict[str, Any]], list[Any]]:
+        """Return the objects that attributes hold, the state of each, and its values in a row."""
         known = self._layout
-        if known is not None and all(map(is_, roots, known.objects)):
-            own, objects = known.attributes, known.objects
-            try:
-                values = [one.get(held) for one, held in zip(own, objects, strict=True)]
-            except AttributeError:  # an object has other attributes than before
-                return self._walk(roots)
-            row = list(chain.from_iterable(values))
+        if known is not None and all(map(is_, roots, known.roots)):
+            states = list(map(dict.copy, known.states))
+            row = list(chain.from_iterable(map(dict.values, states)))
             inner = map(row.__getitem__, known.plan.instances)
             if list(map(type, row)) == known.types and all(map(is_, inner, known.inner)):
-                return known, values, row
-        return self._walk(roots)
+                return known, states, row
+        self._layout = self._walk(roots)
+        return self.layout(roots)
 
-    def _walk(self, roots: Values) -> tuple[_Layout, list[Values], list[Any]]:
-        objects, attributes, values = [*roots], list[_Attributes](), list[Values]()
-        seen = {id(one) for one in roots}
+    def _walk(self, roots: Values) -> _Layout:
+        objects, seen, row = [*roots], {id(one) for one in roots}, list[Any]()
         for one in objects:  # grows during the iteration
-            own, held = self.read(one)
-            attributes.append(own)
-            values.append(held)
-            for value in held:
+            for value in vars(one).values():
+                row.append(value)
                 if id(value) not in seen and self._kind(type(value)) == _INSTANCE:
                     seen.add(id(value))
                     objects.append(value)
-        row = list(chain.from_iterable(values))
         types = list(map(type, row))
-        plan = self._plan(tuple(types))
+        plan, states = self._plan(tuple(types)), [vars(one) for one in objects]
         inner = [row[i] for i in plan.instances]
-        names = [own.names for own in attributes]
-        self._layout = _Layout(
-            objects, attributes, types, plan, inner, frozenset(seen), names, set()
-        )
-        return self._layout, values, row
+        return _Layout(roots, states, types, plan, inner, frozenset(seen), set())
 
     def _kind(self, one: type) -> int:
         if issubclass(one, np.ndarray):
@@ -178,9 +165,9 @@ class Snapshot:
     """
 
     def __init__(self, roots: Values, plans: Plans) -> None:
-        layout, values, row = plans.layout(roots)
-        self._objects: list[tuple[list[Any], list[tuple[str, ...]], list[Values]]]
-        self._objects = [(layout.objects, layout.names, values)]
+        layout, self._values, row = plans.layout(roots)
+        self._states = layout.states
+        self._objects: list[tuple[list[Any], tuple[str, ...], list[Values]]] = []
         value, plan, plain = row.__getitem__, layout.plan, layout.plain
         self._arrays: list[Any] = list(map(value, plan.arrays))
         self._containers: list[Any] = list(map(value, plan.containers))
@@ -210,7 +197,7 @@ class Snapshot:
                 held = [*one.values()] if isinstance(one, dict) else [*one]
                 if kind in plans.rebound:
                     own, _ = plans.read(held[0])
-                    self._objects.append((held, [own.names] * len(held), list(map(own.get, held))))
+                    self._objects.append((held, own.names, list(map(own.get, held))))
                 elif plan.arrays:
                     arrays.extend(held)
                 elif plan.instances:
@@ -220,7 +207,7 @@ class Snapshot:
                     todo.extend(filter(None, held) if plan.nested else ())
                 continue
             own, values = plans.read(one)
-            self._objects.append(([one], [own.names], [values]))
+            self._objects.append(([one], own.names, [values]))
             plan = plans[tuple(map(type, values))]
             if plan is not None:
                 value = values.__getitem__
@@ -241,7 +228,10 @@ class Snapshot:
                 held.update(content)
             else:
                 held.extend(content)
-        for objects, attributes, found in self._objects:
-            for one, names, values in zip(objects, attributes, found, strict=True):
-                for name, value in zip(names, values, strict=True):
+        for state, values in zip(self._states, self._values, strict=True):
+            state.clear()
+            state.update(values)
+        for objects, names, found in self._objects:
+            for one, held in zip(objects, found, strict=True):
+                for name, value in zip(names, held, strict=True):
                     setattr(one, name, value)
