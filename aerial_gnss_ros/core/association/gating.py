@@ -85,27 +85,17 @@ class CandidatePairs:
         log = (-0.5 * (distances[0] + distances[1])).tolist()
         squared, wide = distances[0].tolist(), distances[1].tolist()
         of, to = pairs.rows.tolist(), pairs.columns.tolist()
-        robots: list[int] = []
-        inside: list[int] = []
-        near: list[int] = []
+        reach, every = ASSIGNMENT.near_gate_radii**2 * threshold, list(zip(of, to, strict=True))
+        own = _classes(tracks, kind, ROBOT)
+        robots = [k for k, (row, column) in enumerate(every) if own[row] == boxes[column]]
+        near = [k for k in robots if squared[k] <= reach]
+        inside = [k for k in near if squared[k] <= threshold]
         beside: list[int] = []
-        grown: list[int] = []
-        reach = ASSIGNMENT.near_gate_radii**2 * threshold
-        classes = [track.class_id for track in tracks]
-        for k, (row, column, far) in enumerate(zip(of, to, squared, strict=True)):
-            one = kind[row]
-            if one is NEITHER or classes[row] != boxes[column]:
-                continue
-            if one is ROBOT:
-                robots.append(k)
-                if far <= reach:
-                    near.append(k)
-                    if far <= threshold:
-                        inside.append(k)
-            elif far <= reach:
-                beside.append(k)
-                if far <= threshold:
-                    grown.append(k)
+        if NEW in kind:
+            own = _classes(tracks, kind, NEW)
+            new = [k for k, (row, column) in enumerate(every) if own[row] == boxes[column]]
+            beside = [k for k in new if squared[k] <= reach]
+        grown = [k for k in beside if squared[k] <= threshold]
         nearest: list[int] = []
         rows: set[int] = set()
         columns: set[int] = set()
@@ -133,6 +123,13 @@ class CandidatePairs:
         """
         known = self.kind.count(ROBOT)
         return _left(self.rows, self.columns, self.squared, self.reach, self.robots, chosen, known)
+
+
+def _classes(tracks: list[Track], kinds: list[str], kind: str) -> list[str | None]:
+    """Return the class of each track of a kind, None for the others."""
+    return [
+        track.class_id if one is kind else None for track, one in zip(tracks, kinds, strict=True)
+    ]
 
 
 def _best(

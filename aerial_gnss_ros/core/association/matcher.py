@@ -154,9 +154,9 @@ class Matcher:
         patience_s = self.fresh_s
         if self._clutter.heavy:
             patience_s = min(self._missed_s(stamp_ns), self.fresh_s)
-        found: list[str] = []
+        found, tentative = list[str](), State.TENTATIVE
         for track in tracks:
-            if track.state is State.TENTATIVE and not track.label_pending:
+            if track.state is tentative and not track.label_pending:
                 found.append(NEW)
             elif track.rejected or track.previous_label:
                 found.append(NEITHER)

@@ -7,6 +7,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,6 +33,12 @@ class PlausibleStateTuning:
 TUNING = PlausibleStateTuning()
 
 
+@lru_cache(maxsize=64)
+def _ones(n: int) -> Array:
+    """Return ones (n,)."""
+    return np.ones(n)
+
+
 def check_covariance(covariance: Array, what: str) -> None:
     """Check a covariance (n, n).
 
@@ -41,7 +48,7 @@ def check_covariance(covariance: Array, what: str) -> None:
     variances = covariance.diagonal().tolist()
     least, most = min(variances), max(variances)
     # Row and column sums show nearly all asymmetries, at a tenth of the time.
-    one = np.ones(len(variances))
+    one = _ones(len(variances))
     down, across = one @ covariance, covariance @ one
     if not math.isfinite(sum(down.tolist())):
         raise StateError(f"the covariance of {what} is not finite")

@@ -129,7 +129,7 @@ def uncertainty(pose: CameraPose, noise: Noise, reference: Reference | str) -> U
         stated.height_slow,
         math.sqrt(stated.height_white**2 + float(between[2])),
         own,
-        stated.position_white + np.eye(2) * between[:2],
+        stated.position_white + _LEVEL[:, :2] * between[:2],
         stated.pixel,
     )
 

@@ -203,12 +203,13 @@ class TrackTable:
         velocities, spread, edges = [*mean[:, 2:]], [*covariance[:, 2:, 2:]], seen.edge.tolist()
         squares = (0.5 * np.add.reduce(np.square(mean[:, 2:]), axis=1)).tolist()
         fast, habit_s = set(refused.tolist()), TRACK.habit_s
+        tentative, confirmed = State.TENTATIVE, State.CONFIRMED
         for row, column in zip(rows.tolist(), columns.tolist(), strict=True):
             if row in fast:
                 continue
             track = tracks[row]
-            if track.state is not State.TENTATIVE:
-                track.state = State.CONFIRMED
+            if track.state is not tentative:
+                track.state = confirmed
                 since = min((stamp_ns - track.last_seen_ns) * 1e-9 / habit_s, 1.0)
                 track.speed_history += since * squares[row]
                 track.speed_history_count += since

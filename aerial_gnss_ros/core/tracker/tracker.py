@@ -245,11 +245,11 @@ class Tracker:
         for track in tracks:  # robots stay until pending labels are decided
             if track.label_pending:
                 came_ns = min(came_ns, track.first_seen_ns)
-        gone = set()
+        gone, tentative, coasting = set(), State.TENTATIVE, State.COASTING
         for row, track in enumerate(tracks):
             unseen_ns, patience_ns = stamp_ns - track.last_seen_ns, window_ns
-            if track.state is not State.TENTATIVE:
-                track.state = State.COASTING
+            if track.state is not tentative:
+                track.state = coasting
                 patience_ns = self._coast_of_class.get(track.class_id, self._coast_ns)
                 unseen_ns = came_ns - track.last_seen_ns
             if unseen_ns > patience_ns:

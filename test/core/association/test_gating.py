@@ -22,7 +22,7 @@ def candidates(apart, kind, tracks=("aqua",) * 3, boxes=("aqua",) * 3):
     rows, columns = np.divmod(np.arange(apart.size), apart.shape[1])
     offsets = np.column_stack([apart.ravel(), np.zeros(apart.size)])
     pairs = PairInnovations(rows, columns, offsets, np.tile(np.eye(2), (apart.size, 1, 1)))
-    every = [Track(name, 0, 0) for name in tracks]
+    every = [Track(name, 0, 0) for name in tracks[: len(kind)]]
     distances = mahalanobis(pairs.offsets, pairs.spread)
     return CandidatePairs.of_image(pairs, distances, list(kind), every, list(boxes), GATE)
 
