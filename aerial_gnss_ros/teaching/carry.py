@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from aerial_gnss_ros.teaching.proposals import Proposals
 from aerial_gnss_ros.teaching.tracks import (
+    TUNING,
     Sight,
     Track,
     absent,
@@ -34,7 +35,7 @@ from aerial_gnss_ros.teaching.tracks import (
 
 Array = NDArray[np.float64]
 SIZE_RATIO = (0.5, 2.0)
-"""Bounds of an outline's sides relative to those predicted."""
+"""Bounds of an outline's longer side relative to the one predicted from the mark."""
 FIT_RATIO = (0.75, 1.35)
 """Bounds of the drawn relative to the outlined box of a mark: how tightly the person draws."""
 NEXT = 0.6
@@ -78,6 +79,9 @@ class Frames(Protocol):
 
     def look(self, index: int, box: Array) -> Array:
         """Return the colours (k,) in a box of a frame, see `proposals.looks`."""
+
+    def clutter(self, index: int, box: Array) -> float:
+        """Return the share of the pixels round a box that are no water."""
 
     def motion(self, first: int, second: int, points: Array) -> tuple[Array, float]:
         """Return where points (n, 2) px of one frame are in another (NaN: nowhere), and one sigma.
@@ -160,7 +164,7 @@ def _advanced(
         points = middle + np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]])
         moved, sigma = frames.motion(track.frame, frame, points)
         away = np.abs(moved[0] - 0.5 * np.array(frames.size)).max()
-        if away < FAR * frames.size[0]:  # not so if NaN
+        if np.isfinite(moved).all() and away < FAR * frames.size[0]:
             ahead[robot] = predicted(track, frame, moved, sigma, elapsed), elapsed
         else:  # kept in its own frame's pixels until it comes nearer
             result[robot] = coasted(track, frames.size, out=True)
@@ -180,11 +184,12 @@ def _advanced(
         if _merged(box, others) or _merged(proposal, others):
             result[robot] = doubted(track)
             continue
+        cluttered = frames.clutter(frame, box) > TUNING.clutter
         result[robot] = updated(
             track,
             clipped(box, frames.size),
             found.looks[chosen[i]],
-            float(probability[i]),
+            min(float(probability[i]), 0.5 if cluttered else 1.0),
             elapsed,
         )
     return result
@@ -225,8 +230,7 @@ def _placed(frames: Frames, track: Track, proposal: Array, fit: Array) -> Array:
     if outline is None:
         return as_before
     size = outline[2:] * fit
-    area = float(size.prod() / track.box[2:].prod())
-    if not SIZE_RATIO[0] ** 2 < area < SIZE_RATIO[1] ** 2:
+    if not SIZE_RATIO[0] < float(size.max()) / track.long < SIZE_RATIO[1]:
         return as_before
     return np.concatenate([outline[:2], size])
 

@@ -121,6 +121,20 @@ def outlined(image: Image, box: Array) -> Array | None:
     return np.concatenate([low + size / 2.0, size])
 
 
+def clutter(image: Image, box: Array) -> float:
+    """Return the share of the pixels round a box that are as unlike the water as what is in it."""
+    patch, inner, _ = _patch(image, box)
+    apart = _distances(patch, inner)
+    left, top, right, bottom = inner
+    own = float(np.percentile(apart[top:bottom, left:right], TUNING.peak))
+    ring = np.ones(apart.shape, dtype=np.bool_)
+    pad = 2  # compression smears an object's colours
+    ring[max(top - pad, 0) : bottom + pad, max(left - pad, 0) : right + pad] = False
+    if not ring.any():
+        return 0.0
+    return float((apart[ring] > max(TUNING.distance, TUNING.edge**2 * own)).mean())
+
+
 def strength(image: Image, box: Array) -> float:
     """Return how far the colours in a box are from the water's: a high squared distance of them."""
     patch, inner, _ = _patch(image, box)

@@ -20,7 +20,7 @@ from aerial_gnss_ros.detection.base import Image
 from aerial_gnss_ros.detection.images import read_image, write_jpeg
 from aerial_gnss_ros.teaching.alignment import Transform, align, small
 from aerial_gnss_ros.teaching.geometry import View, moved, view_of
-from aerial_gnss_ros.teaching.proposals import Proposals, Proposer, looks, outlined
+from aerial_gnss_ros.teaching.proposals import Proposals, Proposer, clutter, looks, outlined
 
 Array = NDArray[np.float64]
 
@@ -131,6 +131,7 @@ class Recording:
         self._images: OrderedDict[int, Image] = OrderedDict()
         self._outlines: dict[tuple[int, ...], Array | None] = {}
         self._looks: dict[tuple[int, ...], Array] = {}
+        self._clutter: dict[tuple[int, ...], float] = {}
         self._steps: dict[int, Transform] = {}
 
     def __len__(self) -> int:
@@ -185,6 +186,13 @@ class Recording:
         if key not in self._looks:
             self._looks[key] = looks(self.image(index), box[None])[0]
         return self._looks[key]
+
+    def clutter(self, index: int, box: Array) -> float:
+        """Return the share of the pixels round a box that are no water."""
+        key = (index, *(int(value) for value in np.round(box)))
+        if key not in self._clutter:
+            self._clutter[key] = clutter(self.image(index), box)
+        return self._clutter[key]
 
     def motion(self, first: int, second: int, points: Array) -> tuple[Array, float]:
         """Return where points (n, 2) px of one frame are in another, and one sigma, px."""

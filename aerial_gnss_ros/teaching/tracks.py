@@ -22,11 +22,13 @@ class Tuning:
     """Constants of the decision.
 
     Attributes:
-        size: one sigma of the logarithm of a box's change of size in one step.
+        size: one sigma of the logarithm of a box's change of size in one step, and since the mark.
         unlike: one sigma of 1 - likeness of one object in two images.
         likeness: least likeness of a candidate.
         gate: greatest distance of a candidate from its prediction, sigma.
         nothing: log-likelihood of an object that no candidate shows.
+        clutter: share of the pixels round a box that are no water, above which nothing is sure:
+            glint and foam look like anything.
         stolen: weight of another track's claim to the same candidate.
         sure: least probability of a label that needs no answer.
         speed: one sigma of an object's speed in the image at its first mark, box lengths a second.
@@ -42,6 +44,7 @@ class Tuning:
     likeness: float = 0.55
     gate: float = 3.5
     nothing: float = -9.0
+    clutter: float = 0.2
     stolen: float = 0.2
     sure: float = 0.8
     speed: float = 0.7
@@ -74,6 +77,7 @@ class Track:
         variance: of the centre, each axis, px squared.
         marked: (k,) colours at the mark.
         seen: (k,) average of the colours since.
+        long: longer side at the mark, scaled as the image since, px.
         steps: frames since the mark.
         sight: what is known here.
         probability: of the box, 0 to 1.
@@ -85,6 +89,7 @@ class Track:
     variance: float
     marked: Array
     seen: Array
+    long: float
     steps: int = 0
     sight: Sight = Sight.SURE
     probability: float = 1.0
@@ -92,7 +97,15 @@ class Track:
 
 def started(frame: int, box: Array, look: Array) -> Track:
     """Return the track of a robot in the frame of a mark."""
-    return Track(frame, box.copy(), np.zeros(2), (0.1 * float(box[2:].max())) ** 2, look, look)
+    return Track(
+        frame,
+        box.copy(),
+        np.zeros(2),
+        (0.1 * float(box[2:].max())) ** 2,
+        look,
+        look,
+        float(box[2:].max()),
+    )
 
 
 def predicted(track: Track, frame: int, moved: Array, sigma: float, elapsed_s: float) -> Track:
@@ -115,8 +128,9 @@ def predicted(track: Track, frame: int, moved: Array, sigma: float, elapsed_s: f
     box = np.concatenate([moved[0], track.box[2:] * scale])
     velocity = track.velocity @ axes
     return replace(
-        track, frame=frame, box=box, velocity=velocity, variance=variance, steps=track.steps + 1
-    )
+        track, frame=frame, box=box, velocity=velocity, variance=variance,
+        long=track.long * scale, steps=track.steps + 1,
+    )  # fmt: skip
 
 
 def likelihoods(track: Track, found: Proposals) -> Array:
@@ -128,8 +142,9 @@ def likelihoods(track: Track, found: Proposals) -> Array:
     variance = track.variance + (0.25 * float(track.box[2:].max())) ** 2
     apart = gap**2 / variance
     like = np.maximum(likeness(track.marked, found.looks), likeness(track.seen, found.looks))
-    growth = np.log(found.boxes[:, 2:].max(axis=1) / track.box[2:].max())
-    value = -0.5 * (apart + (growth / TUNING.size) ** 2 + ((1.0 - like) / TUNING.unlike) ** 2)
+    long = found.boxes[:, 2:].max(axis=1)
+    growth = np.log(long / track.box[2:].max()) ** 2 + np.log(long / track.long) ** 2
+    value = -0.5 * (apart + growth / TUNING.size**2 + ((1.0 - like) / TUNING.unlike) ** 2)
     value = value - np.log(np.sqrt(variance) / (0.5 * track.box[2:].max()))
     good = (apart < TUNING.gate**2) & (like > TUNING.likeness)
     return np.where(good, value, -np.inf)
