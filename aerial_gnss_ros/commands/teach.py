@@ -9,7 +9,9 @@ from __future__ import annotations
 
 import argparse
 import json
+import os
 import sys
+import webbrowser
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -30,6 +32,9 @@ from aerial_gnss_ros.teaching.recording import Recording, extract
 from aerial_gnss_ros.teaching.session import Question, Session
 from aerial_gnss_ros.teaching.telemetry import bag_views
 from aerial_gnss_ros.text.sentences import counted
+from aerial_gnss_ros.view.server import LOCAL, application
+from aerial_gnss_ros.view.server import run as serve
+from aerial_gnss_ros.view.teach import PAGE, PORT, Teacher, routes
 
 MOST_FRAMES = 400
 MOST_SHOWN = 12
@@ -60,6 +65,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="greatest number of frames to label; of a longer recording every n-th is taken "
         f"(default {MOST_FRAMES})",
     )  # fmt: skip
+    parser.add_argument(
+        "--no-page", action="store_true", help="open no page; write the data set and end"
+    )
+    parser.add_argument(
+        "--port", type=int, default=PORT, metavar="N",
+        help="TCP port of the page (%(default)s; 0: any free)",
+    )  # fmt: skip
     parser.add_argument("--undo", action="store_true", help="take back the last mark first")
     parser.add_argument("--json", action="store_true", help="print the summary as JSON")
     add_configuration(parser)
@@ -67,6 +79,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Label a recording."""
+    if not 0 <= args.port <= 65535:
+        raise ConfigError(f"--port must be 0 to 65535, not {args.port}.")
     if not 2 <= args.frames <= 5000:
         raise ConfigError(f"--frames must lie within 2 to 5000, not {args.frames}.")
     with ended_cleanly():
@@ -89,10 +103,12 @@ def run(args: argparse.Namespace) -> int:
             session.undo()
         if args.clicks is not None:
             session.add(read_clicks(args.clicks, recording.names, args.class_name))
+        if not (args.no_page or args.clicks or args.undo):
+            _page(args, session)
         if not session.project.marks:
             raise InputError(
-                f"{args.output} has no marks yet; give --clicks JSON (see aerial-gnss teach "
-                "--help)."
+                f"{args.output} has no marks yet; click the robots on the page, or give --clicks "
+                "JSON (see aerial-gnss teach --help)."
             )
         written = write_dataset(session, args.output)
     if args.json:
@@ -100,6 +116,21 @@ def run(args: argparse.Namespace) -> int:
     else:
         print("\n".join(_as_text(args.output, session, written)))
     return 0
+
+
+def _page(args: argparse.Namespace, session: Session) -> None:
+    """Serve the page to this computer until a signal."""
+
+    def write(now: Session) -> str:
+        return "\n".join(_as_text(args.output, now, write_dataset(now, args.output)))
+
+    def began(url: str) -> None:
+        print(f"open {url} in a browser; Ctrl-C ends and writes the data set.", file=sys.stderr)
+        if os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"):
+            webbrowser.open(url)
+
+    teacher = Teacher(session, args.class_name, write)
+    serve(application(PAGE, routes(teacher)), LOCAL, args.port, began)
 
 
 def _open(args: argparse.Namespace) -> None:
