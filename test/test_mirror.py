@@ -63,7 +63,7 @@ TESTED_WITH = {
     "simulation/test_renderer.py": (
         "simulation/raster simulation/scene simulation/shading simulation/wash"
     ),
-    "teaching/test_session.py": "teaching/carry teaching/proposals teaching/tracks",
+    "teaching/test_session.py": "teaching/carry teaching/tracks",
     "training/test_second_look.py": "training/proposals training/second_look_network",
     "training/test_supervise.py": "training/offline training/results training/worker",
     "training/test_train.py": "training/export",
