@@ -48,6 +48,7 @@ ARGUMENTS = {
         "false",
         "true: shows robots, frames and images with boxes in RViz, if it is installed",
     ),
+    "view": ("", "address of the live page: 127.0.0.1 for this computer, 0.0.0.0 for its networks"),
     "bag": ("", "rosbag2 to play into the nodes; use_sim_time is then true, and its end ends all"),
 }
 
@@ -108,6 +109,8 @@ def start(context: LaunchContext) -> list[Any]:
     more: list[Any] = []
     if _is_true(given["rviz"]):
         more.append(_rviz(_namespace(context, given["namespace"]), "use_sim_time" in parameters))
+    if given["view"]:
+        more.append(_page(given, _namespace(context, given["namespace"]), files))
     if given["bag"]:
         more.append(_player(given))
     return [*nodes, *more]
@@ -141,6 +144,21 @@ def _rviz(namespace: str, sim_time: bool) -> Any:
         arguments=["-d", str(config)],
         parameters=[{"use_sim_time": True}] if sim_time else [],
         output="screen",
+    )
+
+
+def _page(given: dict[str, str], namespace: str, files: list[str]) -> Node:
+    """Return the server of the live page; without it the flight goes on."""
+    arguments = ["view", "--bind", given["view"], "--namespace", namespace]
+    arguments += ["--vehicle", given["vehicle"]]
+    for file in files:
+        arguments += ["--params", file]
+    return Node(
+        package="aerial_gnss_ros",
+        executable="aerial-gnss",
+        arguments=arguments,
+        output="screen",
+        emulate_tty=True,
     )
 
 

@@ -31,6 +31,7 @@ from aerial_gnss_ros.adapters.transforms import TF, TF_STATIC, TF_TYPE
 from aerial_gnss_ros.bags.results import PLATFORM_COLUMNS, REJECTED_COLUMNS
 from aerial_gnss_ros.bags.tables import POSITION_COLUMNS
 from aerial_gnss_ros.cli import COMMANDS
+from aerial_gnss_ros.commands.replay_drones import DRONE_COLUMNS, NAME_COLUMNS
 from aerial_gnss_ros.core.config.estimator import DepthConfig, EstimatorConfig, HeightConfig
 from aerial_gnss_ros.core.config.noise import SETS, Noise
 from aerial_gnss_ros.core.config.references import REFERENCE_KEYS
@@ -112,6 +113,26 @@ PLATFORM_MEANINGS = {
     "error": "`gnss_east`, `gnss_north`, `height`, `roll`, `pitch`, `heading`, `latency`",
     "value": "estimated correction (true = measured + correction); m, rad, s",
     "sigma": "its standard deviation",
+}
+DRONE_MEANINGS = {
+    "stamp_ns": "stamp of the image, ns; a row each half second for each drone",
+    "drone": "its name",
+    "agreement": "mean normalised squared residual of its boxes of robots that another drone has "
+    "measured in the last second, over 100 images; 1 is right, `nan` without any",
+    "shared_robots": "robots that it and another drone have measured",
+    "offset_east_m": "correction of its receiver less the mean of the other drones'",
+    "offset_north_m": "likewise",
+    "sigma_east_m": "standard deviation of `offset_east_m`",
+    "sigma_north_m": "likewise",
+    "disagrees": "1 while more than a fifth of these boxes lie beyond their gates, else 0",
+}
+NAME_MEANINGS = {
+    "robot_id": "the robot's name in `positions.csv`",
+    "drone": "name of a drone",
+    "drone_robot_id": "by which that drone knew the robot",
+    "first_stamp_ns": "stamp of its first image with that name, ns",
+    "last_stamp_ns": "of the last one, ns",
+    "images": "number of them",
 }
 PARAMETER_HEADS = ("parameter", "default", "allowed", "meaning")
 CLASSES = """\
@@ -355,6 +376,10 @@ def files() -> str:
             table(columns, _columns(REJECTED_COLUMNS, REJECTED_MEANINGS)),
             "## platform.csv",
             table(columns, _columns(PLATFORM_COLUMNS, PLATFORM_MEANINGS)),
+            "## drones.csv and names.csv",
+            "Only of [several drones](../howto/drones.md).",
+            table(columns, _columns(DRONE_COLUMNS, DRONE_MEANINGS)),
+            table(columns, _columns(NAME_COLUMNS, NAME_MEANINGS)),
             "## Others",
             table(("file", "for"), ([f"`{name}`", text] for name, text in RESULT_FILES.items())),
             "## Reasons of refusal",

@@ -8,13 +8,15 @@ import argparse
 import json
 import sys
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from aerial_gnss_ros.bags.partial import partial, refuse_existing
 from aerial_gnss_ros.bags.reader import open_bag
-from aerial_gnss_ros.bags.replay import Replay
+from aerial_gnss_ros.bags.replay import Replay, Summary
 from aerial_gnss_ros.bags.results import ResultFolder
 from aerial_gnss_ros.bags.stated_datum import with_stated_datum
 from aerial_gnss_ros.bags.tables import read_positions
+from aerial_gnss_ros.commands import drone_arguments
 from aerial_gnss_ros.commands.argument_types import add_rosbag_version
 from aerial_gnss_ros.commands.configuration import add_arguments as add_configuration
 from aerial_gnss_ros.commands.configuration import configuration
@@ -31,6 +33,9 @@ from aerial_gnss_ros.evaluation.platform import read_platform
 from aerial_gnss_ros.evaluation.report import Report, write_report
 from aerial_gnss_ros.evaluation.truth import Truth, read_truth
 
+if TYPE_CHECKING:
+    from aerial_gnss_ros.bags.replay_drones import DronesReplay
+
 HELP = "localise the robots in recorded bags"
 
 
@@ -42,7 +47,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "bytes."
     )
     parser.add_argument(
-        "bags", type=Path, nargs="+", metavar="BAG",
+        "bags", type=Path, nargs="*", metavar="BAG",
         help="rosbag2 folder, .mcap, .db3 or ROS 1 .bag; several if they belong together",
     )  # fmt: skip
     parser.add_argument(
@@ -62,13 +67,17 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--no-figures", action="store_true", help="a report without pictures: faster"
     )
+    drone_arguments.add_arguments(parser.add_argument_group("several drones"))
     add_configuration(parser)
     parser.add_argument("--json", action="store_true", help="print the summary as JSON")
 
 
 def run(args: argparse.Namespace) -> int:
     """Replay bags."""
+    drone_arguments.check(args)
     refuse_existing(args.output)
+    if args.drone:
+        return _replay_drones(args)
     if args.each:
         from aerial_gnss_ros.commands.replay_each import replay_each  # processes
 
@@ -101,13 +110,31 @@ def replay(args: argparse.Namespace) -> int:
                     results.add(result)
             truth = read_truth(bag)
             names = write_replay_report(folder, results, flight, truth, not args.no_figures)
-    for note in folded(flight.summary.notes):
+    _conclude(args, flight.summary, names)
+    return 0
+
+
+def _replay_drones(args: argparse.Namespace) -> int:
+    """Replay the flights of several drones into one result."""
+    from aerial_gnss_ros.commands.replay_drones import replay_drones
+
+    names: dict[str, str] = {}
+
+    def finish(folder: Path, results: ResultFolder, replay: DronesReplay, truth: Truth) -> None:
+        names.update(write_replay_report(folder, results, replay, truth, not args.no_figures))
+
+    _conclude(args, replay_drones(args, load_detector, finish).summary, names)
+    return 0
+
+
+def _conclude(args: argparse.Namespace, summary: Summary, names: dict[str, str]) -> None:
+    """Print notes and summary; `names` are the truth's by label."""
+    for note in folded(summary.notes):
         say(note)
     if args.json:
-        print(json.dumps(as_json(args.output, flight.summary, names), indent=2))
+        print(json.dumps(as_json(args.output, summary, names), indent=2))
     else:
-        print(as_text(args.output, flight.summary, names))
-    return 0
+        print(as_text(args.output, summary, names))
 
 
 def load_detector(config: DetectorConfig) -> Detector:
@@ -133,7 +160,11 @@ def _result_folder(
 
 
 def write_replay_report(
-    folder: Path, results: ResultFolder, replay: Replay, truth: Truth, figures: bool = True
+    folder: Path,
+    results: ResultFolder,
+    replay: Replay | DronesReplay,
+    truth: Truth,
+    figures: bool = True,
 ) -> dict[str, str]:
     """Write report.html from the tables beside it, with errors if the bag has truth.
 

@@ -6,7 +6,7 @@ from __future__ import annotations
 
 import argparse
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from aerial_gnss_ros.bags.reader import open_bag
@@ -17,7 +17,9 @@ from aerial_gnss_ros.commands.configuration import add_arguments as add_configur
 from aerial_gnss_ros.commands.progress import progress
 from aerial_gnss_ros.core.values.errors import InputError
 from aerial_gnss_ros.detection.select import load_detector
-from aerial_gnss_ros.view.page import PAGE, SOCKET, RecordingSocket, tile_routes
+from aerial_gnss_ros.nodes import require_ros
+from aerial_gnss_ros.view.live import STEP_S, Live
+from aerial_gnss_ros.view.page import PAGE, SOCKET, LiveSocket, RecordingSocket, tile_routes
 from aerial_gnss_ros.view.pictures import RecordedPictures
 from aerial_gnss_ros.view.recording import Recording, recorded_overviews, replayed_overviews
 from aerial_gnss_ros.view.server import LOCAL, PORT, Route, application, is_local
@@ -28,13 +30,13 @@ from aerial_gnss_ros.view.tiles import Tiles
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the command's arguments."""
     parser.epilog = (
-        "The page needs no internet. A recording without "
+        "Without BAG the live estimator is shown. The page needs no internet. A recording without "
         "positions is replayed first; give the result of `aerial-gnss replay` to spare that, and "
         "its bag beside it for the images."
     )
     parser.add_argument(
-        "paths", type=Path, nargs="+", metavar="BAG|RESULT",
-        help="recordings, or folders that `aerial-gnss replay` wrote",
+        "paths", type=Path, nargs="*", metavar="BAG|RESULT",
+        help="recordings, or folders that `aerial-gnss replay` wrote (default: live)",
     )  # fmt: skip
     parser.add_argument(
         "--bind", default=LOCAL, metavar="ADDRESS",
@@ -47,6 +49,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--tiles", type=Path, metavar="FILE", help="chart or map to draw below, an MBTiles file"
     )
     add_configuration(parser)
+    parser.add_argument(
+        "--ros-args", nargs=argparse.REMAINDER, default=[], metavar="ARG",
+        help="live: arguments for ROS, such as -r FROM:=TO; must come last",
+    )  # fmt: skip
 
 
 def run(args: argparse.Namespace) -> int:
@@ -55,8 +61,23 @@ def run(args: argparse.Namespace) -> int:
         raise InputError(f"--port must be 0 to 65535, not {args.port}.")
     config = configuration(args)
     tiles = None if args.tiles is None else Tiles(args.tiles)
-    recorded(args, config, tiles)
+    (recorded if args.paths else live)(args, config, tiles)
     return 0
+
+
+def live(args: argparse.Namespace, config: Configuration, tiles: Tiles | None) -> None:
+    """Serve the live estimator."""
+    require_ros()
+    from aerial_gnss_ros.nodes.overviews import OverviewListener
+
+    image, boxes = config.detector.image.topic, config.detector.detections.topic
+    listener = OverviewListener(args.namespace, image, boxes, args.ros_args)
+    try:
+        source = Live(listener, args.namespace.strip("/") or "live", tiles)
+        routes: list[Route] = [(SOCKET, LiveSocket, {"source": source}), *tile_routes(tiles)]
+        show(args, routes, (STEP_S, source.tick))
+    finally:
+        listener.close()
 
 
 def recorded(args: argparse.Namespace, config: Configuration, tiles: Tiles | None) -> None:
@@ -109,7 +130,11 @@ def result_bag(path: Path) -> Path:
     return path / "bag"
 
 
-def show(args: argparse.Namespace, routes: Sequence[Route]) -> None:
+def show(
+    args: argparse.Namespace,
+    routes: Sequence[Route],
+    tick: tuple[float, Callable[[], None]] | None = None,
+) -> None:
     """Serve routes until a signal."""
 
     def began(url: str) -> None:
@@ -117,7 +142,7 @@ def show(args: argparse.Namespace, routes: Sequence[Route]) -> None:
         if not is_local(args.bind):
             say("Whoever is on this network can see the page.")
 
-    serve(application(PAGE, routes), args.bind, args.port, began)
+    serve(application(PAGE, routes), args.bind, args.port, began, tick)
 
 
 def say(sentence: str) -> None:

@@ -67,7 +67,13 @@ def application(page: str, routes: Sequence[Route], static: Path = STATIC) -> An
     )
 
 
-def run(app: Any, bind: str, port: int, began: Callable[[str], None] = lambda _url: None) -> None:
+def run(
+    app: Any,
+    bind: str,
+    port: int,
+    began: Callable[[str], None] = lambda _url: None,
+    tick: tuple[float, Callable[[], None]] | None = None,
+) -> None:
     """Serve until SIGINT or SIGTERM.
 
     Args:
@@ -75,23 +81,35 @@ def run(app: Any, bind: str, port: int, began: Callable[[str], None] = lambda _u
         bind: address to listen on; 127.0.0.1 serves this computer only.
         port: TCP port; 0 takes a free one.
         began: called with the page's address once the server listens.
+        tick: an interval in s, and what is called as often.
 
     Raises:
         InputError: the port is in use, or the address is not this computer's.
     """
-    asyncio.run(_until_signal(app, bind, port, began))
+    asyncio.run(_until_signal(app, bind, port, began, tick))
 
 
-async def _until_signal(app: Any, bind: str, port: int, began: Callable[[str], None]) -> None:
+async def _until_signal(
+    app: Any,
+    bind: str,
+    port: int,
+    began: Callable[[str], None],
+    tick: tuple[float, Callable[[], None]] | None,
+) -> None:
     ended = asyncio.Event()
     loop = asyncio.get_running_loop()
     for number in _SIGNALS:
         loop.add_signal_handler(number, ended.set)
     server, address = listen(app, bind, port)
+    ticking = None if tick is None else tornado.ioloop.PeriodicCallback(tick[1], tick[0] * 1e3)
     try:
+        if ticking is not None:
+            ticking.start()
         began(address)
         await ended.wait()
     finally:
+        if ticking is not None:
+            ticking.stop()
         server.stop()
         await server.close_all_connections()
         for number in _SIGNALS:

@@ -125,6 +125,15 @@ def test_every_argument_reaches_its_place(launch_file):
     assert started(launch_file, autostart="false")[0].parameters == [{"autostart": False}]
 
 
+def test_the_page_is_served_where_it_is_asked_for(launch_file):
+    assert len(started(launch_file)) == 2
+    *_, page = started(
+        launch_file, view="192.0.2.1", namespace="drone1", vehicle="mavros_px4", params="/a.yaml"
+    )
+    expected = ["view", "--bind", "192.0.2.1", "--namespace", "drone1"]
+    assert page.arguments == [*expected, "--vehicle", "mavros_px4", "--params", "/a.yaml"]
+
+
 def test_the_end_of_the_bag_ends_launch_and_one_that_cannot_be_played_does_so_with_an_error(
     launch_file,
 ):

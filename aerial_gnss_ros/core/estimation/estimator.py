@@ -12,6 +12,7 @@ images older than the last one processed, which are dropped and counted in `drop
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Callable
 from pathlib import Path
 
 from aerial_gnss_ros.core.camera.model import CameraModel
@@ -111,6 +112,10 @@ class Estimator:
         self._newest_image_ns: int | None = None
         self._estimates: tuple[RobotEstimate, ...] = ()
         self._platform: tuple[PlatformError, ...] = ()
+
+    def wrap_tracking(self, wrap: Callable[[Tracking], Tracking]) -> None:
+        """Put something around the tracker that sees what it is given and returns."""
+        self._pipeline.tracking = wrap(self._pipeline.tracking)
 
     @property
     def events(self) -> list[str]:

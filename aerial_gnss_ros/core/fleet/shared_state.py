@@ -188,7 +188,7 @@ class SharedState:
         self.activate(drone)
         self._carry(drone)
         joint, base = self.joint, self.bases[drone]
-        joint.camera = np.full(3, np.nan)  # carried already
+        joint.camera, joint.view = np.full(3, np.nan), None  # carried already
         relinearize(joint, sight)
         base.camera, base.by_errors = joint.camera.copy(), sight.by_errors
         mine = self.seen_by == drone
@@ -324,14 +324,26 @@ class SharedState:
         self._cross -= by_active.T @ by_others
         self._own -= by_others.T @ by_others
 
-    def forget_gnss(self, drone: int, stationary: Array) -> None:
-        """Reset a receiver's offset, which has jumped, to its prior (7, 7)."""
+    def forget_gnss(self, drone: int, stationary: list[Array]) -> None:
+        """Reset a receiver's offset, which has jumped, to what the other receivers tell of it.
+
+        Args:
+            drone: its number.
+            stationary: (7, 7) prior covariance of each drone's errors.
+        """
         self.activate(drone)
-        joint = self.joint
-        joint.mean[GNSS] = 0.0
-        joint.covariance[GNSS] = joint.covariance[:, GNSS] = 0.0
-        joint.covariance[GNSS, GNSS] = stationary[GNSS, GNSS]
-        self._cross[GNSS] = 0.0
+        active, between, own = self._prior(stationary)
+        joint, others = self.joint, np.arange(len(self._mean)) % COUNT < GNSS.stop
+        rest = own[np.ix_(others, others)]
+        by_others = between[GNSS][:, others] @ np.linalg.pinv(rest, hermitian=True)
+        joint.mean[GNSS] = by_others @ self._mean[others]
+        with_joint = by_others @ self._cross[:, others].T
+        with_others = by_others @ self._own[others]
+        joint.covariance[GNSS], joint.covariance[:, GNSS] = with_joint, with_joint.T
+        unknown = active[GNSS, GNSS] - by_others @ rest @ by_others.T
+        told = by_others @ self._own[np.ix_(others, others)] @ by_others.T
+        joint.covariance[GNSS, GNSS] = unknown + told
+        self._cross[GNSS] = with_others
 
     def _place(self, drone: int) -> slice:
         """Return where the errors of a drone that is not active are among the others'."""

@@ -13,7 +13,7 @@ const SIDES = { right: [12, 0], left: [-12, 0], bottom: [0, 10], top: [0, -10] }
 export class SeaMap {
   constructor(element, chosen, pointed) {
     this.map = L.map(element, { zoomControl: false, attributionControl: false, zoomSnap: 0.25, maxZoom: DEEPEST, minZoom: 2 });
-    this.map.setView([0, 0], 3);
+    this.map.setView([0, 0], 18);
     L.control.scale({ imperial: false, maxWidth: 160, position: "bottomleft" }).addTo(this.map);
     this.chosen = chosen;
     this.robots = new Map();

@@ -12,7 +12,7 @@ const SVG = "http://www.w3.org/2000/svg";
 /** A row of lights, what is wrong first, and the sentence of the first or of the touched one. */
 export class Lights {
   draw(lights) {
-    const sorted = [...lights].sort((a, b) => ORDER[a.level] - ORDER[b.level]);
+    const sorted = grouped(lights).sort((a, b) => ORDER[a.level] - ORDER[b.level]);
     const written = JSON.stringify([sorted, this.touched]);
     if (written === this.written) return;
     this.written = written;
@@ -34,6 +34,14 @@ export class Lights {
       get("trouble").textContent = `${shown.name}: ${shown.words}`;
     }
   }
+}
+
+/** One light for the whole detector while all of its own are well. */
+function grouped(lights) {
+  const ofDetector = lights.filter((light) => light.name.startsWith("detector "));
+  if (!ofDetector.length || ofDetector.some((light) => light.level !== "ok")) return [...lights];
+  const rest = lights.filter((light) => !ofDetector.includes(light));
+  return [...rest, { name: "detector", level: "ok", words: ofDetector.map((light) => `${light.name.slice(9)}: ${light.words}`).join("; ") }];
 }
 
 /** UTC and the tablet's local time of a moment, ns since 1970. */
@@ -66,7 +74,7 @@ export class RobotList {
       put(name.querySelector(".label"), robot.id);
       put(name.querySelector(".state"), WORDS[state]);
       put(seen, age((scene.now_ns - robot.last_seen_ns) * 1e-9 + late));
-      put(within, robot.covariance_m2 ? metres(ellipse(robot.covariance_m2).long) : "unknown");
+      put(within, within95(robot, state));
       put(depth, depthOf(robot));
       return row;
     });
@@ -128,6 +136,12 @@ export class Picture {
       return [rect, label];
     }));
   }
+}
+
+function within95({ covariance_m2: covariance }, state) {
+  if (!covariance) return "unknown";
+  const radius = metres(ellipse(covariance).long);
+  return state === "old" ? `was ${radius}` : radius;
 }
 
 function depthOf({ depth_m: depth }) {

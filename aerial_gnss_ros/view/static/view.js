@@ -46,6 +46,7 @@ function receive(message) {
   if (message.kind === "hello") begin(message);
   else if (message.kind === "scene") {
     state.scene = message;
+    state.lights = message.lights;
     state.arrived = now();
     player.asked = false;
     if (state.hello.live) extendPaths(message);
@@ -95,7 +96,7 @@ function draw() {
   if (!state.connected) banner(`No connection for ${age(late)}: positions are old.`);
   else if (old) banner(scene ? `No news for ${age(silent)}: positions are old.` : "Waiting for the first positions.");
   else banner("");
-  lights.draw((hello.live ? state.lights ?? scene?.lights : scene?.lights) ?? []);
+  lights.draw(state.lights ?? []);
   if (!scene) return;
   const time = scene.now_ns + late * 1e9;
   drawClock(time);
@@ -128,7 +129,8 @@ function drawCard(scene, old, late) {
   if (robot) {
     const shown = old && robot.state !== "lost" ? "old" : robot.state;
     words.push(`${WORDS[shown]}, last seen ${age((scene.now_ns - robot.last_seen_ns) * 1e-9 + late)} ago`);
-    words.push(robot.covariance_m2 ? `95 % within ${metres(ellipse(robot.covariance_m2).long)}` : "nothing bounds where it is now");
+    const within = robot.covariance_m2 ? `95 % ${shown === "old" ? "was" : "is"} within ${metres(ellipse(robot.covariance_m2).long)}` : "";
+    words.push(within || "nothing bounds where it is now");
   }
   if (scene.drone) {
     const { distance, bearing } = course(scene.drone.place, place);

@@ -1,0 +1,251 @@
+# Copyright 2026 aerial_gnss_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Drives the fleet's estimator with one recording for each drone.
+
+Each recording is replayed by its drone's own estimator first; what that sees is then given to the
+fleet in the order of the scenes' times. The recordings' stamps must be of one clock.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field, replace
+from functools import partial
+
+from aerial_gnss_ros.bags.reader import BagReader
+from aerial_gnss_ros.bags.replay import Replay, Summary
+from aerial_gnss_ros.core.config.estimator import EstimatorConfig
+from aerial_gnss_ros.core.estimation.estimator import Estimator
+from aerial_gnss_ros.core.fleet.agreement import DroneReport
+from aerial_gnss_ros.core.fleet.fleet import Fleet, FleetUpdate, refuse_unable
+from aerial_gnss_ros.core.fleet.sighting import Sighting, SightingTap
+from aerial_gnss_ros.core.geometry.geodesy import LocalMap
+from aerial_gnss_ros.core.tracker.protocol import Tracking
+from aerial_gnss_ros.core.tracker.tracker import Tracker
+from aerial_gnss_ros.core.values.errors import InputError
+from aerial_gnss_ros.core.values.estimates import FrameResult, MapDatum
+from aerial_gnss_ros.detection.base import Detector
+from aerial_gnss_ros.detection.config import DetectorConfig
+from aerial_gnss_ros.text.sentences import counted
+
+
+@dataclass(frozen=True)
+class _Image:
+    """One image of one drone: what its own estimator gave, and what it tells the fleet."""
+
+    scene_ns: int
+    drone: str
+    result: FrameResult
+    sighting: Sighting | None
+
+
+@dataclass
+class NameUse:
+    """During which images a drone's own name stood for a fleet's one.
+
+    Attributes:
+        first_ns: stamp of the first image, ns.
+        last_ns: of the last one.
+        images: number of them.
+    """
+
+    first_ns: int
+    last_ns: int
+    images: int = 0
+
+
+@dataclass
+class DroneTables:
+    """What a replay says of each drone.
+
+    Attributes:
+        reports: of all drones in the order of time.
+        names: by the fleet's name, the drone, and its own name.
+    """
+
+    reports: list[DroneReport] = field(default_factory=list)
+    names: dict[tuple[str, str, str], NameUse] = field(default_factory=dict)
+
+    def add(self, update: FleetUpdate) -> None:
+        """Take in the result of one sighting."""
+        report = update.report
+        self.reports.append(report)
+        for own, name in update.names.items():
+            fresh = NameUse(report.stamp_ns, report.stamp_ns)
+            use = self.names.setdefault((name, report.drone, own), fresh)
+            use.last_ns, use.images = report.stamp_ns, use.images + 1
+
+
+class DronesReplay:
+    """One pass over a recording of each of several drones.
+
+    Args:
+        bags: open, by the drone's name.
+        configs: of the drones' estimators.
+        detector_config: names the image topic; `load` loads the model only if needed.
+        load: creates the detector.
+        namespace: that relative topics were recorded in.
+        detect: run the detector even if a bag has detections.
+        share: prior share of the receivers' variance that is common.
+
+    Attributes:
+        method: filter.
+        summary: counts; complete when `results` is exhausted.
+        tables: of the drones, likewise.
+
+    Raises:
+        ConfigError: a configuration asks for what a fleet cannot do.
+        InputError: a topic is missing or has another type.
+        ModelError: the model is unusable.
+    """
+
+    method = "filter"
+
+    def __init__(
+        self,
+        bags: Mapping[str, BagReader],
+        configs: Mapping[str, EstimatorConfig],
+        detector_config: DetectorConfig,
+        load: Callable[[DetectorConfig], Detector],
+        *,
+        namespace: str = "",
+        detect: bool = False,
+        share: float = 0.5,
+    ) -> None:
+        self.summary = Summary()
+        self.tables = DroneTables()
+        self._share = share
+        self._configs = dict(configs)
+        self._taps: dict[str, SightingTap] = {}
+        self._replays: dict[str, Replay] = {}
+        for name, bag in bags.items():
+            config = configs[name]
+            refuse_unable(name, config)
+            # Who stays is told by all drones; each by itself need not find it out.
+            tracks = replace(config.tracks, find_moored=False)
+            estimator = Estimator(replace(config, state_file="", tracks=tracks))
+            estimator.wrap_tracking(partial(self._tapped, name))
+            self._replays[name] = Replay(
+                bag, config, detector_config, load,
+                namespace=namespace, detect=detect, estimator=estimator,
+            )  # fmt: skip
+        sources = {one.summary.detections_from for one in self._replays.values()}
+        self.summary.detections_from = " and ".join(sorted(sources))
+
+    def _tapped(self, name: str, tracker: Tracking) -> SightingTap:
+        assert isinstance(tracker, Tracker)  # noqa: S101 - the default one
+        self._taps[name] = SightingTap(tracker)
+        return self._taps[name]
+
+    @property
+    def message_count(self) -> int:
+        """Number of messages to read."""
+        return sum(one.message_count for one in self._replays.values())
+
+    def results(
+        self, on_message: Callable[[int], None] = lambda _done: None
+    ) -> Iterator[FrameResult]:
+        """Yield one result for each time of an image, in order.
+
+        Args:
+            on_message: called with the number of messages read so far.
+
+        Raises:
+            InputError: a bag is damaged, or no image of any drone has a pose.
+        """
+        images: list[_Image] = []
+        datum, done = None, 0
+        for name, replay in self._replays.items():
+            found = list(replay.results(partial(_counted, on_message, done)))
+            done += replay.message_count
+            datum = datum or next((one.datum for one in found if one.datum is not None), None)
+            images += self._images(name, found)
+            self._note(name, replay.summary)
+        if datum is None:
+            raise InputError("no image of any drone has a camera pose: there is nothing to join.")
+        fleet = Fleet(self._configs, LocalMap(datum), self._share)
+        images.sort(key=lambda one: (one.scene_ns, one.drone))
+        same: list[_Image] = []
+        for image in images:
+            if same and image.result.stamp_ns != same[0].result.stamp_ns:
+                yield self._joined(fleet, same, datum)
+                same = []
+            same.append(image)
+        if same:
+            yield self._joined(fleet, same, datum)
+        self._conclude()
+
+    def _images(self, name: str, results: list[FrameResult]) -> list[_Image]:
+        """Return a drone's images with what they tell the fleet."""
+        told = {one.stamp_ns: one for one in self._taps[name].drain()}
+        latency_ns = round(self._configs[name].camera.latency_s * 1e9)
+        found = []
+        for result in results:
+            seen = told.get(result.stamp_ns)
+            scene_ns = result.stamp_ns - latency_ns if seen is None else seen.pose.stamp_ns
+            found.append(_Image(scene_ns, name, result, seen))
+        return found
+
+    def _joined(self, fleet: Fleet, images: list[_Image], datum: MapDatum) -> FrameResult:
+        """Return the result of all images with one stamp."""
+        update: FleetUpdate | None = None
+        pose = None
+        for image in images:
+            if image.sighting is not None:
+                update = fleet.update(image.drone, image.sighting)
+                self.tables.add(update)
+                first = image.drone == next(iter(self._replays))
+                pose = image.sighting.pose if first else pose  # the path that maps show
+        own = [image.result for image in images]
+        result = FrameResult(
+            own[0].stamp_ns,
+            own[0].frame_id,
+            update.estimates if update is not None else (),
+            tuple(one for result in own for one in result.rejections),
+            datum,
+            pose,
+            platform=update.platform if update is not None else (),
+            boxes=sum(result.boxes for result in own),
+            used=sum(result.used for result in own),
+            late=tuple(one for result in own for one in result.late),
+        )
+        self.summary.add(result)
+        return result
+
+    def _note(self, name: str, own: Summary) -> None:
+        """Take over what a drone's own replay says."""
+        self.summary.images_refused += own.images_refused
+        self.summary.images_dropped.update(own.images_dropped)
+        self.summary.interval_s = max(self.summary.interval_s, own.interval_s)
+        self.summary.notes += [f"Drone {name}: {note}" for note in own.notes]
+
+    def _conclude(self) -> None:
+        """Say where drones disagree, or share nothing."""
+        last = {report.drone: report for report in self.tables.reports}
+        disagreed = Counter(one.drone for one in self.tables.reports if one.disagrees)
+        self.summary.notes += [
+            f"Drone {name} contradicts the others in {counted(images, 'image')}: a compass, a "
+            "gimbal or a receiver of one of them may be wrong."
+            for name, images in sorted(disagreed.items())
+        ]
+        alone = sorted(
+            name for name in last if not any(drone == name for drone in self._together())
+        )
+        if len(last) > 1 and alone:
+            self.summary.notes.append(
+                f"No robot of {counted(len(alone), 'drone')} ({', '.join(alone)}) was found to be "
+                "another drone's: it is as if flown alone."
+            )
+
+    def _together(self) -> set[str]:
+        """Return the drones that have had a robot in common with another one."""
+        drones: dict[str, set[str]] = {}
+        for name, drone, _ in self.tables.names:
+            drones.setdefault(name, set()).add(drone)
+        return {drone for known in drones.values() if len(known) > 1 for drone in known}
+
+
+def _counted(on_message: Callable[[int], None], before: int, read: int) -> None:
+    """Report messages of one bag as those of all."""
+    on_message(before + read)

@@ -1,0 +1,69 @@
+# Copyright 2026 aerial_gnss_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Arguments of `aerial-gnss replay` for several drones."""
+
+from __future__ import annotations
+
+import argparse
+import re
+from collections import Counter
+from pathlib import Path
+
+from aerial_gnss_ros.core.values.errors import ConfigError
+
+_NAME = re.compile(r"[a-z][a-z0-9_]*")
+
+
+def drone_file(text: str) -> tuple[str, Path]:
+    """Parse NAME=PATH, such as a=flight_bag."""
+    name, equals, path = text.partition("=")
+    if not (equals and path and _NAME.fullmatch(name)):
+        raise argparse.ArgumentTypeError(
+            f"{text!r} is not NAME=PATH with a name of small letters, digits and underscores"
+        )
+    return name, Path(path)
+
+
+def add_arguments(group: argparse._ArgumentGroup) -> None:
+    """Add the arguments for several drones."""
+    group.add_argument(
+        "--drone", type=drone_file, action="append", default=[], metavar="NAME=BAG",
+        help="recording of one of several drones, in place of BAG; repeated for each drone. Stamps "
+        "of all must be of one clock",
+    )  # fmt: skip
+    group.add_argument(
+        "--drone-params", type=drone_file, action="append", default=[], metavar="NAME=FILE",
+        help="with --drone: parameters of this drone alone, after those of --params",
+    )  # fmt: skip
+    group.add_argument(
+        "--gnss-share", type=float, metavar="P",
+        help="with --drone: part of the variance of the receivers' offsets that is common to all "
+        "drones, as far as is known beforehand, 0 to 1 (default 0.5)",
+    )  # fmt: skip
+
+
+def check(args: argparse.Namespace) -> None:
+    """Refuse arguments that do not go together.
+
+    Raises:
+        ConfigError: says which.
+    """
+    if not args.drone:
+        for name in ("drone_params", "gnss_share"):
+            if getattr(args, name):
+                raise ConfigError(f"--{name.replace('_', '-')} applies only with --drone.")
+        if not args.bags:
+            raise ConfigError("give a BAG, or --drone NAME=BAG for each of several drones.")
+        return
+    if args.bags or args.each:
+        other = "BAG" if args.bags else "--each"
+        raise ConfigError(f"give {other} or --drone, not both.")
+    twice = [name for name, count in Counter(name for name, _ in args.drone).items() if count > 1]
+    if twice:
+        raise ConfigError(f"two drones are called {twice[0]}; each needs a name of its own.")
+    unknown = {name for name, _ in args.drone_params} - {name for name, _ in args.drone}
+    if unknown:
+        raise ConfigError(f"--drone-params names {min(unknown)}, which is none of the drones.")
+    share = args.gnss_share
+    if share is not None and not 0.0 <= share <= 1.0:
+        raise ConfigError(f"--gnss-share must lie within 0 to 1, not {share:g}.")

@@ -1,0 +1,106 @@
+# Copyright 2026 aerial_gnss_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Replays the recordings of several drones into one result."""
+
+from __future__ import annotations
+
+import argparse
+import csv
+import io
+from collections.abc import Callable, Iterable
+from contextlib import ExitStack
+from pathlib import Path
+
+from aerial_gnss_ros.bags.partial import partial
+from aerial_gnss_ros.bags.reader import BagReader, open_bag
+from aerial_gnss_ros.bags.replay_drones import DronesReplay, DroneTables
+from aerial_gnss_ros.bags.results import PLATFORM_STEP_NS, ResultFolder
+from aerial_gnss_ros.bags.stated_datum import with_stated_datum
+from aerial_gnss_ros.commands.configuration import Configuration, configuration
+from aerial_gnss_ros.commands.ending import ended_cleanly
+from aerial_gnss_ros.commands.progress import progress
+from aerial_gnss_ros.core.config.estimator import EstimatorConfig
+from aerial_gnss_ros.detection.base import Detector
+from aerial_gnss_ros.detection.config import DetectorConfig
+from aerial_gnss_ros.evaluation.truth import Truth, read_truth
+
+DRONE_COLUMNS = (
+    "stamp_ns", "drone", "agreement", "shared_robots", "offset_east_m", "offset_north_m",
+    "sigma_east_m", "sigma_north_m", "disagrees",
+)  # fmt: skip
+NAME_COLUMNS = ("robot_id", "drone", "drone_robot_id", "first_stamp_ns", "last_stamp_ns", "images")
+Load = Callable[[DetectorConfig], Detector]
+Finish = Callable[[Path, ResultFolder, DronesReplay, Truth], None]
+
+
+def replay_drones(args: argparse.Namespace, load: Load, finish: Finish) -> DronesReplay:
+    """Replay the drones' recordings into one folder.
+
+    Args:
+        args: of the command, checked.
+        load: creates the detector.
+        finish: writes the report into the folder before it gets its name.
+    """
+    found = configuration(args)
+    own = {name: _own(args, name).estimator for name, _ in args.drone}
+    with ended_cleanly(), ExitStack() as open_bags:
+        bags: dict[str, BagReader] = {}
+        configs: dict[str, EstimatorConfig] = {}
+        for name, path in args.drone:
+            bags[name] = open_bags.enter_context(open_bag([path]))
+            configs[name] = with_stated_datum(own[name], bags[name])
+        share = 0.5 if args.gnss_share is None else args.gnss_share
+        replay = DronesReplay(
+            bags, configs, found.detector, load,
+            namespace=args.namespace, detect=args.model is not None, share=share,
+        )  # fmt: skip
+        with partial(args.output) as folder:
+            folder.mkdir()
+            config = found.estimator.map
+            with (
+                ResultFolder(
+                    folder, args.namespace, config, args.rosbag_version, None, not args.no_bag
+                ) as results,
+                progress("replaying", replay.message_count, "messages") as report,
+            ):
+                for result in replay.results(report):
+                    results.add(result)
+            write_tables(folder, replay.tables)
+            finish(folder, results, replay, read_truth(next(iter(bags.values()))))
+    return replay
+
+
+def _own(args: argparse.Namespace, name: str) -> Configuration:
+    """Return the configuration of one drone."""
+    own = argparse.Namespace(**vars(args))
+    own.params = [*args.params, *(path for one, path in args.drone_params if one == name)]
+    return configuration(own)
+
+
+def write_tables(folder: Path, tables: DroneTables) -> None:
+    """Write drones.csv, every half second, and names.csv."""
+    rows: list[list[str]] = []
+    last: dict[str, int] = {}
+    for one in tables.reports:
+        if one.stamp_ns - last.get(one.drone, -PLATFORM_STEP_NS) < PLATFORM_STEP_NS:
+            continue
+        last[one.drone] = one.stamp_ns
+        figures = [f"{value:.4f}" for value in (*one.offset, *one.offset_sigma)]
+        rows.append([
+            str(one.stamp_ns), one.drone, f"{one.agreement:.4f}", str(one.shared), *figures,
+            str(int(one.disagrees)),
+        ])  # fmt: skip
+    (folder / "drones.csv").write_text(_table(DRONE_COLUMNS, rows), encoding="utf-8", newline="\n")
+    names = [
+        [*key, str(use.first_ns), str(use.last_ns), str(use.images)]
+        for key, use in sorted(tables.names.items())
+    ]
+    (folder / "names.csv").write_text(_table(NAME_COLUMNS, names), encoding="utf-8", newline="\n")
+
+
+def _table(columns: Iterable[str], rows: Iterable[list[str]]) -> str:
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(columns)
+    writer.writerows(rows)
+    return text.getvalue()

@@ -1,0 +1,103 @@
+# Copyright 2026 aerial_gnss_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""What the fleet keeps of one drone: its errors' model, its camera's motion, its last image."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aerial_gnss_ros.core.config.estimator import EstimatorConfig
+from aerial_gnss_ros.core.filter.linearization import CameraView
+from aerial_gnss_ros.core.filter.update import linearise
+from aerial_gnss_ros.core.fleet.agreement import Agreement
+from aerial_gnss_ros.core.fleet.sighting import Sighting
+from aerial_gnss_ros.core.geometry.geodesy import LocalMap
+from aerial_gnss_ros.core.geometry.map_pose import MapPose
+from aerial_gnss_ros.core.georeferencing.measurements import EDGE
+from aerial_gnss_ros.core.models.camera_motion import CameraMotion
+from aerial_gnss_ros.core.models.platform_model import PlatformModel
+
+Array = NDArray[np.float64]
+
+
+class Drone:
+    """One drone.
+
+    Args:
+        name: of the drone.
+        config: of its estimator.
+
+    Attributes:
+        name: likewise.
+        model: of its errors.
+        stationary: (7, 7) prior covariance of its errors, by its last fix.
+        agreement: of its boxes with the other drones.
+        last: its last sighting; None at first.
+        view: the camera of that.
+    """
+
+    def __init__(self, name: str, config: EstimatorConfig) -> None:
+        self.name = name
+        self.model = PlatformModel(config.noise, config.gimbal.reference)
+        self.stationary = self.model.stationary(None)
+        self.agreement = Agreement()
+        self.last: Sighting | None = None
+        self.view: CameraView | None = None
+        self._motion = CameraMotion()
+
+    def state_receiver(self, seen: Sighting) -> None:
+        """Take over the covariance that a fix states of itself."""
+        self.stationary = self.model.stationary(seen.pose.fix_covariance)
+
+    def jumped(self, seen: Sighting) -> bool:
+        """Return whether the drone has come to believe a jump of its receiver."""
+        return self.last is not None and not np.array_equal(self.last.believed, seen.believed)
+
+    def look(self, seen: Sighting, local: LocalMap) -> CameraView:
+        """Take in the pose of an image; return its camera for the filter.
+
+        Args:
+            seen: the image.
+            local: the frame `map`.
+        """
+        passed = 0.0
+        if self.last is not None:
+            passed = (seen.pose.stamp_ns - self.last.pose.stamp_ns) * 1e-9
+            if self.jumped(seen):
+                self._motion.shift(np.array([*(seen.believed - self.last.believed), 0.0]))
+        measured = MapPose.of(seen.pose, local)
+        shown = MapPose(measured.position - seen.jump, measured.rotation)
+        foretold = self._motion.update(shown, passed)
+        noise = seen.pose.interpolation_noise(passed)
+        self.view = CameraView.of(seen.camera, shown, self._motion.rates, 0.0, foretold, 0.0, noise)
+        self.last = seen
+        return self.view
+
+    def recent(self, now_ns: int, patience_s: float) -> bool:
+        """Return whether its last image is not older than some time."""
+        return self.last is not None and now_ns - self.last.pose.stamp_ns <= patience_s * 1e9
+
+    def shows(self, errors: Array, place: Array, spread: Array) -> float:
+        """Return the probability that a robot is well inside its last image.
+
+        Args:
+            errors: (7,) of the drone.
+            place: (2,) of the robot, East, North, m.
+            spread: (2, 2) covariance of that, m².
+        """
+        if self.view is None:
+            return 0.0
+        camera, linear = self.view.camera, linearise(self.view, errors, place[None])
+        if not linear.seen[0]:
+            return 0.0
+        pixel = linear.by_place[0] @ spread @ linear.by_place[0].T
+        edge, inside = EDGE * min(camera.width, camera.height), 1.0
+        for axis, size in enumerate((camera.width, camera.height)):
+            wide = math.sqrt(2.0 * float(pixel[axis, axis])) + 1e-9
+            at = float(linear.pixels[0, axis])
+            low, high = (at - edge) / wide, (size - edge - at) / wide
+            inside *= max(0.5 * (math.erf(low) + math.erf(high)), 0.0)
+        return inside

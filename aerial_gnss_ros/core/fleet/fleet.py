@@ -1,0 +1,298 @@
+# Copyright 2026 aerial_gnss_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""The fleet's estimator: sightings of several drones, one filter, one name for each robot.
+
+Each drone's own estimator decides which box is which of its robots; the fleet decides which of
+these are one (`matching`) and estimates all of them from all boxes (`SharedState`). A box that
+contradicts the fleet is not used; a drone whose boxes do so time after time keeps that robot for
+itself. Sightings are given in the order of time.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aerial_gnss_ros.core.config.estimator import EstimatorConfig
+from aerial_gnss_ros.core.filter.linearization import CameraView
+from aerial_gnss_ros.core.filter.plausible_state import check_covariance, check_robots
+from aerial_gnss_ros.core.fleet.agreement import DroneReport, receiver_offset
+from aerial_gnss_ros.core.fleet.drone import Drone
+from aerial_gnss_ros.core.fleet.gates import fitting
+from aerial_gnss_ros.core.fleet.matching import TUNING as MATCHING
+from aerial_gnss_ros.core.fleet.matching import RobotMatching
+from aerial_gnss_ros.core.fleet.robots import FleetRobot, Names
+from aerial_gnss_ros.core.fleet.shared_state import SharedState
+from aerial_gnss_ros.core.fleet.sighting import Sighting
+from aerial_gnss_ros.core.geometry.geodesy import LocalMap
+from aerial_gnss_ros.core.models.motion_model import ClassMotions
+from aerial_gnss_ros.core.models.platform_model import named_errors
+from aerial_gnss_ros.core.telemetry.depths import inflate_by_depth
+from aerial_gnss_ros.core.values.errors import ConfigError
+from aerial_gnss_ros.core.values.estimates import PlatformError, RobotEstimate, State
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class FleetTuning:
+    """Chosen numbers of this module, with their units and where they come from."""
+
+    released: int = 10
+    """Consecutive boxes of a drone that contradict a robot after which they are another robot's.
+    Judged."""
+
+
+TUNING = FleetTuning()
+
+
+@dataclass(frozen=True)
+class FleetUpdate:
+    """Result of one sighting.
+
+    Attributes:
+        estimates: confirmed and coasting robots, ordered by name.
+        platform: errors of all drones, with the drone's name before that of the error where there
+            are several.
+        report: of the drone that the sighting came from.
+        names: the fleet's name by that drone's own, of the robots that it knows.
+    """
+
+    estimates: tuple[RobotEstimate, ...]
+    platform: tuple[PlatformError, ...]
+    report: DroneReport
+    names: dict[str, str]
+
+
+class Fleet:
+    """Robots of several drones.
+
+    Args:
+        configs: of each drone's estimator, by the drone's name.
+        local: the frame `map`.
+        share: prior share of the receivers' variance that is common, 0 to 1.
+
+    Attributes:
+        local: likewise.
+        robots: in the order of `state.joint`.
+        state: the filter.
+
+    Raises:
+        ConfigError: a drone's configuration asks for what a fleet cannot do yet.
+    """
+
+    def __init__(
+        self, configs: Mapping[str, EstimatorConfig], local: LocalMap, share: float = 0.5
+    ) -> None:
+        if not 0.0 <= share <= 1.0:
+            raise ConfigError(f"the receivers' common share must lie within 0 to 1, not {share:g}.")
+        for name, config in configs.items():
+            refuse_unable(name, config)
+        self.local = local
+        self._config = next(iter(configs.values()))
+        self._drones = [Drone(name, config) for name, config in configs.items()]
+        self._number = {name: i for i, name in enumerate(configs)}
+        self._motions = ClassMotions(self._config)
+        self._share = share
+        self.state = SharedState(self._stationary, share)
+        self.robots: list[FleetRobot] = []
+        self._matching = RobotMatching(self._drones)
+        self._names = Names()
+        self._now_ns: int | None = None
+
+    @property
+    def _stationary(self) -> list[Array]:
+        return [one.stationary for one in self._drones]
+
+    def update(self, name: str, seen: Sighting) -> FleetUpdate:
+        """Take in a drone's sighting, not older than the one before.
+
+        Args:
+            name: of the drone.
+            seen: its sighting.
+
+        Raises:
+            StateError: a number is not finite or not plausible.
+        """
+        drone, stamp_ns = self._number[name], seen.pose.stamp_ns
+        self._predict(stamp_ns)
+        view = self._look(drone, seen)
+        self._measure(drone, seen, view)
+        self._drop(self._matching.update(self.state, self.robots, stamp_ns))
+        for slot, robot in enumerate(self.robots):
+            if not robot.name and self._matching.nobody_else(slot, self.robots, stamp_ns):
+                robot.name = self._names.issue(robot)
+        check_covariance(self.state.joint.covariance, "robots and platform")
+        check_robots(self.state.joint.robots, "robots")
+        return self._result(drone, seen)
+
+    def _predict(self, stamp_ns: int) -> None:
+        """Predict to the time of a scene and drop robots unseen for too long."""
+        before, self._now_ns = self._now_ns, stamp_ns
+        if before is None:
+            return
+        seconds = max((stamp_ns - before) * 1e-9, 0.0)
+        keep = [one.model.decay(seconds) for one in self._drones]
+        self.state.predict(seconds, keep, self._stationary, self._motions.default)
+        self._drop(
+            [
+                slot
+                for slot, robot in enumerate(self.robots)
+                if (stamp_ns - robot.last_seen_ns) * 1e-9
+                > self._config.robot_class(robot.class_id).coast_s
+            ]
+        )
+
+    def _drop(self, slots: list[int]) -> None:
+        if not slots:
+            return
+        self.state.drop(np.array(sorted(slots), np.intp))
+        self.robots = [robot for slot, robot in enumerate(self.robots) if slot not in slots]
+        self.state.joint.rows = np.arange(len(self.robots))
+        self._matching.forget()
+
+    def _look(self, drone: int, seen: Sighting) -> CameraView:
+        """Take in the pose of an image."""
+        one = self._drones[drone]
+        one.state_receiver(seen)
+        if not self.robots:
+            self.state = SharedState(self._stationary, self._share)
+        elif one.last is None or one.jumped(seen):
+            self.state.forget_gnss(drone, self._stationary)
+        view = one.look(seen, self.local)
+        self.state.look(drone, view)
+        return view
+
+    def _measure(self, drone: int, seen: Sighting, view: CameraView) -> None:
+        """Update robots with a drone's boxes; begin those that it has not named before."""
+        known = {
+            robot.labels[drone]: slot
+            for slot, robot in enumerate(self.robots)
+            if drone in robot.labels
+        }
+        old = {k: known[label] for k, label in enumerate(seen.labels) if label in known}
+        if old:
+            self._update(drone, seen, view, old)
+        new = [k for k, label in enumerate(seen.labels) if label not in known]
+        if new:
+            self._begin(drone, seen, view, new)
+
+    def _update(self, drone: int, seen: Sighting, view: CameraView, slots: dict[int, int]) -> None:
+        """Update robots with their boxes.
+
+        Args:
+            drone: its number.
+            seen: its sighting.
+            view: the camera.
+            slots: places of the robots by box.
+        """
+        one, stamp_ns = self._drones[drone], seen.pose.stamp_ns
+        used = fitting(self.state, seen, view, one.model, slots, self._motions.default_speed)
+        squared, count = 0.0, 0
+        if used:
+            outcome = self.state.correct(
+                np.array([slots[k] for k in used], np.intp), seen.pixels[used], view, one.model,
+                2.0 * self._motions.default_speed, seen.level,
+            )  # fmt: skip
+            squared, count = outcome.squared, outcome.count
+        robots = [self.robots[slots[k]] for k in slots]
+        shared = [self._matching.others_see(drone, robot, stamp_ns) for robot in robots]
+        refused = 0
+        for k, robot, common in zip(slots, robots, shared, strict=True):
+            if k in used:
+                robot.measured(drone, stamp_ns, seen.doubt[k])
+                continue
+            refused += common
+            robot.refused[drone] = robot.refused.get(drone, 0) + 1
+            if robot.refused[drone] >= TUNING.released:
+                del robot.labels[drone], robot.refused[drone]
+        if any(shared):
+            one.agreement.add(squared, count, refused, sum(shared))
+
+    def _begin(self, drone: int, seen: Sighting, view: CameraView, new: list[int]) -> None:
+        """Begin robots from boxes."""
+        rows = np.arange(len(self.robots), len(self.robots) + len(new))
+        own = self._motions.of([seen.class_ids[k] for k in new])
+        model, speed = self._drones[drone].model, self._motions.default_speed
+        self.state.begin(rows, seen.pixels[new], view, model, speed, own, seen.level)
+        stamp_ns = seen.pose.stamp_ns
+        for k in new:
+            robot = FleetRobot(seen.class_ids[k], stamp_ns, stamp_ns, "", {drone: seen.labels[k]})
+            robot.measured(drone, stamp_ns, seen.doubt[k])
+            self.robots.append(robot)
+
+    def _result(self, drone: int, seen: Sighting) -> FleetUpdate:
+        """Return the robots as published, and what is to be said of the drone."""
+        one, several = self._drones[drone], len(self._drones) > 1
+        estimates = [
+            self._estimate(slot, robot, seen)
+            for slot, robot in enumerate(self.robots)
+            if robot.name
+        ]
+        estimates.sort(key=lambda each: each.robot_id)
+        depth_m = self._config.depth.sigma_m
+        platform = [
+            replace(error, name=f"{each.name} {error.name}") if several else error
+            for number, each in enumerate(self._drones)
+            for error in named_errors(*self.state.platform(number))
+        ]
+        known = [robot for robot in self.robots if robot.name and drone in robot.labels]
+        offset, sigma = receiver_offset(self.state, drone, len(self._drones))
+        report = DroneReport(
+            one.name, seen.stamp_ns, one.agreement.ratio,
+            sum(len(robot.labels) > 1 for robot in known), offset, sigma, one.agreement.disagrees,
+        )  # fmt: skip
+        return FleetUpdate(
+            inflate_by_depth(tuple(estimates), seen.pose, self.local, depth_m),
+            tuple(platform),
+            report,
+            {robot.labels[drone]: robot.name for robot in known},
+        )
+
+    def _estimate(self, slot: int, robot: FleetRobot, seen: Sighting) -> RobotEstimate:
+        """Return a robot as published: confirmed if the last image of any drone measured it."""
+        joint, stamp_ns = self.state.joint, seen.pose.stamp_ns
+        measured = False
+        for number in robot.labels:
+            one = self._drones[number]
+            if one.last is not None and one.recent(stamp_ns, MATCHING.fresh_s):
+                measured |= robot.seen_ns.get(number) == one.last.pose.stamp_ns
+        own = slice(7 + 4 * slot, 11 + 4 * slot)
+        covariance = joint.covariance[own, own].copy()
+        covariance[:2, :2] += robot.widening()
+        latitude, longitude = self.local.places(joint.robots[[slot], :2])
+        return RobotEstimate(
+            seen.stamp_ns,
+            robot.name,
+            robot.class_id,
+            State.CONFIRMED if measured else State.COASTING,
+            float(latitude[0]),
+            float(longitude[0]),
+            seen.pose.altitude - seen.pose.height,
+            joint.robots[slot, :2].copy(),
+            joint.robots[slot, 2:].copy(),
+            covariance,
+            robot.last_seen_ns + seen.stamp_ns - stamp_ns,
+        )
+
+
+def refuse_unable(name: str, config: EstimatorConfig) -> None:
+    """Refuse a drone whose configuration asks for what a fleet cannot do yet.
+
+    Raises:
+        ConfigError: names the parameter.
+    """
+    trouble = ""
+    if config.noise.value("latency_s") > 0.0:
+        trouble = "noise.latency_s must be 0: measure the latency with `aerial-gnss calibrate`"
+    elif config.references:
+        trouble = "references must be empty: they are used by single drones only"
+    elif config.robots:
+        trouble = "robots must be empty: names are not bound to places"
+    elif config.method != "filter":
+        trouble = f"method must be filter, not {config.method}"
+    if trouble:
+        raise ConfigError(f"several drones together, drone {name}: {trouble}.")

@@ -1,0 +1,205 @@
+# Copyright 2026 aerial_gnss_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Finds out which robots of different drones are one, and when one is nobody else's."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aerial_gnss_ros.core.fleet.constellations import TUNING as CONSTELLATIONS
+from aerial_gnss_ros.core.fleet.constellations import matchings
+from aerial_gnss_ros.core.fleet.drone import Drone
+from aerial_gnss_ros.core.fleet.robots import FleetRobot
+from aerial_gnss_ros.core.fleet.shared_state import SharedState
+from aerial_gnss_ros.core.models.platform_model import COUNT
+
+Array = NDArray[np.float64]
+_Sides = tuple[list[int], list[int], tuple[int | None, int | None]]
+"""Places of robots of two sets, and the drone that does not show those of each."""
+
+
+@dataclass(frozen=True)
+class MatchingTuning:
+    """Chosen numbers of this module, with their units and where they come from."""
+
+    every_s: float = 0.2
+    """How often robots are matched, s: their covariances change no faster. Judged."""
+    sure: float = 0.999
+    """Probability of a matching from which its robots are one: a wrong one is a confident wrong
+    position, a late one costs precision. Judged."""
+    sure_s: float = 1.0
+    """Time for which it must be so sure, s. Judged."""
+    apart: float = 0.95
+    """Probability of being no other drone's robot from which one gets a name at once. Judged."""
+    unnamed_s: float = 10.0
+    """Time after which it gets a name all the same, s. Judged."""
+    fresh_s: float = 1.0
+    """Time for which a drone that has measured a robot is taken to see it, s. Judged."""
+
+
+TUNING = MatchingTuning()
+
+
+class RobotMatching:
+    """Joins robots of different drones.
+
+    Args:
+        drones: of the fleet, by number.
+    """
+
+    def __init__(self, drones: list[Drone]) -> None:
+        self._drones = drones
+        self._since: dict[tuple[int, int], int] = {}
+        self._weighed_ns: int | None = None
+        self._alone: set[int] = set()
+
+    def forget(self) -> None:
+        """Forget which robots seemed to be one: places in the state have changed."""
+        self._since.clear()
+        self._alone.clear()
+
+    def update(self, state: SharedState, robots: list[FleetRobot], now_ns: int) -> list[int]:
+        """Join robots that surely are one; return the places that are to be dropped.
+
+        Args:
+            state: the filter.
+            robots: its robots.
+            now_ns: time of the last scene, ns.
+        """
+        if self._weighed_ns is not None and now_ns - self._weighed_ns < TUNING.every_s * 1e9:
+            return []
+        self._weighed_ns = now_ns
+        since: dict[tuple[int, int], int] = {}
+        likely = dict.fromkeys(range(len(robots)), 0.0)
+        drones = range(len(self._drones))
+        seen = [{one for one in drones if self.sees(one, robot, now_ns)} for robot in robots]
+        for mine, others, views in self._sides(robots, seen):
+            possible = np.array(
+                [
+                    [robots[i].class_id == robots[j].class_id and not seen[i] & seen[j]
+                     for j in others]
+                    for i in mine
+                ], np.bool_,
+            ).reshape(len(mine), len(others))  # fmt: skip
+            for i, j in self._one(state, possible, mine, others, views, likely):
+                pair = (min(i, j), max(i, j))
+                since[pair] = self._since.get(pair, now_ns)
+        self._alone = {i for i, share in likely.items() if share < 1.0 - TUNING.apart}
+        self._since = since
+        gone: list[int] = []
+        taken: set[int] = set()
+        for (first, second), began_ns in since.items():
+            if now_ns - began_ns < TUNING.sure_s * 1e9 or taken & {first, second}:
+                continue
+            taken |= {first, second}
+            state.tie(first, second, CONSTELLATIONS.same_m)
+            robots[second].join(robots[first])
+            gone.append(first)
+        return gone
+
+    def nobody_else(self, slot: int, robots: list[FleetRobot], now_ns: int) -> bool:
+        """Return whether a robot without a name is not, or has not been found to be, another's."""
+        robot = robots[slot]
+        rivals = any(
+            other.class_id == robot.class_id and not {*other.labels} & {*robot.labels}
+            for other in robots
+            if other is not robot
+        )
+        late = now_ns - robot.began_ns > TUNING.unnamed_s * 1e9
+        return not rivals or late or slot in self._alone
+
+    def sees(self, drone: int, robot: FleetRobot, now_ns: int) -> bool:
+        """Return whether a drone has measured a robot of late."""
+        return robot.seen_within(drone, now_ns, round(TUNING.fresh_s * 1e9))
+
+    def others_see(self, drone: int, robot: FleetRobot, now_ns: int) -> bool:
+        """Return whether any drone but one has measured a robot of late."""
+        others = (other for other in range(len(self._drones)) if other != drone)
+        return any(self.sees(other, robot, now_ns) for other in others)
+
+    def _sides(self, robots: list[FleetRobot], seen: list[set[int]]) -> Iterator[_Sides]:
+        """Yield the sets of robots that are matched with one another.
+
+        Drones are taken two by two, since with a third one each robot would have two candidates
+        that are one. At the end, robots that a drone sees with those that no drone does and that
+        this one has not known: whether they are those that it has, its own estimator decides.
+
+        Args:
+            robots: of the fleet.
+            seen: the drones that see each of them.
+        """
+        count = len(self._drones)
+        for first in range(count):
+            for second in range(first + 1, count):
+                mine = [i for i, by in enumerate(seen) if first in by and second not in by]
+                others = [i for i, by in enumerate(seen) if second in by and first not in by]
+                yield mine, others, (second, first)
+        for drone in range(count):
+            mine = [i for i, by in enumerate(seen) if drone in by]
+            unseen = [i for i, by in enumerate(seen) if not by and drone not in robots[i].labels]
+            yield mine, unseen, (None, drone)
+
+    def _one(
+        self,
+        state: SharedState,
+        possible: NDArray[np.bool_],
+        mine: list[int],
+        others: list[int],
+        views: tuple[int | None, int | None],
+        likely: dict[int, float],
+    ) -> list[tuple[int, int]]:
+        """Return the pairs of two sets of robots that are one by a sure matching.
+
+        Args:
+            state: the filter.
+            possible: (m, n) whether two may be one.
+            mine: places of m robots, and
+            others: of n others.
+            views: drones that do not show those of each set; None: nothing follows from that.
+            likely: receives the probability with which each is one of the other set.
+        """
+        if not possible.any():
+            return []
+        offsets, covariance = _apart(state, mine, others)
+        in_view = [
+            np.array([self._in_view(state, drone, slot) for slot in side])
+            for drone, side in zip(views, (mine, others), strict=True)
+        ]
+        weighed = matchings(offsets, covariance, possible, in_view[0], in_view[1])
+        for side, index in ((mine, 0), (others, 1)):
+            shares = dict.fromkeys(side, 0.0)
+            for one in weighed:
+                for pair in one.pairs:
+                    shares[side[pair[index]]] += one.probability
+            for i, share in shares.items():
+                likely[i] = max(likely[i], share)
+        if weighed[0].probability < TUNING.sure:
+            return []
+        return [(mine[a], others[b]) for a, b in weighed[0].pairs]
+
+    def _in_view(self, state: SharedState, drone: int | None, slot: int) -> float:
+        """Return the probability that a robot is in a drone's view."""
+        if drone is None or not self._drones[drone].recent(self._weighed_ns or 0, TUNING.fresh_s):
+            return 0.0
+        place, spread = state.joint.robots[slot, :2], state.joint.blocks()[slot, :2, :2]
+        return self._drones[drone].shows(state.platform(drone)[0], place, spread)
+
+
+def _apart(state: SharedState, first: list[int], second: list[int]) -> tuple[Array, Array]:
+    """Return offsets (m, n, 2) from robots to others, and their covariance (m, n, 2, m, n, 2)."""
+    joint, m, n = state.joint, len(first), len(second)
+    places = joint.robots[:, :2]
+    own = (COUNT + 4 * np.array([*first, *second])[:, None] + np.arange(2)).ravel()
+    P = joint.covariance[np.ix_(own, own)]
+    by = np.zeros((m, n, 2, m + n, 2))
+    for i in range(m):
+        for j in range(n):
+            by[i, j, :, m + j] = np.eye(2)
+            by[i, j, :, i] = -np.eye(2)
+    flat = by.reshape(2 * m * n, -1)
+    covariance = (flat @ P @ flat.T).reshape(m, n, 2, m, n, 2)
+    return places[second][None] - places[first][:, None], covariance

@@ -1,0 +1,83 @@
+# Copyright 2026 aerial_gnss_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""The fleet's robots: their names, and by which names each drone knows them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aerial_gnss_ros.core.identity.label_format import LabelRegistry
+
+Array = NDArray[np.float64]
+
+
+@dataclass
+class FleetRobot:
+    """One robot; its state is at the same place in `SharedState.joint`.
+
+    Attributes:
+        class_id: class name as the detector gave it.
+        began_ns: time of its first box, ns.
+        last_seen_ns: of the last one, by any drone, ns.
+        name: the fleet's; empty while it may be another drone's robot.
+        labels: each drone's own name of it, by number of the drone.
+        seen_ns: when each drone measured it last, ns.
+        doubt: (2, 2) by which each drone widens its own position, m².
+        refused: consecutive boxes of each drone that contradicted it.
+    """
+
+    class_id: str
+    began_ns: int
+    last_seen_ns: int
+    name: str = ""
+    labels: dict[int, str] = field(default_factory=dict)
+    seen_ns: dict[int, int] = field(default_factory=dict)
+    doubt: dict[int, Array] = field(default_factory=dict)
+    refused: dict[int, int] = field(default_factory=dict)
+
+    def measured(self, drone: int, stamp_ns: int, doubt: Array) -> None:
+        """Note that a drone's box has measured it."""
+        self.last_seen_ns = self.seen_ns[drone] = stamp_ns
+        self.doubt[drone], self.refused[drone] = doubt, 0
+
+    def join(self, other: FleetRobot) -> None:
+        """Become one with another record of the same robot, whose name is the older one."""
+        older = self if self.began_ns <= other.began_ns else other
+        self.name = older.name or self.name or other.name
+        self.began_ns = min(self.began_ns, other.began_ns)
+        self.last_seen_ns = max(self.last_seen_ns, other.last_seen_ns)
+        self.labels = other.labels | self.labels
+        self.refused = other.refused | self.refused
+        for drone, seen_ns in other.seen_ns.items():
+            if seen_ns > self.seen_ns.get(drone, -1):
+                self.seen_ns[drone] = seen_ns
+                if drone in other.doubt:
+                    self.doubt[drone] = other.doubt[drone]
+
+    def seen_within(self, drone: int, now_ns: int, patience_ns: int) -> bool:
+        """Return whether a drone has measured it within some time."""
+        return now_ns - self.seen_ns.get(drone, -patience_ns - 1 + now_ns) <= patience_ns
+
+    def widening(self) -> Array:
+        """Return the covariance (2, 2) that its drones' doubts add, the largest of them, m²."""
+        return max(
+            self.doubt.values(), key=lambda one: float(np.trace(one)), default=np.zeros((2, 2))
+        )
+
+
+class Names:
+    """Issues the fleet's names: a drone's own where it is free, else the next of the class."""
+
+    def __init__(self) -> None:
+        self._registry = LabelRegistry()
+
+    def issue(self, robot: FleetRobot) -> str:
+        """Return a name for a robot."""
+        for label in robot.labels.values():
+            if label not in self._registry.taken:
+                self._registry.reserve(label)
+                return label
+        return self._registry.next(robot.class_id)

@@ -1,0 +1,156 @@
+# Copyright 2026 aerial_gnss_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""What a drone tells the fleet of one image: boxes, the camera's pose, and its own association.
+
+A sighting has measurements, never positions: the fleet's filter uses each box once. Of the drone's
+estimator it takes which box is which of its robots, and where that estimator doubts itself.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aerial_gnss_ros.core.camera.model import CameraModel
+from aerial_gnss_ros.core.camera.posed_frame import PosedFrame
+from aerial_gnss_ros.core.config.estimator import EstimatorConfig
+from aerial_gnss_ros.core.faults.consistency import InnovationMonitor
+from aerial_gnss_ros.core.filter.recalibration import CalibrationChange
+from aerial_gnss_ros.core.geometry.geodesy import LocalMap
+from aerial_gnss_ros.core.georeferencing.localization import WaterPoints
+from aerial_gnss_ros.core.tracker.box_account import Settled
+from aerial_gnss_ros.core.tracker.protocol import TrackUpdate
+from aerial_gnss_ros.core.tracker.tracker import Tracker
+from aerial_gnss_ros.core.values.camera_pose import CameraPose
+from aerial_gnss_ros.core.values.detection_frame import DetectionFrame
+from aerial_gnss_ros.core.values.estimates import RobotEstimate
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Sighting:
+    """One image of one drone.
+
+    Attributes:
+        stamp_ns: of the image, ns.
+        frame_id: of the image.
+        camera: lens and image.
+        pose: of the camera by telemetry; its stamp is the time of the scene.
+        jump: (3,) East, North, Up by which the position has jumped and is not believed, m.
+        believed: (2,) sum of the jumps that the drone has accepted, m.
+        labels: (m,) the drone's names of the robots that boxes of this image measured.
+        class_ids: (m,) their classes.
+        pixels: (m, 2) centres of these boxes, px; refraction taken out.
+        doubt: (m, 2, 2) by how much the drone widens its own positions beyond its filter's
+            covariance: possible faults, labels that may be exchanged, m².
+        level: factor by which white noise is larger than stated.
+    """
+
+    stamp_ns: int
+    frame_id: str
+    camera: CameraModel
+    pose: CameraPose
+    jump: Array
+    believed: Array
+    labels: tuple[str, ...]
+    class_ids: tuple[str, ...]
+    pixels: Array
+    doubt: Array
+    level: float = 1.0
+
+
+class SightingTap:
+    """A tracker that keeps a sighting of each image that it is given (see `Tracking`).
+
+    Args:
+        tracker: does the work.
+
+    Attributes:
+        sightings: of the images since the last `drain`.
+    """
+
+    def __init__(self, tracker: Tracker) -> None:
+        self._tracker = tracker
+        self.sightings: list[Sighting] = []
+
+    def drain(self) -> list[Sighting]:
+        """Return the sightings since the last call."""
+        found, self.sightings = self.sightings, []
+        return found
+
+    def update(self, frame: PosedFrame, points: WaterPoints, local: LocalMap) -> TrackUpdate:
+        """Process one image with its pose."""
+        update = self._tracker.update(frame, points, local)
+        self.sightings.append(self._sighting(frame, points, update))
+        return update
+
+    def _sighting(self, frame: PosedFrame, points: WaterPoints, update: TrackUpdate) -> Sighting:
+        table, boxes = self._tracker.table, frame.detections
+        labels = sorted(update.measured)
+        used = [update.measured[label] for label in labels]
+        doubt = np.zeros((len(labels), 2, 2))
+        if labels:
+            plain = table.filter.moments()[1]
+            rows = {track.robot_id: row for row, track in enumerate(table.tracks)}
+            stated = {one.robot_id: one.covariance[:2, :2] for one in update.estimates}
+            for k, label in enumerate(labels):
+                if label in stated:
+                    doubt[k] = _positive_part(stated[label] - plain[rows[label], :2, :2])
+        return Sighting(
+            boxes.stamp_ns,
+            boxes.frame_id,
+            frame.camera,
+            frame.pose,
+            table.filter.jumps.offset.copy(),
+            table.filter.jumps.believed.copy(),
+            tuple(labels),
+            tuple(boxes.class_ids[k] for k in used),
+            points.pixels[used].reshape(-1, 2),
+            doubt,
+            table.filter.noise.level,
+        )
+
+    def misfit(self, frame: PosedFrame, points: WaterPoints, local: LocalMap) -> float:
+        """Return how badly an image's boxes fit, nats."""
+        return self._tracker.misfit(frame, points, local)
+
+    def reconfigure(self, config: EstimatorConfig, change: CalibrationChange) -> None:
+        """Take over parameters that were changed in flight."""
+        self._tracker.reconfigure(config, change)
+
+    @property
+    def monitor(self) -> InnovationMonitor:
+        """Innovation statistics."""
+        return self._tracker.monitor
+
+    def coast(
+        self, stamp_ns: int, boxes: DetectionFrame | None = None
+    ) -> tuple[RobotEstimate, ...]:
+        """Return the predicted robots at an image without a pose."""
+        return self._tracker.coast(stamp_ns, boxes)
+
+    def settled(self) -> Settled:
+        """Return the boxes decided since the last call."""
+        return self._tracker.settled()
+
+    def end(self) -> None:
+        """Decide on all boxes."""
+        self._tracker.end()
+
+    def check(self) -> None:
+        """Check that all numbers are finite and within bounds."""
+        self._tracker.check()
+
+    def reset(self) -> None:
+        """Drop all tracks."""
+        self._tracker.reset()
+
+
+def _positive_part(matrix: Array) -> Array:
+    """Return the positive semidefinite part of a symmetric matrix (2, 2)."""
+    values, vectors = np.linalg.eigh(matrix)
+    found: Array = (vectors * np.maximum(values, 0.0)) @ vectors.T
+    return found

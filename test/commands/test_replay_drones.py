@@ -1,0 +1,126 @@
+# Copyright 2026 aerial_gnss_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""`aerial-gnss replay --drone`: the recordings of several drones give one result."""
+
+from __future__ import annotations
+
+import csv
+import json
+
+import numpy as np
+import pytest
+
+from aerial_gnss_ros.cli import main
+
+QUICK = ("--no-bag", "--no-figures")
+
+
+@pytest.fixture(scope="module")
+def two(tmp_path_factory):
+    """The bags of two drones, and parameters of one with RTK."""
+    folder = tmp_path_factory.mktemp("drones")
+    arguments = ["--no-images", "--duration", "6", "--drones", "2", "--robot-speed", "0"]
+    arguments += ["--drone-noise", "consumer", "--drone-noise", "rtk", "--seed", "4"]
+    assert main(["simulate", "-o", str(folder / "two"), *arguments]) == 0
+    rtk = folder / "rtk.yaml"
+    rtk.write_text("/**/estimator:\n  ros__parameters:\n    noise.set: rtk\n")
+    return folder / "two", rtk
+
+
+def drones(two, output, *more):
+    bags, rtk = two
+    arguments = ["--drone", f"a={bags / 'a'}", "--drone", f"b={bags / 'b'}"]
+    return ["replay", *arguments, "--drone-params", f"b={rtk}", "-o", str(output), *QUICK, *more]
+
+
+def rows(path):
+    return list(csv.DictReader(path.read_text().splitlines()))
+
+
+def test_two_recordings_give_one_result(two, tmp_path, capsys):
+    assert main(drones(two, tmp_path / "both", "--json")) == 0
+    said = json.loads(capsys.readouterr().out)
+    assert (said["frames"], said["boxes"]) == (60, 360)
+    assert sorted(said["robots"]) == ["aqua_1", "aqua_2", "aqua_3"]
+    assert sorted(said["truth"].values()) == ["aqua_1", "aqua_2", "aqua_3"]
+    positions = rows(tmp_path / "both" / "positions.csv")
+    keys = [(int(row["stamp_ns"]), row["robot_id"]) for row in positions]
+    assert keys == sorted(set(keys))
+    # A drone with RTK carries one without: by itself the first one is unsure by 1.2 m.
+    assert float(positions[0]["var_east_m2"]) > 1.0
+    assert float(positions[-1]["var_east_m2"]) < 0.2**2
+    named = rows(tmp_path / "both" / "names.csv")
+    assert {(row["robot_id"], row["drone"]) for row in named} == {
+        (f"aqua_{i}", drone) for i in (1, 2, 3) for drone in "ab"
+    }
+    reports = rows(tmp_path / "both" / "drones.csv")
+    assert {row["drone"] for row in reports} == {"a", "b"}
+    assert len(reports) == 2 * 12
+    last = reports[-1]
+    assert last["shared_robots"] == "3"
+    assert last["disagrees"] == "0"
+    assert float(last["agreement"]) == pytest.approx(1.0, abs=0.5)
+    assert float(last["sigma_east_m"]) < 0.3
+    errors = {row["error"] for row in rows(tmp_path / "both" / "platform.csv")}
+    assert {"a heading", "b heading"} <= errors
+
+
+def test_the_receiver_s_offset_has_the_sign_of_its_error(two, tmp_path):
+    """What is added to drone a's fix brings it to that of drone b, which has RTK."""
+    assert main(drones(two, tmp_path / "both")) == 0
+    last = [row for row in rows(tmp_path / "both" / "drones.csv") if row["drone"] == "a"][-1]
+    alone = tmp_path / "alone"
+    assert main(["replay", str(two[0] / "a"), "-o", str(alone), *QUICK]) == 0
+    own = {row["robot_id"]: row for row in rows(alone / "positions.csv")[-3:]}
+    both = {row["robot_id"]: row for row in rows(tmp_path / "both" / "positions.csv")[-3:]}
+    names = {row["drone_robot_id"]: row["robot_id"]
+             for row in rows(tmp_path / "both" / "names.csv") if row["drone"] == "a"}  # fmt: skip
+    north = [
+        np.radians(float(both[names[k]]["latitude_deg"]) - float(own[k]["latitude_deg"])) * 6.37e6
+        for k in own
+    ]
+    assert float(last["offset_north_m"]) == pytest.approx(np.mean(north), abs=0.35)
+    assert abs(np.mean(north)) > 0.4
+
+
+def test_one_drone_with_a_name_is_a_drone_alone(two, tmp_path):
+    bags, _ = two
+    assert main(["replay", "--drone", f"a={bags / 'a'}", "-o", str(tmp_path / "one"), *QUICK]) == 0
+    assert main(["replay", str(bags / "a"), "-o", str(tmp_path / "plain"), *QUICK]) == 0
+    one, plain = (rows(tmp_path / name / "positions.csv") for name in ("one", "plain"))
+    assert [(r["stamp_ns"], r["robot_id"], r["state"]) for r in one] == [
+        (r["stamp_ns"], r["robot_id"], r["state"]) for r in plain
+    ]
+    for column, size in (("latitude_deg", 2e-6), ("var_east_m2", 0.03)):
+        values = np.array([[float(row[column]) for row in table] for table in (one, plain)])
+        assert np.abs(values[0] - values[1]).max() < size
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        ([], "give a BAG, or --drone NAME=BAG"),
+        (["--drone", "a"], "'a' is not NAME=PATH"),
+        (["--drone", "A b=x"], "is not NAME=PATH"),
+        (["bag", "--drone", "a=x"], "give BAG or --drone, not both"),
+        (["--each", "--drone", "a=x"], "give --each or --drone, not both"),
+        (["--drone", "a=x", "--drone", "a=y"], "two drones are called a"),
+        (["--drone", "a=x", "--drone-params", "b=y"], "names b, which is none of the drones"),
+        (["--drone", "a=x", "--gnss-share", "2"], "--gnss-share must lie within 0 to 1, not 2"),
+        (["bag", "--gnss-share", "0.2"], "--gnss-share applies only with --drone"),
+        (["--drone", "a=absent", "--drone", "b=absent"], "absent"),
+        (["--drone", "a=absent", "--method", "paper"], "absent"),
+    ],
+)
+def test_wrong_arguments_are_one_sentence_and_leave_nothing(tmp_path, capsys, arguments, words):
+    assert main(["replay", *arguments, "-o", str(tmp_path / "result")]) == 2
+    said = capsys.readouterr().err
+    assert words in said
+    assert "Traceback" not in said
+    assert not (tmp_path / "result").exists()
+
+
+def test_what_drones_together_cannot_do_is_refused_in_words(two, tmp_path, capsys):
+    assert main(drones(two, tmp_path / "result", "--method", "paper")) == 2
+    assert "drone a: method must be filter, not paper" in capsys.readouterr().err
+    assert list(tmp_path.iterdir()) == []

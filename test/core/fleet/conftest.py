@@ -1,0 +1,122 @@
+# Copyright 2026 aerial_gnss_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Several simulated drones, each with its own estimator, and the fleet that joins them."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+import pytest
+
+from aerial_gnss_ros.core.config.estimator import estimator_config
+from aerial_gnss_ros.core.estimation.estimator import Estimator
+from aerial_gnss_ros.core.fleet.fleet import Fleet
+from aerial_gnss_ros.core.fleet.sighting import SightingTap
+from aerial_gnss_ros.core.geometry.geodesy import LocalMap
+from aerial_gnss_ros.simulation.boxes import DetectorPlan
+from aerial_gnss_ros.simulation.experiment import Experiment, default_camera
+from aerial_gnss_ros.simulation.feeding import feed
+from aerial_gnss_ros.simulation.flight import FlightPlan
+from aerial_gnss_ros.simulation.formation import Formation, together
+from aerial_gnss_ros.simulation.robots import SwimPlan
+from aerial_gnss_ros.simulation.sensors import START_NS, sensor_plan
+
+
+@dataclass
+class Flown:
+    """Drones that have flown.
+
+    Attributes:
+        made: their flights, by name.
+        configs: of their estimators.
+        local: the frame `map`.
+        sightings: of each.
+        alone: results of each drone's own estimator.
+    """
+
+    made: dict
+    configs: dict
+    local: LocalMap
+    sightings: dict
+    alone: dict
+
+    def together(self, share=0.5, order=None):
+        """Return the fleet, and its updates with the drone and the sighting of each."""
+        fleet = Fleet(self.configs, self.local, share)
+        told = [(s.pose.stamp_ns, name, s) for name, of in self.sightings.items() for s in of]
+        told.sort(key=lambda one: one[:2] if order is None else (one[0], order.index(one[1])))
+        return fleet, [(name, s, fleet.update(name, s)) for _, name, s in told]
+
+    def errors(self, estimates):
+        """Return the distance of each estimate from the nearest true robot, and which that is."""
+        found = {}
+        for one in estimates:
+            t = (one.stamp_ns - START_NS) * 1e-9
+            true = self.made["a"].swarm.positions([t])[:, 0, :2]
+            place = self.local.positions([one.latitude], [one.longitude])[0]
+            apart = np.linalg.norm(true - place, axis=1)
+            found[one.robot_id] = float(apart.min()), int(apart.argmin())
+        return found
+
+    def rms(self, results, after_s):
+        """Return the root mean square error of results (their estimates) after some time, m."""
+        squares = [
+            error**2
+            for estimates in results
+            if estimates and (estimates[0].stamp_ns - START_NS) * 1e-9 >= after_s
+            for error, _ in self.errors(estimates).values()
+        ]
+        return math.sqrt(float(np.mean(squares)))
+
+
+def fly(
+    *, kind="hover", formation="opposite", count=2, share=0.5, noises=("consumer", "consumer"),
+    seed=1, robots=3, speed=0.0, places=None, duration=12.0, spoil=None, missed=0.0, **plan,
+):  # fmt: skip
+    """Fly several drones; `spoil` changes the telemetry that an estimator gets."""
+    plans = [sensor_plan(noise) for noise in noises[:count]]
+
+    def first(flight, others):
+        return Experiment(
+            flight, default_camera(1280, 720), plans[0], robots=robots, places=places,
+            swim=SwimPlan(speed, speed), detector=DetectorPlan(2.0, missed, 0.0), seed=seed,
+            others=others,
+        )  # fmt: skip
+
+    flown = FlightPlan(kind=kind, duration_s=duration, **plan)
+    made = together(first, flown, Formation(formation, count, share), seed, plans)
+    configs, sightings, alone = {}, {}, {}
+    for (name, one), noise in zip(made.items(), noises, strict=False):
+        settings = {"noise.set": noise, "fix.altitude_datum": "ellipsoid"}
+        configs[name] = estimator_config(settings)
+        own = estimator_config(settings | {"tracks.find_moored": False})
+        estimator, taps = Estimator(own), []
+
+        def tapped(tracker, taps=taps):
+            taps.append(SightingTap(tracker))
+            return taps[0]
+
+        estimator.wrap_tracking(tapped)
+        receiver = estimator if spoil is None else spoil(name, estimator)
+        feed(receiver, one.sensors)
+        estimator.add_camera(START_NS - 10**9, one.camera)
+        for _, _, boxes in one.detections():
+            estimator.add_detections(boxes)
+        alone[name] = estimator.advance(START_NS + 10**12) + estimator.flush()
+        sightings[name] = taps[0].drain()
+    return Flown(made, configs, LocalMap(made["a"].flight.origin), sightings, alone)
+
+
+@pytest.fixture(scope="session")
+def fleet_of():
+    """Return `fly`."""
+    return fly
+
+
+@pytest.fixture(scope="session")
+def two_rtk():
+    """Two drones with RTK hover on opposite sides of three robots that stay."""
+    places = 0.3 * 15.0 * np.array([[0.6, 0.5], [-1.0, 0.2], [0.4, -0.8]])
+    return fly(noises=("rtk", "rtk"), places=places, duration=20.0, seed=4)

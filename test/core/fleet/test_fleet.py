@@ -1,0 +1,219 @@
+# Copyright 2026 aerial_gnss_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Several drones together: as one alone, better than alone, apart where they share nothing."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from aerial_gnss_ros.core.config.estimator import estimator_config
+from aerial_gnss_ros.core.fleet.fleet import Fleet, refuse_unable
+from aerial_gnss_ros.core.geometry.frames import (
+    matrix_from_quaternion,
+    matrix_from_rpy,
+    quaternion_from_matrix,
+)
+from aerial_gnss_ros.core.geometry.geodesy import LocalMap
+from aerial_gnss_ros.core.values.errors import ConfigError
+from aerial_gnss_ros.core.values.estimates import MapDatum, State
+from aerial_gnss_ros.core.values.samples import Orientation
+
+
+@pytest.mark.parametrize(("kind", "speed"), [("hover", 0.0), ("orbit", 0.3)])
+def test_one_drone_together_is_one_drone_alone(fleet_of, kind, speed):
+    """But for two things, which cost centimetres: the fleet does not use the boxes before
+    confirmation, and a single outlier does not make it suspect a turn.
+    """
+    flown = fleet_of(kind=kind, count=1, speed=speed, seed=7)
+    single = {result.stamp_ns: result.estimates for result in flown.alone["a"]}
+    _, updates = flown.together()
+    apart = []
+    for _, seen, update in updates:
+        of = {one.robot_id: one for one in single[seen.stamp_ns]}
+        assert [one.robot_id for one in update.estimates] == sorted(of)
+        for one in update.estimates:
+            other = of[one.robot_id]
+            assert one.state == other.state
+            places = [flown.local.positions([e.latitude], [e.longitude])[0] for e in (one, other)]
+            apart.append(math.dist(*places) / other.sigma)
+            assert one.sigma == pytest.approx(other.sigma, rel=0.02)
+    assert len(apart) > 300
+    assert np.median(apart) < 0.05
+    assert max(apart) < 0.25
+
+
+def test_two_drones_on_opposite_sides_are_far_better_than_one(two_rtk):
+    _, updates = two_rtk.together()
+    both = two_rtk.rms([update.estimates for _, _, update in updates], 8.0)
+    alone = [
+        two_rtk.rms([result.estimates for result in results], 8.0)
+        for results in two_rtk.alone.values()
+    ]
+    sigma = np.mean([one.sigma for one in updates[-1][2].estimates])
+    alone_sigma = np.mean([one.sigma for one in two_rtk.alone["a"][-1].estimates])
+    assert both < min(alone) or both < 0.06
+    assert math.sqrt(np.mean(np.square(alone))) / both > 1.5
+    assert alone_sigma / sigma > 1.7
+
+
+def test_robots_of_both_drones_get_one_name_and_keep_it(two_rtk):
+    _, updates = two_rtk.together()
+    true = {}
+    for _, _, update in updates:
+        for name, (_, robot) in two_rtk.errors(update.estimates).items():
+            true.setdefault(name, robot)
+            assert true[name] == robot
+    assert sorted(true.values()) == [0, 1, 2]
+    late = [(name, update.names) for name, seen, update in updates[len(updates) // 2 :]]
+    for drone in ("a", "b"):
+        known = {tuple(sorted(names.items())) for name, names in late if name == drone}
+        assert len(known) == 1
+        assert {fleet for _, fleet in known.pop()} == set(true)
+    assert updates[-1][2].report.shared == 3
+    assert updates[-1][2].report.agreement == pytest.approx(1.0, abs=0.3)
+    assert not updates[-1][2].report.disagrees
+
+
+def test_the_order_of_simultaneous_images_hardly_matters(two_rtk):
+    last = []
+    for order in ("ab", "ba"):
+        estimates = two_rtk.together(order=order)[1][-1][2].estimates
+        of = two_rtk.errors(estimates)  # the first drone's names are the fleet's
+        last.append({of[one.robot_id][1]: one for one in estimates})
+    for robot, one in last[0].items():
+        both = (one, last[1][robot])
+        places = [two_rtk.local.positions([e.latitude], [e.longitude])[0] for e in both]
+        assert math.dist(*places) < 0.25 * one.sigma
+
+
+def test_drones_that_share_no_robot_stay_apart_without_harm(fleet_of):
+    flown = fleet_of(noises=("rtk", "rtk"), seed=5, duration=8.0)
+    for name, robots in (("a", {0}), ("b", {1, 2})):
+        for k, seen in enumerate(flown.sightings[name]):
+            keep = [
+                i for i, label in enumerate(seen.labels)
+                if nearest(flown, name, seen, label) in robots
+            ]  # fmt: skip
+            flown.sightings[name][k] = only(seen, keep)
+    _, updates = flown.together()
+    last = updates[-1][2].estimates
+    found = flown.errors(last)
+    assert sorted(robot for _, robot in found.values()) == [0, 1, 2]
+    assert all(len(robot.labels) == 1 for robot in _fleet_robots(flown))
+    for one in last:
+        assert found[one.robot_id][0] < 4.0 * one.sigma
+
+
+def nearest(flown, drone, seen, label):
+    """Return the true robot that a drone's label stands for."""
+    result = next(r for r in flown.alone[drone] if r.stamp_ns == seen.stamp_ns)
+    (one,) = (e for e in result.estimates if e.robot_id == label)
+    return flown.errors([one])[label][1]
+
+
+def only(seen, keep):
+    """Return a sighting with some of its boxes."""
+    return replace(
+        seen,
+        labels=tuple(seen.labels[i] for i in keep),
+        class_ids=tuple(seen.class_ids[i] for i in keep),
+        pixels=seen.pixels[keep].reshape(-1, 2),
+        doubt=seen.doubt[keep].reshape(-1, 2, 2),
+    )
+
+
+def _fleet_robots(flown):
+    return flown.together()[0].robots
+
+
+class Turned:
+    """Passes telemetry on with the compass turned."""
+
+    def __init__(self, estimator, angle):
+        self._estimator, self._turn = estimator, matrix_from_rpy(0.0, 0.0, angle)
+
+    def __getattr__(self, name):
+        return getattr(self._estimator, name)
+
+    def add_gimbal(self, sample):
+        turned = self._turn @ matrix_from_quaternion(sample.quaternion)
+        quaternion = quaternion_from_matrix(turned[None])[0]
+        self._estimator.add_gimbal(Orientation(sample.stamp_ns, quaternion))
+
+
+def test_a_drone_with_a_wrong_compass_does_not_spoil_the_other(fleet_of):
+    def spoil(name, estimator):
+        return Turned(estimator, math.radians(25.0)) if name == "b" else estimator
+
+    flown = fleet_of(noises=("rtk", "rtk"), seed=6, duration=10.0, spoil=spoil)
+    fleet, updates = flown.together()
+    assert all(len(robot.labels) == 1 for robot in fleet.robots)
+    mine = {robot.name for robot in fleet.robots if 0 in robot.labels}
+    found = flown.errors(updates[-1][2].estimates)
+    alone = flown.errors(flown.alone["a"][-1].estimates)
+    assert len(mine) == 3
+    for name in mine:
+        assert found[name][0] < max(error for error, _ in alone.values()) + 0.05
+
+
+def test_a_robot_that_no_drone_sees_coasts_and_ends(two_rtk):
+    fleet, updates = two_rtk.together()
+    _, seen, _ = updates[-1]
+    coast_s = two_rtk.configs["a"].tracks.coast_s
+    states = []
+    for seconds in (0.5, coast_s - 1.0, coast_s + 1.0):
+        later = moved(only(seen, []), seconds)
+        states.append({one.state for one in fleet.update("b", later).estimates})
+    # Half a second later the other drone's last image still showed them.
+    assert states == [{State.CONFIRMED}, {State.COASTING}, set()]
+
+
+def moved(seen, seconds):
+    """Return a sighting some time later."""
+    step = round(seconds * 1e9)
+    pose = replace(seen.pose, stamp_ns=seen.pose.stamp_ns + step)
+    return replace(seen, stamp_ns=seen.stamp_ns + step, pose=pose)
+
+
+def test_what_a_drone_doubts_is_published(two_rtk):
+    fleet, updates = two_rtk.together()
+    name, seen, update = updates[-1]
+    before = {one.robot_id: one.covariance[0, 0] for one in update.estimates}
+    doubt = np.array([np.diag([4.0, 1.0])] + [np.zeros((2, 2))] * (len(seen.labels) - 1))
+    after = fleet.update(name, moved(replace(seen, doubt=doubt), 0.1))
+    robot = after.names[seen.labels[0]]
+    for one in after.estimates:
+        more = one.covariance[0, 0] - before[one.robot_id]
+        assert more == pytest.approx(4.0 if one.robot_id == robot else 0.0, abs=0.01)
+
+
+def test_boxes_that_contradict_a_robot_do_not_move_it_and_are_released(two_rtk):
+    fleet, updates = two_rtk.together()
+    name, seen, update = updates[-1]
+    robot = update.names[seen.labels[0]]
+    (before,) = (one.position for one in update.estimates if one.robot_id == robot)
+    pixels = seen.pixels.copy()
+    pixels[0] += 150.0
+    for k in range(10):
+        update = fleet.update(name, moved(replace(seen, pixels=pixels), 0.1 * (k + 1)))
+        (after,) = (one.position for one in update.estimates if one.robot_id == robot)
+        assert np.linalg.norm(after - before) < 0.05
+    assert seen.labels[0] not in update.names
+
+
+@pytest.mark.parametrize(
+    ("settings", "words"),
+    [
+        ({"noise.latency_s": 0.1}, "drone b: noise.latency_s must be 0"),
+        ({"method": "single"}, "method must be filter, not single"),
+    ],
+)
+def test_what_a_fleet_cannot_do_is_refused(settings, words):
+    with pytest.raises(ConfigError, match=words):
+        refuse_unable("b", estimator_config(settings))
+    with pytest.raises(ConfigError, match="share must lie within 0 to 1, not 2"):
+        Fleet({"a": estimator_config({})}, LocalMap(MapDatum(0.2, -1.0, 0.0)), 2.0)

@@ -1,0 +1,51 @@
+# Copyright 2026 aerial_gnss_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Names of the fleet's robots, and records of robots that turn out to be one."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from aerial_gnss_ros.core.fleet.robots import FleetRobot, Names
+
+
+def robot(began, drone, label, doubt=0.0):
+    made = FleetRobot("aqua", began, began, "", {drone: label})
+    made.measured(drone, began, doubt * np.eye(2))
+    return made
+
+
+def test_a_drone_s_own_name_is_used_where_it_is_free():
+    names = Names()
+    assert names.issue(robot(1, 0, "aqua_1")) == "aqua_1"
+    assert names.issue(robot(2, 1, "aqua_1")) == "aqua_2"
+    assert names.issue(robot(3, 1, "aqua_2")) == "aqua_3"
+    assert names.issue(robot(4, 1, "aqua_7")) == "aqua_7"
+
+
+def test_robots_that_are_one_keep_the_older_name_and_both_labels():
+    for younger_first in (False, True):
+        old, new = robot(10, 0, "aqua_1", 1.0), robot(20, 1, "aqua_3", 4.0)
+        old.name, new.name = "first", "second"
+        one, other = (new, old) if younger_first else (old, new)
+        one.join(other)
+        assert one.name == "first"
+        assert one.labels == {0: "aqua_1", 1: "aqua_3"}
+        assert (one.began_ns, one.last_seen_ns) == (10, 20)
+        assert one.seen_ns == {0: 10, 1: 20}
+        np.testing.assert_array_equal(one.widening(), 4.0 * np.eye(2))
+
+
+def test_a_name_is_kept_whichever_has_one():
+    old, new = robot(10, 0, "aqua_1"), robot(20, 1, "aqua_3")
+    new.name = "second"
+    old.join(new)
+    assert old.name == "second"
+
+
+def test_seen_within_ends_after_its_time():
+    one = robot(1000, 0, "aqua_1")
+    assert one.seen_within(0, 1500, 500)
+    assert not one.seen_within(0, 1501, 500)
+    assert not one.seen_within(1, 1000, 500)
+    np.testing.assert_array_equal(FleetRobot("aqua", 0, 0).widening(), np.zeros((2, 2)))
