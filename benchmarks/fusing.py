@@ -3,12 +3,16 @@
 """Does a robot's own filter stay honest with our positions? docs/results/fusing.md.
 
 python benchmarks/fusing.py --seeds 100 --flown fusing.jsonl --markdown docs/results/fusing.md
+python benchmarks/fusing.py --parts --seeds 24 --flown parts.jsonl --markdown docs/results/fusing.md
 
 Simulated flights of 46 minutes over a swimming robot, a consumer receiver, an image a second and
 telemetry at 5 Hz. The robot has a Kalman filter of its own, which takes every position that it is
 given as independent of the others, and dead reckoning between them: its true displacement with
 white noise, which it knows. NEES is e' P^-1 e of that filter's East and North; 2 is expected. The
 band is at 95 % over the times of a row together (Bonferroni).
+
+--parts: flights of ten minutes, two images a second, over a robot whose filter has two more states,
+the shared offset, and takes the white part of each position (`updates.covariance_parts`).
 """
 
 from __future__ import annotations
@@ -38,6 +42,7 @@ from aerial_gnss_ros.simulation.sensors import sensor_plan
 
 DURATION_S = 2760.0
 TIMES_S = (300.0, 1200.0, 2700.0)
+PARTS_S, EVERY = 600.0, (1, 2, 5, 10)
 TIME_S = 300.0  # correlation time of the consumer set
 WALKS = {"0.01": 0.01, "0.1": 0.1, "1": 1.0}
 """Random walk of dead reckoning, m per root second: a Doppler log; a compass and a thruster model;
@@ -70,13 +75,15 @@ class Seldom:
         return due
 
 
-def fly(seed: int) -> dict[str, object]:
-    """Return NEES of one robot's filter by way, walk and time."""
+def flown(
+    seed: int, duration_s: float, rate_hz: float, parts: bool
+) -> tuple[list[FrameResult], np.ndarray, np.ndarray, int]:
+    """Return results of a flight, the robot's true path (n, 2), stamps (n,) and count of labels."""
     made = Experiment(
-        GeneratedFlight(FlightPlan(kind="hover", duration_s=DURATION_S, height_m=30.0), seed),
+        GeneratedFlight(FlightPlan(kind="hover", duration_s=duration_s, height_m=30.0), seed),
         default_camera(1280, 720),
         replace(sensor_plan("consumer"), fix_hz=5.0, attitude_hz=5.0, gimbal_hz=5.0, height_hz=5.0),
-        CameraClock(rate_hz=1.0),
+        CameraClock(rate_hz=rate_hz),
         robots=1,
         swim=SwimPlan(),
         seed=seed,
@@ -85,20 +92,77 @@ def fly(seed: int) -> dict[str, object]:
         {
             "map.latitude_deg": np.degrees(ORIGIN.latitude),
             "map.longitude_deg": np.degrees(ORIGIN.longitude),
+            "updates.covariance_parts": parts,
         }
     )
     images = list(made.detections())
     true = truth(made, images)
     found = results(made, stated, images)
-    names = robots_of(found, true)
     path = np.array([frame.positions[0] for frame in true])
     stamps = np.array([frame.pose.stamp_ns for frame in true])
+    return found, path, stamps, len(robots_of(found, true))
+
+
+def fly(seed: int) -> dict[str, object]:
+    """Return NEES of one robot's filter by way, walk and time."""
+    found, path, stamps, names = flown(seed, DURATION_S, 1.0, parts=False)
     nees = {
         f"{way} {walk}": follow(way, walk, found, path, stamps, seed)
         for way in WAYS
         for walk in WALKS
     }
-    return {"seed": seed, "names": len(names), "nees": nees}
+    return {"seed": seed, "names": names, "nees": nees}
+
+
+def fly_parts(seed: int) -> dict[str, object]:
+    """Return NEES of a filter with the shared offset, at the end, by images and walk."""
+    found, path, stamps, names = flown(seed, PARTS_S, 2.0, parts=True)
+    nees = {
+        f"{every} {walk}": follow_offset(every, walk, found, path, stamps, seed)
+        for every in EVERY
+        for walk in WALKS
+    }
+    return {"seed": seed, "names": names, "nees": nees}
+
+
+def follow_offset(
+    every: int,
+    walk: str,
+    found: list[FrameResult],
+    path: np.ndarray,
+    stamps: np.ndarray,
+    seed: int,
+) -> float:
+    """Return NEES of the position at the end: state East, North and the offset of both."""
+    rng = np.random.default_rng([seed, list(WALKS).index(walk)])
+    mean, covariance, shared = np.zeros(4), np.zeros((4, 4)), np.zeros((2, 2))
+    seen = np.hstack([np.eye(2), np.eye(2)])  # a position is the robot's and the offset
+    count = 0
+    for k, result in enumerate(found):
+        if count:
+            step_s = (stamps[k] - stamps[k - 1]) * 1e-9
+            keep, noise = np.exp(-step_s / TIME_S), WALKS[walk] * np.sqrt(step_s)
+            fade = np.diag([1.0, 1.0, keep, keep])
+            mean = fade @ mean
+            mean[:2] += path[k] - path[k - 1] + noise * rng.normal(size=2)
+            covariance = fade @ covariance @ fade
+            covariance[:2, :2] += noise**2 * np.eye(2)
+            covariance[2:, 2:] += (1.0 - keep**2) * shared
+        for one in result.estimates:
+            if one.state is not State.CONFIRMED or one.white is None:
+                continue
+            shared = one.covariance[:2, :2] - one.white
+            count += 1
+            if count == 1:
+                mean[:2] = one.position
+                covariance[:2, :2], covariance[2:, 2:] = one.covariance[:2, :2], shared
+                covariance[:2, 2:] = covariance[2:, :2] = -shared
+            elif count % every == 0:
+                gain = covariance @ seen.T @ np.linalg.inv(seen @ covariance @ seen.T + one.white)
+                mean = mean + gain @ (one.position - seen @ mean)
+                covariance = (np.eye(4) - gain @ seen) @ covariance
+    error = mean[:2] - path[-1]
+    return float(error @ np.linalg.solve(covariance[:2, :2], error))
 
 
 def follow(
@@ -140,6 +204,19 @@ def follow(
     return nees
 
 
+def table_parts(flights: list[dict[str, object]]) -> str:
+    """Return mean NEES at the end by images and walk."""
+    low, high = chi2.ppf([0.025, 0.975], 2 * len(flights)) / len(flights)
+    rows = []
+    for every in EVERY:
+        for walk in WALKS:
+            mean = float(np.mean([one["nees"][f"{every} {walk}"] for one in flights]))  # type: ignore[index]
+            words = "too small" if mean < low else "TOO LARGE" if mean > high else "yes"
+            rows.append([f"one in {every}" if every > 1 else "each", walk, f"{mean:.2f}", words])
+    heads = ["images", "dead reckoning, m/√s", "NEES after 10 min", f"in {low:.2f} to {high:.2f}"]
+    return f"{len(flights)} flights.\n\n" + columns(heads, rows)
+
+
 def table(flights: list[dict[str, object]]) -> str:
     """Return mean NEES by way and walk."""
     heads = ["positions given", "dead reckoning, m/√s",
@@ -172,15 +249,17 @@ def main() -> int:
     parser.add_argument("--first", type=int, default=0, help="seed of the first one (default 0)")
     parser.add_argument("--flown", type=Path, required=True, help="file of flights, taken up again")
     parser.add_argument("--markdown", type=Path, help="page with a place for the table")
+    parser.add_argument("--parts", action="store_true", help="both parts of the covariance")
     given = parser.parse_args()
+    fly_one, show_all = (fly_parts, table_parts) if given.parts else (fly, table)
     lines = given.flown.read_text().splitlines() if given.flown.is_file() else []
     flights = {record["seed"]: record for record in map(json.loads, lines)}
     for seed in range(given.first, given.first + given.seeds):
         if seed not in flights:
-            flights[seed] = fly(seed)
+            flights[seed] = fly_one(seed)
             with given.flown.open("a", encoding="utf-8") as file:
                 file.write(json.dumps(flights[seed]) + "\n")
-    show(table([flights[seed] for seed in sorted(flights)]), given.markdown)
+    show(show_all([flights[seed] for seed in sorted(flights)]), given.markdown)
     return 0
 
 

@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import argparse
 import sys
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -53,6 +54,19 @@ def add_arguments(parser: argparse._ActionsContainer) -> None:
     )
 
 
+def values_of(files: Sequence[Path], namespace: str = "") -> dict[str, dict[str, Any]]:
+    """Return the parameters of files by node, and say which entries of theirs are left out.
+
+    Args:
+        files: later ones take precedence.
+        namespace: of the nodes.
+
+    Raises:
+        ConfigError: a file is missing, or a parameter is unknown, of a wrong type or out of range.
+    """
+    return {name: dict(of) for name, of in read(files, SCHEMAS, f"/{namespace}", _say).items()}
+
+
 def _say(sentence: str) -> None:
     print(f"aerial-gnss: {sentence}", file=sys.stderr)
 
@@ -64,7 +78,7 @@ def configuration(args: argparse.Namespace) -> Configuration:
         ConfigError: a file is missing, or a parameter is unknown, of a wrong type or out of range.
     """
     files = [*([vehicle_file(args.vehicle)] if args.vehicle else []), *args.params]
-    values = read(files, SCHEMAS, "/" + args.namespace.strip("/"), _say)
+    values = values_of(files, args.namespace.strip("/"))
     detector: dict[str, Any] = {"model": args.model} if args.model else {}
     estimator: dict[str, Any] = {"method": args.method} if args.method else {}
     return Configuration(

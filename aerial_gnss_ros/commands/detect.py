@@ -16,10 +16,10 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import IO, Any
 
-from aerial_gnss_ros.adapters.parameter_files import read
 from aerial_gnss_ros.bags.annotated import AnnotatedPictures, AnnotatedVideo
 from aerial_gnss_ros.bags.partial import partial, refuse_existing
 from aerial_gnss_ros.bags.pictures import Picture, Source, open_pictures
+from aerial_gnss_ros.commands.configuration import values_of
 from aerial_gnss_ros.commands.ending import ended_cleanly
 from aerial_gnss_ros.commands.progress import progress
 from aerial_gnss_ros.core.values.detection_frame import DetectionFrame
@@ -28,7 +28,7 @@ from aerial_gnss_ros.detection.base import Detections, Detector, Image
 from aerial_gnss_ros.detection.config import DetectorConfig, detector_config
 from aerial_gnss_ros.detection.search import FULL, ROI, TILES
 from aerial_gnss_ros.detection.select import load_detector
-from aerial_gnss_ros.nodes.schemas import DETECTOR, SCHEMAS
+from aerial_gnss_ros.nodes.schemas import DETECTOR
 from aerial_gnss_ros.text.sentences import counted
 from aerial_gnss_ros.training.picture_labels import Comparison, PictureLabels
 from aerial_gnss_ros.training.score import MATCH_IOU, SIZES_PX
@@ -126,13 +126,9 @@ def run(args: argparse.Namespace) -> int:
 
 def _config(args: argparse.Namespace) -> DetectorConfig:
     given = {"model": args.model, "search.mode": args.search, "score_threshold": args.score}
-    values: dict[str, Any] = dict(read(args.params, SCHEMAS, "/", _silent)[DETECTOR])
+    values = values_of(args.params)[DETECTOR]
     values |= {name: value for name, value in given.items() if value is not None}
     return detector_config(values)
-
-
-def _silent(_sentence: str) -> None:
-    """Suppress messages that matter only to nodes."""
 
 
 def _check_names(sources: Sequence[Source]) -> None:

@@ -23,7 +23,7 @@ _LOOK_S = 0.5
 def hear_robots(
     namespace: str,
     seconds: float | None,
-    take: Callable[[str, Any], None],
+    receive: Callable[[str, Any], None],
     ros_args: Sequence[str] = (),
 ) -> None:
     """Receive `robots/<id>/fix` until a signal, or for a limited time.
@@ -31,7 +31,7 @@ def hear_robots(
     Args:
         namespace: of the estimator.
         seconds: duration, s; None until a signal.
-        take: called with a robot's id and the message; the last known position comes at once.
+        receive: called with a robot's id and the message; the last known position comes at once.
         ros_args: for ROS, such as remappings.
 
     Raises:
@@ -52,7 +52,7 @@ def hear_robots(
                 break
             if now - looked >= _LOOK_S * 1e9:
                 looked = now
-                _look(node, known, take)
+                _look(node, known, receive)
             executor.spin_once(timeout_sec=0.1)
         executor.shutdown()
         node.destroy_node()
@@ -108,14 +108,14 @@ def ask(
     return (answers or [None])[0], (spent or [0.0])[0], others
 
 
-def _look(node: Node, known: set[str], take: Callable[[str, Any], None]) -> None:
+def _look(node: Node, known: set[str], receive: Callable[[str, Any], None]) -> None:
     for robot, topic in _published(node):
         if robot in known:
             continue
         known.add(robot)
 
         def heard(message: Any, robot: str = robot) -> None:
-            take(robot, message)
+            receive(robot, message)
 
         node.create_subscription(NavSatFix, topic, heard, qos.latched())
 
