@@ -78,12 +78,13 @@ def _play(args: argparse.Namespace, bag: BagReader) -> None:
     import rclpy
 
     from aerial_gnss_ros.nodes.listening import valid_names
+    from aerial_gnss_ros.nodes.names import absolute_namespace
     from aerial_gnss_ros.nodes.pausing import Pausing, keys
     from aerial_gnss_ros.nodes.player import Player
 
     topics = args.topics or inputs({t.name: t.msgtype for t in bag.topics.values()})
     with valid_names(), keys() as keyboard:
-        node = rclpy.create_node("player", namespace=args.namespace or None)
+        node = rclpy.create_node("player", namespace=absolute_namespace(args.namespace) or None)
         player = Player(
             node, bag, topics, args.rate,
             namespace=node.get_namespace(), installed_only=not args.topics,

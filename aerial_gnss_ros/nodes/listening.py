@@ -20,6 +20,7 @@ from aerial_gnss_ros.adapters.versions import newest_version
 from aerial_gnss_ros.core.values.errors import ConfigError, RosError
 from aerial_gnss_ros.nodes import qos
 from aerial_gnss_ros.nodes.latched import LatchedToo
+from aerial_gnss_ros.nodes.names import absolute_namespace
 from aerial_gnss_ros.nodes.process import work
 from aerial_gnss_ros.nodes.ros_messages import message_class
 
@@ -55,7 +56,7 @@ def listen(
 
     def task() -> None:
         with valid_names():
-            node = rclpy.create_node("check", namespace=namespace or None)
+            node = rclpy.create_node("check", namespace=absolute_namespace(namespace) or None)
             names = {s.name: node.resolve_topic_name(s.topic) for s in subscriptions}
             latched = LatchedToo(node)
             for subscription in subscriptions:

@@ -197,6 +197,8 @@ def _init_error(text: str, files: Sequence[str]) -> AerialGnssError:
     reason = re.sub(r"\s*\n\s*", "; ", reason)
     if "same type" in reason:
         reason += "; in one list write all numbers with a decimal point, such as [0.0, 90.0]"
+    if "lexeme" in reason:  # rcl's parser of remapping rules
+        reason += "; a rule or name after --ros-args is not of the form from:=to, such as __ns:=/d1"
     if files:
         return ConfigError(f"ROS cannot read the parameters ({', '.join(files)}): {reason}.")
     return RosError(f"ROS cannot start: {reason}.")

@@ -15,6 +15,7 @@ from sensor_msgs.msg import NavSatFix
 
 from aerial_gnss_ros.nodes import qos
 from aerial_gnss_ros.nodes.listening import valid_names
+from aerial_gnss_ros.nodes.names import absolute_namespace
 from aerial_gnss_ros.nodes.process import work
 
 _LOOK_S = 0.5
@@ -40,7 +41,7 @@ def hear_robots(
 
     def task() -> None:
         with valid_names():
-            node = rclpy.create_node("stream", namespace=namespace or None)
+            node = rclpy.create_node("stream", namespace=absolute_namespace(namespace) or None)
         executor = SingleThreadedExecutor()
         executor.add_node(node)
         known: set[str] = set()
@@ -92,7 +93,7 @@ def ask(
                 spent.append((int(steady.now().nanoseconds) - start) * 1e-9)
 
         with valid_names():
-            node = rclpy.create_node("where", namespace=namespace or None)
+            node = rclpy.create_node("where", namespace=absolute_namespace(namespace) or None)
             node.create_subscription(NavSatFix, f"robots/{robot}/fix", heard, qos.latched())
         executor = SingleThreadedExecutor()
         executor.add_node(node)

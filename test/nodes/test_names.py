@@ -15,7 +15,15 @@ from aerial_gnss_ros.nodes.rivals import UNKNOWN
 
 @pytest.mark.parametrize(
     ("given", "found"),
-    [("d1", "/d1"), ("/d1/", "/d1"), ("a/b", "/a/b"), ("/", "/"), (None, None), ("", "")],
+    [
+        ("d1", "/d1"),
+        ("/d1/", "/d1"),
+        ("a/b", "/a/b"),
+        ("/", "/"),
+        (None, None),
+        ("", ""),
+        ("//a/", "/a"),
+    ],
 )
 def test_a_namespace_begins_with_a_slash_and_ends_with_none(given, found):
     assert absolute_namespace(given) == found

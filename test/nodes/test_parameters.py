@@ -263,6 +263,7 @@ def test_a_bad_parameter_file_ends_with_status_2_and_a_sentence(tmp_path, capfd,
         (["--ros-args", "--nonsense"], "--nonsense"),
         (["nonsense"], "unknown argument 'nonsense'"),
         (["--ros-args", "-r", "__ns:=/1 2"], "ROS cannot start"),
+        (["--ros-args", "-r", "__ns:=//a/"], "is not of the form from:=to, such as __ns:=/d1."),
     ],
 )
 def test_bad_arguments_end_with_status_2_and_a_sentence(capfd, arguments, sentence):

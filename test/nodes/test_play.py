@@ -56,7 +56,7 @@ def test_a_recording_without_its_clock_is_said_to_be_one(ros, start, flight):
         (["--rate", "nan"], "--rate must be above 0, not nan."),
         (["--start", "60"], "--start 60 s is after the end: the recording lasts 5.0 s."),
         (["--topics", "/nothing"], "nothing to play: "),
-        (["--namespace", "a b"], "a namespace or topic is invalid: "),
+        (["--namespace", "a b"], "'a b' is not a valid namespace: "),
     ],
 )
 def test_what_cannot_be_played_is_one_sentence(capsys, flight, monkeypatch, arguments, sentence):

@@ -69,7 +69,7 @@ def test_a_position_arrives_as_cursor_on_target(capsys):
         (("--cot", "--stale", "1e300"), "--stale must be above 0 s and at most 10000000"),
         (("--cot", "--cot-type", "a\x01"), "--cot-type must be letters and digits"),
         (("--cot", "--cot-type", "a' x='"), "--cot-type must be letters and digits"),
-        (("--cot", "--namespace", "bad name", "--seconds", "1"), "is invalid"),
+        (("--cot", "--namespace", "bad name", "--seconds", "1"), "is not a valid namespace"),
         (("--mavlink", "--mavlink-system", "0"), "--mavlink-system must be 1 to 255"),
     ],
 )

@@ -38,8 +38,8 @@ def estimator():
     rclpy.shutdown(context=context)
 
 
-def where(capsys, *more):
-    status = cli.main(["where", "aqua_1", "--namespace", "d1", *more])
+def where(capsys, *more, namespace="d1"):
+    status = cli.main(["where", "aqua_1", "--namespace", namespace, *more])
     return status, *capsys.readouterr()
 
 
@@ -52,6 +52,7 @@ def test_the_position_known_is_reported(estimator, capsys):
     answer = json.loads(out)
     assert (answer["state"], answer["sigma_m"], answer["altitude_m"]) == ("measured", 2.0, None)
     assert 0.0 < answer["asked_to_answered_s"] < 10.0
+    assert where(capsys, namespace="//d1/")[0] == 0  # a slash too many
 
 
 def test_a_prediction_is_no_measurement(estimator, capsys):
