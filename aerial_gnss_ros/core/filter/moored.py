@@ -53,10 +53,11 @@ class MooredTuning:
     """Log odds below which it is given up, and another one begun. Judged."""
     windows_s: tuple[float, float] = (1.0, 6.0)
     """Time constants over which innovations of a moored robot add up, s. Judged."""
-    doubted_squared: float = 12.0
+    doubted_squared: float = 15.0
     """Squared sum of innovations, normalised, at which it is as likely to have left as not; the log
-    odds grow by half of what is beyond. Of the robots that stay one in 400 leaves within a few
-    seconds: exp(-12 / 2)."""
+    odds grow by half of what is beyond. White innovations then give 0.8 % on average, for two
+    windows: about once in ten minutes a robot may leave, and a few seconds are not enough to tell.
+    Less makes moored robots less exact, by the error of the law in which all swim."""
     leaves_squared: float = 18.0
     """The same from which it swims: 1e-4 of the chi-square law of two degrees of freedom. A robot
     that has not left is tried again after a pause."""

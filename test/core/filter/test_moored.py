@@ -172,7 +172,7 @@ def test_a_robot_leaves_by_small_innovations_that_add_up():
     assert 0.0 < one.left[0] < 0.2
     assert not one.law.released
     most = shown(one, [[0.7, 0.0], [0.0, 0.0], [0.0, 0.0]], seconds=10.0)
-    assert 0.8 < most < 1.0
+    assert 0.6 < most < 1.0
     assert one.law.released == [0]
     assert one.left[0] == 0.0
     assert one._barred_until_s == {0: one._now_s + TUNING.pause_s}
