@@ -68,4 +68,6 @@ def after_changes(node: Node, changed: Callable[[list[Parameter]], None]) -> Non
 
 def _is_set(node: Node, parameter: Parameter) -> bool:
     name = parameter.name
+    if parameter.type_ == Parameter.Type.NOT_SET:  # it was deleted
+        return not node.has_parameter(name)
     return bool(node.has_parameter(name) and node.get_parameter(name).value == parameter.value)

@@ -124,9 +124,18 @@ def declare_free(node: Node, values: Mapping[str, Any], groups: Collection[str])
             continue
         if node.has_parameter(name):
             node.set_descriptor(name, _free(name))
-            node.set_parameters([Parameter(name, value=_listed(value))])
+            if not _alike(node.get_parameter(name).value, value):
+                node.set_parameters([Parameter(name, value=_listed(value))])
         else:
             node.declare_parameter(name, _listed(value), _free(name), ignore_override=True)
+
+
+def _alike(one: Any, other: Any) -> bool:
+    """Return whether two values are the same, whatever holds their elements."""
+    if isinstance(one, float) and isinstance(other, float) and math.isnan(one):
+        return math.isnan(other)
+    lists = [hasattr(each, "__iter__") and not isinstance(each, str) for each in (one, other)]
+    return list(one) == list(other) if all(lists) else bool(one == other)
 
 
 def _listed(value: Any) -> Any:

@@ -54,6 +54,20 @@ assert score(0.5)
 assert node._estimator.min_score == 0.25, "changed before all callbacks agreed"
 assert turn(100, lambda: node._estimator.min_score == 0.5), "a parameter is not taken"
 assert not score("high")
+def change(name, *value):
+    one = Parameter(name, *([Parameter.Type.STRING, *value] if value else [Parameter.Type.NOT_SET]))
+    assert node.set_parameters([one])[0].successful, name
+def classes():
+    return {name: one.value for name, one in node.get_parameters_by_prefix("classes").items()}
+own = ("aqua.max_speed", "aqua.length_m", "aqua.coast_s")
+change("classes.aqua", "{max_speed: 0.4, length_m: [0.4, 0.9], coast_s: .nan}")
+assert turn(100, lambda: set(classes()) == set(own)), "an entry given as text is not declared"
+timers = len(list(node.timers))
+assert not turn(20, lambda: len(list(node.timers)) > timers), "declaring it causes changes for ever"
+change("classes.aqua.length_m")
+assert turn(100, lambda: not node._config.classes[0][1].length_m), "a deleted key is kept"
+change("classes.aqua")
+assert turn(100, lambda: not classes() and not node._config.classes), "a deleted entry is kept"
 def refuse(parameters):
     from rcl_interfaces.msg import SetParametersResult
     return SetParametersResult(successful=False, reason="another callback")

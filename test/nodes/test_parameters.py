@@ -187,7 +187,9 @@ def test_classes_area_and_references_are_changed_in_flight(ros, hovering):
     joint = node._estimator._pipeline.tracking.table.filter
     assert joint.motions.of(["aqua"])[1] == pytest.approx([0.2])
     assert joint.groups[0].own[1] == pytest.approx([0.2])
-    assert not remote.set_to(**{"classes.aqua": ""})
+    assert not remote.set_to(**{"classes.aqua.coast_s": None})  # as `ros2 param delete`
+    assert declared("classes") == {"aqua.max_speed": 0.4}
+    assert not remote.set_to(**{"classes.aqua": None})
     assert declared("classes") == {}
     assert joint.motions.alike
 
