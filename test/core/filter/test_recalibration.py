@@ -12,11 +12,13 @@ import numpy as np
 import pytest
 
 from aerial_gnss_ros.core.config.estimator import estimator_config
-from aerial_gnss_ros.core.filter.linearization import CameraView
+from aerial_gnss_ros.core.filter.linearization import CameraView, by_platform, relinearize
 from aerial_gnss_ros.core.filter.recalibration import CalibrationChange, recalibrate
 from aerial_gnss_ros.core.filter.state import JointState
 from aerial_gnss_ros.core.geometry.frames import matrix_from_rpy
+from aerial_gnss_ros.core.geometry.geodesy import on_water_surface
 from aerial_gnss_ros.core.geometry.map_pose import MapPose
+from aerial_gnss_ros.core.models.measurement_model import state_jacobian
 from aerial_gnss_ros.core.models.platform_model import COUNT, PLATFORM, PlatformModel
 
 CHANGED_S, END_S = 15.0, 18.0
@@ -97,6 +99,20 @@ def test_a_latency_or_focal_length_that_was_wrong_leaves_no_trace(sea):
     assert max(_errors(_flown(sea, _world(sea, late_s=0.15), {}, {}))) > 0.25
 
 
+def test_a_large_change_is_no_jump_of_the_camera_and_a_latency_none_of_time(sea):
+    values = {"noise.heading_deg": 30.0, "noise.gnss_offset_m": 0.5}
+    world = _world(sea, rpy_bias_deg=(0.0, 0.0, -30.0))
+    engine = sea.estimator(values)
+    sea.play(engine, world, CHANGED_S, until_flush=False)
+    new = values | {"calibration.heading_deg": 30.0, "camera.latency_s": 0.05}
+    engine.reconfigure(estimator_config({**sea.origin, **new}))
+    joint = engine._pipeline.tracking.table.filter
+    assert joint._pose_ns == sea.stamp(CHANGED_S - 0.05)
+    last = sea.play(engine, world, END_S - CHANGED_S, begin=CHANGED_S)[-1]
+    assert {one.robot_id for one in last.estimates} == {"aqua_1", "aqua_2", "aqua_3"}
+    assert "orientation_jumps" not in engine.happened
+
+
 def test_a_latency_that_was_estimated_stays_the_same_sum(sea):
     more, late = {"noise.latency_s": 0.2}, {"camera.latency_s": 0.2}
     kept = _flown(sea, _world(sea, late_s=0.3), {}, {}, more)
@@ -115,12 +131,30 @@ def _joint(config, by_heading=1.0):
     joint = JointState(now)
     pose = MapPose(np.array([0.0, 0.0, 30.0]), matrix_from_rpy(0.0, 0.9, math.pi / 2))
     view = CameraView.of(None, pose, np.zeros(6), 0.0)
-    by_errors = np.zeros((1, 2, COUNT))
-    by_errors[0, 0, HEADING] = -20.0
-    by_errors[0, :, :2] = np.eye(2)
+    relinearize(joint, view)
     place = np.array([[0.0, 20.0]])
+    by_errors = by_platform(joint, place)
+    assert by_errors[0, :, HEADING] == pytest.approx([-20.0, 0.0])
     joint.add(np.array([0]), place, by_errors, 0.01 * np.eye(2)[None], 0.5)
     return joint, prior, view
+
+
+def test_what_links_a_robot_to_the_platform_turns_and_grows_with_it():
+    config = estimator_config({})
+    joint, prior, view = _joint(config)
+    before = joint.covariance[COUNT : COUNT + 2, :COUNT].copy()
+    turned = estimator_config({"calibration.heading_deg": 30.0, "calibration.height_m": 3.0})
+    recalibrate(joint, CalibrationChange.between(config, turned), prior, view, searched=False)
+    c, s = math.cos(math.radians(30.0)), math.sin(math.radians(30.0))
+    rotation = np.array([[c, -s], [s, c]])
+    for name, growth in (("roll", 1.1), ("pitch", 1.1), ("height", 1.0)):
+        k = PLATFORM.index(name)
+        expected = growth * rotation @ before[:, k]
+        assert joint.covariance[COUNT : COUNT + 2, k] == pytest.approx(expected, rel=0.02), name
+    points = on_water_surface(joint.robots[:, :2])
+    points[:, 2] -= joint.mean[PLATFORM.index("height")]
+    by_pose = state_jacobian(np.hstack([points - joint.camera, joint.robots[:, 2:]]))
+    assert joint.by_pose == pytest.approx(by_pose)  # so that the next image carries nothing
 
 
 @pytest.mark.parametrize(("known", "moves"), [(1.0, True), (1e-12, False)])
