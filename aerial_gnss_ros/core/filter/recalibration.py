@@ -215,8 +215,13 @@ def _rescale(joint: JointState, focal: float, sight: CameraView) -> None:
 
 
 def _shift(joint: JointState, shift: Array, unsure: Array) -> None:
-    """Move robots in the last image by (n, 2), and widen the others by (n,), one sigma, m."""
+    """Move robots in the last image by (n, 2), and widen the others by (n,), one sigma, m.
+
+    Robots in the last image had followed the wrong value with a lag, so they are widened by the
+    size of their own move; their next boxes replace that.
+    """
     seen = joint.unseen == 0.0
     joint.robots[seen, :2] += shift[seen]
-    own = COUNT + 4 * np.flatnonzero(~seen)[:, None] + np.arange(2)
-    joint.covariance[own, own] += np.square(unsure[~seen])[:, None]
+    wider = np.where(seen, np.linalg.norm(shift, axis=1), unsure)
+    own = COUNT + 4 * np.arange(len(joint))[:, None] + np.arange(2)
+    joint.covariance[own, own] += np.square(wider)[:, None]
