@@ -11,6 +11,7 @@ images older than the last one processed, which are dropped and counted in `drop
 
 from __future__ import annotations
 
+import math
 from collections import Counter
 from collections.abc import Callable
 from pathlib import Path
@@ -24,6 +25,7 @@ from aerial_gnss_ros.core.estimation.guard import Guard
 from aerial_gnss_ros.core.estimation.health import Health, RobotSummary, summary
 from aerial_gnss_ros.core.estimation.image_queue import ImageQueue
 from aerial_gnss_ros.core.estimation.intake import Intake
+from aerial_gnss_ros.core.estimation.latency_doubt import LatencyDoubt
 from aerial_gnss_ros.core.estimation.origin_file import OriginKeeper
 from aerial_gnss_ros.core.estimation.overview import overview
 from aerial_gnss_ros.core.estimation.pipeline import Pipeline
@@ -45,6 +47,9 @@ from aerial_gnss_ros.core.values.events import Events, WarningText
 from aerial_gnss_ros.core.values.overview import Overview
 from aerial_gnss_ros.core.values.rejection import Cause, Input, Reason, Rejection
 from aerial_gnss_ros.core.values.samples import Fix, Orientation, Scalar
+
+_OF_WRONG_LATENCY = (Cause.OUT_OF_GATE, Cause.TOO_FAST, Cause.LOST_PLATFORM)
+"""What a wrong latency makes of boxes; glints are in too few images, or clutter."""
 
 
 class Estimator:
@@ -102,6 +107,8 @@ class Estimator:
             self._log,
         )
         self._guard = Guard(self._pipeline, self._identity, self._origin, self._log, (Estimator,))
+        nobody_knows = math.isnan(config.noise.latency_s) and tracking is None
+        self._doubt = LatencyDoubt(config, self._inputs) if nobody_knows else None
         self._time = TimeBase()
         self._intake = Intake(config, self._inputs, self._time, self.dropped, self._log, self)
         self._steady = Steady()
@@ -153,6 +160,8 @@ class Estimator:
             ConfigError: the area of operation cannot be read; nothing has changed.
         """
         area = load_area(config.detections.area)
+        if self._doubt is not None:
+            config = self._doubt.reconfigure(config)
         self._config = config
         self._patience_ns = self._images.patience_ns = _patience_ns(config)
         self._inputs.reconfigure(config)
@@ -332,6 +341,8 @@ class Estimator:
         self._ready.append(stamped)
         if self._keeps_files:
             self._keep_names(result)
+        if self._doubt is not None and frame.stamp_ns >= self._doubt.due_ns:
+            self._weigh_latency(self._doubt, frame.stamp_ns)
         if self._found_again.names and self._found_again.failed(result):
             self._log.add(
                 "Robots are not detected where they were before time was reset: it is another "
@@ -339,6 +350,29 @@ class Estimator:
             )
             self._forget_robots()
         return True
+
+    def _weigh_latency(self, doubt: LatencyDoubt, stamp_ns: int) -> None:
+        """Estimate the latency from now on if it seems to be another one."""
+        local, seen = self._origin.local, self._pipeline.measured
+        if local is None or seen is None or seen[0].detections.stamp_ns != stamp_ns:
+            return
+        lost = self.counts[Reason.TOO_FAST] + sum(self.causes[one] for one in _OF_WRONG_LATENCY)
+        doubted = attempt(doubt.update, *seen, local, self.used, lost)
+        if isinstance(doubted, Exception):
+            self._doubt = None
+        if doubted is not True:
+            return
+        self._forget_robots()
+        self._config = doubt.unknown
+        tracking = Tracker(doubt.unknown, self._identity, self._log)
+        self._pipeline.search_latency(doubt.unknown, tracking, doubt.search)
+        self._guard = Guard(self._pipeline, self._identity, self._origin, self._log, (Estimator,))
+        self._log.counts["latency_doubted"] += 1
+        self._log.add(
+            "Boxes do not fit camera.latency_s: the latency of the images is estimated from now "
+            "on, positions are as uncertain as that makes them, and robots get new labels. State "
+            "camera.latency_s if you know it; noise.latency_s: 0 says that it is exact."
+        )
 
     def _keep_names(self, result: FrameResult) -> None:
         """Save labels if due; positions matter more than the file."""
@@ -393,6 +427,8 @@ class Estimator:
         return min(by_ns, decision.first_ns + self._time.shift_ns - self._images.last_ns - 1)
 
     def _forget_robots(self) -> None:
+        if self._doubt is not None and self._doubt.open:
+            self._doubt.reset()
         self._found_again.reset()
         self._pipeline.reset()
         self._guard.reset()

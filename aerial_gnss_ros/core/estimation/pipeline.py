@@ -58,6 +58,7 @@ class Pipeline:
         boxes: selects the boxes.
         latency: estimate of the images' latency.
         tracking: of the robots.
+        measured: the last image that was tracked, and the box of each labelled robot.
     """
 
     def __init__(
@@ -80,6 +81,7 @@ class Pipeline:
         self._camera_change = CameraChange(log)
         self._checks = PointChecks(config, load_area(config.detections.area), log)
         self._altitude_told = False
+        self.measured: tuple[PosedFrame, dict[str, int]] | None = None
         self._locate = paper.locate if config.method == "paper" else localization.locate
 
     @property
@@ -111,6 +113,19 @@ class Pipeline:
             self.latency.follow(former)
             self._camera_change.reset()
             self._frozen.recalibrate()
+
+    def search_latency(
+        self, config: EstimatorConfig, tracking: Tracking, search: LatencySearch
+    ) -> None:
+        """Begin anew with a latency that is not known.
+
+        Args:
+            config: states its sigma.
+            tracking: likewise.
+            search: what is known of it.
+        """
+        self.reset()
+        self._config, self.tracking, self.latency = config, tracking, search
 
     def reset(self) -> None:
         """Drop all tracks."""
@@ -274,6 +289,7 @@ class Pipeline:
         assert local is not None  # noqa: S101 - see `_scene`
         exact = exact_points(scene, points, self._config) if method == "paper" else points
         update = self.tracking.update(scene, exact, local)
+        self.measured = scene, update.measured
         if self.latency.found is not None:
             self.latency.update(scene, update.measured, local)
         reasons: Reasons = []

@@ -129,19 +129,24 @@ class LatencySearch:
         self.scene_ns = self._stated_ns + (0 if found is None else round(found[0] * 1e9))
 
     def update(self, frame: PosedFrame, measured: dict[str, int], local: LocalMap) -> None:
-        """Take in an image and compare all waiting ones whose telemetry has arrived.
+        """Take in an image, compare all waiting ones whose telemetry has arrived, and conclude.
 
         Args:
             frame: with its boxes.
             measured: index of the box of each labelled robot.
             local: the frame `map`.
         """
+        if self.found is None:
+            return
+        if self.compare(frame, measured, local):
+            self._conclude(self._posterior())
+
+    def compare(self, frame: PosedFrame, measured: dict[str, int], local: LocalMap) -> bool:
+        """Do the same without a conclusion; return whether the image was taken."""
         boxes = frame.detections
         newest, stamp_ns = self._newest_ns, boxes.stamp_ns - self._stated_ns
-        if self.found is None or (
-            newest is not None and stamp_ns - newest < TUNING.interval_s * 1e9
-        ):
-            return
+        if newest is not None and stamp_ns - newest < TUNING.interval_s * 1e9:
+            return False
         self._local, self._newest_ns = local, stamp_ns
         pixels = {name: boxes.centers[index] for name, index in measured.items()}
         self._waiting.append(
@@ -149,7 +154,22 @@ class LatencySearch:
         )
         while self._waiting and self._compare(self._waiting[0]):
             self._waiting.popleft()
-        self._conclude(self._posterior())
+        return True
+
+    @property
+    def other_latency_nats(self) -> float:
+        """Log likelihood of any candidate, each as probable, over that of the configured one."""
+        if not self._images:
+            return 0.0
+        gains = 0.5 * (self._cost[-self._first] - self._cost) / self._excess
+        best = float(gains.max())
+        return best + math.log(float(np.exp(gains - best).mean()))
+
+    @property
+    def _excess(self) -> float:
+        """Ratio of the boxes' squared residuals to the stated noise, at least 1."""
+        squares = float(self._squares[np.argmin(self._cost)])
+        return max(1.0, squares / (2.0 * max(self._images, 1.0)))
 
     def _compare(self, seen: BankObservation) -> bool:
         """Take an image to the bank; return False where telemetry for it may still come."""
@@ -181,10 +201,7 @@ class LatencySearch:
         """Return posterior mean and sigma of the correction, s."""
         from scipy.interpolate import CubicSpline  # takes long to import, and is seldom needed
 
-        squares = float(self._squares[np.argmin(self._cost)])
-        # Ratio of the boxes' squared residuals to the stated noise.
-        excess = max(1.0, squares / (2.0 * max(self._images, 1.0)))
-        score = -0.5 * self._cost / excess - 0.5 * np.square(self.corrections / self._sigma)
+        score = -0.5 * self._cost / self._excess - 0.5 * np.square(self.corrections / self._sigma)
         grid = self.corrections
         fine: Array = np.linspace(grid[0], grid[-1], TUNING.posterior_steps * (len(grid) - 1) + 1)
         values = CubicSpline(grid, score)(fine)

@@ -1,0 +1,97 @@
+# Copyright 2026 aerial_gnss_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""A latency that nobody states is found out in flight; without one nothing changes."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from aerial_gnss_ros.core.config.estimator import estimator_config
+
+STATED = {"noise.gnss_offset_m": 0.02, "noise.robot_acceleration": 0.01}
+ROBOTS = {"a": lambda _t: (2.0, 18.0), "b": lambda _t: (-3.0, 22.0), "c": lambda _t: (6.0, 24.0)}
+
+
+def to_and_fro(t, amplitude_m=8.0):
+    """A drone that flies back and forth at up to 4 m/s."""
+    return amplitude_m * math.sin(0.5 * t), 0.0, 30.0
+
+
+def late_world(sea, late_s, drone=to_and_fro):
+    """A world whose images stamped t show t - late_s."""
+    rpy_deg = lambda _t: (0.0, 60.0, 90.0)  # noqa: E731
+    world = sea.World(drone=drone, rpy_deg=rpy_deg, robots=ROBOTS, pixel_sigma=2.0)
+    seen = sea.World(
+        drone=lambda t: drone(t - late_s), rpy_deg=rpy_deg, robots=ROBOTS, pixel_sigma=2.0
+    )
+    world.frame = seen.frame
+    return world
+
+
+def latency(result):
+    return next((one for one in result.platform if one.name == "latency"), None)
+
+
+def places(results):
+    return [(one.robot_id, *one.position, *one.covariance.ravel())
+            for result in results for one in result.estimates]  # fmt: skip
+
+
+@pytest.mark.parametrize("late_s", [1.0, -1.3])
+def test_a_latency_that_nobody_states_is_found(sea, late_s):
+    engine = sea.estimator(STATED)
+    results = sea.play(engine, late_world(sea, late_s), 22.0)
+    found = next(one for one in reversed([latency(result) for result in results]) if one)
+    assert found.sigma < 0.15
+    assert abs(found.value - late_s) < 4.0 * found.sigma
+    assert engine.happened["latency_doubted"] == 1
+    assert any("the latency of the images is estimated" in str(one) for one in engine.events)
+    ends = [result for result in results if result.estimates][-1].estimates
+    truth = np.array([place(0.0) for place in ROBOTS.values()])
+    for one in ends:
+        assert np.linalg.norm(truth - one.position, axis=1).min() < 0.5
+
+
+def test_the_configured_latency_is_kept_to_the_last_bit(sea):
+    flown = []
+    for stated in (STATED, STATED | {"noise.latency_s": 0.0}):
+        engine = sea.estimator(stated)
+        flown.append(places(sea.play(engine, late_world(sea, 0.0), 18.0)))
+        assert not engine.happened["latency_doubted"]
+    assert flown[0]
+    assert flown[0] == flown[1]
+
+
+def test_one_that_is_stated_to_be_exact_is_never_doubted(sea):
+    engine = sea.estimator(STATED | {"noise.latency_s": 0.0})
+    results = sea.play(engine, late_world(sea, 1.0), 18.0)
+    assert not any(latency(result) for result in results)
+
+
+def test_boxes_that_come_to_nothing_tell_it_alone(sea):
+    """Robots seem to move so fast that none is confirmed: nothing is left that could be fitted."""
+    engine = sea.estimator(STATED | {"tracks.max_speed": 0.2})
+    fast = lambda t: to_and_fro(t, 16.0)  # noqa: E731
+    results = sea.play(engine, late_world(sea, 1.5, fast), 20.0, images=2, until_flush=False)
+    first = next(i for i, result in enumerate(results) if latency(result))
+    assert not any(result.estimates for result in results[:first])
+    assert any(result.estimates for result in results[first:])
+
+
+def test_a_steady_camera_tells_nothing(sea):
+    engine = sea.estimator(STATED)
+    still = lambda _t: (0.0, 0.0, 30.0)  # noqa: E731
+    results = sea.play(engine, late_world(sea, 1.0, still), 15.0)
+    assert not any(latency(result) for result in results)
+
+
+def test_a_calibration_in_flight_does_not_end_the_search(sea):
+    engine, world = sea.estimator(STATED), late_world(sea, 1.0)
+    sea.play(engine, world, 18.0, until_flush=False)
+    assert engine.happened["latency_doubted"] == 1
+    engine.reconfigure(estimator_config({**sea.origin, **STATED, "calibration.height_m": 0.1}))
+    results = sea.play(engine, world, 3.0, begin=18.1)
+    assert latency(results[-1]) is not None
