@@ -79,22 +79,27 @@ class InnovationMonitor:
     """Monitors each image's fit, and reports inconsistency in words."""
 
     def __init__(self) -> None:
-        self._window: deque[tuple[float, int]] = deque()
+        # Of each of the last images: squared residual, degrees of freedom. An array, which a
+        # snapshot copies as one block.
+        self._window = np.zeros((TUNING.fit_images, 2))
+        self._images = 0
         self._squared, self._count = 0.0, 0
         self._alarm, self._level = False, 1.0
         self._told: set[str] = set()
         self._incredible: dict[str, str] = {}
-        self._matches: deque[tuple[int, int]] = deque(maxlen=TUNING.fit_images)
+        self._matched: deque[int] = deque(maxlen=TUNING.fit_images)
+        self._missed: deque[int] = deque(maxlen=TUNING.fit_images)
         self._turned = ""
 
     def reset(self) -> None:
         """Forget everything."""
-        self._window.clear()
+        self._window, self._images = np.zeros((TUNING.fit_images, 2)), 0
         self._squared, self._count = 0.0, 0
         self._alarm, self._level = False, 1.0
         self._told.clear()
         self._incredible.clear()
-        self._matches.clear()
+        self._matched.clear()
+        self._missed.clear()
         self._turned = ""
 
     @property
@@ -105,8 +110,7 @@ class InnovationMonitor:
         return (*misfit, *self._incredible.values(), *self._outside(), *turned)
 
     def _outside(self) -> tuple[str, ...]:
-        matched = sum(item[0] for item in self._matches)
-        missed = sum(item[1] for item in self._matches)
+        matched, missed = sum(self._matched), sum(self._missed)
         if matched + missed < TUNING.least_residuals // 2 or missed <= TUNING.outside_share * (
             matched + missed
         ):
@@ -138,11 +142,12 @@ class InnovationMonitor:
         """
         self._level = level
         squared *= level
-        self._window.append((squared, count))
-        self._squared, self._count = self._squared + squared, self._count + count
-        if len(self._window) > TUNING.fit_images:
-            old_squared, old_count = self._window.popleft()
-            self._squared, self._count = self._squared - old_squared, self._count - old_count
+        oldest = self._images % TUNING.fit_images
+        old_squared, old_count = self._window[oldest].tolist()  # 0 at first
+        self._window[oldest] = squared, count
+        self._images += 1
+        self._squared = self._squared + squared - old_squared
+        self._count += count - int(old_count)
         fit = self.fit
         if not self._alarm and fit.sigmas > TUNING.alarm_sigmas:
             self._alarm = True
@@ -180,7 +185,8 @@ class InnovationMonitor:
 
     def update_matches(self, matched: int, missed: int) -> None:
         """Update with the numbers of robots with a box in their gate, and just outside."""
-        self._matches.append((matched, missed))
+        self._matched.append(matched)
+        self._missed.append(missed)
 
     def update_rotation(self, sigma: float) -> str | None:
         """Update with the possible rotation of the camera, one sigma, rad.

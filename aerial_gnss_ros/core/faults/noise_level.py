@@ -16,7 +16,6 @@ which a fault begins or a box is misassociated.
 from __future__ import annotations
 
 import math
-from collections import deque
 from dataclasses import dataclass
 from typing import Any
 
@@ -78,8 +77,8 @@ class NoiseLevel:
     def reset(self) -> None:
         """Forget everything."""
         self.level = 1.0
-        # Packed: a hundred images are joined faster than their arrays.
-        self._window: deque[bytes] = deque(maxlen=TUNING.level_images)
+        # Values of all images in a row and their number in each: a snapshot shares them.
+        self._values, self._sizes = b"", tuple[int, ...]()
         self._since = 0
 
     def update(self, seen: Array) -> None:
@@ -95,15 +94,20 @@ class NoiseLevel:
         ratios = _second_differences(seen)
         if not len(ratios):
             return
-        self._window.append(ratios.tobytes())
+        new = ratios.tobytes()
+        if len(self._sizes) == TUNING.level_images:
+            self._values = self._values[self._sizes[0] :] + new
+            self._sizes = (*self._sizes[1:], len(new))
+        else:
+            self._values, self._sizes = self._values + new, (*self._sizes, len(new))
         self._since += 1
-        if self._since >= TUNING.every_images and len(self._window) >= TUNING.least_images:
+        if self._since >= TUNING.every_images and len(self._sizes) >= TUNING.least_images:
             self._since = 0
             self._estimate()
 
     def _estimate(self) -> None:
-        level = _median(np.frombuffer(b"".join(self._window))) / _MEDIAN
-        sure = level > 1.0 + TUNING.level_sure_sigmas * _SPREAD / math.sqrt(len(self._window))
+        level = _median(np.frombuffer(self._values)) / _MEDIAN
+        sure = level > 1.0 + TUNING.level_sure_sigmas * _SPREAD / math.sqrt(len(self._sizes))
         self.level = min(level, TUNING.largest_level) if sure else 1.0
 
 

@@ -103,7 +103,7 @@ def test_is_bounded_and_forgets():
 def test_the_sum_of_second_differences_is_normalised():
     """Of white innovations half the normalised square is half a chi-square of two degrees."""
     found = fed(NoiseLevel(), white(NOISE_LEVEL.level_images, 3, 2.5))
-    values = np.frombuffer(b"".join(found._window))
+    values = np.frombuffer(found._values)
     share = np.mean(values < 2.5**2 * chi2.ppf(0.9, 2) / 2.0)
     assert share == pytest.approx(0.9, abs=0.06)
     assert NOISE_LEVEL.level_sure_sigmas > 3.0
@@ -123,4 +123,4 @@ def test_second_differences_are_weighed_by_their_covariance():
     difference = weights @ offsets
     law = sum(weight**2 * one for weight, one in zip(weights, laws, strict=True))
     expected = 0.5 * difference @ np.linalg.solve(law, difference)
-    assert np.frombuffer(level._window[0]) == pytest.approx([expected])
+    assert np.frombuffer(level._values) == pytest.approx([expected])
