@@ -275,7 +275,7 @@ def _replay(
     target = folder / method
     target.mkdir()
     with (
-        ResultFolder(target) as results,
+        ResultFolder(target, overview=replay.overview) as results,
         progress(f"replaying with method {method}", replay.message_count, "messages") as report,
     ):
         for result in replay.results(report):

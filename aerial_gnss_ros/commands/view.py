@@ -6,10 +6,10 @@ from __future__ import annotations
 
 import argparse
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 
-from aerial_gnss_ros.bags.reader import open_bag
+from aerial_gnss_ros.bags.reader import BagReader, open_bag
 from aerial_gnss_ros.bags.replay import Replay
 from aerial_gnss_ros.bags.stated_datum import with_stated_datum
 from aerial_gnss_ros.commands.configuration import Configuration, configuration
@@ -21,7 +21,12 @@ from aerial_gnss_ros.nodes import require_ros
 from aerial_gnss_ros.view.live import STEP_S, Live
 from aerial_gnss_ros.view.page import PAGE, SOCKET, LiveSocket, RecordingSocket, tile_routes
 from aerial_gnss_ros.view.pictures import RecordedPictures
-from aerial_gnss_ros.view.recording import Recording, recorded_overviews, replayed_overviews
+from aerial_gnss_ros.view.recording import (
+    Recording,
+    recorded_overviews,
+    replayed_overviews,
+    tabled_overviews,
+)
 from aerial_gnss_ros.view.server import LOCAL, PORT, Route, application, is_local
 from aerial_gnss_ros.view.server import run as serve
 from aerial_gnss_ros.view.tiles import Tiles
@@ -82,26 +87,50 @@ def live(args: argparse.Namespace, config: Configuration, tiles: Tiles | None) -
 
 def recorded(args: argparse.Namespace, config: Configuration, tiles: Tiles | None) -> None:
     """Serve a recording."""
-    paths = [result_bag(path) for path in args.paths]
-    recording = Recording(overviews(paths, args, config), ", ".join(p.name for p in args.paths))
-    pictures = RecordedPictures(
-        paths, config.detector.image.topic, config.detector.detections.topic, args.namespace
+    tables = [table for path in args.paths if (table := path / "positions.csv").is_file()]
+    if len(tables) > 1:
+        raise InputError(f"{tables[0].parent} and {tables[1].parent} are two results; give one.")
+    # The bag of a result, if it has one, and all others as they are.
+    bags = [path for path in map(_bag, args.paths) if path is not None]
+    recording = Recording(
+        overviews(bags, tables, args, config), ", ".join(path.name for path in args.paths)
     )
+    image, boxes = config.detector.image.topic, config.detector.detections.topic
+    pictures = RecordedPictures(bags, image, boxes, args.namespace)
     try:
-        shown = pictures if pictures.find() else None
+        shown = pictures if bags and pictures.find() else None
         arguments = {"recording": recording, "pictures": shown, "tiles": tiles}
         show(args, [(SOCKET, RecordingSocket, arguments), *tile_routes(tiles)])
     finally:
         pictures.close()
 
 
-def overviews(paths: Sequence[Path], args: argparse.Namespace, config: Configuration) -> list[str]:
-    """Return the overviews of recordings: those that they hold, else those of a replay."""
-    with open_bag(paths) as bag:
+def overviews(
+    bags: Sequence[Path],
+    tables: Sequence[Path],
+    args: argparse.Namespace,
+    config: Configuration,
+) -> list[str]:
+    """Return the overviews of recordings: recorded ones, those of a result, or of a replay."""
+    if not bags:
+        return tabled_overviews(tables[0])
+    with open_bag(bags) as bag:
         if args.method is None and args.model is None:
             texts = recorded_overviews(bag, args.namespace)
             if texts is not None:
                 return texts
+            if tables:
+                return tabled_overviews(tables[0])
+        return list(replayed(bag, args, config))
+
+
+def replayed(bag: BagReader, args: argparse.Namespace, config: Configuration) -> Iterator[str]:
+    """Yield the overviews of a replay.
+
+    Raises:
+        InputError: as `Replay`, without its list of topics.
+    """
+    try:
         flight = Replay(
             bag,
             with_stated_datum(config.estimator, bag),
@@ -110,24 +139,18 @@ def overviews(paths: Sequence[Path], args: argparse.Namespace, config: Configura
             namespace=args.namespace,
             detect=args.model is not None,
         )
-        say(f"Robots from {flight.summary.detections_from}.")
-        with progress("replaying", flight.message_count, "messages") as report:
-            return list(replayed_overviews(flight, report))
+    except InputError as error:
+        raise InputError(str(error).partition(" It holds ")[0]) from error
+    say(f"Robots from {flight.summary.detections_from}.")
+    with progress("replaying", flight.message_count, "messages") as report:
+        yield from replayed_overviews(flight, report)
 
 
-def result_bag(path: Path) -> Path:
-    """Return the bag in the result of a replay; another path is a bag itself.
-
-    Raises:
-        InputError: the result has no bag.
-    """
+def _bag(path: Path) -> Path | None:
+    """Return the bag in the result of a replay, None if it has none; another path is a bag."""
     if not (path / "positions.csv").is_file():
         return path
-    if not (path / "bag").is_dir():
-        raise InputError(
-            f"{path} was written with --no-bag; give the recording that it was made from."
-        )
-    return path / "bag"
+    return path / "bag" if (path / "bag").is_dir() else None
 
 
 def show(

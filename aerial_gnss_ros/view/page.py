@@ -66,14 +66,14 @@ class RecordingSocket(Socket):
         self._recording, self._pictures = recording, pictures
         self._tiles = tiles
         self._looks = False
-        self._wanted_s = 0.0
+        self._wanted_s = recording.opening_s
         self._shown_ns: int | None = None
         self._work: Any = None
 
     def opened(self) -> None:
         """Send what the page needs once, and the first scene."""
         self.send(hello(self._recording.hello(), self._pictures is not None, self._tiles))
-        self.send({"kind": "scene", **self._recording.at(0.0)})
+        self.send({"kind": "scene", **self._recording.at(self._wanted_s)})
 
     def received(self, fields: dict[str, Any]) -> None:
         """Show another time, or begin or end to show the image."""

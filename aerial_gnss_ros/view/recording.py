@@ -7,14 +7,19 @@ from __future__ import annotations
 import json
 from bisect import bisect_right
 from collections.abc import Callable, Iterator, Sequence
+from pathlib import Path
 from typing import Any
+
+import numpy as np
 
 from aerial_gnss_ros.adapters.overview import OVERVIEW
 from aerial_gnss_ros.bags.plan import resolve
 from aerial_gnss_ros.bags.reader import BagReader
 from aerial_gnss_ros.bags.replay import Replay
 from aerial_gnss_ros.bags.results import OVERVIEW_STEP_NS
+from aerial_gnss_ros.bags.tables import read_positions
 from aerial_gnss_ros.core.values.errors import InputError
+from aerial_gnss_ros.core.values.estimates import State
 from aerial_gnss_ros.text.json_text import parse_json
 from aerial_gnss_ros.text.sentences import cut
 from aerial_gnss_ros.view.scene import Paths
@@ -46,6 +51,12 @@ class Recording:
         self.paths = Paths(self.begin_ns)
         for fields, _ in found:
             self.paths.add(fields)
+
+    @property
+    def opening_s(self) -> float:
+        """The time to show first, s: that of the first image with a robot, if there is one."""
+        times = [points[0][0] for points in self.paths.robots().values()]
+        return min(times, default=0.0)
 
     def hello(self) -> dict[str, Any]:
         """Return what the page needs once."""
@@ -110,6 +121,43 @@ def recorded_overviews(bag: BagReader, namespace: str) -> list[str] | None:
             raise InputError(f"the bag has {', '.join(topics)}; choose one drone with --namespace.")
         wanted = topics[0]
     return [str(recorded.message().data) for recorded in bag.messages({wanted})]
+
+
+def tabled_overviews(table: Path) -> list[str]:
+    """Return overviews made of positions.csv: robots only, without drone, footprint and lights.
+
+    Args:
+        table: of a result without recorded overviews.
+
+    Raises:
+        InputError: the table is damaged.
+    """
+    robots: dict[int, list[dict[str, Any]]] = {}
+    for name, track in read_positions(table).items():
+        seen_ns = 0
+        places = np.degrees(np.stack([track.latitude, track.longitude], axis=-1)).round(9).tolist()
+        for i, stamp_ns in enumerate(track.stamps_ns.tolist()):
+            measured = bool(track.measured[i])
+            seen_ns = stamp_ns if measured or not seen_ns else seen_ns
+            (east, cross), (_, north) = track.covariance[i].tolist()
+            one = {
+                "id": name,
+                "class": "",
+                "state": str(State.CONFIRMED if measured else State.COASTING),
+                "place": places[i],
+                "covariance_m2": [east, cross, north],
+                "velocity_mps": [None, None],
+                "last_seen_ns": seen_ns,
+                "depth_m": None,
+                "pixel": None,
+            }
+            robots.setdefault(stamp_ns, []).append(one)
+    unknown: dict[str, Any] = {"drone": None, "image_size": None}
+    unknown |= {key: [] for key in ("footprint", "references", "area", "lights")}
+    return [
+        json.dumps({"stamp_ns": stamp_ns, "now_ns": stamp_ns, "robots": found, **unknown})
+        for stamp_ns, found in sorted(robots.items())
+    ]
 
 
 def replayed_overviews(flight: Replay, on_message: Callable[[int], None]) -> Iterator[str]:

@@ -8,6 +8,7 @@ import json
 import math
 import re
 import runpy
+import shutil
 import signal
 import socket
 import subprocess
@@ -17,6 +18,7 @@ from pathlib import Path
 import pytest
 
 from aerial_gnss_ros import cli
+from aerial_gnss_ros.bags.reader import open_bag
 from aerial_gnss_ros.bags.writer import LATCHED, BagWriter
 
 BROWSER = runpy.run_path(str(Path(__file__).parent.parent / "view" / "browser.py"))
@@ -161,9 +163,41 @@ def test_wrong_input_is_one_sentence(flight, tmp_path, capsys, arguments, words)
     assert words in refused(capsys, *(one.replace("BAG", str(bag)) for one in arguments))
 
 
-def test_a_result_without_a_bag_names_the_remedy(replay, flight, tmp_path, capsys):
-    assert replay(flight.write(tmp_path / "bag"), tmp_path / "result", "--no-bag") == 0
-    assert "was written with --no-bag; give the recording" in refused(capsys, tmp_path / "result")
+@pytest.mark.parametrize("without", ["--no-bag", None])
+def test_a_result_without_overviews_shows_its_table(page, replay, flight, tmp_path, without):
+    made = replay(
+        flight.write(tmp_path / "bag"), tmp_path / "result", *([without] if without else [])
+    )
+    assert made == 0
+    if without is None:  # as versions before wrote it
+        with open_bag(tmp_path / "result" / "bag") as bag, BagWriter(tmp_path / "old") as old:
+            for one in bag.messages({"/robots/aqua_1/fix"}):
+                old.write("robots/aqua_1/fix", one.msgtype, one.log_ns, {}, LATCHED)
+        shutil.rmtree(tmp_path / "result" / "bag")
+        (tmp_path / "old").rename(tmp_path / "result" / "bag")
+    url = page(tmp_path / "result")
+    with browser() as driver:
+        driver.get(url)  # opens at the first image with a robot
+        rows = wait_for(driver, f"const rows = (() => {{ {ROWS} }})(); return rows.length && rows")
+        assert rows[0].split()[:2] == ["aqua_1", "seen"]
+        assert "no images" in driver.find_element("id", "camera").text
+        assert driver.find_elements("css selector", ".drone-icon") == []
+
+
+def test_two_results_are_one_too_many(replay, flight, tmp_path, capsys):
+    bag = flight.write(tmp_path / "bag")
+    for name in ("a", "b"):
+        assert replay(bag, tmp_path / name, "--no-bag") == 0
+    assert "are two results; give one" in refused(capsys, tmp_path / "a", tmp_path / "b")
+
+
+def test_a_bag_that_is_no_flight_is_refused_in_a_sentence(tmp_path, capsys):
+    with BagWriter(tmp_path / "bag") as bag:
+        for i in range(9):
+            bag.write(f"topic_{i}", "std_msgs/msg/String", 5, {"data": "x"}, LATCHED)
+    said = refused(capsys, tmp_path / "bag")
+    assert "neither detections on /detections nor images" in said
+    assert "topic_" not in said
 
 
 def test_another_topic_of_that_name_is_refused(tmp_path, capsys):

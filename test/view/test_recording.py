@@ -58,6 +58,12 @@ def test_the_page_learns_length_and_paths_at_the_beginning():
     assert hello["live"] is False
 
 
+def test_it_opens_where_the_first_robot_is():
+    texts = [json.dumps(overview(t, *([robot("a", t)] if t > 2.0 else []))) for t in range(6)]
+    assert Recording(texts, "flight").opening_s == 3.0
+    assert Recording(texts[:2], "flight").opening_s == 0.0
+
+
 def test_without_any_image_there_is_nothing_to_show():
     with pytest.raises(InputError, match="nothing to show"):
         Recording([], "empty")

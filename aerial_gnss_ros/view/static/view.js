@@ -45,6 +45,7 @@ function send(message) {
 function receive(message) {
   if (message.kind === "hello") begin(message);
   else if (message.kind === "scene") {
+    if (!state.scene && !state.hello.live) player.at = (message.now_ns - state.hello.begin_ns) / 1e9;
     state.scene = message;
     state.lights = message.lights;
     state.arrived = now();
@@ -61,7 +62,9 @@ function begin(hello) {
   const first = state.hello === null;
   state.hello = hello;
   document.title = `${hello.title} · aerial_gnss_ros`;
-  get("camera").hidden = !hello.pictures;
+  get("camera").hidden = false;
+  get("picture").hidden = !hello.pictures;
+  get("no-images").hidden = hello.pictures;
   get("timeline").hidden = hello.live;
   if (first && hello.tiles) map.addTiles(hello.tiles);
   if (!hello.live) {
