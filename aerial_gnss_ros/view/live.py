@@ -28,7 +28,9 @@ STEP_S = 0.1
 """Interval of looking for news while somebody watches: overviews come as often at most."""
 PICTURE_S = 0.4
 WAIT_S = 0.5
-"""Longest wait of an image for its boxes."""
+"""Longest further wait for an image with boxes: a busy detector leaves many images out."""
+KEPT_IMAGES = 8
+"""Images kept until their boxes come, not decoded."""
 NEWS_S = 1.0
 """Without an overview, the lights are sent as often."""
 SILENT_S = 5.0
@@ -57,6 +59,7 @@ class Live:
     ) -> None:
         self._listener, self._title, self._tiles, self._clock = listener, title, tiles, clock
         self._browsers: dict[Socket, bool] = {}  # whether it shows the image
+        self._ready: set[Socket] = set()  # have received all that was sent before this tick
         self._paths = Paths(time.time_ns())
         self._known = False
         self._last: dict[str, Any] | None = None
@@ -64,8 +67,8 @@ class Live:
         self._lights: dict[str, tuple[float, Light]] = {}
         self._robots: deque[tuple[int, list[dict[str, Any]]]] = deque(maxlen=KEPT)
         self._boxes: deque[tuple[int, list[Box]]] = deque(maxlen=KEPT)
-        self._image: tuple[float, Any] | None = None
-        self._picture_s = 0.0
+        self._images: deque[tuple[int, Any]] = deque(maxlen=KEPT_IMAGES)
+        self._picture_s, self._shown_ns = 0.0, 0
 
     @property
     def watched(self) -> bool:
@@ -98,15 +101,17 @@ class Live:
             return
         self._browsers[browser] = wanted
         if wanted:
+            self._picture_s = self._clock() - PICTURE_S
             self._listener.look()
         elif not any(self._browsers.values()):
             self._listener.rest("image", "detections")
-            self._image = None
+            self._images.clear()
 
     def tick(self) -> None:
         """Send news to all browsers."""
         if not self._browsers:
             return
+        self._ready = {browser for browser in self._browsers if not browser.busy}
         for light in self._listener.lights():
             self._lights[light.name] = self._clock(), light
         text = self._listener.overview()
@@ -172,38 +177,32 @@ class Live:
         }
 
     def _send(self, message: dict[str, Any] | bytes, only_lookers: bool = False) -> None:
-        """Send to all browsers but those that still receive what was sent before."""
+        """Send to all browsers but those that still receive what an earlier tick sent."""
         self._sent_s = self._clock()
         whole = json.dumps(message) if isinstance(message, dict) else message
         first = isinstance(message, dict) and message["kind"] == "hello"
         for browser, looks in list(self._browsers.items()):
-            if (looks or not only_lookers) and (first or not browser.busy):
+            if (looks or not only_lookers) and (first or browser in self._ready):
                 browser.send(whole)
 
     def _look(self) -> None:
-        """Send an image every `PICTURE_S`, once its boxes are there or do not come."""
+        """Send an image every `PICTURE_S`: the newest with boxes and names, else the newest."""
         for array in self._listener.detections():
             self._boxes.append((nanoseconds(array.header.stamp), boxes_of(array)))
-        now_s = self._clock()
-        if self._image is None and now_s - self._picture_s >= PICTURE_S:
-            message = self._listener.image()
-            if message is not None:
-                self._picture_s = now_s
-                self._image = now_s, message
-        if self._image is None:
+        message = self._listener.image()
+        if message is not None:
+            self._images.append((nanoseconds(message.header.stamp), message))
+        chosen = self._chosen(self._clock() - self._picture_s)
+        if chosen is None:
             return
-        fetched_s, message = self._image
-        stamp_ns = nanoseconds(message.header.stamp)
-        boxes = _at(self._boxes, stamp_ns)
-        robots = _at(self._robots, stamp_ns)
-        if (boxes is None or robots is None) and now_s - fetched_s < WAIT_S:
-            return
-        self._image = None
+        stamp_ns, message = chosen
+        self._picture_s, self._shown_ns = self._clock(), stamp_ns
         try:
             content, width, height = jpeg(message)
         except InputError as error:
             self._send({"kind": "no picture", "words": str(error)}, only_lookers=True)
             return
+        boxes, robots = _at(self._boxes, stamp_ns), _at(self._robots, stamp_ns)
         header = {
             "stamp_ns": stamp_ns,
             "width": width,
@@ -212,6 +211,27 @@ class Live:
             "boxes": named_boxes(boxes or [], robots or []),
         }
         self._send(packed(content, header), only_lookers=True)
+
+    def _chosen(self, passed_s: float) -> tuple[int, Any] | None:
+        """Return the image to show now with its stamp, or None.
+
+        Args:
+            passed_s: time since the last one, s.
+        """
+        new: list[tuple[int, Any]] = [
+            (stamp_ns, message)
+            for stamp_ns, message in reversed(self._images)
+            if stamp_ns != self._shown_ns
+        ]
+        if passed_s < PICTURE_S or not new:
+            return None
+        complete = (
+            (stamp_ns, message)
+            for stamp_ns, message in new
+            if _at(self._boxes, stamp_ns) is not None and _at(self._robots, stamp_ns) is not None
+        )
+        last = new[0] if passed_s >= PICTURE_S + WAIT_S else None
+        return next(complete, last)
 
 
 def _at(kept: deque[tuple[int, Any]], stamp_ns: int) -> Any:

@@ -53,12 +53,20 @@ class Ros:
 class Browser:
     """Keeps what it is sent."""
 
-    busy = False
+    slow = False
+    ticks = 0
 
     def __init__(self):
         self.messages, self.pictures = [], []
+        self.sent_in = -1
+
+    @property
+    def busy(self):
+        """Whether something is under way, as it always is within the tick that sent it."""
+        return self.slow or self.sent_in == Browser.ticks
 
     def send(self, message):
+        self.sent_in = Browser.ticks
         if isinstance(message, bytes):
             length = int.from_bytes(message[:4], "little")
             self.pictures.append(json.loads(message[4 : 4 + length]))
@@ -81,6 +89,7 @@ class Page:
 
     def tick(self, after=0.1):
         self.now += after
+        Browser.ticks += 1
         self.live.tick()
 
 
@@ -184,7 +193,7 @@ def test_an_overview_of_another_version_is_said(page):
 
 def test_a_browser_that_is_slow_misses_news_and_nobody_waits(page):
     page.live.joined(page.browser)
-    page.browser.busy = True
+    page.browser.slow = True
     page.publish(0.0)
     page.publish(1.0)
     kinds = [one["kind"] for one in page.browser.messages]

@@ -121,7 +121,7 @@ export class Picture {
   }
 
   drawBoxes({ width, height, boxes }) {
-    const svg = get("boxes"), size = width / 26;
+    const svg = get("boxes"), size = width / 26, taken = [];
     svg.setAttribute("viewBox", `0 0 ${width} ${height}`);
     svg.replaceChildren(...boxes.flatMap((box) => {
       const rect = document.createElementNS(SVG, "rect"), label = document.createElementNS(SVG, "text");
@@ -129,8 +129,13 @@ export class Picture {
       for (const [key, value] of Object.entries({ x: left, y: top, width: box.width, height: box.height })) rect.setAttribute(key, value);
       rect.setAttribute("class", box.name ? "named" : "unnamed");
       label.textContent = box.name ?? `${box.class} ?`;
-      label.setAttribute("x", Math.max(2, Math.min(left, width - size * 0.6 * label.textContent.length)));
-      label.setAttribute("y", top > size * 1.3 ? top - size * 0.3 : top + box.height + size);
+      const wide = size * 0.62 * label.textContent.length, above = top - size * 0.3, below = top + box.height + size;
+      const x = Math.max(2, Math.min(left, width - wide));
+      const free = (y) => y > size && !taken.some((other) => Math.abs(other.y - y) < size && x < other.x + other.wide && other.x < x + wide);
+      const y = free(above) || !free(below) ? Math.max(above, size) : below;
+      taken.push({ x, y, wide });
+      label.setAttribute("x", x);
+      label.setAttribute("y", y);
       label.setAttribute("font-size", size);
       label.setAttribute("stroke-width", size / 6);
       return [rect, label];
