@@ -8,8 +8,9 @@ fleet in the order of the scenes' times. The recordings' stamps must be of one c
 
 from __future__ import annotations
 
+import math
 from collections import Counter
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 
@@ -152,7 +153,8 @@ class DronesReplay:
             on_message: called with the number of messages read so far.
 
         Raises:
-            InputError: a bag is damaged, or no image of any drone has a pose.
+            InputError: a bag is damaged, no image of any drone has a pose, or the drones have not
+                flown at one place and time.
         """
         images: list[_Image] = []
         datum, done = None, 0
@@ -164,7 +166,10 @@ class DronesReplay:
             self._note(name, replay.summary)
         if datum is None:
             raise InputError("no image of any drone has a camera pose: there is nothing to join.")
-        fleet = Fleet(self._configs, LocalMap(datum), self._share)
+        local = LocalMap(datum)
+        limits = {name: one.limits.origin_distance_m for name, one in self._configs.items()}
+        refuse_apart(images, local, limits)
+        fleet = Fleet(self._configs, local, self._share)
         images.sort(key=lambda one: (one.scene_ns, one.drone))
         same: list[_Image] = []
         for image in images:
@@ -244,6 +249,42 @@ class DronesReplay:
         for name, drone, _ in self.tables.names:
             drones.setdefault(name, set()).add(drone)
         return {drone for known in drones.values() if len(known) > 1 for drone in known}
+
+
+def refuse_apart(images: Sequence[_Image], local: LocalMap, limits: Mapping[str, float]) -> None:
+    """Refuse drones that have not flown at one place and time.
+
+    Args:
+        images: of all drones.
+        local: the frame `map`.
+        limits: greatest distance from its origin by drone, m.
+
+    Raises:
+        InputError: says which drone, and how far off.
+    """
+    spans: dict[str, tuple[int, int]] = {}
+    for image in images:
+        if image.sighting is None:
+            continue
+        pose, stamp_ns = image.sighting.pose, image.scene_ns
+        began_ns, ended_ns = spans.get(image.drone, (stamp_ns, stamp_ns))
+        spans[image.drone] = min(began_ns, stamp_ns), max(ended_ns, stamp_ns)
+        place = local.positions([pose.latitude], [pose.longitude])[0]
+        far = math.hypot(*place.tolist())
+        most = limits[image.drone]
+        if far > most:
+            raise InputError(
+                f"drone {image.drone} is {far / 1000.0:.0f} km from the origin of map "
+                f"(limits.origin_distance_m: {most / 1000.0:g} km): drones of one site are joined."
+            )
+    for name, (began_ns, ended_ns) in spans.items():
+        others = [span for other, span in spans.items() if other != name]
+        if others and not any(began_ns <= end and start <= ended_ns for start, end in others):
+            gap = min(max(start - ended_ns, began_ns - end) for start, end in others)
+            raise InputError(
+                f"the recording of drone {name} is {gap * 1e-9:.0f} s apart from those of the "
+                "others: all stamps must be of one clock."
+            )
 
 
 def _counted(on_message: Callable[[int], None], before: int, read: int) -> None:

@@ -6,11 +6,16 @@ from __future__ import annotations
 
 import csv
 import json
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
+from aerial_gnss_ros.bags.replay_drones import _Image, refuse_apart
 from aerial_gnss_ros.cli import main
+from aerial_gnss_ros.core.geometry.geodesy import LocalMap
+from aerial_gnss_ros.core.values.errors import InputError
+from aerial_gnss_ros.core.values.estimates import MapDatum
 
 QUICK = ("--no-bag", "--no-figures")
 
@@ -124,3 +129,28 @@ def test_what_drones_together_cannot_do_is_refused_in_words(two, tmp_path, capsy
     assert main(drones(two, tmp_path / "result", "--method", "paper")) == 2
     assert "drone a: method must be filter, not paper" in capsys.readouterr().err
     assert list(tmp_path.iterdir()) == []
+
+
+def images(drone, latitude, seconds):
+    """Return images of a drone at a latitude, rad, at some seconds."""
+    return [
+        _Image(round(t * 1e9), drone, None, SimpleNamespace(pose=SimpleNamespace(
+            latitude=latitude, longitude=-1.04)))
+        for t in seconds
+    ]  # fmt: skip
+
+
+def test_drones_of_another_site_or_clock_are_refused():
+    local = LocalMap(MapDatum(0.23, -1.04, 0.0))
+    here = images("a", 0.23, (0, 10))
+    refuse_apart(here, local, {"a": 1e5})
+    refuse_apart(here + images("b", 0.2301, (10, 20)), local, {"a": 1e5, "b": 1e5})
+    refuse_apart(here + images("c", 0.23, (5, 15)) + images("b", 0.23, (15, 20)), local,
+                 dict.fromkeys("abc", 1e5))  # fmt: skip
+    with pytest.raises(InputError, match="drone b is 127 km from the origin of map"):
+        refuse_apart(here + images("b", 0.25, (0, 10)), local, {"a": 1e5, "b": 1e5})
+    for seconds in ((3600, 3610), (-3610, -3590)):
+        with pytest.raises(
+            InputError, match=r"drone [ab] is 3590 s apart from those of the others"
+        ):
+            refuse_apart(here + images("b", 0.23, seconds), local, {"a": 1e5, "b": 1e5})
