@@ -124,7 +124,7 @@ DRONE_MEANINGS = {
     "offset_north_m": "likewise",
     "sigma_east_m": "standard deviation of `offset_east_m`",
     "sigma_north_m": "likewise",
-    "disagrees": "1 while more than a fifth of these boxes lie beyond their gates, else 0",
+    "disagrees": "1 while it [contradicts the others](../explanation/fleet.md), else 0",
 }
 NAME_MEANINGS = {
     "robot_id": "the robot's name in `positions.csv`",

@@ -26,6 +26,9 @@ class AgreementTuning:
     refused_share: float = 0.2
     """Share of a drone's boxes of shared robots beyond their gate from which it disagrees. By the
     gate's probability it is one in a million. Judged."""
+    largest_ratio: float = 2.0
+    """Mean normalised squared residual from which a drone disagrees. Judged: with right noise it
+    stays within 0.8 to 1.3 of simulated flights."""
 
 
 TUNING = AgreementTuning()
@@ -85,7 +88,9 @@ class Agreement:
 
     @property
     def disagrees(self) -> bool:
-        """Whether too many boxes lie beyond their gates."""
+        """Whether too many boxes lie beyond their gates, or too far from where others see them."""
+        if len(self._fits) >= TUNING.least_images and self.ratio > TUNING.largest_ratio:
+            return True
         if len(self._gated) < TUNING.least_images:
             return False
         refused = sum(one for one, _ in self._gated)

@@ -243,13 +243,21 @@ class Fleet:
         offset, sigma = receiver_offset(self.state, drone, len(self._drones))
         report = DroneReport(
             one.name, seen.stamp_ns, one.agreement.ratio,
-            sum(len(robot.labels) > 1 for robot in known), offset, sigma, one.agreement.disagrees,
+            sum(len(robot.labels) > 1 for robot in known), offset, sigma,
+            one.agreement.disagrees or self._contradicted(drone, seen.pose.stamp_ns),
         )  # fmt: skip
         return FleetUpdate(
             inflate_by_depth(tuple(estimates), seen.pose, self.local, depth_m),
             tuple(platform),
             report,
             {robot.labels[drone]: robot.name for robot in known},
+        )
+
+    def _contradicted(self, drone: int, now_ns: int) -> bool:
+        """Return whether another drone shows other robots in the place of a drone's own."""
+        return any(
+            robot.contradicted(now_ns) and self._matching.sees(drone, robot, now_ns)
+            for robot in self.robots
         )
 
     def _estimate(self, slot: int, robot: FleetRobot, seen: Sighting) -> RobotEstimate:
@@ -262,7 +270,7 @@ class Fleet:
                 measured |= robot.seen_ns.get(number) == one.last.pose.stamp_ns
         own = slice(7 + 4 * slot, 11 + 4 * slot)
         covariance = joint.covariance[own, own].copy()
-        covariance[:2, :2] += robot.widening()
+        covariance[:2, :2] += robot.widening(stamp_ns)
         latitude, longitude = self.local.places(joint.robots[[slot], :2])
         return RobotEstimate(
             seen.stamp_ns,

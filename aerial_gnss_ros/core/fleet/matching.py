@@ -37,6 +37,8 @@ class MatchingTuning:
     """Probability of being no other drone's robot from which one gets a name at once. Judged."""
     unnamed_s: float = 10.0
     """Time after which it gets a name all the same, s. Judged."""
+    in_view: float = 0.8
+    """Probability of being in the view of a drone from which it should show a robot. Judged."""
     fresh_s: float = 1.0
     """Time for which a drone that has measured a robot is taken to see it, s. Judged."""
 
@@ -56,6 +58,7 @@ class RobotMatching:
         self._since: dict[tuple[int, int], int] = {}
         self._weighed_ns: int | None = None
         self._alone: set[int] = set()
+        self._rivals: dict[int, Array] = {}
 
     def forget(self) -> None:
         """Forget which robots seemed to be one: places in the state have changed."""
@@ -74,6 +77,7 @@ class RobotMatching:
             return []
         self._weighed_ns = now_ns
         since: dict[tuple[int, int], int] = {}
+        self._rivals = {}
         likely = dict.fromkeys(range(len(robots)), 0.0)
         drones = range(len(self._drones))
         seen = [{one for one in drones if self.sees(one, robot, now_ns)} for robot in robots]
@@ -85,10 +89,12 @@ class RobotMatching:
                     for i in mine
                 ], np.bool_,
             ).reshape(len(mine), len(others))  # fmt: skip
-            for i, j in self._one(state, possible, mine, others, views, likely):
+            for i, j in self._one(state, robots, possible, mine, others, views, likely):
                 pair = (min(i, j), max(i, j))
                 since[pair] = self._since.get(pair, now_ns)
         self._alone = {i for i, share in likely.items() if share < 1.0 - TUNING.apart}
+        for i, robot in enumerate(robots):
+            robot.note_rival(self._rivals.get(i), now_ns)
         self._since = since
         gone: list[int] = []
         taken: set[int] = set()
@@ -146,6 +152,7 @@ class RobotMatching:
     def _one(
         self,
         state: SharedState,
+        robots: list[FleetRobot],
         possible: NDArray[np.bool_],
         mine: list[int],
         others: list[int],
@@ -156,6 +163,7 @@ class RobotMatching:
 
         Args:
             state: the filter.
+            robots: its robots.
             possible: (m, n) whether two may be one.
             mine: places of m robots, and
             others: of n others.
@@ -170,6 +178,9 @@ class RobotMatching:
             for drone, side in zip(views, (mine, others), strict=True)
         ]
         weighed = matchings(offsets, covariance, possible, in_view[0], in_view[1])
+        surely = possible & (np.minimum.outer(*in_view) > TUNING.in_view)
+        for a, b in np.argwhere(surely).tolist():
+            self._contradict(robots, mine[a], others[b], offsets[a, b])
         for side, index in ((mine, 0), (others, 1)):
             shares = dict.fromkeys(side, 0.0)
             for one in weighed:
@@ -180,6 +191,17 @@ class RobotMatching:
         if weighed[0].probability < TUNING.sure:
             return []
         return [(mine[a], others[b]) for a, b in weighed[0].pairs]
+
+    def _contradict(self, robots: list[FleetRobot], i: int, j: int, offset: Array) -> None:
+        """Note two robots that are in view of each other's drone and that it does not show.
+
+        Of one that more drones know nothing is said.
+        """
+        for one, other, apart in ((i, j, offset), (j, i, -offset)):
+            known = self._rivals.get(one)
+            nearer = known is None or float(apart @ apart) < float(known @ known)
+            if nearer and len(robots[one].labels) <= len(robots[other].labels):
+                self._rivals[one] = apart
 
     def _in_view(self, state: SharedState, drone: int | None, slot: int) -> float:
         """Return the probability that a robot is in a drone's view."""

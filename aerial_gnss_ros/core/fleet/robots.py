@@ -14,6 +14,18 @@ from aerial_gnss_ros.core.identity.label_format import LabelRegistry
 Array = NDArray[np.float64]
 
 
+@dataclass(frozen=True)
+class RobotsTuning:
+    """Chosen numbers of this module, with their units and where they come from."""
+
+    contradicted_s: float = 3.0
+    """Time for which a drone must show another robot in the place of one, s: longer than robots of
+    two drones take to be found to be one. Judged."""
+
+
+TUNING = RobotsTuning()
+
+
 @dataclass
 class FleetRobot:
     """One robot; its state is at the same place in `SharedState.joint`.
@@ -27,6 +39,9 @@ class FleetRobot:
         seen_ns: when each drone measured it last, ns.
         doubt: (2, 2) by which each drone widens its own position, m².
         refused: consecutive boxes of each drone that contradicted it.
+        rival: (2,) offset to the nearest robot that a drone shows in its place, East, North, m;
+            None without one.
+        rival_ns: since when there has been one, ns.
     """
 
     class_id: str
@@ -37,6 +52,8 @@ class FleetRobot:
     seen_ns: dict[int, int] = field(default_factory=dict)
     doubt: dict[int, Array] = field(default_factory=dict)
     refused: dict[int, int] = field(default_factory=dict)
+    rival: Array | None = None
+    rival_ns: int = 0
 
     def measured(self, drone: int, stamp_ns: int, doubt: Array) -> None:
         """Note that a drone's box has measured it."""
@@ -61,11 +78,28 @@ class FleetRobot:
         """Return whether a drone has measured it within some time."""
         return now_ns - self.seen_ns.get(drone, -patience_ns - 1 + now_ns) <= patience_ns
 
-    def widening(self) -> Array:
-        """Return the covariance (2, 2) that its drones' doubts add, the largest of them, m²."""
-        return max(
-            self.doubt.values(), key=lambda one: float(np.trace(one)), default=np.zeros((2, 2))
-        )
+    def note_rival(self, offset: Array | None, now_ns: int) -> None:
+        """Note the nearest robot that a drone shows in its place, or that there is none."""
+        if offset is None or self.rival is None:
+            self.rival_ns = now_ns
+        self.rival = offset
+
+    def contradicted(self, now_ns: int) -> bool:
+        """Return whether a drone has shown another robot in its place for a while."""
+        return self.rival is not None and now_ns - self.rival_ns >= TUNING.contradicted_s * 1e9
+
+    def widening(self, now_ns: int) -> Array:
+        """Return the covariance (2, 2) that doubts add, m².
+
+        That is the largest of its drones' own, and where one of two drones must be wrong, the
+        spread of their robots.
+        """
+        nothing = np.zeros((2, 2))
+        own = max(self.doubt.values(), key=lambda one: float(np.trace(one)), default=nothing)
+        if self.rival is None or not self.contradicted(now_ns):
+            return own
+        found: Array = own + np.outer(self.rival, self.rival)
+        return found
 
 
 class Names:

@@ -32,6 +32,14 @@ def test_a_drone_whose_boxes_are_refused_disagrees_after_a_while():
     assert not one.disagrees
 
 
+def test_a_drone_whose_residuals_are_too_large_disagrees():
+    for size, disagrees in ((1.5, False), (2.5, True)):
+        one = Agreement()
+        for k in range(30):
+            one.add(size * 6.0, 6, 0, 3)
+            assert one.disagrees == (disagrees and k >= 19)
+
+
 def test_the_offset_to_the_others_has_their_common_part_taken_out():
     variance = 1.44
     stationary = [np.diag([variance, variance, 0.09, 1e-4, 1e-4, 1e-3, 0.0])] * 3

@@ -73,6 +73,7 @@ def test_robots_of_both_drones_get_one_name_and_keep_it(two_rtk):
         known = {tuple(sorted(names.items())) for name, names in late if name == drone}
         assert len(known) == 1
         assert {fleet for _, fleet in known.pop()} == set(true)
+    assert not any(update.report.disagrees for _, _, update in updates)
     assert updates[-1][2].report.shared == 3
     assert updates[-1][2].report.agreement == pytest.approx(1.0, abs=0.3)
     assert not updates[-1][2].report.disagrees
@@ -156,6 +157,10 @@ def test_a_drone_with_a_wrong_compass_does_not_spoil_the_other(fleet_of):
     found = flown.errors(updates[-1][2].estimates)
     alone = flown.errors(flown.alone["a"][-1].estimates)
     assert len(mine) == 3
+    assert all(update.report.disagrees for _, _, update in updates[-2:])
+    # Nothing says which one is right: covariances contain both.
+    for one in updates[-1][2].estimates:
+        assert found[one.robot_id][0] < 2.0 * one.sigma
     for name in mine:
         assert found[name][0] < max(error for error, _ in alone.values()) + 0.05
 

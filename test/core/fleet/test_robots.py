@@ -33,7 +33,7 @@ def test_robots_that_are_one_keep_the_older_name_and_both_labels():
         assert one.labels == {0: "aqua_1", 1: "aqua_3"}
         assert (one.began_ns, one.last_seen_ns) == (10, 20)
         assert one.seen_ns == {0: 10, 1: 20}
-        np.testing.assert_array_equal(one.widening(), 4.0 * np.eye(2))
+        np.testing.assert_array_equal(one.widening(20), 4.0 * np.eye(2))
 
 
 def test_a_name_is_kept_whichever_has_one():
@@ -48,4 +48,17 @@ def test_seen_within_ends_after_its_time():
     assert one.seen_within(0, 1500, 500)
     assert not one.seen_within(0, 1501, 500)
     assert not one.seen_within(1, 1000, 500)
-    np.testing.assert_array_equal(FleetRobot("aqua", 0, 0).widening(), np.zeros((2, 2)))
+    np.testing.assert_array_equal(FleetRobot("aqua", 0, 0).widening(0), np.zeros((2, 2)))
+
+
+def test_a_robot_that_is_elsewhere_for_another_drone_may_be_there():
+    one, second = robot(0, 0, "aqua_1", 1.0), 10**9
+    for k in range(5):
+        one.note_rival(np.array([3.0, 0.0]), k * second)
+        assert one.contradicted(k * second) == (k >= 3)
+    np.testing.assert_array_equal(one.widening(4 * second), np.diag([10.0, 1.0]))
+    one.note_rival(None, 5 * second)
+    np.testing.assert_array_equal(one.widening(5 * second), np.eye(2))
+    one.note_rival(np.array([3.0, 0.0]), 6 * second)
+    assert not one.contradicted(8 * second)
+    assert one.contradicted(9 * second)
