@@ -244,7 +244,7 @@ class Fleet:
         report = DroneReport(
             one.name, seen.stamp_ns, one.agreement.ratio,
             sum(len(robot.labels) > 1 for robot in known), offset, sigma,
-            one.agreement.disagrees or self._contradicted(drone, seen.pose.stamp_ns),
+            one.agreement.disagrees or self._displaced(drone, seen.pose.stamp_ns) > 0.0,
         )  # fmt: skip
         return FleetUpdate(
             inflate_by_depth(tuple(estimates), seen.pose, self.local, depth_m),
@@ -253,12 +253,16 @@ class Fleet:
             {robot.labels[drone]: robot.name for robot in known},
         )
 
-    def _contradicted(self, drone: int, now_ns: int) -> bool:
-        """Return whether another drone shows other robots in the place of a drone's own."""
-        return any(
-            robot.contradicted(now_ns) and self._matching.sees(drone, robot, now_ns)
-            for robot in self.robots
-        )
+    def _displaced(self, drone: int, now_ns: int) -> float:
+        """Return how far off another drone shows robots in the place of a drone's own, at most, m.
+
+        0 where none does.
+        """
+        found = 0.0
+        for robot in self.robots:
+            if drone in robot.labels and robot.rival is not None and robot.contradicted(now_ns):
+                found = max(found, float(np.linalg.norm(robot.rival)))
+        return found
 
     def _estimate(self, slot: int, robot: FleetRobot, seen: Sighting) -> RobotEstimate:
         """Return a robot as published: confirmed if the last image of any drone measured it."""
@@ -271,6 +275,10 @@ class Fleet:
         own = slice(7 + 4 * slot, 11 + 4 * slot)
         covariance = joint.covariance[own, own].copy()
         covariance[:2, :2] += robot.widening(stamp_ns)
+        if not robot.contradicted(stamp_ns):
+            # What displaces other robots of all its drones may displace it as well.
+            apart = min((self._displaced(number, stamp_ns) for number in robot.labels), default=0.0)
+            covariance[:2, :2] += apart**2 * np.eye(2)
         latitude, longitude = self.local.places(joint.robots[[slot], :2])
         return RobotEstimate(
             seen.stamp_ns,

@@ -1,0 +1,297 @@
+# Copyright 2026 aerial_gnss_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Several drones together: errors and covariances against the bound of all of their boxes.
+
+python benchmarks/fleet.py --flown fleet.jsonl --seeds 4 --markdown docs/results/fleet.md
+
+Each flight is flown by each drone's own estimator, and what these see is joined. The receivers'
+common share is 0, 0.5 and 1 in turn, while the filter assumes 0.5. `--flown` keeps the flights: a
+run that was stopped goes on.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import math
+import sys
+import time
+from collections import defaultdict
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+from tables import columns, show
+
+from aerial_gnss_ros.core.config.estimator import EstimatorConfig, estimator_config
+from aerial_gnss_ros.core.estimation.estimator import Estimator
+from aerial_gnss_ros.core.fleet.fleet import Fleet
+from aerial_gnss_ros.core.fleet.sighting import Sighting, SightingTap
+from aerial_gnss_ros.core.geometry.geodesy import LocalMap
+from aerial_gnss_ros.core.tracker.protocol import Tracking
+from aerial_gnss_ros.core.tracker.tracker import Tracker
+from aerial_gnss_ros.core.values.estimates import FrameResult, RobotEstimate
+from aerial_gnss_ros.evaluation.bound import TrueDrone, TrueFrame, bound, joint_bound
+from aerial_gnss_ros.simulation.boxes import DetectorPlan
+from aerial_gnss_ros.simulation.experiment import Experiment, default_camera
+from aerial_gnss_ros.simulation.feeding import feed
+from aerial_gnss_ros.simulation.flight import FlightPlan, GeneratedFlight
+from aerial_gnss_ros.simulation.formation import Formation, together
+from aerial_gnss_ros.simulation.robots import SwimPlan
+from aerial_gnss_ros.simulation.sensors import START_NS, sensor_plan
+
+Array = NDArray[np.float64]
+
+LAST_S = 10.0
+"""Length of the end of each flight that is judged, s."""
+SHARES = (0.0, 0.5, 1.0)
+
+
+@dataclass(frozen=True)
+class Cell:
+    """One kind of flight.
+
+    Attributes:
+        kind: of the first drone's flight.
+        formation: of the others.
+        height_m: above the water.
+        noises: set of each drone.
+        speed: of the robots, m/s; 0: they stay.
+        told: whether the filter is told that they stay.
+        robots: number of them.
+        duration_s: length.
+    """
+
+    kind: str
+    formation: str
+    height_m: float
+    noises: tuple[str, ...]
+    speed: float = 0.0
+    told: bool = False
+    robots: int = 3
+    duration_s: float = 24.0
+
+    @property
+    def words(self) -> str:
+        """Return the cell in words."""
+        sets = self.noises[0] if len(set(self.noises)) == 1 else " and ".join(self.noises)
+        drones = "" if len(self.noises) == 2 else f"{len(self.noises)} drones, "
+        robots = "one robot, " if self.robots == 1 else ""
+        motion = "swimming" if self.speed else "told to stay" if self.told else "still"
+        return (
+            f"{drones}{self.kind}, {self.formation}, {self.height_m:g} m, {sets}, {robots}{motion}"
+        )
+
+
+TWO, RTK = ("consumer",) * 2, ("rtk",) * 2
+CELLS = (
+    Cell("hover", "opposite", 10.0, RTK),
+    Cell("hover", "opposite", 30.0, TWO, 0.3),
+    Cell("hover", "opposite", 80.0, TWO),
+    Cell("hover", "far", 10.0, TWO),
+    Cell("orbit", "opposite", 10.0, TWO, 0.3),
+    Cell("orbit", "beside", 30.0, RTK),
+    Cell("orbit", "above", 30.0, TWO, 0.3),
+    Cell("transit", "opposite", 30.0, RTK, 0.3),
+    Cell("hover", "opposite", 15.0, ("consumer", "rtk")),
+    Cell("orbit", "opposite", 30.0, ("consumer",) * 4, 0.3),
+    Cell("hover", "opposite", 30.0, RTK, told=True, duration_s=60.0),
+    Cell("hover", "opposite", 30.0, RTK, told=True, robots=1, duration_s=60.0),
+)
+
+
+@dataclass(frozen=True)
+class Record:
+    """One flight.
+
+    Attributes:
+        cell: number of its kind.
+        seed: of it.
+        share: what receivers truly have in common.
+        together: mean squared error of the fleet at the end, m².
+        alone: the same of each drone's own estimator.
+        bound: mean of the joint bound's trace there, m².
+        bound_alone: of that of the first drone.
+        nees: mean normalised squared error of the fleet, by its degrees of freedom.
+        joined: number of robots under one name for all drones that saw them.
+        names: number of names published from 5 s before the end on.
+        ms: processor time of the fleet for a sighting, ms.
+    """
+
+    cell: int
+    seed: int
+    share: float
+    together: float
+    alone: tuple[float, ...]
+    bound: float
+    bound_alone: float
+    nees: float
+    joined: int
+    names: int
+    ms: float
+
+
+def fly(number: int, cell: Cell, seed: int, share: float) -> Record:
+    """Return one flight's record."""
+    made = _drones(cell, seed, share)
+    local = LocalMap(made["a"].flight.origin)
+    configs = {name: _config(cell, noise) for name, noise in zip(made, cell.noises, strict=True)}
+    sightings: list[tuple[int, str, Sighting]] = []
+    alone: list[float] = []
+    for name, one in made.items():
+        results, seen = _own(one, configs[name])
+        alone.append(_errors(made["a"], local, [r.estimates for r in results])[0])
+        sightings += [(sighting.pose.stamp_ns, name, sighting) for sighting in seen]
+    sightings.sort(key=lambda item: item[:2])
+    fleet, began = Fleet(configs, local), time.process_time()
+    published = [fleet.update(name, seen).estimates for _, name, seen in sightings]
+    spent = time.process_time() - began
+    squared, nees = _errors(made["a"], local, published)
+    drones = [_true(one, configs[name]) for name, one in made.items()]
+    end = round(LAST_S * made["a"].clock.rate_hz)
+    limits = joint_bound(drones, local, share)[0][-end:]
+    first = bound(drones[0].config, drones[0].camera, drones[0].frames, local)[-end:]
+    names = {one.robot_id for estimates in published[len(published) // 2 :] for one in estimates}
+    return Record(
+        number, seed, share, squared, tuple(alone), _trace(limits), _trace(first), nees,
+        sum(len(robot.labels) == len(made) for robot in fleet.robots), len(names),
+        1e3 * spent / len(sightings),
+    )  # fmt: skip
+
+
+def _drones(cell: Cell, seed: int, share: float) -> dict[str, Experiment]:
+    plans = [sensor_plan(noise) for noise in cell.noises]
+
+    def first(flight: GeneratedFlight, others: Sequence[GeneratedFlight]) -> Experiment:
+        return Experiment(
+            flight, default_camera(1280, 720), plans[0], robots=cell.robots,
+            swim=SwimPlan(cell.speed, cell.speed), detector=DetectorPlan(2.0, 0.0, 0.0),
+            seed=seed, others=others,
+        )  # fmt: skip
+
+    plan = FlightPlan(kind=cell.kind, duration_s=cell.duration_s, height_m=cell.height_m)
+    return together(first, plan, Formation(cell.formation, len(plans), share), seed, plans)
+
+
+def _config(cell: Cell, noise: str) -> EstimatorConfig:
+    stay = {"noise.robot_acceleration": 0.001, "tracks.max_speed": 0.05} if cell.told else {}
+    return estimator_config(
+        {"noise.set": noise, "fix.altitude_datum": "ellipsoid", "tracks.find_moored": False} | stay
+    )
+
+
+def _own(one: Experiment, config: EstimatorConfig) -> tuple[list[FrameResult], list[Sighting]]:
+    """Return what a drone's own estimator gives, and what it tells the fleet."""
+    estimator, taps = Estimator(config), list[SightingTap]()
+
+    def tapped(tracker: Tracking) -> SightingTap:
+        assert isinstance(tracker, Tracker)  # noqa: S101 - the default one
+        taps.append(SightingTap(tracker))
+        return taps[0]
+
+    estimator.wrap_tracking(tapped)
+    feed(estimator, one.sensors)
+    estimator.add_camera(START_NS - 10**9, one.camera)
+    for _, _, boxes in one.detections():
+        estimator.add_detections(boxes)
+    results = estimator.advance(START_NS + 10**12) + estimator.flush()
+    return results, taps[0].drain()
+
+
+def _errors(
+    one: Experiment, local: LocalMap, published: Sequence[tuple[RobotEstimate, ...]]
+) -> tuple[float, float]:
+    """Return mean squared error, m², and mean NEES of a degree of freedom at the flight's end."""
+    begin_ns = START_NS + round((one.flight.duration_s - LAST_S) * 1e9)
+    squares, normalised = list[float](), list[float]()
+    for estimates in published:
+        if not estimates or estimates[0].stamp_ns < begin_ns:
+            continue
+        true = one.swarm.positions([(estimates[0].stamp_ns - START_NS) * 1e-9])[:, 0, :2]
+        for estimate in estimates:
+            place = local.positions([estimate.latitude], [estimate.longitude])[0]
+            apart = true - place
+            error = apart[np.argmin(np.square(apart).sum(axis=1))]
+            squares.append(float(error @ error))
+            normalised.append(
+                0.5 * float(error @ np.linalg.solve(estimate.covariance[:2, :2], error))
+            )
+    return float(np.mean(squares)), float(np.mean(normalised))
+
+
+def _true(one: Experiment, config: EstimatorConfig) -> TrueDrone:
+    frames = [
+        TrueFrame(
+            one.true_pose(frame),
+            one.swarm.positions([frame.t])[:, 0, :2],
+            np.isin(one.swarm.names, one.projected(frame).names),
+        )
+        for frame in one.frames()
+    ]
+    return TrueDrone(config, one.camera, frames)
+
+
+def _trace(limits: Array) -> float:
+    return float(np.nanmean(np.trace(limits[:, :, :2, :2], axis1=2, axis2=3)))
+
+
+HEADS = [
+    "flight", "RMS, m", "bound, m", "RMS / bound", "alone, m", "gain", "bound's gain",
+    "NEES/2: share 0", "0.5", "1", "joined", "ms",
+]  # fmt: skip
+
+
+def row(words: str, records: list[Record], robots: int) -> list[str]:
+    """Return the table's row of some flights."""
+
+    def root(values: list[float]) -> float:
+        return math.sqrt(float(np.mean(values)))
+
+    both, limit = root([r.together for r in records]), root([r.bound for r in records])
+    alone = root([r.alone[0] for r in records])
+    nees = [f"{np.mean([r.nees for r in records if r.share == share]):.2f}" for share in SHARES]
+    joined = sum(r.joined == robots and r.names == robots for r in records)
+    return [
+        words, f"{both:.3f}", f"{limit:.3f}", f"{both / limit:.2f}", f"{alone:.3f}",
+        f"{alone / both:.2f}", f"{root([r.bound_alone for r in records]) / limit:.2f}", *nees,
+        f"{joined} of {len(records)}", f"{np.mean([r.ms for r in records]):.1f}",
+    ]  # fmt: skip
+
+
+def main() -> int:
+    """Fly what is missing and print the table."""
+    parser = argparse.ArgumentParser(description=str(__doc__).splitlines()[0])
+    parser.add_argument("--seeds", type=int, default=4, help="of each cell and share (default 4)")
+    parser.add_argument("--flown", type=Path, help="file that keeps the flights")
+    parser.add_argument("--cells", type=int, nargs="*", help="numbers of cells (default all)")
+    parser.add_argument("--markdown", type=Path, help="where to write the table")
+    given = parser.parse_args()
+    records: dict[tuple[int, int], Record] = {}
+    if given.flown is not None and given.flown.is_file():
+        for line in given.flown.read_text(encoding="utf-8").splitlines():
+            one = Record(**json.loads(line))
+            records[one.cell, one.seed] = one
+    chosen = range(len(CELLS)) if given.cells is None else given.cells
+    for repeat in range(given.seeds):
+        for number in chosen:
+            for k, share in enumerate(SHARES):
+                seed = 10_000 * (number + 1) + 10 * repeat + k
+                if (number, seed) in records:
+                    continue
+                records[number, seed] = fly(number, CELLS[number], seed, share)
+                if given.flown is not None:
+                    with given.flown.open("a", encoding="utf-8") as kept:
+                        kept.write(json.dumps(asdict(records[number, seed])) + "\n")
+    of: dict[int, list[Record]] = defaultdict(list)
+    for (number, _), one in sorted(records.items()):
+        of[number].append(one)
+    rows = [row(CELLS[n].words, found, CELLS[n].robots) for n, found in sorted(of.items())]
+    flights = sum(map(len, of.values()))
+    show(f"{flights} flights.\n\n" + columns(HEADS, rows), given.markdown)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
