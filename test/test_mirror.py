@@ -27,7 +27,7 @@ TESTED_WITH = {
     "commands/test_benchmark.py": "benchmarking/flight benchmarking/suite",
     "commands/test_camera.py": "commands/camera_arguments",
     "commands/test_check.py": "commands/check_report",
-    "commands/test_evaluate.py": "evaluation/figures evaluation/report",
+    "commands/test_evaluate.py": "evaluation/figures",
     "commands/test_import_dji.py": "bags/import_dji bags/video commands/import_report",
     "commands/test_replay.py": "bags/replay",
     "commands/test_replay_drones.py": "bags/replay_drones commands/drone_arguments",

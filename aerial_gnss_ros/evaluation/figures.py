@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""The paper's figures: error over frames, latitude and longitude error; error against range.
+"""The paper's figures: error over frames, latitude and longitude error; and error against others.
 
 Colours follow the truth's names, so a robot has one colour in all figures.
 """
@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from aerial_gnss_ros.core.values.samples import Array
 from aerial_gnss_ros.evaluation.errors import RobotErrors
 from aerial_gnss_ros.evaluation.picture import FAINT, GREY, INK, legend_above, png, utc_axis
+from aerial_gnss_ros.evaluation.unseen import Unseen
 
 Shades = Mapping[str, str]
 _BINS = 8
@@ -111,7 +112,9 @@ def range_png(robots: Sequence[RobotErrors], shades: Shades) -> bytes | None:
             robot.range_m, robot.distance, ".", markersize=3, alpha=0.35,
             color=shades[robot.truth_id],
         )  # fmt: skip
-    lines = _by_range(axes, known)
+    away = np.concatenate([r.range_m for r in known])
+    error = np.concatenate([r.distance for r in known])
+    lines = _binned(axes, away, error, np.concatenate([r.sigma for r in known]))
     axes.set_xlabel("horizontal distance from the drone (m)")
     axes.set_ylabel("error (m)")
     axes.set_ylim(bottom=0.0)
@@ -120,11 +123,37 @@ def range_png(robots: Sequence[RobotErrors], shades: Shades) -> bytes | None:
     return png(figure)
 
 
-def _by_range(axes: Any, robots: Sequence[RobotErrors]) -> list[Any]:
-    """Draw CEP and CE90 by bins of the distance; return the lines."""
-    away = np.concatenate([r.range_m for r in robots])
-    error = np.concatenate([r.distance for r in robots])
-    sigma = np.concatenate([r.sigma for r in robots])
+def unseen_png(robots: Sequence[Unseen], shades: Shades) -> bytes | None:
+    """Draw the error of predictions against the time since last seen; None without any."""
+    if not robots:
+        return None
+    figure = Figure(figsize=(9, 4.4), layout="constrained")
+    axes = figure.add_subplot()
+    for one in robots:
+        axes.plot(
+            one.seconds, one.distance, ".", markersize=3, alpha=0.35, color=shades[one.truth_id]
+        )
+    every = [np.concatenate(part) for part in zip(*map(_parts, robots), strict=True)]
+    lines = _binned(axes, *every)
+    axes.set_xlabel("time since last seen (s)")
+    axes.set_ylabel("error (m)")
+    axes.set_xlim(left=0.0)
+    axes.set_ylim(bottom=0.0)
+    axes.grid(color=FAINT)
+    names = [
+        Line2D([], [], color=shades[one.truth_id], label=one.truth_id, linestyle="none", marker=".")
+        for one in robots
+    ]
+    legend_above(figure, names + lines)
+    return png(figure)
+
+
+def _parts(one: Unseen) -> tuple[Array, Array, Array]:
+    return one.seconds, one.distance, one.sigma
+
+
+def _binned(axes: Any, away: Array, error: Array, sigma: Array) -> list[Any]:
+    """Draw CEP and CE90 by bins of `away`; return the lines."""
     edges = np.linspace(np.nanmin(away), np.nanmax(away) + 1e-6, _BINS + 1)
     middle, median, high, stated = [], [], [], []
     for low, top in itertools.pairwise(edges):

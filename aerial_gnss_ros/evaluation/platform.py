@@ -23,6 +23,11 @@ from aerial_gnss_ros.text.sentences import cut
 
 COLUMNS = ("stamp_ns", "error", "value", "sigma")
 _DEGREES = ("heading", "pitch", "roll")
+_HEADINGS = {
+    "gnss_east": "GNSS offset, East",
+    "gnss_north": "GNSS offset, North",
+    "latency": "Latency of the images",
+}
 
 
 @dataclass(frozen=True)
@@ -99,7 +104,8 @@ def platform_png(errors: Mapping[str, PlatformError]) -> bytes:
             )  # fmt: skip
         axes.plot(seconds, value, color=COLOURS[0], linewidth=1.2)
         axes.axhline(0.0, color=INK, linewidth=0.6)
-        axes.set_ylabel(f"{_words(name)} ({unit})")
+        axes.set_title(_words(name), loc="left", fontsize=10)
+        axes.set_ylabel(f"correction ({unit})")
         axes.grid(color=FAINT)
     for axes in panels[-1]:
         utc_axis(axes, start)
@@ -113,5 +119,5 @@ def platform_png(errors: Mapping[str, PlatformError]) -> bytes:
 
 
 def _words(name: str) -> str:
-    """Return gnss_east as "GNSS east"."""
-    return name.replace("gnss", "GNSS").replace("_", " ")
+    """Return gnss_east as "GNSS offset, East", a heading."""
+    return _HEADINGS.get(name, name.replace("_", " ").capitalize())

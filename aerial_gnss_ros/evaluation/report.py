@@ -19,6 +19,7 @@ from aerial_gnss_ros.core.values.rejection import Cause, Reason
 from aerial_gnss_ros.evaluation.errors import RobotErrors, Summary, summarise
 from aerial_gnss_ros.evaluation.identity import Identities
 from aerial_gnss_ros.evaluation.platform import PlatformError, platform_png
+from aerial_gnss_ros.evaluation.unseen import unseen
 from aerial_gnss_ros.text.sentences import counted
 
 
@@ -98,7 +99,13 @@ def write_report(path: Path, report: Report, drawn: Sequence[Picture] | None = N
 def draw(report: Report) -> list[Picture]:
     """Return the report's own pictures; the first is the map."""
     # Matplotlib takes long to import, and a report may have no pictures.
-    from aerial_gnss_ros.evaluation.figures import axes_png, frames_png, methods_png, range_png
+    from aerial_gnss_ros.evaluation.figures import (
+        axes_png,
+        frames_png,
+        methods_png,
+        range_png,
+        unseen_png,
+    )
     from aerial_gnss_ros.evaluation.track_map import map_png
 
     found = [
@@ -130,6 +137,10 @@ def draw(report: Report) -> list[Picture]:
         if by_range is not None:
             caption = "Error against the distance from the drone."
             found.append(Picture("error_against_range.png", caption, by_range))
+        by_time = unseen_png(unseen(robots, report.estimates, report.truth), shades)
+        if by_time is not None:
+            caption = "Error of predicted positions against the time since their robot was seen."
+            found.append(Picture("error_unseen.png", caption, by_time))
     if len(compared) > 1:
         caption = "Horizontal error over time, by method."
         found.append(Picture("error_by_method.png", caption, methods_png(compared, shades)))

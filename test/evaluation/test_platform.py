@@ -46,10 +46,10 @@ def test_each_estimated_error_has_a_panel_in_its_unit(monkeypatch):
     }
     platform_png(errors)
     panels = [axes for axes in drawn[0].axes if axes.get_visible()]
-    assert [axes.get_ylabel() for axes in panels] == [
-        "heading (deg)",
-        "GNSS east (m)",
-        "latency (s)",
+    assert [(axes.get_title("left"), axes.get_ylabel()) for axes in panels] == [
+        ("Heading", "correction (deg)"),
+        ("GNSS offset, East", "correction (m)"),
+        ("Latency of the images", "correction (s)"),
     ]
     ends = [axes.lines[0].get_ydata()[-1] for axes in panels]
     assert ends == pytest.approx([np.degrees(0.1), 0.1, 0.1])
