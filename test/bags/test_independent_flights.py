@@ -23,11 +23,11 @@ from aerial_gnss_ros.detection.config import DetectorConfig
 EARTH_M = 6_371_000.0
 LIMITS = {
     "orbit30_still": (0.08, 1.0),
-    "transit30_still": (0.2, 1.0),
+    "transit30_still": (0.15, 1.0),
     "hover30_mixed": (0.5, 1.0),
-    "orbit20_mixed_noisy": (2.2, 2.0),
+    "orbit20_mixed_noisy": (1.8, 2.0),
     "orbit40_moving_quiet": (0.6, 1.0),
-    "orbit60_coloured": (0.55, 1.5),
+    "orbit60_coloured": (0.5, 1.5),
 }
 """Largest RMS error, m, and NEES/2 of the last third by flight."""
 
