@@ -87,7 +87,8 @@ class Session:
         elif click.point is not None:
             if not ((click.point >= 0.0) & (click.point <= self.recording.size)).all():
                 raise InputError(_beyond("the click", click.frame, click.point, self.recording))
-            box = self.box_at(click.frame, click.point)
+            known = self.tracks.get(click.robot, {}).get(click.frame)
+            box = self.box_at(click.frame, click.point, None if known is None else known.box[2:])
             if box is None:
                 raise InputError(
                     f"frame {click.frame}: nothing stands out from the water at "
@@ -119,8 +120,15 @@ class Session:
             self.carry()
         return taken
 
-    def box_at(self, frame: int, point: Array) -> Array | None:
-        """Return the box (4,) of the object at a point of a frame; None if nothing stands out."""
+    def box_at(self, frame: int, point: Array, size: Array | None = None) -> Array | None:
+        """Return the box (4,) of the object at a point of a frame; None if nothing stands out.
+
+        Args:
+            frame: index.
+            point: (2,) px.
+            size: (2,) width and height that the robot has there by its other marks, px; None: it
+                has none. An object of another size is glint, foam or two robots that touch.
+        """
         found = self.recording.proposals(frame).boxes
         near = (np.abs(found[:, :2] - point) <= found[:, 2:] / 2.0 + REACH_PX).all(axis=1)
         tries = list(found[near][np.argsort(np.linalg.norm(found[near, :2] - point, axis=1))])
@@ -132,10 +140,12 @@ class Session:
                 continue
             if i >= known and strength(self.recording.image(frame), outline) < CLEAR:
                 continue  # a ripple
+            if size is not None and not 0.5 < outline[2:].max() / size.max() < 2.0:
+                continue
             touched = (np.abs(outline[:2] - point) <= outline[2:] / 2.0 + REACH_PX).all()
             if touched and (outline[2:] < 1.9 * np.maximum(rough[2:], 8.0)).all():
                 return outline
-        return None
+        return None if size is None else np.concatenate([point, size])
 
     def questions(self) -> list[Question]:
         """Return all labels that need an answer, in the order of frames."""

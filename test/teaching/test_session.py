@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import cv2
 import numpy as np
 import pytest
 
@@ -104,6 +105,22 @@ def test_clicks_that_cannot_be_meant_are_refused_and_nothing_is_lost(film, work,
 def work_of(session):
     """Return the folder of a session."""
     return session.recording.files[0].parent.parent
+
+
+def test_a_second_click_keeps_the_robots_size_amid_glint(film, work):
+    """Where all round the robot is as bright as it, a click says where it is, not how large."""
+    made = film(THREE)
+    image = cv2.imread(str(made.folder / "007.png"))
+    middle = made.truth[7]["white"][:2]
+    cv2.rectangle(image, (middle - 60).astype(int).tolist(), (middle + 60).astype(int).tolist(),
+                  (235, 235, 235), -1)  # fmt: skip
+    cv2.imwrite(str(made.folder / "007.png"), image)
+    session = Session(work(made))
+    session.add([_click("white", 4, made.truth[4]["white"])])
+    session.add([_click("white", 7, made.truth[7]["white"])])
+    box = session.tracks["white"][7].box
+    assert box[:2] == pytest.approx(middle, abs=3.0)
+    assert box[2:] == pytest.approx(made.truth[7]["white"][2:], rel=0.35)
 
 
 def test_a_drawn_box_sets_how_tight_labels_are(film, work):
