@@ -260,7 +260,8 @@ class Fleet:
         """
         found = 0.0
         for robot in self.robots:
-            if drone in robot.labels and robot.rival is not None and robot.contradicted(now_ns):
+            own = len(robot.labels) == 1 and drone in robot.labels
+            if own and robot.rival is not None and robot.contradicted(now_ns):
                 found = max(found, float(np.linalg.norm(robot.rival)))
         return found
 
@@ -275,9 +276,9 @@ class Fleet:
         own = slice(7 + 4 * slot, 11 + 4 * slot)
         covariance = joint.covariance[own, own].copy()
         covariance[:2, :2] += robot.widening(stamp_ns)
-        if not robot.contradicted(stamp_ns):
-            # What displaces other robots of all its drones may displace it as well.
-            apart = min((self._displaced(number, stamp_ns) for number in robot.labels), default=0.0)
+        if len(robot.labels) == 1 and not robot.contradicted(stamp_ns):
+            # What displaces others of its only drone's robots may displace it as well.
+            apart = self._displaced(next(iter(robot.labels)), stamp_ns)
             covariance[:2, :2] += apart**2 * np.eye(2)
         latitude, longitude = self.local.places(joint.robots[[slot], :2])
         return RobotEstimate(
