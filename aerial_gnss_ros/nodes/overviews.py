@@ -22,6 +22,7 @@ from aerial_gnss_ros.adapters.overview import ERROR, OK, OVERVIEW, WARNING, Ligh
 from aerial_gnss_ros.core.values.errors import RosError
 from aerial_gnss_ros.nodes import qos
 from aerial_gnss_ros.nodes.listening import valid_names
+from aerial_gnss_ros.nodes.names import absolute_namespace
 from aerial_gnss_ros.nodes.ros_messages import message_class
 from aerial_gnss_ros.text.plain_text import printable
 
@@ -61,7 +62,7 @@ class OverviewListener:
             with valid_names():
                 self._node: Node = rclpy.create_node(
                     "view",
-                    namespace=namespace or None,
+                    namespace=absolute_namespace(namespace) or None,
                     enable_rosout=False,
                     start_parameter_services=False,
                 )

@@ -112,7 +112,7 @@ def test_images_are_found_on_the_topic_that_begins_later(listener):
 
 
 def test_a_namespace_that_no_topic_can_have_is_one_sentence(listener):
-    with pytest.raises(ConfigError, match="invalid"):
+    with pytest.raises(ConfigError, match="bad name"):
         listener("bad name")
     listener("good_name")  # ROS was left, and can be entered again
 

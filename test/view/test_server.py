@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import asyncio
 import json
+import re
 import socket
 import subprocess
 import sys
@@ -15,7 +16,7 @@ import tornado.httpclient
 import tornado.websocket
 
 from aerial_gnss_ros.core.values.errors import InputError
-from aerial_gnss_ros.view.server import LOCAL, Answer, Socket, application, is_local, listen
+from aerial_gnss_ros.view.server import LOCAL, STATIC, Answer, Socket, application, is_local, listen
 
 
 class Hello(Answer):
@@ -88,6 +89,16 @@ def test_pages_may_load_nothing_from_elsewhere(pages):
         policy = answer.headers["Content-Security-Policy"]
         assert policy.startswith("default-src 'self';")
         assert "http" not in policy
+
+
+def test_our_pages_name_no_address_elsewhere_and_vendored_files_have_their_licence():
+    own = [path for path in STATIC.iterdir() if path.suffix in (".html", ".js", ".css")]
+    assert len(own) > 4
+    for path in own:
+        text = path.read_text(encoding="utf-8").replace("http://www.w3.org/2000/svg", "")
+        assert not re.search(r"https?://|[\"'(]//", text), path.name
+    for folder in (STATIC / "vendor").iterdir():
+        assert "Redistribution" in (folder / "LICENSE").read_text(encoding="utf-8")
 
 
 @pytest.mark.parametrize(

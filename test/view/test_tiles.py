@@ -4,11 +4,15 @@
 
 from __future__ import annotations
 
+import asyncio
 import sqlite3
 
 import pytest
+import tornado.httpclient
 
 from aerial_gnss_ros.core.values.errors import InputError
+from aerial_gnss_ros.view.page import tile_routes
+from aerial_gnss_ros.view.server import LOCAL, application, listen
 from aerial_gnss_ros.view.tiles import Tiles
 
 NORTH_WEST = (1, 0, 1)  # zoom, column, row from the south
@@ -53,6 +57,24 @@ def test_the_file_is_opened_for_reading_only(tmp_path):
     Tiles(path).tile(1, 0, 0)
     assert path.read_bytes() == before
     assert list(tmp_path.iterdir()) == [path]
+
+
+def test_the_page_gets_tiles_and_nothing_where_there_is_none(tmp_path):
+    tiles = Tiles(mbtiles(tmp_path / "sea.mbtiles"))
+
+    async def task():
+        server, url = listen(application("view.html", tile_routes(tiles)), LOCAL, 0)
+        client = tornado.httpclient.AsyncHTTPClient(force_instance=True)
+        paths = ("tiles/1/0/0", "tiles/1/1/1", "tiles/1/0/x")
+        try:
+            return [await client.fetch(url + path, raise_error=False) for path in paths]
+        finally:
+            server.stop()
+            await server.close_all_connections()
+
+    found, none, wrong = asyncio.run(task())
+    assert (found.body, found.headers["Content-Type"]) == (repr(NORTH_WEST).encode(), "image/png")
+    assert (none.code, none.body, wrong.code) == (204, b"", 404)
 
 
 @pytest.mark.parametrize(
