@@ -229,7 +229,10 @@ def main() -> None:
                         help="a parameter other than the default")  # fmt: skip
     parser.add_argument("--markdown", type=Path, help="where to write the table")
     given = parser.parse_args()
-    stated = {key: float(value) for key, value in (one.split("=") for one in given.set)}
+    stated = {
+        key: value == "true" if value in ("true", "false") else float(value)
+        for key, value in (one.split("=") for one in given.set)
+    }
     config = estimator_config(stated)
     rows = []
     for one in sorted(given.flights.iterdir()):

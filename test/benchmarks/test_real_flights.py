@@ -97,11 +97,11 @@ def test_boxes_that_shift_together_are_chained():
 
 
 @pytest.mark.parametrize("name", LIMITS)
-def test_default_parameters_use_what_real_flights_show(name, shared_data):
+def test_nothing_but_that_the_latency_is_unknown_is_stated(name, shared_data):
     flights = shared_data / "real_water" / "flights"
     if not flights.is_dir():
         pytest.skip(f"no real flights: {flights} is absent")
-    flight = real_flights.fly(flights / name, estimator_config({}))
+    flight = real_flights.fly(flights / name, estimator_config({"camera.find_latency": True}))
     least, most = LIMITS[name]
     assert flight.used(flight.steep) > least
     names = [len({one.robot_id for one in found}) for _, found in flight.objects()]

@@ -34,11 +34,11 @@ def world():
 
 
 def test_only_the_reference_is_stated(world):
-    assert {name.split(".")[0] for name in world.stated()} == {"map", "references"}
+    assert {name.split(".")[0] for name in world.stated()} == {"map", "camera", "references"}
     others = told_nothing.World(
         told_nothing.Cell("hover", 30.0, "consumer", "still", 1.0, 300.0, 0.0, 1.0), 3, Path("no")
     )
-    assert {name.split(".")[0] for name in others.stated()} == {"map"}
+    assert {name.split(".")[0] for name in others.stated()} == {"map", "camera"}
 
 
 def test_errors_are_scaled_but_for_the_receivers(world):

@@ -36,15 +36,10 @@ class Noise:
     gimbal_pitch_deg: float = _sigma("Slow error of the camera's pitch.", "deg", 45.0)
     gimbal_roll_deg: float = _sigma("Slow error of the camera's roll.", "deg", 45.0)
     height_m: float = _sigma("Slow error of the height above water.", "m", 100.0)
-    latency_s: float = key(
-        _NAN,
-        "Error of camera.latency_s. NaN: probably none; where boxes do not fit it while the camera "
-        "moves, the latency is estimated from then on, within 3 s. Above 0: estimated from the "
-        "first image, up to three times as much. 0: camera.latency_s is exact, and never doubted.",
-        unit="s",
-        low=0.0,
-        high=3.0,
-        optional=True,
+    latency_s: float = _sigma(
+        "Error of camera.latency_s; above 0 it is estimated in flight, up to three times as much.",
+        "s",
+        3.0,
     )
     correlation_time_s: float = _sigma("Correlation time of the slow errors.", "s", 1e6)
     attitude_white_deg: float = _sigma("White noise of the attitude, each axis.", "deg", 45.0)

@@ -40,6 +40,12 @@ class CameraConfig:
         high=3.0,
         dynamic=True,
     )
+    find_latency: bool = key(
+        False,
+        "Find out in flight whether images come by another latency than latency_s, and estimate it "
+        "from then on: robots get new labels then. A gimbal that jumps in the first 30 s in motion "
+        "may look like one, therefore off.",
+    )
     offset_m: tuple[float, ...] = key(
         (0.0, 0.0, 0.0),
         "Camera relative to the GNSS antenna, body forward, left, up. Not zero: attitude is "

@@ -11,7 +11,6 @@ images older than the last one processed, which are dropped and counted in `drop
 
 from __future__ import annotations
 
-import math
 from collections import Counter
 from collections.abc import Callable
 from pathlib import Path
@@ -107,8 +106,9 @@ class Estimator:
             self._log,
         )
         self._guard = Guard(self._pipeline, self._identity, self._origin, self._log, (Estimator,))
-        nobody_knows = math.isnan(config.noise.latency_s) and tracking is None
-        self._doubt = LatencyDoubt(config, self._inputs) if nobody_knows else None
+        finds = config.camera.find_latency and tracking is None
+        searches = config.noise.value("latency_s") > 0.0
+        self._doubt = LatencyDoubt(config, self._inputs) if finds and not searches else None
         self._time = TimeBase()
         self._intake = Intake(config, self._inputs, self._time, self.dropped, self._log, self)
         self._steady = Steady()
@@ -371,7 +371,7 @@ class Estimator:
         self._log.add(
             "Boxes do not fit camera.latency_s: the latency of the images is estimated from now "
             "on, positions are as uncertain as that makes them, and robots get new labels. State "
-            "camera.latency_s if you know it; noise.latency_s: 0 says that it is exact."
+            "camera.latency_s if you know it."
         )
 
     def _keep_names(self, result: FrameResult) -> None:

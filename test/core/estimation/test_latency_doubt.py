@@ -11,7 +11,11 @@ import pytest
 
 from aerial_gnss_ros.core.config.estimator import estimator_config
 
-STATED = {"noise.gnss_offset_m": 0.02, "noise.robot_acceleration": 0.01}
+STATED = {
+    "noise.gnss_offset_m": 0.02,
+    "noise.robot_acceleration": 0.01,
+    "camera.find_latency": True,
+}
 ROBOTS = {"a": lambda _t: (2.0, 18.0), "b": lambda _t: (-3.0, 22.0), "c": lambda _t: (6.0, 24.0)}
 
 
@@ -57,7 +61,7 @@ def test_a_latency_that_nobody_states_is_found(sea, late_s):
 
 def test_the_configured_latency_is_kept_to_the_last_bit(sea):
     flown = []
-    for stated in (STATED, STATED | {"noise.latency_s": 0.0}):
+    for stated in (STATED, STATED | {"camera.find_latency": False}):
         engine = sea.estimator(stated)
         flown.append(places(sea.play(engine, late_world(sea, 0.0), 18.0)))
         assert not engine.happened["latency_doubted"]
@@ -65,8 +69,8 @@ def test_the_configured_latency_is_kept_to_the_last_bit(sea):
     assert flown[0] == flown[1]
 
 
-def test_one_that_is_stated_to_be_exact_is_never_doubted(sea):
-    engine = sea.estimator(STATED | {"noise.latency_s": 0.0})
+def test_by_default_it_is_not_doubted(sea):
+    engine = sea.estimator(STATED | {"camera.find_latency": False})
     results = sea.play(engine, late_world(sea, 1.0), 18.0)
     assert not any(latency(result) for result in results)
 
