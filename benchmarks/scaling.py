@@ -161,7 +161,7 @@ class TimedSnapshot(guard.Snapshot):
         began = time.process_time_ns()
         super().__init__(roots, plans)
         self.spent.append(1e-3 * (time.process_time_ns() - began))
-        objects = len(self._states) + sum(len(held) for held, _, _ in self._objects)
+        objects = len(self._layout.states) + sum(len(held) for held, _, _ in self._objects)
         TimedSnapshot.held = objects, len(self._arrays), len(self._containers)
 
 
