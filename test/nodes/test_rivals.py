@@ -42,7 +42,7 @@ def test_a_player_of_recorded_results_is_one_too():
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("module", "topic"),
-    [("estimator", "/d/(map_datum|robots/markers)"), ("detector", "/d/detections")],
+    [("estimator", "/d/(map_datum|overview|robots/markers)"), ("detector", "/d/detections")],
 )
 def test_two_in_a_namespace_both_say_so(start, module, topic):
     arguments = ("--ros-args", "-r", "__ns:=/d")
