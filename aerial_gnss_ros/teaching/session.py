@@ -145,7 +145,9 @@ class Session:
             touched = (np.abs(outline[:2] - point) <= outline[2:] / 2.0 + REACH_PX).all()
             if touched and (outline[2:] < 1.9 * np.maximum(rough[2:], 8.0)).all():
                 return outline
-        return None if size is None else np.concatenate([point, size])
+        if size is None or not near.any():
+            return None
+        return np.concatenate([point, size])
 
     def questions(self) -> list[Question]:
         """Return all labels that need an answer, in the order of frames."""
