@@ -282,9 +282,8 @@ class JointFilter(CameraFaults):
                     if self.moored is not None:
                         self.moored.reset()
                     relinearize(group, self._sight)
-                    feigned = (
-                        TUNING.feigned_mps if self._late else 0.0
-                    )  # otherwise robots seem too fast
+                    # Otherwise robots seem too fast.
+                    feigned = TUNING.feigned_mps if self._late else 0.0
                     speeds = group.motion(self.motion, slots).speed_sigma
                     group.forget(slots, self._stationary, speeds + feigned)
                 if self._anew:
