@@ -47,6 +47,7 @@ SHELL = (
     "python",
     "python3",
     "ros2",
+    "rviz2",
     "sudo",
 )
 ONLY_PARSED, TERMINALS, EXAMPLE = "parsed only: ", "a terminal for each line", "an example"

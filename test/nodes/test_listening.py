@@ -103,4 +103,4 @@ def test_the_doctor_finds_the_profile_of_a_live_vehicle(capsys):
 
 def test_a_bad_namespace_is_one_sentence(capsys):
     assert cli.main(["check", "--namespace", "bad name", "--seconds", "1"]) == 2
-    assert "is invalid" in capsys.readouterr().err.strip().splitlines()[-1]
+    assert "is not a valid namespace" in capsys.readouterr().err.strip().splitlines()[-1]

@@ -83,7 +83,8 @@ def test_blur_and_light_leave_the_middle_of_an_object_where_it_is(box, name, see
     value = made.image[..., 1].astype(float)
     v, u = np.mgrid[0:HEIGHT, 0:WIDTH] + 0.5
     middle = np.array([(u * value).sum(), (v * value).sum()]) / value.sum()
-    np.testing.assert_allclose(middle, box[:2], atol=0.3)  # glass blur shuffles by chance
+    shuffled = name == "glass_blur"  # pixels change places by chance
+    np.testing.assert_allclose(middle, box[:2], atol=0.45 if shuffled else 0.3)
 
 
 def test_a_centre_that_leaves_takes_its_variant_with_it():
