@@ -59,10 +59,10 @@ demo: $(READY)
 	$(BIN)/aerial-gnss demo $(DEMO_ARGS)
 
 test: $(READY_DEV)
-	$(BIN)/python -m pytest $(SIDE_BY_SIDE) $(TIMEOUT) -m "not pages" $(PYTEST_ARGS)
+	$(BIN)/python -m pytest $(SIDE_BY_SIDE) $(TIMEOUT) -m "not pages and not browser" $(PYTEST_ARGS)
 
 quick: lint types
-	$(BIN)/python -m pytest $(SIDE_BY_SIDE) $(TIMEOUT) -q -m "not slow and not pages" --ignore=test/nodes $(PYTEST_ARGS)
+	$(BIN)/python -m pytest $(SIDE_BY_SIDE) $(TIMEOUT) -q -m "not slow and not pages and not browser" --ignore=test/nodes $(PYTEST_ARGS)
 
 check:
 	.ci/run

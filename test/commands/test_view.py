@@ -7,7 +7,6 @@ from __future__ import annotations
 import json
 import math
 import re
-import runpy
 import shutil
 import signal
 import socket
@@ -21,9 +20,9 @@ from aerial_gnss_ros import cli
 from aerial_gnss_ros.bags.reader import open_bag
 from aerial_gnss_ros.bags.writer import LATCHED, BagWriter
 
-BROWSER = runpy.run_path(str(Path(__file__).parent.parent / "view" / "browser.py"))
-TABLET, PHONE = BROWSER["TABLET"], BROWSER["PHONE"]
-browser, wait_for = BROWSER["browser"], BROWSER["wait_for"]
+sys.path.insert(0, str(Path(__file__).parents[1]))
+from browser import PHONE, TABLET, browser, complaints, requested, wait_for
+
 ROWS = "return [...document.querySelectorAll('#robots tbody tr')].map((row) => row.innerText)"
 
 
@@ -58,6 +57,7 @@ def refused(capsys, *arguments):
 
 
 @pytest.mark.parametrize("size", [TABLET, PHONE], ids=["tablet", "phone"])
+@pytest.mark.browser
 def test_a_recording_is_shown_with_its_robots_and_without_the_internet(
     page, flight, tmp_path, size
 ):
@@ -75,9 +75,9 @@ def test_a_recording_is_shown_with_its_robots_and_without_the_internet(
         assert [row.split()[:2] for row in rows] == [["aqua_1", "seen"], ["aqua_2", "seen"]]
         assert len(driver.find_elements("css selector", ".ellipse.confirmed")) == 2
         assert driver.find_element("id", "utc").text == "00:16:41"
-        outside = [one for one in BROWSER["requested"](driver) if "//127.0.0.1:" not in one]
+        outside = [one for one in requested(driver) if "//127.0.0.1:" not in one]
         assert [one for one in outside if not one.startswith(("data:", "blob:"))] == []
-        assert BROWSER["complaints"](driver) == []
+        assert complaints(driver) == []
         wide = driver.execute_script("return document.documentElement.scrollWidth")
         assert wide <= size[0]
         small = driver.execute_script(
@@ -87,6 +87,7 @@ def test_a_recording_is_shown_with_its_robots_and_without_the_internet(
         assert small == []
 
 
+@pytest.mark.browser
 def test_a_robots_position_is_stated_and_copied(page, flight, tmp_path):
     url = page(flight.write(tmp_path / "bag"))
     with browser() as driver:
@@ -110,6 +111,7 @@ def test_a_robots_position_is_stated_and_copied(page, flight, tmp_path):
         assert "13° 11." in driver.find_element("id", "card-place").text
 
 
+@pytest.mark.browser
 def test_the_cameras_image_has_boxes_with_the_robots_names(page, flight, tmp_path):
     flight.write(tmp_path / "boxes")
     flight.write(tmp_path / "images", images=True)
@@ -126,6 +128,7 @@ def test_the_cameras_image_has_boxes_with_the_robots_names(page, flight, tmp_pat
         assert driver.execute_script("return document.getElementById('image').naturalWidth") == 640
 
 
+@pytest.mark.browser
 def test_the_result_of_a_replay_is_shown_as_it_was(page, replay, flight, tmp_path):
     assert replay(flight.write(tmp_path / "bag"), tmp_path / "result") == 0
     url = page(tmp_path / "result")
@@ -164,6 +167,7 @@ def test_wrong_input_is_one_sentence(flight, tmp_path, capsys, arguments, words)
 
 
 @pytest.mark.parametrize("without", ["--no-bag", None])
+@pytest.mark.browser
 def test_a_result_without_overviews_shows_its_table(page, replay, flight, tmp_path, without):
     made = replay(
         flight.write(tmp_path / "bag"), tmp_path / "result", *([without] if without else [])

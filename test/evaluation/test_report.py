@@ -4,8 +4,9 @@
 
 from __future__ import annotations
 
-import shutil
+import sys
 from collections import Counter
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -14,27 +15,11 @@ from aerial_gnss_ros.bags.tables import EstimatedTrack, Track
 from aerial_gnss_ros.evaluation.errors import compare
 from aerial_gnss_ros.evaluation.report import Report, draw, write_report
 
+sys.path.insert(0, str(Path(__file__).parents[1]))
+from browser import browser
+
 PHONE_PX, A4_PX = 390, 680  # 18 cm between the margins
 SECONDS = np.arange(40)
-
-
-@pytest.fixture(scope="module")
-def browser():
-    """Return a headless Chromium."""
-    webdriver = pytest.importorskip("selenium.webdriver", reason="selenium is absent")
-    binary, driver = shutil.which("chromium"), shutil.which("chromedriver")
-    if binary is None or driver is None:
-        pytest.skip("chromium and chromedriver are not installed")
-    options = webdriver.ChromeOptions()
-    options.binary_location = binary
-    for argument in (
-        "--headless=new", "--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage",
-        "--hide-scrollbars",
-    ):  # fmt: skip
-        options.add_argument(argument)
-    made = webdriver.Chrome(options=options, service=webdriver.ChromeService(driver))
-    yield made
-    made.quit()
 
 
 def report():
@@ -58,12 +43,13 @@ def report():
 
 
 @pytest.fixture(scope="module")
-def page(browser, tmp_path_factory):
+def page(tmp_path_factory):
     """Return a browser that shows the report."""
     path = tmp_path_factory.mktemp("report") / "report.html"
     write_report(path, report())
-    browser.get(path.as_uri())
-    return browser
+    with browser() as driver:
+        driver.get(path.as_uri())
+        yield driver
 
 
 def _shown(page, width, medium):
@@ -74,6 +60,7 @@ def _shown(page, width, medium):
     return page.execute_script("return document.documentElement.scrollWidth")
 
 
+@pytest.mark.browser
 def test_a_phone_shows_the_whole_width(page):
     assert _shown(page, PHONE_PX, "screen") == PHONE_PX
     size = "return parseFloat(getComputedStyle(document.querySelector(arguments[0])).fontSize)"
@@ -83,6 +70,7 @@ def test_a_phone_shows_the_whole_width(page):
     assert page.execute_script(width, "figure:not(.map) img") > 600.0  # legible, by scrolling it
 
 
+@pytest.mark.browser
 def test_paper_shows_all_columns_and_what_is_folded(page):
     assert _shown(page, A4_PX, "print") == A4_PX
     hidden = (

@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 import json
-import runpy
+import sys
 import time
 from pathlib import Path
 
@@ -19,7 +19,8 @@ from aerial_gnss_ros.adapters.overview import Light  # noqa: E402
 from aerial_gnss_ros.core.values.errors import ConfigError  # noqa: E402
 from aerial_gnss_ros.nodes.overviews import OverviewListener, lights_of  # noqa: E402
 
-BROWSER = runpy.run_path(str(Path(__file__).parent.parent / "view" / "browser.py"))
+sys.path.insert(0, str(Path(__file__).parents[1]))
+from browser import browser, wait_for  # noqa: E402
 
 
 @pytest.fixture
@@ -117,12 +118,12 @@ def test_a_namespace_that_no_topic_can_have_is_one_sentence(listener):
     listener("good_name")  # ROS was left, and can be entered again
 
 
+@pytest.mark.browser
 def test_the_page_shows_the_live_estimator_and_says_when_it_has_ended(start, flight):
     estimator = start("aerial_gnss_ros.nodes.estimator", "--ros-args", "-p", "use_sim_time:=true")
     page = start("aerial_gnss_ros.cli", "view", "--port", "0")
     url = page.wait_for(r"open (http\S+) in a browser")[1]
-    with BROWSER["browser"]() as driver:
-        wait_for = BROWSER["wait_for"]
+    with browser() as driver:
         driver.get(url)
         banner = "return document.getElementById('banner').textContent"
         wait_for(driver, banner)

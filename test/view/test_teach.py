@@ -21,7 +21,7 @@ from aerial_gnss_ros.teaching.project import FILE
 from aerial_gnss_ros.training.layout import open_dataset
 from aerial_gnss_ros.view.teach import Teacher
 
-sys.path.insert(0, str(Path(__file__).parent))
+sys.path.insert(0, str(Path(__file__).parents[1]))
 from browser import browser, complaints, requested, wait_for
 
 COUNT = 12
@@ -94,6 +94,7 @@ def _ready(driver, marks):
     wait_for(driver, f"return page.state.marks === {marks} && !at('status').textContent")
 
 
+@pytest.mark.browser
 def test_a_person_teaches_two_robots(page):
     """A click, a drawn box, a question answered, an undo; ended, the data set is there."""
     url, work, process = page
@@ -135,6 +136,7 @@ def test_a_person_teaches_two_robots(page):
     assert open_dataset(work / "dataset").names == ("fin",)
 
 
+@pytest.mark.browser
 def test_the_keyboard_suffices(page):
     """A cross moved by keys clicks one robot and draws a box round the other."""
     url, work, _process = page
@@ -164,6 +166,7 @@ def test_the_keyboard_suffices(page):
     assert (work / "dataset" / "data.yaml").is_file()
 
 
+@pytest.mark.browser
 def test_a_killed_program_goes_on(page, video):
     """SIGKILL after two marks: both are there when the command is started again."""
     url, work, process = page
