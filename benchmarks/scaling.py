@@ -4,7 +4,6 @@
 
 python benchmarks/scaling.py --json scaling.json --markdown scaling.md
 python benchmarks/scaling.py --modules 1    # where an image of one robot spends its time
-python benchmarks/scaling.py --guard        # what of it goes to the guard against internal errors
 
 An orbit of 80 m height over still robots on a grid, all in view of a camera of 4K; no image is
 rendered. Counted is the processor time of one core for pose, points on the water and tracking,
@@ -24,7 +23,6 @@ from collections import Counter
 from collections.abc import Callable
 from pathlib import Path
 from types import FrameType
-from typing import ClassVar
 
 import one_thread  # noqa: F401 - before numpy
 
@@ -33,7 +31,6 @@ import numpy as np
 from tables import show
 
 from aerial_gnss_ros.core.config.estimator import estimator_config
-from aerial_gnss_ros.core.estimation import guard
 from aerial_gnss_ros.core.estimation.estimator import Estimator
 from aerial_gnss_ros.core.values.detection_frame import DetectionFrame
 from aerial_gnss_ros.core.values.estimates import FrameResult
@@ -146,45 +143,6 @@ def modules(robots: int, images: int) -> str:
     return "\n".join(lines) + "\n"
 
 
-class TimedSnapshot(guard.Snapshot):
-    """A snapshot that notes the processor time it took, and how much it holds.
-
-    Attributes:
-        spent: of each, µs.
-        held: objects, arrays and containers in the last one.
-    """
-
-    spent: ClassVar[list[float]] = []
-    held: ClassVar[tuple[int, int, int]] = (0, 0, 0)
-
-    def __init__(self, roots: tuple[object, ...], plans: guard.Plans) -> None:
-        began = time.process_time_ns()
-        super().__init__(roots, plans)
-        self.spent.append(1e-3 * (time.process_time_ns() - began))
-        objects = len(self._layout.states) + sum(len(held) for held, _, _ in self._objects)
-        TimedSnapshot.held = objects, len(self._arrays), len(self._containers)
-
-
-def guard_row(robots: int, images: int) -> str:
-    """Return a row of the table on snapshots: what they cost an image, and what they hold."""
-    plain, TimedSnapshot.spent[:] = guard.Snapshot, []
-    guard.Snapshot = TimedSnapshot  # type: ignore[misc]
-    try:
-        whole = measure(robots, images)["median_us"]
-    finally:
-        guard.Snapshot = plain  # type: ignore[misc]
-    spent = float(np.median(TimedSnapshot.spent[images // 3 :]))
-    held = " | ".join(map(str, TimedSnapshot.held))
-    return f"| {robots} | {whole:.0f} | {spent:.0f} | {spent / whole:.0%} | {held} |"
-
-
-def guard_table(most: int, images: int) -> str:
-    """Return what snapshots before images cost, by the number of robots."""
-    rows = [guard_row(robots, images) for robots in COUNTS if robots <= most]
-    heads = "robots | µs an image | of it snapshot | share | objects | arrays | containers"
-    return "\n".join([f"| {heads} |", "|---:" * 7 + "|", *rows]) + "\n"
-
-
 def markdown(rows: list[dict[str, float]]) -> str:
     """Return the table."""
     lines = [
@@ -204,16 +162,12 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--images", type=int, default=60, help="of each flight (default 60)")
     parser.add_argument("--most", type=int, default=1000, help="robots (default 1000)")
-    parser.add_argument("--modules", type=int, metavar="N", help="only tell modules, N robots")
-    parser.add_argument("--guard", action="store_true", help="only tell what the guard costs")
+    parser.add_argument("--modules", type=int, metavar="N", help="only show modules, N robots")
     parser.add_argument("--json", type=Path)
     parser.add_argument("--markdown", type=Path)
     given = parser.parse_args()
     if given.modules:
         print(modules(given.modules, given.images))
-        return 0
-    if given.guard:
-        show(guard_table(given.most, given.images), given.markdown)
         return 0
     rows = []
     for robots in COUNTS:
