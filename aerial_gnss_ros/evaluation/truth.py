@@ -54,12 +54,14 @@ class Truth:
     in_view: dict[str, NDArray[np.int64]] = field(default_factory=dict)
 
 
-def read_truth(bag: BagReader, latency_s: float | None = None) -> Truth:
+def read_truth(bag: BagReader, latency_s: float | None = None, interval_s: float = 0.0) -> Truth:
     """Read the truth topics of a bag; a bag without them has an empty truth.
 
     Args:
         bag: open.
         latency_s: of the images; None: that of `truth/scenario`, else 0.
+        interval_s: least time between positions of one topic that are read, s. Between them truth
+            is interpolated: an acceleration a gives an error of a interval_s² / 8.
 
     Raises:
         InputError: the bag is damaged.
@@ -75,9 +77,13 @@ def read_truth(bag: BagReader, latency_s: float | None = None) -> Truth:
         rows[drone] = []
     wanted = set(rows) | {t for t in bag.topics if _SCENARIO.fullmatch(t) or _BOXES.fullmatch(t)}
     stated, seen, images = 0.0, dict[str, list[int]](), list[int]()
+    due_ns = dict.fromkeys(rows, 0)
     for recorded in bag.messages(wanted) if wanted else ():
+        if recorded.log_ns < due_ns.get(recorded.topic, 0):
+            continue
         message = recorded.message()
         if recorded.topic in rows:
+            due_ns[recorded.topic] = recorded.log_ns + round(interval_s * 1e9)
             place = nanoseconds(message.header.stamp), message.latitude, message.longitude
             if math.isfinite(message.latitude) and math.isfinite(message.longitude):
                 rows[recorded.topic].append(place)

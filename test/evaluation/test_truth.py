@@ -102,6 +102,15 @@ def test_truth_of_a_bag_is_moved_by_the_latency_that_its_scenario_states(
     assert np.degrees(truth.drone.latitude[0]) == pytest.approx(2.0)
 
 
+def test_positions_may_be_read_at_intervals(tmp_path):
+    """One a second is recorded; of each topic the next counts that comes 1.5 s later."""
+    with open_bag([bag(tmp_path)]) as one:
+        whole, few = read_truth(one), read_truth(one, interval_s=1.5)
+    stamps = whole.robots["a"].stamps_ns
+    assert few.robots["a"].stamps_ns.tolist() == stamps[::2].tolist()
+    assert few.in_view.keys() == whole.in_view.keys()
+
+
 def test_only_truth_around_the_images_counts(tmp_path):
     with open_bag([bag(tmp_path, images=(3.5, 5.5))]) as one:
         truth = read_truth(one)
