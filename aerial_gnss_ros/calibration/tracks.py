@@ -13,7 +13,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import linear_sum_assignment
+
+from aerial_gnss_ros.core.numerics.linear_assignment import linear_sum_assignment
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]

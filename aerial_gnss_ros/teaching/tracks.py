@@ -10,8 +10,8 @@ from enum import Enum
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import linear_sum_assignment
 
+from aerial_gnss_ros.core.numerics.linear_assignment import linear_sum_assignment
 from aerial_gnss_ros.teaching.proposals import Proposals, likeness
 
 Array = NDArray[np.float64]
