@@ -182,12 +182,12 @@ class DronesReplay:
         self._conclude()
 
     def _images(self, name: str, results: list[FrameResult]) -> list[_Image]:
-        """Return a drone's images with what they tell the fleet."""
-        told = {one.stamp_ns: one for one in self._taps[name].drain()}
+        """Return a drone's images with their sightings."""
+        sightings = {one.stamp_ns: one for one in self._taps[name].drain()}
         latency_ns = round(self._configs[name].camera.latency_s * 1e9)
         found = []
         for result in results:
-            seen = told.get(result.stamp_ns)
+            seen = sightings.get(result.stamp_ns)
             scene_ns = result.stamp_ns - latency_ns if seen is None else seen.pose.stamp_ns
             found.append(_Image(scene_ns, name, result, seen))
         return found
@@ -234,9 +234,7 @@ class DronesReplay:
             "gimbal or a receiver of one of them may be wrong."
             for name, images in sorted(disagreed.items())
         ]
-        alone = sorted(
-            name for name in last if not any(drone == name for drone in self._together())
-        )
+        alone = sorted(last.keys() - self._together())
         if len(last) > 1 and alone:
             self.summary.notes.append(
                 f"No robot of {counted(len(alone), 'drone')} ({', '.join(alone)}) was found to be "
