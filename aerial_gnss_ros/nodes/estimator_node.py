@@ -22,6 +22,7 @@ from aerial_gnss_ros.adapters.results import (
     MARKERS,
     OutgoingMessage,
     covariance_parts,
+    markers,
     position_messages,
     position_update,
 )
@@ -43,7 +44,7 @@ from aerial_gnss_ros.nodes import qos
 from aerial_gnss_ros.nodes.arrivals import SECOND_NS
 from aerial_gnss_ros.nodes.diagnostics import ERROR, OK, STALE, WARN, Status
 from aerial_gnss_ros.nodes.inputs import ALWAYS, ONCE, OPTIONAL, Input
-from aerial_gnss_ros.nodes.on_demand import LOOK_S, OverviewTopic, Picture
+from aerial_gnss_ros.nodes.on_demand import LOOK_S, OnDemandTopic
 from aerial_gnss_ros.nodes.overdue import Overdue
 from aerial_gnss_ros.nodes.ros_messages import message
 from aerial_gnss_ros.nodes.schemas import ESTIMATOR
@@ -89,10 +90,11 @@ class EstimatorNode(SupervisedNode):
         self._latched: dict[str, list[str]] = {}  # topics by robot, the one lost longest first
         self._frames = frames(self._config.map, self.get_namespace())
         self._on_water = OnWater(self._frames)
-        self._picture = Picture(self.announce(*MARKERS, qos.latched()), self._frames)
+        shown = self.announce(*MARKERS, qos.latched())
+        self._markers = OnDemandTopic(shown, self._markers_message)
         self._area = load_area(self._config.detections.area)
         overviews = self.announce(*OVERVIEW, qos.latched())
-        self._overviews = OverviewTopic(overviews, self._overview_text)
+        self._overviews = OnDemandTopic(overviews, self._overview_message)
         self._updates = PositionUpdates(
             self._config.updates, self._config.noise.value("correlation_time_s")
         )
@@ -110,7 +112,7 @@ class EstimatorNode(SupervisedNode):
         self.follow(self._usable, self._set_config)
         self.every(ADVANCE_S, self._advance)
         self.every(PREDICT_S, self._predict)
-        self.every(LOOK_S, self._picture.look)
+        self.every(LOOK_S, self._markers.look)
         self.every(LOOK_S, self._overviews.look)
         self.claim(MAP_DATUM)
         self.claim(MARKERS[0])
@@ -217,15 +219,21 @@ class EstimatorNode(SupervisedNode):
             publisher.publish(message(outgoing.msgtype, outgoing.fields))
         self._give_up_oldest()
         self._transforms.send(result)
-        self._picture.show(result)
-        self._overviews.show(result)
+        self._markers.show(result)
+        self._overviews.keep(result)  # nobody sees more than one in LOOK_S
 
-    def _overview_text(self, result: FrameResult) -> str:
-        """Return the JSON text of a result for the page, by this node's clock."""
+    def _markers_message(self, result: FrameResult) -> Any:
+        """Return the markers of a result, the most expensive message."""
+        outgoing = markers(result, self._frames)
+        return message(outgoing.msgtype, outgoing.fields)
+
+    def _overview_message(self, result: FrameResult) -> Any:
+        """Return a result as JSON text for the page, by this node's clock."""
         complaints = [self._estimator.complaint, *self._estimator.health.complaints]
         lights = input_lights(self._estimator.inputs, complaints)
         seen = self._estimator.overview(result)
-        return overview_text(seen, self.now_ns(), self._area, lights)
+        text = overview_text(seen, self.now_ns(), self._area, lights)
+        return message(OVERVIEW[1], {"data": text})
 
     def _give_up_oldest(self) -> None:
         """Remove the topics of robots lost long ago if there are very many: most are false."""

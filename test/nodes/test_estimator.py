@@ -23,7 +23,7 @@ from aerial_gnss_ros.adapters.results import (  # noqa: E402
     markers,
 )
 from aerial_gnss_ros.core.values.estimates import FrameResult, RobotEstimate, State  # noqa: E402
-from aerial_gnss_ros.nodes import estimator_node, on_demand  # noqa: E402
+from aerial_gnss_ros.nodes import estimator_node  # noqa: E402
 from aerial_gnss_ros.nodes.diagnostics import ERROR, OK, STALE, WARN  # noqa: E402
 from aerial_gnss_ros.nodes.estimator_node import EstimatorNode  # noqa: E402
 from aerial_gnss_ros.nodes.ros_messages import message, message_class  # noqa: E402
@@ -66,7 +66,7 @@ def test_a_late_subscriber_gets_the_last_position_at_once(ros, hovering):
 def test_the_picture_is_made_for_whoever_listens_and_for_nobody_else(ros, hovering, monkeypatch):
     made = []
     monkeypatch.setattr(
-        on_demand,
+        estimator_node,
         "markers",
         lambda result, _frames: made.append(result.stamp_ns) or markers(result),
     )

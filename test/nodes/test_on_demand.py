@@ -12,8 +12,10 @@ pytest.importorskip("rclpy")
 pytest.importorskip("visualization_msgs")
 
 from aerial_gnss_ros.adapters.map_frame import Frames
+from aerial_gnss_ros.adapters.results import markers
 from aerial_gnss_ros.core.values.estimates import FrameResult, MapDatum
-from aerial_gnss_ros.nodes.on_demand import Picture
+from aerial_gnss_ros.nodes.on_demand import OnDemandTopic
+from aerial_gnss_ros.nodes.ros_messages import message
 
 
 def result(stamp_ns):
@@ -26,7 +28,12 @@ def test_nothing_is_made_without_a_subscriber_and_the_newest_for_one_that_joins(
         publish=lambda msg: sent.append(msg.markers[0].header.stamp.sec),
         get_subscription_count=lambda: viewers[0],
     )
-    picture = Picture(publisher, Frames())
+
+    def make(one):
+        made = markers(one, Frames())
+        return message(made.msgtype, made.fields)
+
+    picture = OnDemandTopic(publisher, make)
     picture.look()
     for second in (1, 2):
         picture.show(result(second * 10**9))
