@@ -5,7 +5,6 @@
 from __future__ import annotations
 
 import argparse
-import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,6 +12,7 @@ from typing import Any
 
 from aerial_gnss_ros.adapters.parameter_files import read
 from aerial_gnss_ros.adapters.vehicles import vehicle_file, vehicle_names
+from aerial_gnss_ros.commands.notices import note
 from aerial_gnss_ros.core.config.estimator import EstimatorConfig, estimator_config
 from aerial_gnss_ros.detection.config import DetectorConfig, detector_config
 from aerial_gnss_ros.nodes.schemas import DETECTOR, ESTIMATOR, SCHEMAS
@@ -64,11 +64,7 @@ def values_of(files: Sequence[Path], namespace: str = "") -> dict[str, dict[str,
     Raises:
         ConfigError: a file is missing, or a parameter is unknown, of a wrong type or out of range.
     """
-    return {name: dict(of) for name, of in read(files, SCHEMAS, f"/{namespace}", _say).items()}
-
-
-def _say(sentence: str) -> None:
-    print(f"aerial-gnss: {sentence}", file=sys.stderr)
+    return {name: dict(of) for name, of in read(files, SCHEMAS, f"/{namespace}", note).items()}
 
 
 def configuration(args: argparse.Namespace) -> Configuration:

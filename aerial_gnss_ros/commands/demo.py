@@ -24,6 +24,7 @@ from aerial_gnss_ros.bags.results import ResultFolder
 from aerial_gnss_ros.bags.tables import EstimatedTrack, Track, read_positions
 from aerial_gnss_ros.bags.writer import BagWriter
 from aerial_gnss_ros.commands.live_table import live_table
+from aerial_gnss_ros.commands.notices import say
 from aerial_gnss_ros.commands.progress import progress
 from aerial_gnss_ros.core.config.estimator import estimator_config
 from aerial_gnss_ros.core.config.schema import flatten
@@ -117,8 +118,8 @@ def run(args: argparse.Namespace) -> int:
         raise ConfigError(f"--robots must lie within 1 to 20, not {args.robots}.")
     experiment = _experiment(args)
     folder = numbered_folder(args.output)
-    _say(SIMULATED)
-    _say(REFERENCE)
+    say(SIMULATED)
+    say(REFERENCE)
     with progress("rendering the flight", len(experiment.frames()), "images") as report:
         about = scenario(experiment, NOISE)
         write_bag(folder / "flight", experiment, demo_scene(args.seed), scenario=about,
@@ -185,7 +186,7 @@ def _rate(bag: BagReader) -> float:
     each = float(np.percentile(seconds[_TRIED // 3 :], 90))
     rate = min(1.0, _BUSY / (each * CameraClock().rate_hz))
     if rate < 1.0:
-        _say(
+        say(
             f"An image takes {1000.0 * each:.0f} ms here, too slow for {CameraClock().rate_hz:g} "
             f"images a second: the flight is played at {rate:.2f} of real time."
         )
@@ -226,7 +227,7 @@ def _fly(
     use_large_data_profile()
     rclpy.init()
     try:
-        _say(f"Starting detector and estimator (their log: {folder / 'nodes.log'}).")
+        say(f"Starting detector and estimator (their log: {folder / 'nodes.log'}).")
         with (
             open_bag(folder / "flight") as bag,
             live_table(truth.robots, sys.stderr) as show,
@@ -246,7 +247,7 @@ def _fly(
     with BagWriter(folder / "detections") as boxes:
         for stamp_ns, raw in heard.detections:
             boxes.write("detections", DETECTIONS_TYPE, stamp_ns, raw)
-    _say(f"{len(heard.detections)} of {heard.images} images passed through both nodes.")
+    say(f"{len(heard.detections)} of {heard.images} images passed through both nodes.")
     return _tracks(heard.positions)
 
 
@@ -325,7 +326,3 @@ def _cell(robots: list[RobotErrors]) -> str:
     if math.isnan(summary.median):
         return "not found"
     return f"{metres(summary.median)} / {metres(summary.p95)}"
-
-
-def _say(sentence: str) -> None:
-    print(sentence, file=sys.stderr, flush=True)

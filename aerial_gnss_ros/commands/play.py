@@ -6,11 +6,11 @@ from __future__ import annotations
 
 import argparse
 import math
-import sys
 import time
 from pathlib import Path
 
 from aerial_gnss_ros.bags.reader import BagReader, open_bag
+from aerial_gnss_ros.commands.notices import note
 from aerial_gnss_ros.core.values.errors import InputError
 from aerial_gnss_ros.nodes import require_ros
 from aerial_gnss_ros.nodes.played_topics import inputs
@@ -92,22 +92,18 @@ def _play(args: argparse.Namespace, bag: BagReader) -> None:
         player.paused = args.pause
         pausing = Pausing(node, player, keyboard=keyboard)
         if not args.topics and (left := sorted(set(bag.topics) - set(topics))):
-            _say(
+            note(
                 f"not played because the nodes publish them: {', '.join(left)} (--topics "
                 "plays them)"
             )
         missing = player.wait_for_nodes(args.wait_for, args.wait, pausing.going_on)
         if missing:
-            _say(
+            note(
                 f"{' and '.join(missing)} has not subscribed after {args.wait:g} s; playing anyway"
             )
         end_ns = player.play(pausing.going_on, bag.start_ns + round(args.start * 1e9))
         player.run_on(end_ns, _AFTER_S, pausing.going_on)
         if rclpy.ok():
             time.sleep(_LINGER_S)
-        _say(f"played {sum(player.published.values())} messages")
+        note(f"played {sum(player.published.values())} messages")
         node.destroy_node()
-
-
-def _say(sentence: str) -> None:
-    print(f"aerial-gnss: {sentence}", file=sys.stderr, flush=True)

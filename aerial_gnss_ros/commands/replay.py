@@ -6,7 +6,6 @@ from __future__ import annotations
 
 import argparse
 import json
-import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -21,6 +20,7 @@ from aerial_gnss_ros.commands.argument_types import add_rosbag_version
 from aerial_gnss_ros.commands.configuration import add_arguments as add_configuration
 from aerial_gnss_ros.commands.configuration import configuration
 from aerial_gnss_ros.commands.ending import ended_cleanly
+from aerial_gnss_ros.commands.notices import say
 from aerial_gnss_ros.commands.progress import progress
 from aerial_gnss_ros.commands.replay_summary import as_json, as_text, folded
 from aerial_gnss_ros.core.config.estimator import EstimatorConfig
@@ -198,8 +198,3 @@ def write_replay_report(
         None if figures else (),
     )
     return {one.robot_id: one.truth_id for one in errors.get(replay.method, []) if one.robot_id}
-
-
-def say(sentence: str) -> None:
-    """Print progress to standard error; standard output is for the result."""
-    print(sentence, file=sys.stderr)

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from aerial_gnss_ros.adapters.vehicles import vehicle_file, vehicle_names
+from aerial_gnss_ros.commands.notices import note
 from aerial_gnss_ros.core.values.errors import AerialGnssError
 from aerial_gnss_ros.nodes import require_ros
 from aerial_gnss_ros.nodes.leaving import leave_on_signals
@@ -112,7 +113,7 @@ def _supervised(args: argparse.Namespace, files: list[Path]) -> int:
         program = [sys.executable, "-m", "aerial_gnss_ros.cli", "run"]
         ros = ["--ros-args", *args.ros_args]
         commands = {name: [*program, "--node", name, *given, *ros] for name in NODES}
-        status = supervise(commands, _say)
+        status = supervise(commands, note)
         if refusal.is_file():
             raise AerialGnssError(refusal.read_text(encoding="utf-8"))
     return status
@@ -123,7 +124,3 @@ def _enclave(args: argparse.Namespace) -> list[str]:
     if not args.enclave:
         return []
     return ["--enclave", "/".join(filter(None, (args.enclave.rstrip("/"), args.node)))]
-
-
-def _say(sentence: str) -> None:
-    print(f"aerial-gnss: {sentence}", file=sys.stderr, flush=True)

@@ -5,7 +5,6 @@
 from __future__ import annotations
 
 import argparse
-import sys
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 
@@ -14,6 +13,7 @@ from aerial_gnss_ros.bags.replay import Replay
 from aerial_gnss_ros.bags.stated_datum import with_stated_datum
 from aerial_gnss_ros.commands.configuration import Configuration, configuration
 from aerial_gnss_ros.commands.configuration import add_arguments as add_configuration
+from aerial_gnss_ros.commands.notices import say
 from aerial_gnss_ros.commands.progress import progress
 from aerial_gnss_ros.core.values.errors import InputError
 from aerial_gnss_ros.detection.select import load_detector
@@ -166,8 +166,3 @@ def show(
             say("Whoever is on this network can see the page.")
 
     serve(application(PAGE, routes), args.bind, args.port, began, tick)
-
-
-def say(sentence: str) -> None:
-    """Print to standard error; standard output is for the address."""
-    print(sentence, file=sys.stderr, flush=True)
