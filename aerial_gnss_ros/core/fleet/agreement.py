@@ -10,7 +10,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from aerial_gnss_ros.core.fleet.shared_state import GNSS, SharedState
+from aerial_gnss_ros.core.fleet.shared_state import SharedState
+from aerial_gnss_ros.core.models.platform_model import GNSS
 
 Array = NDArray[np.float64]
 

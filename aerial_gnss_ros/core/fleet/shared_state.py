@@ -28,12 +28,9 @@ from aerial_gnss_ros.core.geometry.frames import FLU_FROM_OPTICAL
 from aerial_gnss_ros.core.geometry.geodesy import on_water_surface
 from aerial_gnss_ros.core.models.measurement_model import POSE_COUNT, state_jacobian
 from aerial_gnss_ros.core.models.motion_model import MotionModel
-from aerial_gnss_ros.core.models.platform_model import COUNT, LATENCY, PlatformModel
+from aerial_gnss_ros.core.models.platform_model import COUNT, GNSS, LATENCY, PlatformModel
 
 Array = NDArray[np.float64]
-
-GNSS = slice(0, 2)
-"""East and North of a receiver's offset in the platform's errors."""
 
 
 @dataclass

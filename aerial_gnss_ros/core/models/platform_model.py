@@ -24,6 +24,8 @@ axes of `gimbal.error_axes`; a latency is added to `camera.latency_s`."""
 
 COUNT = len(PLATFORM)
 HEIGHT, LATENCY = PLATFORM.index("height"), PLATFORM.index("latency")
+GNSS = slice(0, 2)
+"""East and North of the receiver's offset."""
 ANGLES = slice(PLATFORM.index("roll"), PLATFORM.index("heading") + 1)
 
 

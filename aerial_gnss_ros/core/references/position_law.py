@@ -15,11 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aerial_gnss_ros.core.filter.state_arrays import Indices, StateArrays
-from aerial_gnss_ros.core.models.platform_model import COUNT
+from aerial_gnss_ros.core.models.platform_model import COUNT, GNSS
 
 Array = NDArray[np.float64]
-
-GNSS = slice(0, 2)
 
 
 @dataclass(frozen=True)

@@ -28,10 +28,10 @@ from aerial_gnss_ros.core.filter.moored_law import MooredLaw
 from aerial_gnss_ros.core.filter.recalibration import CalibrationChange
 from aerial_gnss_ros.core.filter.state import JointState
 from aerial_gnss_ros.core.geometry.geodesy import LocalMap
-from aerial_gnss_ros.core.models.platform_model import COUNT
+from aerial_gnss_ros.core.models.platform_model import COUNT, GNSS
 from aerial_gnss_ros.core.references.candidates import Candidate, candidates_of, with_crowding
 from aerial_gnss_ros.core.references.hypotheses import Hypothesis, hypotheses
-from aerial_gnss_ros.core.references.position_law import GNSS, PlatformKnowledge, PositionLaw
+from aerial_gnss_ros.core.references.position_law import PlatformKnowledge, PositionLaw
 from aerial_gnss_ros.core.references.reference_report import ReferenceReport
 from aerial_gnss_ros.core.references.stationarity import StationarityTest
 from aerial_gnss_ros.core.values.events import Events

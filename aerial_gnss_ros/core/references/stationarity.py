@@ -18,8 +18,9 @@ from numpy.typing import NDArray
 
 from aerial_gnss_ros.core.association.track import Track
 from aerial_gnss_ros.core.filter.joint_filter import JointFilter
+from aerial_gnss_ros.core.models.platform_model import GNSS
 from aerial_gnss_ros.core.references.candidates import Candidate
-from aerial_gnss_ros.core.references.position_law import GNSS, PositionLaw
+from aerial_gnss_ros.core.references.position_law import PositionLaw
 
 Array = NDArray[np.float64]
 
