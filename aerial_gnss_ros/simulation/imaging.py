@@ -8,7 +8,6 @@ import os
 from collections import deque
 from collections.abc import Iterable, Iterator
 from concurrent.futures import Future, ProcessPoolExecutor
-from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass
 from multiprocessing import get_context
 
@@ -22,12 +21,15 @@ from aerial_gnss_ros.simulation.mesh import Mesh
 from aerial_gnss_ros.simulation.renderer import Renderer
 from aerial_gnss_ros.simulation.scene import Scene
 from aerial_gnss_ros.simulation.view import ViewPose
-from aerial_gnss_ros.simulation.workers import begin
+from aerial_gnss_ros.simulation.workers import begin, killed_process_named
 
 WORKERS = max(2, min(8, os.cpu_count() or 2))
 """Rendering processes."""
 AHEAD = 4
 """Images in progress or waiting beyond one per process; this bounds the memory."""
+_KILLED = (
+    "a rendering process was killed, probably because memory ran out; choose a smaller --size."
+)
 
 
 @dataclass(frozen=True)
@@ -112,17 +114,13 @@ def render_all(
     )
     waiting: deque[Future[Rendered]] = deque()
     try:
-        for picture in pictures:
-            waiting.append(pool.submit(_render, picture))
-            if len(waiting) >= workers + AHEAD:
+        with killed_process_named(pool, _KILLED):
+            for picture in pictures:
+                waiting.append(pool.submit(_render, picture))
+                if len(waiting) >= workers + AHEAD:
+                    yield waiting.popleft().result()
+            while waiting:
                 yield waiting.popleft().result()
-        while waiting:
-            yield waiting.popleft().result()
-    except BrokenProcessPool as error:
-        raise OutputError(
-            "a rendering process was killed, probably because memory ran out; choose a smaller "
-            "--size."
-        ) from error
     finally:
         pool.shutdown(wait=True, cancel_futures=True)
 

@@ -44,18 +44,43 @@ def shared(
     pool = ProcessPoolExecutor(processes, multiprocessing.get_context("spawn"), begin)
     finished = False
     try:
-        with _interrupts_held():  # the first one starts the processes
-            futures = deque(pool.submit(work, job) for job in jobs)
-        while futures:  # `pool.map` cancels what is left; a pool that breaks raises then
-            yield futures.popleft().result()
+        with killed_process_named(pool, killed):
+            with _interrupts_held():  # the first one starts the processes
+                futures = deque(pool.submit(work, job) for job in jobs)
+            while futures:  # `pool.map` cancels what is left; a pool that breaks raises then
+                yield futures.popleft().result()
         finished = True
-    except BrokenProcessPool as error:
-        raise OutputError(killed) from error
     finally:
         if not finished:  # running jobs may take minutes, and their results are not needed
             for child in set(multiprocessing.active_children()) - others:
                 child.terminate()
         pool.shutdown(cancel_futures=True)
+
+
+@contextmanager
+def killed_process_named(pool: ProcessPoolExecutor, killed: str) -> Iterator[None]:
+    """Raise `OutputError(killed)` where a process of the pool was killed.
+
+    Raises:
+        OutputError: a process was killed.
+    """
+    try:
+        yield
+    except BrokenProcessPool as error:
+        raise OutputError(killed) from error
+    except OSError as error:
+        # Python closes the pipe of a pool that breaks, and the job being sent fails with that.
+        if not _is_broken(pool):
+            raise
+        raise OutputError(killed) from error
+
+
+def _is_broken(pool: ProcessPoolExecutor) -> bool:
+    try:
+        pool.submit(int)
+    except BrokenProcessPool:
+        return True
+    return False
 
 
 @contextmanager

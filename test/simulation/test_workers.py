@@ -31,6 +31,20 @@ def test_a_killed_process_is_reported_and_not_waited_for():
         list(shared(os._exit, [1, 1, 1], 2, "memory ran out"))
 
 
+def test_a_killed_process_is_reported_also_when_the_pipe_closes_first(monkeypatch):
+    """Python closes the pipe of a pool that breaks; the job being sent fails with an OSError."""
+    set_exception = Future.set_exception
+    closed = OSError("handle is closed")
+    monkeypatch.setattr(Future, "set_exception", lambda future, _: set_exception(future, closed))
+    with pytest.raises(OutputError, match="memory ran out"):
+        list(shared(os._exit, [1] * 3, 2, "memory ran out"))
+
+
+def test_a_file_error_of_a_job_stays_what_it_is(tmp_path):
+    with pytest.raises(FileNotFoundError):
+        list(shared(os.listdir, [str(tmp_path / "none")], 2, "memory ran out"))
+
+
 def test_a_pool_that_breaks_finds_no_future_cancelled(monkeypatch):
     """Its thread says of each job that the pool broke, while the caller already ends it.
 
