@@ -17,19 +17,23 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aerial_gnss_ros.core.config.estimator import EstimatorConfig
+from aerial_gnss_ros.core.filter.blocks import TUNING as BLOCKS
 from aerial_gnss_ros.core.filter.linearization import CameraView
 from aerial_gnss_ros.core.filter.plausible_state import check_covariance, check_robots
 from aerial_gnss_ros.core.fleet.agreement import DroneReport, receiver_offset
 from aerial_gnss_ros.core.fleet.drone import Drone
-from aerial_gnss_ros.core.fleet.gates import fitting
+from aerial_gnss_ros.core.fleet.gates import TUNING as GATES
+from aerial_gnss_ros.core.fleet.gates import fitting, usable
 from aerial_gnss_ros.core.fleet.matching import TUNING as MATCHING
 from aerial_gnss_ros.core.fleet.matching import RobotMatching
-from aerial_gnss_ros.core.fleet.robots import FleetRobot, Names
+from aerial_gnss_ros.core.fleet.robots import FleetRobot, Names, recognise
 from aerial_gnss_ros.core.fleet.shared_state import SharedState
 from aerial_gnss_ros.core.fleet.sighting import Sighting
 from aerial_gnss_ros.core.geometry.geodesy import LocalMap
+from aerial_gnss_ros.core.models.motion_model import TUNING as MOTION_MODEL
 from aerial_gnss_ros.core.models.motion_model import ClassMotions
 from aerial_gnss_ros.core.models.platform_model import named_errors
+from aerial_gnss_ros.core.numerics.gaussian import gate_threshold
 from aerial_gnss_ros.core.telemetry.depths import inflate_by_depth
 from aerial_gnss_ros.core.values.errors import ConfigError
 from aerial_gnss_ros.core.values.estimates import PlatformError, RobotEstimate, State
@@ -96,6 +100,7 @@ class Fleet:
         self._drones = [Drone(name, config) for name, config in configs.items()]
         self._number = {name: i for i, name in enumerate(configs)}
         self._motions = ClassMotions(self._config)
+        self._threshold = gate_threshold(self._config.tracks.gate_probability)
         self._share = share
         self.state = SharedState(self._stationary, share)
         self.robots: list[FleetRobot] = []
@@ -123,7 +128,8 @@ class Fleet:
         self._measure(drone, seen, view)
         self._drop(self._matching.update(self.state, self.robots, stamp_ns))
         for slot, robot in enumerate(self.robots):
-            if not robot.name and self._matching.nobody_else(slot, self.robots, stamp_ns):
+            waits = robot.labels and not robot.name
+            if waits and self._matching.nobody_else(slot, self.robots, stamp_ns):
                 robot.name = self._names.issue(robot)
         check_covariance(self.state.joint.covariance, "robots and platform")
         check_robots(self.state.joint.robots, "robots")
@@ -141,10 +147,15 @@ class Fleet:
             [
                 slot
                 for slot, robot in enumerate(self.robots)
-                if (stamp_ns - robot.last_seen_ns) * 1e-9
-                > self._config.robot_class(robot.class_id).coast_s
+                if (stamp_ns - robot.last_seen_ns) * 1e-9 > self._patience(robot)
             ]
         )
+
+    def _patience(self, robot: FleetRobot) -> float:
+        """Return for how long a robot is predicted without a box, s."""
+        if robot.tentative:
+            return self._config.tracks.confirm_window_s
+        return self._config.robot_class(robot.class_id).coast_s
 
     def _drop(self, slots: list[int]) -> None:
         if not slots:
@@ -152,7 +163,7 @@ class Fleet:
         self.state.drop(np.array(sorted(slots), np.intp))
         self.robots = [robot for slot, robot in enumerate(self.robots) if slot not in slots]
         self.state.joint.rows = np.arange(len(self.robots))
-        self._matching.forget()
+        self._matching.dropped(slots)
 
     def _look(self, drone: int, seen: Sighting) -> CameraView:
         """Take in the pose of an image."""
@@ -168,17 +179,34 @@ class Fleet:
 
     def _measure(self, drone: int, seen: Sighting, view: CameraView) -> None:
         """Update robots with a drone's boxes; begin those that it has not named before."""
-        known = {
-            robot.labels[drone]: slot
-            for slot, robot in enumerate(self.robots)
-            if drone in robot.labels
-        }
-        old = {k: known[label] for k, label in enumerate(seen.labels) if label in known}
-        if old:
-            self._update(drone, seen, view, old)
-        new = [k for k, label in enumerate(seen.labels) if label not in known]
-        if new:
-            self._begin(drone, seen, view, new)
+        known = recognise(self.robots, drone, seen)
+        if known.slots:
+            self._update(drone, seen, view, known.slots)
+        for k, slot in known.slots.items():
+            self.robots[slot].note_track(drone, seen.tracks[k], seen.labels[k])
+        if known.new:
+            self._begin(drone, seen, view, known.new)
+        self._drop([old for old, new in known.again if self._is_back(drone, old, new)])
+
+    def _is_back(self, drone: int, old: int, new: int) -> bool:
+        """Make a robot that has come back to a drone one with its new track, if that fits.
+
+        Otherwise the drone's label is a robot's of its own, as after boxes that contradict one.
+
+        Args:
+            drone: its number.
+            old: place of the robot.
+            new: of the tentative one.
+        """
+        joint, speed = self.state.joint, self._motions.default_speed
+        if self.robots[old].last_seen_ns < self.robots[new].began_ns:
+            joint.inflate_velocities(np.array([old]), speed, MOTION_MODEL.swerve_s)
+        if self.state.apart(old, new, BLOCKS.same_place_m) > GATES.gate:
+            self.robots[old].release(drone)
+            return False
+        self.state.tie(old, new, BLOCKS.same_place_m)
+        self.robots[new].join(self.robots[old])
+        return True
 
     def _update(self, drone: int, seen: Sighting, view: CameraView, slots: dict[int, int]) -> None:
         """Update robots with their boxes.
@@ -190,7 +218,11 @@ class Fleet:
             slots: places of the robots by box.
         """
         one, stamp_ns = self._drones[drone], seen.pose.stamp_ns
-        used = fitting(self.state, seen, view, one.model, slots, self._motions.default_speed)
+        fits = fitting(self.state, seen, view, one.model, slots)
+        used = usable(
+            self.state.joint, self.robots, drone, fits, slots, self._motions.default_speed,
+            self._threshold,
+        )  # fmt: skip
         squared, count = 0.0, 0
         if used:
             outcome = self.state.correct(
@@ -201,14 +233,15 @@ class Fleet:
         robots = [self.robots[slots[k]] for k in slots]
         shared = [self._matching.others_see(drone, robot, stamp_ns) for robot in robots]
         refused = 0
-        for k, robot, common in zip(slots, robots, shared, strict=True):
+        for k, robot, common in zip([*slots], robots, shared, strict=True):
             if k in used:
                 robot.measured(drone, stamp_ns, seen.doubt[k])
                 continue
             refused += common
             robot.refused[drone] = robot.refused.get(drone, 0) + 1
             if robot.refused[drone] >= TUNING.released:
-                del robot.labels[drone], robot.refused[drone]
+                robot.release(drone)
+                del slots[k]
         if any(shared):
             one.agreement.add(squared, count, refused, sum(shared))
 
@@ -220,7 +253,8 @@ class Fleet:
         self.state.begin(rows, seen.pixels[new], view, model, speed, own, seen.level)
         stamp_ns = seen.pose.stamp_ns
         for k in new:
-            robot = FleetRobot(seen.class_ids[k], stamp_ns, stamp_ns, "", {drone: seen.labels[k]})
+            robot = FleetRobot(seen.class_ids[k], stamp_ns, stamp_ns)
+            robot.note_track(drone, seen.tracks[k], seen.labels[k])
             robot.measured(drone, stamp_ns, seen.doubt[k])
             self.robots.append(robot)
 

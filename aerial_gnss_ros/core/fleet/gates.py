@@ -10,9 +10,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from aerial_gnss_ros.core.association.matcher import TUNING as MATCHER
+from aerial_gnss_ros.core.association.track import TUNING as TRACK
 from aerial_gnss_ros.core.filter.innovation import pair_innovations
 from aerial_gnss_ros.core.filter.linearization import CameraView, relinearize
+from aerial_gnss_ros.core.filter.state import JointState
 from aerial_gnss_ros.core.filter.update import linearise
+from aerial_gnss_ros.core.fleet.robots import FleetRobot
 from aerial_gnss_ros.core.fleet.shared_state import SharedState, white_on_water
 from aerial_gnss_ros.core.fleet.sighting import Sighting
 from aerial_gnss_ros.core.geometry.frames import FLU_FROM_OPTICAL
@@ -35,11 +39,35 @@ class GatesTuning:
 TUNING = GatesTuning()
 
 
+@dataclass(frozen=True)
+class Fit:
+    """How a box fits its robot.
+
+    Attributes:
+        squared: squared Mahalanobis distance.
+        offset: (2,) from the robot to the box, East, North, m.
+        spread: (2, 2) covariance of that, m².
+    """
+
+    squared: float
+    offset: Array
+    spread: Array
+
+    def after_turn(self, speed: float) -> float:
+        """Return the squared Mahalanobis distance from a robot that may have turned.
+
+        Args:
+            speed: one sigma of the change of velocity, each axis, m/s.
+        """
+        turned = (MOTION_MODEL.swerve_s * speed) ** 2 * np.eye(2)
+        return float(self.offset @ np.linalg.solve(self.spread + turned, self.offset))
+
+
 def fitting(
     state: SharedState, seen: Sighting, view: CameraView, model: PlatformModel,
-    slots: dict[int, int], speed: float,
-) -> list[int]:  # fmt: skip
-    """Return the boxes that fit their robots; widen the velocities of robots that may turn.
+    slots: dict[int, int],
+) -> dict[int, Fit]:  # fmt: skip
+    """Return how each box fits its robot.
 
     Args:
         state: the filter, after `look` at this image.
@@ -47,7 +75,6 @@ def fitting(
         view: its camera.
         model: white noise of pose and boxes.
         slots: places of the robots by box.
-        speed: one sigma of a sudden change of velocity, each axis, m/s.
     """
     joint, boxes = state.joint, list(slots)
     rays = seen.camera.rays(seen.pixels[boxes])[0] @ FLU_FROM_OPTICAL.T
@@ -56,17 +83,46 @@ def fitting(
     white = white_on_water(linear, model, seen.level)
     pairs = pair_innovations(joint, places, by_errors, white, math.inf, math.inf)
     squared, _ = mahalanobis(pairs.offsets, pairs.spread)
+    return {
+        boxes[column]: Fit(float(squared[p]), pairs.offsets[p], pairs.spread[p])
+        for p, (row, column) in enumerate(zip(pairs.rows, pairs.columns, strict=True))
+        if slots[boxes[column]] == row
+    }
+
+
+def usable(
+    joint: JointState, robots: list[FleetRobot], drone: int, fits: dict[int, Fit],
+    slots: dict[int, int], speed: float, threshold: float,
+) -> list[int]:  # fmt: skip
+    """Return the boxes that can be used; widen the velocities of robots that may turn.
+
+    As a drone's own estimator does (see `Matcher`), so that one drone's fleet is that estimator.
+
+    Args:
+        joint: the state; velocities are widened in place.
+        robots: of it.
+        drone: number of the drone.
+        fits: by box.
+        slots: places of the robots by box.
+        speed: one sigma of a sudden change of velocity, each axis, m/s.
+        threshold: squared Mahalanobis distance beyond which a robot has turned.
+    """
     found: list[int] = []
-    for p, (row, column) in enumerate(zip(pairs.rows, pairs.columns, strict=True)):
-        box, fits = boxes[column], float(squared[p])
-        if slots[box] != row:
+    for box, fit in fits.items():
+        slot, robot, turned = slots[box], robots[slots[box]], 0.0
+        if robot.tentative:
+            fits_now = fit.squared
+        elif fit.squared > threshold:
+            fits_now, turned = fit.after_turn(speed), speed
+        else:
+            fits_now, strain = fit.squared, robot.strain.get(drone, 1.0)
+            strain += (0.5 * fit.squared - strain) / TRACK.strain_images
+            if strain > MATCHER.strained_mean:
+                strain, turned = 1.0, MATCHER.turn_share * speed
+            robot.strain[drone] = strain
+        if fits_now > TUNING.gate:
             continue
-        if fits > TUNING.gate:
-            turned = (MOTION_MODEL.swerve_s * speed) ** 2 * np.eye(2)
-            offset = pairs.offsets[p]
-            fits = float(offset @ np.linalg.solve(pairs.spread[p] + turned, offset))
-            if fits <= TUNING.gate:
-                joint.inflate_velocities(np.array([row]), speed, MOTION_MODEL.swerve_s)
-        if fits <= TUNING.gate:
-            found.append(box)
+        if turned:
+            joint.inflate_velocities(np.array([slot]), turned, MOTION_MODEL.swerve_s)
+        found.append(box)
     return found

@@ -60,10 +60,22 @@ class RobotMatching:
         self._alone: set[int] = set()
         self._rivals: dict[int, Array] = {}
 
-    def forget(self) -> None:
-        """Forget which robots seemed to be one: places in the state have changed."""
-        self._since.clear()
-        self._alone.clear()
+    def dropped(self, slots: list[int]) -> None:
+        """Take note that robots were dropped and later ones have moved up.
+
+        Args:
+            slots: their places.
+        """
+
+        def moved(slot: int) -> int:
+            return slot - sum(gone < slot for gone in slots)
+
+        self._since = {
+            (moved(i), moved(j)): since_ns
+            for (i, j), since_ns in self._since.items()
+            if i not in slots and j not in slots
+        }
+        self._alone = {moved(i) for i in self._alone if i not in slots}
 
     def update(self, state: SharedState, robots: list[FleetRobot], now_ns: int) -> list[int]:
         """Join robots that surely are one; return the places that are to be dropped.
@@ -78,7 +90,7 @@ class RobotMatching:
         self._weighed_ns = now_ns
         since: dict[tuple[int, int], int] = {}
         self._rivals = {}
-        likely = dict.fromkeys(range(len(robots)), 0.0)
+        likely = {i: 0.0 for i, robot in enumerate(robots) if not robot.tentative}
         drones = range(len(self._drones))
         seen = [{one for one in drones if self.sees(one, robot, now_ns)} for robot in robots]
         for mine, others, views in self._sides(robots, seen):
@@ -113,7 +125,7 @@ class RobotMatching:
         rivals = any(
             other.class_id == robot.class_id and not {*other.labels} & {*robot.labels}
             for other in robots
-            if other is not robot
+            if other is not robot and not other.tentative
         )
         late = now_ns - robot.began_ns > TUNING.unnamed_s * 1e9
         return not rivals or late or slot in self._alone
@@ -139,14 +151,15 @@ class RobotMatching:
             seen: the drones that see each of them.
         """
         count = len(self._drones)
+        known = [i for i, robot in enumerate(robots) if not robot.tentative]
         for first in range(count):
             for second in range(first + 1, count):
-                mine = [i for i, by in enumerate(seen) if first in by and second not in by]
-                others = [i for i, by in enumerate(seen) if second in by and first not in by]
+                mine = [i for i in known if first in seen[i] and second not in seen[i]]
+                others = [i for i in known if second in seen[i] and first not in seen[i]]
                 yield mine, others, (second, first)
         for drone in range(count):
-            mine = [i for i, by in enumerate(seen) if drone in by]
-            unseen = [i for i, by in enumerate(seen) if not by and drone not in robots[i].labels]
+            mine = [i for i in known if drone in seen[i]]
+            unseen = [i for i in known if not seen[i] and drone not in robots[i].labels]
             yield mine, unseen, (None, drone)
 
     def _one(

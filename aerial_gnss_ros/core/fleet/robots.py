@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from aerial_gnss_ros.core.fleet.sighting import Sighting
 from aerial_gnss_ros.core.identity.label_format import LabelRegistry
 
 Array = NDArray[np.float64]
@@ -36,9 +37,11 @@ class FleetRobot:
         last_seen_ns: of the last one, by any drone, ns.
         name: the fleet's; empty while it may be another drone's robot.
         labels: each drone's own name of it, by number of the drone.
+        tracks: number of each drone's track of it.
         seen_ns: when each drone measured it last, ns.
         doubt: (2, 2) by which each drone widens its own position, m².
         refused: consecutive boxes of each drone that contradicted it.
+        strain: mean normalised squared innovation of each drone's boxes; 1 is expected.
         rival: (2,) offset to the nearest robot that a drone shows in its place, East, North, m;
             None without one.
         rival_ns: since when there has been one, ns.
@@ -49,11 +52,30 @@ class FleetRobot:
     last_seen_ns: int
     name: str = ""
     labels: dict[int, str] = field(default_factory=dict)
+    tracks: dict[int, int] = field(default_factory=dict)
     seen_ns: dict[int, int] = field(default_factory=dict)
     doubt: dict[int, Array] = field(default_factory=dict)
     refused: dict[int, int] = field(default_factory=dict)
+    strain: dict[int, float] = field(default_factory=dict)
     rival: Array | None = None
     rival_ns: int = 0
+
+    @property
+    def tentative(self) -> bool:
+        """Whether no drone has confirmed it yet."""
+        return not self.labels and not self.name
+
+    def note_track(self, drone: int, track: int, label: str) -> None:
+        """Note which track of a drone it is, and the drone's label once it has one."""
+        self.tracks[drone] = track
+        if label:
+            self.labels[drone] = label
+
+    def release(self, drone: int) -> None:
+        """Note that a drone's boxes are another robot's."""
+        self.labels.pop(drone, None)
+        self.tracks.pop(drone, None)
+        self.refused.pop(drone, None)
 
     def measured(self, drone: int, stamp_ns: int, doubt: Array) -> None:
         """Note that a drone's box has measured it."""
@@ -67,6 +89,7 @@ class FleetRobot:
         self.began_ns = min(self.began_ns, other.began_ns)
         self.last_seen_ns = max(self.last_seen_ns, other.last_seen_ns)
         self.labels = other.labels | self.labels
+        self.tracks = other.tracks | self.tracks
         self.refused = other.refused | self.refused
         for drone, seen_ns in other.seen_ns.items():
             if seen_ns > self.seen_ns.get(drone, -1):
@@ -100,6 +123,47 @@ class FleetRobot:
             return own
         found: Array = own + np.outer(self.rival, self.rival)
         return found
+
+
+@dataclass(frozen=True)
+class Recognised:
+    """Which robots the boxes of a sighting are.
+
+    Attributes:
+        slots: places of the robots by box.
+        new: boxes of none.
+        again: place of each robot that has come back to its drone, and that of the tentative one
+            as which it did.
+    """
+
+    slots: dict[int, int]
+    new: list[int]
+    again: list[tuple[int, int]]
+
+
+def recognise(robots: list[FleetRobot], drone: int, seen: Sighting) -> Recognised:
+    """Return which robots a drone's boxes are: those of its labels, else those of its tracks.
+
+    Args:
+        robots: of the fleet.
+        drone: number of the drone.
+        seen: its sighting.
+    """
+    labelled = {robot.labels[drone]: k for k, robot in enumerate(robots) if drone in robot.labels}
+    tracked = {robot.tracks[drone]: k for k, robot in enumerate(robots) if drone in robot.tracks}
+    found = Recognised({}, [], [])
+    for box, (label, track) in enumerate(zip(seen.labels, seen.tracks, strict=True)):
+        slot, before = labelled.get(label), tracked.get(track)
+        if slot is None and before is not None and drone not in robots[before].labels:
+            slot = before
+        elif slot is not None and before not in (None, slot) and robots[before].tentative:
+            found.again.append((slot, before))
+            slot = before
+        if slot is None:
+            found.new.append(box)
+        else:
+            found.slots[box] = slot
+    return found
 
 
 class Names:

@@ -305,6 +305,14 @@ class SharedState:
         self._cross = self._cross[np.concatenate([np.ones(COUNT, np.bool_), np.repeat(kept, 4)])]
         self.seen_by, self._by_pose = self.seen_by[kept], self._by_pose[kept]
 
+    def apart(self, first: int, second: int, sigma: float) -> float:
+        """Return the squared Mahalanobis distance of two robots; see `tie`."""
+        joint, k = self.joint, COUNT + 4 * np.array([first, second])
+        offset = joint.mean[k[0] : k[0] + 2] - joint.mean[k[1] : k[1] + 2]
+        rows = joint.covariance[k[0] : k[0] + 2] - joint.covariance[k[1] : k[1] + 2]
+        spread = rows[:, k[0] : k[0] + 2] - rows[:, k[1] : k[1] + 2] + sigma**2 * np.eye(2)
+        return float(offset @ np.linalg.solve(spread, offset))
+
     def tie(self, first: int, second: int, sigma: float) -> None:
         """Condition on two robots having the same position; see `JointState.tie`."""
         joint = self.joint

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from aerial_gnss_ros.core.association.track import Track
 from aerial_gnss_ros.core.camera.model import CameraModel
 from aerial_gnss_ros.core.camera.posed_frame import PosedFrame
 from aerial_gnss_ros.core.config.estimator import EstimatorConfig
@@ -41,7 +42,9 @@ class Sighting:
         pose: of the camera by telemetry; its stamp is the time of the scene.
         jump: (3,) East, North, Up by which the position has jumped and is not believed, m.
         believed: (2,) sum of the jumps that the drone has accepted, m.
-        labels: (m,) the drone's names of the robots that boxes of this image measured.
+        labels: (m,) the drone's names of the robots that boxes of this image measured; "" where it
+            has not confirmed one yet.
+        tracks: (m,) numbers of its tracks; a robot keeps its own until it is lost.
         class_ids: (m,) their classes.
         pixels: (m, 2) centres of these boxes, px; refraction taken out.
         doubt: (m, 2, 2) by how much the drone widens its own positions beyond its filter's
@@ -56,6 +59,7 @@ class Sighting:
     jump: Array
     believed: Array
     labels: tuple[str, ...]
+    tracks: tuple[int, ...]
     class_ids: tuple[str, ...]
     pixels: Array
     doubt: Array
@@ -89,16 +93,21 @@ class SightingTap:
 
     def _sighting(self, frame: PosedFrame, points: WaterPoints, update: TrackUpdate) -> Sighting:
         table, boxes = self._tracker.table, frame.detections
+        rows = {track.robot_id: row for row, track in enumerate(table.tracks) if track.robot_id}
         labels = sorted(update.measured)
-        used = [update.measured[label] for label in labels]
-        doubt = np.zeros((len(labels), 2, 2))
-        if labels:
+        used = [(label, rows[label], update.measured[label]) for label in labels]
+        used += [("", *one) for one in _tentative(table.tracks, boxes)]
+        labels += [""] * (len(used) - len(labels))
+        doubt = np.zeros((len(used), 2, 2))
+        if update.measured:
             plain = table.filter.moments()[1]
-            rows = {track.robot_id: row for row, track in enumerate(table.tracks)}
             stated = {one.robot_id: one.covariance[:2, :2] for one in update.estimates}
-            for k, label in enumerate(labels):
+            for k, label in enumerate(sorted(update.measured)):
                 if label in stated:
                     doubt[k] = _positive_part(stated[label] - plain[rows[label], :2, :2])
+        numbers = np.zeros(len(table.tracks), np.intp)
+        for group in table.filter.groups:
+            numbers[group.rows] = group.ids
         return Sighting(
             boxes.stamp_ns,
             boxes.frame_id,
@@ -106,9 +115,10 @@ class SightingTap:
             frame.pose,
             table.filter.jumps.offset.copy(),
             table.filter.jumps.believed.copy(),
-            tuple(labels),
-            tuple(boxes.class_ids[k] for k in used),
-            points.pixels[used].reshape(-1, 2),
+            tuple(label for label, _, _ in used),
+            tuple(numbers[[row for _, row, _ in used]].tolist()),
+            tuple(boxes.class_ids[k] for _, _, k in used),
+            points.pixels[[k for _, _, k in used]].reshape(-1, 2),
             doubt,
             table.filter.noise.level,
         )
@@ -147,6 +157,17 @@ class SightingTap:
     def reset(self) -> None:
         """Drop all tracks."""
         self._tracker.reset()
+
+
+def _tentative(tracks: list[Track], boxes: DetectionFrame) -> list[tuple[int, int]]:
+    """Return rows of tracks without a label that an image has measured, and their boxes."""
+    centers = {center: k for k, center in enumerate(map(tuple, boxes.centers.tolist()))}
+    found = []
+    for row, track in enumerate(tracks):
+        stamp_ns, *center = track.pending_boxes[-1] if track.pending_boxes else (-1,)
+        if not track.robot_id and stamp_ns == boxes.stamp_ns:
+            found.append((row, centers[tuple(center)]))
+    return found
 
 
 def _positive_part(matrix: Array) -> Array:

@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from aerial_gnss_ros.core.fleet.gates import fitting
+from aerial_gnss_ros.core.fleet.gates import fitting, usable
 
 
 @pytest.fixture
@@ -28,7 +28,8 @@ def watched(two_rtk):
         pixels = seen.pixels.copy()
         pixels[1] += moved_px
         changed = replace(seen, pixels=pixels)
-        return fitting(fleet.state, changed, drone.view, drone.model, slots, speed)
+        fits = fitting(fleet.state, changed, drone.view, drone.model, slots)
+        return usable(fleet.state.joint, fleet.robots, 1, fits, slots, speed, 11.6)
 
     return fleet, slots, gate
 

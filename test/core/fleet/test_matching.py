@@ -32,8 +32,7 @@ def test_robots_of_both_drones_are_one_after_a_second_and_never_two(two_rtk):
 
 def test_a_robot_begun_late_gets_its_name_when_it_is_nobody_else_s(two_rtk):
     fleet, _ = two_rtk.together()
-    matching, now_ns = fleet._matching, 10**18
-    matching.forget()
+    matching, now_ns = RobotMatching(fleet._drones), 10**18
     robots = fleet.robots
     robots[0].name, robots[0].labels = "", {1: "x"}
     robots[1].labels, robots[2].labels = {0: "y"}, {0: "z"}
@@ -59,7 +58,6 @@ def test_robots_of_three_drones_are_one(fleet_of):
 
 def test_two_robots_that_a_third_drone_shows_are_never_one(two_rtk):
     fleet, _ = two_rtk.together()
-    fleet._matching.forget()
     robots = fleet.robots
     joint = fleet.state.joint
     joint.robots[1, :2] = joint.robots[0, :2]  # nothing else tells them apart

@@ -21,14 +21,23 @@ def test_every_image_gives_a_sighting_with_the_boxes_of_confirmed_robots(two_rtk
     for seen in two_rtk.sightings["a"]:
         result = of[seen.stamp_ns]
         confirmed = [e.robot_id for e in result.estimates if e.state is State.CONFIRMED]
-        assert list(seen.labels) == confirmed
+        assert [label for label in seen.labels if label] == confirmed
         assert seen.pose == result.pose
-        assert seen.class_ids == ("aqua",) * len(confirmed)
+        assert seen.class_ids == ("aqua",) * len(seen.labels)
+        assert len(seen.pixels) == len(seen.doubt) == len(set(seen.tracks)) == len(seen.labels)
         for pixel in seen.pixels:
             assert np.abs(boxes[seen.stamp_ns].centers - pixel).sum(axis=1).min() < 1e-6
         assert np.abs(seen.doubt).max(initial=0.0) < 1e-6
         assert not seen.jump.any()
         assert seen.level == 1.0
+
+
+def test_boxes_before_confirmation_are_told_by_the_tracks_that_are_confirmed_later(two_rtk):
+    first, *_ = [seen for seen in two_rtk.sightings["a"] if seen.labels]
+    (confirmed,) = [s for s in two_rtk.sightings["a"] if "" not in s.labels and s.labels][:1]
+    assert first.labels == ("", "", "")
+    assert first.tracks == confirmed.tracks
+    assert first.stamp_ns < confirmed.stamp_ns
 
 
 def test_an_estimator_that_is_tapped_gives_the_same_results(two_rtk):
