@@ -1,0 +1,68 @@
+# Copyright 2026 aerial_gnss_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Which of a drone's sightings have arrived ashore, and which it is to send again."""
+
+from __future__ import annotations
+
+from aerial_gnss_ros.core.fleet.outbox import TUNING as OUTBOX
+from aerial_gnss_ros.core.fleet.outbox import SentSighting
+
+
+class Gaps:
+    """Sequence numbers of one drone, in any order and any number of times.
+
+    Attributes:
+        session: of the drone; None before its first sighting.
+        lost: number of sightings that the drone has given up before they arrived.
+        repeated: number of those that arrived again.
+    """
+
+    def __init__(self) -> None:
+        self.session: int | None = None
+        self.lost = self.repeated = 0
+        self._newest = -1
+        self._missing: dict[int, None] = {}
+
+    def take(self, sent: SentSighting) -> bool:
+        """Note a sighting; return whether it is new, and not of a session that has ended."""
+        if self.session is None or sent.session > self.session:
+            self.lost += len(self._missing)
+            self._missing = {}
+            self.session, self._newest = sent.session, sent.sequence
+            return True
+        if sent.session < self.session:
+            self.repeated += 1
+            return False
+        number = sent.sequence
+        self._give_up(sent.oldest)
+        if number > self._newest:
+            begin = self._newest + 1
+            kept = max(begin, sent.oldest, number - OUTBOX.most)
+            self.lost += kept - begin
+            self._missing |= dict.fromkeys(range(kept, number))
+            self._newest = number
+            return True
+        if number not in self._missing:
+            self.repeated += 1
+            return False
+        del self._missing[number]
+        return True
+
+    def _give_up(self, oldest: int) -> None:
+        """Forget what the drone has given up."""
+        gone = [number for number in self._missing if number < oldest]
+        self.lost += len(gone)
+        for number in gone:
+            del self._missing[number]
+
+    def wanted(self, most: int = 20) -> list[tuple[int, int]]:
+        """Return the first and last number of each gap, the oldest first, at most some."""
+        found: list[tuple[int, int]] = []
+        for number in sorted(self._missing):
+            if found and number == found[-1][1] + 1:
+                found[-1] = found[-1][0], number
+            elif len(found) == most:
+                break
+            else:
+                found.append((number, number))
+        return found
