@@ -23,10 +23,12 @@ from typing import Any
 import numpy as np
 
 from aerial_gnss_ros.adapters.feed import Feed, Inputs
+from aerial_gnss_ros.adapters.fleet_messages import PARAMETERS, REQUEST
 from aerial_gnss_ros.adapters.kinds import ATTITUDE, FIX, GIMBAL, HEIGHT
 from aerial_gnss_ros.adapters.overview import OVERVIEW
 from aerial_gnss_ros.adapters.parameter_documents import scalar
 from aerial_gnss_ros.adapters.results import covariance_parts, position_update, result_messages
+from aerial_gnss_ros.adapters.sighting_messages import SIGHTINGS
 from aerial_gnss_ros.adapters.transforms import TF, TF_STATIC, TF_TYPE
 from aerial_gnss_ros.bags.results import PLATFORM_COLUMNS, REJECTED_COLUMNS
 from aerial_gnss_ros.bags.tables import POSITION_COLUMNS
@@ -81,6 +83,9 @@ OUTPUTS = {
     "subscribes.",
     "overview": "All of these with the camera's footprint, depths, references and the state of "
     "the inputs, as JSON for `aerial-gnss view`; made while somebody subscribes.",
+    "sightings": "For a [fleet](../howto/drones.md): boxes and camera pose of each image as JSON, "
+    "with `sightings.drone`; made while somebody subscribes.",
+    "sightings/parameters": "The parameters and the origin of `map`, as JSON; latched.",
     "current": "Velocity of what drifts with the water and the wind, East and North, while at "
     "least two robots do, with a probability of 95 %.",
     "map_datum": "Origin of the map frame, on the water; altitude NaN where it is unknown.",
@@ -308,6 +313,7 @@ def topics() -> str:
                     ["sensor inputs", "best effort", "volatile", "1 for images, 50 for telemetry"],
                     ["`detections`, both ends", "reliable", "volatile", "10"],
                     ["results", "reliable", "transient local", "1 for each robot"],
+                    ["`sightings`", "reliable", "volatile", "100"],
                     ["`annotated/compressed`", "reliable", "volatile", "1"],
                     ["`/tf`", "reliable", "volatile", "100"],
                     ["`/tf_static`", "reliable", "transient local", "1"],
@@ -346,6 +352,10 @@ def _estimator_topics() -> Iterator[list[str]]:
         topic = message.topic.replace("aqua_1", "<id>")
         yield ["out", f"`{topic}`", _type(message.msgtype), OUTPUTS[topic]]
     yield ["out", f"`{OVERVIEW[0]}`", _type(OVERVIEW[1]), OUTPUTS[OVERVIEW[0]]]
+    for topic, kind in (SIGHTINGS, PARAMETERS):
+        yield ["out", f"`{topic}`", _type(kind), OUTPUTS[topic]]
+    meaning = "Sequence numbers of sightings that the fleet wants again: of the last 60 s, as JSON."
+    yield ["in", f"`{REQUEST[0]}`", _type(REQUEST[1]), meaning]
     for topic in (TF, TF_STATIC):
         yield ["out", f"`{topic}`", _type(TF_TYPE), OUTPUTS[topic]]
 

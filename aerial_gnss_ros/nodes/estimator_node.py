@@ -9,30 +9,14 @@ import time
 from collections.abc import Mapping
 from typing import Any
 
-from rclpy.publisher import Publisher
-from rclpy.qos import QoSProfile
-
-from aerial_gnss_ros.adapters.departures import Departures
 from aerial_gnss_ros.adapters.feed import Feed, Subscription
-from aerial_gnss_ros.adapters.map_frame import OnWater, frames
 from aerial_gnss_ros.adapters.overview import OVERVIEW, input_lights, overview_text
-from aerial_gnss_ros.adapters.results import (
-    CURRENT,
-    MAP_DATUM,
-    MARKERS,
-    OutgoingMessage,
-    covariance_parts,
-    markers,
-    position_messages,
-    position_update,
-)
 from aerial_gnss_ros.adapters.stamps import nanoseconds
 from aerial_gnss_ros.adapters.versions import newest_version
 from aerial_gnss_ros.core.config.estimator import EstimatorConfig, estimator_config
 from aerial_gnss_ros.core.estimation.area_file import load_area
 from aerial_gnss_ros.core.estimation.estimator import Estimator
 from aerial_gnss_ros.core.estimation.health import RobotSummary, summary
-from aerial_gnss_ros.core.estimation.position_updates import PositionUpdates
 from aerial_gnss_ros.core.numerics import linear_assignment
 from aerial_gnss_ros.core.telemetry.input_status import InputState
 from aerial_gnss_ros.core.telemetry.reference_places import is_reference
@@ -46,11 +30,12 @@ from aerial_gnss_ros.nodes.diagnostics import ERROR, OK, STALE, WARN, Status
 from aerial_gnss_ros.nodes.inputs import ALWAYS, ONCE, OPTIONAL, Input
 from aerial_gnss_ros.nodes.on_demand import LOOK_S, OnDemandTopic
 from aerial_gnss_ros.nodes.overdue import Overdue
+from aerial_gnss_ros.nodes.positions import PositionTopics
 from aerial_gnss_ros.nodes.ros_messages import message
 from aerial_gnss_ros.nodes.schemas import ESTIMATOR
+from aerial_gnss_ros.nodes.sightings import SightingTopics
 from aerial_gnss_ros.nodes.supervised import Given, SupervisedNode
 from aerial_gnss_ros.nodes.timings import Timings, Waits
-from aerial_gnss_ros.nodes.transforms import Transforms
 from aerial_gnss_ros.text.sentences import counted, utc
 
 DETECTIONS = "detections"
@@ -60,7 +45,6 @@ SENT_ONCE = (
     "tf_static",
 )  # latched or repeated: it may be silent after the first message
 ADVANCE_S = 0.02  # longest delay until a message waiting for telemetry is given up
-MOST_LATCHED = 100  # robots that keep their topics; the one lost longest is dropped first
 RECORDED_S = 600.0  # no camera's clock lags this far
 PREDICT_S = 0.1  # longest delay of a due prediction
 
@@ -86,24 +70,22 @@ class EstimatorNode(SupervisedNode):
         self._config = estimator_config(self.values)
         self._estimator = Estimator(self._config, session=given.session)
         self._feed = Feed(self._config, self._estimator, self.warn_seldom)
-        self._results: dict[str, Publisher] = {}
-        self._latched: dict[str, list[str]] = {}  # topics by robot, the one lost longest first
-        self._frames = frames(self._config.map, self.get_namespace())
-        self._on_water = OnWater(self._frames)
-        shown = self.announce(*MARKERS, qos.latched())
-        self._markers = OnDemandTopic(shown, self._markers_message)
+        correlation_time_s = self._config.noise.value("correlation_time_s")
+        self._positions = PositionTopics(
+            self, self._config.map, self._config.updates, correlation_time_s
+        )
+        self._departures = self._positions.departures
+        drone = self._config.sightings.drone
+        self._sightings = (
+            SightingTopics(self, drone, self._estimator, self.values) if drone else None
+        )
         self._area = load_area(self._config.detections.area)
         overviews = self.announce(*OVERVIEW, qos.latched())
         self._overviews = OnDemandTopic(overviews, self._overview_message)
-        self._updates = PositionUpdates(
-            self._config.updates, self._config.noise.value("correlation_time_s")
-        )
-        self._transforms = Transforms(self._config.map, self._frames, self.announce)
         self.timings = Timings()
         self._waits = Waits()
         self._images = 0
         self._overdue = Overdue()
-        self._departures = Departures()
         self._versioned: list[Input] = []
         for subscription in self._feed.subscriptions:
             self._subscribe(subscription)
@@ -112,10 +94,7 @@ class EstimatorNode(SupervisedNode):
         self.follow(self._usable, self._set_config)
         self.every(ADVANCE_S, self._advance)
         self.every(PREDICT_S, self._predict)
-        self.every(LOOK_S, self._markers.look)
         self.every(LOOK_S, self._overviews.look)
-        self.claim(MAP_DATUM)
-        self.claim(MARKERS[0])
         self.claim(OVERVIEW[0])
         self.get_logger().info(self._start_message())
 
@@ -192,6 +171,8 @@ class EstimatorNode(SupervisedNode):
             waited_ms = self._waits.end(result.stamp_ns, started)
             self.timings.add({"wait": waited_ms, "estimate": spent_ms / len(results)})
             self._publish(result)
+        if self._sightings is not None and results:
+            self._sightings.send(results[-1].datum)
         self._log_events()
 
     def _publish(self, result: FrameResult) -> None:
@@ -206,26 +187,8 @@ class EstimatorNode(SupervisedNode):
         self.timings.add({**result.timings_ms, "publish": (time.perf_counter() - started) * 1e3})
 
     def _send(self, result: FrameResult) -> None:
-        result = self._on_water.leveled(result)
-        for outgoing in position_messages(self._departures.completed(result), self._frames):
-            self._publisher(outgoing).publish(message(outgoing.msgtype, outgoing.fields))
-        samples = [
-            position_update(one, result.datum, self._frames) for one in self._updates.due(result)
-        ]
-        for estimate in result.estimates:
-            samples += covariance_parts(estimate, result.datum, self._frames)
-        for outgoing in samples:
-            publisher = self._publisher(outgoing, qos.sent_once())
-            publisher.publish(message(outgoing.msgtype, outgoing.fields))
-        self._give_up_oldest()
-        self._transforms.send(result)
-        self._markers.show(result)
+        result = self._positions.send(result)
         self._overviews.keep(result)  # nobody sees more than one in LOOK_S
-
-    def _markers_message(self, result: FrameResult) -> Any:
-        """Return the markers of a result, the most expensive message."""
-        outgoing = markers(result, self._frames)
-        return message(outgoing.msgtype, outgoing.fields)
 
     def _overview_message(self, result: FrameResult) -> Any:
         """Return a result as JSON text for the page, by this node's clock."""
@@ -234,16 +197,6 @@ class EstimatorNode(SupervisedNode):
         seen = self._estimator.overview(result)
         text = overview_text(seen, self.now_ns(), self._area, lights)
         return message(OVERVIEW[1], {"data": text})
-
-    def _give_up_oldest(self) -> None:
-        """Remove the topics of robots lost long ago if there are very many: most are false."""
-        present = {one.robot_id for one in self._departures.present}
-        for name in present:  # robots in view are removed last
-            self._latched[name] = self._latched.pop(name)
-        while len(self._latched) > max(MOST_LATCHED, len(present)):
-            oldest = next(name for name in self._latched if name not in present)
-            for topic in self._latched.pop(oldest):
-                self.destroy_publisher(self._results.pop(topic))
 
     def _predict(self) -> None:
         """Publish predicted positions while no image arrives, so that no message grows old."""
@@ -256,15 +209,6 @@ class EstimatorNode(SupervisedNode):
     def _passing_ns(self) -> int:
         """Return a time for differences: simulated time, or else a clock that is never stepped."""
         return self.now_ns() if self.get_clock().ros_time_is_active else self.steady_ns()
-
-    def _publisher(self, outgoing: OutgoingMessage, profile: QoSProfile | None = None) -> Publisher:
-        if outgoing.topic not in self._results:
-            if outgoing.topic not in (CURRENT, MAP_DATUM):
-                self._latched.setdefault(outgoing.topic.split("/")[1], []).append(outgoing.topic)
-            self._results[outgoing.topic] = self.announce(
-                outgoing.topic, outgoing.msgtype, profile or qos.latched()
-            )
-        return self._results[outgoing.topic]
 
     def _log_events(self) -> None:
         for sentence in self._estimator.take_events():
@@ -304,6 +248,8 @@ class EstimatorNode(SupervisedNode):
             self._area = load_area(config.detections.area)
         self._config = config
         self._estimator.reconfigure(config)
+        if self._sightings is not None:
+            self._sightings.use(self.values)
         self._feed.reconfigure(config)
         self._follow_references()
         if level_m != former_m:

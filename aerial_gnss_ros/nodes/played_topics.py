@@ -16,7 +16,7 @@ _LIVE = ("/clock", "/diagnostics", "/rosout", "/parameter_events")
 """Topics that player and live nodes publish themselves."""
 _RESULT = re.compile(
     r"(/.*)?/(robots/[^/]+(/(geo_pose|fix|odom|position_update|covariance_(shared|white)))?"
-    r"|map_datum|current|overview)"
+    r"|map_datum|current|overview|sightings(/(parameters|request))?)"
 )
 _TRUTH = re.compile(r"(/.*)?/truth/.*")
 

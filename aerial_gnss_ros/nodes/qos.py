@@ -27,6 +27,11 @@ def detections() -> QoSProfile:
     return _profile(10, ReliabilityPolicy.RELIABLE, DurabilityPolicy.VOLATILE)
 
 
+def sightings() -> QoSProfile:
+    """Reliable on both sides, and deep enough for what is sent again after an outage."""
+    return _profile(100, ReliabilityPolicy.RELIABLE, DurabilityPolicy.VOLATILE)
+
+
 def latched() -> QoSProfile:
     """Return the profile of results: a late subscriber receives the last one at once.
 

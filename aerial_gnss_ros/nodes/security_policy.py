@@ -17,9 +17,11 @@ from typing import cast
 from xml.sax.saxutils import escape, quoteattr
 
 from aerial_gnss_ros.adapters.feed import Feed, Inputs
+from aerial_gnss_ros.adapters.fleet_messages import PARAMETERS, REQUEST
 from aerial_gnss_ros.adapters.overview import OVERVIEW
 from aerial_gnss_ros.adapters.parameter_files import read
 from aerial_gnss_ros.adapters.results import CURRENT, MAP_DATUM, MARKERS
+from aerial_gnss_ros.adapters.sighting_messages import SIGHTINGS
 from aerial_gnss_ros.adapters.transforms import TF, TF_STATIC
 from aerial_gnss_ros.adapters.vehicles import vehicle_file, vehicle_names
 from aerial_gnss_ros.core.config.estimator import EstimatorConfig, estimator_config
@@ -70,12 +72,14 @@ def policy(files: Sequence[Path] = (), namespace: str = "/", enclave: str = ENCL
     feed = Feed(estimator, cast(Inputs, None))
     heard = [one.topic for one in feed.subscriptions]
     heard += [f"{one.topic}_v*" for one in feed.subscriptions if one.versioned]
+    in_fleet = bool(estimator.sightings.drone)
+    told, asked = ((SIGHTINGS[0], PARAMETERS[0]), (REQUEST[0],)) if in_fleet else ((), ())
     lines = [
         *_enclave(f"{enclave}/{DETECTOR}", namespace, DETECTOR, published, images, _LIFECYCLE),
         *_enclave(
             f"{enclave}/{ESTIMATOR}", namespace, ESTIMATOR,
-            (CURRENT, MAP_DATUM, MARKERS[0], OVERVIEW[0], *RESULTS, *_transforms(estimator)),
-            heard, (),
+            (CURRENT, MAP_DATUM, MARKERS[0], OVERVIEW[0], *RESULTS, *_transforms(estimator), *told),
+            (*heard, *asked), (),
         ),
     ]  # fmt: skip
     body = "\n".join(f"    {line}" for line in lines)

@@ -23,7 +23,7 @@ from aerial_gnss_ros.adapters.results import (  # noqa: E402
     markers,
 )
 from aerial_gnss_ros.core.values.estimates import FrameResult, RobotEstimate, State  # noqa: E402
-from aerial_gnss_ros.nodes import estimator_node  # noqa: E402
+from aerial_gnss_ros.nodes import positions  # noqa: E402
 from aerial_gnss_ros.nodes.diagnostics import ERROR, OK, STALE, WARN  # noqa: E402
 from aerial_gnss_ros.nodes.estimator_node import EstimatorNode  # noqa: E402
 from aerial_gnss_ros.nodes.ros_messages import message, message_class  # noqa: E402
@@ -66,7 +66,7 @@ def test_a_late_subscriber_gets_the_last_position_at_once(ros, hovering):
 def test_the_picture_is_made_for_whoever_listens_and_for_nobody_else(ros, hovering, monkeypatch):
     made = []
     monkeypatch.setattr(
-        estimator_node,
+        positions,
         "markers",
         lambda result, _frames: made.append(result.stamp_ns) or markers(result),
     )
@@ -295,7 +295,7 @@ sys.exit(estimator.main())
 
 
 def test_topics_of_robots_lost_long_ago_end_where_there_are_very_many(ros, monkeypatch):
-    monkeypatch.setattr(estimator_node, "MOST_LATCHED", 3)
+    monkeypatch.setattr(positions, "MOST_LATCHED", 3)
     node = ros.add(EstimatorNode())
 
     def sent(*names):
@@ -307,14 +307,14 @@ def test_topics_of_robots_lost_long_ago_end_where_there_are_very_many(ros, monke
             for name in names
         )  # fmt: skip
         node._send(FrameResult(1, "camera", estimates, (), None))
-        return sorted({topic.split("/")[1] for topic in node._results})
+        return sorted({topic.split("/")[1] for topic in node._positions.publishers})
 
     assert sent("b", "a") == ["a", "b"]
     assert sent("b", "c") == ["a", "b", "c"]
     assert sent("c") == ["a", "b", "c"]
     assert sent("c", "d") == ["b", "c", "d"]  # a was lost before b
     assert sent("c", "d", "e", "f", "g") == ["c", "d", "e", "f", "g"]
-    assert len(node._results) == 15
+    assert len(node._positions.publishers) == 15
     listed = {name for name, _ in node.get_publisher_names_and_types_by_node("estimator", "/")}
     assert "/robots/g/fix" in listed
     assert "/robots/a/fix" not in listed

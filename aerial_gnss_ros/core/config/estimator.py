@@ -11,6 +11,7 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 from aerial_gnss_ros.core.config.corrections import CalibrationConfig, DepthConfig
+from aerial_gnss_ros.core.config.fleet import SightingsConfig, check_drone
 from aerial_gnss_ros.core.config.limits import LimitsConfig
 from aerial_gnss_ros.core.config.noise import Noise
 from aerial_gnss_ros.core.config.processing import (
@@ -52,6 +53,7 @@ __all__ = [
     "MapConfig",
     "Reference",
     "RobotBinding",
+    "SightingsConfig",
     "SurfaceConfig",
     "TracksConfig",
     "UpdatesConfig",
@@ -104,6 +106,7 @@ class EstimatorConfig:
     tracks: TracksConfig = group(TracksConfig)
     map: MapConfig = group(MapConfig)
     updates: UpdatesConfig = group(UpdatesConfig)
+    sightings: SightingsConfig = group(SightingsConfig)
     noise: Noise = group(Noise)
     robots: tuple[RobotBinding, ...] = field(default=())
     classes: tuple[tuple[str, RobotClass], ...] = field(default=())
@@ -249,6 +252,7 @@ def _check_together(config: EstimatorConfig) -> None:
     _check_clocks(config)
     _check_axes(config)
     _check_map(config)
+    check_drone(config.sightings.drone)
 
 
 def _check_map(config: EstimatorConfig) -> None:
