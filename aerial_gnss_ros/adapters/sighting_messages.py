@@ -224,7 +224,7 @@ def _check(seen: Sighting) -> None:
     """
     pose, count = seen.pose, len(seen.pixels)
     for name in _PER_BOX:
-        if hasattr(seen, name) and len(getattr(seen, name)) != count:
+        if len(getattr(seen, name)) != count:
             raise InputError(
                 f"a sighting has {len(getattr(seen, name))} {name} for {counted(count, 'box')}."
             )
@@ -233,6 +233,8 @@ def _check(seen: Sighting) -> None:
     named = [label for label in seen.labels if label]
     if len(set(named)) < len(named):
         raise InputError("a sighting has two boxes of one robot.")
+    if len(set(seen.tracks)) < count:
+        raise InputError("a sighting has two boxes of one track.")
     for label in named:
         if not is_name(label):
             raise InputError(f"a robot's name cannot be {shown(label)}.")

@@ -29,7 +29,7 @@ POSE = CameraPose(
 )  # fmt: skip
 SEEN = Sighting(
     1_735_689_607_900_000_003, "camera", CAMERA, POSE, np.array([0.1, 1 / 3, 0.0]),
-    np.array([1e-300, -2.5]), ("aqua_1", "aqua_2"), ("Aqua", "Aqua"),
+    np.array([1e-300, -2.5]), ("aqua_1", ""), (7, 0), ("Aqua", "Aqua"),
     np.array([[154.46940643369953, 416.1], [2 / 3, 1.0]]),
     np.array([np.eye(2), np.zeros((2, 2))]), 1.7,
 )  # fmt: skip
@@ -72,7 +72,7 @@ def sightings(draw):
     seen = Sighting(
         draw(st.integers(0, 2**62)), draw(st.text(max_size=8)),
         replace(CAMERA, width=draw(st.integers(700, 2000))), pose, array(3), array(2),
-        tuple(f"aqua_{k}" for k in range(count)),
+        tuple(f"aqua_{k}" if k else "" for k in range(count)), tuple(range(5, 5 + count)),
         tuple(draw(st.lists(st.text(max_size=4), min_size=count, max_size=count))),
         array(count, 2), root @ root.transpose(0, 2, 1), draw(st.floats(0.1, 10.0)),
     )  # fmt: skip
@@ -116,6 +116,8 @@ def changed(path, value):
         (("sighting", "camera", "K"), [[0.0] * 3] * 3, "camera is refused"),
         (("sighting", "camera", "rectified"), 0, "rectified cannot be 0"),
         (("sighting", "labels"), ["aqua_1", "aqua_1"], "two boxes of one robot"),
+        (("sighting", "tracks"), [3, 3], "two boxes of one track"),
+        (("sighting", "tracks"), [3, -1], "tracks cannot be -1"),
         (("sighting", "labels"), ["aqua_1", "../fix"], "a robot's name cannot be '../fix'"),
         (("sighting", "labels"), ["aqua_1"], "1 labels for 2 boxes"),
         (("sighting", "labels"), "ab", "labels cannot be 'ab'"),

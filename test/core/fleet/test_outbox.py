@@ -17,7 +17,7 @@ SECOND_NS = 10**9
 CAMERA = CameraModel.from_focal_length(0.01, 0.01, None, 640, 480)
 NOTHING = Sighting(
     0, "camera", CAMERA, CameraPose(0, 0.2, 0.3, 10.0, 10.0, np.eye(3)), np.zeros(3), np.zeros(2),
-    (), (), np.zeros((0, 2)), np.zeros((0, 2, 2)),
+    (), (), (), np.zeros((0, 2)), np.zeros((0, 2, 2)),
 )  # fmt: skip
 
 
