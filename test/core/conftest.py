@@ -7,6 +7,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from functools import lru_cache
 
 import numpy as np
 import pymap3d
@@ -51,6 +52,22 @@ def stamp(seconds: float) -> int:
     return START_NS + round(seconds * SECOND)
 
 
+# Many drones of the tests hover: the same place and attitude again and again.
+@lru_cache(maxsize=4096)
+def geodetic(east: float, north: float, up: float) -> tuple[float, ...]:
+    """Return latitude and longitude in rad and altitude in m of a place on the map."""
+    return tuple(map(float, geodetic_from_enu(east, north, up, LATITUDE, LONGITUDE, 0.0)))
+
+
+@lru_cache(maxsize=4096)
+def attitude(roll: float, pitch: float, yaw: float) -> tuple[np.ndarray, np.ndarray]:
+    """Return the rotation of angles in deg as matrix (3, 3) and quaternion (4,), read-only."""
+    matrix = matrix_from_rpy(*np.radians((roll, pitch, yaw)))
+    quaternion = quaternion_from_matrix(matrix)
+    matrix.flags.writeable = quaternion.flags.writeable = False
+    return matrix, quaternion
+
+
 @dataclass
 class World:
     """Truth, and what the sensors make of it. East, North, Up from the map's origin."""
@@ -73,19 +90,16 @@ class World:
 
     def pose(self, t: float) -> CameraPose:
         east, north, up = self.drone(t)
-        latitude, longitude, _ = geodetic_from_enu(east, north, up, LATITUDE, LONGITUDE, 0.0)
-        matrix = matrix_from_rpy(*np.radians(self.rpy_deg(t)))
-        return CameraPose(stamp(t), float(latitude), float(longitude), up, up, matrix)
+        latitude, longitude, _ = geodetic(east, north, up)
+        return CameraPose(stamp(t), latitude, longitude, up, up, attitude(*self.rpy_deg(t))[0])
 
     def fix(self, t: float) -> Fix:
         east, north, up = self.drone(t)
-        place = east + self.gnss_bias[0], north + self.gnss_bias[1], up
-        latitude, longitude, altitude = geodetic_from_enu(*place, LATITUDE, LONGITUDE, 0.0)
-        return Fix(stamp(t), float(latitude), float(longitude), float(altitude))
+        return Fix(stamp(t), *geodetic(east + self.gnss_bias[0], north + self.gnss_bias[1], up))
 
     def gimbal(self, t: float) -> Orientation:
-        angles = np.radians(np.add(self.rpy_deg(t), self.rpy_bias_deg))
-        return Orientation(stamp(t), quaternion_from_matrix(matrix_from_rpy(*angles)))
+        angles = np.add(self.rpy_deg(t), self.rpy_bias_deg)
+        return Orientation(stamp(t), attitude(*map(float, angles))[1])
 
     def height(self, t: float) -> Scalar:
         return Scalar(stamp(t), float(self.drone(t)[2]))
@@ -93,13 +107,14 @@ class World:
     def frame(self, t: float, class_id: str = "aqua") -> DetectionFrame:
         """Boxes of the robots in view at t, shuffled, with misses and clutter."""
         centers = []
-        for name, place in self.robots.items():
+        if self.robots:
+            at = self.local.places(np.array([place(t) for place in self.robots.values()]))
+            pixels, inside = project_to_image(self.pose(t), self.camera, *at)
+        for i, name in enumerate(self.robots):
             if self.hidden(name, t) or self.rng.random() < self.missed:
                 continue
-            latitude, longitude = self.local.places(np.array([place(t)]))
-            pixels, inside = project_to_image(self.pose(t), self.camera, latitude, longitude)
-            if inside[0]:
-                centers.append(pixels[0] + self.pixel_sigma * self.rng.standard_normal(2))
+            if inside[i]:
+                centers.append(pixels[i] + self.pixel_sigma * self.rng.standard_normal(2))
         false = self.rng.poisson(self.clutter)
         centers += list(self.rng.uniform((0, 0), (1280, 720), (false, 2)))
         self.rng.shuffle(centers)

@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import copy
 import itertools
 from dataclasses import replace
 
@@ -21,27 +22,54 @@ ROBOTS = {
 }
 
 
-def _flown(sea, turn_deg, wrong_s, before=4, after=4):
-    """Return the results, and the engine, of a flight in which telemetry turns and turns back.
+class Flights:
+    """Flights in which telemetry turns and turns back; all begin alike, so that is flown once."""
 
-    Args:
-        sea: the world.
-        turn_deg: (3,) roll, pitch, yaw.
-        wrong_s: for how long, from 6 s on.
-        before: robots in view until telemetry is right again.
-        after: and from then on.
-    """
-    names = itertools.islice(ROBOTS, max(before, after))
-    end = 6.05 + wrong_s
-    world = sea.World(robots={name: ROBOTS[name] for name in names}, pixel_sigma=1.0)
-    world.hidden = lambda name, t: list(ROBOTS).index(name) >= (before if t < end else after)
-    engine = sea.estimator({"noise.gnss_offset_m": 0.02})
-    results = sea.play(engine, world, 6.0, until_flush=False)
-    if wrong_s:
-        world.rpy_bias_deg = turn_deg
-        results += sea.play(engine, world, wrong_s - 0.1, begin=6.1, until_flush=False)
-        world.rpy_bias_deg = (0.0, 0.0, 0.0)
-    return results + sea.play(engine, world, 4.0, begin=6.1 + wrong_s), engine
+    def __init__(self, sea):
+        self.sea, self._begun, self._right = sea, {}, {}
+
+    def _beginning(self, before, robots):
+        """Return results, engine and world of 6 s with so many of the robots in view."""
+        key = before, robots
+        if key not in self._begun:
+            names = itertools.islice(ROBOTS, robots)
+            world = self.sea.World(robots={name: ROBOTS[name] for name in names}, pixel_sigma=1.0)
+            world.hidden = lambda name, _t: list(ROBOTS).index(name) >= before
+            engine = self.sea.estimator({"noise.gnss_offset_m": 0.02})
+            results = self.sea.play(engine, world, 6.0, until_flush=False)
+            self._begun[key] = results, engine, world
+        return copy.deepcopy(self._begun[key], {id(self.sea.camera): self.sea.camera})
+
+    def flown(self, turn_deg, wrong_s, before=4, after=4):
+        """Return the results, and the engine, of a flight.
+
+        Args:
+            turn_deg: (3,) roll, pitch, yaw.
+            wrong_s: for how long, from 6 s on.
+            before: robots in view until telemetry is right again.
+            after: and from then on.
+        """
+        results, engine, world = self._beginning(before, max(before, after))
+        end = 6.05 + wrong_s
+        world.hidden = lambda name, t: list(ROBOTS).index(name) >= (before if t < end else after)
+        if wrong_s:
+            world.rpy_bias_deg = turn_deg
+            results += self.sea.play(engine, world, wrong_s - 0.1, begin=6.1, until_flush=False)
+            world.rpy_bias_deg = (0.0, 0.0, 0.0)
+        return results + self.sea.play(engine, world, 4.0, begin=6.1 + wrong_s), engine
+
+    def right(self, before=4, after=4):
+        """Return the sigmas at the end of a flight whose telemetry is right."""
+        key = before, after
+        if key not in self._right:
+            self._right[key] = _sigmas(self.flown((0.0, 0.0, 0.0), 0.0, before, after)[0][-1])
+        return self._right[key]
+
+
+@pytest.fixture(scope="module")
+def flights(sea):
+    """Return the flights of this module."""
+    return Flights(sea)
 
 
 def _sigmas(result):
@@ -52,10 +80,9 @@ def _sigmas(result):
 @pytest.mark.parametrize("turn_deg", [(0.0, 0.0, 30.0), (0.0, -8.0, 0.0)], ids=["yaw", "pitch"])
 @pytest.mark.parametrize("wrong_s", [0.1, 0.5, 3.0])
 @pytest.mark.parametrize(("before", "after"), [(4, 4), (4, 2), (4, 1), (2, 2)])
-def test_robots_are_known_as_well_as_before(sea, turn_deg, wrong_s, before, after):
-    right, _ = _flown(sea, turn_deg, 0.0, before, after)
-    results, _ = _flown(sea, turn_deg, wrong_s, before, after)
-    known, found = _sigmas(right[-1]), _sigmas(results[-1])
+def test_robots_are_known_as_well_as_before(flights, turn_deg, wrong_s, before, after):
+    results, _ = flights.flown(turn_deg, wrong_s, before, after)
+    known, found = flights.right(before, after), _sigmas(results[-1])
     assert found.keys() == known.keys()
     for name, sigma in found.items():
         assert sigma < 1.3 * known[name], name
@@ -63,9 +90,9 @@ def test_robots_are_known_as_well_as_before(sea, turn_deg, wrong_s, before, afte
 
 @pytest.mark.parametrize("turn_deg", [(0.0, 0.0, 30.0), (0.0, -20.0, 0.0)], ids=["yaw", "pitch"])
 @pytest.mark.parametrize("wrong_s", [0.5, 3.0, 10.0])
-def test_a_lone_robot_is_not_somewhere_else_for_sure(sea, turn_deg, wrong_s):
+def test_a_lone_robot_is_not_somewhere_else_for_sure(flights, turn_deg, wrong_s):
     """No other robot outvotes a telemetry that jumps; but cameras do not turn so fast."""
-    results, engine = _flown(sea, turn_deg, wrong_s, 1, 1)
+    results, engine = flights.flown(turn_deg, wrong_s, 1, 1)
     for result in results:
         for one in result.estimates:
             off = one.position - np.array(ROBOTS["a"](0.0))
@@ -98,8 +125,8 @@ def _ramp(t):
 def test_what_robots_tell_counts_for_those_of_other_groups(sea, monkeypatch):
     """One camera: the robots of all groups end the doubt about it."""
     monkeypatch.setattr(blocks, "TUNING", replace(blocks.TUNING, block_robots=1))
-    right, _ = _flown(sea, (0.0, 0.0, 30.0), 0.0)
-    results, _ = _flown(sea, (0.0, 0.0, 30.0), 1.0)
-    known, found = _sigmas(right[-1]), _sigmas(results[-1])
+    flights = Flights(sea)
+    results, _ = flights.flown((0.0, 0.0, 30.0), 1.0)
+    known, found = flights.right(), _sigmas(results[-1])
     assert found.keys() == known.keys()
     assert all(sigma < 1.3 * known[name] for name, sigma in found.items())
