@@ -40,6 +40,8 @@ TIMEOUT := -o faulthandler_timeout=400 -o faulthandler_exit_on_timeout=true
 
 # Nodes of the demo and the tests talk on this machine only.
 export ROS_AUTOMATIC_DISCOVERY_RANGE := LOCALHOST
+# Empty is unset: hundreds of programs of the tests import what one of them has compiled.
+export PYTHONDONTWRITEBYTECODE :=
 
 .PHONY: help demo test quick check lint types docs colcon clean
 .DELETE_ON_ERROR:

@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import gc
 import os
 import tempfile
 from pathlib import Path
@@ -27,6 +28,17 @@ if WORKER:
     os.environ["ROS_DOMAIN_ID"] = str(DOMAIN % 102)  # above 101 ports may be taken by others
 os.environ["ROS_LOG_DIR"] = os.environ.get("ROS_LOG_DIR") or tempfile.mkdtemp(prefix="ros_log_")
 os.environ.setdefault("MPLBACKEND", "Agg")
+# As the package does it; here for all that a test imports before the package.
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
+
+@pytest.hookimpl(hookwrapper=True)
+def pytest_collection():
+    """Keep the garbage collector from what lives as long as the tests."""
+    gc.disable()
+    yield
+    gc.freeze()
+    gc.enable()
 
 
 IN_TURN = ("test_live.py", "test_player.py")
