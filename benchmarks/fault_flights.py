@@ -29,12 +29,15 @@ from aerial_gnss_ros.core.values.samples import Fix, Orientation, Scalar
 from aerial_gnss_ros.detection.base import Detections, Image
 from aerial_gnss_ros.simulation.experiment import Experiment, default_camera
 from aerial_gnss_ros.simulation.flight import FlightPlan, GeneratedFlight
+from aerial_gnss_ros.simulation.robots import SwimPlan
 from aerial_gnss_ros.simulation.sensors import START_NS, sensor_plan
 
 Array = NDArray[np.float64]
 
 DURATION_S, HEIGHT_M, ROBOTS = 40.0, 20.0, 3
 FLIGHTS = ("orbit", "hover", "transit")
+STAY = SwimPlan(0.0, 0.0)
+"""How robots move over which a flight is called `still`."""
 SIZE = 1280, 720
 LATE_NS = 50_000_000
 """From an image's stamp to the detector's boxes where images themselves are simulated, ns."""
@@ -117,15 +120,19 @@ def flown(kind: str, seed: int, aboard: str = "gimbal", sees: str = "detections"
     """Return a flight; equal arguments give the same one.
 
     Args:
-        kind: orbit, hover or transit.
+        kind: orbit, hover or transit; "still orbit" and so on: over robots that stay.
         seed: of all chance.
         aboard: what orients the camera: `gimbal` relative to earth (attitude is not used), or
             `body`: the gimbal reports its angles in the body, and attitude is needed.
         sees: `detections` as they are, or `images` through the detector's own decoding.
     """
-    plan = FlightPlan(kind=kind, duration_s=DURATION_S, height_m=HEIGHT_M)
+    family = kind.removeprefix("still ")
+    plan = FlightPlan(kind=family, duration_s=DURATION_S, height_m=HEIGHT_M)
+    swim = SwimPlan() if family == kind else STAY
     camera = default_camera(*SIZE)
-    made = Experiment(GeneratedFlight(plan, seed), camera, sensor_plan(), robots=ROBOTS, seed=seed)
+    made = Experiment(
+        GeneratedFlight(plan, seed), camera, sensor_plan(), robots=ROBOTS, swim=swim, seed=seed
+    )
     images = list(made.detections())
     items = list(_telemetry(made, aboard))
     for index, (frame, _, found) in enumerate(images, start=1):

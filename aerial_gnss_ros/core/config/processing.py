@@ -179,9 +179,7 @@ class TracksConfig:
         False,
         "Find out which robots stay or drift with the current, and use it: positions are several "
         "times as exact where two or more do, at twice the processor time; where all swim, nothing "
-        "changes but a tenth of the time. Off, because a robot that casts off is for a second "
-        "published where it lay, with the small sigma of a moored one, and because it is not yet "
-        "flown through all faults.",
+        "changes but a tenth of the time. Off, because it is not yet flown through all faults.",
     )
 
 

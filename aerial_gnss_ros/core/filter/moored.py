@@ -9,20 +9,25 @@ and the sum of the differences of their log likelihoods tells which one the flig
 (prequential evidence: Dawid 1984). Association and all tests for faults stay with the first one,
 which the second never touches: a wrong hypothesis costs nothing but the time until it is given up.
 
-A robot joins where the current's velocity is likelier than any other (Savage-Dickey ratio). It
-leaves when its boxes go away from where it should be, by sums of its innovations over
-`TUNING.windows_s`. The mean square of these sums also tells how much the robots swing, or for how
-long errors of their boxes last: both add up where white noise would not.
+A robot joins where the current's velocity is likelier than any other (Savage-Dickey ratio), and may
+cast off at any time (`casting_off`). Its box is judged given all others of the image, so that what
+turns the camera tells nothing of it, and the law's evidence counts it by the mixture of both modes:
+one robot that leaves is no evidence against what the others do.
+
+The mean square of sums of innovations over `TUNING.strain_sum_s` tells how much the robots swing,
+or for how long errors of their boxes last: both add up where white noise would not.
 """
 
 from __future__ import annotations
 
+import copy
 import math
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from aerial_gnss_ros.core.filter.casting_off import CastingOff
 from aerial_gnss_ros.core.filter.linearization import CameraView
 from aerial_gnss_ros.core.filter.moored_law import MooredLaw, likely_still, most_alike
 from aerial_gnss_ros.core.filter.state import JointState, copy_robot
@@ -51,18 +56,13 @@ class MooredTuning:
     make evidence look larger than it is. Judged."""
     given_up_nats: float = -15.0
     """Log odds below which it is given up, and another one begun. Judged."""
-    windows_s: tuple[float, float] = (1.0, 6.0)
-    """Time constants over which innovations of a moored robot add up, s. Judged."""
-    doubted_squared: float = 15.0
-    """Squared sum of innovations, normalised, at which it is as likely to have left as not; the log
-    odds grow by half of what is beyond. White innovations then give 0.8 % on average, for two
-    windows: about once in ten minutes a robot may leave, and a few seconds are not enough to tell.
-    Less makes moored robots less exact, by the error of the law in which all swim."""
-    leaves_squared: float = 18.0
-    """The same from which it swims: 1e-4 of the chi-square law of two degrees of freedom. A robot
-    that has not left is tried again after a pause."""
+    left_nats: float = 3.0
+    """Log odds that it has left from which it swims: 20 to 1, as everywhere. A robot that has not
+    left is tried again after a pause."""
+    strain_sum_s: float = 1.0
+    """Time constant over which innovations of a moored robot add up, s. Judged."""
     strained: float = 1.25
-    """Mean of the first of these squared sums, halved, above which the swing is larger. Judged."""
+    """Mean of their normalised squares, halved, above which the swing is larger. Judged."""
     slack: float = 0.9
     """Below which it is smaller. Judged."""
     strain_s: float = 2.0
@@ -81,7 +81,6 @@ class MooredTuning:
 
 TUNING = MooredTuning()
 
-_WINDOWS = np.array(TUNING.windows_s)
 _POWERS = np.array([1.0, 1.0, 2.0])
 _NOBODY = np.zeros(0, np.intp)
 
@@ -97,7 +96,7 @@ class MooredHypothesis:
         base: the same.
         law: the one in which some are moored; None where none is tried.
         evidence: log odds of it to `base`, nats; -inf where none is tried.
-        left: (n,) probabilities that moored robots of the law have left.
+        leaving: whether moored robots of the law have cast off.
     """
 
     def __init__(self, base: JointState, adrift: bool) -> None:
@@ -114,9 +113,9 @@ class MooredHypothesis:
         """Give the hypothesis up."""
         self.law: MooredLaw | None = None
         self.evidence = -math.inf
-        self.left: Array = np.zeros(0)
-        # Of each robot of the law, a row a window: sum of its innovations (2), their variance.
-        self._sums: Array = np.zeros((0, len(_WINDOWS), 3))
+        self.leaving = CastingOff(0)
+        # Of each robot of the law: sum of its innovations (2), their variance.
+        self._sums: Array = np.zeros((0, 3))
         self._strain: Array = np.zeros(2)
         # Numbers of the base's and the law's robots, and where the law has the base's.
         self._places = _NOBODY, _NOBODY, _NOBODY
@@ -138,7 +137,8 @@ class MooredHypothesis:
             self._fail()
             return
         self.law.predict(seconds, keep, stationary, motion)
-        self._sums *= np.exp(-seconds / _WINDOWS)[:, None] ** _POWERS
+        self._sums *= math.exp(-seconds / TUNING.strain_sum_s) ** _POWERS
+        self.leaving.predict(seconds, float(motion.acceleration) ** 2)
 
     def update(
         self, outcome: Outcome, pixels: Array, view: CameraView, model: PlatformModel, level: float
@@ -160,7 +160,7 @@ class MooredHypothesis:
             except np.linalg.LinAlgError:
                 self._fail()
             else:
-                self._compare(self.law, found, outcome)
+                self._compare(self.law, found, outcome, level * model.pixel)
         since_s = self._now_s - self._asked_s
         if since_s >= TUNING.asked_every_s and self._now_s >= self._paused_until_s:
             self._asked_s = self._now_s
@@ -184,28 +184,32 @@ class MooredHypothesis:
             self._places = theirs, law.ids, found
         return self._places[2]
 
-    def _compare(self, law: MooredLaw, found: Outcome, base: Outcome) -> None:
-        """Take in how well an image fitted both laws."""
-        if found.count == base.count:
-            self.evidence += found.log_likelihood - base.log_likelihood
+    def _compare(self, law: MooredLaw, found: Outcome, base: Outcome, pixel: float) -> None:
+        """Take in how well an image fitted both laws; `pixel`: variance of boxes, px²."""
         moored = law.sway[found.slots] > 0.0
         seen = found.slots[moored]
+        if found.count == base.count:
+            self.evidence += found.log_likelihood - base.log_likelihood
+            residual, spread = found.given_others()
+            by_place = found.by_place[moored]
+            followed = law.own_covariances(seen) @ by_place.swapaxes(1, 2) @ by_place / pixel
+            self.evidence += self.leaving.update(
+                seen, residual[moored], spread[moored], by_place, followed
+            )
         if len(seen):
             sums = self._sums[seen]
-            sums[:, :, :2] += found.normalised()[moored, None]
-            sums[:, :, 2] += 1.0
+            sums[:, :2] += found.normalised()[moored]
+            sums[:, 2] += 1.0
             self._sums[seen] = sums
-            each = (sums[:, :, :2] ** 2).sum(axis=2) / sums[:, :, 2]
-            self._strain += self._step_s * np.array([0.5 * each[:, 0].sum(), len(seen)])
-            beyond = each.max(axis=1) - TUNING.leaves_squared
-            more = each.max(axis=1) - TUNING.doubted_squared
-            self.left[seen] = 1.0 / (1.0 + np.exp(-0.5 * np.clip(more, -100.0, 100.0)))
-            leaving = int((beyond > 0.0).sum())
+            each = (sums[:, :2] ** 2).sum(axis=1) / sums[:, 2]
+            self._strain += self._step_s * np.array([0.5 * each.sum(), len(seen)])
+            odds = self.leaving.odds[seen]
+            leaving = int((odds > TUNING.left_nats).sum())
             if leaving > 1 and 2 * leaving > np.count_nonzero(law.sway):
                 self._fail()
                 return
             if leaving:
-                self._release(law, int(seen[beyond.argmax()]))
+                self._release(law, int(seen[odds.argmax()]))
         if self.evidence < TUNING.given_up_nats:
             self._fail()
 
@@ -217,11 +221,12 @@ class MooredHypothesis:
 
     def _release(self, law: MooredLaw, slot: int) -> None:
         """Let a robot swim that has left."""
-        self.left[slot], name = 0.0, int(law.ids[slot])
+        name = int(law.ids[slot])
         pause = self._pauses_s.get(name, TUNING.pause_s)
         self._barred_until_s[name] = self._now_s + pause
         self._pauses_s[name] = min(2.0 * pause, TUNING.longest_pause_s)
-        law.release(slot)
+        law.release(slot, *self.leaving.gone(slot))
+        self.leaving.end(slot)
 
     def _ask(self) -> None:
         """Ask which robots that are in view may be moored, or drift as the others do."""
@@ -231,16 +236,16 @@ class MooredHypothesis:
                 return
             self.law = MooredLaw.of(self.base, self.adrift)
             self.evidence = TUNING.first_nats
-            self.left = np.zeros(len(self.law))
-            self._sums = np.zeros((len(self.law), len(_WINDOWS), 3))
+            self.leaving = CastingOff(len(self.law))
+            self._sums = np.zeros((len(self.law), 3))
             for slot in begin:
-                self._moor(self.law, slot)
+                self._moor(self.law, slot, TUNING.joins_nats)
         while slots := self._eligible(self.law):
             odds = self.law.odds(slots)
             best = int(odds.argmax())
             if odds[best] < TUNING.joins_nats:
                 break
-            self._moor(self.law, slots[best])
+            self._moor(self.law, slots[best], float(odds[best]))
         if np.count_nonzero(self.law.sway) < TUNING.least_robots:
             self.reset()
 
@@ -258,7 +263,7 @@ class MooredHypothesis:
         barred = [one for one, until_s in self._barred_until_s.items() if until_s > self._now_s]
         if odds > least and not np.isin(other.ids[other.sway > 0.0], barred).any():
             self.law, self.evidence = other.without_current(), drifting.evidence + odds
-            self._sums, self.left = drifting._sums.copy(), drifting.left.copy()
+            self._sums, self.leaving = drifting._sums.copy(), copy.deepcopy(drifting.leaving)
 
     def _first(self) -> list[int]:
         """Return the robots of `base` with which the hypothesis begins."""
@@ -268,9 +273,10 @@ class MooredHypothesis:
         one = most_alike(self.base, asked, TUNING.joins_nats)
         return [one] if one >= 0 else []
 
-    def _moor(self, law: MooredLaw, slot: int) -> None:
+    def _moor(self, law: MooredLaw, slot: int, odds: float) -> None:
         law.moor(slot)
-        self._sums[slot] = self.left[slot] = 0.0
+        self._sums[slot] = 0.0
+        self.leaving.begin(slot, -odds)
 
     def _eligible(self, law: JointState) -> list[int]:
         """Return the robots in view that swim so far and were watched for long enough."""
@@ -304,12 +310,12 @@ class MooredHypothesis:
         kept = np.isin(law.ids, theirs)
         kept[law.current] = True
         law.drop(np.flatnonzero(~kept))
-        self._sums, self.left = self._sums[kept], self.left[kept]
+        self._sums = self._sums[kept]
         new = np.flatnonzero(~np.isin(theirs, law.ids))
         for slot in new.tolist():
             added = copy_robot(self.base, slot, law)
             law.ids[added] = theirs[slot]
-        self._sums = np.concatenate([self._sums, np.zeros((len(new), len(_WINDOWS), 3))])
-        self.left = np.concatenate([self.left, np.zeros(len(new))])
+        self._sums = np.concatenate([self._sums, np.zeros((len(new), 3))])
+        self.leaving.keep(kept, len(new))
         law.own = np.full((2, len(law)), np.nan)
         law.own[:, self.places()] = self.base.own

@@ -44,8 +44,6 @@ class MooredLawTuning:
     """Time constant of swinging, and of boxes' lasting errors, s. Judged."""
     first_sway_m: float = 0.1
     """One sigma of the swing at first, each axis, m. Judged."""
-    left_since_s: float = 1.0
-    """A robot that leaves has done so about so long ago, s. Judged."""
 
 
 TUNING = MooredLawTuning()
@@ -198,8 +196,28 @@ class MooredLaw(JointState):
         self.by_pose[slot : slot + 1, 2:] = 0.0
         self.sway[slot] = 1.0
 
-    def release(self, slot: int) -> None:
-        """Take in that a robot swims after all."""
+    def own_covariances(self, slots: Indices) -> Array:
+        """Return covariances (m, 2, 2) of where robots are seen if the platform were known, m²."""
+        p = COUNT + 4 * slots[:, None] + np.arange(2)
+        shown = self.covariance[p] + self.sway[slots, None, None] * self.covariance[p + 2]
+        by_platform = shown[:, :, :COUNT]
+        own = np.take_along_axis(shown, p[:, None], axis=2)
+        own += self.sway[slots, None, None] * np.take_along_axis(shown, p[:, None] + 2, axis=2)
+        # An error that is known has no variance: hence the small one.
+        platform = self.covariance[:COUNT, :COUNT] + 1e-12 * np.eye(COUNT)
+        told = np.linalg.solve(platform, by_platform.swapaxes(1, 2))
+        covariances: Array = own - by_platform @ told
+        return covariances
+
+    def release(self, slot: int, state: Array, covariance: Array) -> None:
+        """Take in that a robot swims after all.
+
+        Args:
+            slot: its place.
+            state: (4,) how far it is from where it is shown, and its velocity to the current's, m,
+                m/s.
+            covariance: (4, 4) of that.
+        """
         v, c = _velocity(slot), _velocity(self.current)
         p, P = v - 2, self.covariance
         self.mean[p] += self.mean[v]
@@ -210,7 +228,9 @@ class MooredLaw(JointState):
         P[:, v] = P[:, c]
         self.sway[slot] = 0.0
         self.manoeuvre_noise.strength[slot] = 1.0
-        self.inflate_velocities(np.array([slot]), TUNING.current_mps, TUNING.left_since_s)
+        own = np.concatenate([p, v])
+        self.mean[own] += state
+        self.covariance[np.ix_(own, own)] += covariance
 
     def jointly_published(self) -> tuple[Array, Array]:
         """Return all that is published (7 + 4 n,), the platform's errors first, and its covariance.

@@ -99,8 +99,8 @@ class MooredGroup:
             there = np.flatnonzero(places >= 0)
             slots = places[there]
             states, own = published(one.law, self.base)
-            means[i, there], blocks[i, there] = states[slots], own[slots]
-            shares[i, there] = weights[i] * (1.0 - one.left[slots])
+            means[i, there], blocks[i, there] = one.leaving.mix(slots, states[slots], own[slots])
+            shares[i, there] = weights[i]
         shares[0] = 1.0 - shares[1:].sum(axis=0)
         mixed = (shares[:, :, None] * means).sum(axis=0)
         apart = means - mixed

@@ -22,7 +22,7 @@ from aerial_gnss_ros.core.geometry.frames import FLU_FROM_OPTICAL
 from aerial_gnss_ros.core.geometry.geodesy import on_water_surface
 from aerial_gnss_ros.core.models.measurement_model import pose_jacobian
 from aerial_gnss_ros.core.models.platform_model import COUNT, LATENCY, PlatformModel
-from aerial_gnss_ros.core.numerics.gaussian import mahalanobis
+from aerial_gnss_ros.core.numerics.gaussian import inverse, mahalanobis
 
 Array = NDArray[np.float64]
 
@@ -81,6 +81,7 @@ class Outcome:
         slots: of the updated robots.
         residual: (m, 2) of their boxes, px.
         spread: (2 m, 2 m) covariance of that, px².
+        by_place: (m, 2, 2) derivative of the pixels by the robots' East, North, px/m.
     """
 
     squared: float
@@ -90,6 +91,7 @@ class Outcome:
     slots: Indices = field(default_factory=lambda: np.zeros(0, np.intp))
     residual: Array = field(default_factory=lambda: np.zeros((0, 2)))
     spread: Array = field(default_factory=lambda: np.zeros((0, 0)))
+    by_place: Array = field(default_factory=lambda: np.zeros((0, 2, 2)))
 
     def normalised(self) -> Array:
         """Return each robot's own residual by its own covariance, (m, 2)."""
@@ -98,6 +100,18 @@ class Outcome:
         roots = np.linalg.cholesky(self.spread.reshape(m, 2, m, 2)[every, :, every])
         solved: Array = np.linalg.solve(roots, self.residual[:, :, None])[:, :, 0]
         return solved
+
+    def given_others(self) -> tuple[Array, Array]:
+        """Return each robot's residual (m, 2) given all others, and its covariance (m, 2, 2).
+
+        What the boxes of an image have in common, such as a camera that shakes, cancels.
+        """
+        m = len(self.slots)
+        every = np.arange(m)
+        precision = np.asarray(np.linalg.inv(self.spread), dtype=np.float64)
+        own = inverse(precision.reshape(m, 2, m, 2)[every, :, every])
+        told = (precision @ self.residual.ravel()).reshape(m, 2, 1)
+        return (own @ told)[:, :, 0], own
 
 
 def linearise(
@@ -181,7 +195,8 @@ def correct(
     joint.unseen[some] = 0.0
     _note_velocities(joint, some, before, reduction)
     fits = -0.5 * float(white @ white) - float(np.add.reduce(np.log(root.diagonal())))
-    return Outcome(squared, 2 * m, slots[:0], fits, slots, residual, spread)
+    own = linear.by_place
+    return Outcome(squared, 2 * m, slots[:0], fits, slots, residual, spread, own)
 
 
 def _gain(root: Array, by_state: Array) -> tuple[Array, Array]:

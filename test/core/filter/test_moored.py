@@ -10,9 +10,11 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from aerial_gnss_ros.core.filter.casting_off import CastingOff
 from aerial_gnss_ros.core.filter.moored import TUNING, MooredHypothesis
 from aerial_gnss_ros.core.filter.moored_law import CURRENT
 from aerial_gnss_ros.core.filter.state import JointState
+from aerial_gnss_ros.core.models.motion_model import MotionModel
 from aerial_gnss_ros.core.models.platform_model import COUNT
 
 RTK = {"noise.gnss_offset_m": 0.02}
@@ -82,14 +84,30 @@ def test_a_robot_that_leaves_is_followed(sea):
     assert errors.max() < 0.5
 
 
-@pytest.mark.parametrize("seconds", [20.8, 21.6, 22.4])
-def test_a_robot_that_has_just_left_is_not_far_off(sea, seconds):
+@pytest.mark.parametrize("seed", [1, 2])
+def test_covariances_cover_a_robot_that_casts_off(sea, seed):
     """It swims 0.3 m/s: for a second its boxes may be noise."""
-    _, errors, _, _ = flown(sea, seconds=seconds, leaves=20.0)
-    assert errors.max() < 0.45
+    world = sea.World(robots=robots(leaves=20.0), seed=seed, **ORBIT)
+    results = sea.play(sea.estimator(RTK | {"tracks.find_moored": True}), world, 25.0)
+    errors, sizes = [], []
+    for result in results:
+        t = (result.stamp_ns - sea.stamp(0.0)) * 1e-9
+        if t > 20.0:
+            place = np.array(world.robots["a"](t))
+            off, one = min(
+                ((one.position - place, one) for one in result.estimates),
+                key=lambda both: float(both[0] @ both[0]),
+            )
+            errors.append((t, float(np.linalg.norm(off))))
+            sizes.append(float(off @ np.linalg.solve(one.covariance[:2, :2], off)))
+    assert max(sizes) < 13.8
+    assert np.mean(sizes) / 2.0 < 1.6
+    assert max(error for t, error in errors if t > 22.0) < 0.35
 
 
+MOTION = MotionModel(0.05, 0.75)
 STEP_S = 0.1
+PIXELS_A_METRE = 10.0
 
 
 class Base(SimpleNamespace):
@@ -109,9 +127,12 @@ class StandIn:
         self.variance = 0.1**2
         self.released = []
 
-    def release(self, slot):
+    def release(self, slot, state, covariance):
         self.sway[slot] = 0.0
-        self.released.append(slot)
+        self.released.append((slot, state.copy(), covariance.copy()))
+
+    def own_covariances(self, slots):
+        return np.tile(1e-4 * np.eye(2), (len(slots), 1, 1))
 
     def __len__(self):
         return len(self.ids)
@@ -125,7 +146,9 @@ def tried(adrift=False):
     base = Base(ids=np.arange(3), own=np.full((2, 3), np.nan))
     one = MooredHypothesis(base, adrift)
     one.law, one.evidence = StandIn(3), TUNING.first_nats
-    one._sums, one.left = np.zeros((4, 2, 3)), np.zeros(4)
+    one._sums, one.leaving = np.zeros((4, 3)), CastingOff(4)
+    for slot in range(3):
+        one.leaving.begin(slot, -5.0)
     one._places = base.ids, one.law.ids, np.arange(3)
     return one
 
@@ -138,29 +161,32 @@ def outcome(innovations, fits=0.0):
         log_likelihood=fits,
         slots=np.arange(len(own)),
         normalised=lambda: own,
+        by_place=np.tile(PIXELS_A_METRE * np.eye(2), (len(own), 1, 1)),
+        given_others=lambda: (own, np.tile(np.eye(2), (len(own), 1, 1))),
     )
 
 
 def shown(one, innovations, seconds):
-    """Let images show the same innovations for a time; return the greatest probability to leave."""
-    most = 0.0
+    """Let images show the same innovations for a time; return the greatest odds to have left."""
+    most = -np.inf
     for _ in range(round(seconds / STEP_S)):
         if one.law is None or one.law.released:
             break
-        one.predict(STEP_S, None, None, None)
-        one._compare(one.law, outcome(innovations), outcome(innovations))
-        most = max([most, *one.left[:1]])
+        one.predict(STEP_S, None, None, MOTION)
+        one._compare(one.law, outcome(innovations), outcome(innovations), 1.0)
+        most = max([most, *one.leaving.odds[:1]])
     return most
 
 
 def test_evidence_is_what_the_law_fits_better():
     one = tried()
     still = [[0.0, 0.0]] * 3
-    one._compare(one.law, outcome(still, fits=-3.0), outcome(still, fits=-5.0))
-    assert one.evidence == TUNING.first_nats + 2.0
-    one._compare(one.law, outcome(still[:2], fits=-3.0), outcome(still, fits=-5.0))
-    assert one.evidence == TUNING.first_nats + 2.0  # not the same boxes
-    one._compare(one.law, outcome(still, fits=-30.0), outcome(still))
+    one._compare(one.law, outcome(still, fits=-3.0), outcome(still, fits=-5.0), 1.0)
+    assert one.evidence == pytest.approx(TUNING.first_nats + 2.0, abs=0.1)
+    before = one.evidence
+    one._compare(one.law, outcome(still[:2], fits=-3.0), outcome(still, fits=-5.0), 1.0)
+    assert one.evidence == before  # not the same boxes
+    one._compare(one.law, outcome(still, fits=-30.0), outcome(still), 1.0)
     assert one.law is None
     assert one.evidence == -math.inf
     assert one._paused_until_s == one._now_s + TUNING.pause_s
@@ -168,22 +194,30 @@ def test_evidence_is_what_the_law_fits_better():
 
 def test_a_robot_leaves_by_small_innovations_that_add_up():
     one = tried()
-    shown(one, [[0.7, 0.0], [0.0, 0.0], [0.0, 0.0]], seconds=1.0)
-    assert 0.0 < one.left[0] < 0.2
+    going = [[1.0, 0.0], [0.0, 0.0], [0.0, 0.0]]
+    assert shown(one, going, seconds=1.0) < 0.0
     assert not one.law.released
-    most = shown(one, [[0.7, 0.0], [0.0, 0.0], [0.0, 0.0]], seconds=10.0)
-    assert 0.6 < most < 1.0
-    assert one.law.released == [0]
-    assert one.left[0] == 0.0
+    one.evidence, fits = 0.0, 0.5
+    for _ in range(100):  # the law fits as much worse as the robot's boxes say
+        if one.law.released:
+            break
+        one.predict(STEP_S, None, None, MOTION)
+        one._compare(one.law, outcome(going, fits=-fits), outcome(going), 1.0)
+    [(slot, state, covariance)] = one.law.released
+    assert slot == 0
+    assert 0.0 < state[0] < 0.2
+    assert covariance[0, 0] > 0.0
+    assert one.leaving.odds[0] == -np.inf
+    assert -10.0 < one.evidence < -4.0  # that it was likely to leave, and no more
     assert one._barred_until_s == {0: one._now_s + TUNING.pause_s}
 
 
 def test_white_innovations_are_no_reason_to_leave():
     one, rng = tried(), np.random.default_rng(3)
     for _ in range(600):
-        one.predict(STEP_S, None, None, None)
+        one.predict(STEP_S, None, None, MOTION)
         own = outcome(rng.standard_normal((3, 2)))
-        one._compare(one.law, own, own)
+        one._compare(one.law, own, own, 1.0)
     assert not one.law.released
     assert one.law.variance == 0.1**2
 
@@ -199,10 +233,10 @@ def test_where_most_seem_to_leave_the_hypothesis_is_wrong():
 def test_the_swing_is_as_large_as_boxes_tell(innovation, larger):
     one = tried()
     for _ in range(40):
-        one.predict(STEP_S, None, None, None)
+        one.predict(STEP_S, None, None, MOTION)
         own = outcome([[innovation, innovation]] * 3)
-        one._compare(one.law, own, own)
-        one._sums[:, 1] = 0.0  # of the longer window only the shorter one is asked here
+        one._compare(one.law, own, own, 1.0)
+        one.leaving.log_odds[:] = -np.inf  # only the swing is asked for here
     one._adapt(one.law)
     assert one.law.variance == pytest.approx(
         0.1**2 * TUNING.larger if larger else 0.1**2 / TUNING.larger
@@ -220,6 +254,7 @@ def test_that_robots_stay_begins_as_that_they_drift_by_nothing():
     still.begin_as(drifting, -4.0)
     assert (still.law, still.evidence) == ("still", 1.5)
     assert still._sums is not drifting._sums
+    assert still.leaving is not drifting.leaving
     still.law, still._barred_until_s = None, {2: 1.0}
     still.begin_as(drifting, -4.0)
     assert still.law is None  # one of them has just left
@@ -230,15 +265,15 @@ def test_that_robots_stay_begins_as_that_they_drift_by_nothing():
 
 def test_what_was_wrong_is_tried_again_after_a_pause():
     one = tried()
-    one.predict(2.0 * TUNING.watched_s, None, None, None)
+    one.predict(2.0 * TUNING.watched_s, None, None, MOTION)
     one._release(one.law, 0)
     swimming = SimpleNamespace(ids=np.array([0, 1]), unseen=np.zeros(2), sway=None)
     assert one._eligible(swimming) == [1]  # the other one is barred
     one._fail()
     assert one._paused_until_s == one._now_s + TUNING.pause_s
-    one.predict(0.9 * TUNING.pause_s, None, None, None)
+    one.predict(0.9 * TUNING.pause_s, None, None, MOTION)
     assert one._eligible(swimming) == [1]
-    one.predict(0.2 * TUNING.pause_s, None, None, None)
+    one.predict(0.2 * TUNING.pause_s, None, None, MOTION)
     assert one._now_s > one._paused_until_s
     assert one._eligible(swimming) == [0, 1]
     one._fail()
@@ -247,10 +282,10 @@ def test_what_was_wrong_is_tried_again_after_a_pause():
 
 def test_a_robot_is_asked_for_once_it_was_watched_for_long_enough():
     one = tried()
-    one.predict(0.9 * TUNING.watched_s, None, None, None)
+    one.predict(0.9 * TUNING.watched_s, None, None, MOTION)
     one.base.ids = np.arange(4)  # another one comes
     one.law = None
-    one.predict(0.2 * TUNING.watched_s, None, None, None)
+    one.predict(0.2 * TUNING.watched_s, None, None, MOTION)
     swimming = SimpleNamespace(ids=np.arange(4), unseen=np.array([0.0, 1.0, 0.0, 0.0]), sway=None)
     assert one._eligible(swimming) == [0, 2]
 
@@ -259,10 +294,10 @@ def test_one_robot_alone_is_not_known_to_stay_or_drift():
     for adrift in (False, True):
         one = tried(adrift)
         one.law.sway[2:] = 0.0
-        one.predict(STEP_S, None, None, None)
+        one.predict(STEP_S, None, None, MOTION)
         assert one.law is not None
         one.law.sway[1:] = 0.0
-        one.predict(STEP_S, None, None, None)
+        one.predict(STEP_S, None, None, MOTION)
         assert one.law is None
         assert one._paused_until_s > one._now_s
 
@@ -273,7 +308,7 @@ def test_two_robots_begin_a_law(adrift):
     one = MooredHypothesis(base, adrift)
     for count in (1, 2):
         begin(base, 1)
-        one.predict(2.0 * TUNING.watched_s, None, None, None)
+        one.predict(2.0 * TUNING.watched_s, None, None, MOTION)
         base.unseen[:] = 0.0
         one._ask()
         assert (one.law is not None) == (count == 2)
@@ -283,11 +318,12 @@ def test_the_law_has_the_robots_that_the_base_has():
     base = JointState(0.01 * np.eye(COUNT))
     begin(base, 3)
     one = MooredHypothesis(base, adrift=True)
-    one.predict(2.0 * TUNING.watched_s, None, None, None)
+    one.predict(2.0 * TUNING.watched_s, None, None, MOTION)
     base.unseen[:] = 0.0
     one._ask()
     assert one.law.sway.tolist() == [1.0, 1.0, 1.0, 0.0]
-    one._sums[:, 0, 0], one.left[:] = [1.0, 2.0, 3.0, 4.0], [0.1, 0.2, 0.3, 0.4]
+    one._sums[:, 0] = [1.0, 2.0, 3.0, 4.0]
+    one.leaving.log_odds[:, 0] = [-1.0, -2.0, -3.0, -np.inf]
     begin(base, 2)
     base.own[:, 4] = 0.2, 0.5  # its class has its own motion
     base.drop(np.array([1]))
@@ -295,9 +331,9 @@ def test_the_law_has_the_robots_that_the_base_has():
     assert set(one.law.ids.tolist()) == {*base.ids.tolist(), CURRENT}
     assert one.law.ids[one.places()].tolist() == base.ids.tolist()
     np.testing.assert_array_equal(one.law.own[:, one.places()], base.own)
-    assert one._sums[one.places(), 0, 0].tolist() == [1.0, 3.0, 0.0, 0.0]
-    assert one.left[one.places()].tolist() == [0.1, 0.3, 0.0, 0.0]
-    assert one._sums[one.law.current, 0, 0] == 4.0
+    assert one._sums[one.places(), 0].tolist() == [1.0, 3.0, 0.0, 0.0]
+    assert one.leaving.log_odds[one.places(), 0].tolist() == [-1.0, -3.0, -np.inf, -np.inf]
+    assert one._sums[one.law.current, 0] == 4.0
 
 
 def begin(base, count):

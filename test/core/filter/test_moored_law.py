@@ -103,11 +103,12 @@ def test_leaving_undoes_joining_but_for_what_joining_showed():
     law.moor(0)
     np.testing.assert_allclose(law.shown(np.array([0]))[0], place, atol=1e-9)
     law.mean[COUNT + 2] = 0.07  # swung to the east
-    law.release(0)
+    away, spread = np.array([0.2, 0.0, 0.3, -0.1]), np.diag([0.1, 0.1, 0.2, 0.2])
+    law.release(0, away, spread)
     assert law.sway[0] == 0.0
-    np.testing.assert_allclose(law.robots[0, :2], place + np.array([0.07, 0.0]), atol=1e-9)
-    np.testing.assert_allclose(law.robots[0, 2:], law.robots[law.current, 2:])
-    assert law.covariance[COUNT + 2, COUNT + 2] > 0.3**2
+    np.testing.assert_allclose(law.robots[0, :2], place + np.array([0.27, 0.0]), atol=1e-9)
+    np.testing.assert_allclose(law.robots[0, 2:], law.robots[law.current, 2:] + away[2:])
+    assert law.covariance[COUNT + 2, COUNT + 2] > 0.2
     np.linalg.cholesky(law.covariance)
 
 
@@ -137,7 +138,7 @@ def test_the_current_stays_when_robots_go():
 
 def test_what_is_published_jointly_is_what_is_published_of_each():
     law = moored((0.21, 0.0), (0.2, 0.01))
-    law.release(1)
+    law.release(1, np.zeros(4), np.eye(4))
     law.mean[COUNT + 2] = 0.3  # swing of the first one, of which half is its own
     states, blocks = law.published()
     mean, covariance = law.jointly_published()

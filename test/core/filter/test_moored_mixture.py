@@ -10,6 +10,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from aerial_gnss_ros.core.filter.casting_off import CastingOff
 from aerial_gnss_ros.core.filter.moored_mixture import TUNING, MooredGroup, MooredMixture
 
 
@@ -39,7 +40,9 @@ def group(ids=(5, 7), rows=(1, 0)):
 def tried(one, evidence, east, variance, ids=(5, 7), left=()):
     """Let one of a group's hypotheses have a law."""
     one.law, one.evidence = law(ids, east, variance), evidence
-    one.left = np.array([dict(left).get(name, 0.0) for name in (*ids, -1)])
+    one.leaving = CastingOff(len(ids) + 1)
+    for slot, name in enumerate(ids):
+        one.leaving.begin(slot, dict(left).get(name, -np.inf))
     one.update = lambda *_: None
 
 
@@ -64,12 +67,14 @@ def test_moments_are_those_of_the_mixture():
     np.testing.assert_allclose(covariance[:, 1, 1], within)
 
 
-def test_a_robot_that_may_have_left_swims_with_that_probability():
+def test_a_robot_may_have_left_where_a_law_says_that_it_stays():
     made = group()
-    tried(made.both[0], 50.0, 3.0, 0.1, left={5: 0.25})
+    one = made.both[0]
+    tried(one, 50.0, 3.0, 0.1, left={5: math.log(1.0 / 3.0)})
+    one.leaving.mean[0, :, 0], one.leaving.covariance[0] = 2.0, 0.2 * np.eye(4)
     mean, covariance = moments(made)  # robot 5 is in row 1
-    assert mean[1, 0] == pytest.approx(0.75 * 3.0)
-    assert covariance[1, 0, 0] == pytest.approx(0.25 + 0.75 * 0.1 + 0.25 * 0.75 * 9.0)
+    assert mean[1, 0] == pytest.approx(3.0 + 0.25 * 2.0)
+    assert covariance[1, 0, 0] == pytest.approx(0.1 + 0.25 * 0.2 + 0.25 * 0.75 * 4.0)
     assert mean[0, 0] == pytest.approx(3.0)
     assert covariance[0, 0, 0] == pytest.approx(0.1)
 
