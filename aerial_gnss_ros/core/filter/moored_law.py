@@ -105,7 +105,8 @@ class MooredLaw(JointState):
     @property
     def current(self) -> int:
         """The place of the current among the robots."""
-        return int(np.flatnonzero(self.ids == CURRENT)[0])
+        place: int = self.ids.tolist().index(CURRENT)
+        return place
 
     def append(self, rows: Indices, state: Array, by_platform: Array, own: Array) -> None:
         """Add robots that swim (see `JointState`)."""
@@ -150,8 +151,9 @@ class MooredLaw(JointState):
 
     def known_current(self) -> tuple[Array, Array]:
         """Return the current (2,) and its covariance (2, 2), m/s, m²/s²."""
-        c = _velocity(self.current)
-        return self.mean[c], self.covariance[np.ix_(c, c)]
+        begin = COUNT + 4 * self.current + 2
+        c = slice(begin, begin + 2)
+        return self.mean[c].copy(), self.covariance[c, c].copy()
 
     def slow_odds(self) -> float:
         """Return how much likelier the flight is if the current may be slow, nats.
@@ -161,13 +163,16 @@ class MooredLaw(JointState):
         ratio of both densities.
         """
         mean, covariance = self.known_current()
+        (x, y), ((a, b), (_, d)) = mean.tolist(), covariance.tolist()
         stated = 1.0 / TUNING.current_mps**2
         total = 0.0
         for sigma in TUNING.slower_mps:
+            # E[exp(-more c'c / 2)] of a Gaussian c; of 1 + more P, the covariance P.
             more = 1.0 / sigma**2 - stated
-            squared, size = mahalanobis(mean, np.eye(2) + more * covariance)
-            # E[exp(-more c'c / 2)] of a Gaussian c.
-            total += math.exp(-0.5 * (more * float(squared) + float(size))) / (sigma**2 * stated)
+            east, north, both = 1.0 + more * a, 1.0 + more * d, more * b
+            size = east * north - both * both
+            squared = (north * x * x - 2.0 * both * x * y + east * y * y) / size
+            total += math.exp(-0.5 * more * squared) / (math.sqrt(size) * sigma**2 * stated)
         return math.log((total + 1.0) / (1.0 + len(TUNING.slower_mps)))
 
     def still_odds(self) -> float:

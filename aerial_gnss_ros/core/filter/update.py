@@ -96,10 +96,13 @@ class Outcome:
     def normalised(self) -> Array:
         """Return each robot's own residual by its own covariance, (m, 2)."""
         m = len(self.slots)
-        every = np.arange(m)
-        roots = np.linalg.cholesky(self.spread.reshape(m, 2, m, 2)[every, :, every])
-        solved: Array = np.linalg.solve(roots, self.residual[:, :, None])[:, :, 0]
-        return solved
+        east = np.arange(0, 2 * m, 2)
+        a = np.sqrt(self.spread[east, east])
+        b = self.spread[east + 1, east] / a
+        d = np.sqrt(self.spread[east + 1, east + 1] - b * b)
+        first = self.residual[:, 0] / a
+        white: Array = np.stack([first, (self.residual[:, 1] - b * first) / d], axis=1)
+        return white
 
     def given_others(self) -> tuple[Array, Array]:
         """Return each robot's residual (m, 2) given all others, and its covariance (m, 2, 2).
