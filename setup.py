@@ -110,6 +110,7 @@ def console_scripts() -> list[str]:
         f"aerial-gnss = {NAME}.cli:main",
         f"{prefix}detector = {NAME}.nodes.detector:main",
         f"{prefix}estimator = {NAME}.nodes.estimator:main",
+        f"{prefix}fleet = {NAME}.nodes.fleet:main",
     ]
 
 

@@ -96,8 +96,8 @@ def test_pip(source: Path, tmp_path: Path) -> None:
     call(python, *PIP_INSTALL, source, cwd=tmp_path)
     check_resources(python, tmp_path, tmp_path / "venv" / "share" / "aerial_gnss_ros")
     commands = {path.name for path in (tmp_path / "venv" / "bin").iterdir()}
-    assert {"aerial-gnss", "aerial-gnss-detector", "aerial-gnss-estimator"} <= commands
-    assert not {"detector", "estimator"} & commands
+    assert {f"aerial-gnss{name}" for name in ("", "-detector", "-estimator", "-fleet")} <= commands
+    assert not {"detector", "estimator", "fleet"} & commands
     help_text = call(tmp_path / "venv" / "bin" / "aerial-gnss", "--help", cwd=tmp_path)
     assert "replay" in help_text
     installed = {path.name for path in (tmp_path / "venv").glob("lib/python*/site-packages/*")}
@@ -137,7 +137,8 @@ def test_colcon(layout: str, source: Path, tmp_path: Path, apt_like: Path) -> No
     assert (prefix / "share/ament_index/resource_index/packages/aerial_gnss_ros").is_file()
     assert (share / "package.xml").is_file()
     assert list((share / "launch").glob("*.launch.py"))
-    assert {p.name for p in executables.iterdir()} == {"aerial-gnss", "detector", "estimator"}
+    names = {"aerial-gnss", "detector", "estimator", "fleet"}
+    assert {p.name for p in executables.iterdir()} == names
     assert not (tmp_path / "install" / "aerial-gnss-interfaces").exists()
 
     sourced = call(

@@ -45,6 +45,7 @@ TESTED_WITH = {
     "nodes/test_arrivals.py": "nodes/inputs",
     "nodes/test_detector.py": "nodes/detector_node nodes/qos nodes/supervised",
     "nodes/test_estimator.py": "nodes/estimator_node nodes/positions",
+    "nodes/test_fleet.py": "nodes/fleet_node",
     "nodes/test_play.py": "commands/play nodes/pausing",
     "nodes/test_process.py": "nodes/executable nodes/leaving",
     "nodes/test_run.py": "commands/run",

@@ -24,6 +24,7 @@ import numpy as np
 
 from aerial_gnss_ros.adapters.feed import Feed, Inputs
 from aerial_gnss_ros.adapters.fleet_messages import PARAMETERS, REQUEST
+from aerial_gnss_ros.adapters.fleet_overview import DRONES
 from aerial_gnss_ros.adapters.kinds import ATTITUDE, FIX, GIMBAL, HEIGHT
 from aerial_gnss_ros.adapters.overview import OVERVIEW
 from aerial_gnss_ros.adapters.parameter_documents import scalar
@@ -181,7 +182,7 @@ def table(heads: Iterable[str], rows: Iterable[Iterable[str]]) -> str:
 
 
 def parameters() -> str:
-    """Return the page of all parameters of both nodes."""
+    """Return the page of all parameters of all nodes."""
     parts = [
         "# Parameters",
         (
@@ -268,7 +269,7 @@ def commands() -> str:
 
 
 def topics() -> str:
-    """Return the page of all topics of both nodes."""
+    """Return the page of all topics of all nodes."""
     detector = SCHEMAS["detector"]()
     compressed = replace(detector.image, transport="compressed")
     found = [
@@ -288,6 +289,7 @@ def topics() -> str:
     heads = ("", "topic", "type", "meaning")
     shown = [[way, f"`{topic}`", _type(kind), text] for way, topic, kind, text in found]
     parts = ["## Detector", table(heads, shown), "## Estimator", table(heads, _estimator_topics())]
+    parts += ["## Fleet", table(heads, _fleet_topics())]
     kinds = [
         [f"`{name}.type`", f"`{kind}`", _type(found.msgtype)]
         for name, choices in KINDS.items()
@@ -303,7 +305,7 @@ def topics() -> str:
             ),
             *parts,
             (
-                "Both nodes publish `/diagnostics` (`diagnostic_msgs/DiagnosticArray`): rate and "
+                "All nodes publish `/diagnostics` (`diagnostic_msgs/DiagnosticArray`): rate and "
                 "age of each input, refusals by reason, milliseconds of each stage."
             ),
             "## Quality of service",
@@ -358,6 +360,17 @@ def _estimator_topics() -> Iterator[list[str]]:
     yield ["in", f"`{REQUEST[0]}`", _type(REQUEST[1]), meaning]
     for topic in (TF, TF_STATIC):
         yield ["out", f"`{topic}`", _type(TF_TYPE), OUTPUTS[topic]]
+
+
+def _fleet_topics() -> Iterator[list[str]]:
+    for topic, kind in (SIGHTINGS, PARAMETERS):
+        yield ["in", f"`<drone>/{topic}`", _type(kind), "Of each estimator, see above."]
+    yield ["out", f"`<drone>/{REQUEST[0]}`", _type(REQUEST[1]), "To each estimator."]
+    yield ["out", "`robots/...`, `map_datum`, `/tf`, `/tf_static`", "", "As an estimator."]
+    meaning = (
+        "[Each drone](../howto/drones.md): agreement, offset, delay, names; JSON, each second."
+    )
+    yield ["out", f"`{DRONES[0]}`", _type(DRONES[1]), meaning]
 
 
 def _example() -> FrameResult:

@@ -7,8 +7,14 @@ from __future__ import annotations
 from typing import Any
 
 from aerial_gnss_ros.core.config.estimator import EstimatorConfig
+from aerial_gnss_ros.core.config.fleet import FleetConfig
 from aerial_gnss_ros.detection.config import DetectorConfig
 
 DETECTOR = "detector"
 ESTIMATOR = "estimator"
-SCHEMAS: dict[str, type[Any]] = {DETECTOR: DetectorConfig, ESTIMATOR: EstimatorConfig}
+FLEET = "fleet"
+SCHEMAS: dict[str, type[Any]] = {
+    DETECTOR: DetectorConfig,
+    ESTIMATOR: EstimatorConfig,
+    FLEET: FleetConfig,
+}

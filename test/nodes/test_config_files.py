@@ -19,10 +19,10 @@ def test_generated_files_are_up_to_date(repository, name):
     assert shipped == texts()[name], "run python3 -m aerial_gnss_ros.nodes.config_files config"
 
 
-def test_every_vehicle_profile_is_understood_by_both_nodes():
+def test_every_vehicle_profile_is_understood_by_all_nodes():
     assert "generic" in vehicle_names()
     for name in vehicle_names():
-        assert set(read([vehicle_file(name)], SCHEMAS)) == {"detector", "estimator"}
+        assert set(read([vehicle_file(name)], SCHEMAS)) == {"detector", "estimator", "fleet"}
 
 
 @pytest.mark.parametrize(

@@ -55,6 +55,11 @@ class Gaps:
         for number in gone:
             del self._missing[number]
 
+    @property
+    def missing(self) -> int:
+        """Number of sightings that are wanted again."""
+        return len(self._missing)
+
     def wanted(self, most: int = 20) -> list[tuple[int, int]]:
         """Return the first and last number of each gap, the oldest first, at most some."""
         found: list[tuple[int, int]] = []

@@ -118,8 +118,8 @@ class History:
         insort(self._waiting, (key, sent), key=_by_key)
         return True
 
-    def advance(self, now_ns: int) -> list[FleetUpdate]:
-        """Apply what has arrived; return the results, the newest last.
+    def advance(self, now_ns: int) -> list[tuple[SentSighting, FleetUpdate]]:
+        """Apply what has arrived; return it with the results, the newest last.
 
         Args:
             now_ns: of a clock that is never stepped, ns.
@@ -160,9 +160,11 @@ class History:
         self.fleet = copy.deepcopy(last.fleet)
         self._sessions, self._last = dict(last.sessions), last.key
 
-    def _apply(self, sightings: list[tuple[_Key, SentSighting]]) -> list[FleetUpdate]:
+    def _apply(
+        self, sightings: list[tuple[_Key, SentSighting]]
+    ) -> list[tuple[SentSighting, FleetUpdate]]:
         """Apply sightings, which are in order and follow what is applied."""
-        found: list[FleetUpdate] = []
+        found: list[tuple[SentSighting, FleetUpdate]] = []
         todo = sightings
         while todo:
             for place, (key, sent) in enumerate(todo):
@@ -176,7 +178,7 @@ class History:
                     todo = again + todo[place + 1 :]
                     break
                 self._known.append((key, sent))
-                found.append(update)
+                found.append((sent, update))
             else:
                 todo = []
         return found

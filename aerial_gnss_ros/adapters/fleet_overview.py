@@ -1,0 +1,58 @@
+# Copyright 2026 aerial_gnss_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""The topic `drones`: each drone of a fleet, how it agrees with the others, and names, as JSON."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Iterable
+from typing import Any
+
+from aerial_gnss_ros.core.fleet.shore import Link
+
+DRONES = ("drones", "std_msgs/msg/String")
+
+
+def drone_values(link: Link) -> dict[str, Any]:
+    """Return what there is to say of a drone, by name; m, s; NaN for what is not known."""
+    nothing = (math.nan, math.nan)
+    report = None if link.update is None else link.update.report
+    offset = nothing if report is None else report.offset.tolist()
+    sigma = nothing if report is None else report.offset_sigma.tolist()
+    return {
+        "agreement": math.nan if report is None else report.agreement,
+        "shared_robots": 0 if report is None else report.shared,
+        "offset_east_m": offset[0],
+        "offset_north_m": offset[1],
+        "sigma_east_m": sigma[0],
+        "sigma_north_m": sigma[1],
+        "disagrees": report is not None and report.disagrees,
+        "delay_s": link.delay_s,
+        "missing": link.gaps.missing,
+        "lost": link.gaps.lost,
+        **{f"refused_{reason}": count for reason, count in sorted(link.refused.items())},
+    }
+
+
+def drones_text(stamp_ns: int, links: Iterable[Link]) -> str:
+    """Return the message; `names` maps a drone's own names to the fleet's.
+
+    Args:
+        stamp_ns: of the fleet's newest result, ns.
+        links: to the drones.
+    """
+    drones = [
+        {
+            "drone": link.drone,
+            "namespace": link.source,
+            **{name: _plain(value) for name, value in drone_values(link).items()},
+            "names": {} if link.update is None else link.update.names,
+        }
+        for link in links
+    ]
+    return json.dumps({"version": 1, "stamp_ns": stamp_ns, "drones": drones})
+
+
+def _plain(value: Any) -> Any:
+    return None if isinstance(value, float) and not math.isfinite(value) else value

@@ -1,0 +1,152 @@
+# Copyright 2026 aerial_gnss_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""What drones send is joined, in any order; what cannot be is refused, and the others go on."""
+
+from __future__ import annotations
+
+import math
+import re
+from dataclasses import replace
+
+import pytest
+
+from aerial_gnss_ros.core.config.estimator import estimator_config
+from aerial_gnss_ros.core.fleet.fleet import Fleet
+from aerial_gnss_ros.core.fleet.outbox import Outbox
+from aerial_gnss_ros.core.fleet.shore import TUNING, Shore
+from aerial_gnss_ros.core.values.errors import InputError
+from aerial_gnss_ros.core.values.estimates import MapDatum
+
+SECOND_NS = 10**9
+
+
+@pytest.fixture(scope="module")
+def flown(fleet_of):
+    """Two drones with every second image as sent, and the first one's origin."""
+    made = fleet_of(duration=5.0, seed=8)
+    boxes = {name: Outbox(name) for name in made.sightings}
+    sent = {name: [boxes[name].add(s) for s in of[::2]] for name, of in made.sightings.items()}
+    origin = made.made["a"].flight.origin
+    return made, sent, origin
+
+
+@pytest.fixture
+def shore(flown):
+    """Return a shore that knows both drones."""
+    made, _, origin = flown
+    shore = Shore(["north/a", "b"], 0.5, None)
+    shore.describe("b", "b", made.configs["b"], None)
+    assert shore.history is None
+    shore.describe("north/a", "a", made.configs["a"], origin)
+    return shore
+
+
+def scene_ns(sent):
+    return sent.sighting.pose.stamp_ns
+
+
+def give(shore, sent, delay_ns=0):
+    shore.add({"a": "north/a", "b": "b"}[sent.drone], sent, scene_ns(sent) + delay_ns)
+
+
+def test_both_drones_are_joined_though_one_is_late(shore, flown):
+    made, sent, _ = flown
+    for one in sent["a"]:
+        give(shore, one, SECOND_NS // 10)
+    result = shore.advance(0)
+    assert result.stamp_ns == sent["a"][-1].sighting.stamp_ns
+    for one in reversed(sent["b"]):
+        give(shore, one, 2 * SECOND_NS)
+    assert shore.links["b"].gaps.missing == 0  # the first to come is the first that is wanted
+    result = shore.advance(SECOND_NS)
+    fleet = Fleet(made.configs, made.local)
+    last = sent["b"][-1]
+    told = sorted([*sent["a"], last], key=lambda s: (scene_ns(s), s.drone))
+    for one in told:
+        update = fleet.update(one.drone, one.sighting)
+    assert [e.robot_id for e in result.estimates] == [e.robot_id for e in update.estimates]
+    for one, other in zip(result.estimates, update.estimates, strict=True):
+        assert (one.latitude, one.longitude) == (other.latitude, other.longitude)
+    assert shore.links["north/a"].delay_s == pytest.approx(0.1)
+    assert shore.links["b"].delay_s == pytest.approx(2.0)
+    assert shore.links["b"].update.report.drone == "b"
+    assert shore.links["b"].refused == {"repeated": len(sent["b"]) - 1}
+    assert shore.advance(2 * SECOND_NS) is None
+
+
+def test_a_drone_that_joins_in_flight_begins_anew_with_what_is_kept(flown):
+    made, sent, origin = flown
+    shore = Shore(["north/a", "b"], 0.5, origin)
+    shore.describe("north/a", "a", made.configs["a"], MapDatum(0.0, 0.0, 0.0))
+    assert shore.datum is origin  # given by parameters
+    half = len(sent["a"]) // 2
+    for one in sent["a"]:
+        give(shore, one)
+    for one in sent["b"][:half]:
+        with pytest.raises(InputError, match="parameters of b are not known yet"):
+            give(shore, one)
+    shore.advance(0)
+    shore.describe("b", "b", made.configs["b"], None)
+    for one in sent["b"][half:]:
+        give(shore, one)
+    result = shore.advance(SECOND_NS)
+    fleet = Fleet(made.configs, made.local)
+    for one in sorted([*sent["a"], *sent["b"][half:]], key=lambda s: (scene_ns(s), s.drone)):
+        update = fleet.update(one.drone, one.sighting)
+    assert repr(result.estimates) == repr(update.estimates)
+
+
+def test_a_changed_parameter_counts_from_now_on_only_if_the_fleet_uses_it(shore):
+    history, fleet = shore.history, shore.history.fleet
+    same = estimator_config({"noise.set": "consumer", "fix.altitude_datum": "amsl"})
+    shore.describe("b", "b", same, None)
+    assert shore.history.fleet is fleet
+    shore.describe("b", "b", estimator_config({"noise.set": "rtk"}), None)
+    assert shore.history is history
+    assert shore.history.fleet is not fleet
+
+
+def refused(shore, sent, delay_ns=0):
+    with pytest.raises(InputError) as error:
+        give(shore, sent, delay_ns)
+    return str(error.value)
+
+
+def test_what_cannot_be_joined_is_refused_and_the_others_go_on(shore, flown):
+    made, sent, _ = flown
+    with pytest.raises(InputError, match="b and north/a both call themselves drone a"):
+        shore.describe("b", "a", made.configs["b"], None)
+    with pytest.raises(InputError, match="latency_s must be 0"):
+        shore.describe("b", "b", estimator_config({"noise.latency_s": 0.1}), None)
+    with pytest.raises(InputError, match="is drone b, but sends images of c"):
+        shore.add("b", replace(sent["b"][0], drone="c"), scene_ns(sent["b"][0]))
+    bad = sent["b"]
+    assert "3600 s ahead" in refused(shore, bad[0], -3600 * SECOND_NS)
+    give(shore, bad[1], -round(TUNING.ahead_s * SECOND_NS))
+    pose = replace(bad[2].sighting.pose, latitude=bad[2].sighting.pose.latitude + math.radians(3))
+    far = replace(bad[2], sighting=replace(bad[2].sighting, pose=pose))
+    assert re.search(r"33\d km from the origin of map", refused(shore, far))
+    old = replace(bad[3].sighting.pose, stamp_ns=scene_ns(bad[3]) - 70 * SECOND_NS)
+    late = replace(bad[3], sighting=replace(bad[3].sighting, pose=old))
+    assert "older than the 65 s" in refused(shore, late, 70 * SECOND_NS)
+    give(shore, bad[1])
+    assert shore.links["b"].refused == {
+        "clock_ahead": 1, "other_site": 1, "too_late": 1, "repeated": 1
+    }  # fmt: skip
+    for one in sent["a"]:
+        give(shore, one)
+    assert shore.advance(0).estimates
+    assert not shore.links["north/a"].refused
+
+
+def test_a_sender_that_floods_is_held_to_a_rate(shore, flown):
+    one = flown[1]["b"][0]
+    for number in range(TUNING.most_hz):
+        shore.add("b", replace(one, sequence=number), scene_ns(one))
+    sentence = refused(shore, replace(one, sequence=999))
+    assert "more than 100 images a second" in sentence
+    for second in range(1, 200):
+        pose = replace(one.sighting.pose, stamp_ns=scene_ns(one) + second * SECOND_NS)
+        later = replace(one, sequence=999 + second, sighting=replace(one.sighting, pose=pose))
+        shore.add("b", later, scene_ns(later))
+    assert len(shore.links["b"].rates) < 70
