@@ -53,6 +53,10 @@ class Noise:
         100.0,
     )
 
+    def __hash__(self) -> int:
+        """Return an equal number for equal ones; that of all values takes longer than its use."""
+        return hash(self.set)
+
     def value(self, name: str) -> float:
         """Return a standard deviation: the parameter, or the set's value if it is NaN."""
         given = float(getattr(self, name))

@@ -293,7 +293,8 @@ class Pipeline:
         if self.latency.found is not None:
             self.latency.update(scene, update.measured, local)
         reasons: Reasons = []
-        for reason, fast, gated in zip(points.reasons, update.too_fast, update.gated, strict=True):
+        too_fast, gates = update.too_fast.tolist(), update.gated.tolist()
+        for reason, fast, gated in zip(points.reasons, too_fast, gates, strict=True):
             unused = Reason.TOO_FAST if fast else Reason.GATED if gated else None
             reasons.append(reason or unused)
         if method != "filter":

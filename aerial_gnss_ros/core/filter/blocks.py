@@ -87,6 +87,9 @@ class StateBlocks:
 
         East, north, velocity east, velocity north; m, m/s.
         """
+        if len(self._groups) == 1:  # its rows are all, in order
+            (alone,) = self._groups
+            return alone.robots.copy(), alone.blocks()
         mean, covariance = np.empty((self._count, 4)), np.empty((self._count, 4, 4))
         for group in self._groups:
             n, own = len(group.rows), group.covariance[COUNT:, COUNT:]

@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -55,6 +56,14 @@ class PairInnovations:
         return cls(rows[order], columns[order], offsets[order], spread[order])
 
 
+@lru_cache(maxsize=64)
+def _every(n: int, m: int) -> tuple[Indices, Indices]:
+    """Return slots and columns (n m,) of all pairs of n robots and m detections; read-only."""
+    slots, columns = np.divmod(np.arange(n * m), m)
+    slots.flags.writeable = columns.flags.writeable = False
+    return slots, columns
+
+
 def pair_innovations(
     group: JointState, places: Array, by_errors: Array, white: Array, scale: float, floor: float
 ) -> PairInnovations:
@@ -79,7 +88,7 @@ def pair_innovations(
     shared = with_robots.reshape(-1, COUNT) @ by_errors.reshape(-1, COUNT).T
     shared = shared.reshape(n, 2, m, 2)
     if n * m <= TUNING.few_pairs:
-        slots, columns = np.divmod(np.arange(n * m), m)
+        slots, columns = _every(n, m)
     else:
         apart = robots[:, 0, None] - places[:, 0], robots[:, 1, None] - places[:, 1]
         trace = own[:, 0, 0] + own[:, 1, 1] - 2.0 * (shared[:, 0, :, 0] + shared[:, 1, :, 1])

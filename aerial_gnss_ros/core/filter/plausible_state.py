@@ -65,7 +65,8 @@ def check_robots(robots: Array, what: str) -> None:
     Raises:
         StateError: one is not finite, or out of bounds.
     """
-    if not len(robots):
+    # Of all numbers together first: where none is large, none is a distance or a speed too large.
+    if not robots.size or np.maximum.reduce(np.abs(robots), axis=None) <= TUNING.fastest_mps:
         return
     east, north, *velocity = np.maximum.reduce(np.abs(robots), axis=0).tolist()
     far, fast = max(east, north), max(velocity)
@@ -86,12 +87,15 @@ def check_estimates(estimates: Sequence[RobotEstimate]) -> None:
     if not estimates:
         return
     covariances = np.concatenate([one.covariance for one in estimates]).reshape(-1, 16)
-    totals, diagonals = np.add.reduce(covariances, axis=1).tolist(), covariances[:, ::5]
     # Of all together first; NaN or infinite numbers make a sum so.
-    sound = min(diagonals[:, :2].ravel().tolist()) > 0.0 and min(diagonals.ravel().tolist()) >= 0.0
-    numbers = sum(one.latitude + one.longitude for one in estimates) + sum(totals)
-    if sound and math.isfinite(numbers):
+    diagonals = covariances[:, ::5]
+    east, north, *least = np.minimum.reduce(diagonals, axis=0).tolist()
+    numbers = float(np.add.reduce(covariances, axis=None))
+    for one in estimates:
+        numbers += one.latitude + one.longitude
+    if east > 0.0 and north > 0.0 and min(least) >= 0.0 and math.isfinite(numbers):
         return
+    totals = np.add.reduce(covariances, axis=1).tolist()
     for one, total, variances in zip(estimates, totals, diagonals.tolist(), strict=True):
         east, north, *velocities = variances
         finite = math.isfinite(one.latitude + one.longitude + total)

@@ -10,6 +10,7 @@ the present errors do not explain.
 
 from __future__ import annotations
 
+import math
 from itertools import count
 
 import numpy as np
@@ -102,7 +103,7 @@ class StateArrays:
             slots: their indices in `rows`.
         """
         own = self.own[:, slots]
-        if np.logical_and.reduce(np.isnan(own), axis=None):
+        if not own.size or math.isnan(np.fmax.reduce(own, axis=None)):  # all of them are
             return default
         both = (default.acceleration, default.speed_sigma)
         accelerations, speeds = np.where(np.isnan(own), np.array(both)[:, None], own)

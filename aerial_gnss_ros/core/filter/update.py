@@ -178,7 +178,7 @@ def correct(
     by_state = _times_covariance(joint, some, linear)
     pixel = level * model.pixel
     spread = _innovation(joint, some, linear, by_state, level * model.white + sight.bend)
-    spread.flat[:: 2 * m + 1] += pixel
+    spread.reshape(-1)[:: 2 * m + 1] += pixel
     residual = pixels - linear.pixels
     root, white = _whitened(spread, residual)
     squared = float(white @ white)
@@ -293,11 +293,12 @@ def _possible(
         default: greatest speed of classes without their own, m/s.
     """
     own = joint.own[1, some]
-    fastest = np.where(np.isnan(own), default, 2.0 * own)
     velocities = np.square(joint.mean[COUNT:].reshape(-1, 4)[some, 2:])
     squared = velocities[:, 0] + velocities[:, 1]
-    if max(squared.tolist()) <= min(fastest.tolist()) ** 2:
+    slowest = 2.0 * float(np.fmin.reduce(own))  # NaN if no class has its own
+    if max(squared.tolist()) <= (min(default, slowest) if slowest >= 0.0 else default) ** 2:
         return None
+    fastest = np.where(np.isnan(own), default, 2.0 * own)
     speeds = np.sqrt(squared)
     variances = (joint.covariance.diagonal() - reduction.diagonal())[COUNT:].reshape(-1, 4)[some]
     sigma = np.sqrt(variances[:, 2] + variances[:, 3])

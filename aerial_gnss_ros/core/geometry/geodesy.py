@@ -32,6 +32,8 @@ SEMI_MINOR_M = SEMI_MAJOR_M * (1.0 - FLATTENING)
 MEAN_RADIUS_M = 6371008.8
 """Mean radius (2a + b) / 3 of the sphere that `haversine` uses."""
 
+_FALL = -0.5 / SEMI_MAJOR_M
+"""Height of the ellipsoid over its tangent plane, by the squared distance, 1/m."""
 _E2 = FLATTENING * (2.0 - FLATTENING)
 _FEW = 12
 """Up to so many places are computed one by one, which is faster than arrays of them."""
@@ -230,6 +232,6 @@ def on_water_surface(positions: Array) -> Array:
     """
     points = np.empty((len(positions), 3))
     points[:, :2] = positions
-    east, north = points[:, 0], points[:, 1]
-    points[:, 2] = (east * east + north * north) * (-0.5 / SEMI_MAJOR_M)
+    squares = np.square(positions)
+    points[:, 2] = (squares[:, 0] + squares[:, 1]) * _FALL
     return points

@@ -43,6 +43,9 @@ class Reference(str, Enum):
         return self is not Reference.FIXED
 
 
+_KINDS: dict[str, Reference] = {one.value: one for one in Reference}
+
+
 def mount_matrix(rpy_deg: ArrayLike) -> Array:
     """Return the fixed camera FLU in the body FLU (3, 3) of roll, pitch, yaw in degrees."""
     roll, pitch, yaw = np.radians(np.asarray(rpy_deg, dtype=np.float64))
@@ -66,7 +69,7 @@ def enu_from_camera(
     Raises:
         ValueError: an argument that the reference needs is absent, or an unknown reference.
     """
-    kind = Reference(reference)
+    kind = _KINDS.get(reference) or Reference(reference)
     if kind is Reference.MAVLINK_FLAGS:
         raise ValueError("a reading must state whether it is relative to earth, heading or body")
     if enu_from_flu is None and kind is not Reference.EARTH:

@@ -23,6 +23,7 @@ from aerial_gnss_ros.core.georeferencing.covariance import (
     ray_points,
     uncertainty,
 )
+from aerial_gnss_ros.core.numerics.small_arrays import all_true
 from aerial_gnss_ros.core.values.camera_pose import CameraPose
 from aerial_gnss_ros.core.values.rejection import Reason
 
@@ -112,8 +113,7 @@ def locate(
     total, limits = white + slow, config.surface
     good = (points.distances <= limits.max_range) & (margin > 0.0) & points.in_image
     good &= total[:, 0, 0] + total[:, 1, 1] <= limits.max_sigma_m**2
-    every = np.count_nonzero(good) == len(good)
-    reasons = (None,) * len(good) if every else _reasons(given, points, margin, total, config)
+    reasons = (None,) * len(good) if all_true(good) else _reasons(given, points, margin, total, config)
     latitude, longitude, _ = view.geodetic(points.offsets)
     found = WaterPoints(
         latitude,

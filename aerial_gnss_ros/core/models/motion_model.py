@@ -70,7 +70,7 @@ class MotionOf(Generic[Numbers]):
             unseen: (n,) time since each robot was measured at the step's beginning, s.
             strength: (n,) of their accelerations' densities, see `ManoeuvreNoise`.
         """
-        if seconds <= TUNING.held_seen_s and not np.count_nonzero(unseen):
+        if seconds <= TUNING.held_seen_s and not any(unseen.tolist()):
             return self._straight(seconds, len(unseen), strength)
         held = np.where(unseen > 0.0, TUNING.held_s, TUNING.held_seen_s)
         straight = np.clip(held - unseen, 0.0, seconds)

@@ -133,6 +133,8 @@ def box_masks(
         boxes: n.
     """
     gated, too_fast = np.zeros((2, boxes), dtype=bool)
+    if len(measured) == len(seen.index) and not len(refused):
+        return gated, too_fast
     gated[seen.index] = True
     gated[list(measured.values())] = False
     gated[refused] = False

@@ -201,7 +201,8 @@ class TrackTable:
         mean, covariance = self.filter.moments()
         mean.flags.writeable = covariance.flags.writeable = False  # tracks keep views of them
         velocities, spread, edges = [*mean[:, 2:]], [*covariance[:, 2:, 2:]], seen.edge.tolist()
-        squares = (0.5 * np.add.reduce(np.square(mean[:, 2:]), axis=1)).tolist()
+        both = np.square(mean[:, 2:])
+        squares = (0.5 * (both[:, 0] + both[:, 1])).tolist()
         fast, habit_s = set(refused.tolist()), TRACK.habit_s
         tentative, confirmed = State.TENTATIVE, State.CONFIRMED
         for row, column in zip(rows.tolist(), columns.tolist(), strict=True):

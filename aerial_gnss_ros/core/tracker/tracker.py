@@ -148,8 +148,10 @@ class Tracker:
             tracks[one].swap_labels(tracks[other])
         window_ns = self._confirmation.rule.window_ns
         impossible, labelled = self.table.update(seen, rows, columns, stamp_ns, window_ns)
-        fast = np.isin(rows, impossible) if len(impossible) else np.zeros(len(rows), np.bool_)
-        rows, columns, refused = rows[~fast], columns[~fast], columns[fast]
+        refused = columns[:0]
+        if len(impossible):
+            fast = np.isin(rows, impossible)
+            rows, columns, refused = rows[~fast], columns[~fast], columns[fast]
         self._recovery.update(rows, labelled, stamp_ns, passed)
         if mismatch and not self._matcher.scene_mismatch:
             self._recovery.reject_unlabelled(stamp_ns)
