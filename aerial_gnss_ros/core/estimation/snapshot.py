@@ -62,6 +62,7 @@ class _Layout(NamedTuple):
         types: of the values.
         plan: of these.
         inner: the objects at `plan.instances`.
+        held: lists in the row whose objects are among `states`, by index, and these objects.
         ids: of all objects.
         plain: indices of containers known to hold nothing that must be copied or visited.
     """
@@ -72,6 +73,7 @@ class _Layout(NamedTuple):
     types: list[type]
     plan: _Plan
     inner: list[Any]
+    held: list[tuple[int, list[Any]]]
     ids: frozenset[int]
     plain: set[int]
 
@@ -126,23 +128,41 @@ class Plans(dict[tuple[type, ...], _Plan | None]):
             row = list(chain.from_iterable(map(dict.values, known.states)))
             inner = map(row.__getitem__, known.plan.instances)
             if list(map(type, row)) == known.types and all(map(is_, inner, known.inner)):
-                return known, row
+                for i, held in known.held:
+                    if len(row[i]) != len(held) or not all(map(is_, row[i], held)):
+                        break
+                else:
+                    return known, row
         self._layout = self._walk(roots)
         return self.layout(roots)
 
     def _walk(self, roots: Values) -> _Layout:
         objects, seen, row = [*roots], {id(one) for one in roots}, list[Any]()
+        lists: list[tuple[int, list[Any]]] = []
         for one in objects:  # grows during the iteration
             for value in vars(one).values():
+                found = [value] if self._kind(type(value)) == _INSTANCE else []
+                if self._keeps(value):
+                    found = [*value]
+                    lists.append((len(row), found))
                 row.append(value)
-                if id(value) not in seen and self._kind(type(value)) == _INSTANCE:
-                    seen.add(id(value))
-                    objects.append(value)
+                for each in found:
+                    if id(each) not in seen:
+                        seen.add(id(each))
+                        objects.append(each)
         types = list(map(type, row))
         plan, states = self._plan(tuple(types)), [vars(one) for one in objects]
         inner = [row[i] for i in plan.instances]
         names = list(map(tuple, states))
-        return _Layout(roots, states, names, types, plan, inner, frozenset(seen), set())
+        plain = {i for i, _ in lists}
+        return _Layout(roots, states, names, types, plan, inner, lists, frozenset(seen), plain)
+
+    def _keeps(self, value: Any) -> bool:
+        """Return whether a list holds objects that are nearly always those of before."""
+        if type(value) is not list or not value:
+            return False
+        kind = type(value[0])
+        return kind not in self.rebound and self._kind(kind) == _INSTANCE
 
     def _kind(self, one: type) -> int:
         if issubclass(one, np.ndarray):
@@ -184,7 +204,7 @@ class Snapshot:
                     todo.append(row[i])
         self._visit(todo, set(layout.ids), plans)
         self._copies = list(map(np.ndarray.copy, self._arrays))
-        self._contents = [_COPY[type(one)](one) for one in self._containers]
+        self._contents = [_COPY[type(one)](one) if one else () for one in self._containers]
 
     def _visit(self, todo: list[Any], seen: set[int], plans: Plans) -> None:
         """Visit containers that are not empty, and what they hold."""
@@ -226,6 +246,8 @@ class Snapshot:
             array[...] = content
         for held, content in zip(self._containers, self._contents, strict=True):
             held.clear()
+            if not content:
+                continue
             if isinstance(held, dict):
                 dict.update(held, content)  # that of a Counter adds
             elif isinstance(held, set):

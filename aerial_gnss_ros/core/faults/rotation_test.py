@@ -69,9 +69,13 @@ def fit_rotation(
 
     robots = float(costs(sums)[0].sum())
     turn, information = fitted(1.0 / stated)
+    fitted_swerves = [False] * len(stated)
     for _ in range(3):  # manoeuvring robots count less
         swerves = costs(sums + by_angles @ turn)[1]
+        if swerves.tolist() == fitted_swerves:
+            break  # the same fit again
         turn, information = fitted(1.0 / np.where(swerves, wide, stated))
+        fitted_swerves = swerves.tolist()
     left = (
         float(costs(sums + by_angles @ turn)[0].sum())
         + 0.5 * float(turn @ turn) / TUNING.turn_rate_sigma_radps**2

@@ -187,7 +187,7 @@ def correct(
         root, white = _whitened(spread, residual)
     gain, reduction = _gain(root, by_state)
     joint.mean = before + white @ gain
-    _iterate(joint, before, some, pixels, sight, linear, root, gain)
+    change = _iterate(joint, before, some, pixels, sight, linear, root, gain)
     possible = _possible(joint, some, reduction, fastest)
     if possible is not None:
         joint.mean = before
@@ -196,7 +196,7 @@ def correct(
         return replace(rest, refused=refused)
     joint.covariance -= reduction
     joint.unseen[some] = 0.0
-    _note_velocities(joint, some, before, reduction)
+    _note_velocities(joint, some, change, reduction)
     fits = -0.5 * float(white @ white) - float(np.add.reduce(np.log(root.diagonal())))
     own = linear.by_place
     return Outcome(squared, 2 * m, slots[:0], fits, slots, residual, spread, own)
@@ -220,9 +220,9 @@ def _linear(joint: JointState, some: Some, mean: Array, sight: CameraView) -> Li
     return linearise(sight, mean[:COUNT], _shown(joint, some, mean), joint.by_pose[some, :2])
 
 
-def _note_velocities(joint: JointState, some: Some, before: Array, reduction: Array) -> None:
+def _note_velocities(joint: JointState, some: Some, change: Array, reduction: Array) -> None:
     """Tell what looks for manoeuvres how velocities were corrected, and how much was expected."""
-    corrections = (joint.mean - before)[COUNT:].reshape(-1, 4)[some, 2:]
+    corrections = change[COUNT:].reshape(-1, 4)[some, 2:]
     variances = reduction.diagonal()[COUNT:].reshape(-1, 4)[some]
     expected = variances[:, 2] + variances[:, 3]
     joint.manoeuvre_noise.update(some, corrections, expected)
@@ -258,27 +258,29 @@ def _iterate(
     linear: Linear,
     root: Array,
     gain: Array,
-) -> None:
-    """Iterate the update if it moved a robot far (iterated filter).
+) -> Array:
+    """Iterate the update if it moved a robot far (iterated filter); return the change of the mean.
 
     The derivatives stay; only the residual is computed again, less the expected change.
     """
     far = TUNING.relinearise_share * float(sight.measured.position[2])
     whole = joint.mean - before
     if whole @ whole <= far * far:  # most often; then no robot moved farther
-        return
+        return whole
     for _ in range(TUNING.max_iterations):
         robots = _shown(joint, some, joint.mean)
         moved = robots - _shown(joint, some, before)
+        step: Array = joint.mean - before
         if not (np.abs(moved) > far).any():
-            return
+            return step
         now = linearise(sight, joint.mean[:COUNT], robots)
         if not now.seen.all():
-            return
-        step = joint.mean - before
+            return step
         told = linear.by_platform @ step[:COUNT] + (linear.by_place @ moved[:, :, None])[:, :, 0]
         residual = pixels - now.pixels + told
         joint.mean = before + dtrsm(1.0, root, residual.reshape(-1, 1), lower=1)[:, 0] @ gain
+    step = joint.mean - before
+    return step
 
 
 def _possible(

@@ -123,13 +123,13 @@ class TrackTable:
         if self._origin_ns is None:  # stamps themselves are too large for a float
             self._origin_ns = stamp_ns
         tracks = [self.tracks[able.rows[k]] for k in near]
-        now = np.empty((len(near), 1, 6))
-        now[:, 0, 0] = stamp_ns - self._origin_ns
-        now[:, 0, 1:3] = pairs.offsets[near]
-        stated = (1.0 / self.filter.noise.level) * pairs.spread[near]
-        now[:, 0, 3:5], now[:, 0, 5] = stated[:, 0], stated[:, 1, 1]
+        found = np.empty((len(near), 3, 6))
         before = np.concatenate([track.innovations for track in tracks]).reshape(-1, 3, 6)
-        found = np.concatenate([before[:, 1:], now], axis=1)
+        found[:, :2] = before[:, 1:]
+        found[:, 2, 0] = stamp_ns - self._origin_ns
+        found[:, 2, 1:3] = pairs.offsets[near]
+        stated = (1.0 / self.filter.noise.level) * pairs.spread[near]
+        found[:, 2, 3:5], found[:, 2, 5] = stated[:, 0], stated[:, 1, 1]
         found.flags.writeable = False  # tracks keep views of it
         for track, own in zip(tracks, found, strict=True):
             track.innovations = own
