@@ -132,14 +132,12 @@ class FrozenInputDetector:
 
 def _equal(one: DetectionFrame, other: DetectionFrame) -> bool:
     """Return whether two images have the same boxes, to the last bit."""
-    return len(one.centers) == len(other.centers) and all(
-        here.tolist() == there.tolist()
-        for here, there in (
-            (one.centers[0], other.centers[0]),  # which nearly always differs
-            (one.centers, other.centers),
-            (one.sizes, other.sizes),
-            (one.scores, other.scores),
-        )
+    return (
+        len(one.centers) == len(other.centers)
+        and one.centers[0].tolist() == other.centers[0].tolist()  # nearly always differs
+        and one.centers.tolist() == other.centers.tolist()
+        and one.sizes.tolist() == other.sizes.tolist()
+        and one.scores.tolist() == other.scores.tolist()
     )
 
 
