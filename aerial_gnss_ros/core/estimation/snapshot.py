@@ -9,12 +9,13 @@ dataclasses, and the contents of tuples are shared, not copied. Containers hold 
 A snapshot precedes every image, so it must be fast. Objects that attributes hold are nearly always
 those of the snapshot before: their values are kept in one row, and only if a type or an object
 differs the tree is walked again (`Plans.layout`). A row takes a tenth of the memory of copied
-dictionaries, which would displace what the estimation needs from the processor's cache. Python makes
-an object's `__dict__` when it is accessed for the first time, with keys that the instances of its
-class share; from then on its attributes take five times as long to read (CPython 3.11), unless it
-is replaced by a dictionary with keys of its own.
+dictionaries, which would displace what the estimation needs from the processor's cache.
 
-Objects in containers come and go, except those of a list that holds the same ones as before; the
+Python makes an object's `__dict__` when it is accessed for the first time, with keys that the
+instances of its class share. From then on its attributes take five times as long to read (CPython
+3.11), so the walk replaces it by a dictionary with keys of its own.
+
+Objects in containers come and go, except those of a list that holds the same ones as before. The
 treatment of a class's attributes is determined once for each combination of their types, and their
 `__dict__` is not used.
 """

@@ -279,8 +279,8 @@ def _iterate(
         told = linear.by_platform @ step[:COUNT] + (linear.by_place @ moved[:, :, None])[:, :, 0]
         residual = pixels - now.pixels + told
         joint.mean = before + dtrsm(1.0, root, residual.reshape(-1, 1), lower=1)[:, 0] @ gain
-    step = joint.mean - before
-    return step
+    moved_by: Array = joint.mean - before
+    return moved_by
 
 
 def _possible(

@@ -113,7 +113,9 @@ def locate(
     total, limits = white + slow, config.surface
     good = (points.distances <= limits.max_range) & (margin > 0.0) & points.in_image
     good &= total[:, 0, 0] + total[:, 1, 1] <= limits.max_sigma_m**2
-    reasons = (None,) * len(good) if all_true(good) else _reasons(given, points, margin, total, config)
+    reasons: tuple[Reason | None, ...] = (None,) * len(good)
+    if not all_true(good):
+        reasons = _reasons(given, points, margin, total, config)
     latitude, longitude, _ = view.geodetic(points.offsets)
     found = WaterPoints(
         latitude,

@@ -31,3 +31,7 @@ def test_rtk_is_better_where_it_differs():
     better = [name for name in SETS["rtk"] if SETS["rtk"][name] != SETS["consumer"][name]]
     assert better
     assert all(SETS["rtk"][name] < SETS["consumer"][name] for name in better)
+
+
+def test_equal_noise_has_one_hash():
+    assert hash(Noise(**SETS["rtk"], set="rtk")) == hash(Noise(**SETS["rtk"], set="rtk"))

@@ -168,3 +168,18 @@ def test_objects_may_be_replaced_between_snapshots():
         assert tree.leaf is leaf
         assert leaf is None or (leaf.name != "other" and 7 not in leaf.values)
         assert tree.array[0] == 0.0
+
+
+def test_objects_of_a_list_may_be_replaced_between_snapshots():
+    tree, plans = Tree(), Plans()
+    late = Leaf("late")
+    for leaves in ([late], [late], [tree.leaf, Leaf("other")], [], [Leaf("last")]):
+        tree.leaves[:] = leaves
+        before = Snapshot((tree,), plans)
+        for one in leaves:
+            one.name = "changed"
+            one.values.append(7)
+        tree.leaves[:] = [Leaf("more")]
+        before.restore()
+        assert all(one is own for one, own in zip(tree.leaves, leaves, strict=True))
+        assert all(one.name != "changed" and 7 not in one.values for one in leaves)
