@@ -61,7 +61,7 @@ def complaints(driver: Any) -> list[str]:
     return [one["message"] for one in driver.get_log("browser") if one["level"] == "SEVERE"]
 
 
-def wait_for(driver: Any, script: str, seconds: float = 20.0) -> Any:
+def wait_for(driver: Any, script: str, seconds: float = 90.0) -> Any:
     """Return a script's first true value; fail after some time."""
     from selenium.webdriver.support.ui import WebDriverWait
 

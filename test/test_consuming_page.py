@@ -145,7 +145,7 @@ def test_the_ten_lines_get_the_position_that_was_latched_before(blocks):
     stop = threading.Event()
     done = subprocess.run(
         [sys.executable, "-c", blocks["python"][0]],
-        env=os.environ, capture_output=True, text=True, timeout=60.0, check=False,
+        env=os.environ, capture_output=True, text=True, timeout=300.0, check=False,
     )  # fmt: skip
     stop.set()
     node.destroy_node()

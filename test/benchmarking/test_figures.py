@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import math
 import os
+import time
 from multiprocessing import shared_memory
 
 import numpy as np
@@ -135,7 +136,9 @@ def test_power_of_a_jetson_and_of_a_processor(tmp_path, monkeypatch):
     monkeypatch.setattr("aerial_gnss_ros.benchmarking.machine._SAMPLE_S", 0.01)
     power = Power(tmp_path)
     power.begin()
-    power._thread.join(0.1)
+    end = time.monotonic() + 60.0
+    while not power._samples and time.monotonic() < end:
+        power._thread.join(0.01)
     assert power.end() == {"board_w": 10.0}  # the input feeds the others
     assert Power(tmp_path / "absent")._rails == []
     counter = tmp_path / "class/powercap/intel-rapl:0/energy_uj"

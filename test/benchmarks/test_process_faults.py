@@ -22,7 +22,7 @@ from process_faults import KILLED, Live, Outcome, disk_full, slow, stopped, tabl
 @pytest.fixture
 def sleeper():
     """Return a process that sleeps."""
-    with subprocess.Popen(["sleep", "60"]) as process:
+    with subprocess.Popen(["sleep", "600"]) as process:
         yield process
         process.kill()
 
@@ -38,20 +38,33 @@ def during(monkeypatch, process, fault, look):
     return seen, look(process.pid)
 
 
-def state(pid):
-    """Return a process's state: T is stopped, S sleeps, or is about to."""
-    time.sleep(0.02)  # a signal takes a moment
-    read = Path(f"/proc/{pid}/stat").read_text(encoding="ascii").rsplit(")", 1)[1].split()[0]
-    return "S" if read == "R" else read
+def state(expected):
+    """Return a function that returns a process's state: T is stopped, S sleeps.
+
+    It waits for the next of those expected, as a signal takes a moment; not for ever.
+    """
+    expected = iter(expected)
+
+    def look(pid):
+        wanted, end = next(expected), time.monotonic() + 60.0
+        while (found := _state(pid)) != wanted and time.monotonic() < end:
+            time.sleep(0.001)
+        return found
+
+    return look
+
+
+def _state(pid):
+    return Path(f"/proc/{pid}/stat").read_text(encoding="ascii").rsplit(")", 1)[1].split()[0]
 
 
 def test_a_node_that_stands_goes_on_afterwards(monkeypatch, sleeper):
-    seen, after = during(monkeypatch, sleeper, stopped("estimator"), state)
+    seen, after = during(monkeypatch, sleeper, stopped("estimator"), state("TS"))
     assert (seen, after) == (["T"], "S")
 
 
 def test_a_slow_detector_stands_and_runs_in_turn(monkeypatch, sleeper):
-    seen, after = during(monkeypatch, sleeper, slow, state)
+    seen, after = during(monkeypatch, sleeper, slow, state("TS" * 25 + "S"))
     assert (seen, after) == (["T", "S"] * 25, "S")
 
 

@@ -45,7 +45,7 @@ def page():
     yield start
     for process in started:
         process.send_signal(signal.SIGINT)
-        assert process.wait(20) == 0
+        assert process.wait(90) == 0
         assert "Traceback" not in process.stderr.read()
 
 

@@ -43,7 +43,7 @@ class Compiler:
     def __call__(self, model, beside):
         if beside:
             self.beside.add(model.shape)
-        self.free.wait(10.0)
+        self.free.wait(90.0)
         self.threads.append(threading.current_thread())
         if model.shape in self.failing:
             raise ModelError("no memory.")

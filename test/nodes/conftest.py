@@ -20,6 +20,8 @@ import pytest
 
 REPOSITORY = Path(__file__).resolve().parents[2]
 START_NS = 1_700_000_000_000_000_000
+PATIENCE_S = 90.0
+"""For what surely comes: long, as the machine may be busy."""
 LATITUDE, LONGITUDE = math.radians(13.19394), math.radians(-59.64151)
 SIZE = (640, 360)
 FOCAL_PX = 500.0
@@ -56,14 +58,33 @@ class Ros:
 
         return self.add(rclpy.create_node(name))
 
-    def spin_until(self, true, seconds=10.0):
-        """Spin until `true()`; fail after some seconds."""
+    def spin_until(self, true, seconds=PATIENCE_S):
+        """Spin until `true()`; fail if it never is."""
         deadline = time.monotonic() + seconds
         while time.monotonic() < deadline:
             self.executor.spin_once(timeout_sec=0.05)
             if true():
                 return
         pytest.fail(f"not within {seconds} s")
+
+    def connect(self, *publishers):
+        """Spin until publishers and those who listen in this process know one another.
+
+        A subscription that does not know its publisher yet drops what comes, though the publisher
+        counts it already.
+        """
+        topics = {publisher.topic_name for publisher in publishers}
+
+        def connected():
+            heard = [
+                subscription.get_publisher_count()
+                for node in self.nodes
+                for subscription in node.subscriptions
+                if subscription.topic_name in topics
+            ]
+            return all(heard) and all(one.get_subscription_count() for one in publishers)
+
+        self.spin_until(connected)
 
     def spin(self, seconds):
         deadline = time.monotonic() + seconds
@@ -106,7 +127,7 @@ class Program:
     def text(self):
         return "\n".join(self.lines)
 
-    def wait_for(self, pattern, seconds=20.0):
+    def wait_for(self, pattern, seconds=PATIENCE_S):
         """Return the first match in what the program says."""
         deadline = time.monotonic() + seconds
         while time.monotonic() < deadline:
@@ -120,12 +141,12 @@ class Program:
         assert found, f"{pattern!r} is not in:\n{self.text}"
         return found
 
-    def end(self, number=signal.SIGINT, seconds=15.0):
+    def end(self, number=signal.SIGINT, seconds=PATIENCE_S):
         """Send a signal and return the exit status."""
         if self.process.poll() is None:
             self.process.send_signal(number)
         status = self.process.wait(timeout=seconds)
-        self._reader.join(timeout=5.0)
+        self._reader.join(timeout=PATIENCE_S)
         return status
 
 

@@ -35,9 +35,7 @@ class Drone:
             self.array, prefix + "detections", qos.detections()
         )
         self.kinds = SENSORS | {"detections": "vision_msgs/msg/Detection2DArray"}
-        heard = [p for topic, p in self.publishers.items() if topic not in unheard]
-        ros.spin_until(lambda: all(p.get_subscription_count() for p in heard))
-        ros.spin(0.3)
+        ros.connect(*(p for topic, p in self.publishers.items() if topic not in unheard))
 
     def send(self, topic, **fields):
         self.publishers[topic].publish(message(self.kinds[topic], fields))

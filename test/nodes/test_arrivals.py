@@ -66,7 +66,7 @@ def test_the_newest_wins_and_dropped_ones_are_counted():
     reader = threading.Thread(target=lambda: taken.append(newest.pop()))
     reader.start()
     newest.close()
-    reader.join(timeout=5.0)
+    reader.join(timeout=90.0)
     newest.put(4)
     assert taken == [None]
     assert newest.dropped == 2

@@ -79,4 +79,4 @@ print("all held")
 
 
 def test_nodes_hear_latched_messages_and_take_parameters_without_what_humble_lacks(start):
-    start("-c", HUMBLE + CHANGE).wait_for("all held", 40.0)
+    start("-c", HUMBLE + CHANGE).wait_for("all held")

@@ -192,7 +192,7 @@ def test_run_understands_what_launch_gives_it(launch_file, start, tmp_path):
     parameters.write_text(f"/**:\n  ros__parameters:\n    model: {model}\n")
     ros = ["--ros-args", "-r", f"__ns:=/{detector.namespace}", "--params-file", str(parameters)]
     programs = [start("aerial_gnss_ros.cli", *one.arguments, *ros) for one in (detector, estimator)]
-    assert programs[0].process.wait(timeout=30.0) == 2  # ends where the model is looked for
+    assert programs[0].process.wait(timeout=90.0) == 2  # ends where the model is looked for
     programs[0].wait_for(f"aerial-gnss: .*{model}")
     programs[1].wait_for(r"\[drone1.estimator\]: method filter; .* fix /drone1/fix")
     assert programs[1].end() == 0

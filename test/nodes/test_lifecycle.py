@@ -70,8 +70,7 @@ class Bench:
         return answer.result().success
 
     def look(self):
-        self.ros.spin_until(self.images.get_subscription_count)
-        self.ros.spin(0.2)
+        self.ros.connect(self.images)
         before = len(self.arrays)
         fields = {"height": 4, "width": 4, "encoding": "mono8", "step": 4, "data": bytes(16)}
         self.images.publish(message(IMAGE, fields))

@@ -36,7 +36,7 @@ def children(program):
     return found
 
 
-def until(true, seconds=30.0):
+def until(true, seconds=90.0):
     deadline = time.monotonic() + seconds
     while time.monotonic() < deadline:
         if found := true():
@@ -45,13 +45,20 @@ def until(true, seconds=30.0):
     return pytest.fail(f"not within {seconds} s")
 
 
+def kept(folder, *names):
+    """Whether what outlives a restart has these names: it is written once a second."""
+    texts = [path.read_text() for path in folder.glob("aerial_gnss_*/names.json")]
+    return any(all(name in text for name in names) for text in texts)
+
+
 @pytest.mark.slow
 def test_a_killed_estimator_is_back_with_its_names_and_the_detector_does_not_notice(
-    ros, start, hovering
+    ros, start, hovering, tmp_path, monkeypatch
 ):
+    monkeypatch.setenv("TMPDIR", str(tmp_path))
     program = start(CLI, "run", "--ros-args", "-p", "robots.leader.class:=aqua", "-p",
                     "robots.leader.start:=[13.0, -59.0]")  # fmt: skip
-    program.wait_for("method filter", 40.0)
+    program.wait_for("method filter")
     drone, fixes = hovering(), []
     listener = ros.node("listener")
     for name in ("leader", "aqua_1"):
@@ -75,7 +82,7 @@ def test_a_killed_estimator_is_back_with_its_names_and_the_detector_does_not_not
 
     before = positions()
     assert set(before) == {"leader", "aqua_1"}
-    ros.spin(1.2)  # names are kept once a second
+    until(lambda: kept(tmp_path, "leader", "aqua_1"))
     was = until(lambda: children(program))
     os.kill(was["estimator"], signal.SIGKILL)
     program.wait_for("the estimator ended by SIGKILL after .*; it is restarted in 0.5 s")
@@ -90,7 +97,7 @@ def test_a_killed_estimator_is_back_with_its_names_and_the_detector_does_not_not
 @pytest.mark.slow
 def test_a_killed_detector_is_back_and_the_estimator_does_not_notice(ros, start):
     program = start(CLI, "run", "--namespace", "drone1")
-    program.wait_for(r"model .* -> /drone1/detections", 40.0)
+    program.wait_for(r"model .* -> /drone1/detections")
     listener = ros.node("listener")
     arrays = []
     listener.create_subscription(
@@ -99,8 +106,8 @@ def test_a_killed_detector_is_back_and_the_estimator_does_not_notice(ros, start)
     was = until(lambda: children(program))
     os.kill(was["detector"], signal.SIGSEGV)
     program.wait_for("the detector ended by SIGSEGV")
-    until(lambda: len(re.findall(r"model .* -> /drone1/detections", program.text)) == 2, 40.0)
-    ros.spin_until(lambda: listener.count_publishers("/drone1/detections") == 1, 30.0)
+    until(lambda: len(re.findall(r"model .* -> /drone1/detections", program.text)) == 2)
+    ros.spin_until(lambda: listener.count_publishers("/drone1/detections") == 1)
     assert children(program)["estimator"] == was["estimator"]
     assert program.end(signal.SIGTERM) == 0, program.text
 
@@ -108,7 +115,7 @@ def test_a_killed_detector_is_back_and_the_estimator_does_not_notice(ros, start)
 def test_what_restarts_keep_is_gone_with_the_session(start, tmp_path, monkeypatch):
     monkeypatch.setenv("TMPDIR", str(tmp_path))
     program = start(CLI, "run")
-    program.wait_for("method filter", 40.0)
+    program.wait_for("method filter")
     assert list(tmp_path.glob("aerial_gnss_*"))
     assert program.end() == 0
     assert not list(tmp_path.glob("aerial_gnss_*"))
@@ -116,20 +123,20 @@ def test_what_restarts_keep_is_gone_with_the_session(start, tmp_path, monkeypatc
 
 def test_one_process_is_still_there_for_who_wants_it(start):
     program = start(CLI, "run", "--one-process")
-    program.wait_for("(?s)model .*method filter|method filter.*model ", 40.0)
+    program.wait_for("(?s)model .*method filter|method filter.*model ")
     assert children(program) == {}
     assert program.end() == 0, program.text
 
 
 def test_each_node_has_an_enclave_of_its_own(start, ros):
     program = start(CLI, "run", "--enclave", "/boat")
-    program.wait_for("method filter", 40.0)
+    program.wait_for("method filter")
     node = ros.node()
 
     def enclaves():  # nodes of a test before may still be known
         return {enclave for _, _, enclave in node.get_node_names_and_namespaces_with_enclaves()}
 
-    ros.spin_until(lambda: {"/boat/detector", "/boat/estimator"} <= enclaves(), 20.0)
+    ros.spin_until(lambda: {"/boat/detector", "/boat/estimator"} <= enclaves())
     assert {"/boat/detector", "/boat/estimator"} <= enclaves()
     assert program.end() == 0, program.text
 
@@ -141,7 +148,7 @@ def test_security_that_this_ros_lacks_is_reported_in_one_sentence(start, tmp_pat
     monkeypatch.setenv("ROS_SECURITY_STRATEGY", "Enforce")
     monkeypatch.setenv("ROS_SECURITY_KEYSTORE", str(tmp_path))
     program = start(CLI, "run", "--enclave", "/boat")
-    assert program.process.wait(timeout=40.0) == 2
+    assert program.process.wait(timeout=90.0) == 2
     program.end()
     said = [line for line in program.lines if line.startswith("aerial-gnss: ")]
     assert len(said) == 1
@@ -161,7 +168,7 @@ def test_security_that_this_ros_lacks_is_reported_in_one_sentence(start, tmp_pat
 )
 def test_wrong_input_ends_both_nodes_with_one_sentence_and_status_2(start, arguments, sentence):
     program = start(CLI, "run", *arguments)
-    assert program.process.wait(timeout=40.0) == 2
+    assert program.process.wait(timeout=90.0) == 2
     program.end()
     said = [line for line in program.lines if line.startswith("aerial-gnss: ")]
     assert len(said) == 1, program.text

@@ -82,7 +82,7 @@ def test_diagnostics_say_what_a_vehicle_sends_wrong_or_not_at_all(ros, elsewhere
         return name in lines and words in lines[name].message
 
     said = "std_msgs/msg/Float64 is published there instead of std_msgs/msg/Float32"
-    ros.spin_until(lambda: is_said("fix", "no fix for") and is_said("height", said), 20.0)
+    ros.spin_until(lambda: is_said("fix", "no fix for") and is_said("height", said))
     zero = message(gimbal, {"quaternion": {"x": 0.0, "y": 0.0, "z": 0.0, "w": 0.0}})
 
     def is_sent_and_said():
@@ -103,7 +103,7 @@ def test_a_topic_with_a_version_in_its_name_is_found(ros, monkeypatch):
     monkeypatch.setitem(kinds.HEIGHT, "float64", replace(kinds.HEIGHT["float64"], versioned=True))
     node = ros.add(EstimatorNode())
     sender = publisher(ros, "height_v2", "std_msgs/msg/Float64")
-    ros.spin_until(sender.get_subscription_count)
+    ros.connect(sender)
     sender.publish(message("std_msgs/msg/Float64", {"data": 12.0}))
     (height,) = (source for source in node.inputs if source.name == "height")
     ros.spin_until(lambda: height.arrivals.count == 1)

@@ -6,7 +6,6 @@ from __future__ import annotations
 
 import json
 import threading
-import time
 
 import pytest
 
@@ -39,7 +38,7 @@ def estimator():
 
 
 def where(capsys, *more, namespace="d1"):
-    status = cli.main(["where", "aqua_1", "--namespace", namespace, *more])
+    status = cli.main(["where", "aqua_1", "--namespace", namespace, "--seconds", "90", *more])
     return status, *capsys.readouterr()
 
 
@@ -51,7 +50,7 @@ def test_the_position_known_is_reported(estimator, capsys):
     status, out, _ = where(capsys, "--json")
     answer = json.loads(out)
     assert (answer["state"], answer["sigma_m"], answer["altitude_m"]) == ("measured", 2.0, None)
-    assert 0.0 < answer["asked_to_answered_s"] < 10.0
+    assert 0.0 < answer["asked_to_answered_s"] <= 90.0
     assert where(capsys, namespace="//d1/")[0] == 0  # a slash too many
 
 
@@ -71,34 +70,33 @@ def test_a_new_measurement_is_waited_for(estimator, capsys):
     end = threading.Event()
 
     def go_on():
-        for second in range(1, 100):
+        for second in range(1, 1000):
             estimator(status=-1 if second < 10 else 0, stamp_s=1_735_689_600 + second)
             if end.wait(0.1):
                 break
 
     thread = threading.Thread(target=go_on, daemon=True)
     thread.start()
-    time.sleep(0.2)
     status, out, _ = where(capsys, "--measured", "--json")
     end.set()
-    thread.join(5.0)
+    thread.join(90.0)
     assert status == 0
     assert json.loads(out)["stamp_ns"] >= 1_735_689_610 * 10**9
 
 
 def test_an_old_measurement_is_none_that_was_waited_for(estimator, capsys):
     estimator()
-    status, _, err = where(capsys, "--measured", "--seconds", "2")
+    status, _, err = where(capsys, "--measured", "--seconds", "6")
     assert status == 2
-    assert "aqua_1 was not measured within 2 s" in err
+    assert "aqua_1 was not measured within 6 s" in err
 
 
 def test_who_is_not_there_is_said(estimator, capsys):
     estimator()
-    status = cli.main(["where", "aqua_7", "--namespace", "d1", "--seconds", "2"])
+    status = cli.main(["where", "aqua_7", "--namespace", "d1", "--seconds", "6"])
     assert status == 2
     assert (
-        "no position of aqua_7 within 2 s; only aqua_1 is published here" in capsys.readouterr().err
+        "no position of aqua_7 within 6 s; only aqua_1 is published here" in capsys.readouterr().err
     )
     assert cli.main(["where", "a b", "--seconds", "1"]) == 2
     assert "is invalid" in capsys.readouterr().err

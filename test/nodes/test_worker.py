@@ -9,7 +9,7 @@ import time
 
 from aerial_gnss_ros.nodes.worker import Worker
 
-PATIENCE_S = 10.0
+PATIENCE_S = 90.0
 
 
 def until(condition):

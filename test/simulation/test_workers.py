@@ -100,7 +100,7 @@ def test_ctrl_c_is_for_the_parent_alone(tmp_path):
     assert process.stderr is not None
     assert "rendering" in process.stderr.readline()
     os.killpg(process.pid, signal.SIGINT)
-    _, said = process.communicate(timeout=60)
+    _, said = process.communicate(timeout=90)
     assert process.returncode == 130
     assert "Traceback" not in said
     assert said.endswith("interrupted; nothing was written under the final name.\n")

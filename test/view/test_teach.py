@@ -130,7 +130,7 @@ def test_a_person_teaches_two_robots(page):
         assert all(one.startswith((url, url.replace("http", "ws"), "data:"))
                    for one in requested(driver))  # fmt: skip
     process.send_signal(signal.SIGINT)
-    said, _ = process.communicate(timeout=60)
+    said, _ = process.communicate(timeout=300)
     assert "from 3 marks" in said
     assert process.returncode == 0
     assert open_dataset(work / "dataset").names == ("fin",)
