@@ -77,7 +77,7 @@ def turns(joint: JointFilter, tracks: list[Track], rows: list[int]) -> bool:
         tracks: all of them.
         rows: of the robots, which all have innovations.
     """
-    every = [tracks[row].innovations for row in rows]
+    every = [np.array(tracks[row].innovations).reshape(3, 6) for row in rows]
     last = [seen[~np.isnan(seen[:, 0])] for seen in every]
     offsets = [seen[:, 1:3].mean(axis=0) for seen in last]
     sums = [sum((seen[:, 3] + seen[:, 5]).tolist()) for seen in last]

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aerial_gnss_ros.core.association.image_labels import LabelEvidence
-from aerial_gnss_ros.core.faults.noise_level import NO_INNOVATIONS
+from aerial_gnss_ros.core.faults.noise_level import NO_INNOVATIONS, Innovations
 from aerial_gnss_ros.core.values.estimates import State
 from aerial_gnss_ros.core.values.rejection import Cause
 
@@ -56,7 +56,7 @@ class Track:
         pending_boxes: stamp (ns), u and v (px) of its boxes while it has no label.
         near_misses: unassociated boxes near its gate while it has no label.
         rejection_cause: cause of `rejected`, if it ends without a label.
-        innovations: (3, 6) of the last three images with a box near its gate, see
+        innovations: of the last three images with a box near its gate, see
             `NoiseLevel.update`.
         previous_label: its label before all robots were displaced together and another track
             inherited it; restored if they return.
@@ -86,7 +86,7 @@ class Track:
     pending_boxes: tuple[tuple[int, float, float], ...] = ()
     near_misses: int = 0
     rejection_cause: Cause = Cause.TOO_FAST
-    innovations: Array = field(default_factory=lambda: NO_INNOVATIONS)
+    innovations: Innovations = NO_INNOVATIONS
     previous_label: str = ""
     unverified: bool = False
     label_evidence: LabelEvidence | None = None

@@ -29,7 +29,7 @@ from aerial_gnss_ros.core.camera.validation import (
     model_name,
 )
 from aerial_gnss_ros.core.numerics.columns import columns
-from aerial_gnss_ros.core.numerics.small_arrays import all_true
+from aerial_gnss_ros.core.numerics.small_arrays import MAX_ROWS, all_true
 from aerial_gnss_ros.core.values.errors import CameraError
 
 Array = NDArray[np.float64]
@@ -209,6 +209,10 @@ class CameraModel:
 
     def inside(self, pixels: Array) -> Mask:
         """Return whether pixels (n, 2) lie on the image (to its outer edges), (n,)."""
+        if len(pixels) <= MAX_ROWS:
+            width, height = self._size.tolist()
+            rows = pixels.tolist()
+            return np.array([-0.5 <= u <= width and -0.5 <= v <= height for u, v in rows], np.bool_)
         within = (pixels >= -0.5) & (pixels <= self._size)
         on: Mask = within[:, 0] & within[:, 1]
         return on

@@ -58,9 +58,11 @@ sqrt(n)); the squares of overlapping second differences are correlated by 4/9 an
 them count as n / 1.94. Robots of one image share the pose's noise and count as one."""
 
 
-NO_INNOVATIONS = np.full((3, 6), np.nan)
-"""Innovations of a track without any, see `NoiseLevel.update`."""
-NO_INNOVATIONS.flags.writeable = False
+Innovations = tuple[float, ...]
+"""Those of a robot in its last three images, 18 numbers, see `NoiseLevel.update`."""
+
+NO_INNOVATIONS: Innovations = (math.nan,) * 18
+"""Innovations of a track without any."""
 
 
 class NoiseLevel:
@@ -81,15 +83,15 @@ class NoiseLevel:
         self._values, self._sizes = b"", tuple[int, ...]()
         self._since = 0
 
-    def update(self, seen: Array) -> None:
+    def update(self, seen: list[Innovations]) -> None:
         """Update with an image.
 
         Args:
-            seen: (m, 3, 6) last three innovations of each robot in it, the latest last; NaN where
-                there are fewer. An innovation is the offset of a box from its robot's predicted
-                position: time (ns, from any origin), east, north (m), and the variance of east, the
-                covariance and the variance of north (m²), divided by the level: mostly white noise,
-                so about the stated ones.
+            seen: last three innovations of each robot in it, one after the other, the latest last;
+                NaN where there are fewer. Each is six numbers: time (ns, from any origin), offset
+                of a box from its robot's predicted position east and north (m), and the variance of
+                east, the covariance and the variance of north (m²), divided by the level: mostly
+                white noise, so about the stated ones.
         """
         ratios = _second_differences(seen)
         if not len(ratios):
@@ -119,17 +121,15 @@ def _median(values: Array) -> float:
     return 0.5 * float(ordered[low] + ordered[high])
 
 
-def _second_differences(seen: Array) -> Array:
+def _second_differences(seen: list[Innovations]) -> Array:
     """Return half the normalised squares, of mean 1, of robots with even intervals.
 
     Args:
-        seen: (m, 3, 6), see `NoiseLevel.update`.
+        seen: of each robot, see `NoiseLevel.update`.
     """
-    rows = seen.reshape(-1, 18)
-    if len(rows) <= MAX_ROWS:
-        found = _ratios(rows.tolist())
-        return np.array([ratio for ratio, even in found if even])
-    ((ratios, even),) = _ratios([rows.T])
+    if len(seen) <= MAX_ROWS:
+        return np.array([ratio for ratio, even in _ratios(seen) if even])
+    ((ratios, even),) = _ratios([np.array(seen).T])
     of_even: Array = ratios[even]
     return of_even
 

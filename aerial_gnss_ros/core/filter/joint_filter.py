@@ -60,6 +60,9 @@ class JointFilterTuning:
 TUNING = JointFilterTuning()
 
 
+_NO_ROWS: Indices = np.zeros(0, np.intp)
+
+
 class JointFilter(CameraFaults):
     """Joint filter of robots in rows 0 to n - 1 and the platform's errors.
 
@@ -133,7 +136,8 @@ class JointFilter(CameraFaults):
         pose, measured = frame.pose, frame.in_map
         passed = 0.0 if self._pose_ns is None else (pose.stamp_ns - self._pose_ns) * 1e-9
         expected = None if self._recalibrated else self._motion.predicted_position(passed)
-        stated = math.sqrt(max(self._stationary[:2, :2].ravel().tolist()))
+        variance = self._stationary.item
+        stated = math.sqrt(max(variance(0, 0), variance(0, 1), variance(1, 0), variance(1, 1)))
         settled, jump = self.jumps.update(measured.position, expected, passed, stated, robots_tell)
         known = pose.fix_covariance
         self._stationary = self.model.nominal if known is None else self.model.stationary(known)
@@ -266,9 +270,9 @@ class JointFilter(CameraFaults):
 
         Refused are detections that imply a speed above `tracks.max_speed`.
         """
-        refused: list[Indices] = [np.zeros(0, np.intp)]
         if not len(rows) or self._sight is None:
-            return refused[0]
+            return _NO_ROWS
+        refused = [_NO_ROWS]
         column_of = np.empty(self._count, np.intp)
         column_of.fill(-1)
         column_of[rows] = columns
@@ -317,7 +321,7 @@ class JointFilter(CameraFaults):
                 squared, count, self.noise.level, turned, errors, self._stationary
             ):
                 self.log.add(sentence)
-        gone = np.concatenate(refused)
+        gone = refused[-1] if len(refused) <= 2 else np.concatenate(refused)
         if len(gone) or self._refusing:
             self._report_refused(len(gone))
         return gone

@@ -65,8 +65,13 @@ def check_robots(robots: Array, what: str) -> None:
     Raises:
         StateError: one is not finite, or out of bounds.
     """
-    # Of all numbers together first: where none is large, none is a distance or a speed too large.
-    if not robots.size or np.maximum.reduce(np.abs(robots), axis=None) <= TUNING.fastest_mps:
+    numbers = robots.ravel().tolist()
+    # Of all together first: where none is large, none is a distance or a speed too large.
+    if not numbers or (
+        max(numbers) <= TUNING.fastest_mps
+        and min(numbers) >= -TUNING.fastest_mps
+        and not math.isnan(sum(numbers))
+    ):
         return
     east, north, *velocity = np.maximum.reduce(np.abs(robots), axis=0).tolist()
     far, fast = max(east, north), max(velocity)
@@ -89,7 +94,7 @@ def check_estimates(estimates: Sequence[RobotEstimate]) -> None:
     covariances = np.concatenate([one.covariance for one in estimates]).reshape(-1, 16)
     # Of all together first; NaN or infinite numbers make a sum so.
     diagonals = covariances[:, ::5]
-    east, north, *least = np.minimum.reduce(diagonals, axis=0).tolist()
+    east, north, *least = map(min, diagonals.T.tolist())
     numbers = float(np.add.reduce(covariances, axis=None))
     for one in estimates:
         numbers += one.latitude + one.longitude

@@ -103,7 +103,7 @@ class StateArrays:
             slots: their indices in `rows`.
         """
         own = self.own[:, slots]
-        if not own.size or math.isnan(np.fmax.reduce(own, axis=None)):  # all of them are
+        if all(map(math.isnan, own.ravel().tolist())):
             return default
         both = (default.acceleration, default.speed_sigma)
         accelerations, speeds = np.where(np.isnan(own), np.array(both)[:, None], own)

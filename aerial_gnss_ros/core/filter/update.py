@@ -297,8 +297,8 @@ def _possible(
     own = joint.own[1, some]
     velocities = np.square(joint.mean[COUNT:].reshape(-1, 4)[some, 2:])
     squared = velocities[:, 0] + velocities[:, 1]
-    slowest = 2.0 * float(np.fmin.reduce(own))  # NaN if no class has its own
-    if max(squared.tolist()) <= (min(default, slowest) if slowest >= 0.0 else default) ** 2:
+    slowest = min([default, *(2.0 * one for one in own.tolist() if one >= 0.0)])  # NaN: default
+    if max(squared.tolist()) <= slowest**2:
         return None
     fastest = np.where(np.isnan(own), default, 2.0 * own)
     speeds = np.sqrt(squared)

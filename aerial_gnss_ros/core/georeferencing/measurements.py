@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from aerial_gnss_ros.core.camera.posed_frame import PosedFrame
 from aerial_gnss_ros.core.geometry.geodesy import LocalMap, on_water_surface
 from aerial_gnss_ros.core.georeferencing.localization import WaterPoints
+from aerial_gnss_ros.core.numerics.small_arrays import MAX_ROWS
 from aerial_gnss_ros.core.values.detection_frame import DetectionFrame
 
 Array = NDArray[np.float64]
@@ -77,6 +78,10 @@ def at_edge(pixels: Array, width: int, height: int) -> NDArray[np.bool_]:
         height: likewise.
     """
     near = EDGE * min(width, height)
+    if len(pixels) <= MAX_ROWS:
+        right, low, rows = width - near, height - near, pixels.tolist()
+        beside = [u < near or v < near or u > right or v > low for u, v in rows]
+        return np.array(beside, np.bool_)
     close = (pixels < near) | (pixels > (width - near, height - near))
     edge: NDArray[np.bool_] = close[:, 0] | close[:, 1]
     return edge

@@ -132,7 +132,7 @@ def box_masks(
         refused: boxes that imply an impossible speed.
         boxes: n.
     """
-    gated, too_fast = np.zeros((2, boxes), dtype=bool)
+    gated, too_fast = np.zeros(boxes, np.bool_), np.zeros(boxes, np.bool_)
     if len(measured) == len(seen.index) and not len(refused):
         return gated, too_fast
     gated[seen.index] = True

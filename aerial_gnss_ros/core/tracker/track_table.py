@@ -18,6 +18,7 @@ from aerial_gnss_ros.core.association.decision import Association
 from aerial_gnss_ros.core.association.gating import CandidatePairs
 from aerial_gnss_ros.core.association.track import TUNING as TRACK
 from aerial_gnss_ros.core.association.track import Track
+from aerial_gnss_ros.core.faults.noise_level import Innovations
 from aerial_gnss_ros.core.filter.innovation import misfit
 from aerial_gnss_ros.core.filter.joint_filter import JointFilter
 from aerial_gnss_ros.core.georeferencing.measurements import Measurements, inside_any
@@ -122,17 +123,18 @@ class TrackTable:
             return
         if self._origin_ns is None:  # stamps themselves are too large for a float
             self._origin_ns = stamp_ns
-        tracks = [self.tracks[able.rows[k]] for k in near]
-        found = np.empty((len(near), 3, 6))
-        before = np.concatenate([track.innovations for track in tracks]).reshape(-1, 3, 6)
-        found[:, :2] = before[:, 1:]
-        found[:, 2, 0] = stamp_ns - self._origin_ns
-        found[:, 2, 1:3] = pairs.offsets[near]
-        stated = (1.0 / self.filter.noise.level) * pairs.spread[near]
-        found[:, 2, 3:5], found[:, 2, 5] = stated[:, 0], stated[:, 1, 1]
-        found.flags.writeable = False  # tracks keep views of it
-        for track, own in zip(tracks, found, strict=True):
-            track.innovations = own
+        found: list[Innovations] = []
+        passed, share = float(stamp_ns - self._origin_ns), 1.0 / self.filter.noise.level
+        offsets, spread = pairs.offsets.tolist(), pairs.spread.tolist()
+        for k in near:
+            track, (east, north), ((a, b), (_, d)) = (
+                self.tracks[able.rows[k]],
+                offsets[k],
+                spread[k],
+            )
+            now = (passed, east, north, share * a, share * b, share * d)
+            track.innovations = track.innovations[6:] + now
+            found.append(track.innovations)
         self.filter.noise.update(found)
 
     def in_view(self, stamp_ns: int) -> list[int]:

@@ -78,7 +78,12 @@ def strained(offsets):
     """Return robots whose boxes were so far off (n, 2) in the last three images."""
     variances = SIGMA**2, 0.0, SIGMA**2
     return [
-        Track("aqua", 0, 0, innovations=np.array([(i, *one, *variances) for i in range(3)]))
+        Track(
+            "aqua",
+            0,
+            0,
+            innovations=(0, *one, *variances, 1, *one, *variances, 2, *one, *variances),
+        )
         for one in np.asarray(offsets).tolist()
     ]
 

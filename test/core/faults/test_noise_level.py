@@ -21,10 +21,10 @@ def fed(level: NoiseLevel, offsets: np.ndarray, uneven: bool = False) -> NoiseLe
     stamps = np.arange(len(offsets)) * STEP_NS
     if uneven:
         stamps = np.cumsum(np.where(np.arange(len(offsets)) % 2, STEP_NS, 3 * STEP_NS))
-    last = np.tile(NO_INNOVATIONS, (offsets.shape[1], 1, 1))
+    last = [NO_INNOVATIONS] * offsets.shape[1]
     for stamp_ns, image in zip(stamps.tolist(), (offsets @ ROOT.T).tolist(), strict=True):
-        now = np.array([[(stamp_ns, east, north, *VARIANCES)] for east, north in image])
-        last = np.concatenate([last[:, 1:], now], axis=1)
+        both = zip(last, image, strict=True)
+        last = [(*before[6:], stamp_ns, *offset, *VARIANCES) for before, offset in both]
         level.update(last)
     return level
 
@@ -113,12 +113,11 @@ def test_second_differences_are_weighed_by_their_covariance():
     """Also where East and North are correlated: as numpy solves it."""
     laws = [np.array([[2.0, 0.8], [0.8, 1.0]]), np.array([[1.0, -0.2], [-0.2, 3.0]]), np.eye(2)]
     offsets = np.array([[1.0, 2.0], [-0.5, 0.3], [0.7, -1.1]])
-    last = [
-        (i, *offset, law[0, 0], law[0, 1], law[1, 1])
-        for i, (offset, law) in enumerate(zip(offsets.tolist(), laws, strict=True))
-    ]
+    last = ()
+    for i, (offset, law) in enumerate(zip(offsets.tolist(), laws, strict=True)):
+        last += (i, *offset, law[0, 0], law[0, 1], law[1, 1])
     level = NoiseLevel()
-    level.update(np.array([last]))
+    level.update([last])
     weights = np.array([1.0, -2.0, 1.0])
     difference = weights @ offsets
     law = sum(weight**2 * one for weight, one in zip(weights, laws, strict=True))
