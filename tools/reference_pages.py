@@ -131,6 +131,10 @@ DRONE_MEANINGS = {
     "sigma_east_m": "standard deviation of `offset_east_m`",
     "sigma_north_m": "likewise",
     "disagrees": "1 while it [contradicts the others](../explanation/fleet.md), else 0",
+    "fault": (
+        "sensor that has turned out to be wrong: `compass`, `gimbal`, `receiver` or `height`; "
+        "empty if none has"
+    ),
 }
 NAME_MEANINGS = {
     "robot_id": "the robot's name in `positions.csv`",

@@ -228,7 +228,14 @@ class DronesReplay:
     def _conclude(self) -> None:
         """Say where drones disagree, or share nothing."""
         last = {report.drone: report for report in self.tables.reports}
-        disagreed = Counter(one.drone for one in self.tables.reports if one.disagrees)
+        reports = self.tables.reports
+        faults = Counter((one.drone, one.fault) for one in reports if one.fault)
+        self.summary.notes += [
+            f"Drone {name}: the {fault} is wrong by far more than it states, in "
+            f"{counted(images, 'image')}; the filter allows for it."
+            for (name, fault), images in sorted(faults.items())
+        ]
+        disagreed = Counter(one.drone for one in reports if one.disagrees and not one.fault)
         self.summary.notes += [
             f"Drone {name} contradicts the others in {counted(images, 'image')}: a compass, a "
             "gimbal or a receiver of one of them may be wrong."

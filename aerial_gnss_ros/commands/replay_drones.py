@@ -26,7 +26,7 @@ from aerial_gnss_ros.evaluation.truth import Truth, read_truth
 
 DRONE_COLUMNS = (
     "stamp_ns", "drone", "agreement", "shared_robots", "offset_east_m", "offset_north_m",
-    "sigma_east_m", "sigma_north_m", "disagrees",
+    "sigma_east_m", "sigma_north_m", "disagrees", "fault",
 )  # fmt: skip
 NAME_COLUMNS = ("robot_id", "drone", "drone_robot_id", "first_stamp_ns", "last_stamp_ns", "images")
 Load = Callable[[DetectorConfig], Detector]
@@ -88,7 +88,7 @@ def write_tables(folder: Path, tables: DroneTables) -> None:
         figures = [f"{value:.4f}" for value in (*one.offset, *one.offset_sigma)]
         rows.append([
             str(one.stamp_ns), one.drone, f"{one.agreement:.4f}", str(one.shared), *figures,
-            str(int(one.disagrees)),
+            str(int(one.disagrees)), one.fault,
         ])  # fmt: skip
     (folder / "drones.csv").write_text(_table(DRONE_COLUMNS, rows), encoding="utf-8", newline="\n")
     names = [

@@ -49,6 +49,8 @@ class DroneReport:
             without others.
         offset_sigma: (2,) one sigma of it, m.
         disagrees: whether it contradicts the other drones.
+        fault: sensor that has turned out to be wrong: compass, gimbal, receiver or height; "" if
+            none has.
     """
 
     drone: str
@@ -58,6 +60,7 @@ class DroneReport:
     offset: Array
     offset_sigma: Array
     disagrees: bool
+    fault: str = ""
 
 
 class Agreement:

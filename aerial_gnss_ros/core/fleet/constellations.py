@@ -72,9 +72,7 @@ def matchings(
         second_in_view: (n,) likewise.
     """
     options = _options(offsets, covariance, possible)
-    first_missed, second_missed = (
-        np.log1p(-(1.0 - TUNING.missed) * one) for one in (first_in_view, second_in_view)
-    )
+    first_missed, second_missed = missed(first_in_view), missed(second_in_view)
     found: list[tuple[float, tuple[tuple[int, int], ...]]] = []
     for pairs in _choices(options, len(offsets)):
         fits = _log_ratio(offsets, covariance, pairs)
@@ -125,6 +123,16 @@ def _choices(options: list[list[int]], m: int) -> list[tuple[tuple[int, int], ..
     return found
 
 
+def missed(in_view: Array) -> Array:
+    """Return the log probabilities (m,) that a camera does not show robots, nats.
+
+    Args:
+        in_view: (m,) probability that each is in its view.
+    """
+    found: Array = np.log1p(-(1.0 - TUNING.missed) * in_view)
+    return found
+
+
 def _log_ratio(offsets: Array, covariance: Array, pairs: tuple[tuple[int, int], ...]) -> float:
     """Return the log likelihood ratio of pairs being one robot each to none being so."""
     if not pairs:
@@ -133,10 +141,11 @@ def _log_ratio(offsets: Array, covariance: Array, pairs: tuple[tuple[int, int], 
     apart = offsets[first, second].ravel()
     spread = covariance[first, second][:, :, first, second].reshape(len(apart), -1)
     size = len(apart)
-    log_same = _log_normal(apart, spread + TUNING.same_m**2 * np.eye(size))
-    return log_same - _log_normal(apart, spread + TUNING.nearby_m**2 * np.eye(size))
+    log_same = log_normal(apart, spread + TUNING.same_m**2 * np.eye(size))
+    return log_same - log_normal(apart, spread + TUNING.nearby_m**2 * np.eye(size))
 
 
-def _log_normal(offset: Array, spread: Array) -> float:
+def log_normal(offset: Array, spread: Array) -> float:
+    """Return the log density of an offset (d,) with mean 0 and covariance (d, d)."""
     _, log_determinant = np.linalg.slogdet(2.0 * math.pi * spread)
     return -0.5 * (float(log_determinant) + float(offset @ np.linalg.solve(spread, offset)))

@@ -13,12 +13,13 @@ from aerial_gnss_ros.core.config.estimator import EstimatorConfig
 from aerial_gnss_ros.core.filter.linearization import CameraView
 from aerial_gnss_ros.core.filter.update import linearise
 from aerial_gnss_ros.core.fleet.agreement import Agreement
+from aerial_gnss_ros.core.fleet.fault import Fault
 from aerial_gnss_ros.core.fleet.sighting import Sighting
 from aerial_gnss_ros.core.geometry.geodesy import LocalMap
 from aerial_gnss_ros.core.geometry.map_pose import MapPose
 from aerial_gnss_ros.core.georeferencing.measurements import EDGE
 from aerial_gnss_ros.core.models.camera_motion import CameraMotion
-from aerial_gnss_ros.core.models.platform_model import PlatformModel
+from aerial_gnss_ros.core.models.platform_model import COUNT, PlatformModel
 
 Array = NDArray[np.float64]
 
@@ -35,6 +36,8 @@ class Drone:
         model: of its errors.
         stationary: (7, 7) prior covariance of its errors, by its last fix.
         agreement: of its boxes with the other drones.
+        fault: what is wrong with it, beyond the errors that it states; None: nothing known.
+        assumed: (7,) errors from which the filter begins: where a fault was found.
         last: its last sighting; None at first.
         view: the camera of that.
     """
@@ -44,13 +47,16 @@ class Drone:
         self.model = PlatformModel(config.noise, config.gimbal.reference)
         self.stationary = self.model.stationary(None)
         self.agreement = Agreement()
+        self.fault: Fault | None = None
+        self.assumed = np.zeros(COUNT)
         self.last: Sighting | None = None
         self.view: CameraView | None = None
         self._motion = CameraMotion()
 
     def state_receiver(self, seen: Sighting) -> None:
         """Take over the covariance that a fix states of itself."""
-        self.stationary = self.model.stationary(seen.pose.fix_covariance)
+        stated = self.model.stationary(seen.pose.fix_covariance)
+        self.stationary = stated + np.diag(self.fault.variances) if self.fault else stated
 
     def jumped(self, seen: Sighting) -> bool:
         """Return whether the drone has come to believe a jump of its receiver."""

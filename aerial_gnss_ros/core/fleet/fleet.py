@@ -20,12 +20,13 @@ from aerial_gnss_ros.core.config.estimator import EstimatorConfig
 from aerial_gnss_ros.core.filter.blocks import TUNING as BLOCKS
 from aerial_gnss_ros.core.filter.linearization import CameraView
 from aerial_gnss_ros.core.filter.plausible_state import check_covariance, check_robots
-from aerial_gnss_ros.core.fleet.agreement import DroneReport, receiver_offset
+from aerial_gnss_ros.core.fleet.agreement import Agreement, DroneReport, receiver_offset
 from aerial_gnss_ros.core.fleet.drone import Drone
+from aerial_gnss_ros.core.fleet.fault_search import FaultSearch, Found
 from aerial_gnss_ros.core.fleet.gates import TUNING as GATES
 from aerial_gnss_ros.core.fleet.gates import fitting, usable
-from aerial_gnss_ros.core.fleet.matching import TUNING as MATCHING
 from aerial_gnss_ros.core.fleet.matching import RobotMatching
+from aerial_gnss_ros.core.fleet.publication import displaced, published
 from aerial_gnss_ros.core.fleet.robots import FleetRobot, Names, recognise
 from aerial_gnss_ros.core.fleet.shared_state import SharedState
 from aerial_gnss_ros.core.fleet.sighting import Sighting
@@ -36,7 +37,7 @@ from aerial_gnss_ros.core.models.platform_model import named_errors
 from aerial_gnss_ros.core.numerics.gaussian import gate_threshold
 from aerial_gnss_ros.core.telemetry.depths import inflate_by_depth
 from aerial_gnss_ros.core.values.errors import ConfigError
-from aerial_gnss_ros.core.values.estimates import PlatformError, RobotEstimate, State
+from aerial_gnss_ros.core.values.estimates import PlatformError, RobotEstimate
 
 Array = NDArray[np.float64]
 
@@ -105,6 +106,8 @@ class Fleet:
         self.state = SharedState(self._stationary, share)
         self.robots: list[FleetRobot] = []
         self._matching = RobotMatching(self._drones)
+        self._faults = FaultSearch(self._drones, share, self._motions.default_speed)
+        self._absent: list[FleetRobot] = []
         self._names = Names()
         self._now_ns: int | None = None
 
@@ -127,6 +130,9 @@ class Fleet:
         view = self._look(drone, seen)
         self._measure(drone, seen, view)
         self._drop(self._matching.update(self.state, self.robots, stamp_ns))
+        found = self._faults.update(self.state, self.robots, stamp_ns)
+        if found is not None:
+            self._blame(found)
         for slot, robot in enumerate(self.robots):
             waits = robot.labels and not robot.name
             if waits and self._matching.nobody_else(slot, self.robots, stamp_ns):
@@ -157,6 +163,32 @@ class Fleet:
             return self._config.tracks.confirm_window_s
         return self._config.robot_class(robot.class_id).coast_s
 
+    def _blame(self, found: Found) -> None:
+        """Let the filter allow for a drone's fault.
+
+        Where drones contradicted each other, it begins anew: what it believes may come from the
+        fault. Robots keep their names, and those on which drones agree under the fault are one.
+        """
+        wrong = self._drones[found.drone]
+        wrong.fault = found.fault
+        for one in self._drones:
+            one.agreement = Agreement()
+        if found.trial is None:
+            return
+        columns = found.fault.columns
+        wrong.assumed[columns] = found.trial.errors[columns]
+        for robot in self.robots:
+            robot.release(found.drone)
+            robot.note_rival(None, 0)
+            robot.refused.clear()
+        for label, other, of_other in found.trial.matched:
+            for robot in self.robots:
+                if robot.labels.get(other) == of_other and found.drone not in robot.labels:
+                    robot.labels[found.drone] = label
+                    break
+        self._absent += [robot for robot in self.robots if robot.labels]
+        self.robots, self._matching = [], RobotMatching(self._drones)
+
     def _drop(self, slots: list[int]) -> None:
         if not slots:
             return
@@ -171,6 +203,9 @@ class Fleet:
         one.state_receiver(seen)
         if not self.robots:
             self.state = SharedState(self._stationary, self._share)
+            for number, each in enumerate(self._drones):
+                if each.fault is not None:
+                    self.state.assume(number, each.assumed)
         elif one.last is None or one.jumped(seen):
             self.state.forget_gnss(drone, self._stationary)
         view = one.look(seen, self.local)
@@ -253,20 +288,30 @@ class Fleet:
         self.state.begin(rows, seen.pixels[new], view, model, speed, own, seen.level)
         stamp_ns = seen.pose.stamp_ns
         for k in new:
-            robot = FleetRobot(seen.class_ids[k], stamp_ns, stamp_ns)
+            robot = self._absent_robot(drone, seen.labels[k], stamp_ns)
+            robot = robot or FleetRobot(seen.class_ids[k], stamp_ns, stamp_ns)
             robot.note_track(drone, seen.tracks[k], seen.labels[k])
             robot.measured(drone, stamp_ns, seen.doubt[k])
             self.robots.append(robot)
 
+    def _absent_robot(self, drone: int, label: str, now_ns: int) -> FleetRobot | None:
+        """Return the robot of a drone's label that the filter has begun anew without."""
+        self._absent = [
+            robot
+            for robot in self._absent
+            if (now_ns - robot.last_seen_ns) * 1e-9 <= self._patience(robot)
+        ]
+        for robot in self._absent:
+            if label and robot.labels.get(drone) == label:
+                self._absent.remove(robot)
+                return robot
+        return None
+
     def _result(self, drone: int, seen: Sighting) -> FleetUpdate:
         """Return the robots as published, and what is to be said of the drone."""
         one, several = self._drones[drone], len(self._drones) > 1
-        estimates = [
-            self._estimate(slot, robot, seen)
-            for slot, robot in enumerate(self.robots)
-            if robot.name
-        ]
-        estimates.sort(key=lambda each: each.robot_id)
+        joint, now_ns = self.state.joint, seen.pose.stamp_ns
+        estimates = published(joint, self.robots, self._drones, seen, self.local)
         depth_m = self._config.depth.sigma_m
         platform = [
             replace(error, name=f"{each.name} {error.name}") if several else error
@@ -278,55 +323,16 @@ class Fleet:
         report = DroneReport(
             one.name, seen.stamp_ns, one.agreement.ratio,
             sum(len(robot.labels) > 1 for robot in known), offset, sigma,
-            one.agreement.disagrees or self._displaced(drone, seen.pose.stamp_ns) > 0.0,
+            one.fault is not None
+            or one.agreement.disagrees
+            or displaced(self.robots, drone, now_ns) > 0.0,
+            one.fault.sensor if one.fault is not None else "",
         )  # fmt: skip
         return FleetUpdate(
             inflate_by_depth(tuple(estimates), seen.pose, self.local, depth_m),
             tuple(platform),
             report,
             {robot.labels[drone]: robot.name for robot in known},
-        )
-
-    def _displaced(self, drone: int, now_ns: int) -> float:
-        """Return how far off another drone shows robots in the place of a drone's own, at most, m.
-
-        0 where none does.
-        """
-        found = 0.0
-        for robot in self.robots:
-            own = len(robot.labels) == 1 and drone in robot.labels
-            if own and robot.rival is not None and robot.contradicted(now_ns):
-                found = max(found, float(np.linalg.norm(robot.rival)))
-        return found
-
-    def _estimate(self, slot: int, robot: FleetRobot, seen: Sighting) -> RobotEstimate:
-        """Return a robot as published: confirmed if the last image of any drone measured it."""
-        joint, stamp_ns = self.state.joint, seen.pose.stamp_ns
-        measured = False
-        for number in robot.labels:
-            one = self._drones[number]
-            if one.last is not None and one.recent(stamp_ns, MATCHING.fresh_s):
-                measured |= robot.seen_ns.get(number) == one.last.pose.stamp_ns
-        own = slice(7 + 4 * slot, 11 + 4 * slot)
-        covariance = joint.covariance[own, own].copy()
-        covariance[:2, :2] += robot.widening(stamp_ns)
-        if len(robot.labels) == 1 and not robot.contradicted(stamp_ns):
-            # What displaces others of its only drone's robots may displace it as well.
-            apart = self._displaced(next(iter(robot.labels)), stamp_ns)
-            covariance[:2, :2] += apart**2 * np.eye(2)
-        latitude, longitude = self.local.places(joint.robots[[slot], :2])
-        return RobotEstimate(
-            seen.stamp_ns,
-            robot.name,
-            robot.class_id,
-            State.CONFIRMED if measured else State.COASTING,
-            float(latitude[0]),
-            float(longitude[0]),
-            seen.pose.altitude - seen.pose.height,
-            joint.robots[slot, :2].copy(),
-            joint.robots[slot, 2:].copy(),
-            covariance,
-            robot.last_seen_ns + seen.stamp_ns - stamp_ns,
         )
 
 

@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Set as AbstractSet
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -111,14 +112,21 @@ class FleetRobot:
         """Return whether a drone has shown another robot in its place for a while."""
         return self.rival is not None and now_ns - self.rival_ns >= TUNING.contradicted_s * 1e9
 
-    def widening(self, now_ns: int) -> Array:
+    def widening(self, now_ns: int, wrong: AbstractSet[int] = frozenset()) -> Array:
         """Return the covariance (2, 2) that doubts add, m².
 
         That is the largest of its drones' own, and where one of two drones must be wrong, the
         spread of their robots.
+
+        Args:
+            now_ns: time of the last scene, ns.
+            wrong: drones whose fault is known: they doubt themselves, but what is wrong has been
+                allowed for. What they say counts where no other drone has the robot.
         """
         nothing = np.zeros((2, 2))
-        own = max(self.doubt.values(), key=lambda one: float(np.trace(one)), default=nothing)
+        doubts = [one for drone, one in self.doubt.items() if drone not in wrong]
+        doubts = doubts or [*self.doubt.values()]
+        own = max(doubts, key=lambda one: float(np.trace(one)), default=nothing)
         if self.rival is None or not self.contradicted(now_ns):
             return own
         found: Array = own + np.outer(self.rival, self.rival)

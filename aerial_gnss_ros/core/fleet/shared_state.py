@@ -61,6 +61,24 @@ def common_variance(one: Array, other: Array, share: float) -> float:
     return share * max(float(least), 0.0)
 
 
+def joint_prior(stationary: list[Array], share: float) -> Array:
+    """Return the prior covariance of several drones' errors (7 N, 7 N).
+
+    Args:
+        stationary: (7, 7) of each drone.
+        share: part of the receivers' variance that is common.
+    """
+    whole = np.zeros((COUNT * len(stationary), COUNT * len(stationary)))
+    for i, one in enumerate(stationary):
+        whole[COUNT * i : COUNT * i + COUNT, COUNT * i : COUNT * i + COUNT] = one
+        for j, other in enumerate(stationary[:i]):
+            common = common_variance(one[GNSS, GNSS], other[GNSS, GNSS], share)
+            for axis in (0, 1):
+                rows = COUNT * i + axis, COUNT * j + axis
+                whole[rows], whole[rows[::-1]] = common, common
+    return whole
+
+
 class SharedState:
     """Platform errors of several drones, and robots.
 
@@ -96,6 +114,30 @@ class SharedState:
             return self.joint.mean[:COUNT].copy(), self.joint.covariance[:COUNT, :COUNT].copy()
         own = self._place(drone)
         return self._mean[own].copy(), self._own[own, own].copy()
+
+    def assume(self, drone: int, errors: Array) -> None:
+        """Set a drone's errors (7,) at the beginning, for derivatives near the truth."""
+        self.activate(drone)
+        self.joint.mean[:COUNT] = errors
+
+    def platforms(self) -> tuple[Array, Array]:
+        """Return all drones' errors (7 N,) and their covariance, in the drones' order."""
+        mean, P, order = self.whole()
+        first, size = COUNT, len(self.joint.mean)
+        places = [
+            np.arange(first),
+            *(size + COUNT * k + np.arange(COUNT) for k in range(len(order) - 1)),
+        ]
+        own = np.concatenate([places[order.index(drone)] for drone in sorted(order)])
+        return mean[own], P[np.ix_(own, own)]
+
+    def prior(self, stationary: list[Array]) -> Array:
+        """Return the prior covariance of all drones' errors (7 N, 7 N), in the drones' order.
+
+        Args:
+            stationary: (7, 7) of each drone.
+        """
+        return joint_prior(stationary, self._share)
 
     def whole(self) -> tuple[Array, Array, list[int]]:
         """Return mean and covariance of everything, and the order of the drones' blocks in it.
@@ -357,18 +399,8 @@ class SharedState:
 
     def _prior(self, stationary: list[Array]) -> tuple[Array, Array, Array]:
         """Return the prior covariance of the active drone, with the others, and of these."""
-        drones = [self.active, *self._others]
-        whole = np.zeros((COUNT * len(drones), COUNT * len(drones)))
-        for i, one in enumerate(drones):
-            for j, other in enumerate(drones):
-                if i == j:
-                    block = stationary[one]
-                    whole[COUNT * i : COUNT * i + COUNT, COUNT * i : COUNT * i + COUNT] = block
-                else:
-                    both = stationary[one][GNSS, GNSS], stationary[other][GNSS, GNSS]
-                    common = common_variance(*both, self._share)
-                    for axis in (0, 1):
-                        whole[COUNT * i + axis, COUNT * j + axis] = common
+        order = [stationary[drone] for drone in (self.active, *self._others)]
+        whole = joint_prior(order, self._share)
         return whole[:COUNT, :COUNT], whole[:COUNT, COUNT:], whole[COUNT:, COUNT:]
 
 

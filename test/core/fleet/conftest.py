@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
@@ -14,7 +14,13 @@ from aerial_gnss_ros.core.config.estimator import estimator_config
 from aerial_gnss_ros.core.estimation.estimator import Estimator
 from aerial_gnss_ros.core.fleet.fleet import Fleet
 from aerial_gnss_ros.core.fleet.sighting import SightingTap
+from aerial_gnss_ros.core.geometry.frames import (
+    matrix_from_quaternion,
+    matrix_from_rpy,
+    quaternion_from_matrix,
+)
 from aerial_gnss_ros.core.geometry.geodesy import LocalMap
+from aerial_gnss_ros.core.values.samples import Orientation
 from aerial_gnss_ros.simulation.boxes import DetectorPlan
 from aerial_gnss_ros.simulation.experiment import Experiment, default_camera
 from aerial_gnss_ros.simulation.feeding import feed
@@ -22,6 +28,36 @@ from aerial_gnss_ros.simulation.flight import FlightPlan
 from aerial_gnss_ros.simulation.formation import Formation, together
 from aerial_gnss_ros.simulation.robots import SwimPlan
 from aerial_gnss_ros.simulation.sensors import START_NS, sensor_plan
+
+
+class Turned:
+    """Passes telemetry on with the compass turned, after some time."""
+
+    def __init__(self, estimator, angle, after_s=-1.0):
+        self._estimator, self._turn = estimator, matrix_from_rpy(0.0, 0.0, angle)
+        self._after_ns = START_NS + round(after_s * 1e9)
+
+    def __getattr__(self, name):
+        return getattr(self._estimator, name)
+
+    def add_gimbal(self, sample):
+        if sample.stamp_ns > self._after_ns:
+            turned = self._turn @ matrix_from_quaternion(sample.quaternion)
+            sample = Orientation(sample.stamp_ns, quaternion_from_matrix(turned[None])[0])
+        self._estimator.add_gimbal(sample)
+
+
+class Shifted:
+    """Passes telemetry on with all fixes displaced to the North."""
+
+    def __init__(self, estimator, north):
+        self._estimator, self._north = estimator, north
+
+    def __getattr__(self, name):
+        return getattr(self._estimator, name)
+
+    def add_fix(self, fix):
+        self._estimator.add_fix(replace(fix, latitude=fix.latitude + self._north / 6.37e6))
 
 
 @dataclass
@@ -120,3 +156,15 @@ def two_rtk():
     """Two drones with RTK hover on opposite sides of three robots that stay."""
     places = 0.3 * 15.0 * np.array([[0.6, 0.5], [-1.0, 0.2], [0.4, -0.8]])
     return fly(noises=("rtk", "rtk"), places=places, duration=20.0, seed=4)
+
+
+@pytest.fixture(scope="session")
+def turned():
+    """Return `Turned`."""
+    return Turned
+
+
+@pytest.fixture(scope="session")
+def shifted():
+    """Return `Shifted`."""
+    return Shifted

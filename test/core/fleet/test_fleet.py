@@ -12,15 +12,9 @@ import pytest
 
 from aerial_gnss_ros.core.config.estimator import estimator_config
 from aerial_gnss_ros.core.fleet.fleet import Fleet, refuse_unable
-from aerial_gnss_ros.core.geometry.frames import (
-    matrix_from_quaternion,
-    matrix_from_rpy,
-    quaternion_from_matrix,
-)
 from aerial_gnss_ros.core.geometry.geodesy import LocalMap
 from aerial_gnss_ros.core.values.errors import ConfigError
 from aerial_gnss_ros.core.values.estimates import MapDatum, State
-from aerial_gnss_ros.core.values.samples import Orientation
 
 
 @pytest.mark.parametrize(
@@ -129,40 +123,6 @@ def only(seen, keep):
 
 def _fleet_robots(flown):
     return flown.together()[0].robots
-
-
-class Turned:
-    """Passes telemetry on with the compass turned."""
-
-    def __init__(self, estimator, angle):
-        self._estimator, self._turn = estimator, matrix_from_rpy(0.0, 0.0, angle)
-
-    def __getattr__(self, name):
-        return getattr(self._estimator, name)
-
-    def add_gimbal(self, sample):
-        turned = self._turn @ matrix_from_quaternion(sample.quaternion)
-        quaternion = quaternion_from_matrix(turned[None])[0]
-        self._estimator.add_gimbal(Orientation(sample.stamp_ns, quaternion))
-
-
-def test_a_drone_with_a_wrong_compass_does_not_spoil_the_other(fleet_of):
-    def spoil(name, estimator):
-        return Turned(estimator, math.radians(25.0)) if name == "b" else estimator
-
-    flown = fleet_of(noises=("rtk", "rtk"), seed=6, duration=10.0, spoil=spoil)
-    fleet, updates = flown.together()
-    assert all(len(robot.labels) == 1 for robot in fleet.robots)
-    mine = {robot.name for robot in fleet.robots if 0 in robot.labels}
-    found = flown.errors(updates[-1][2].estimates)
-    alone = flown.errors(flown.alone["a"][-1].estimates)
-    assert len(mine) == 3
-    assert all(update.report.disagrees for _, _, update in updates[-2:])
-    # Nothing says which one is right: covariances contain both.
-    for one in updates[-1][2].estimates:
-        assert found[one.robot_id][0] < 3.0 * one.sigma
-    for name in mine:
-        assert found[name][0] < max(error for error, _ in alone.values()) + 0.05
 
 
 def test_a_robot_that_no_drone_sees_coasts_and_ends(two_rtk):

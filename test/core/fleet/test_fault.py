@@ -1,0 +1,67 @@
+# Copyright 2026 aerial_gnss_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Marginal likelihoods of faults, and when they name a drone."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from aerial_gnss_ros.core.fleet.fault import (
+    FAULTS,
+    TUNING,
+    Suspicion,
+    culprit,
+    log_ratio,
+    suspicions,
+)
+
+
+def log_normal(z, spread):
+    return -0.5 * (np.linalg.slogdet(2.0 * math.pi * spread)[1] + z @ np.linalg.solve(spread, z))
+
+
+@pytest.mark.parametrize("measured", [1, 3, 8])
+def test_the_ratio_is_that_of_the_marginal_likelihoods(measured):
+    rng = np.random.default_rng(measured)
+    root = rng.normal(size=(5, 5))
+    prior = root @ root.T
+    H, noise = rng.normal(size=(measured, 5)), 0.1 * np.eye(measured)
+    z = 4.0 * rng.normal(size=measured)
+    gain = prior @ H.T @ np.linalg.inv(H @ prior @ H.T + noise)
+    mean, covariance = gain @ z, prior - gain @ H @ prior
+    wide = prior + 9.0 * np.diag([0.0, 1.0, 0.0, 1.0, 0.0])
+    expected = log_normal(z, H @ wide @ H.T + noise) - log_normal(z, H @ prior @ H.T + noise)
+    assert log_ratio(mean, covariance, prior, [1, 3], 9.0) == pytest.approx(expected, rel=1e-3)
+    gain = wide @ H.T @ np.linalg.inv(H @ wide @ H.T + noise)
+    mean, covariance = gain @ z, wide - gain @ H @ wide
+    assert log_ratio(mean, covariance, wide, [1, 3], -9.0) == pytest.approx(-expected, rel=1e-3)
+
+
+def test_without_data_nothing_is_said():
+    assert log_ratio(np.zeros(3), np.eye(3), np.eye(3), [1], 100.0) == pytest.approx(0.0, abs=1e-6)
+
+
+def test_a_drone_is_named_only_if_no_other_could_be_it():
+    compass, gimbal, *_ = FAULTS
+    surely = Suspicion(1, compass, 15.0)
+    assert culprit([surely, Suspicion(0, compass, 8.0)]) is surely
+    assert culprit([surely, Suspicion(0, compass, 12.0)]) is None
+    assert culprit([surely, Suspicion(1, gimbal, 14.0)]) is surely  # whatever is wrong with it
+    assert culprit([Suspicion(1, compass, math.log(0.5 / TUNING.probability))]) is None
+    assert culprit([]) is None
+
+
+@pytest.mark.parametrize("drone", [0, 1])
+def test_the_state_shows_whose_error_is_larger_than_stated(two_rtk, drone):
+    fleet, _ = two_rtk.together()
+    stationary = [one.stationary for one in fleet._drones]
+    before = suspicions(fleet.state, stationary)
+    assert culprit(before) is None
+    assert len(before) == 2 * len(FAULTS)
+    fleet.state.activate(drone)
+    fleet.state.joint.mean[5] = math.radians(10.0)
+    found = culprit(suspicions(fleet.state, stationary))
+    assert (found.drone, found.fault.sensor) == (drone, "compass")

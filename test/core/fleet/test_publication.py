@@ -1,0 +1,32 @@
+# Copyright 2026 aerial_gnss_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Covariances of robots that other drones do not show are widened, others are not."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from aerial_gnss_ros.core.fleet.publication import displaced, published
+from aerial_gnss_ros.core.values.estimates import State
+
+
+def test_robots_in_doubt_are_widened_and_those_of_the_same_drone_too(two_rtk):
+    fleet, updates = two_rtk.together()
+    _, seen, update = updates[-1]
+    now_ns = seen.pose.stamp_ns
+    assert displaced(fleet.robots, 1, now_ns) == 0.0
+    plain = published(fleet.state.joint, fleet.robots, fleet._drones, seen, fleet.local)
+    assert [one.robot_id for one in plain] == [one.robot_id for one in update.estimates]
+    assert {one.state for one in plain} == {State.CONFIRMED}
+    one, other, _ = sorted(fleet.robots, key=lambda robot: robot.name)
+    one.labels, other.labels = {1: "x"}, {1: "y"}
+    one.note_rival(np.array([3.0, 4.0]), now_ns - 10**10)
+    one.note_rival(np.array([3.0, 4.0]), now_ns)
+    assert displaced(fleet.robots, 1, now_ns) == 5.0
+    assert displaced(fleet.robots, 0, now_ns) == 0.0
+    wide = published(fleet.state.joint, fleet.robots, fleet._drones, seen, fleet.local)
+    more = [b.covariance[:2, :2] - a.covariance[:2, :2] for a, b in zip(plain, wide, strict=True)]
+    np.testing.assert_allclose(more[0], [[9.0, 12.0], [12.0, 16.0]], atol=1e-9)
+    np.testing.assert_allclose(more[1], 25.0 * np.eye(2), atol=1e-9)
+    assert more[2] == pytest.approx(np.zeros((2, 2)))
