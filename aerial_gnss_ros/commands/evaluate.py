@@ -23,9 +23,16 @@ from aerial_gnss_ros.commands.configuration import add_arguments as add_configur
 from aerial_gnss_ros.commands.configuration import configuration
 from aerial_gnss_ros.commands.progress import progress
 from aerial_gnss_ros.core.values.errors import ConfigError, InputError
+from aerial_gnss_ros.core.values.estimates import FrameResult
 from aerial_gnss_ros.detection.select import load_detector
 from aerial_gnss_ros.evaluation.errors import RobotErrors, compare, refuse_strangers, summarise
-from aerial_gnss_ros.evaluation.hover import Hover, away_from, find_hovers, hover_truth
+from aerial_gnss_ros.evaluation.hover import (
+    Hover,
+    away_from,
+    find_hovers,
+    hover_truth,
+    seen_from_above,
+)
 from aerial_gnss_ros.evaluation.identity import Identities, identities
 from aerial_gnss_ros.evaluation.nadir import nearest_view
 from aerial_gnss_ros.evaluation.platform import read_platform
@@ -72,6 +79,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
                 "looks straight down at it, as in the paper; errors are then relative to the "
                 "drone's receiver",
     )  # fmt: skip
+    source.add_argument(
+        "--verify", type=Path, nargs="+", metavar="BAG",
+        help=
+                "truth from another drone's recording: while its camera looks straight down at a "
+                "robot, its position of that robot; errors are then relative to its receiver",
+    )  # fmt: skip
     parser.add_argument(
         "--latency", type=float, metavar="S",
         help="an image stamped t shows the scene at t - S (default: the bag's value, else 0)",
@@ -79,8 +92,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--nadir-deg", type=float, metavar="DEG",
         help=
-                "with --hover: greatest angle from the vertical that counts as straight down, "
-                f"deg (default {NADIR_DEG:g})",
+                "with --hover, --verify: greatest angle from the vertical that counts as straight "
+                f"down, deg (default {NADIR_DEG:g})",
     )  # fmt: skip
     parser.add_argument(
         "--still", type=float, metavar="S",
@@ -93,20 +106,24 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="new folder for report.html, the figures as PNG, errors.csv and summary.json",
     )  # fmt: skip
     parser.add_argument("--json", action="store_true", help="print the figures as JSON")
-    add_configuration(parser.add_argument_group("vehicle profile, with --hover, as for replay"))
+    add_configuration(
+        parser.add_argument_group("vehicle profile, with --hover, --verify, as for replay")
+    )
 
 
 def run(args: argparse.Namespace) -> int:
     """Compare, print, and write the requested files."""
     _check(args)
     estimates = read_positions(args.result / "positions.csv")
-    found = _hovers(args, estimates) if args.hover else _Found(_truth(args), estimates)
+    found = _source(args, estimates)
     truth = found.truth
     refuse_strangers(found.estimates, truth.robots)
     errors = compare(found.estimates, truth.robots, truth.drone)
     # Truth from hovers has the tracker's labels, and only robots that were hovered over.
     identity = (
-        None if args.hover else identities(found.estimates, truth.robots, errors, truth.in_view)
+        None
+        if args.truth is None
+        else identities(found.estimates, truth.robots, errors, truth.in_view)
     )
     figures = _as_dict(errors, identity, found)
     if args.output is not None:
@@ -129,10 +146,12 @@ def _check(args: argparse.Namespace) -> None:
         refuse_existing(args.output)
     if args.latency is not None and not abs(args.latency) <= 3.0:
         raise ConfigError(f"--latency must lie within -3 to 3 s, not {args.latency:g}.")
-    if not args.hover:
+    if args.truth:
         for name in ("nadir_deg", "still", "params", "vehicle", "namespace", "method", "model"):
             if getattr(args, name) not in (None, [], ""):
                 raise ConfigError(f"--{name.replace('_', '-')} applies only with --hover.")
+    if args.verify and args.still is not None:
+        raise ConfigError("--still applies only with --hover.")
     if args.nadir_deg is not None and not 0.5 <= args.nadir_deg <= 45.0:
         raise ConfigError(f"--nadir-deg must lie within 0.5 to 45, not {args.nadir_deg:g}.")
     if args.still is not None and not args.still >= 0.0:
@@ -155,10 +174,26 @@ def _truth(args: argparse.Namespace) -> Truth:
     return truth
 
 
-def _hovers(args: argparse.Namespace, estimates: dict[str, EstimatedTrack]) -> _Found:
+def _source(args: argparse.Namespace, estimates: dict[str, EstimatedTrack]) -> _Found:
+    """Return the truth that the arguments name."""
+    if args.hover:
+        return _hovers(args, estimates)
+    if args.verify:
+        return _verified(args, estimates)
+    return _Found(_truth(args), estimates)
+
+
+def _looks_down(
+    args: argparse.Namespace, bags: list[Path]
+) -> tuple[list[FrameResult], Truth, float]:
+    """Return a recording's results image by image, its truth, and the angle of `--nadir-deg`, rad.
+
+    Raises:
+        InputError: its camera never looks down.
+    """
     config = configuration(args)
     single = replace(config.estimator, method="single")
-    with open_bag(args.hover) as bag:
+    with open_bag(bags) as bag:
         nadir_deg = NADIR_DEG if args.nadir_deg is None else args.nadir_deg
         _refuse_without_a_look_down(nearest_view(bag, single, args.namespace), nadir_deg)
         flown = read_truth(bag, args.latency)
@@ -167,8 +202,24 @@ def _hovers(args: argparse.Namespace, estimates: dict[str, EstimatedTrack]) -> _
             detect=args.model is not None,
         )  # fmt: skip
         with progress("searching for hovers", replay.message_count, "messages") as report:
-            results = list(replay.results(report))
-    hovers = find_hovers(results, math.radians(nadir_deg))
+            return list(replay.results(report)), flown, math.radians(nadir_deg)
+
+
+def _verified(args: argparse.Namespace, estimates: dict[str, EstimatedTrack]) -> _Found:
+    results, flown, nadir = _looks_down(args, args.verify)
+    robots = seen_from_above(results, nadir, flown.latency_s)
+    count = sum(map(len, robots.values()))
+    note = (
+        f"Truth is taken from another drone: {counted(count, 'position')} of "
+        f"{counted(len(robots), 'robot')} that it saw straight below it. Errors are relative to "
+        "its receiver, whose offset NEES does not contain."
+    )
+    return _Found(Truth(robots, None, flown.latency_s), estimates, [note])
+
+
+def _hovers(args: argparse.Namespace, estimates: dict[str, EstimatedTrack]) -> _Found:
+    results, flown, nadir = _looks_down(args, args.hover)
+    hovers = find_hovers(results, nadir)
     stamps = np.array([result.stamp_ns for result in results], dtype=np.int64)
     robots = hover_truth(hovers, stamps, args.still)
     note = (
@@ -215,7 +266,7 @@ def _write(
     identity: Identities | None,
     figures: dict[str, Any],
 ) -> None:
-    source = args.hover or args.truth
+    source = args.hover or args.verify or args.truth
     facts = [("result", str(args.result)), ("truth", ", ".join(map(str, source)))]
     if found.truth.latency_s:
         facts.append(("latency of the images", f"{found.truth.latency_s:g} s"))

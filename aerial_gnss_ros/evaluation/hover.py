@@ -62,7 +62,55 @@ def find_hovers(results: Iterable[FrameResult], within: float) -> list[Hover]:
     Raises:
         InputError: no hover.
     """
-    moments: dict[str, list[tuple[int, float, float]]] = {}
+    moments, nearest = _from_above(results, within)
+    hovers = [h for robot in sorted(moments) for h in _stays(robot, moments[robot])]
+    if not hovers:
+        raise InputError(_no_hover(nearest))
+    return sorted(hovers, key=lambda hover: hover.start_ns)
+
+
+def seen_from_above(
+    results: Iterable[FrameResult], within: float, latency_s: float = 0.0
+) -> dict[str, Track]:
+    """Return where a drone saw robots straight below it, at these times only.
+
+    Args:
+        results: of the method `single`, in order.
+        within: greatest angle from the vertical, rad.
+        latency_s: of the images of another drone that is to be verified, s: tracks are stamped as
+            its images are.
+
+    Raises:
+        InputError: no robot was below it for a second.
+    """
+    shift_ns = round(latency_s * 1e9)
+    moments, nearest = _from_above(results, within, shift_ns)
+    found = {}
+    for robot, seen in sorted(moments.items()):
+        if _stays(robot, seen):
+            stamps, latitude, longitude = zip(*seen, strict=True)
+            found[robot] = Track(
+                np.array(stamps, np.int64), np.array(latitude), np.array(longitude)
+            )
+    if not found:
+        raise InputError(_no_hover(nearest))
+    return found
+
+
+_Moments = dict[str, list[tuple[int, float, float]]]
+
+
+def _from_above(
+    results: Iterable[FrameResult], within: float, shift_ns: int | None = None
+) -> tuple[_Moments, float]:
+    """Return when and where robots were seen from above, and the least angle, rad.
+
+    Args:
+        results: in order.
+        within: greatest angle from the vertical, rad.
+        shift_ns: stamps are the scenes' and so much, ns; None: the images'.
+    """
+    moments: _Moments = {}
     nearest = math.inf
     for result in results:
         if result.pose is None:
@@ -76,20 +124,21 @@ def find_hovers(results: Iterable[FrameResult], within: float) -> list[Hover]:
             off = math.atan2(aside, pose.height)
             nearest = min(nearest, off)
             if off <= within:
-                moment = result.stamp_ns, robot.latitude, robot.longitude
+                stamp_ns = result.stamp_ns if shift_ns is None else pose.stamp_ns + shift_ns
+                moment = stamp_ns, robot.latitude, robot.longitude
                 moments.setdefault(robot.robot_id, []).append(moment)
-    hovers = [h for robot in sorted(moments) for h in _stays(robot, moments[robot])]
-    if not hovers:
-        seen = "it has no robots"
-        if math.isfinite(nearest):
-            seen = (
-                f"the least angle of a robot from the vertical is {math.degrees(nearest):.1f} deg"
-            )
-        raise InputError(
-            "the camera never looks straight down at a robot for a second, so there is no truth "
-            f"from hovers ({seen}); give --truth, or a wider --nadir-deg."
-        )
-    return sorted(hovers, key=lambda hover: hover.start_ns)
+    return moments, nearest
+
+
+def _no_hover(nearest: float) -> str:
+    """Return why there is no truth from hovers; `nearest` is the least angle from above, rad."""
+    seen = "it has no robots"
+    if math.isfinite(nearest):
+        seen = f"the least angle of a robot from the vertical is {math.degrees(nearest):.1f} deg"
+    return (
+        "the camera never looks straight down at a robot for a second, so there is no truth "
+        f"from hovers ({seen}); give --truth, or a wider --nadir-deg."
+    )
 
 
 def _stays(robot: str, moments: Sequence[tuple[int, float, float]]) -> list[Hover]:

@@ -156,6 +156,27 @@ def test_truth_from_hovers(tmp_path, capsys):
     assert "nothing is left to compare" in capsys.readouterr().err
 
 
+def test_a_second_drone_above_verifies_the_first_one(tmp_path, capsys):
+    """Its compass does not matter there; that of the first one shows."""
+    flown = tmp_path / "two"
+    arguments = ("--drones", 2, "--formation", "above", "--flight", "hover", "--duration", 12)
+    noise = ("--noise", "none", "--sigma", "heading_deg=8", "--robots", 8)
+    assert _run("simulate", "-o", flown, "--no-images", *arguments, *noise, "--seed", 3) == 0
+    result = tmp_path / "result"
+    assert _run("replay", flown / "a", "-o", result, "--no-figures", "--method", "single") == 0
+    capsys.readouterr()
+    verified = "evaluate", result, "--json", "--verify", flown / "b", "--nadir-deg", 12
+    assert _run(*verified) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert "another drone" in found["notes"][0]
+    assert _run("evaluate", result, "--json", "--truth", flown / "a") == 0
+    true = json.loads(capsys.readouterr().out)
+    assert found["all"]["count"] > 30
+    assert found["all"]["rmse"] == pytest.approx(true["all"]["rmse"], rel=0.4)
+    assert _run(*verified, "--still", 3) == 2
+    assert "--still applies only with --hover" in capsys.readouterr().err
+
+
 def test_that_there_is_no_hover_is_known_before_any_image_is_looked_at(
     tmp_path, capsys, monkeypatch
 ):

@@ -14,7 +14,14 @@ from aerial_gnss_ros.bags.tables import EstimatedTrack
 from aerial_gnss_ros.core.geometry.geodesy import LocalMap
 from aerial_gnss_ros.core.values.errors import InputError
 from aerial_gnss_ros.core.values.estimates import MapDatum, State
-from aerial_gnss_ros.evaluation.hover import Hover, away_from, during, find_hovers, hover_truth
+from aerial_gnss_ros.evaluation.hover import (
+    Hover,
+    away_from,
+    during,
+    find_hovers,
+    hover_truth,
+    seen_from_above,
+)
 
 SECOND = 1_000_000_000
 MAP = LocalMap(MapDatum(0.2, -1.0, 0.0))
@@ -27,8 +34,11 @@ def image(t, east, state=State.CONFIRMED, name="aqua_1"):
     robot = SimpleNamespace(
         robot_id=name, state=state, latitude=float(latitude[0]), longitude=float(longitude[0])
     )
-    pose = SimpleNamespace(latitude=0.2, longitude=-1.0, height=HEIGHT_M)
-    return SimpleNamespace(stamp_ns=round(t * SECOND), pose=pose, estimates=(robot,))
+    stamp_ns = round(t * SECOND)
+    pose = SimpleNamespace(
+        latitude=0.2, longitude=-1.0, height=HEIGHT_M, stamp_ns=stamp_ns - SECOND // 10
+    )
+    return SimpleNamespace(stamp_ns=stamp_ns, pose=pose, estimates=(robot,))
 
 
 def stay(begin, end, east=0.0, **more):
@@ -106,3 +116,13 @@ def test_positions_during_a_hover_over_any_robot_are_left_out():
     assert list(away_from(TWICE, {"a": track, "b": inside})) == ["a"]
     with pytest.raises(InputError, match="nothing is left to compare"):
         away_from(TWICE, {"b": inside})
+
+
+def test_a_robot_below_another_drone_is_known_at_the_times_of_its_scenes_only():
+    images = [*stay(0, 2), *stay(3, 5, east=0.9), *stay(6, 6.2, name="other")]
+    found = seen_from_above(images, WITHIN, 0.3)
+    assert [*found] == ["aqua_1"]
+    seconds = found["aqua_1"].stamps_ns / SECOND
+    np.testing.assert_allclose(seconds, np.array([0.0, 0.5, 1.0, 1.5, 2.0]) + 0.2)
+    with pytest.raises(InputError, match=r"from the vertical is 5\.1 deg"):
+        seen_from_above(stay(3, 5, east=0.9), WITHIN)
