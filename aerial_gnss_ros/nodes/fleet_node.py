@@ -55,7 +55,7 @@ class FleetNode(SupervisedNode):
         config = fleet_config(self.values)
         if not config.drones:
             raise ConfigError("drones is empty: give the drones' namespaces: [drone1, drone2].")
-        self._shore = Shore(config.drones, config.gnss_share, _origin(config))
+        self._shore = Shore(config.drones, config.gnss_share, _origin(config), self.steady_ns)
         self._positions = PositionTopics(
             self, config.map, config.updates, Noise().value("correlation_time_s")
         )
@@ -103,7 +103,7 @@ class FleetNode(SupervisedNode):
             self.warn_seldom(f"{source}: {error}")
 
     def _advance(self) -> None:
-        result = self._shore.advance(self.steady_ns())
+        result = self._shore.advance()
         if result is not None:
             self._results += 1
             self._stamp_ns = result.stamp_ns
@@ -112,7 +112,7 @@ class FleetNode(SupervisedNode):
     def _request(self) -> None:
         """Ask for what was lost, and say how the drones are."""
         for source, link in self._shore.links.items():
-            wanted = tuple(link.gaps.wanted())
+            wanted = tuple(link.gaps.wanted(self.steady_ns()))
             if wanted and link.gaps.session is not None:
                 text = request_text(Request(link.drone, link.gaps.session, wanted))
                 self._requests[source].publish(message(REQUEST[1], {"data": text}))

@@ -4,8 +4,23 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
+from aerial_gnss_ros.core.fleet.outbox import SECOND_NS, SentSighting
 from aerial_gnss_ros.core.fleet.outbox import TUNING as OUTBOX
-from aerial_gnss_ros.core.fleet.outbox import SentSighting
+
+
+@dataclass(frozen=True)
+class GapsTuning:
+    """Chosen numbers of this module, with their units and where they come from."""
+
+    again_s: float = 2.0
+    """Time after which a sighting that has not come is asked for again, s. Judged."""
+    rate_hz: float = 100.0
+    """Rate at which a drone sends again; see `nodes.sightings`."""
+
+
+TUNING = GapsTuning()
 
 
 class Gaps:
@@ -21,7 +36,7 @@ class Gaps:
         self.session: int | None = None
         self.lost = self.repeated = 0
         self._newest = -1
-        self._missing: dict[int, None] = {}
+        self._missing: dict[int, int] = {}  # when each is to be asked for, ns
 
     def take(self, sent: SentSighting) -> bool:
         """Note a sighting; return whether it is new, and not of a session that has ended."""
@@ -39,7 +54,7 @@ class Gaps:
             begin = self._newest + 1
             kept = max(begin, sent.oldest, number - OUTBOX.most)
             self.lost += kept - begin
-            self._missing |= dict.fromkeys(range(kept, number))
+            self._missing |= dict.fromkeys(range(kept, number), 0)
             self._newest = number
             return True
         if number not in self._missing:
@@ -60,14 +75,26 @@ class Gaps:
         """Number of sightings that are wanted again."""
         return len(self._missing)
 
-    def wanted(self, most: int = 20) -> list[tuple[int, int]]:
-        """Return the first and last number of each gap, the oldest first, at most some."""
+    def wanted(self, now_ns: int, most: int = 20) -> list[tuple[int, int]]:
+        """Return the first and last numbers to ask for, the oldest first.
+
+        What has been asked for is not asked for again before it can have come.
+
+        Args:
+            now_ns: of a clock that is never stepped, ns.
+            most: greatest number of pairs.
+        """
         found: list[tuple[int, int]] = []
+        again_s = TUNING.again_s + 2.0 * len(self._missing) / TUNING.rate_hz
+        again_ns = now_ns + round(again_s * SECOND_NS)
         for number in sorted(self._missing):
+            if self._missing[number] > now_ns:
+                continue
             if found and number == found[-1][1] + 1:
                 found[-1] = found[-1][0], number
             elif len(found) == most:
                 break
             else:
                 found.append((number, number))
+            self._missing[number] = again_ns
         return found

@@ -7,8 +7,8 @@ all sightings of the last 65 s are kept, with a copy of the fleet about each sec
 before the late sighting is taken up again, and everything since then is applied once more. Order
 and result are those of a flight in which nothing was late, to the last bit.
 
-Going back costs the more the farther back it is. Late sightings are therefore collected, and the
-next time is the later, the more time the last one has applied again.
+Going back costs the more the farther back it is. Late sightings are therefore collected for as
+long as the last time of going back has taken, and for half a second at least.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from __future__ import annotations
 import copy
 from bisect import bisect_left, insort
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 from aerial_gnss_ros.core.estimation.attempt import attempt
@@ -37,10 +37,7 @@ class HistoryTuning:
     copied_s: float = 1.0
     """Time between two copies of the fleet, s: a copy costs as much as a few sightings. Judged."""
     collected_s: float = 0.5
-    """Least time between two times of going back, s."""
-    share: float = 0.05
-    """Least time between them as a share of the time that the last one has applied again: a second
-    of flight takes much less than that to apply. Judged."""
+    """Least time from one time of going back to the next, s."""
 
 
 TUNING = HistoryTuning()
@@ -70,6 +67,7 @@ class History:
     Args:
         fleet: before its first sighting.
         drones: their names, in the order of the fleet.
+        clock: returns the time of a clock that is never stepped, ns.
 
     Attributes:
         fleet: after all sightings that are applied.
@@ -79,7 +77,8 @@ class History:
         failure: why the last one failed, for developers; empty if none has.
     """
 
-    def __init__(self, fleet: Fleet, drones: Sequence[str]) -> None:
+    def __init__(self, fleet: Fleet, drones: Sequence[str], clock: Callable[[], int]) -> None:
+        self._clock = clock
         self._drones = list(drones)
         self._begin(fleet)
         self._known: list[tuple[_Key, SentSighting]] = []  # applied, or to be applied again
@@ -118,35 +117,31 @@ class History:
         insort(self._waiting, (key, sent), key=_by_key)
         return True
 
-    def advance(self, now_ns: int) -> list[tuple[SentSighting, FleetUpdate]]:
-        """Apply what has arrived; return it with the results, the newest last.
-
-        Args:
-            now_ns: of a clock that is never stepped, ns.
-        """
+    def advance(self) -> list[tuple[SentSighting, FleetUpdate]]:
+        """Apply what has arrived; return it with the results, the newest last."""
+        began_ns = self._clock()
         gone = bisect_left(self._waiting, self._copies[0].key, key=_by_key)
         if gone:  # the history has moved on while they waited
             self.refused[TOO_LATE] += gone
             del self._waiting[:gone]
         first = bisect_left(self._waiting, self._last, key=_by_key)
         late, fresh = self._waiting[:first], self._waiting[first:]
-        if late and (self._pause_until_ns is None or now_ns >= self._pause_until_ns):
-            fresh = self._gone_back(late, now_ns) + fresh
-            late = []
+        back = bool(late) and (self._pause_until_ns is None or began_ns >= self._pause_until_ns)
+        if back:
+            fresh, late = self._gone_back(late) + fresh, []
         self._waiting = late
         found = self._apply(fresh)
         self._forget()
+        if back:
+            ended_ns = self._clock()
+            least_ns = round(TUNING.collected_s * SECOND_NS)
+            self._pause_until_ns = max(began_ns + least_ns, 2 * ended_ns - began_ns)
         return found
 
-    def _gone_back(
-        self, late: list[tuple[_Key, SentSighting]], now_ns: int
-    ) -> list[tuple[_Key, SentSighting]]:
+    def _gone_back(self, late: list[tuple[_Key, SentSighting]]) -> list[tuple[_Key, SentSighting]]:
         """Take up the copy before late sightings; return all that follow it."""
         self.returned += 1
         self._take_up(late[0][0])
-        again_s = max(self._newest_ns - self._copies[-1].key[0], 0) / SECOND_NS
-        pause_s = max(TUNING.collected_s, TUNING.share * min(again_s, TUNING.kept_s))
-        self._pause_until_ns = now_ns + round(pause_s * SECOND_NS)
         begin = bisect_left(self._known, self._copies[-1].key, key=_by_key)
         again = sorted(self._known[begin:] + late, key=_by_key)
         del self._known[begin:]

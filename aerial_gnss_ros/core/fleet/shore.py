@@ -7,9 +7,10 @@ What one drone sends wrongly is refused with a sentence; the others go on.
 
 from __future__ import annotations
 
+import contextlib
 import math
-from collections import Counter
-from collections.abc import Sequence
+from collections import Counter, deque
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
 from aerial_gnss_ros.core.config.estimator import EstimatorConfig
@@ -31,6 +32,8 @@ class ShoreTuning:
     """How far a scene may be ahead of this computer's clock, s: as far as a latency is negative."""
     most_hz: int = 100
     """Greatest number of a drone's sightings in a second of flight, as an outbox holds."""
+    early: int = 100
+    """Greatest number of sightings that wait for their drone's parameters."""
 
 
 TUNING = ShoreTuning()
@@ -78,6 +81,7 @@ class Shore:
         sources: their namespaces; the fleet has its drones in this order.
         share: prior share of the receivers' variance that is common to all.
         datum: origin of the frame `map`; None: that of the drone heard first.
+        clock: returns the time of a clock that is never stepped, ns.
 
     Attributes:
         links: to the drones, by namespace.
@@ -85,8 +89,15 @@ class Shore:
         history: the fleet; None until a drone is known.
     """
 
-    def __init__(self, sources: Sequence[str], share: float, datum: MapDatum | None) -> None:
-        self._sources, self._share = list(sources), share
+    def __init__(
+        self,
+        sources: Sequence[str],
+        share: float,
+        datum: MapDatum | None,
+        clock: Callable[[], int],
+    ) -> None:
+        self._sources, self._share, self._clock = list(sources), share, clock
+        self._early: dict[str, deque[tuple[SentSighting, int]]] = {}
         self.datum = datum
         self._local: LocalMap | None = None
         self.links: dict[str, Link] = {}
@@ -125,6 +136,15 @@ class Shore:
         self.datum = self.datum or datum
         if self.datum is not None and not (known and self.history is not None):
             self._begin(self.datum)
+        self._take_early()
+
+    def _take_early(self) -> None:
+        """Take in what came before the parameters; they are of two topics."""
+        for source in [one for one in self._early if one in self.links]:
+            if self.history is not None:
+                for sent, now_ns in self._early.pop(source):
+                    with contextlib.suppress(InputError):  # counted
+                        self.add(source, sent, now_ns)
 
     def _begin(self, datum: MapDatum) -> None:
         """Make the fleet of all drones that are known, and give it what is kept."""
@@ -132,7 +152,7 @@ class Shore:
         configs = {one.drone: one.config for one in self._known()}
         fleet = Fleet(configs, self._local, self._share)
         if self.history is None:
-            self.history = History(fleet, list(configs))
+            self.history = History(fleet, list(configs), self._clock)
         else:
             self.history.start_again(fleet, list(configs))
 
@@ -152,7 +172,9 @@ class Shore:
         """
         link = self.links.get(source)
         if link is None or self.history is None or self._local is None:
-            raise InputError(f"the parameters of {source} are not known yet: its images wait.")
+            kept = self._early.setdefault(source, deque(maxlen=TUNING.early))
+            kept.append((sent, now_ns))
+            return
         if link.drone != sent.drone:
             raise InputError(f"{source} is drone {link.drone}, but sends images of {sent.drone}.")
         if not link.gaps.take(sent):
@@ -190,15 +212,11 @@ class Shore:
             return "flood", f"it sends more than {TUNING.most_hz} images a second"
         return "", ""
 
-    def advance(self, now_ns: int) -> FrameResult | None:
-        """Apply what has arrived; return the fleet's newest result, if there is a new one.
-
-        Args:
-            now_ns: of a clock that is never stepped, ns.
-        """
+    def advance(self) -> FrameResult | None:
+        """Apply what has arrived; return the fleet's newest result, if there is a new one."""
         if self.history is None or self.datum is None:
             return None
-        applied = self.history.advance(now_ns)
+        applied = self.history.advance()
         by_name = {one.drone: one for one in self.links.values()}
         for sent, update in applied:
             if sent.drone in by_name:

@@ -45,7 +45,23 @@ def seconds(log):
     return [(stamp_ns - BEGIN_NS) / SECOND_NS for stamp_ns, _ in log.done]
 
 
-def fly(history, arrivals, step_s=0.1):
+class Clock:
+    """A clock that a test sets."""
+
+    def __init__(self):
+        self.ns = 0
+
+    def __call__(self):
+        return self.ns
+
+
+def made(fleet, *drones):
+    """Return a history, and its clock."""
+    clock = Clock()
+    return History(fleet, drones, clock), clock
+
+
+def fly(history, clock, arrivals, step_s=0.1):
     """Give sightings at their times of arrival, s, and let everything be applied."""
     arrivals = sorted(arrivals, key=lambda one: one[0])
     now_s, place = 0.0, 0
@@ -53,7 +69,8 @@ def fly(history, arrivals, step_s=0.1):
         while place < len(arrivals) and arrivals[place][0] <= now_s:
             history.add(arrivals[place][1])
             place += 1
-        history.advance(round(now_s * SECOND_NS))
+        clock.ns = round(now_s * SECOND_NS)
+        history.advance()
         now_s += step_s
 
 
@@ -68,9 +85,9 @@ def test_whatever_comes_within_a_minute_is_applied_at_its_time(scenes, seed):
         sent(scene / 10.0, str(drone), 1, number)
         for number, ((scene, _), drone) in enumerate(zip(scenes, drones, strict=True))
     ]
-    history = History(Log(), ["a", "b", "c"])
+    history, clock = made(Log(), "a", "b", "c")
     arrivals = [(s / 10.0 + delay, one) for (s, delay), one in zip(scenes, told, strict=True)]
-    fly(history, arrivals)
+    fly(history, clock, arrivals)
     assert sum(history.refused.values()) == 0
     order = sorted((one.sighting.pose.stamp_ns, one.drone) for one in told)
     assert sorted(history.fleet.done) == order
@@ -78,13 +95,14 @@ def test_whatever_comes_within_a_minute_is_applied_at_its_time(scenes, seed):
 
 
 def test_it_goes_back_at_most_twice_a_second_and_the_newest_do_not_wait():
-    history = History(Log(), ["a", "b"])
+    history, clock = made(Log(), "a", "b")
     returns, newest = [], []
     for k in range(100):  # b comes 2 s late
         history.add(sent(k / 10.0, "a", 1, k))
         if k >= 20:
             history.add(sent(k / 10.0 - 2.0, "b", 1, k))
-        history.advance(BEGIN_NS + k * SECOND_NS // 10)
+        clock.ns = BEGIN_NS + k * SECOND_NS // 10
+        history.advance()
         returns.append(history.returned)
         newest.append(seconds(history.fleet)[-1])
     assert newest == [k / 10.0 for k in range(100)]
@@ -93,80 +111,100 @@ def test_it_goes_back_at_most_twice_a_second_and_the_newest_do_not_wait():
     assert history.applied < 6.5 * 180
 
 
-def test_the_farther_back_the_longer_until_the_next_time():
-    history = History(Log(), ["a", "b"])
+def test_the_longer_it_takes_the_longer_until_the_next_time():
+    class Slow(Log):
+        def update(self, name, seen):
+            clock.ns += SECOND_NS // 100
+            return super().update(name, seen)
+
+    history, clock = made(Slow(), "a", "b")
     for k in range(600):
         history.add(sent(k / 10.0, "a", 1, k))
-        history.advance(k * SECOND_NS // 10)
-    for k in range(20):  # 2 s of resending what is 59 s old
-        history.add(sent(1.0 + k / 100.0, "b", 1, k))
-        history.advance((600 + k) * SECOND_NS // 10)
+    history.advance()
+    for k in range(2):
+        history.add(sent(1.0, "b", 1, k))
+        history.advance()  # takes some 5.9 s
+    assert (history.returned, history.waiting) == (1, 1)
+    clock.ns += 5 * SECOND_NS
+    history.advance()
     assert history.returned == 1
-    history.advance((601 + round(590 * TUNING.share)) * SECOND_NS // 10)
+    clock.ns += SECOND_NS
+    history.advance()
     assert (history.returned, history.waiting) == (2, 0)
 
 
 def test_what_is_older_than_the_history_is_refused():
-    history = History(Log(), ["a", "b"])
+    history, clock = made(Log(), "a", "b")
     assert history.add(sent(0.0))
-    history.advance(0)
+    clock.ns = 0
+    history.advance()
     assert history.add(sent(100.0, number=1))
     assert not history.add(sent(34.9, "b"))
     assert history.add(sent(35.1, "b", number=1))
-    history.advance(SECOND_NS)
+    clock.ns = SECOND_NS
+    history.advance()
     assert history.refused == {TOO_LATE: 1}
     assert seconds(history.fleet) == [0.0, 35.1, 100.0]
 
 
 def test_what_waits_until_the_history_has_moved_on_is_refused():
-    history = History(Log(), ["a", "b"])
+    history, clock = made(Log(), "a", "b")
     for k in range(66):
         history.add(sent(float(k), "a", 1, k))
-    history.advance(0)
+    clock.ns = 0
+    history.advance()
     history.add(sent(10.5, "b", 1, 0))
-    history.advance(1)  # goes back, and pauses
+    clock.ns = 1
+    history.advance()  # goes back, and pauses
     history.add(sent(1.5, "b", 1, 1))
     history.add(sent(120.0, "a", 1, 99))
-    history.advance(2)
-    history.advance(10 * SECOND_NS)
+    clock.ns = 2
+    history.advance()
+    clock.ns = 10 * SECOND_NS
+    history.advance()
     assert history.refused == {TOO_LATE: 1}
     assert history.waiting == 0
 
 
 def test_memory_is_bounded():
-    history = History(Log(), ["a"])
+    history, clock = made(Log(), "a")
     for k in range(3000):
         history.add(sent(k / 10.0, "a", 1, k))
-        history.advance(k)
+        clock.ns = k
+        history.advance()
     assert len(history._copies) <= TUNING.kept_s / TUNING.copied_s + 2
     assert len(history._known) <= (TUNING.kept_s + TUNING.copied_s) * 10 + 2
 
 
 @pytest.mark.parametrize("late", [False, True])
 def test_what_fails_leaves_nothing_behind(late):
-    history = History(Log(), ["a"])
+    history, clock = made(Log(), "a")
     bad = sent(1.5, "a", 1, 99, fails=True)
     if not late:
         history.add(bad)
     for k in range(30):
         history.add(sent(k / 10.0, "a", 1, k))
-    history.advance(0)
+    clock.ns = 0
+    history.advance()
     if late:
         history.add(bad)
-        history.advance(SECOND_NS)
+        clock.ns = SECOND_NS
+        history.advance()
     assert history.refused == {FAILED: 1}
     assert history.failure == "ValueError: of no use"
     assert seconds(history.fleet) == [k / 10.0 for k in range(30)]
 
 
 def test_it_can_begin_again_with_another_fleet():
-    history = History(Log(), ["a"])
+    history, clock = made(Log(), "a")
     for k in range(20):
         history.add(sent(k / 10.0, "a", 1, k))
-    history.advance(0)
+    clock.ns = 0
+    history.advance()
     history.start_again(Log(), ["a", "b"])
     history.add(sent(0.05, "b"))
-    history.advance(1)
+    clock.ns = 1
+    history.advance()
     assert seconds(history.fleet) == sorted([0.05, *(k / 10.0 for k in range(20))])
 
 
@@ -201,10 +239,11 @@ def test_state_and_names_after_catching_up_are_those_of_the_lossless_flight(thin
         st.lists(st.sampled_from([0.0, 0.3, 2.0, 5.0, 60.0]), min_size=len(told),
                  max_size=len(told))
     )  # fmt: skip
-    history = History(Fleet(flown.configs, flown.local), ["a", "b"])
+    history, clock = made(Fleet(flown.configs, flown.local), "a", "b")
     begin_ns = min(one.sighting.pose.stamp_ns for one in told)
     fly(
         history,
+        clock,
         [
             ((one.sighting.pose.stamp_ns - begin_ns) / SECOND_NS + delay, one)
             for one, delay in zip(told, delays, strict=True)
@@ -225,14 +264,15 @@ def test_the_names_of_a_restarted_drone_are_other_robots(thinned):
         seen = replace(seen, labels=seen.labels[::-1], tracks=seen.tracks[::-1])
         return SentSighting("a", 2, one.sequence - half, 0, seen)
 
-    history = History(Fleet(flown.configs, flown.local), ["a", "b"])
-    fly(history, [(0.0, one) for one in told if one.sequence < half])
+    history, clock = made(Fleet(flown.configs, flown.local), "a", "b")
+    fly(history, clock, [(0.0, one) for one in told if one.sequence < half])
     before = list(history.fleet.robots)
     assert all(0 in robot.labels for robot in before)
     history.add(restarted(next(s for s in told if s.drone == "a" and s.sequence == half)))
-    history.advance(10**12)
+    clock.ns = 10**12
+    history.advance()
     assert not any(0 in robot.labels or robot.refused.get(0) for robot in before)
-    fly(history, [(2e3, restarted(one)) for one in told if one.sequence > half])
+    fly(history, clock, [(2e3, restarted(one)) for one in told if one.sequence > half])
     places = {one.robot_id: (one.latitude, one.longitude) for one in update.estimates}
     found = history.fleet.update(told[-1].drone, told[-1].sighting).estimates
     assert len(found) == len(places)

@@ -20,6 +20,17 @@ from aerial_gnss_ros.core.values.estimates import MapDatum
 SECOND_NS = 10**9
 
 
+class Clock:
+    """A clock that goes on by a second each time that it is read."""
+
+    def __init__(self):
+        self.ns = 0
+
+    def __call__(self):
+        self.ns += SECOND_NS
+        return self.ns
+
+
 @pytest.fixture(scope="module")
 def flown(fleet_of):
     """Two drones with every second image as sent, and the first one's origin."""
@@ -34,7 +45,7 @@ def flown(fleet_of):
 def shore(flown):
     """Return a shore that knows both drones."""
     made, _, origin = flown
-    shore = Shore(["north/a", "b"], 0.5, None)
+    shore = Shore(["north/a", "b"], 0.5, None, Clock())
     shore.describe("b", "b", made.configs["b"], None)
     assert shore.history is None
     shore.describe("north/a", "a", made.configs["a"], origin)
@@ -53,12 +64,12 @@ def test_both_drones_are_joined_though_one_is_late(shore, flown):
     made, sent, _ = flown
     for one in sent["a"]:
         give(shore, one, SECOND_NS // 10)
-    result = shore.advance(0)
+    result = shore.advance()
     assert result.stamp_ns == sent["a"][-1].sighting.stamp_ns
     for one in reversed(sent["b"]):
         give(shore, one, 2 * SECOND_NS)
     assert shore.links["b"].gaps.missing == 0  # the first to come is the first that is wanted
-    result = shore.advance(SECOND_NS)
+    result = shore.advance()
     fleet = Fleet(made.configs, made.local)
     last = sent["b"][-1]
     told = sorted([*sent["a"], last], key=lambda s: (scene_ns(s), s.drone))
@@ -71,27 +82,26 @@ def test_both_drones_are_joined_though_one_is_late(shore, flown):
     assert shore.links["b"].delay_s == pytest.approx(2.0)
     assert shore.links["b"].update.report.drone == "b"
     assert shore.links["b"].refused == {"repeated": len(sent["b"]) - 1}
-    assert shore.advance(2 * SECOND_NS) is None
+    assert shore.advance() is None
 
 
 def test_a_drone_that_joins_in_flight_begins_anew_with_what_is_kept(flown):
     made, sent, origin = flown
-    shore = Shore(["north/a", "b"], 0.5, origin)
+    shore = Shore(["north/a", "b"], 0.5, origin, Clock())
     shore.describe("north/a", "a", made.configs["a"], MapDatum(0.0, 0.0, 0.0))
     assert shore.datum is origin  # given by parameters
     half = len(sent["a"]) // 2
     for one in sent["a"]:
         give(shore, one)
-    for one in sent["b"][:half]:
-        with pytest.raises(InputError, match="parameters of b are not known yet"):
-            give(shore, one)
-    shore.advance(0)
+    for one in sent["b"][:half]:  # waits for the parameters
+        give(shore, one)
+    shore.advance()
     shore.describe("b", "b", made.configs["b"], None)
     for one in sent["b"][half:]:
         give(shore, one)
-    result = shore.advance(SECOND_NS)
+    result = shore.advance()
     fleet = Fleet(made.configs, made.local)
-    for one in sorted([*sent["a"], *sent["b"][half:]], key=lambda s: (scene_ns(s), s.drone)):
+    for one in sorted([*sent["a"], *sent["b"]], key=lambda s: (scene_ns(s), s.drone)):
         update = fleet.update(one.drone, one.sighting)
     assert repr(result.estimates) == repr(update.estimates)
 
@@ -135,7 +145,7 @@ def test_what_cannot_be_joined_is_refused_and_the_others_go_on(shore, flown):
     }  # fmt: skip
     for one in sent["a"]:
         give(shore, one)
-    assert shore.advance(0).estimates
+    assert shore.advance().estimates
     assert not shore.links["north/a"].refused
 
 
