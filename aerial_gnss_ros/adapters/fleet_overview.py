@@ -31,6 +31,7 @@ def drone_values(link: Link) -> dict[str, Any]:
         "delay_s": link.delay_s,
         "missing": link.gaps.missing,
         "lost": link.gaps.lost,
+        "repeated": link.gaps.repeated,
         **{f"refused_{reason}": count for reason, count in sorted(link.refused.items())},
     }
 

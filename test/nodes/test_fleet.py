@@ -1,20 +1,176 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""What is wrong with one drone of a fleet is said, and the others go on."""
+"""Two estimators and the fleet as processes: what is joined live is what a replay joins."""
 
 from __future__ import annotations
 
+import csv
 import json
+import math
 
 import pytest
 
 pytest.importorskip("rclpy", reason="ROS 2 is not installed")
 from aerial_gnss_ros.adapters.fleet_messages import drone_parameters
+from aerial_gnss_ros.adapters.fleet_overview import DRONES
+from aerial_gnss_ros.adapters.sighting_messages import SIGHTINGS, sent_sighting
+from aerial_gnss_ros.adapters.stamps import nanoseconds
+from aerial_gnss_ros.bags.reader import open_bag
+from aerial_gnss_ros.bags.writer import BagWriter
+from aerial_gnss_ros.cli import main
+from aerial_gnss_ros.core.config.estimator import EstimatorConfig
+from aerial_gnss_ros.core.fleet.fleet import Fleet
+from aerial_gnss_ros.core.geometry.geodesy import LocalMap
 from aerial_gnss_ros.core.values.errors import ConfigError
+from aerial_gnss_ros.core.values.estimates import MapDatum
+from aerial_gnss_ros.nodes import qos
 from aerial_gnss_ros.nodes.diagnostics import WARN
 from aerial_gnss_ros.nodes.fleet_node import FleetNode
-from aerial_gnss_ros.nodes.ros_messages import message
+from aerial_gnss_ros.nodes.ros_messages import message, message_class
 from aerial_gnss_ros.nodes.supervised import Given
+from aerial_gnss_ros.simulation.sensors import START_NS
+
+SIM_TIME = ("--ros-args", "-p", "use_sim_time:=true")
+OUTAGE = range(30, 60)
+STEP_NS = 100_000_000
+
+
+@pytest.fixture(scope="module")
+def two(tmp_path_factory):
+    """Return the bags of two drones, both in one, and what a replay of them gives."""
+    folder = tmp_path_factory.mktemp("drones")
+    arguments = ["--no-images", "--duration", "9", "--drones", "2", "--seed", "3"]
+    assert main(["simulate", "-o", str(folder / "two"), *arguments]) == 0
+    bags = {name: folder / "two" / name for name in "ab"}
+    given = [part for name, bag in bags.items() for part in ("--drone", f"{name}={bag}")]
+    quick = ["--no-bag", "--no-figures", "--json"]
+    assert main(["replay", *given, "-o", str(folder / "joined"), *quick]) == 0
+    with open_bag(bags["a"]) as a, open_bag(bags["b"]) as b, BagWriter(folder / "all") as out:
+        recorded = [
+            ((one.log_ns, name), name, bag, one)
+            for name, bag in (("a", a), ("b", b))
+            for one in bag.messages({topic for topic in bag.topics if "truth" not in topic})
+        ]
+        for _, name, bag, one in sorted(recorded, key=lambda r: r[0]):
+            topic = bag.topics[one.topic]
+            out.write(f"/{name}{one.topic}", topic.msgtype, one.log_ns, one.raw, topic.qos[0])
+    return folder
+
+
+def rows(path):
+    return list(csv.DictReader(path.read_text().splitlines()))
+
+
+def connected(node):
+    """Return whether both drones and the fleet have found one another."""
+    heard = all(node.count_subscribers(f"/{name}/sightings") for name in "ab")
+    return heard and all(map(node.count_publishers, ("/a/sightings", "/b/raw/sightings")))
+
+
+class Link:
+    """Passes b's sightings on, but for those of an outage; what is sent again passes.
+
+    Attributes:
+        newest_ns: stamp of the newest image that came, ns.
+        came: by drone and number; of both drones.
+        lost: sequence numbers of those that did not pass.
+    """
+
+    def __init__(self, ros):
+        self.lost, self.newest_ns, self.came, node = set(), 0, {}, ros.node("link")
+        kind = message_class(SIGHTINGS[1])
+        self._out = node.create_publisher(kind, "/b/sightings", qos.sightings())
+        node.create_subscription(kind, "/a/sightings", self._note, qos.sightings())
+        node.create_subscription(kind, "/b/raw/sightings", self._pass, qos.sightings())
+
+    def _note(self, msg):
+        sent = sent_sighting(msg.data)
+        self.came[sent.drone, sent.sequence] = sent
+        return sent
+
+    def _pass(self, msg):
+        sent = self._note(msg)
+        self.newest_ns = max(self.newest_ns, sent.sighting.stamp_ns)
+        if sent.sequence in OUTAGE and sent.sequence not in self.lost:
+            self.lost.add(sent.sequence)
+        else:
+            self._out.publish(msg)
+
+
+def joined(came):
+    """Return robots and names after the sightings that came, in the order of their scenes."""
+    order = sorted(came.values(), key=lambda one: (one.sighting.pose.stamp_ns, one.drone))
+    first = order[0].sighting.pose
+    datum = MapDatum(first.latitude, first.longitude, math.nan)
+    fleet = Fleet(dict.fromkeys("ab", EstimatorConfig()), LocalMap(datum))
+    names = {}
+    for one in order:
+        update = fleet.update(one.drone, one.sighting)
+        names[one.drone] = update.names
+    return {estimate.robot_id: estimate for estimate in update.estimates}, names
+
+
+def apart_m(fix, latitude_deg, longitude_deg):
+    """Return the distance of a fix from a place."""
+    north = (fix.latitude - latitude_deg) * 111_000.0
+    east = (fix.longitude - longitude_deg) * 108_000.0
+    return math.hypot(north, east)
+
+
+@pytest.mark.slow
+def test_two_live_drones_with_an_outage_are_joined_as_in_a_replay(two, start, ros, in_step):
+    drones = [
+        start(
+            "aerial_gnss_ros.nodes.estimator", *SIM_TIME, "-p", f"sightings.drone:={name}",
+            "-r", f"__ns:=/{name}", *more,
+        )
+        for name, more in (("a", ()), ("b", ("-r", "sightings:=raw/sightings")))
+    ]  # fmt: skip
+    fleet = start("aerial_gnss_ros.nodes.fleet", *SIM_TIME, "-p", "drones:=[a, b]")
+    link, told, fixes = Link(ros), [], {}
+    listener = ros.node("listener")
+    listener.create_subscription(
+        message_class(DRONES[1]), DRONES[0], lambda m: told.append(json.loads(m.data)),
+        qos.latched(),
+    )  # fmt: skip
+    for name in ("aqua_1", "aqua_2", "aqua_3"):
+        listener.create_subscription(
+            message_class("sensor_msgs/msg/NavSatFix"), f"/robots/{name}/fix",
+            lambda m, name=name: fixes.__setitem__(name, m), qos.latched(),
+        )  # fmt: skip
+    for program in (*drones, fleet):
+        program.wait_for("method filter|joins", 40.0)
+    ros.spin_until(lambda: connected(listener), 20.0)
+    ros.spin(1.0)
+    heard = [f"/{name}/{topic}" for name in "ab" for topic in ("detections", "gimbal", "fix")]
+    player = in_step("/b/detections", two / "all", "--wait-for", *heard, "--after", "1")
+    # An image before the origin of map is known has no sighting: the player may be ahead by 3.
+    player.play(ros, lambda: max((link.newest_ns - START_NS) // STEP_NS, 0) + 3)
+    ros.spin_until(lambda: told and all(one["missing"] == 0 for one in told[-1]["drones"]), 20.0)
+    ros.spin(2.0)  # the last of them are applied
+    assert link.lost == set(OUTAGE)
+    last = {one["drone"]: one for one in told[-1]["drones"]}
+    assert [last[name]["lost"] for name in "ab"] == [0, 0]
+    assert not [key for one in last.values() for key in one if key.startswith("refused")]
+    estimates, names = joined(link.came)
+    assert {name: last[name]["names"] for name in "ab"} == names
+    assert fixes.keys() == estimates.keys()
+    for name, fix in fixes.items():
+        same = estimates[name]
+        assert same.stamp_ns == nanoseconds(fix.header.stamp)
+        assert apart_m(fix, math.degrees(same.latitude), math.degrees(same.longitude)) < 1e-3
+        assert fix.position_covariance[0] == pytest.approx(same.covariance[0, 0], rel=1e-6)
+    # Live, heights are stamped on arrival, and whose robots are confirmed first gives them names.
+    replayed = [
+        row
+        for row in rows(two / "joined" / "positions.csv")
+        if int(row["stamp_ns"]) == next(iter(estimates.values())).stamp_ns
+    ]
+    assert len(replayed) == len(fixes)
+    for row in replayed:
+        place = float(row["latitude_deg"]), float(row["longitude_deg"])
+        assert min(apart_m(fix, *place) for fix in fixes.values()) < 0.1
+    assert all(program.end() == 0 for program in (*drones, fleet))
 
 
 def said(node):

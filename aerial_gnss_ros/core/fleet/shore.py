@@ -178,7 +178,6 @@ class Shore:
         if link.drone != sent.drone:
             raise InputError(f"{source} is drone {link.drone}, but sends images of {sent.drone}.")
         if not link.gaps.take(sent):
-            link.refused["repeated"] += 1
             return
         scene_ns = sent.sighting.pose.stamp_ns
         reason, sentence = self._trouble(link, sent, now_ns, self._local)
