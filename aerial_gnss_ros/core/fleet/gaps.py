@@ -1,6 +1,10 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Which of a drone's sightings have arrived ashore, and which it is to send again."""
+"""Which of a drone's sightings have arrived ashore, and which it is to send again.
+
+What the drone still has from before the first one that arrives is asked for as well: a fleet that
+begins in flight then knows the last minute.
+"""
 
 from __future__ import annotations
 
@@ -42,8 +46,9 @@ class Gaps:
         """Note a sighting; return whether it is new, and not of a session that has ended."""
         if self.session is None or sent.session > self.session:
             self.lost += len(self._missing)
-            self._missing = {}
             self.session, self._newest = sent.session, sent.sequence
+            oldest = max(sent.oldest, sent.sequence - OUTBOX.most)
+            self._missing = dict.fromkeys(range(oldest, sent.sequence), 0)
             return True
         if sent.session < self.session:
             self.repeated += 1
