@@ -147,18 +147,25 @@ def test_two_live_drones_with_an_outage_are_joined_as_in_a_replay(two, start, ro
     # An image before the origin of map is known has no sighting: the player may be ahead by 3.
     player.play(ros, lambda: max((link.newest_ns - START_NS) // STEP_NS, 0) + 3)
     ros.spin_until(lambda: told and all(one["missing"] == 0 for one in told[-1]["drones"]), 20.0)
-    ros.spin(2.0)  # the last of them are applied
+    estimates, names = joined(link.came)
+
+    def caught_up():
+        return fixes.keys() == estimates.keys() and all(
+            apart_m(fix, math.degrees(same.latitude), math.degrees(same.longitude)) < 1e-3
+            for fix, same in ((fix, estimates[name]) for name, fix in fixes.items())
+        )
+
+    ros.spin_until(caught_up, 30.0)
+    ros.spin(2.0)  # and stays there
+    assert caught_up()
     assert link.lost == set(OUTAGE)
     last = {one["drone"]: one for one in told[-1]["drones"]}
     assert [last[name]["lost"] for name in "ab"] == [0, 0]
     assert not [key for one in last.values() for key in one if key.startswith("refused")]
-    estimates, names = joined(link.came)
     assert {name: last[name]["names"] for name in "ab"} == names
-    assert fixes.keys() == estimates.keys()
     for name, fix in fixes.items():
         same = estimates[name]
         assert same.stamp_ns == nanoseconds(fix.header.stamp)
-        assert apart_m(fix, math.degrees(same.latitude), math.degrees(same.longitude)) < 1e-3
         assert fix.position_covariance[0] == pytest.approx(same.covariance[0, 0], rel=1e-6)
     # Live, heights are stamped on arrival, and whose robots are confirmed first gives them names.
     replayed = [
