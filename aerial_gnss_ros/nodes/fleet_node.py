@@ -103,6 +103,10 @@ class FleetNode(SupervisedNode):
             self.warn_seldom(f"{source}: {error}")
 
     def _advance(self) -> None:
+        if self._shore.follow_clock(self.now_ns()):
+            self.get_logger().warning(
+                "the clock has gone backward: the fleet begins anew, and robots get new names"
+            )
         result = self._shore.advance()
         if result is not None:
             self._results += 1

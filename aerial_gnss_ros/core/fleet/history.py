@@ -103,7 +103,8 @@ class History:
         """Take up another fleet at the beginning of what is kept, such as with a further drone."""
         self._drones = list(drones)
         self._begin(fleet)
-        self._waiting, self._known = sorted(self._known + self._waiting, key=_by_key), []
+        kept = [one for one in self._known + self._waiting if one[1].drone in self._drones]
+        self._waiting, self._known = sorted(kept, key=_by_key), []
 
     def add(self, sent: SentSighting) -> bool:
         """Take in a sighting, each of them once; return False if it is too late."""

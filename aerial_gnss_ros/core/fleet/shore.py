@@ -100,6 +100,7 @@ class Shore:
         self._early: dict[str, deque[tuple[SentSighting, int]]] = {}
         self.datum = datum
         self._local: LocalMap | None = None
+        self._now_ns = 0
         self.links: dict[str, Link] = {}
         self.history: History | None = None
 
@@ -177,29 +178,47 @@ class Shore:
             return
         if link.drone != sent.drone:
             raise InputError(f"{source} is drone {link.drone}, but sends images of {sent.drone}.")
+        scene_ns = sent.sighting.pose.stamp_ns
+        ahead_s = (scene_ns - now_ns) / SECOND_NS
+        if ahead_s > TUNING.ahead_s:  # not noted as received: it may be right in time
+            raise _refusal(
+                link,
+                "clock_ahead",
+                f"its clock is {ahead_s:.0f} s ahead of this computer's: set both by GNSS or NTP",
+            )
         if not link.gaps.take(sent):
             return
-        scene_ns = sent.sighting.pose.stamp_ns
-        reason, sentence = self._trouble(link, sent, now_ns, self._local)
+        reason, words = self._trouble(link, sent, self._local)
         if not reason and not self.history.add(sent):
             reason = "too_late"
-            sentence = f"it is older than the {HISTORY.kept_s:.0f} s that are kept"
+            words = f"it is older than the {HISTORY.kept_s:.0f} s that are kept"
         if reason:
-            link.refused[reason] += 1
-            raise InputError(f"an image of drone {link.drone} is refused: {sentence}.")
+            raise _refusal(link, reason, words)
         if scene_ns > link.newest_ns:
             link.newest_ns, link.delay_s = scene_ns, (now_ns - scene_ns) / SECOND_NS
 
-    def _trouble(
-        self, link: Link, sent: SentSighting, now_ns: int, local: LocalMap
-    ) -> tuple[str, str]:
+    def follow_clock(self, now_ns: int) -> bool:
+        """Begin anew if this computer's clock has gone backward; return whether it has.
+
+        What was received is then of a time to come, and everything else would be too late for it.
+
+        Args:
+            now_ns: time of this computer's clock, ns.
+        """
+        before_ns, self._now_ns = self._now_ns, now_ns
+        if now_ns >= before_ns - TUNING.ahead_s * SECOND_NS or self.datum is None:
+            return False
+        self.history = None
+        self._early.clear()
+        for source, link in self.links.items():
+            self.links[source] = Link(link.drone, source, link.config)
+        if self.links:
+            self._begin(self.datum)
+        return True
+
+    def _trouble(self, link: Link, sent: SentSighting, local: LocalMap) -> tuple[str, str]:
         """Return why a sighting is refused, a word and a clause; empty if it is not."""
         pose = sent.sighting.pose
-        ahead_s = (pose.stamp_ns - now_ns) / SECOND_NS
-        if ahead_s > TUNING.ahead_s:
-            return "clock_ahead", (
-                f"its clock is {ahead_s:.0f} s ahead of this computer's: set both by GNSS or NTP"
-            )
         place = local.positions([pose.latitude], [pose.longitude])[0]
         far_m, most_m = math.hypot(*place.tolist()), link.config.limits.origin_distance_m
         if not far_m <= most_m:
@@ -235,6 +254,12 @@ class Shore:
             boxes=len(seen.pixels),
             used=len(seen.pixels),
         )
+
+
+def _refusal(link: Link, reason: str, words: str) -> InputError:
+    """Count a refused sighting; return the error that says why."""
+    link.refused[reason] += 1
+    return InputError(f"an image of drone {link.drone} is refused: {words}.")
 
 
 def _same(one: EstimatorConfig, other: EstimatorConfig) -> bool:

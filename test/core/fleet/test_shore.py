@@ -159,3 +159,36 @@ def test_a_sender_that_floods_is_held_to_a_rate(shore, flown):
         later = replace(one, sequence=999 + second, sighting=replace(one.sighting, pose=pose))
         shore.add("b", later, scene_ns(later))
     assert len(shore.links["b"].rates) < 70
+
+
+def test_a_clock_that_goes_backward_begins_anew(shore, flown):
+    sent = flown[1]
+    first_ns = scene_ns(sent["a"][0])
+    assert not shore.follow_clock(first_ns + 100 * SECOND_NS)
+    for one in sent["a"]:
+        pose = replace(one.sighting.pose, stamp_ns=scene_ns(one) + 100 * SECOND_NS)
+        give(shore, replace(one, session=7, sighting=replace(one.sighting, pose=pose)))
+    shore.advance()
+    assert not shore.follow_clock(first_ns + (100 - round(TUNING.ahead_s)) * SECOND_NS)
+    assert shore.follow_clock(first_ns)
+    for name in "ab":
+        for one in sent[name]:
+            give(shore, replace(one, session=1))
+    result = shore.advance()
+    assert result.stamp_ns == sent["a"][-1].sighting.stamp_ns
+    assert not shore.links["b"].refused
+    assert len(result.estimates) == 3
+
+
+def test_a_drone_that_changes_its_name_is_another_one(shore, flown):
+    made, sent, _ = flown
+    for one in [*sent["a"], *sent["b"]]:
+        give(shore, one)
+    shore.advance()
+    shore.describe("b", "c", made.configs["b"], None)
+    for one in sent["b"]:
+        shore.add("b", replace(one, drone="c"), scene_ns(one))
+    result = shore.advance()
+    assert not shore.history.refused
+    assert len(result.estimates) == 3
+    assert shore.links["b"].update.report.drone == "c"
