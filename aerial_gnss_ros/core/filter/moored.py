@@ -35,6 +35,7 @@ from aerial_gnss_ros.core.filter.state_arrays import Indices
 from aerial_gnss_ros.core.filter.update import Outcome, correct
 from aerial_gnss_ros.core.models.motion_model import MotionModel
 from aerial_gnss_ros.core.models.platform_model import PlatformModel
+from aerial_gnss_ros.core.numerics.gaussian import inverse
 
 Array = NDArray[np.float64]
 
@@ -155,12 +156,13 @@ class MooredHypothesis:
         if self.law is not None and len(outcome.slots):
             self._sync(self.law)
             slots = self.places()[outcome.slots]
+            before = self.law.own_covariances(slots)
             try:
                 found = correct(self.law, slots, pixels, view, model, np.inf, level)
             except np.linalg.LinAlgError:
                 self._fail()
             else:
-                self._compare(self.law, found, outcome, level * model.pixel)
+                self._compare(self.law, found, outcome, before)
         since_s = self._now_s - self._asked_s
         if since_s >= TUNING.asked_every_s and self._now_s >= self._paused_until_s:
             self._asked_s = self._now_s
@@ -184,18 +186,23 @@ class MooredHypothesis:
             self._places = theirs, law.ids, found
         return self._places[2]
 
-    def _compare(self, law: MooredLaw, found: Outcome, base: Outcome, pixel: float) -> None:
-        """Take in how well an image fitted both laws; `pixel`: variance of boxes, px²."""
+    def _compare(self, law: MooredLaw, found: Outcome, base: Outcome, before: Array) -> None:
+        """Take in how well an image fitted both laws.
+
+        Args:
+            law: of the hypothesis.
+            found: how well it fitted that.
+            base: how well it fitted `base`.
+            before: (m, 2, 2) what was uncertain of where the law shows robots (`own_covariances`).
+        """
         moored = law.sway[found.slots] > 0.0
         seen = found.slots[moored]
         if found.count == base.count:
             self.evidence += found.log_likelihood - base.log_likelihood
             residual, spread = found.given_others()
-            by_place = found.by_place[moored]
-            followed = law.own_covariances(seen) @ by_place.swapaxes(1, 2) @ by_place / pixel
-            self.evidence += self.leaving.update(
-                seen, residual[moored], spread[moored], by_place, followed
-            )
+            by_place, own = found.by_place[moored], spread[moored]
+            followed = before[moored] @ by_place.swapaxes(1, 2) @ inverse(own) @ by_place
+            self.evidence += self.leaving.update(seen, residual[moored], own, by_place, followed)
         if len(seen):
             sums = self._sums[seen]
             sums[:, :2] += found.normalised()[moored]

@@ -108,6 +108,8 @@ def test_covariances_cover_a_robot_that_casts_off(sea, seed):
 MOTION = MotionModel(0.05, 0.75)
 STEP_S = 0.1
 PIXELS_A_METRE = 10.0
+KNOWN = np.tile(1e-4 * np.eye(2), (3, 1, 1))
+"""What is uncertain of three robots' places, m²."""
 
 
 class Base(SimpleNamespace):
@@ -130,9 +132,6 @@ class StandIn:
     def release(self, slot, state, covariance):
         self.sway[slot] = 0.0
         self.released.append((slot, state.copy(), covariance.copy()))
-
-    def own_covariances(self, slots):
-        return np.tile(1e-4 * np.eye(2), (len(slots), 1, 1))
 
     def __len__(self):
         return len(self.ids)
@@ -173,7 +172,7 @@ def shown(one, innovations, seconds):
         if one.law is None or one.law.released:
             break
         one.predict(STEP_S, None, None, MOTION)
-        one._compare(one.law, outcome(innovations), outcome(innovations), 1.0)
+        one._compare(one.law, outcome(innovations), outcome(innovations), KNOWN)
         most = max([most, *one.leaving.odds[:1]])
     return most
 
@@ -181,15 +180,28 @@ def shown(one, innovations, seconds):
 def test_evidence_is_what_the_law_fits_better():
     one = tried()
     still = [[0.0, 0.0]] * 3
-    one._compare(one.law, outcome(still, fits=-3.0), outcome(still, fits=-5.0), 1.0)
+    one._compare(one.law, outcome(still, fits=-3.0), outcome(still, fits=-5.0), KNOWN)
     assert one.evidence == pytest.approx(TUNING.first_nats + 2.0, abs=0.1)
     before = one.evidence
-    one._compare(one.law, outcome(still[:2], fits=-3.0), outcome(still, fits=-5.0), 1.0)
+    one._compare(one.law, outcome(still[:2], fits=-3.0), outcome(still, fits=-5.0), KNOWN)
     assert one.evidence == before  # not the same boxes
-    one._compare(one.law, outcome(still, fits=-30.0), outcome(still), 1.0)
+    one._compare(one.law, outcome(still, fits=-30.0), outcome(still), KNOWN)
     assert one.law is None
     assert one.evidence == -math.inf
     assert one._paused_until_s == one._now_s + TUNING.pause_s
+
+
+def test_of_a_displacement_a_law_follows_its_gain():
+    one, given = tried(), []
+    one.leaving.update = lambda *all_: given.append(all_) or 0.0
+    still = outcome([[0.5, 0.0]] * 3)
+    one._compare(one.law, still, still, 20.0 * KNOWN)
+    slots, residual, spread, by_place, followed = given[0]
+    assert slots.tolist() == [0, 1, 2]
+    np.testing.assert_array_equal(residual, [[0.5, 0.0]] * 3)
+    np.testing.assert_array_equal(spread[0], np.eye(2))
+    np.testing.assert_allclose(followed, [20.0 * 1e-4 * PIXELS_A_METRE**2 * np.eye(2)] * 3)
+    assert by_place[0, 0, 0] == PIXELS_A_METRE
 
 
 def test_a_robot_leaves_by_small_innovations_that_add_up():
@@ -202,7 +214,7 @@ def test_a_robot_leaves_by_small_innovations_that_add_up():
         if one.law.released:
             break
         one.predict(STEP_S, None, None, MOTION)
-        one._compare(one.law, outcome(going, fits=-fits), outcome(going), 1.0)
+        one._compare(one.law, outcome(going, fits=-fits), outcome(going), KNOWN)
     [(slot, state, covariance)] = one.law.released
     assert slot == 0
     assert 0.0 < state[0] < 0.2
@@ -217,7 +229,7 @@ def test_white_innovations_are_no_reason_to_leave():
     for _ in range(600):
         one.predict(STEP_S, None, None, MOTION)
         own = outcome(rng.standard_normal((3, 2)))
-        one._compare(one.law, own, own, 1.0)
+        one._compare(one.law, own, own, KNOWN)
     assert not one.law.released
     assert one.law.variance == 0.1**2
 
@@ -235,7 +247,7 @@ def test_the_swing_is_as_large_as_boxes_tell(innovation, larger):
     for _ in range(40):
         one.predict(STEP_S, None, None, MOTION)
         own = outcome([[innovation, innovation]] * 3)
-        one._compare(one.law, own, own, 1.0)
+        one._compare(one.law, own, own, KNOWN)
         one.leaving.log_odds[:] = -np.inf  # only the swing is asked for here
     one._adapt(one.law)
     assert one.law.variance == pytest.approx(
