@@ -7,7 +7,7 @@ from __future__ import annotations
 import ast
 import subprocess
 import sys
-from collections.abc import Iterator
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -67,17 +67,21 @@ MAY_IMPORT = {
 
 CORE = PACKAGE / "core"
 MODULES = sorted(path for path in PACKAGE.rglob("*.py"))
-IDS = [str(path.relative_to(PACKAGE)) for path in MODULES]
+FOLDERS = sorted({path.parent for path in MODULES})
+IDS = [str(path.relative_to(PACKAGE.parent)) for path in FOLDERS]
 
 
-def imports(path: Path) -> Iterator[tuple[str, int]]:
+@cache
+def imports(path: Path) -> list[tuple[str, int]]:
     """Every imported module of a file, wherever the statement stands, with its line."""
+    found = []
     for node in ast.walk(ast.parse(path.read_text())):
         if isinstance(node, ast.Import):
-            yield from ((alias.name, node.lineno) for alias in node.names)
+            found += [(alias.name, node.lineno) for alias in node.names]
         elif isinstance(node, ast.ImportFrom):
             assert node.level == 0, f"{path}:{node.lineno}: relative import"
-            yield from ((f"{node.module}.{alias.name}", node.lineno) for alias in node.names)
+            found += [(f"{node.module}.{alias.name}", node.lineno) for alias in node.names]
+    return found
 
 
 def part_of(path: Path) -> str:
@@ -88,13 +92,14 @@ def is_ros(name: str) -> bool:
     return name in ROS or name.endswith(("_msgs", "_interfaces"))
 
 
-@pytest.mark.parametrize("path", MODULES, ids=IDS)
-def test_nothing_imports_what_lies_above_it(path: Path) -> None:
-    part = part_of(path)
-    for name, line in imports(path):
-        words = name.split(".")
-        if words[0] == NAME and part != "__init__" and words[1] in FLOOR:
-            assert FLOOR[words[1]] <= FLOOR[part], f"{path}:{line}: {part} imports {name}"
+@pytest.mark.parametrize("folder", FOLDERS, ids=IDS)
+def test_nothing_imports_what_lies_above_it(folder: Path) -> None:
+    for path in folder.glob("*.py"):
+        part = part_of(path)
+        for name, line in imports(path):
+            words = name.split(".")
+            if words[0] == NAME and part != "__init__" and words[1] in FLOOR:
+                assert FLOOR[words[1]] <= FLOOR[part], f"{path}:{line}: {part} imports {name}"
 
 
 @pytest.mark.parametrize("room", ROOMS)
@@ -130,19 +135,20 @@ def test_core_consists_of_its_rooms() -> None:
     assert {path.parent.name for path in CORE.glob("*/*.py")} == set(ROOMS)
 
 
-@pytest.mark.parametrize("path", MODULES, ids=IDS)
-def test_libraries_stay_on_their_floor(path: Path) -> None:
-    part = part_of(path)
-    allowed = MAY_IMPORT.get(part)
-    for name, line in imports(path):
-        library = name.split(".")[0]
-        where = f"{path}:{line}: {part} imports {library}"
-        if library == NAME or library in sys.stdlib_module_names:
-            continue
-        assert allowed is None or library in allowed, where
-        assert not is_ros(library) or part in ("nodes", "benchmarking", "commands"), where
-        assert library not in OPTIONAL or part in ("detection", "training"), where
-        assert library not in BLENDER or path.parent.name == "blender", where
+@pytest.mark.parametrize("folder", FOLDERS, ids=IDS)
+def test_libraries_stay_on_their_floor(folder: Path) -> None:
+    for path in folder.glob("*.py"):
+        part = part_of(path)
+        allowed = MAY_IMPORT.get(part)
+        for name, line in imports(path):
+            library = name.split(".")[0]
+            where = f"{path}:{line}: {part} imports {library}"
+            if library == NAME or library in sys.stdlib_module_names:
+                continue
+            assert allowed is None or library in allowed, where
+            assert not is_ros(library) or part in ("nodes", "benchmarking", "commands"), where
+            assert library not in OPTIONAL or part in ("detection", "training"), where
+            assert library not in BLENDER or folder.name == "blender", where
 
 
 def test_every_part_has_a_floor() -> None:

@@ -94,18 +94,26 @@ def player(sea):
     return lambda *args, **kwargs: Player(sea, *args, **kwargs)
 
 
+def swaying(flight):
+    """Let the drone of a flight sway and turn to and fro."""
+    flight.world.drone = lambda t: (4.0 * math.sin(t), 0.0, 30.0 + 2.0 * math.sin(1.5 * t))
+    flight.world.rpy_deg = lambda t: (0.0, 60.0, 90.0 + 6.0 * math.sin(2.5 * t))
+    return flight
+
+
 @pytest.fixture(scope="module")
 def flown(sea):
     """Return a function that returns a flight after so many seconds in which all was right.
 
-    They are the same in every test: flown once, and copied.
+    They are the same in every test: flown once, and copied. A drone hovers, or sways.
     """
     flights = {}
 
-    def after(seconds):
-        if seconds not in flights:
-            flights[seconds] = Player(sea).play(seconds)
-        return copy.deepcopy(flights[seconds], {id(sea.camera): sea.camera})
+    def after(seconds, sways=False):
+        key = seconds, sways
+        if key not in flights:
+            flights[key] = (swaying if sways else lambda one: one)(Player(sea)).play(seconds)
+        return copy.deepcopy(flights[key], {id(sea.camera): sea.camera})
 
     return after
 
@@ -142,12 +150,9 @@ def test_one_input_with_wrong_stamps_for_5_s_renames_nobody(flown, name, off):
 
 @pytest.mark.parametrize("off", [1.0, 1.8])
 @pytest.mark.parametrize("name", NEEDED)
-def test_early_stamps_of_one_input_rename_nobody(player, name, off):
+def test_early_stamps_of_one_input_rename_nobody(flown, name, off):
     """Between the last right sample and the first early one the drone would seem to stand."""
-    flight = player()
-    flight.world.drone = lambda t: (4.0 * math.sin(t), 0.0, 30.0 + 2.0 * math.sin(1.5 * t))
-    flight.world.rpy_deg = lambda t: (0.0, 60.0, 90.0 + 6.0 * math.sin(2.5 * t))
-    flight.play(6.0).play(2.0, off={name: off})
+    flight = flown(6.0, sways=True).play(2.0, off={name: off})
     assert flight.engine.inputs[name].state is InputState.BAD
     assert "s ahead of those before" in flight.engine.inputs[name].trouble
     flight.play(5.0).end()
