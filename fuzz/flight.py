@@ -171,7 +171,7 @@ def _centers(message: Any) -> Array:
 def flown(vehicle: str) -> list[list[Arrival]]:
     """Return what a vehicle sends: for each image what comes after the image before it."""
     config, made = config_of(vehicle), experiment(VEHICLES[vehicle].flight)
-    arrivals = [*_telemetry(config, made), *_images(made)]
+    arrivals = [*_telemetry(config, made), *_images(VEHICLES[vehicle].flight)]
     arrivals.sort(key=lambda arrival: arrival.log_ns)
     frames = [arrival.log_ns for arrival in arrivals if arrival.name == "detections"]
     ticks: list[list[Arrival]] = [[] for _ in frames]
@@ -206,8 +206,10 @@ def _arrivals(config: EstimatorConfig, moment: Moment, stamp_ns: int) -> list[Ar
     ]
 
 
-def _images(made: Experiment) -> list[Arrival]:
-    found = []
+@functools.cache
+def _images(kind: str) -> list[Arrival]:
+    """Return cameras and boxes of a flight: the same for all vehicles that fly it."""
+    made, found = experiment(kind), []
     for frame, _, boxes in made.detections():
         names = tuple(sorted(set(boxes.class_ids)))
         index = np.array([names.index(name) for name in boxes.class_ids], dtype=np.int64)
