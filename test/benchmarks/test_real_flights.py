@@ -26,8 +26,8 @@ LIMITS = {
     "DJI_0032": (0.7, 1.4),
     "DJI_0063": (0.85, 1.1),
     "NorthSea_Fri_DJI_0113": (0.8, 1.8),
-    "NorthSea_Fri_DJI_0114": (0.45, 1.5),
-    "NorthSea_Fri_DJI_0116": (0.6, 2.5),
+    "NorthSea_Fri_DJI_0114": (0.4, 1.5),
+    "NorthSea_Fri_DJI_0116": (0.4, 2.5),
     "NorthSea_Sat_DJI_0122": (0.8, 1.2),
     "NorthSea_Thu_DJI_0107": (0.55, 1.8),
     "NorthSea_Thu_DJI_0108": (0.65, 1.3),
@@ -101,7 +101,7 @@ def test_nothing_but_that_the_latency_is_unknown_is_stated(name, shared_data):
     flights = shared_data / "real_water" / "flights"
     if not flights.is_dir():
         pytest.skip(f"no real flights: {flights} is absent")
-    flight = real_flights.fly(flights / name, estimator_config({"camera.find_latency": True}))
+    flight = real_flights.fly(flights / name, estimator_config({}))
     least, most = LIMITS[name]
     assert flight.used(flight.steep) > least
     names = [len({one.robot_id for one in found}) for _, found in flight.objects()]

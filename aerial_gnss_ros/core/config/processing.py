@@ -41,10 +41,10 @@ class CameraConfig:
         dynamic=True,
     )
     find_latency: bool = key(
-        False,
+        True,
         "Find out in flight whether images come by another latency than latency_s, and estimate it "
-        "from then on: robots get new labels then. A gimbal that jumps in the first 30 s in motion "
-        "may look like one, therefore off.",
+        "from then on: robots get new labels then. False: latency_s is taken for exact, unless "
+        "noise.latency_s is above 0.",
     )
     offset_m: tuple[float, ...] = key(
         (0.0, 0.0, 0.0),

@@ -47,9 +47,6 @@ from aerial_gnss_ros.core.values.overview import Overview
 from aerial_gnss_ros.core.values.rejection import Cause, Input, Reason, Rejection
 from aerial_gnss_ros.core.values.samples import Fix, Orientation, Scalar
 
-_OF_WRONG_LATENCY = (Cause.OUT_OF_GATE, Cause.TOO_FAST, Cause.LOST_PLATFORM)
-"""What a wrong latency makes of boxes; glints are in too few images, or clutter."""
-
 
 class Estimator:
     """Tracks robots over time.
@@ -356,8 +353,7 @@ class Estimator:
         local, seen = self._origin.local, self._pipeline.measured
         if local is None or seen is None or seen[0].detections.stamp_ns != stamp_ns:
             return
-        lost = self.counts[Reason.TOO_FAST] + sum(self.causes[one] for one in _OF_WRONG_LATENCY)
-        doubted = attempt(doubt.update, *seen, local, self.used, lost)
+        doubted = attempt(doubt.update, *seen, local)
         if isinstance(doubted, Exception):
             self._doubt = None
         if doubted is not True:

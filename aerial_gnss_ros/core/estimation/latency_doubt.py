@@ -3,15 +3,10 @@
 """Whether images come as late as configured, or by another latency: two hypotheses, weighed.
 
 Nearly all flights have the configured latency (images and telemetry of one clock); of the others,
-any latency within 3 s is as likely as another. Two things tell them apart:
-
-- how well each latency fits the boxes of robots (`latency_bank`);
-- how many boxes come to nothing while the camera moves. With a wrong latency robots seem to move
-  with the camera; where that is faster than robots can, boxes lie outside the gates, and nothing is
-  left that could be fitted. Their share has a beta distribution under either hypothesis.
+any latency within 3 s is as likely as another. `LatencyEvidence` says what images tell of each.
 
 The question is closed once it is decided, or after `decided_s` in motion: a latency does not begin
-in mid-flight, unlike a fault, and what comes to nothing later says nothing of it.
+in mid-flight, unlike a fault.
 """
 
 from __future__ import annotations
@@ -23,6 +18,7 @@ import numpy as np
 
 from aerial_gnss_ros.core.camera.posed_frame import PosedFrame
 from aerial_gnss_ros.core.config.estimator import EstimatorConfig
+from aerial_gnss_ros.core.filter.latency_evidence import LatencyEvidence
 from aerial_gnss_ros.core.filter.latency_search import LatencySearch
 from aerial_gnss_ros.core.geometry.geodesy import LocalMap
 from aerial_gnss_ros.core.geometry.map_pose import MapPose
@@ -36,21 +32,11 @@ class LatencyDoubtTuning:
 
     elsewhere: float = 0.1
     """Probability before any image that the latency is another one. Judged."""
-    lost_right: tuple[float, float] = (1.0, 19.0)
-    """Beta distribution of the share of boxes that come to nothing if it is as configured: 5 % on
-    average. Judged."""
-    lost_wrong: tuple[float, float] = (0.5, 0.5)
-    """The same if it is another one: nearly all, or, as of a drone on a straight line, none."""
-    event_s: float = 0.5
-    """Boxes that come to nothing within this time do so for one cause, s. Judged."""
-    caution: float = 1.7
-    """Divisor of the fits' log likelihoods: neither robots nor errors follow the model exactly. As
-    in a calibration, 1.3 on sigmas."""
     doubted_nats: float = 0.25
     """Log odds of another latency at which it is looked for: one event alone does not decide.
     Judged."""
-    settled_nats: float = -4.0
-    """Log odds, of the fits and the prior, at which the configured latency is right. Judged."""
+    settled_nats: float = -3.0
+    """Log likelihood of the best other latency at which the configured one is right. Judged."""
     interval_s: float = 0.4
     """Least time between images that are taken, s: some ten decide, and each costs as much as one
     in the filter. Judged."""
@@ -91,7 +77,8 @@ class LatencyDoubt:
         self._inputs = inputs
         self.unknown = _unknown(config)
         self.search = LatencySearch(self.unknown, inputs)
-        self._counts, self._boxes = (0.0, 0.0), (0, 0)
+        self.search.evidence = LatencyEvidence(self.search.corrections)
+        self._moved_s = 0.0
         self.reset()
 
     def reconfigure(self, config: EstimatorConfig) -> EstimatorConfig:
@@ -103,47 +90,39 @@ class LatencyDoubt:
         return self.unknown if self.doubted else config
 
     def reset(self) -> None:
-        """Forget the images, but not what they told of the boxes."""
+        """Begin anew with other robots; what images told of the latency stays."""
         self.search.reset()
         self._last: tuple[int, MapPose] | None = None
         self.due_ns = ALWAYS_NS if self.open else NEVER_NS
 
-    def update(
-        self,
-        scene: PosedFrame,
-        measured: dict[str, int],
-        local: LocalMap,
-        used: int,
-        lost: int,
-    ) -> bool:
+    def update(self, scene: PosedFrame, measured: dict[str, int], local: LocalMap) -> bool:
         """Take in an image that is due; return True, once, if another latency is likelier.
 
         Args:
             scene: its boxes and the camera's pose.
             measured: index of the box of each labelled robot.
             local: the frame `map`.
-            used: number of boxes so far that updated robots.
-            lost: number so far that came to nothing as those of a wrong latency do.
         """
-        if not self.open:
+        evidence = self.search.evidence
+        if not self.open or evidence is None:
             return False
         stamp_ns = scene.detections.stamp_ns
         self.search.compare(scene, measured, local)
-        passed_s = self._moved_s(stamp_ns, scene.in_map)
-        if passed_s:
-            self._count(passed_s, used - self._boxes[0], lost - self._boxes[1])
-        self._last, self._boxes = (stamp_ns, scene.in_map), (used, lost)
-        fits = self.search.other_latency_nats / TUNING.caution
+        self._moved_s += self._moved(stamp_ns, scene.in_map)
+        self._last = stamp_ns, scene.in_map
+        gains = np.delete(evidence.gains(self.search.excess), evidence.configured)
         prior = math.log(TUNING.elsewhere / (1.0 - TUNING.elsewhere))
-        # Only boxes that were used are fitted: these cannot clear a latency that loses the others.
-        self.doubted = prior + max(fits, 0.0) + self._lost_nats() > TUNING.doubted_nats
-        in_motion_s = sum(self._counts) * TUNING.event_s
-        settled = prior + fits < TUNING.settled_nats or in_motion_s > TUNING.decided_s
+        best = float(gains.max())
+        nats = prior + best + math.log(float(np.exp(gains - best).mean()))
+        self.doubted = nats > TUNING.doubted_nats
+        settled = best < TUNING.settled_nats or self._moved_s > TUNING.decided_s
         self.open = not (self.doubted or settled)
         self.due_ns = stamp_ns + round(TUNING.interval_s * 1e9) if self.open else NEVER_NS
+        if not self.open:
+            self.search.conclude()
         return self.doubted
 
-    def _moved_s(self, stamp_ns: int, pose: MapPose) -> float:
+    def _moved(self, stamp_ns: int, pose: MapPose) -> float:
         """Return the time since the last image, s; 0 if the camera has hardly moved or turned."""
         if self._last is None or stamp_ns <= self._last[0]:
             return 0.0
@@ -154,28 +133,6 @@ class LatencyDoubt:
         moves = way > TUNING.moving_mps * passed_s or turn > TUNING.turning_radps * passed_s
         return passed_s if moves else 0.0
 
-    def _count(self, passed_s: float, used: int, lost: int) -> None:
-        """Count boxes that came to nothing since the last image, and those that did not."""
-        if not used + lost:
-            return
-        share = min(passed_s / TUNING.event_s, 1.0)
-        lost_share = share * lost / (used + lost)
-        self._counts = self._counts[0] + lost_share, self._counts[1] + share - lost_share
-
-    def _lost_nats(self) -> float:
-        """Return how much likelier another latency loses so many boxes, nats."""
-        wrong = _log_probability(TUNING.lost_wrong, self._counts)
-        return wrong - _log_probability(TUNING.lost_right, self._counts)
-
 
 def _unknown(config: EstimatorConfig) -> EstimatorConfig:
     return replace(config, noise=replace(config.noise, latency_s=UNKNOWN_S))
-
-
-def _log_probability(prior: tuple[float, float], counts: tuple[float, float]) -> float:
-    """Return the log probability of counts whose shares have a beta distribution."""
-
-    def log_beta(one: float, other: float) -> float:
-        return math.lgamma(one) + math.lgamma(other) - math.lgamma(one + other)
-
-    return log_beta(prior[0] + counts[0], prior[1] + counts[1]) - log_beta(*prior)

@@ -17,9 +17,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aerial_gnss_ros.core.camera.model import CameraModel
+from aerial_gnss_ros.core.filter.latency_views import Mask, Views, by_pose
 from aerial_gnss_ros.core.geometry.frames import FLU_FROM_OPTICAL
-from aerial_gnss_ros.core.geometry.geodesy import on_water_surface
-from aerial_gnss_ros.core.models.measurement_model import level_axes, pose_jacobian
+from aerial_gnss_ros.core.models.measurement_model import level_axes
 from aerial_gnss_ros.core.models.motion_model import MotionModel
 from aerial_gnss_ros.core.models.platform_model import LATENCY, PlatformModel
 from aerial_gnss_ros.core.numerics.gaussian import inverse, mahalanobis
@@ -45,6 +45,9 @@ class LatencyBankTuning:
     """Normalised residual beyond which a box is down-weighted (Huber). Judged."""
     out_of_view_cost: float = 30.0
     """Cost of a latency that puts a detected robot out of view. Judged."""
+    lost_squared: float = 100.0
+    """Normalised squared residual from which a robot begins anew at its box: what jumped once costs
+    once. Judged."""
     most_squared: float = 25.0
     """Upper bound of a normalised squared residual when the noise level is judged. Judged."""
 
@@ -70,25 +73,19 @@ class BankObservation:
 
 
 @dataclass(frozen=True)
-class Views:
-    """The camera for each of h latencies: positions (h, 3) in `map`, optical axes (h, 3, 3)."""
-
-    positions: Array
-    optical: Array
-
-
-@dataclass(frozen=True)
 class LatencyFit:
     """Fit of one image's boxes to each of h latencies, averaged over robots.
 
     Attributes:
         cost: (h,) -2 log likelihood up to a constant; linear beyond `TUNING.huber_latency`.
         squares: (h,) normalised squared residual; 2 is expected.
+        size: (h,) log determinant of the residual's covariance.
         noise: (h,) trace of the pose's white noise in units of the residual's covariance.
     """
 
     cost: Array
     squares: Array
+    size: Array
     noise: Array
 
 
@@ -115,7 +112,12 @@ class LatencyBank:
         self._covariance = np.zeros((self._count, 0, 4, 4))
 
     def update(
-        self, now: BankObservation, passed: float, positions: Array, rotations: Array
+        self,
+        now: BankObservation,
+        passed: float,
+        positions: Array,
+        rotations: Array,
+        anew: Mask | None = None,
     ) -> LatencyFit | None:
         """Update with an image; return its fit, None if no robot was known before.
 
@@ -124,6 +126,7 @@ class LatencyBank:
             passed: time since the previous image, s.
             positions: (h, 3) of the camera for each latency, m.
             rotations: (h, 3, 3) camera FLU in `map`.
+            anew: (h,) whether robots begin anew at their boxes; None: none do.
         """
         self._forget(now.stamp_ns)
         views = Views(positions, rotations @ FLU_FROM_OPTICAL)
@@ -134,7 +137,10 @@ class LatencyBank:
         fit = None
         if known:
             pixels = np.array([now.pixels[name] for name in known])
-            fit = self._correct(now.camera, [names.index(one) for one in known], pixels, views)
+            slots = [names.index(one) for one in known]
+            fit = self._correct(now.camera, slots, pixels, views)
+            if anew is not None and anew.any():
+                self._begin_anew(now.camera, slots, pixels, views, anew[:, None])
             self._seen_ns.update(dict.fromkeys(known, now.stamp_ns))
         fresh = [name for name in now.pixels if name not in names][
             : TUNING.most_robots - len(names)
@@ -164,7 +170,7 @@ class LatencyBank:
         if time > 0.0:
             by_errors = np.eye(6)
             by_errors[3:, 3:] = level_axes(rotations[len(rotations) // 2])
-            moved = _by_pose(_offsets(x[..., :2], views)) @ by_errors
+            moved = by_pose(views.offsets(x[..., :2])) @ by_errors
             slow = self._model.stationary(fix_covariance)[:LATENCY, :LATENCY]
             P[..., :2, :2] += moved @ slow @ moved.swapaxes(2, 3) * (2.0 * passed / time)
 
@@ -172,7 +178,7 @@ class LatencyBank:
         self, camera: CameraModel, slots: list[int], pixels: Array, views: Views
     ) -> LatencyFit:
         x, P = self._state[:, slots], self._covariance[:, slots]
-        predicted, by_place, white, seen = self._measured(camera, x[..., :2], views)
+        predicted, by_place, white, seen = views.measured(camera, x[..., :2], self._model.white)
         cross = P[..., :2] @ by_place.swapaxes(2, 3)
         spread = by_place @ cross[..., :2, :] + white
         spread[..., (0, 1), (0, 1)] += self._model.pixel
@@ -191,53 +197,45 @@ class LatencyBank:
         )
         self._state[:, slots] = x + weight[..., None] * (gain @ residual[..., None])[..., 0]
         self._covariance[:, slots] = P - weight[..., None, None] * (gain @ cross.swapaxes(2, 3))
+        lost = seen & (squared > TUNING.lost_squared)
+        if lost.any():
+            self._begin_anew(camera, slots, pixels, views, lost)
         return LatencyFit(
             np.where(seen, cost, TUNING.out_of_view_cost).mean(axis=1),
             np.minimum(squared, TUNING.most_squared).mean(axis=1),
+            log_determinant.mean(axis=1),
             np.einsum("hmij,hmji->hm", precision, white).mean(axis=1),
         )
 
-    def _measured(
-        self, camera: CameraModel, places: Array, views: Views
-    ) -> tuple[Array, Array, Array, NDArray[np.bool_]]:
-        """Return predicted pixels, derivative by position, pose noise, and visibility."""
-        shape, offsets = places.shape[:2], _offsets(places, views)
-        points = np.einsum("hmi,hij->hmj", offsets, views.optical)
-        pixels, by_point, seen = camera.project_with_jacobian(points.reshape(-1, 3))
-        turned = by_point.reshape(*shape, 2, 3) @ views.optical.swapaxes(1, 2)[:, None]
-        by_place = turned[..., :2]
-        moved = by_place @ _by_pose(offsets)
-        white = (moved * self._model.white) @ moved.swapaxes(2, 3)
-        return pixels.reshape(*shape, 2), by_place, white, seen.reshape(shape)
+    def _begin_anew(
+        self, camera: CameraModel, slots: list[int], pixels: Array, views: Views, lost: Mask
+    ) -> None:
+        """Put robots where their boxes are, at some latencies, (h, m) or (h, 1)."""
+        state, covariance, shown = self._new(camera, pixels, views)
+        lost = lost & shown
+        self._state[:, slots] = np.where(lost[..., None], state, self._state[:, slots])
+        former = self._covariance[:, slots]
+        self._covariance[:, slots] = np.where(lost[..., None, None], covariance, former)
+
+    def _new(self, camera: CameraModel, pixels: Array, views: Views) -> tuple[Array, Array, Mask]:
+        """Return state (h, m, 4) and covariance of robots at their boxes, and which are valid."""
+        places, shown = views.places(camera, pixels)
+        places = np.where(shown[..., None], places, 0.0)
+        _, by_place, white, _ = views.measured(camera, places, self._model.white)
+        white[..., (0, 1), (0, 1)] += self._model.pixel
+        precision = by_place.swapaxes(2, 3) @ inverse(white) @ by_place
+        state, covariance = np.zeros((*places.shape[:2], 4)), np.zeros((*places.shape[:2], 4, 4))
+        state[..., :2] = places
+        covariance[..., :2, :2] = inverse(precision)
+        covariance[..., (2, 3), (2, 3)] = self._speed**2
+        return state, covariance, shown
 
     def _begin(self, now: BankObservation, names: list[str], views: Views) -> None:
         """Initialise robots at the positions of their boxes, for each latency."""
-        rays, valid = now.camera.rays(np.array([now.pixels[name] for name in names]))
-        directions = np.einsum("hij,mj->hmi", views.optical, rays)
-        down = np.where(directions[..., 2] < 0.0, directions[..., 2], np.nan)
-        reach = -views.positions[:, None, 2] / down
-        places = views.positions[:, None, :2] + directions[..., :2] * reach[..., None]
-        good = valid & np.isfinite(places).all(axis=(0, 2))
-        places = places[:, good]
-        _, by_place, white, _ = self._measured(now.camera, places, views)
-        white[..., (0, 1), (0, 1)] += self._model.pixel
-        back = np.linalg.inv(by_place)
-        state, covariance = np.zeros((*places.shape[:2], 4)), np.zeros((*places.shape[:2], 4, 4))
-        state[..., :2] = places
-        covariance[..., :2, :2] = back @ white @ back.swapaxes(2, 3)
-        covariance[..., (2, 3), (2, 3)] = self._speed**2
-        self._state = np.concatenate([self._state, state], axis=1)
-        self._covariance = np.concatenate([self._covariance, covariance], axis=1)
+        pixels = np.array([now.pixels[name] for name in names])
+        state, covariance, shown = self._new(now.camera, pixels, views)
+        good = np.asarray(shown.all(axis=0))
+        self._state = np.concatenate([self._state, state[:, good]], axis=1)
+        self._covariance = np.concatenate([self._covariance, covariance[:, good]], axis=1)
         begun = [name for name, ok in zip(names, good, strict=True) if ok]
         self._seen_ns.update(dict.fromkeys(begun, now.stamp_ns))
-
-
-def _offsets(places: Array, views: Views) -> Array:
-    """Return offsets (h, m, 3) from the cameras to positions (h, m, 2) on the water, m."""
-    points = on_water_surface(places.reshape(-1, 2)).reshape(*places.shape[:2], 3)
-    return np.asarray(points - views.positions[:, None])
-
-
-def _by_pose(offsets: Array) -> Array:
-    """Return `pose_jacobian` (h, m, 2, 6) of offsets (h, m, 3)."""
-    return pose_jacobian(offsets.reshape(-1, 3)).reshape(*offsets.shape[:2], 2, 6)

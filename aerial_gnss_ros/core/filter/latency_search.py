@@ -21,7 +21,11 @@ from numpy.typing import NDArray
 from aerial_gnss_ros.core.camera.posed_frame import PosedFrame
 from aerial_gnss_ros.core.config.estimator import EstimatorConfig
 from aerial_gnss_ros.core.filter.latency_bank import BankObservation, LatencyBank, LatencyFit
+from aerial_gnss_ros.core.filter.latency_evidence import LatencyEvidence, disturbed
+from aerial_gnss_ros.core.filter.latency_reappearance import Reappearance
+from aerial_gnss_ros.core.filter.latency_views import Views
 from aerial_gnss_ros.core.filter.pose_lattice import SLOPE_NOISE, STEP_NS, STEP_S, PoseLattice
+from aerial_gnss_ros.core.geometry.frames import FLU_FROM_OPTICAL
 from aerial_gnss_ros.core.geometry.geodesy import LocalMap
 from aerial_gnss_ros.core.geometry.map_pose import MapPose
 from aerial_gnss_ros.core.models.motion_model import motion_model
@@ -75,6 +79,7 @@ class LatencySearch:
     Attributes:
         found: mean and sigma of the correction, s; None where it is not estimated.
         scene_ns: estimated time from an image's scene to its stamp, ns.
+        evidence: takes in what images say of other latencies than the configured one, if set.
     """
 
     def __init__(self, config: EstimatorConfig, inputs: TelemetryBuffers) -> None:
@@ -90,19 +95,22 @@ class LatencySearch:
         self.corrections: Array = np.arange(first, last + 1, dtype=np.float64) * STEP_S
         self._lattice = PoseLattice(last - first + 2 * TUNING.most_waiting)
         model = PlatformModel(config.noise, config.gimbal.reference)
-        self._bank = LatencyBank(model, motion_model(config), len(self.corrections))
+        motion = motion_model(config)
+        self._bank = LatencyBank(model, motion, len(self.corrections))
+        self._reappearance = Reappearance(model, motion)
+        self.evidence: LatencyEvidence | None = None
         self.reset()
 
     def reset(self) -> None:
         """Forget all images."""
-        self._waiting: deque[BankObservation] = deque()
+        self._waiting: deque[tuple[BankObservation, Array]] = deque()
         self._newest_ns: int | None = None
         self._last_ns: int | None = None
         self._cost = np.zeros(len(self.corrections))
         self._squares = np.zeros(len(self.corrections))
         self._images = self._slope = 0.0
         self._lattice.clear()
-        self._bank.reset()
+        self._interrupt()
         self._conclude(self._posterior() if self._sigma > 0.0 else None)
 
     def follow(self, former: LatencySearch) -> None:
@@ -116,8 +124,18 @@ class LatencySearch:
         self._cost = np.interp(wanted, known, former._cost)
         self._squares = np.interp(wanted, known, former._squares)
         self._images, self._slope = former._images, former._slope
+        self.evidence = former.evidence
+        if self.evidence is not None and apart:
+            self.evidence = LatencyEvidence(self.corrections)
         if self.searches:
             self._conclude(self._posterior())
+
+    def conclude(self) -> None:
+        """Take over what decided for another latency, and weigh no more."""
+        if self.evidence is not None:
+            self._cost = -2.0 * self.excess * self.evidence.gains(self.excess)
+            self._images = max(self._images, 1.0)
+        self.evidence = None
 
     @property
     def searches(self) -> bool:
@@ -149,29 +167,19 @@ class LatencySearch:
             return False
         self._local, self._newest_ns = local, stamp_ns
         pixels = {name: boxes.centers[index] for name, index in measured.items()}
-        self._waiting.append(
-            BankObservation(stamp_ns, frame.camera, pixels, frame.pose.fix_covariance)
-        )
-        while self._waiting and self._compare(self._waiting[0]):
+        observation = BankObservation(stamp_ns, frame.camera, pixels, frame.pose.fix_covariance)
+        self._waiting.append((observation, boxes.centers))
+        while self._waiting and self._compare(*self._waiting[0]):
             self._waiting.popleft()
         return True
 
     @property
-    def other_latency_nats(self) -> float:
-        """Log likelihood of any candidate, each as probable, over that of the configured one."""
-        if not self._images:
-            return 0.0
-        gains = 0.5 * (self._cost[-self._first] - self._cost) / self._excess
-        best = float(gains.max())
-        return best + math.log(float(np.exp(gains - best).mean()))
-
-    @property
-    def _excess(self) -> float:
+    def excess(self) -> float:
         """Ratio of the boxes' squared residuals to the stated noise, at least 1."""
         squares = float(self._squares[np.argmin(self._cost)])
         return max(1.0, squares / (2.0 * max(self._images, 1.0)))
 
-    def _compare(self, seen: BankObservation) -> bool:
+    def _compare(self, seen: BankObservation, centers: Array) -> bool:
         """Take an image to the bank; return False where telemetry for it may still come."""
         node, rest = divmod(seen.stamp_ns, STEP_NS)
         first, last = node - self._last, node - self._first
@@ -179,14 +187,32 @@ class LatencySearch:
         if not self._lattice.fill(first, last, self._pose, late):
             return False
         positions, rotations = self._lattice.between(first, last, rest / STEP_NS)
-        if _is_smooth(positions, rotations):
-            passed = 0.0 if self._last_ns is None else (seen.stamp_ns - self._last_ns) * 1e-9
-            self._last_ns = seen.stamp_ns
-            # A larger latency is an earlier pose.
-            self._add(self._bank.update(seen, passed, positions[::-1], rotations[::-1]), passed)
-        else:
-            self._bank.reset()
+        if not _is_smooth(positions, rotations):
+            self._interrupt()
+            return True
+        passed = 0.0 if self._last_ns is None else (seen.stamp_ns - self._last_ns) * 1e-9
+        self._last_ns = seen.stamp_ns
+        # A larger latency is an earlier pose.
+        positions, rotations = positions[::-1], rotations[::-1]
+        anew = None
+        if self.evidence is not None:
+            anew = disturbed(1e-9 * seen.stamp_ns - self.corrections, self._lattice.jumps_s)
+        fit = self._bank.update(seen, passed, positions, rotations, anew)
+        self._add(fit, passed)
+        if self.evidence is not None:
+            views = Views(positions, rotations @ FLU_FROM_OPTICAL)
+            self.evidence.note_jumps(self._lattice.jumps_s)
+            fits = [self._reappearance.update(seen.camera, centers, passed, views)]
+            fits += [] if fit is None else [(fit.squares, fit.size)]
+            self.evidence.add(seen.stamp_ns * 1e-9, [one for one in fits if one is not None])
         return True
+
+    def _interrupt(self) -> None:
+        """Compare nothing before with what follows."""
+        self._bank.reset()
+        self._reappearance.reset()
+        if self.evidence is not None:
+            self.evidence.interrupt()
 
     def _add(self, fit: LatencyFit | None, passed: float) -> None:
         fade = math.exp(-max(passed, 0.0) / TUNING.images_memory_s)
@@ -201,7 +227,7 @@ class LatencySearch:
         """Return posterior mean and sigma of the correction, s."""
         from scipy.interpolate import CubicSpline  # takes long to import, and is seldom needed
 
-        score = -0.5 * self._cost / self._excess - 0.5 * np.square(self.corrections / self._sigma)
+        score = -0.5 * self._cost / self.excess - 0.5 * np.square(self.corrections / self._sigma)
         grid = self.corrections
         fine: Array = np.linspace(grid[0], grid[-1], TUNING.posterior_steps * (len(grid) - 1) + 1)
         values = CubicSpline(grid, score)(fine)

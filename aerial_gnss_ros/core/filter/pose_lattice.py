@@ -4,7 +4,9 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +22,28 @@ WEIGHTS = np.array([-2.0, 3.0, 6.0, 7.0, 6.0, 3.0, -2.0]) / 21.0
 MARGIN = len(WEIGHTS) // 2
 SLOPE_NOISE = 1.0 / (28.0 * STEP_S**2)
 """Variance of the rate of smoothed values for unit white noise, 1/s²."""
+
+
+@dataclass(frozen=True)
+class PoseLatticeTuning:
+    """Chosen numbers of this module, with their units and where they come from."""
+
+    step_m: float = 0.3
+    """Step of the camera's position by which telemetry may have jumped, m. Judged."""
+    step_rad: float = 0.03
+    """The same of its orientation, rad: a turn by 1.7 deg. A turn by w changes a matrix by √2 w.
+    Judged."""
+    same_rate: float = 0.5
+    """A rate has not changed if it has by less than this share of the step. A camera that begins
+    to turn has another rate, and telemetry once a second shows no steps. Judged."""
+
+    jump_poses: int = 5
+    """Number of poses in a row that show a jump: a step between samples bends three of them."""
+    most_jumps: int = 64
+    """Number of jumps that are kept. Judged."""
+
+
+TUNING = PoseLatticeTuning()
 
 PoseAt = Callable[[int], "MapPose | bool"]
 """The camera in `map` at a time, ns; without a pose, whether its telemetry may still arrive."""
@@ -40,6 +64,9 @@ class PoseLattice:
 
     Args:
         length: least number of poses kept.
+
+    Attributes:
+        jumps_s: times at which telemetry may have jumped, s.
     """
 
     def __init__(self, length: int) -> None:
@@ -50,6 +77,7 @@ class PoseLattice:
         """Forget everything."""
         self._first = self._next = 0
         self._poses: list[MapPose] = []  # immutable: a snapshot shares them
+        self.jumps_s: tuple[float, ...] = ()
 
     def fill(self, first: int, last: int, pose_at: PoseAt, final: bool) -> bool:
         """Fill in what `between` needs for poses `first` to `last`; False: telemetry is awaited.
@@ -68,12 +96,29 @@ class PoseLattice:
             if isinstance(pose, bool):
                 pose = MapPose(np.full(3, np.nan), np.full((3, 3), np.nan))
             self._poses.append(pose)
+            self._look_for_jump()
             self._next += 1
         surplus = len(self._poses) - self._length
         if surplus > 0:
             del self._poses[:surplus]
             self._first += surplus
         return True
+
+    def _look_for_jump(self) -> None:
+        """Note a step of the pose after which its rate is what it was before."""
+        last = self._poses[-TUNING.jump_poses :]
+        if len(last) < TUNING.jump_poses:
+            return
+        for values, least in (
+            (np.array([pose.position for pose in last]), TUNING.step_m),
+            (np.array([pose.rotation for pose in last]), math.sqrt(2.0) * TUNING.step_rad),
+        ):
+            bends = np.diff(values, n=2, axis=0).reshape(len(last) - 2, -1)
+            most = float(np.linalg.norm(bends, axis=1).max())
+            changed = float(np.linalg.norm(bends.sum(axis=0)))
+            if most > least and changed < TUNING.same_rate * most:
+                jump_s = (self._next - len(last) // 2) * STEP_S
+                self.jumps_s = (*self.jumps_s, jump_s)[-TUNING.most_jumps :]
 
     def between(self, first: int, last: int, fraction: float) -> tuple[Array, Array]:
         """Return positions (n, 3) and rotations (n, 3, 3) at `fraction` after each of some poses.

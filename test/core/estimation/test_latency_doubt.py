@@ -75,14 +75,38 @@ def test_by_default_it_is_not_doubted(sea):
     assert not any(latency(result) for result in results)
 
 
-def test_boxes_that_come_to_nothing_tell_it_alone(sea):
-    """Robots seem to move so fast that none is confirmed: nothing is left that could be fitted."""
-    engine = sea.estimator(STATED | {"tracks.max_speed": 0.2})
-    fast = lambda t: to_and_fro(t, 16.0)  # noqa: E731
-    results = sea.play(engine, late_world(sea, 1.5, fast), 20.0, images=2, until_flush=False)
-    first = next(i for i, result in enumerate(results) if latency(result))
-    assert not any(result.estimates for result in results[:first])
-    assert any(result.estimates for result in results[first:])
+def test_boxes_tell_it_without_a_robot_that_could_be_fitted(sea):
+    """No track is confirmed, so that no box has a label."""
+    engine = sea.estimator(STATED | {"tracks.confirm_hits": 100, "tracks.confirm_window_s": 3.0})
+    results = sea.play(engine, late_world(sea, 1.5), 20.0, images=5, until_flush=False)
+    assert not any(result.estimates for result in results)
+    found = next(one for one in reversed([latency(result) for result in results]) if one)
+    assert found.sigma < 0.5
+    assert abs(found.value - 1.5) < 3.0 * found.sigma
+
+
+def jumps_and_jumps_back(t):
+    return 0.0, -8.0 * (6.0 < t < 9.0), 0.0
+
+
+def turns_by_itself(t):
+    return 0.0, 0.0, 20.0 * min(max(t - 6.0, 0.0), 4.0)
+
+
+@pytest.mark.parametrize("wrong_deg", [jumps_and_jumps_back, turns_by_itself])
+@pytest.mark.parametrize("drone", [lambda _t: (0.0, 0.0, 30.0), to_and_fro], ids=["hover", "flies"])
+def test_telemetry_that_is_wrong_is_no_latency(sea, drone, wrong_deg):
+    world = late_world(sea, 0.0, drone)
+    gimbal = world.gimbal
+
+    def wrong(t):
+        world.rpy_bias_deg = wrong_deg(t)
+        return gimbal(t)
+
+    world.gimbal = wrong
+    engine = sea.estimator(STATED)
+    sea.play(engine, world, 16.0, images=5)
+    assert not engine.happened["latency_doubted"]
 
 
 def test_a_steady_camera_tells_nothing(sea):

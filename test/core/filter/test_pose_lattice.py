@@ -14,6 +14,7 @@ from aerial_gnss_ros.core.filter.pose_lattice import (
     PoseLattice,
     smoothed,
 )
+from aerial_gnss_ros.core.geometry.frames import matrix_from_rpy
 from aerial_gnss_ros.core.geometry.map_pose import MapPose
 
 
@@ -50,3 +51,24 @@ def test_it_waits_for_telemetry_that_may_come_and_leaves_gaps_open():
     np.testing.assert_array_equal(np.isnan(positions[:, 0]), np.arange(6, 18) < 12)
     assert lattice.fill(14, 30, pose_at, True)
     assert np.isnan(lattice.between(14, 30, 0.0)[0][-1, 0])
+
+
+def jumps(turn_rad):
+    """Return when telemetry of a camera jumped that turns by an angle of the time."""
+    lattice = PoseLattice(50)
+
+    def pose_at(stamp_ns: int) -> MapPose:
+        turn = matrix_from_rpy(0.0, 0.0, turn_rad(stamp_ns * 1e-9))
+        return MapPose(np.array([0.0, 0.0, 9.0]), turn)
+
+    assert lattice.fill(10, 60, pose_at, False)
+    return lattice.jumps_s
+
+
+def test_a_step_is_a_jump_and_a_camera_that_begins_to_turn_is_none():
+    assert jumps(lambda t: 0.1 * (t > 3.0)) == pytest.approx((3.0, 3.1), abs=0.11)
+    between = jumps(lambda t: 0.1 * min(max((t - 3.05) / 0.1, 0.0), 1.0))
+    assert between
+    np.testing.assert_allclose(between, 3.1, atol=0.15)
+    assert jumps(lambda t: 1.0 * max(t - 3.0, 0.0)) == ()
+    assert jumps(lambda t: 0.02 * (t > 3.0)) == ()

@@ -1,0 +1,166 @@
+# Copyright 2026 aerial_gnss_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""What images say of each candidate latency against the configured one, whatever telemetry does.
+
+A latency shows whenever the camera's motion changes, and always by as much; a gimbal or a compass
+that jumps shows once. But a candidate meets such a jump at its own time: one of +2 s two seconds
+after the configured one, and until then it seems to fit better. So each candidate is compared with
+the configured latency twice: by the same images, and by the same telemetry, which are images of
+different times. It counts as much as the lesser of the two. What happens in the images (robots that
+turn, a false box) concerns all candidates at one image; what telemetry does wrong, all at the same
+telemetry.
+
+Two things are compared: how well boxes of labelled robots fit (`latency_bank`), and how far boxes
+are from where they should be seen again (`latency_reappearance`).
+"""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+
+
+@dataclass(frozen=True)
+class LatencyEvidenceTuning:
+    """Chosen numbers of this module, with their units and where they come from."""
+
+    most_squares: float = 15.0
+    """Upper bound of an image's normalised squared residual: what fits far worse is no Gaussian
+    error any more. Judged."""
+    caution: float = 2.0
+    """Divisor of log likelihoods: robots and errors do not follow the model exactly, and a box may
+    count twice. Judged."""
+    before_s: float = 0.5
+    """How long before telemetry jumps images do not count, s: it is smoothed. Judged."""
+    after_s: float = 1.2
+    """How long after it, s: robots are then found again. Judged."""
+    rounding_s: float = 1e-6
+    """Rounding of times, s."""
+    most_images: int = 400
+    """Number of images that are kept. Judged."""
+
+
+TUNING = LatencyEvidenceTuning()
+
+
+@dataclass
+class Stretch:
+    """Images between which telemetry is complete.
+
+    Attributes:
+        times_s: of the n images, s.
+        costs: n of (h,), -2 log likelihood of an image's boxes at each candidate, up to a constant.
+        jumps_s: times at which telemetry may have jumped, ascending, s.
+    """
+
+    times_s: list[float] = field(default_factory=list)
+    costs: list[Array] = field(default_factory=list)
+    jumps_s: list[float] = field(default_factory=list)
+
+
+def disturbed(times: Array, jumps_s: Sequence[float]) -> Mask:
+    """Return whether telemetry of times (…) has jumped about then, s."""
+    jumps = np.array([-np.inf, *jumps_s, np.inf])
+    last = np.searchsorted(jumps, times, side="right") - 1
+    after, before = times - jumps[last], jumps[last + 1] - times
+    return np.asarray((after <= TUNING.after_s) | (before <= TUNING.before_s))
+
+
+class LatencyEvidence:
+    """Accumulates what images say of h candidate latencies.
+
+    Args:
+        corrections: (h,) candidates, ascending, s.
+    """
+
+    def __init__(self, corrections: Array) -> None:
+        self._corrections = corrections
+        self._zero = int(np.argmin(np.abs(corrections)))
+        self.reset()
+
+    def reset(self) -> None:
+        """Forget all images."""
+        self._stretches = deque([Stretch()])
+
+    def note_jumps(self, times_s: Iterable[float]) -> None:
+        """Let no image count whose telemetry, at a candidate, is of about a time of these."""
+        known = self._stretches[-1].jumps_s
+        last = known[-1] if known else -math.inf
+        known += [one for one in times_s if one > last]
+
+    def interrupt(self) -> None:
+        """Begin a new stretch: telemetry before and after it is not compared."""
+        if self._stretches[-1].times_s:
+            self._stretches.append(Stretch())
+        while sum(len(one.times_s) for one in self._stretches) > TUNING.most_images:
+            self._stretches.popleft()
+
+    def add(self, time_s: float, fits: list[tuple[Array, Array]]) -> None:
+        """Take in an image.
+
+        Args:
+            time_s: its time, s.
+            fits: (h,) normalised squared residuals, and log determinants of their covariances.
+        """
+        if not fits:
+            return
+        cost = np.zeros(len(self._corrections))
+        for squares, size in fits:
+            cost += np.minimum(squares, TUNING.most_squares) + size - size.min()
+        stretch = self._stretches[-1]
+        stretch.times_s.append(time_s)
+        stretch.costs.append(cost)
+        if len(stretch.times_s) >= TUNING.most_images:
+            self.interrupt()
+
+    def gains(self, excess: float) -> Array:
+        """Return the log likelihood (h,) of each candidate over the configured latency.
+
+        Args:
+            excess: ratio of the boxes' squared residuals to the stated noise, at least 1.
+        """
+        scale = 2.0 * excess * TUNING.caution
+        return np.minimum(self._gains(False), self._gains(True)) / scale
+
+    @property
+    def configured(self) -> int:
+        """Index of the configured latency."""
+        return self._zero
+
+    def _gains(self, by_telemetry: bool) -> Array:
+        """Return by how much (h,) the candidates cost less than the configured latency.
+
+        Args:
+            by_telemetry: over the same telemetry, not the same images.
+        """
+        late = self._corrections
+        own, other = np.zeros((2, len(late))), np.zeros((2, len(late)))
+        for stretch in self._stretches:
+            if not stretch.times_s:
+                continue
+            times, cost = np.array(stretch.times_s)[:, None], np.array(stretch.costs)
+            right = ~disturbed(times - late, stretch.jumps_s)
+            right_own = right[:, self._zero, None]
+            if by_telemetry:
+                first, last = times[0] - np.minimum(late, 0.0), times[-1] - np.maximum(late, 0.0)
+                in_own = right_own & _within(times, first, last)
+                in_other = right & _within(times - late, first, last)
+            else:
+                in_own = in_other = right & right_own
+            own += (in_own * cost[:, self._zero, None]).sum(axis=0), in_own.sum(axis=0)
+            other += (in_other * cost).sum(axis=0), in_other.sum(axis=0)
+        number = np.minimum(own[1], other[1])
+        mean = [one[0] / np.maximum(one[1], 1.0) for one in (own, other)]
+        return np.asarray(number * (mean[0] - mean[1]))
+
+
+def _within(times: Array, first: Array, last: Array) -> Mask:
+    return np.asarray((times >= first - TUNING.rounding_s) & (times <= last + TUNING.rounding_s))

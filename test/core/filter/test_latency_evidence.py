@@ -1,0 +1,95 @@
+# Copyright 2026 aerial_gnss_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""A latency shows again and again; what telemetry does wrong shows at each candidate's own time."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from aerial_gnss_ros.core.filter.latency_evidence import TUNING, LatencyEvidence
+
+CORRECTIONS = 0.1 * np.arange(-30, 31)
+NO_SIZE = np.zeros(len(CORRECTIONS))
+RIGHT = 2.0
+"""Expected squared residual."""
+
+
+def shown(cost, until_s, evidence=None, step_s=0.4, begin_s=0.0):
+    """Show images whose squared residuals are a function of time and candidate."""
+    evidence = evidence or LatencyEvidence(CORRECTIONS)
+    for t in np.arange(begin_s, until_s, step_s):
+        evidence.add(t, [(cost(t, CORRECTIONS), NO_SIZE)])
+    return evidence
+
+
+def of_latency(late_s):
+    """Return residuals that are 8 larger half a second or more from the right latency."""
+    return lambda _t, late: RIGHT + 8.0 * (np.abs(late - late_s) > 0.45)
+
+
+def of_telemetry(wrong):
+    """Return residuals that are large where a candidate's telemetry is wrong."""
+    return lambda t, late: np.where(wrong(t - late), 1000.0, RIGHT)
+
+
+def best(evidence):
+    return CORRECTIONS[np.argmax(evidence.gains(1.0))]
+
+
+@pytest.mark.parametrize("late_s", [1.0, -1.5])
+def test_a_latency_gains_with_every_image(late_s):
+    gains = shown(of_latency(late_s), 10.0).gains(1.0)
+    assert CORRECTIONS[np.argmax(gains)] == pytest.approx(late_s, abs=0.5)
+    # 8 an image, over as much telemetry as both have
+    images = (10.0 - abs(late_s)) / 0.4
+    assert gains.max() == pytest.approx(8.0 * images / (2.0 * TUNING.caution), rel=0.1)
+    assert gains[30] == 0.0
+
+
+def test_the_configured_one_loses_to_none():
+    assert shown(of_latency(0.0), 10.0).gains(1.0).max() == 0.0
+
+
+@pytest.mark.parametrize("until_s", [5.2, 6.0, 7.2, 20.0])
+def test_telemetry_that_turns_by_itself_favours_no_latency(until_s):
+    """From 5 s on; candidates of later telemetry met it before, the others will."""
+    assert shown(of_telemetry(lambda at: at > 5.0), until_s).gains(1.0).max() < 1.0
+
+
+def test_what_happens_in_an_image_concerns_all_candidates():
+    evidence = shown(lambda t, late: np.full(len(late), 500.0 if t > 9.0 else RIGHT), 10.0)
+    assert evidence.gains(1.0).max() == 0.0
+
+
+def test_about_a_jump_no_image_counts():
+    """One image in which only the configured latency meets the jump."""
+    wrong = of_telemetry(lambda at: np.abs(at - 5.2) < 0.05)
+    favoured = shown(wrong, 12.0).gains(1.0).max()
+    told = LatencyEvidence(CORRECTIONS)
+    told.note_jumps([5.2])
+    assert favoured > 1.0
+    assert shown(wrong, 12.0, told).gains(1.0).max() == 0.0
+
+
+def test_a_stretch_between_gaps_stands_for_itself():
+    evidence = shown(of_latency(1.0), 4.0)
+    before = evidence.gains(1.0).max()
+    evidence.interrupt()
+    shown(of_latency(1.0), 104.0, evidence, begin_s=100.0)
+    assert evidence.gains(1.0).max() == pytest.approx(2.0 * before)
+    assert best(evidence) == pytest.approx(1.0, abs=0.5)
+
+
+def test_noise_larger_than_stated_counts_less():
+    evidence = shown(of_latency(1.0), 10.0)
+    np.testing.assert_allclose(evidence.gains(2.0), 0.5 * evidence.gains(1.0))
+
+
+def test_it_keeps_a_bounded_number_of_images():
+    evidence = LatencyEvidence(CORRECTIONS)
+    for k in range(4):
+        shown(of_latency(1.0), 100.0 * k + 60.0, evidence, begin_s=100.0 * k)
+        evidence.interrupt()
+    few = shown(of_latency(1.0), 60.0)
+    assert evidence.gains(1.0).max() < 2.9 * few.gains(1.0).max()

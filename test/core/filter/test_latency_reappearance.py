@@ -1,0 +1,71 @@
+# Copyright 2026 aerial_gnss_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Boxes seen again from a camera that looks down, at a right latency and at wrong ones."""
+
+from __future__ import annotations
+
+import math
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from aerial_gnss_ros.core.filter.latency_reappearance import TUNING, Reappearance
+from aerial_gnss_ros.core.filter.latency_views import Views
+from aerial_gnss_ros.core.geometry.frames import FLU_FROM_OPTICAL, matrix_from_rpy
+from aerial_gnss_ros.core.models.motion_model import MotionModel
+
+HEIGHT_M, FOCAL_PX, STEP_S, SPEED_MPS = 18.0, 900.0, 0.5, 0.4
+METRE_PX = FOCAL_PX / HEIGHT_M
+DOWN = matrix_from_rpy(0.0, 0.5 * math.pi, 0.0)
+MIDDLE = np.array([640.0, 360.0])
+
+
+def views(*east):
+    """Return cameras that look down from so far east, m."""
+    positions = np.array([[one, 0.0, HEIGHT_M] for one in east])
+    return Views(positions, np.broadcast_to(DOWN @ FLU_FROM_OPTICAL, (len(east), 3, 3)))
+
+
+@pytest.fixture
+def seen(sea):
+    model = SimpleNamespace(white=np.zeros(6), pixel=1.0)
+    found = Reappearance(model, MotionModel(0.0, SPEED_MPS))
+
+    def show(pixels, view, passed=STEP_S):
+        return found.update(sea.camera, np.array(pixels).reshape(-1, 2), passed, view)
+
+    return show
+
+
+def test_the_distance_is_that_of_what_the_camera_moved_too_much(seen):
+    assert seen([MIDDLE], views(0.0, 0.0)) is None
+    squared, size = seen([MIDDLE], views(0.0, 0.4))
+    variance = (SPEED_MPS * STEP_S * METRE_PX) ** 2 + 2.0
+    assert squared[0] == pytest.approx(0.0, abs=1e-9)
+    assert squared[1] == pytest.approx((0.4 * METRE_PX) ** 2 / variance, rel=1e-6)
+    np.testing.assert_allclose(size, 2.0 * math.log(variance))
+
+
+def test_the_nearest_box_counts_and_far_ones_are_all_alike(seen):
+    seen([MIDDLE, MIDDLE + 100.0], views(0.0))
+    squared, _ = seen([MIDDLE + np.array([5.0, 0.0]), MIDDLE + 300.0], views(0.0))
+    near = 25.0 / ((SPEED_MPS * STEP_S * METRE_PX) ** 2 + 2.0)
+    assert squared[0] == pytest.approx(0.5 * (near + TUNING.elsewhere_squared))
+
+
+def test_what_should_be_out_of_view_is_not_missed(seen):
+    seen([MIDDLE], views(0.0, 0.0))
+    squared, _ = seen([], views(0.0, 40.0))
+    np.testing.assert_allclose(squared, [TUNING.elsewhere_squared, 2.0])
+
+
+def test_images_far_apart_are_not_compared(seen):
+    seen([MIDDLE], views(0.0))
+    assert seen([MIDDLE], views(0.0), TUNING.apart_s + 0.1) is None
+    assert seen([MIDDLE], views(0.0), 0.1) is not None
+
+
+def test_an_image_without_boxes_has_none_to_see_again(seen):
+    seen([], views(0.0))
+    assert seen([MIDDLE], views(0.0)) is None
