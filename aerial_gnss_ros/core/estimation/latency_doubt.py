@@ -37,6 +37,9 @@ class LatencyDoubtTuning:
     Judged."""
     settled_nats: float = -3.0
     """Log likelihood of the best other latency at which the configured one is right. Judged."""
+    settled_apart_s: float = 0.25
+    """Latencies nearer to the configured one do not keep the question open, s: they take long to
+    tell apart. Judged."""
     interval_s: float = 0.4
     """Least time between images that are taken, s: some ten decide, and each costs as much as one
     in the filter. Judged."""
@@ -110,12 +113,14 @@ class LatencyDoubt:
         self.search.compare(scene, measured, local)
         self._moved_s += self._moved(stamp_ns, scene.in_map)
         self._last = stamp_ns, scene.in_map
-        gains = np.delete(evidence.gains(self.search.excess), evidence.configured)
+        gains = evidence.gains(self.search.excess)
+        far = gains[np.abs(self.search.corrections) > TUNING.settled_apart_s]
+        gains = np.delete(gains, evidence.configured)
         prior = math.log(TUNING.elsewhere / (1.0 - TUNING.elsewhere))
         best = float(gains.max())
         nats = prior + best + math.log(float(np.exp(gains - best).mean()))
         self.doubted = nats > TUNING.doubted_nats
-        settled = best < TUNING.settled_nats or self._moved_s > TUNING.decided_s
+        settled = self._moved_s > TUNING.decided_s or float(far.max()) < TUNING.settled_nats
         self.open = not (self.doubted or settled)
         self.due_ns = stamp_ns + round(TUNING.interval_s * 1e9) if self.open else NEVER_NS
         if not self.open:
