@@ -125,14 +125,10 @@ class TrackTable:
             self._origin_ns = stamp_ns
         found: list[Innovations] = []
         passed, share = float(stamp_ns - self._origin_ns), 1.0 / self.filter.noise.level
-        offsets, spread = pairs.offsets.tolist(), pairs.spread.tolist()
-        for k in near:
-            track, (east, north), ((a, b), (_, d)) = (
-                self.tracks[able.rows[k]],
-                offsets[k],
-                spread[k],
-            )
+        chosen = pairs.offsets.take(near, axis=0).tolist(), pairs.spread.take(near, axis=0).tolist()
+        for k, (east, north), ((a, b), (_, d)) in zip(near, *chosen, strict=True):
             now = (passed, east, north, share * a, share * b, share * d)
+            track = self.tracks[able.rows[k]]
             track.innovations = track.innovations[6:] + now
             found.append(track.innovations)
         self.filter.noise.update(found)
