@@ -29,7 +29,7 @@ from aerial_gnss_ros.core.camera.validation import (
     model_name,
 )
 from aerial_gnss_ros.core.numerics.columns import columns
-from aerial_gnss_ros.core.numerics.small_arrays import MAX_ROWS, all_true
+from aerial_gnss_ros.core.numerics.small_arrays import MAX_ROWS
 from aerial_gnss_ros.core.values.errors import CameraError
 
 Array = NDArray[np.float64]
@@ -231,7 +231,7 @@ class CameraModel:
         given = np.asarray(pixels, dtype=np.float64).reshape(-1, 2)
         valid = self.inside(given)
         # Points outside the image are computed at its centre, so that nothing overflows.
-        usable = given if all_true(valid) else np.where(valid[:, None], given, self._middle)
+        usable = given if all(valid.tolist()) else np.where(valid[:, None], given, self._middle)
         plane = (usable - self._middle) @ self._inverse.T
         lens = self._lens
         if isinstance(lens, Equidistant):

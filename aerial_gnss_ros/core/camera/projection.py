@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from aerial_gnss_ros.core.camera.distortion import BrownConrady, Equidistant
 from aerial_gnss_ros.core.numerics.columns import columns
-from aerial_gnss_ros.core.numerics.small_arrays import Rows, all_true, evaluate_rows
+from aerial_gnss_ros.core.numerics.small_arrays import Rows, evaluate_rows
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -33,7 +33,7 @@ def plane_with_jacobian(
     if isinstance(lens, Equidistant):
         return _fisheye(lens, points)
     seen: Mask = points[:, 2] > _BEHIND
-    if not all_true(seen):  # as if in front of the camera, so that nothing overflows
+    if not all(seen.tolist()):  # as if in front of the camera, so that nothing overflows
         points = np.where(seen[:, None], points, [0.0, 0.0, 1.0])
     table = evaluate_rows(
         _pinhole if lens is None else lens.through, points, 8 if lens is None else 10

@@ -87,15 +87,14 @@ class StateBlocks:
 
         East, north, velocity east, velocity north; m, m/s.
         """
-        if len(self._groups) == 1:  # its rows are all, in order
-            (alone,) = self._groups
-            return alone.robots.copy(), alone.blocks()
         mean, covariance = np.empty((self._count, 4)), np.empty((self._count, 4, 4))
         for group in self._groups:
             n, own = len(group.rows), group.covariance[COUNT:, COUNT:]
-            mean[group.rows] = group.mean[COUNT:].reshape(n, 4)
-            blocks = own.reshape(n, 4, n, 4).diagonal(axis1=0, axis2=2)
-            covariance[group.rows] = blocks.transpose(2, 0, 1)
+            robots = group.mean[COUNT:].reshape(n, 4)
+            blocks = own.reshape(n, 4, n, 4).diagonal(axis1=0, axis2=2).transpose(2, 0, 1)
+            if n == self._count:  # its rows are all, in order
+                return robots.copy(), blocks.copy()
+            mean[group.rows], covariance[group.rows] = robots, blocks
         return mean, covariance
 
     def given_platform(self) -> Array:

@@ -25,7 +25,7 @@ from aerial_gnss_ros.core.geometry.geodesy import (
     enu_axes,
     geodetic_from_ecef,
 )
-from aerial_gnss_ros.core.numerics.small_arrays import all_true, row_products
+from aerial_gnss_ros.core.numerics.small_arrays import row_products
 from aerial_gnss_ros.core.values.camera_pose import CameraPose
 
 Array = NDArray[np.float64]
@@ -84,7 +84,7 @@ class SurfaceView:
         c = self._above
         discriminant = b * b - a * c
         hit = (discriminant > 0.0) & (b < 0.0)
-        if c > 0.0 and all_true(hit):
+        if c > 0.0 and all(hit.tolist()):
             return np.asarray(c / (np.sqrt(discriminant) - b), np.float64)
         hit &= c > 0.0
         # The smaller root, written so that nothing nearly equal is subtracted.

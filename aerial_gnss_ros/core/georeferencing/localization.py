@@ -23,7 +23,6 @@ from aerial_gnss_ros.core.georeferencing.covariance import (
     ray_points,
     uncertainty,
 )
-from aerial_gnss_ros.core.numerics.small_arrays import all_true
 from aerial_gnss_ros.core.values.camera_pose import CameraPose
 from aerial_gnss_ros.core.values.rejection import Reason
 
@@ -114,7 +113,7 @@ def locate(
     good = (points.distances <= limits.max_range) & (margin > 0.0) & points.in_image
     good &= total[:, 0, 0] + total[:, 1, 1] <= limits.max_sigma_m**2
     reasons: tuple[Reason | None, ...] = (None,) * len(good)
-    if not all_true(good):
+    if not all(good.tolist()):
         reasons = _reasons(given, points, margin, total, config)
     latitude, longitude, _ = view.geodetic(points.offsets)
     found = WaterPoints(

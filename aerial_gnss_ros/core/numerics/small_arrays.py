@@ -31,11 +31,6 @@ def all_finite(numbers: Array) -> bool:
     return all(map(math.isfinite, numbers.ravel().tolist()))
 
 
-def all_true(mask: NDArray[np.bool_]) -> bool:
-    """Return whether a mask is true everywhere; less to call than numpy's `all`."""
-    return b"\0" not in mask.tobytes()
-
-
 def row_products(one: Array, other: Array) -> Array:
     """Return the scalar products (n,) of rows (n, k); with less overhead than einsum."""
     return (one[:, None, :] @ other[:, :, None]).reshape(-1)

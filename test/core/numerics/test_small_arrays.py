@@ -9,7 +9,6 @@ import pytest
 
 from aerial_gnss_ros.core.numerics.small_arrays import (
     MAX_ROWS,
-    all_true,
     evaluate_rows,
     row_products,
     rowwise,
@@ -45,13 +44,3 @@ def test_products_of_rows():
     assert row_products(
         np.array([[1.0, 2.0], [3.0, 4.0]]), np.array([[5.0, 6.0], [7.0, 8.0]])
     ).tolist() == [17.0, 53.0]
-
-
-@pytest.mark.parametrize("false", [None, 0, 4])
-def test_a_mask_is_true_everywhere_or_not(false):
-    mask = np.ones(5, dtype=np.bool_)
-    if false is not None:
-        mask[false] = False
-    assert all_true(mask) == mask.all()
-    assert all_true(mask[::4]) == mask[::4].all()
-    assert all_true(mask[:0])
