@@ -3,7 +3,7 @@
 """The time of an image compared with that of another version of the program, in turns.
 
 git worktree add --detach ../before COMMIT
-python benchmarks/against.py ../before --markdown docs/results/scaling.md
+python benchmarks/against.py ../before
 
 Each version runs in a process of its own, imports the package and the flight of `scaling.py` from
 its own folder, and works on a few images of its flight at a time, in turns with the other one and
@@ -22,7 +22,6 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import one_thread  # noqa: F401 - before numpy
-from tables import show
 
 HERE = Path(__file__).resolve().parents[1]
 COUNTS = (3, 30, 100)
@@ -152,12 +151,11 @@ def main() -> int:
     parser.add_argument("tree", type=Path, help="folder of the other version")
     parser.add_argument("--turns", type=int, default=120, help="of each version (default 120)")
     parser.add_argument("--robots", type=int, nargs="+", default=COUNTS, help="default 3 30 100")
-    parser.add_argument("--markdown", type=Path)
     given = parser.parse_args()
     if not (given.tree / "benchmarks" / "scaling.py").is_file():
         parser.error(f"{given.tree} has no benchmarks/scaling.py: it is no version of the program")
     rows = [compared(HERE, given.tree.resolve(), one, given.turns) for one in given.robots]
-    show(table(rows), given.markdown)
+    print(table(rows))
     return 0
 
 
