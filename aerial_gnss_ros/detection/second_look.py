@@ -44,7 +44,7 @@ class SecondLook:
         self.terms = Terms.read(self._session.get_modelmeta().custom_metadata_map, str(path))
         self.name = path.name
         side = self.terms.side
-        self._run(np.zeros((1, side, side, 6), np.uint8), np.zeros((1, 3), np.float32))
+        self.run(np.zeros((1, side, side, 6), np.uint8), np.zeros((1, 3), np.float32))
 
     def scores(
         self, image: Image, xywh: NDArray[np.float64], scores: NDArray[np.float64]
@@ -63,10 +63,15 @@ class SecondLook:
         judged = scores.copy()
         if len(chosen):
             shown = views(image, xywh[chosen], self.terms)
-            judged[chosen] = self._run(shown, traits(xywh[chosen], scores[chosen]))
+            judged[chosen] = self.run(shown, traits(xywh[chosen], scores[chosen]))
         return judged
 
-    def _run(self, shown: NDArray[np.uint8], traits: NDArray[np.float32]) -> NDArray[np.float64]:
+    def run(self, shown: NDArray[np.uint8], traits: NDArray[np.float32]) -> NDArray[np.float64]:
+        """Return the network's scores (n,) of views and traits.
+
+        Raises:
+            ModelError: the runtime failed.
+        """
         try:
             (found,) = self._session.run([OUTPUT], dict(zip(INPUTS, (shown, traits), strict=True)))
         except Exception as error:  # ONNX Runtime has no common error

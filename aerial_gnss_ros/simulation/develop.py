@@ -29,6 +29,33 @@ def _tone_curve() -> U8:
 _CURVE = _tone_curve()
 
 
+def _light_of_levels() -> F32:
+    levels = np.arange(256)
+    first = np.searchsorted(_CURVE, levels, "left")
+    last = np.searchsorted(_CURVE, levels, "right") - 1
+    middle = (
+        0.5 * (first + last) + 0.25
+    )  # a step is cut off to a whole number: rounding is harmless
+    light: F32 = (middle / (_LUT_STEPS - 1) * LUT_RANGE).astype(np.float32)
+    return light
+
+
+_LIGHT = _light_of_levels()
+
+
+def as_light(image: U8) -> F32:
+    """Return the linear light of an 8-bit image: the tone curve backwards."""
+    light: F32 = _LIGHT[image]
+    return light
+
+
+def as_levels(light: F32) -> U8:
+    """Return linear light, exposed already, as 8-bit levels."""
+    steps = np.clip(light, 0.0, LUT_RANGE) * np.float32((_LUT_STEPS - 1) / LUT_RANGE)
+    levels: U8 = _CURVE[steps.astype(np.uint16)]
+    return levels
+
+
 class Developer:
     """Exposure and processing of the camera for one scene."""
 
@@ -56,10 +83,7 @@ class Developer:
             fall = self._vignette(window, size)
             planes = [plane * fall for plane in planes]
         image = transform(merge(planes), self._colour * gain)
-        np.clip(image, 0.0, LUT_RANGE, out=image)
-        image *= np.float32((_LUT_STEPS - 1) / LUT_RANGE)
-        curved: U8 = _CURVE[image.astype(np.uint16)]
-        return curved
+        return as_levels(image)
 
     def finish(self, image: U8, frame_seed: int) -> U8:
         """Lens softness, motion blur and sensor noise."""

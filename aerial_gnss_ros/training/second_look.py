@@ -24,7 +24,7 @@ from aerial_gnss_ros.text.sentences import counted
 from aerial_gnss_ros.training.compare import labelled as open_images
 from aerial_gnss_ros.training.labelled import LabelledImage
 from aerial_gnss_ros.training.proposals import Proposals, gather, joined
-from aerial_gnss_ros.training.share import Look, Share, best_share
+from aerial_gnss_ros.training.share import Look, Share, best_share, strictest_share
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -58,6 +58,17 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument(
         "--steps", type=int, default=12000, help="number of steps of 128 boxes (default 12000)"
     )
+    parser.add_argument("--start", type=Path, help="second look to go on from (default: none)")
+    parser.add_argument(
+        "--to-score", type=float, default=Terms.to_score,
+        help=f"boxes with higher scores are not rescored (default {Terms.to_score:g}; 1: all are)",
+    )  # fmt: skip
+    parser.add_argument(
+        "--least-recall", type=float, nargs="+", metavar="R",
+        help=
+                "for each --held-out: choose the fewest false boxes at this recall or more, not "
+                "the greatest lesser one of precision and recall",
+    )  # fmt: skip
     parser.add_argument("--threads", type=int, default=0, help="CPU threads; 0: one for each core")
     parser.add_argument("--seed", type=int, default=0)
     return parser
@@ -75,7 +86,16 @@ def _train(given: argparse.Namespace) -> None:
     if given.steps < 1:
         raise ConfigError(f"--steps must be 1 or more, got {given.steps}.")
     parts = [(1.0, given.folders), *map(_counted, given.times)]
-    terms = Terms()
+    if given.least_recall is not None and len(given.least_recall) != len(given.held_out):
+        raise ConfigError(
+            f"--least-recall needs a value for each of the {len(given.held_out)} --held-out, got "
+            f"{len(given.least_recall)}."
+        )
+    if not Terms.from_score <= given.to_score <= 1.0:
+        raise ConfigError(
+            f"--to-score must lie within {Terms.from_score:g} to 1, got {given.to_score:g}."
+        )
+    terms = Terms(to_score=given.to_score)
     detector = load_detector(
         DetectorConfig(
             model=given.model, backend="onnxruntime", score_threshold=terms.from_score,
@@ -90,19 +110,28 @@ def _train(given: argparse.Namespace) -> None:
     sys.stdout.write(
         f"{counted(len(proposals), 'box')}, {int(proposals.is_robot.sum())} on robots\n"
     )
-    network = fit(proposals, terms, given.steps, given.seed, given.threads, _tell)
+    network = fit(
+        proposals, terms, given.steps, given.seed, given.threads, _tell, given.start
+    )  # fmt: skip
     with partial(given.output) as file:
         write(network, terms, Share(), file)
         second = SecondLook(file, given.threads)
-        share, reached = best_share(
-            [[*_looked(detector, second, _images(folders))] for folders in given.held_out]
-        )
+        groups = [[*_looked(detector, second, _images(folders))] for folders in given.held_out]
+        share, words = _chosen(groups, given.least_recall)
         write(network, terms, share, file)
     sys.stdout.write(
-        f"precision and recall of {reached:.3f} or more on the held-out images, the second look "
-        f"counting {share.weight:g}; "
+        f"{words} on the held-out images, the second look counting {share.weight:g}; "
         f"{given.output}\n"
     )
+
+
+def _chosen(groups: list[list[Look]], least_recall: Sequence[float] | None) -> tuple[Share, str]:
+    """Return the share, and what it reaches."""
+    if least_recall is None:
+        share, reached = best_share(groups)
+        return share, f"precision and recall of {reached:.3f} or more"
+    share, false = strictest_share(groups, least_recall)
+    return share, f"{false:.3f} false boxes an image"
 
 
 def _counted(given: Sequence[str]) -> tuple[float, list[Path]]:

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from torch import nn
 from torch.nn import functional
 
+from aerial_gnss_ros.core.values.errors import ModelError
 from aerial_gnss_ros.detection.second_look_terms import (
     INPUTS,
     METADATA,
@@ -29,6 +30,7 @@ from aerial_gnss_ros.training.share import Share
 _OPSET, _IR_VERSION = 17, 8  # read by ONNX Runtime 1.17 and later
 _BATCH = 128
 _RATE, _WARM_UP, _DECAY = 2e-3, 100, 0.02
+_FURTHER_RATE = 1e-3  # from a trained network on
 _AVERAGED = 0.998
 _ROBOT_SHARE = 0.5
 _EASY = (
@@ -36,6 +38,9 @@ _EASY = (
 )
 _SOFT = 0.01  # labels of 0.01 and 0.99: a few are wrong
 _REPORTED_EVERY = 500
+_NOISY, _NOISE = 0.5, 0.03  # share of the views with more noise, its greatest standard deviation
+_GREYED = 0.4  # share of the views whose colours are faded
+_MEASURED = 2048  # boxes on which normalisations are restored
 _WIDTHS = (24, 32, 64, 96)
 _HIDDEN = 64
 _QUARTER, _MIRROR = np.array([[0.0, -1.0], [1.0, 0.0]]), np.diag([-1.0, 1.0])
@@ -110,6 +115,7 @@ def fit(
     seed: int,
     threads: int = 0,
     report: Callable[[int, float], None] | None = None,
+    start: Path | None = None,
 ) -> Network:
     """Return a network trained on the proposals, averaged over its last states.
 
@@ -121,18 +127,28 @@ def fit(
         seed: same seed, same network, on one kind of processor.
         threads: of the processor; 0: one for each core.
         report: called periodically with the step and the mean loss.
+        start: a second look to go on from; None: from scratch.
+
+    Raises:
+        ModelError: `start` is no network of this kind.
     """
     if threads:
         torch.set_num_threads(threads)
     torch.manual_seed(seed)
     rng = np.random.default_rng(seed)
-    network: Network = Network().to(memory_format=torch.channels_last)
+    network = Network()
+    if start is not None:
+        _fill(network, start)
+        _restore_normalisation(network, proposals, terms, rng)
+        network.train()
+    network = network.to(memory_format=torch.channels_last)
     optimizer = torch.optim.AdamW(network.parameters(), lr=_RATE, weight_decay=_DECAY)
     mean = {name: value.clone() for name, value in network.state_dict().items()}
     chances, losses = drawing(proposals), []
+    first = _RATE if start is None else _FURTHER_RATE
     for step in range(steps):
         rate = (
-            _RATE * min(1.0, (step + 1) / _WARM_UP) * 0.5 * (1 + math.cos(math.pi * step / steps))
+            first * min(1.0, (step + 1) / _WARM_UP) * 0.5 * (1 + math.cos(math.pi * step / steps))
         )
         for group in optimizer.param_groups:
             group["lr"] = rate + 1e-5
@@ -198,12 +214,87 @@ def _varied(
     )
     offset = rng.normal(0.0, 0.04, (count, 1, 1, 1))
     seen = seen * torch.from_numpy(np.exp(light).astype(np.float32))
-    seen = (seen + torch.from_numpy(offset.astype(np.float32))).clamp(0.0, 1.0)
+    seen = seen + torch.from_numpy(offset.astype(np.float32))
+    seen = _faded(seen, rng)
+    noise = np.where(rng.random(count) < _NOISY, rng.uniform(0.0, _NOISE, count), 0.0)
+    sizes = torch.from_numpy(noise.astype(np.float32)).reshape(-1, 1, 1, 1)
+    seen = (seen + sizes * torch.randn_like(seen)).clamp(0.0, 1.0)
     traits = proposals.traits[chosen].copy()
     traits[turns % 2 == 1, 2] *= -1.0  # upright becomes lying
     traits[:, 0] += rng.normal(0.0, 0.15, count)  # it must not rely on the detector's score alone
     traits[:, 0] += np.where(rng.random(count) < 0.15, rng.normal(0.0, 0.7, count), 0.0)
     return _scaled(seen), torch.from_numpy(traits)
+
+
+def _faded(seen: Any, rng: np.random.Generator) -> Any:
+    """Return views (n, 6, side, side), some of them with faded colours, near and wide alike."""
+    count = len(seen)
+    share = np.where(rng.random(count) < _GREYED, rng.random(count), 0.0).astype(np.float32)
+    both = seen.reshape(count, 2, 3, *seen.shape[2:])
+    faded = torch.lerp(
+        both, both.mean(2, keepdim=True).expand_as(both),
+        torch.from_numpy(share).reshape(-1, 1, 1, 1, 1),
+    )  # fmt: skip
+    return faded.reshape(seen.shape)
+
+
+def _fill(network: Network, path: Path) -> None:
+    """Set a network's weights to an exported one's, its normalisations to the identity."""
+    import onnx
+    from onnx import numpy_helper
+
+    try:
+        graph = onnx.load(path).graph
+    except Exception as error:  # protobuf raises its own, which is no part of onnx's interface
+        raise ModelError(f"{path} is not an ONNX model: {error}") from error
+    stored = {item.name: numpy_helper.to_array(item) for item in graph.initializer}
+    # The export merges each normalisation into the convolution before it, and keeps their order.
+    merged = [node.input for node in graph.node if node.op_type == "Conv"]
+    convolutions = [layer for layer in network.modules() if isinstance(layer, nn.Conv2d)]
+    norms = [layer for layer in network.modules() if isinstance(layer, nn.BatchNorm2d)]
+    try:
+        with torch.no_grad():
+            for conv, norm, (_, weight, bias) in zip(convolutions, norms, merged, strict=True):
+                conv.weight.copy_(torch.from_numpy(stored[weight].copy()))
+                norm.running_var.fill_(1.0 - norm.eps)
+                norm.bias.copy_(torch.from_numpy(stored[bias].copy()))
+            for name, value in network.head.named_parameters():
+                value.copy_(torch.from_numpy(stored[f"network.head.{name}"].copy()))
+    except (KeyError, ValueError, RuntimeError) as error:
+        raise ModelError(
+            f"{path} is not a second look of this architecture; give one that "
+            "aerial_gnss_ros.training.second_look made."
+        ) from error
+
+
+def _restore_normalisation(
+    network: Network, proposals: Proposals, terms: Terms, rng: np.random.Generator
+) -> None:
+    """Let normalisations know the mean and variance that they see, with unchanged output."""
+    convolutions = [layer for layer in network.modules() if isinstance(layer, nn.Conv2d)]
+    norms = [layer for layer in network.modules() if isinstance(layer, nn.BatchNorm2d)]
+    seen: dict[Any, list[Any]] = {conv: [] for conv in convolutions}
+    hooks = [
+        conv.register_forward_hook(
+            lambda layer, _, output: seen[layer].append(
+                torch.stack([output.mean((0, 2, 3)), output.square().mean((0, 2, 3))])
+            )
+        )
+        for conv in convolutions
+    ]
+    network.eval()
+    with torch.no_grad():
+        for _ in range(_MEASURED // _BATCH):
+            chosen = rng.choice(len(proposals), _BATCH, p=drawing(proposals))
+            network(*_varied(proposals, chosen, terms, rng))
+        for hook in hooks:
+            hook.remove()
+        for conv, norm in zip(convolutions, norms, strict=True):
+            mean, square = torch.stack(seen[conv]).mean(0)
+            norm.running_mean.copy_(mean)
+            norm.running_var.copy_((square - mean.square()).clamp(min=0.0))
+            norm.weight.copy_((norm.running_var + norm.eps).sqrt())
+            norm.bias.add_(mean)
 
 
 def write(network: Network, terms: Terms, share: Share, path: Path) -> None:

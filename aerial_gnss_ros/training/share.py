@@ -19,6 +19,7 @@ from aerial_gnss_ros.training.score import score_above
 
 _WEIGHTS = tuple(round(0.1 * i, 1) for i in range(1, 11))
 _THRESHOLDS = tuple(round(0.05 * i, 2) for i in range(3, 16))
+_FINE = tuple(round(0.02 * i, 2) for i in range(1, 50))
 
 
 @dataclass(frozen=True)
@@ -89,6 +90,42 @@ def best_share(groups: Sequence[Sequence[Look]]) -> tuple[Share, float]:
         raise ModelError("on the held-out images no robot is detected; give others, with robots.")
     shift = log_odds(DetectorConfig.score_threshold) - log_odds(threshold)
     return Share(weight, float(shift)), reached
+
+
+def strictest_share(
+    groups: Sequence[Sequence[Look]], least_recall: Sequence[float]
+) -> tuple[Share, float]:
+    """Return the combination with the fewest false boxes that still detects enough robots.
+
+    For a detector on whose boxes people act: a false box is worse than a miss. For every weight the
+    threshold is as high as the required recalls allow.
+
+    Args:
+        groups: looks at held-out images of several kinds, by a network with weight 1.
+        least_recall: required on each kind, 0 to 1.
+
+    Returns:
+        The share, and the mean over the kinds of the false boxes an image.
+
+    Raises:
+        ModelError: no combination detects so many.
+    """
+    best: tuple[float, float, float] | None = None
+    for weight in _WEIGHTS:
+        mixed = [[look.shared(weight) for look in looks] for looks in groups]
+        for threshold in reversed(_FINE):
+            scores = [score_above(pairs, threshold).overall for pairs in mixed]
+            enough = zip(scores, least_recall, strict=True)
+            if all(score.found >= least * score.robots for score, least in enough):
+                counted = zip(scores, mixed, strict=True)
+                false = float(np.mean([score.false / len(pairs) for score, pairs in counted]))
+                best = min(best or (np.inf, 0.0, 0.0), (false, weight, threshold))
+                break
+    if best is None:
+        raise ModelError("no combination of both scores detects so many robots; ask for fewer.")
+    false, weight, threshold = best
+    shift = log_odds(DetectorConfig.score_threshold) - log_odds(threshold)
+    return Share(weight, float(shift)), false
 
 
 def _lesser(pairs: Sequence[tuple[Detections, Truth]], threshold: float) -> float:

@@ -11,6 +11,7 @@ import cv2
 import numpy as np
 import pytest
 
+from aerial_gnss_ros.core.values.errors import ModelError
 from aerial_gnss_ros.detection.second_look import SecondLook
 from aerial_gnss_ros.detection.second_look_terms import Terms
 from aerial_gnss_ros.training.proposals import Proposals, joined, judged
@@ -84,6 +85,31 @@ def test_it_learns_what_the_detector_does_not_know(tmp_path, crosses):
     np.testing.assert_allclose(np.log(mixed / (1 - mixed)), sum(odds) / 2 + 1, atol=0.5)
 
 
+@pytest.mark.ultralytics
+def test_it_goes_on_from_an_exported_one(tmp_path, crosses):
+    torch = pytest.importorskip("torch", reason="needs the extra [ultralytics]")
+    from aerial_gnss_ros.training import second_look_network as networks
+
+    path = tmp_path / "look.onnx"
+    first = networks.fit(crosses, Terms(), 20, seed=1, threads=1)
+    networks.write(first, Terms(), Share(), path)
+    views = torch.from_numpy(crosses.views[:64, 8:72, 8:72]).permute(0, 3, 1, 2).float() / 255.0
+    inputs = networks._scaled(views), torch.zeros((64, 3))
+    with torch.no_grad():
+        wanted = first(*inputs)
+        again = networks.Network()
+        networks._fill(again, path)
+        for _ in range(2):  # as exported, and with normalisations that normalise again
+            torch.testing.assert_close(again.eval()(*inputs), wanted, rtol=1e-3, atol=1e-3)
+            networks._restore_normalisation(again, crosses, Terms(), np.random.default_rng(2))
+    norms = [layer for layer in again.modules() if isinstance(layer, torch.nn.BatchNorm2d)]
+    assert all((norm.running_mean != 0.0).any() for norm in norms)
+    rejected = tmp_path / "other.onnx"
+    rejected.write_bytes(b"no model")
+    with pytest.raises(ModelError, match="not an ONNX model"):
+        networks.fit(crosses, Terms(), 1, seed=1, threads=1, start=rejected)
+
+
 def write_set(folder, seed):
     """Bright crosses, labelled, and squares that look alike to a detector of bright boxes."""
     rng = np.random.default_rng(seed)
@@ -115,12 +141,19 @@ def test_the_command_writes_a_file_or_nothing(tmp_path, capsys):
     reported = capsys.readouterr().out
     assert "12 boxes, 6 on robots" in reported
     assert SecondLook(output).terms == Terms()
+    further = tmp_path / "further.onnx"
+    on = [*command[:-6], "-o", str(further), *command[-4:]]
+    assert main([*on, "--start", str(output), "--to-score", "1", "--least-recall", "0"]) == 0
+    assert "0.000 false boxes an image" in capsys.readouterr().out
+    assert SecondLook(further).terms == Terms(to_score=1.0)
     assert main(command) == 2
     assert "exists already" in capsys.readouterr().err
     output.unlink()
     for wrong, words in (
         (["--times", "two", str(second)], "needs a number"),
         (["--steps", "0"], "1 or more"),
+        (["--to-score", "1.5"], "within 0.03 to 1, got 1.5"),
+        (["--least-recall", "0.9", "0.8"], "each of the 1 --held-out, got 2"),
     ):
         assert main([*command, *wrong]) == 2
         assert words in capsys.readouterr().err

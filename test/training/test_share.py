@@ -10,8 +10,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from aerial_gnss_ros.core.values.errors import ModelError
 from aerial_gnss_ros.detection.base import Detections
-from aerial_gnss_ros.training.share import Look, best_share
+from aerial_gnss_ros.training.share import Look, best_share, strictest_share
 
 sys.path.insert(0, str(Path(__file__).parent))
 
@@ -46,3 +47,21 @@ def test_the_share_is_what_the_held_out_images_say():
     assert look_of([0.9, 0.5, 0.02], [0.9, 0.7, 0.02]).shared(1.0)[0].scores.tolist() == (
         pytest.approx([0.9, 0.7, 0.02])
     )
+
+
+def test_the_strictest_share_gives_up_robots_only_as_far_as_allowed():
+    # Only the second look knows the false box, and takes one robot of two for nothing.
+    look = look_of([0.7, 0.7, 0.75], [0.9, 0.3, 0.6])
+    both, false = strictest_share([[look]], [1.0])
+    assert false == 1.0
+    one, false = strictest_share([[look]], [0.5])
+    assert false == 0.0
+    for share, kept in ((both, 3), (one, 1)):
+        boxes, _ = look.shared(share.weight)
+        odds = np.log(boxes.scores / (1.0 - boxes.scores)) + share.shift
+        assert (odds >= np.log(0.3 / 0.7) - 1e-9).sum() == kept
+    # Each kind of images has its own least recall, and false boxes count by the image.
+    lost = look_of([0.005] * 3, [0.005] * 3)
+    assert strictest_share([[look], [lost, lost]], [0.5, 0.0])[1] == 0.0
+    with pytest.raises(ModelError, match="ask for fewer"):
+        strictest_share([[look], [lost]], [0.5, 1.0])
