@@ -32,6 +32,7 @@ from aerial_gnss_ros.detection.select import load_detector
 from aerial_gnss_ros.detection.views import views
 from aerial_gnss_ros.detection.yolo import iou
 from aerial_gnss_ros.resources import model_path
+from aerial_gnss_ros.training.clutter import write_cluttered
 from aerial_gnss_ros.training.compare import labelled
 from aerial_gnss_ros.training.composing import Composing, photographs_of, write_composed
 from aerial_gnss_ros.training.labelled import LabelledImage, Truth
@@ -44,6 +45,7 @@ SOURCES = {"northsea_video": 1.0, "lake_nadir": 1.0, "lake_shore": 0.5}
 """Name of each, and the share of its photographs that is taken for water."""
 COMPOSED = {"northsea_video": 300, "lake_nadir": 250, "lake_shore": 500}
 WITH_ROBOTS = {"northsea_video": 90, "lake_nadir": 90, "lake_shore": 140}
+THINGS = 9.0  # of random shape, in an image
 GATHERED_FROM = 0.015  # score of the boxes to learn from; lower than those that are looked at
 LENGTH_PX = 24.0  # of robots that a detector is expected to find on real water
 THRESHOLDS = (0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9)
@@ -93,6 +95,14 @@ def composed(given: argparse.Namespace, source: str, kind: str) -> Path:
         place = given.real / source
         write_composed(photographs_of(place / "images", place / "labels.csv"), folder, plan)
     return folder
+
+
+def cluttered(given: argparse.Namespace, folder: Path) -> Path:
+    """Return a folder's images with things of random shape in them, made if it is missing."""
+    things: Path = given.output / f"clutter_{folder.name}"
+    if not things.is_dir():
+        write_cluttered(folder, things, THINGS, given.seed, "train")
+    return things
 
 
 def proposals_of(given: argparse.Namespace, key: str, images: Iterable[LabelledImage]) -> Proposals:
@@ -164,6 +174,8 @@ def trained(given: argparse.Namespace, left_out: str) -> tuple[Path, Share]:
         for name in sources:
             folder = composed(given, name, "composed")
             parts.append(proposals_of(given, folder.name, images_of(folder)))
+            things = cluttered(given, folder)
+            parts.append(proposals_of(given, things.name, images_of(things)))
             parts.append(proposals_of(given, name, photographs(given.real / name)).times(2.0))
         every = joined(parts)
         _say(f"without {left_out}: {len(every)} boxes, {int(every.is_robot.sum())} on robots")
@@ -172,6 +184,7 @@ def trained(given: argparse.Namespace, left_out: str) -> tuple[Path, Share]:
             lambda step, loss: _say(f"step {step}: loss {loss:.4f}"), given.start,
         )  # fmt: skip
         write(network, TERMS, Share(), file)
+    if not chosen.is_file():
         second = SecondLook(file, given.threads)
         groups = [
             looks(second, [s for f in held for s in seen_of(given, f.name, images_of(f))])
@@ -188,7 +201,6 @@ def trained(given: argparse.Namespace, left_out: str) -> tuple[Path, Share]:
         share, false = strictest_share(groups, [*given.least_recall, given.least_composed])
         _say(f"the second look counts {share.weight:g}, shift {share.shift:.2f}: {false:.3f} false")
         chosen.write_text(json.dumps({"weight": share.weight, "shift": share.shift}))
-        write(network, TERMS, share, given.output / f"shared_without_{left_out}.onnx")
     return file, Share(**json.loads(chosen.read_text()))
 
 

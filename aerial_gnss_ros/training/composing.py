@@ -254,7 +254,7 @@ def write_composed(
                 rows = _write(place, name, made, int(rng.integers(*_QUALITIES)))
                 writer.writerows(rows)
                 robots += len(rows)
-        write_data_file(place / "data.yaml", {0: plan.variety.robot_model}, {SPLIT: "images/train"})
+        write_data_file(place / "data.yaml", [plan.variety.robot_model], {SPLIT: "images/train"})
     return robots
 
 

@@ -30,7 +30,7 @@ from aerial_gnss_ros.training.share import Share
 _OPSET, _IR_VERSION = 17, 8  # read by ONNX Runtime 1.17 and later
 _BATCH = 128
 _RATE, _WARM_UP, _DECAY = 2e-3, 100, 0.02
-_FURTHER_RATE = 1e-3  # from a trained network on
+_FURTHER_RATE = 7e-4  # from a trained network on
 _AVERAGED = 0.998
 _ROBOT_SHARE = 0.5
 _EASY = (
@@ -40,6 +40,7 @@ _SOFT = 0.01  # labels of 0.01 and 0.99: a few are wrong
 _REPORTED_EVERY = 500
 _NOISY, _NOISE = 0.5, 0.03  # share of the views with more noise, its greatest standard deviation
 _GREYED = 0.4  # share of the views whose colours are faded
+_EXCHANGED = 0.3  # share of the views whose colours are exchanged
 _MEASURED = 2048  # boxes on which normalisations are restored
 _WIDTHS = (24, 32, 64, 96)
 _HIDDEN = 64
@@ -141,7 +142,7 @@ def fit(
         _fill(network, start)
         _restore_normalisation(network, proposals, terms, rng)
         network.train()
-    network = network.to(memory_format=torch.channels_last)
+    network.to(memory_format=torch.channels_last)
     optimizer = torch.optim.AdamW(network.parameters(), lr=_RATE, weight_decay=_DECAY)
     mean = {name: value.clone() for name, value in network.state_dict().items()}
     chances, losses = drawing(proposals), []
@@ -227,9 +228,16 @@ def _varied(
 
 
 def _faded(seen: Any, rng: np.random.Generator) -> Any:
-    """Return views (n, 6, side, side), some of them with faded colours, near and wide alike."""
+    """Return views (n, 6, side, side), some with faded or exchanged colours, near and wide alike.
+
+    What is no robot may have any colour, whatever colours it had in training.
+    """
     count = len(seen)
     share = np.where(rng.random(count) < _GREYED, rng.random(count), 0.0).astype(np.float32)
+    order = np.tile(np.arange(3), (count, 1))
+    order[rng.random(count) < _EXCHANGED] = rng.permutation(3)
+    columns = torch.from_numpy(np.hstack([order, order + 3]))
+    seen = seen[torch.arange(count)[:, None], columns]
     both = seen.reshape(count, 2, 3, *seen.shape[2:])
     faded = torch.lerp(
         both, both.mean(2, keepdim=True).expand_as(both),

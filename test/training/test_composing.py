@@ -118,6 +118,7 @@ def test_the_command(tmp_path, photographs, capsys):
     assert sorted(path.name for path in output.iterdir()) == [
         "data.yaml", "images", "labels", "meta.csv",
     ]  # fmt: skip
+    assert "0: aqua" in (output / "data.yaml").read_text()
     for wrong, words in (
         ([], "exists already"),
         (["--calm", "0"], "calm must lie within"),

@@ -1,0 +1,233 @@
+# Copyright 2026 aerial_gnss_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Draws things of random shape and colour into labelled images, as examples of what is no robot.
+
+python -m aerial_gnss_ros.training.clutter FOLDER -o CLUTTERED
+
+A detector of rendered robots takes almost anything small and colourful on the water for one,
+because it has seen too few other things. Real things are scarce and differ from water to water;
+these cost nothing and are endless: bodies with limbs, rings, planks, foliage, stones. No shape is
+one of a robot. Robots that are labelled in an image stay uncovered.
+"""
+
+from __future__ import annotations
+
+import argparse
+import shutil
+import sys
+from pathlib import Path
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from aerial_gnss_ros.bags.partial import partial
+from aerial_gnss_ros.core.values.errors import AerialGnssError, ConfigError, OutputError
+from aerial_gnss_ros.detection.base import Image
+from aerial_gnss_ros.detection.images import write_jpeg
+from aerial_gnss_ros.training.labelled import read_labels
+
+F32 = NDArray[np.float32]
+_LENGTHS_PX = (12.0, 110.0)
+_FINE = 4  # pixels of the mask for a pixel of the image
+_LAND = 0.2  # share of the images a part of which is covered
+_QUALITIES = (50, 97)
+
+
+def shape(rng: np.random.Generator, length: float) -> F32:
+    """Return the coverage (side, side), 0 to 1, of a thing about `length` px long."""
+    side = int(1.3 * length) + 6
+    mask = np.zeros((side * _FINE, side * _FINE), np.uint8)
+    middle, unit = np.full(2, side * _FINE / 2.0), length * _FINE
+    kind = int(rng.integers(5))
+    if kind == 0:  # a ring
+        radius = round(unit * rng.uniform(0.25, 0.45))
+        width = max(1, round(radius * rng.uniform(0.2, 0.6)))
+        cv2.circle(mask, _point(middle), radius, 255, width)
+    elif kind == 1:  # a plank, a pole
+        points = cv2.boxPoints((
+            (float(middle[0]), float(middle[1])),
+            (unit, unit * float(np.exp(rng.uniform(np.log(0.06), np.log(0.3))))),
+            float(rng.uniform(0.0, 180.0)),
+        ))  # fmt: skip
+        cv2.fillPoly(mask, [np.round(points).astype(np.int32)], 255)
+    elif kind == 2:  # a star or stone: a polygon without order
+        count = int(rng.integers(3, 14))
+        angle = np.sort(rng.uniform(0.0, 2.0 * np.pi, count))
+        reach = unit / 2.0 * rng.uniform(0.35, 1.0, count)
+        points = middle + reach[:, None] * np.stack([np.cos(angle), np.sin(angle)], axis=1)
+        cv2.fillPoly(mask, [np.round(points).astype(np.int32)], 255)
+    else:  # a body of some lumps, with limbs
+        for _ in range(int(rng.integers(1, 5))):
+            at = middle + rng.normal(0.0, 0.12 * unit, 2)
+            axes = np.maximum(1, np.round(unit * rng.uniform(0.07, 0.27, 2))).astype(int)
+            turn = float(rng.uniform(0.0, 180.0))
+            cv2.ellipse(mask, _point(at), _point(axes), turn, 0.0, 360.0, 255, -1)
+        for _ in range(int(rng.integers(0, 6)) if kind == 4 else 0):
+            end = middle + rng.normal(0.0, 0.3 * unit, 2)
+            joint = (middle + end) / 2.0 + rng.normal(0.0, 0.08 * unit, 2)
+            width = max(1, round(unit * rng.uniform(0.03, 0.12)))
+            cv2.polylines(
+                mask, [np.round([middle, joint, end]).astype(np.int32)], False, 255, width
+            )
+    coverage = cv2.resize(mask, (side, side), interpolation=cv2.INTER_AREA)
+    return np.asarray(coverage / np.float32(255.0), dtype=np.float32)
+
+
+def _point(values: NDArray[np.generic]) -> tuple[int, int]:
+    x, y = (round(float(value)) for value in values)
+    return x, y
+
+
+def texture(rng: np.random.Generator, size: tuple[int, int], grain: float) -> F32:
+    """Return colours (height, width, 3) of a thing: patches of one to four colours, and noise.
+
+    Args:
+        rng: all randomness.
+        size: width and height, px.
+        grain: size of a patch, px.
+    """
+    width, height = size
+    count = int(rng.integers(1, 5))
+    colours = rng.uniform(0.0, 255.0, (count, 3)) ** 1.2 / 255.0**0.2
+    bright = rng.random() < 0.3  # as rescue colours are: one channel is almost full
+    if bright:
+        colours[0, int(rng.integers(3))] = 250.0
+    fields = np.stack([_field(rng, size, grain) for _ in range(count)])
+    made = colours[fields.argmax(axis=0)].astype(np.float32)
+    if rng.random() < 0.7:
+        light = _field(rng, size, max(2.0, grain / 2)) * rng.uniform(0.05, 0.35)
+        made *= np.exp(light)[..., None]
+    made += rng.normal(0.0, rng.uniform(0.0, 12.0), (height, width, 1)).astype(np.float32)
+    return np.clip(made, 0.0, 255.0)
+
+
+def _field(rng: np.random.Generator, size: tuple[int, int], grain: float) -> F32:
+    """Return a smooth random field (height, width) of unit variance."""
+    width, height = size
+    coarse = (max(2, round(width / grain) + 1), max(2, round(height / grain) + 1))
+    nodes = rng.standard_normal(coarse[::-1]).astype(np.float32)
+    return np.asarray(cv2.resize(nodes, size, interpolation=cv2.INTER_CUBIC), np.float32)
+
+
+def add_things(
+    rng: np.random.Generator, image: Image, robots: NDArray[np.float64], mean: float = 8.0
+) -> Image:
+    """Return an image with things in it that are no robots, none of them on a robot.
+
+    Args:
+        rng: all randomness.
+        image: (height, width, 3) blue, green, red.
+        robots: (n, 4) left, top, right, bottom of the robots, px.
+        mean: number of things.
+    """
+    made = image.astype(np.float32)
+    height, width = image.shape[:2]
+    if rng.random() < _LAND:
+        _cover(rng, made, robots)
+    for _ in range(int(rng.poisson(mean))):
+        length = float(np.exp(rng.uniform(*np.log(_LENGTHS_PX))))
+        coverage = shape(rng, length)
+        side = len(coverage)
+        x, y = (int(rng.integers(-side // 3, size - side // 2)) for size in (width, height))
+        margin = 0.3 * side
+        if _touches((x, y, x + side, y + side), robots, margin):
+            continue
+        colours = texture(rng, (side, side), length * rng.uniform(0.1, 0.7))
+        softness = float(rng.uniform(0.3, 1.2))
+        share = np.asarray(cv2.GaussianBlur(coverage, (0, 0), softness), np.float32)
+        share *= np.float32(1.0 if rng.random() < 0.7 else rng.uniform(0.25, 1.0))  # under water
+        left, top = max(x, 0), max(y, 0)
+        right, bottom = min(x + side, width), min(y + side, height)
+        inner = slice(top - y, bottom - y), slice(left - x, right - x)
+        here = made[top:bottom, left:right]
+        here += share[inner][..., None] * (colours[inner] - here)
+    return np.clip(np.round(made), 0, 255).astype(np.uint8)
+
+
+def _touches(
+    box: tuple[float, float, float, float], robots: NDArray[np.float64], margin: float
+) -> bool:
+    left, top, right, bottom = box
+    return bool((
+        (robots[:, 0] < right + margin) & (robots[:, 2] > left - margin)
+        & (robots[:, 1] < bottom + margin) & (robots[:, 3] > top - margin)
+    ).any())  # fmt: skip
+
+
+def _cover(rng: np.random.Generator, made: F32, robots: NDArray[np.float64]) -> None:
+    """Cover a part of an image with something like foliage, stones or planks."""
+    height, width = made.shape[:2]
+    size = (width, height)
+    across = _field(rng, size, float(rng.uniform(60.0, 400.0)))
+    edge = np.clip((across - rng.uniform(-0.5, 1.0)) * rng.uniform(4.0, 40.0), -30.0, 30.0)
+    share = 1.0 / (1.0 + np.exp(-edge))
+    for left, top, right, bottom in robots:
+        reach = max(right - left, bottom - top)
+        x, y = (left + right) / 2, (top + bottom) / 2
+        away = np.hypot(np.arange(width)[None] - x, np.arange(height)[:, None] - y)
+        share *= np.clip((away - 1.5 * reach) / (0.5 * reach + 1.0), 0.0, 1.0)
+    grain = float(np.exp(rng.uniform(np.log(4.0), np.log(60.0))))
+    colours = texture(rng, size, grain)
+    made += share.astype(np.float32)[..., None] * (colours - made)
+
+
+def write_cluttered(folder: Path, output: Path, mean: float, seed: int, split: str) -> int:
+    """Write a data set's images again, with things in them; labels stay.
+
+    Args:
+        folder: in YOLO's layout; its meta.csv is copied, too.
+        output: must not exist; it is created when everything is written.
+        mean: number of things in an image.
+        seed: same seed, same bytes.
+        split: which images.
+
+    Returns:
+        Number of images.
+
+    Raises:
+        OutputError: the output exists or cannot be written.
+        ConfigError: a negative number of things.
+        InputError: no images, or a label that cannot be read.
+    """
+    if output.exists():
+        raise OutputError(f"{output} exists already; give a new folder.")
+    if not mean >= 0.0:
+        raise ConfigError(f"--things must be 0 or more, got {mean:g}.")
+    count = 0
+    with partial(output) as place:
+        (place / "images" / split).mkdir(parents=True)
+        (place / "labels").mkdir()
+        for labelled in read_labels(folder, split):
+            rng = np.random.default_rng([seed, count])
+            image = add_things(rng, labelled.read(), labelled.truth.corners, mean)
+            path = place / "images" / split / labelled.name
+            write_jpeg(path.with_suffix(".jpg"), image, int(rng.integers(*_QUALITIES)))
+            count += 1
+        shutil.copytree(folder / "labels" / split, place / "labels" / split)
+        for name in ("meta.csv", "data.yaml"):
+            if (folder / name).is_file():
+                shutil.copyfile(folder / name, place / name)
+    return count
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Run from the command line; returns the exit status."""
+    parser = argparse.ArgumentParser(prog="clutter", description=__doc__.splitlines()[0])
+    parser.add_argument("folder", type=Path, help="labelled images in YOLO's layout")
+    parser.add_argument("-o", "--output", type=Path, required=True, help="new folder")
+    parser.add_argument("--things", type=float, default=8.0, help="mean number in an image")
+    parser.add_argument("--split", default="train")
+    parser.add_argument("--seed", type=int, default=0)
+    given = parser.parse_args(arguments)
+    try:
+        count = write_cluttered(given.folder, given.output, given.things, given.seed, given.split)
+    except AerialGnssError as error:
+        sys.stderr.write(f"clutter: {error}\n")
+        return 2
+    sys.stdout.write(f"{count} images in {given.output}\n")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

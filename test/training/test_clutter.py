@@ -1,0 +1,74 @@
+# Copyright 2026 aerial_gnss_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Things that are no robots are of the wanted size, everywhere but on robots."""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+import pytest
+
+from aerial_gnss_ros.training.clutter import add_things, main, shape, texture
+
+WATER = np.full((160, 200, 3), (90, 100, 80), np.uint8)
+
+
+@pytest.mark.parametrize("length", [12.0, 60.0])
+def test_shapes_have_about_the_length_and_differ(length):
+    rng = np.random.default_rng(3)
+    made = [shape(rng, length) for _ in range(40)]
+    for coverage in made:
+        rows, columns = np.nonzero(coverage > 0.5)
+        assert 0.0 <= coverage.min() <= coverage.max() <= 1.0
+        if len(rows):
+            assert max(np.ptp(rows), np.ptp(columns)) < 1.4 * length + 8
+    extents = [np.ptp(np.nonzero((c > 0.5).any(axis=0))[0]) if c.max() > 0.5 else 0 for c in made]
+    assert 0.35 * length < np.median(extents) < 1.2 * length
+    areas = [float(coverage.sum()) / length**2 for coverage in made]
+    assert max(areas) > 4 * np.quantile(areas, 0.1)
+
+
+def test_textures_have_patches_of_different_colours():
+    rng = np.random.default_rng(5)
+    spreads = [texture(rng, (40, 30), 8.0).reshape(-1, 3).std(axis=0).max() for _ in range(30)]
+    assert texture(rng, (40, 30), 8.0).shape == (30, 40, 3)
+    assert np.quantile(spreads, 0.8) > 30.0
+
+
+def test_robots_stay_as_they_are_and_other_water_does_not():
+    robots = np.array([[60.0, 50.0, 100.0, 80.0]])
+    kept = slice(50, 81), slice(60, 101)
+    changed = np.zeros(WATER.shape[:2])
+    for seed in range(40):
+        made = add_things(np.random.default_rng(seed), WATER, robots)
+        # A thing of any size keeps a third of its side away.
+        np.testing.assert_array_equal(made[kept], WATER[kept])
+        changed += np.abs(made.astype(int) - WATER).max(axis=-1) > 20
+    assert (changed[:, 150:] > 0).mean() > 0.9
+    assert changed[:, 150:].mean() > 2.0
+    again = add_things(np.random.default_rng(39), WATER, robots)
+    np.testing.assert_array_equal(again, made)
+
+
+def test_the_command_keeps_labels(tmp_path, capsys):
+    folder = tmp_path / "set"
+    for kind in ("images", "labels"):
+        (folder / kind / "train").mkdir(parents=True)
+    cv2.imwrite(str(folder / "images/train/a.png"), WATER)
+    (folder / "labels/train/a.txt").write_text("0 0.4 0.4 0.2 0.2\n")
+    (folder / "meta.csv").write_text("image,split\n")
+    output = tmp_path / "out"
+    command = [str(folder), "-o", str(output), "--things", "40"]
+    assert main(command) == 0
+    assert "1 images" in capsys.readouterr().out
+    assert (output / "labels/train/a.txt").read_text() == "0 0.4 0.4 0.2 0.2\n"
+    assert (output / "meta.csv").read_text() == "image,split\n"
+    assert np.abs(cv2.imread(str(output / "images/train/a.jpg")).astype(int) - WATER).max() > 20
+    for wrong, words in (
+        (command, "exists already"),
+        ([*command[:2], "x", "--things", "-1"], "0 or"),
+    ):
+        arguments = [a if a != "x" else str(tmp_path / "new") for a in wrong]
+        assert main(arguments) == 2
+        assert words in capsys.readouterr().err
+    assert not (tmp_path / "new").exists()
