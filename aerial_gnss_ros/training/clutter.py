@@ -99,7 +99,7 @@ def texture(rng: np.random.Generator, size: tuple[int, int], grain: float) -> F3
         light = _field(rng, size, max(2.0, grain / 2)) * rng.uniform(0.05, 0.35)
         made *= np.exp(light)[..., None]
     made += rng.normal(0.0, rng.uniform(0.0, 12.0), (height, width, 1)).astype(np.float32)
-    return np.clip(made, 0.0, 255.0)
+    return np.asarray(np.clip(made, 0.0, 255.0), dtype=np.float32)
 
 
 def _field(rng: np.random.Generator, size: tuple[int, int], grain: float) -> F32:
