@@ -3,11 +3,13 @@
 """Trains the second look on photographs of water, and scores it on water that it has not seen.
 
     python benchmarks/unseen_water.py REAL_WATER -o WORK --rendered FOLDER ... --held-out FOLDER ...
+    python benchmarks/unseen_water.py REAL_WATER -o WORK --look MODEL_second_look.onnx
 
 REAL_WATER has a folder for each of `SOURCES`, with images/ and labels.csv, without any robot in
 them: every box is false. Rendered robots are composed onto them (`training.composing`). One source
 after the other is left out of training, and all figures on real water are of the source left out;
-then a network learns from all of them. A stage that is done is kept in WORK.
+then a network learns from all of them (WORK/second_look.onnx). A stage that is done is kept in
+WORK. With `--look` a network that exists is scored in the same way, and nothing trained.
 """
 
 from __future__ import annotations
@@ -38,7 +40,7 @@ from aerial_gnss_ros.training.composing import Composing, photographs_of, write_
 from aerial_gnss_ros.training.labelled import LabelledImage, Truth
 from aerial_gnss_ros.training.proposals import Proposals, gather, joined
 from aerial_gnss_ros.training.score import Score
-from aerial_gnss_ros.training.second_look_network import fit, write
+from aerial_gnss_ros.training.second_look_network import Network, fill, fit, write
 from aerial_gnss_ros.training.share import Look, Share, strictest_share
 
 SOURCES = {"northsea_video": 1.0, "lake_nadir": 1.0, "lake_shore": 0.5}
@@ -50,7 +52,7 @@ GATHERED_FROM = 0.015  # score of the boxes to learn from; lower than those that
 LENGTH_PX = 24.0  # of robots that a detector is expected to find on real water
 THRESHOLDS = (0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9)
 TERMS = Terms(to_score=1.0)
-LOOKED = "looks"
+ALL = "nothing"  # left out
 
 
 @dataclass(frozen=True)
@@ -161,7 +163,7 @@ def looks(second: SecondLook, seen: Sequence[Seen]) -> list[Look]:
 
 
 def trained(given: argparse.Namespace, left_out: str) -> tuple[Path, Share]:
-    """Return a second look trained without one source (or with all: "nothing"), and its share."""
+    """Return a second look trained without one source, or with all of them, and its share."""
     file = given.output / f"without_{left_out}.onnx"
     chosen = file.with_suffix(".json")
     sources = [name for name in SOURCES if name != left_out]
@@ -201,7 +203,12 @@ def trained(given: argparse.Namespace, left_out: str) -> tuple[Path, Share]:
         share, false = strictest_share(groups, [*given.least_recall, given.least_composed])
         _say(f"the second look counts {share.weight:g}, shift {share.shift:.2f}: {false:.3f} false")
         chosen.write_text(json.dumps({"weight": share.weight, "shift": share.shift}))
-    return file, Share(**json.loads(chosen.read_text()))
+    share = Share(**json.loads(chosen.read_text()))
+    if left_out == ALL:
+        network = Network()
+        fill(network, file)
+        write(network.eval(), TERMS, share, given.output / "second_look.onnx")
+    return file, share
 
 
 def shared(look: Look, share: Share) -> Detections:
@@ -273,39 +280,48 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("real", type=Path, metavar="REAL_WATER")
     parser.add_argument("-o", "--output", type=Path, required=True, metavar="WORK")
-    parser.add_argument("--rendered", type=Path, nargs="+", required=True, metavar="FOLDER")
+    parser.add_argument("--look", type=Path, metavar="FILE")
+    parser.add_argument("--rendered", type=Path, nargs="+", default=[], metavar="FOLDER")
     parser.add_argument("--emphasised", type=Path, nargs="+", default=[], metavar="FOLDER")
     parser.add_argument("--emphasis", type=float, default=3.0)
-    parser.add_argument("--held-out", type=Path, nargs="+", action="append", required=True)
-    parser.add_argument("--least-recall", type=float, nargs="+", required=True)
-    parser.add_argument("--least-composed", type=float, default=0.9)
+    parser.add_argument("--held-out", type=Path, nargs="+", action="append", default=[])
+    parser.add_argument("--least-recall", type=float, nargs="+", default=[])
+    parser.add_argument("--least-composed", type=float, default=0.8)
     parser.add_argument("--test", type=Path, nargs="+", action="append", default=[])
     parser.add_argument("--model", default=DetectorConfig.model)
     parser.add_argument("--start", type=Path, default=model_path("aqua_yolo11n_second_look.onnx"))
-    parser.add_argument("--steps", type=int, default=3000)
+    parser.add_argument("--steps", type=int, default=1500)
     parser.add_argument("--threads", type=int, default=1)
     parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--only", nargs="+", default=[*SOURCES, "nothing"])
+    parser.add_argument("--only", nargs="+", default=[*SOURCES, ALL])
     given = parser.parse_args()
     given.output.mkdir(parents=True, exist_ok=True)
+    if given.look is not None:
+        tell(given, given.look, Share(), tuple(SOURCES))
+        return
     for left_out in given.only:
         file, share = trained(given, left_out)
-        for source in SOURCES if left_out == "nothing" else (left_out,):
-            folder = composed(given, source, "robots")
-            plain = seen_of(given, f"plain_{source}", photographs(given.real / source))
-            with_robots = seen_of(given, folder.name, images_of(folder))
-            _say(false_boxes(given, source, finished(plain, file, share, given.threads)))
-            _say(robots(source, finished(with_robots, file, share, given.threads)))
-        for folders in given.test:
-            seen = [s for f in folders for s in seen_of(given, f.name, images_of(f))]
-            score = Score()
-            for _, found, truth in finished(seen, file, share, given.threads):
-                score.add(above(found, DetectorConfig.score_threshold), truth)
-            overall = score.overall
-            _say(
-                f"| {folders[0].name} and {len(folders) - 1} more | {overall.robots} | "
-                f"precision {overall.precision:.3f} | recall {overall.recall:.3f} |"
-            )
+        tell(given, file, share, tuple(SOURCES) if left_out == ALL else (left_out,))
+
+
+def tell(given: argparse.Namespace, file: Path, share: Share, sources: Sequence[str]) -> None:
+    """Print the rows of one network: false boxes, robots found, and rendered images."""
+    for source in sources:
+        folder = composed(given, source, "robots")
+        plain = seen_of(given, f"plain_{source}", photographs(given.real / source))
+        with_robots = seen_of(given, folder.name, images_of(folder))
+        _say(false_boxes(given, source, finished(plain, file, share, given.threads)))
+        _say(robots(source, finished(with_robots, file, share, given.threads)))
+    for folders in given.test:
+        seen = [s for f in folders for s in seen_of(given, f.name, images_of(f))]
+        score = Score()
+        for _, found, truth in finished(seen, file, share, given.threads):
+            score.add(above(found, DetectorConfig.score_threshold), truth)
+        overall = score.overall
+        _say(
+            f"| {folders[0].name} and {len(folders) - 1} more | {overall.robots} | precision "
+            f"{overall.precision:.3f} | recall {overall.recall:.3f} |"
+        )
 
 
 if __name__ == "__main__":

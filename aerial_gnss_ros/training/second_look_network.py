@@ -139,7 +139,7 @@ def fit(
     rng = np.random.default_rng(seed)
     network = Network()
     if start is not None:
-        _fill(network, start)
+        fill(network, start)
         _restore_normalisation(network, proposals, terms, rng)
         network.train()
     network.to(memory_format=torch.channels_last)
@@ -246,8 +246,12 @@ def _faded(seen: Any, rng: np.random.Generator) -> Any:
     return faded.reshape(seen.shape)
 
 
-def _fill(network: Network, path: Path) -> None:
-    """Set a network's weights to an exported one's, its normalisations to the identity."""
+def fill(network: Network, path: Path) -> None:
+    """Set a network's weights to an exported one's, its normalisations to the identity.
+
+    Raises:
+        ModelError: the file is no network of this kind.
+    """
     import onnx
     from onnx import numpy_helper
 

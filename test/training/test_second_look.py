@@ -98,7 +98,7 @@ def test_it_goes_on_from_an_exported_one(tmp_path, crosses):
     with torch.no_grad():
         wanted = first(*inputs)
         again = networks.Network()
-        networks._fill(again, path)
+        networks.fill(again, path)
         for _ in range(2):  # as exported, and with normalisations that normalise again
             torch.testing.assert_close(again.eval()(*inputs), wanted, rtol=1e-3, atol=1e-3)
             networks._restore_normalisation(again, crosses, Terms(), np.random.default_rng(2))
