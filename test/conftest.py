@@ -44,7 +44,7 @@ def pytest_collection():
     gc.enable()
 
 
-IN_TURN = ("test_live.py", "test_player.py")
+IN_TURN = ("test_live.py", "test_player.py", "test_fleet.py")
 """Files of test/nodes whose programs have to keep up with the clock: never two of them at once."""
 LONGEST = ("nodes", "interfaces", "training", "test_install.py", "commands", "fuzz")
 """What begins first, so that no process waits for it at the end."""

@@ -72,6 +72,6 @@ class InStep:
                 self._seen.write_text(str(count))
             return self.program.process.poll() is not None
 
-        ros.spin_until(ended, 150.0)
+        ros.spin_until(ended, 300.0)
         ros.spin(0.5)
         assert self.program.end() == 0, self.program.text

@@ -74,14 +74,18 @@ class Link:
         newest_ns: stamp of the newest image that came, ns.
         came: by drone and number; of both drones.
         lost: sequence numbers of those that did not pass.
+        out: publishes what passes.
+        heard: subscriptions to both drones.
     """
 
     def __init__(self, ros):
         self.lost, self.newest_ns, self.came, node = set(), 0, {}, ros.node("link")
         kind = message_class(SIGHTINGS[1])
-        self._out = node.create_publisher(kind, "/b/sightings", qos.sightings())
-        node.create_subscription(kind, "/a/sightings", self._note, qos.sightings())
-        node.create_subscription(kind, "/b/raw/sightings", self._pass, qos.sightings())
+        self.out = node.create_publisher(kind, "/b/sightings", qos.sightings())
+        self.heard = [
+            node.create_subscription(kind, topic, receive, qos.sightings())
+            for topic, receive in (("/a/sightings", self._note), ("/b/raw/sightings", self._pass))
+        ]
 
     def _note(self, msg):
         sent = sent_sighting(msg.data)
@@ -94,7 +98,7 @@ class Link:
         if sent.sequence in OUTAGE and sent.sequence not in self.lost:
             self.lost.add(sent.sequence)
         else:
-            self._out.publish(msg)
+            self.out.publish(msg)
 
 
 def joined(came):
@@ -139,14 +143,16 @@ def test_two_live_drones_with_an_outage_are_joined_as_in_a_replay(two, start, ro
             lambda m, name=name: fixes.__setitem__(name, m), qos.latched(),
         )  # fmt: skip
     for program in (*drones, fleet):
-        program.wait_for("method filter|joins", 40.0)
-    ros.spin_until(lambda: connected(listener), 20.0)
+        program.wait_for("method filter|joins")
+    ros.spin_until(lambda: connected(listener))
+    ros.connect(link.out)
+    ros.spin_until(lambda: all(one.get_publisher_count() for one in link.heard))
     ros.spin(1.0)
     heard = [f"/{name}/{topic}" for name in "ab" for topic in ("detections", "gimbal", "fix")]
     player = in_step("/b/detections", two / "all", "--wait-for", *heard, "--after", "1")
     # An image before the origin of map is known has no sighting: the player may be ahead by 3.
     player.play(ros, lambda: max((link.newest_ns - START_NS) // STEP_NS, 0) + 3)
-    ros.spin_until(lambda: told and all(one["missing"] == 0 for one in told[-1]["drones"]), 20.0)
+    ros.spin_until(lambda: told and all(one["missing"] == 0 for one in told[-1]["drones"]))
     estimates, names = joined(link.came)
 
     def caught_up():
@@ -155,7 +161,7 @@ def test_two_live_drones_with_an_outage_are_joined_as_in_a_replay(two, start, ro
             for fix, same in ((fix, estimates[name]) for name, fix in fixes.items())
         )
 
-    ros.spin_until(caught_up, 30.0)
+    ros.spin_until(caught_up)
     ros.spin(2.0)  # and stays there
     assert caught_up()
     assert link.lost == set(OUTAGE)

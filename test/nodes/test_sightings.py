@@ -50,8 +50,7 @@ def test_sightings_are_made_for_whoever_listens_and_sent_again(ros, named, hover
     ros.spin_until(lambda: named._images == 6)
     assert not made
     got = heard(ros, SIGHTINGS, qos.sightings())
-    ros.spin_until(lambda: named.count_subscribers("/sightings") == 1)
-    ros.spin(0.3)
+    ros.connect(*(one for one in named.publishers if one.topic_name == "/sightings"))
     last_ns = drone.fly(3)
     ros.spin_until(lambda: len(got) == 3)
     sent = [sent_sighting(one) for one in got]
