@@ -5,15 +5,16 @@
 python benchmarks/told_nothing.py --flown told_nothing.jsonl --cells 200 --flights 20 \
     --markdown docs/results/told_nothing.md --picture docs/images/told_nothing.png
 
-Cells are a Latin hypercube over `FACTORS`: each level of each factor is in as many cells as the
-others. Flights of 60 s over three robots (and a reference), all simulated; in `dji` a recorded DJI
-log is the drone's true motion, and the height is as it flew. Every error but the receiver's is
-`noise` times the default set; the receiver states its covariance. RMS of the horizontal error of
-robots in view, each second from 10 s on, over a cell's flights. `bound`: Cramér-Rao bound that
-knows noise and motion and has the latency as a state (of sigma `noise.latency_s`, or 1 s where the
-filter takes another one for exact); `latency known`: over the bound that knows it, too. `wrong`:
-names that end nearer to another robot than to their own. A flight is kept as a line of JSON; the
-program goes on where the file ends.
+Stated is only that the latency is to be found (`camera.find_latency`). Cells are a Latin hypercube
+over `FACTORS`: each level of each factor is in as many cells as the others. Flights of 60 s over
+three robots (and a reference), all simulated; in `dji` a recorded DJI log is the drone's true
+motion, and the height is as it flew. Every error but the receiver's is `noise` times the default
+set; the receiver states its covariance. RMS of the horizontal error of robots in view, each second
+from 10 s on, over a cell's flights. `bound`: Cramér-Rao bound that knows noise and motion and has
+the latency as a state (of sigma `noise.latency_s`, or 1 s where the filter takes another one for
+exact); `latency known`: over the bound that knows it, too. `wrong`: names that end nearer to
+another robot than to their own. A flight is kept as a line of JSON; the program goes on where the
+file ends.
 """
 
 from __future__ import annotations
@@ -164,11 +165,12 @@ class World:
         made.swarm = Reference(swimmers, places[0]) if self.has_reference else swimmers  # type: ignore[assignment]
 
     def stated(self) -> dict[str, object]:
-        """Return what is stated: where `map` is, and what a reference is."""
+        """Return what is stated: where `map` is, what a reference is, and `find_latency`."""
         origin = self.datum
         found: dict[str, object] = {
             "map.latitude_deg": math.degrees(origin.latitude),
             "map.longitude_deg": math.degrees(origin.longitude),
+            "camera.find_latency": True,
         }
         if self.has_reference:
             place = self.made.swarm.positions(np.zeros(1))[0, :, :2]

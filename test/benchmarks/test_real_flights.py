@@ -101,7 +101,7 @@ def test_nothing_but_that_the_latency_is_unknown_is_stated(name, shared_data):
     flights = shared_data / "real_water" / "flights"
     if not flights.is_dir():
         pytest.skip(f"no real flights: {flights} is absent")
-    flight = real_flights.fly(flights / name, estimator_config({}))
+    flight = real_flights.fly(flights / name, estimator_config({"camera.find_latency": True}))
     least, most = LIMITS[name]
     assert flight.used(flight.steep) > least
     names = [len({one.robot_id for one in found}) for _, found in flight.objects()]
