@@ -135,9 +135,9 @@ class Record:
 
 def fly(number: int, cell: Cell, seed: int, share: float) -> Record:
     """Return one flight's record."""
-    made = _drones(cell, seed, share)
+    made = drones_of(cell, seed, share)
     local = LocalMap(made["a"].flight.origin)
-    configs = {name: _config(cell, noise) for name, noise in zip(made, cell.noises, strict=True)}
+    configs = {name: config_of(cell, noise) for name, noise in zip(made, cell.noises, strict=True)}
     sightings: list[tuple[int, str, Sighting]] = []
     alone: list[float] = []
     for name, one in made.items():
@@ -149,19 +149,20 @@ def fly(number: int, cell: Cell, seed: int, share: float) -> Record:
     published = [fleet.update(name, seen).estimates for _, name, seen in sightings]
     spent = time.process_time() - began
     squared, nees = _errors(made["a"], local, published)
-    drones = [_true(one, configs[name]) for name, one in made.items()]
+    drones = [true_drone(one, configs[name]) for name, one in made.items()]
     end = round(LAST_S * made["a"].clock.rate_hz)
     limits = joint_bound(drones, local, share)[0][-end:]
     first = bound(drones[0].config, drones[0].camera, drones[0].frames, local)[-end:]
     names = {one.robot_id for estimates in published[len(published) // 2 :] for one in estimates}
     return Record(
-        number, seed, share, squared, tuple(alone), _trace(limits), _trace(first), nees,
+        number, seed, share, squared, tuple(alone), trace(limits), trace(first), nees,
         sum(len(robot.labels) == len(made) for robot in fleet.robots), len(names),
         1e3 * spent / len(sightings),
     )  # fmt: skip
 
 
-def _drones(cell: Cell, seed: int, share: float) -> dict[str, Experiment]:
+def drones_of(cell: Cell, seed: int, share: float) -> dict[str, Experiment]:
+    """Return the drones of a flight whose receivers have a share in common."""
     plans = [sensor_plan(noise) for noise in cell.noises]
 
     def first(flight: GeneratedFlight, others: Sequence[GeneratedFlight]) -> Experiment:
@@ -175,7 +176,8 @@ def _drones(cell: Cell, seed: int, share: float) -> dict[str, Experiment]:
     return together(first, plan, Formation(cell.formation, len(plans), share), seed, plans)
 
 
-def _config(cell: Cell, noise: str) -> EstimatorConfig:
+def config_of(cell: Cell, noise: str) -> EstimatorConfig:
+    """Return the configuration of a drone's estimator."""
     stay = {"noise.robot_acceleration": 0.001, "tracks.max_speed": 0.05} if cell.told else {}
     return estimator_config(
         {"noise.set": noise, "fix.altitude_datum": "ellipsoid", "tracks.find_moored": False} | stay
@@ -221,7 +223,8 @@ def _errors(
     return float(np.mean(squares)), float(np.mean(normalised))
 
 
-def _true(one: Experiment, config: EstimatorConfig) -> TrueDrone:
+def true_drone(one: Experiment, config: EstimatorConfig) -> TrueDrone:
+    """Return a drone for the bound."""
     frames = [
         TrueFrame(
             one.true_pose(frame),
@@ -233,7 +236,8 @@ def _true(one: Experiment, config: EstimatorConfig) -> TrueDrone:
     return TrueDrone(config, one.camera, frames)
 
 
-def _trace(limits: Array) -> float:
+def trace(limits: Array) -> float:
+    """Return the mean variance of positions, m²."""
     return float(np.nanmean(np.trace(limits[:, :, :2, :2], axis1=2, axis2=3)))
 
 
