@@ -6,8 +6,8 @@
 PYTHON ?= python3
 DEMO_ARGS ?=
 PYTEST_ARGS ?=
-# Processes that run tests side by side: one more than cores, for tests of nodes mostly wait.
-JOBS ?= 3
+# Processes that run tests side by side: more than two cores, for tests of nodes mostly wait.
+JOBS ?= 4
 
 ifdef AMENT_PREFIX_PATH
 VENV ?= .venv-beside-ros
@@ -48,7 +48,7 @@ export PYTHONDONTWRITEBYTECODE :=
 
 help:
 	@echo "make demo     find three robots in a simulated flight, live (DEMO_ARGS=\"--duration 10\")"
-	@echo "make test     all tests, three at a time (PYTEST_ARGS=\"-k geodesy\", JOBS=5)"
+	@echo "make test     all tests, four at a time (PYTEST_ARGS=\"-k geodesy\", JOBS=5)"
 	@echo "make lint     style and likely mistakes"
 	@echo "make types    mypy --strict"
 	@echo "make docs     the documentation as a site, build/docs/html/index.html; a warning is an error"
