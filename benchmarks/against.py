@@ -8,12 +8,14 @@ python benchmarks/against.py ../before
 Each version runs in a process of its own, imports the package and the flight of `scaling.py` from
 its own folder, and works on a few images of its flight at a time, in turns with the other one and
 on the same core: what else the machine does slows both down alike. A ratio is that of the median
-processor times of two turns next to each other.
+processor times of two turns next to each other. With `--unprotected` this version works without the
+parts that `safety_cost.py` leaves out: what the rest of it costs beside a version without them.
 """
 
 from __future__ import annotations
 
 import argparse
+import contextlib
 import os
 import subprocess
 import sys
@@ -69,12 +71,13 @@ class Version:
         tree: folder of the version.
         robots: in view.
         turns: that it has images for.
+        options: of its process.
     """
 
-    def __init__(self, tree: Path, robots: int, turns: int) -> None:
+    def __init__(self, tree: Path, robots: int, turns: int, options: tuple[str, ...] = ()) -> None:
         self._tree = tree
         self._process = subprocess.Popen(  # noqa: S603 - this program
-            [sys.executable, __file__, "--work", str(robots), str(turns * IMAGES)],
+            [sys.executable, __file__, "--work", str(robots), str(turns * IMAGES), *options],
             cwd=tree, env=os.environ | {"PYTHONPATH": str(tree)}, text=True,
             stdin=subprocess.PIPE, stdout=subprocess.PIPE,
         )  # fmt: skip
@@ -99,12 +102,23 @@ class Version:
         self._process.communicate()
 
 
-def compared(this: Path, other: Path, robots: int, turns: int) -> Ratio:
-    """Measure two versions in turns; which is first changes from turn to turn."""
+def compared(
+    this: Path, other: Path, robots: int, turns: int, options: tuple[str, ...] = ()
+) -> Ratio:
+    """Measure two versions in turns; which is first changes from turn to turn.
+
+    Args:
+        this: folder of a version.
+        other: likewise.
+        robots: in view.
+        turns: of each version.
+        options: of the first version's process.
+    """
     times: list[tuple[float, float]] = []
     while len(times) < turns:
         now = min(turns - len(times), MOST)
-        one, two = (Version(tree, robots, now + FIRST) for tree in (this, other))
+        one = Version(this, robots, now + FIRST, options)
+        two = Version(other, robots, now + FIRST)
         found = [
             (one.turn(), two.turn()) if k % 2 else (two.turn(), one.turn())[::-1]
             for k in range(now + FIRST)
@@ -126,23 +140,28 @@ def table(rows: list[Ratio]) -> str:
     return "\n".join(lines) + "\n"
 
 
-def work(robots: int, images: int) -> None:
+def work(robots: int, images: int, *, unprotected: bool = False) -> None:
     """Fly; for each line of the input work on a turn's images and print their median time, µs."""
     if hasattr(os, "sched_setaffinity"):  # both versions on one core: another may be busier
         os.sched_setaffinity(0, {max(os.sched_getaffinity(0))})
     sys.path[0] = "benchmarks"  # of the version
     import scaling
 
-    engine, shown = scaling.flight(robots, images)
-    left = iter(shown)
-    for _ in sys.stdin:
-        spent: list[int] = []
-        for _, (stamp_ns, boxes) in zip(range(IMAGES), left, strict=False):
-            engine.add_detections(boxes)
-            began = time.process_time_ns()
-            engine.advance(stamp_ns)
-            spent.append(time.process_time_ns() - began)
-        print(1e-3 * sorted(spent)[len(spent) // 2], flush=True)
+    with contextlib.ExitStack() as until_the_end:
+        if unprotected:
+            import safety_cost
+
+            until_the_end.enter_context(safety_cost.left_out(tuple(safety_cost.PARTS)))
+        engine, shown = scaling.flight(robots, images)
+        left = iter(shown)
+        for _ in sys.stdin:
+            spent: list[int] = []
+            for _, (stamp_ns, boxes) in zip(range(IMAGES), left, strict=False):
+                engine.add_detections(boxes)
+                began = time.process_time_ns()
+                engine.advance(stamp_ns)
+                spent.append(time.process_time_ns() - began)
+            print(1e-3 * sorted(spent)[len(spent) // 2], flush=True)
 
 
 def main() -> int:
@@ -151,16 +170,21 @@ def main() -> int:
     parser.add_argument("tree", type=Path, help="folder of the other version")
     parser.add_argument("--turns", type=int, default=120, help="of each version (default 120)")
     parser.add_argument("--robots", type=int, nargs="+", default=COUNTS, help="default 3 30 100")
+    parser.add_argument(
+        "--unprotected", action="store_true", help="this version without its protection"
+    )
     given = parser.parse_args()
+    options = ("--unprotected",) if given.unprotected else ()
     if not (given.tree / "benchmarks" / "scaling.py").is_file():
         parser.error(f"{given.tree} has no benchmarks/scaling.py: it is no version of the program")
-    rows = [compared(HERE, given.tree.resolve(), one, given.turns) for one in given.robots]
+    other = given.tree.resolve()
+    rows = [compared(HERE, other, one, given.turns, options) for one in given.robots]
     print(table(rows))
     return 0
 
 
 if __name__ == "__main__":
     if sys.argv[1:2] == ["--work"]:
-        work(int(sys.argv[2]), int(sys.argv[3]))
+        work(int(sys.argv[2]), int(sys.argv[3]), unprotected="--unprotected" in sys.argv)
     else:
         sys.exit(main())

@@ -25,6 +25,20 @@ def flight(robots, images):
     return Engine(), [(i, robots) for i in range(images)]
 """
 
+LEFT_OUT = """
+from contextlib import contextmanager
+PARTS = ["a"]
+now = "whole"
+@contextmanager
+def left_out(names):
+    global now
+    now = "without_" + "_".join(names)
+    try:
+        yield
+    finally:
+        now = "whole"
+"""
+
 
 def version(folder: Path, text: str = FLIGHT) -> Path:
     """Return a folder that looks like a version of the program."""
@@ -49,6 +63,16 @@ def test_both_versions_work_on_all_images_of_their_own_flight(tmp_path, monkeypa
     images = (3 + 2 * against.FIRST) * against.IMAGES
     for tree in (one, two):
         assert (tree / "seen").read_text(encoding="utf-8").split() == ["7"] * images
+
+
+def test_only_this_version_works_without_its_protection(tmp_path):
+    flight = FLIGHT.replace("{boxes} ", "{safety_cost.now} ") + "import safety_cost\n"
+    one, two = version(tmp_path / "one", flight), version(tmp_path / "two", flight)
+    for tree in (one, two):
+        (tree / "benchmarks" / "safety_cost.py").write_text(LEFT_OUT, encoding="utf-8")
+    against.compared(one, two, 3, 1, ("--unprotected",))
+    assert set((one / "seen").read_text(encoding="utf-8").split()) == {"without_a"}
+    assert set((two / "seen").read_text(encoding="utf-8").split()) == {"whole"}
 
 
 def test_a_version_that_fails_is_named(tmp_path):
