@@ -28,6 +28,7 @@ def drone_values(link: Link) -> dict[str, Any]:
         "sigma_east_m": sigma[0],
         "sigma_north_m": sigma[1],
         "disagrees": report is not None and report.disagrees,
+        "fault": "" if report is None else report.fault,
         "delay_s": link.delay_s,
         "missing": link.gaps.missing,
         "lost": link.gaps.lost,

@@ -150,6 +150,11 @@ def _drone_status(link: Link) -> Status:
     level, words = OK, "agrees"
     if link.update is None:
         level, words = STALE, "no image yet"
+    elif values["fault"]:
+        level = WARN
+        words = (
+            f"its {values['fault']} is wrong by far more than it states; the filter allows for it"
+        )
     elif values["disagrees"]:
         level, words = WARN, "contradicts the others: a compass, gimbal or receiver may be wrong"
     elif not values["shared_robots"]:

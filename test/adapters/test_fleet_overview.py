@@ -23,7 +23,7 @@ def no_constant(name):
 def test_each_drone_is_told_and_what_is_not_known_is_null():
     report = SimpleNamespace(
         agreement=Agreement().ratio, shared=2, offset=np.array([0.5, -1.0]),
-        offset_sigma=np.array([0.1, np.inf]), disagrees=True,
+        offset_sigma=np.array([0.1, np.inf]), disagrees=True, fault="compass",
     )  # fmt: skip
     known = Link("a", "north/a", EstimatorConfig(), delay_s=0.25)
     known.update = SimpleNamespace(report=report, names={"aqua_1": "aqua_3"})
@@ -36,8 +36,9 @@ def test_each_drone_is_told_and_what_is_not_known_is_null():
     assert first == {
         "drone": "a", "namespace": "north/a", "agreement": None, "shared_robots": 2,
         "offset_east_m": 0.5, "offset_north_m": -1.0, "sigma_east_m": 0.1, "sigma_north_m": None,
-        "disagrees": True, "delay_s": 0.25, "missing": 0, "lost": 0, "repeated": 0,
+        "disagrees": True, "fault": "compass", "delay_s": 0.25, "missing": 0, "lost": 0, "repeated": 0,
         "refused_flood": 3,
         "names": {"aqua_1": "aqua_3"},
     }  # fmt: skip
-    assert (second["names"], second["delay_s"], second["disagrees"]) == ({}, None, False)
+    assert (second["names"], second["delay_s"]) == ({}, None)
+    assert (second["disagrees"], second["fault"]) == (False, "")

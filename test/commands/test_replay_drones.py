@@ -154,3 +154,22 @@ def test_drones_of_another_site_or_clock_are_refused():
             InputError, match=r"drone [ab] is 3590 s apart from those of the others"
         ):
             refuse_apart(here + images("b", 0.23, seconds), local, {"a": 1e5, "b": 1e5})
+
+
+def test_the_drone_whose_compass_is_wrong_is_named_with_its_sensor(tmp_path, capsys):
+    """The parameters take drone b's true north for the magnetic one, 15 degrees off."""
+    arguments = ["--no-images", "--duration", "8", "--drones", "2", "--robot-speed", "0"]
+    assert main(["simulate", "-o", str(tmp_path / "two"), *arguments, "--noise", "rtk"]) == 0
+    rtk, turned = tmp_path / "rtk.yaml", tmp_path / "turned.yaml"
+    rtk.write_text("/**/estimator:\n  ros__parameters:\n    noise.set: rtk\n")
+    turned.write_text("/**/estimator:\n  ros__parameters:\n    gimbal.north: magnetic\n")
+    given = [f"--drone={name}={tmp_path / 'two' / name}" for name in "ab"]
+    given += ["--params", str(rtk), "--drone-params", f"b={turned}"]
+    assert main(["replay", *given, "-o", str(tmp_path / "both"), *QUICK]) == 0
+    said = " ".join(capsys.readouterr().err.split())
+    assert "Drone b: the compass is wrong by far more than it states, in" in said
+    assert "Drone a contradicts" not in said
+    assert "Drone a: the " not in said
+    last = {row["drone"]: row for row in rows(tmp_path / "both" / "drones.csv")}
+    assert {name: last[name]["fault"] for name in "ab"} == {"a": "", "b": "compass"}
+    assert (last["a"]["disagrees"], last["b"]["disagrees"]) == ("0", "1")

@@ -7,7 +7,10 @@ from __future__ import annotations
 import csv
 import json
 import math
+from dataclasses import replace
+from types import SimpleNamespace
 
+import numpy as np
 import pytest
 
 pytest.importorskip("rclpy", reason="ROS 2 is not installed")
@@ -19,6 +22,7 @@ from aerial_gnss_ros.bags.reader import open_bag
 from aerial_gnss_ros.bags.writer import BagWriter
 from aerial_gnss_ros.cli import main
 from aerial_gnss_ros.core.config.estimator import EstimatorConfig
+from aerial_gnss_ros.core.fleet.agreement import DroneReport
 from aerial_gnss_ros.core.fleet.fleet import Fleet
 from aerial_gnss_ros.core.geometry.geodesy import LocalMap
 from aerial_gnss_ros.core.values.errors import ConfigError
@@ -210,6 +214,13 @@ def test_what_is_wrong_with_a_drone_is_said_and_the_other_goes_on(ros, tmp_path)
     link.delay_s = 4.0
     assert said(node)["drone a"].level == WARN
     assert "4.0 s late" in said(node)["drone a"].message
+    nothing = np.zeros(2)
+    report = DroneReport("a", 0, 1.0, 2, nothing, nothing, True, "compass")
+    link.update, link.delay_s = SimpleNamespace(report=report, names={}), 0.1
+    assert said(node)["drone a"].level == WARN
+    assert "its compass is wrong" in said(node)["drone a"].message
+    link.update.report = replace(report, fault="")
+    assert "contradicts the others" in said(node)["drone a"].message
 
 
 @pytest.mark.usefixtures("ros")
