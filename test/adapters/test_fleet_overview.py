@@ -36,8 +36,8 @@ def test_each_drone_is_told_and_what_is_not_known_is_null():
     assert first == {
         "drone": "a", "namespace": "north/a", "agreement": None, "shared_robots": 2,
         "offset_east_m": 0.5, "offset_north_m": -1.0, "sigma_east_m": 0.1, "sigma_north_m": None,
-        "disagrees": True, "fault": "compass", "delay_s": 0.25, "missing": 0, "lost": 0, "repeated": 0,
-        "refused_flood": 3,
+        "disagrees": True, "fault": "compass", "delay_s": 0.25,
+        "missing": 0, "lost": 0, "repeated": 0, "refused_flood": 3,
         "names": {"aqua_1": "aqua_3"},
     }  # fmt: skip
     assert (second["names"], second["delay_s"]) == ({}, None)
