@@ -31,10 +31,10 @@ from aerial_gnss_ros.adapters.parameter_documents import scalar
 from aerial_gnss_ros.adapters.results import covariance_parts, position_update, result_messages
 from aerial_gnss_ros.adapters.sighting_messages import SIGHTINGS
 from aerial_gnss_ros.adapters.transforms import TF, TF_STATIC, TF_TYPE
+from aerial_gnss_ros.bags.drone_tables import DRONE_COLUMNS, NAME_COLUMNS
 from aerial_gnss_ros.bags.results import PLATFORM_COLUMNS, REJECTED_COLUMNS
 from aerial_gnss_ros.bags.tables import POSITION_COLUMNS
 from aerial_gnss_ros.cli import COMMANDS
-from aerial_gnss_ros.commands.replay_drones import DRONE_COLUMNS, NAME_COLUMNS
 from aerial_gnss_ros.core.config.estimator import DepthConfig, EstimatorConfig, HeightConfig
 from aerial_gnss_ros.core.config.noise import SETS, Noise
 from aerial_gnss_ros.core.config.references import REFERENCE_KEYS
@@ -135,6 +135,10 @@ DRONE_MEANINGS = {
         "sensor that has turned out to be wrong: `compass`, `gimbal`, `receiver` or `height`; "
         "empty if none has"
     ),
+    "latitude_deg": "of its camera by its telemetry, WGS84",
+    "longitude_deg": "likewise",
+    "sees": "names in `positions.csv` of the robots that boxes of this image show, with a space "
+    "between",
 }
 NAME_MEANINGS = {
     "robot_id": "the robot's name in `positions.csv`",

@@ -11,14 +11,14 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import partial
 
+from aerial_gnss_ros.bags.drone_tables import DroneTables
 from aerial_gnss_ros.bags.reader import BagReader
 from aerial_gnss_ros.bags.replay import Replay, Summary
 from aerial_gnss_ros.core.config.estimator import EstimatorConfig
 from aerial_gnss_ros.core.estimation.estimator import Estimator
-from aerial_gnss_ros.core.fleet.agreement import DroneReport
 from aerial_gnss_ros.core.fleet.fleet import Fleet, FleetUpdate, refuse_unable
 from aerial_gnss_ros.core.fleet.sighting import Sighting, SightingTap
 from aerial_gnss_ros.core.geometry.geodesy import LocalMap
@@ -39,43 +39,6 @@ class _Image:
     drone: str
     result: FrameResult
     sighting: Sighting | None
-
-
-@dataclass
-class NameUse:
-    """During which images a drone's own name stood for a fleet's one.
-
-    Attributes:
-        first_ns: stamp of the first image, ns.
-        last_ns: of the last one.
-        images: number of them.
-    """
-
-    first_ns: int
-    last_ns: int
-    images: int = 0
-
-
-@dataclass
-class DroneTables:
-    """What a replay says of each drone.
-
-    Attributes:
-        reports: of all drones in the order of time.
-        names: by the fleet's name, the drone, and its own name.
-    """
-
-    reports: list[DroneReport] = field(default_factory=list)
-    names: dict[tuple[str, str, str], NameUse] = field(default_factory=dict)
-
-    def add(self, update: FleetUpdate) -> None:
-        """Take in the result of one sighting."""
-        report = update.report
-        self.reports.append(report)
-        for own, name in update.names.items():
-            fresh = NameUse(report.stamp_ns, report.stamp_ns)
-            use = self.names.setdefault((name, report.drone, own), fresh)
-            use.last_ns, use.images = report.stamp_ns, use.images + 1
 
 
 class DronesReplay:
@@ -199,7 +162,7 @@ class DronesReplay:
         for image in images:
             if image.sighting is not None:
                 update = fleet.update(image.drone, image.sighting)
-                self.tables.add(update)
+                self.tables.add(update, image.sighting)
                 first = image.drone == next(iter(self._replays))
                 pose = image.sighting.pose if first else pose  # the path that maps show
         own = [image.result for image in images]
@@ -227,8 +190,8 @@ class DronesReplay:
 
     def _conclude(self) -> None:
         """Say where drones disagree, or share nothing."""
-        last = {report.drone: report for report in self.tables.reports}
         reports = self.tables.reports
+        last = {report.drone: report for report in reports}
         faults = Counter((one.drone, one.fault) for one in reports if one.fault)
         self.summary.notes += [
             f"Drone {name}: the {fault} is wrong by far more than it states, in "

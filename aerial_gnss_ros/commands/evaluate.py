@@ -15,6 +15,7 @@ from typing import Any
 
 import numpy as np
 
+from aerial_gnss_ros.bags.drone_tables import read_drones
 from aerial_gnss_ros.bags.partial import partial, refuse_existing
 from aerial_gnss_ros.bags.reader import open_bag
 from aerial_gnss_ros.bags.replay import Replay
@@ -275,6 +276,7 @@ def _write(
         found.truth.drone, read_rejections(args.result / "rejected.csv"),
         {"published positions": errors}, (), facts, identity,
         read_platform(args.result / "platform.csv"),
+        drones=read_drones(args.result / "drones.csv"),
     )  # fmt: skip
     pictures = draw(report)
     for picture in pictures:

@@ -9,6 +9,7 @@ import json
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from aerial_gnss_ros.bags.drone_tables import read_drones
 from aerial_gnss_ros.bags.partial import partial, refuse_existing
 from aerial_gnss_ros.bags.reader import open_bag
 from aerial_gnss_ros.bags.replay import Replay, Summary
@@ -184,6 +185,7 @@ def write_replay_report(
             estimates=estimates,
             truth=truth.robots,
             drone=results.drone,
+            drones=read_drones(folder / "drones.csv"),
             rejections=summary.rejections,
             causes=summary.causes,
             methods=errors,

@@ -5,16 +5,14 @@
 from __future__ import annotations
 
 import argparse
-import csv
-import io
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from contextlib import ExitStack
 from pathlib import Path
 
 from aerial_gnss_ros.bags.partial import partial
 from aerial_gnss_ros.bags.reader import BagReader, open_bag
-from aerial_gnss_ros.bags.replay_drones import DronesReplay, DroneTables
-from aerial_gnss_ros.bags.results import PLATFORM_STEP_NS, ResultFolder
+from aerial_gnss_ros.bags.replay_drones import DronesReplay
+from aerial_gnss_ros.bags.results import ResultFolder
 from aerial_gnss_ros.bags.stated_datum import with_stated_datum
 from aerial_gnss_ros.commands.configuration import Configuration, configuration
 from aerial_gnss_ros.commands.ending import ended_cleanly
@@ -24,11 +22,6 @@ from aerial_gnss_ros.detection.base import Detector
 from aerial_gnss_ros.detection.config import DetectorConfig
 from aerial_gnss_ros.evaluation.truth import Truth, read_truth
 
-DRONE_COLUMNS = (
-    "stamp_ns", "drone", "agreement", "shared_robots", "offset_east_m", "offset_north_m",
-    "sigma_east_m", "sigma_north_m", "disagrees", "fault",
-)  # fmt: skip
-NAME_COLUMNS = ("robot_id", "drone", "drone_robot_id", "first_stamp_ns", "last_stamp_ns", "images")
 Load = Callable[[DetectorConfig], Detector]
 Finish = Callable[[Path, ResultFolder, DronesReplay, Truth], None]
 
@@ -65,7 +58,7 @@ def replay_drones(args: argparse.Namespace, load: Load, finish: Finish) -> Drone
             ):
                 for result in replay.results(report):
                     results.add(result)
-            write_tables(folder, replay.tables)
+            replay.tables.write(folder)
             finish(folder, results, replay, read_truth(next(iter(bags.values()))))
     return replay
 
@@ -75,32 +68,3 @@ def _own(args: argparse.Namespace, name: str) -> Configuration:
     own = argparse.Namespace(**vars(args))
     own.params = [*args.params, *(path for one, path in args.drone_params if one == name)]
     return configuration(own)
-
-
-def write_tables(folder: Path, tables: DroneTables) -> None:
-    """Write drones.csv, every half second, and names.csv."""
-    rows: list[list[str]] = []
-    last: dict[str, int] = {}
-    for one in tables.reports:
-        if one.stamp_ns - last.get(one.drone, -PLATFORM_STEP_NS) < PLATFORM_STEP_NS:
-            continue
-        last[one.drone] = one.stamp_ns
-        figures = [f"{value:.4f}" for value in (*one.offset, *one.offset_sigma)]
-        rows.append([
-            str(one.stamp_ns), one.drone, f"{one.agreement:.4f}", str(one.shared), *figures,
-            str(int(one.disagrees)), one.fault,
-        ])  # fmt: skip
-    (folder / "drones.csv").write_text(_table(DRONE_COLUMNS, rows), encoding="utf-8", newline="\n")
-    names = [
-        [*key, str(use.first_ns), str(use.last_ns), str(use.images)]
-        for key, use in sorted(tables.names.items())
-    ]
-    (folder / "names.csv").write_text(_table(NAME_COLUMNS, names), encoding="utf-8", newline="\n")
-
-
-def _table(columns: Iterable[str], rows: Iterable[list[str]]) -> str:
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(columns)
-    writer.writerows(rows)
-    return text.getvalue()

@@ -14,6 +14,7 @@ from pathlib import Path
 import numpy as np
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
+from aerial_gnss_ros.bags.drone_tables import DroneFlight
 from aerial_gnss_ros.bags.tables import EstimatedTrack, Track
 from aerial_gnss_ros.core.values.rejection import Cause, Reason
 from aerial_gnss_ros.evaluation.errors import RobotErrors, Summary, summarise
@@ -34,6 +35,7 @@ class Report:
         truth: true tracks by truth id; empty when unknown.
         drone: the drone's path, or None.
         rejections: rejected detections by reason.
+        drones: of a fleet, in place of `drone`.
         causes: `unconfirmed` detections by the reason why their tracks were not confirmed.
         methods: errors by method name; the first is the published one.
         pictures: caption and JPEG or PNG bytes.
@@ -54,6 +56,7 @@ class Report:
     identity: Identities | None = None
     platform: Mapping[str, PlatformError] = field(default_factory=dict)
     causes: Counter[Cause] = field(default_factory=Counter)
+    drones: Mapping[str, DroneFlight] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -106,15 +109,22 @@ def draw(report: Report) -> list[Picture]:
         range_png,
         unseen_png,
     )
+    from aerial_gnss_ros.evaluation.picture import colours
+    from aerial_gnss_ros.evaluation.seen_by import seen_by_png
     from aerial_gnss_ros.evaluation.track_map import map_png
 
     found = [
         Picture(
             "map.png",
-            "Map. Each ellipse contains its robot with 95 %. A coasting robot may leave the map.",
-            map_png(report.estimates, report.truth, report.drone),
+            "Map. Each ellipse contains its robot with 95 %. A coasting robot may leave the map."
+            + (" Dotted lines: robots in a drone's last image." if report.drones else ""),
+            map_png(report.estimates, report.truth, report.drone, report.drones),
         )
     ]
+    seen_by = seen_by_png(report.drones, colours(report.estimates))
+    if seen_by is not None:
+        caption = "Which drone saw which robot."
+        found.append(Picture("seen_by.png", caption, seen_by))
     compared = {
         name: robots
         for name, robots in report.methods.items()

@@ -66,6 +66,9 @@ def test_two_recordings_give_one_result(two, tmp_path, capsys):
     assert (last["disagrees"], last["fault"]) == ("0", "")
     assert float(last["agreement"]) == pytest.approx(1.0, abs=0.5)
     assert float(last["sigma_east_m"]) < 0.3
+    assert last["sees"] == "aqua_1 aqua_2 aqua_3"
+    flown = np.array([[float(row["latitude_deg"]), float(row["longitude_deg"])] for row in reports])
+    assert np.ptp(flown[::2], axis=0).max() < 1e-4 < abs(flown[0] - flown[1]).max()
     errors = {row["error"] for row in rows(tmp_path / "both" / "platform.csv")}
     assert {"a heading", "b heading"} <= errors
 

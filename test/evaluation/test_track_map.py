@@ -5,8 +5,10 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 from matplotlib.colors import to_hex
 
+from aerial_gnss_ros.bags.drone_tables import DroneFlight
 from aerial_gnss_ros.bags.tables import EstimatedTrack, Track
 from aerial_gnss_ros.evaluation.picture import COLOURS
 from aerial_gnss_ros.evaluation.track_map import map_figure
@@ -48,3 +50,17 @@ def test_a_map_of_nothing_has_no_legend():
 def test_a_robot_never_measured_is_on_the_map():
     figure = map_figure({"aqua_1": _estimate([False] * 4)}, {})
     assert [text.get_text() for text in figure.axes[0].texts] == ["aqua_1", "N"]
+
+
+def test_each_drone_has_its_path_its_name_and_lines_to_what_its_last_image_shows():
+    robot = _estimate([True] * 4)
+    away = Track(STAMPS, STILL.latitude + 1e-6, STILL.longitude + 1e-6)
+    drones = {"a": DroneFlight(away, {"aqua_1": STAMPS}), "b": DroneFlight(STILL, {})}
+    drones["b"].seen["aqua_1"] = STAMPS[:2]
+    figure = map_figure({"aqua_1": robot}, {}, STILL, drones)
+    axes = figure.axes[0]
+    assert sorted(text.get_text() for text in axes.texts) == ["N", "a", "aqua_1", "b"]
+    assert [line.get_marker() for line in axes.lines].count("^") == 2  # not that of `drone`
+    (sight,) = [line for line in axes.lines if len(line.get_xdata()) == 2]
+    assert np.hypot(*np.ptp(sight.get_xydata(), axis=0)) == pytest.approx(8.9, abs=0.3)
+    assert {"drone (▲: at the end)", "in its last image"} <= set(_signs(figure))
