@@ -43,6 +43,7 @@ from aerial_gnss_ros.core.config.noise import SETS
 from aerial_gnss_ros.core.geometry.geodesy import LocalMap
 from aerial_gnss_ros.core.values.estimates import FrameResult, MapDatum, State
 from aerial_gnss_ros.evaluation.bound import TrueFrame, bound
+from aerial_gnss_ros.simulation.boxes import DetectorPlan
 from aerial_gnss_ros.simulation.chance import generator
 from aerial_gnss_ros.simulation.experiment import CameraClock, Experiment, default_camera
 from aerial_gnss_ros.simulation.flight import FlightPlan, GeneratedFlight
@@ -151,6 +152,7 @@ class World:
             CameraClock(rate_hz=cell.rate_hz, latency_s=cell.latency_s),
             robots=4 if self.has_reference else 3, seed=seed,
             swim=SwimPlan(0.0, 0.0, roam_m=1e3, apart_m=1.5),
+            detector=DetectorPlan(center_px=self.sigmas["box_center_px"]),
         )  # fmt: skip
         self.datum = MapDatum(flight.origin.latitude, flight.origin.longitude, 0.0)
         places = np.asarray(made.places)

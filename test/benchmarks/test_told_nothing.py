@@ -48,6 +48,16 @@ def test_errors_are_scaled_but_for_the_receivers(world):
     assert math.sqrt(fix.covariance[0, 0]) == pytest.approx(1.2, rel=0.01)
 
 
+def test_boxes_are_as_noisy_as_the_bound_is_told(world):
+    assert world.sigmas["box_center_px"] == 6.0
+    squares = [
+        np.square(one - boxes.centers).sum(axis=1).min()
+        for _, boxes, found in world.made.detections()
+        for one in found.centers
+    ]
+    assert math.sqrt(np.mean(squares) / 2.0) == pytest.approx(6.0, rel=0.15)
+
+
 def test_the_reference_and_two_robots_stay(world):
     path = world.made.swarm.positions(np.linspace(0.0, 60.0, 7))
     moved = np.linalg.norm(np.ptp(path[:, :, :2], axis=1), axis=1)
