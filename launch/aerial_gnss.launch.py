@@ -21,8 +21,6 @@ from __future__ import annotations
 import atexit
 import shutil
 import tempfile
-import time
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -32,6 +30,14 @@ from launch.substitutions import LaunchConfiguration
 from launch_ros.actions import Node
 
 from aerial_gnss_ros.adapters.viewers import rviz_in_namespace
+from aerial_gnss_ros.nodes.launching import (
+    END_S,
+    RESPAWN_DELAY_S,
+    end_where_restarts_are_of_no_use,
+    is_true,
+    listed,
+    whole_namespace,
+)
 from aerial_gnss_ros.resources import ros_distribution, rviz_path
 
 ARGUMENTS = {
@@ -53,10 +59,6 @@ ARGUMENTS = {
 }
 
 NODES = ("detector", "estimator")
-RESPAWN_DELAY_S = 1.0
-END_S = "15"  # longer than a busy machine takes to save labels and end
-WRONG_INPUT = 2  # the exit status of a node that refuses its parameters
-STEADY_S = 20.0  # what ran for so long had right parameters
 
 
 def generate_launch_description() -> LaunchDescription:
@@ -68,15 +70,11 @@ def generate_launch_description() -> LaunchDescription:
     return LaunchDescription([*declared, OpaqueFunction(function=start)])
 
 
-def _is_true(text: str) -> bool:
-    return text.lower() in ("true", "1", "yes", "on")
-
-
 def start(context: LaunchContext) -> list[Any]:
     """Return the actions once the arguments are known."""
     given = {name: str(LaunchConfiguration(name).perform(context)).strip() for name in ARGUMENTS}
     arguments = ["--vehicle", given["vehicle"], "--session", _session_file()]
-    files = [name.strip() for name in given["params"].split(",") if name.strip()]
+    files = listed(given["params"])
     if files:
         arguments += ["--params", *files]
     if given["enclave"]:
@@ -84,11 +82,11 @@ def start(context: LaunchContext) -> list[Any]:
     parameters: dict[str, Any] = {}
     if given["model"]:
         parameters["model"] = given["model"]
-    if given["bag"] or _is_true(given["use_sim_time"]):
+    if given["bag"] or is_true(given["use_sim_time"]):
         parameters["use_sim_time"] = True
-    if not _is_true(given["autostart"]):
+    if not is_true(given["autostart"]):
         parameters["autostart"] = False
-    respawn = _is_true(given["respawn"])
+    respawn = is_true(given["respawn"])
     nodes = [
         Node(
             package="aerial_gnss_ros",
@@ -107,19 +105,15 @@ def start(context: LaunchContext) -> list[Any]:
         for name in NODES
     ]
     more: list[Any] = []
-    if _is_true(given["rviz"]):
-        more.append(_rviz(_namespace(context, given["namespace"]), "use_sim_time" in parameters))
+    if is_true(given["rviz"]):
+        more.append(
+            _rviz(whole_namespace(context, given["namespace"]), "use_sim_time" in parameters)
+        )
     if given["view"]:
-        more.append(_page(given, _namespace(context, given["namespace"]), files))
+        more.append(_page(given, whole_namespace(context, given["namespace"]), files))
     if given["bag"]:
         more.append(_player(given))
     return [*nodes, *more]
-
-
-def _namespace(context: LaunchContext, own: str) -> str:
-    """Return the whole namespace of the nodes, as launch_ros joins it."""
-    outer = getattr(context, "launch_configurations", {}).get("ros_namespace", "")
-    return own if own.startswith("/") else f"{outer.rstrip('/')}/{own}".strip("/")
 
 
 def _rviz(namespace: str, sim_time: bool) -> Any:
@@ -183,33 +177,6 @@ def end_with_the_bag(event: Any, _context: Any) -> Shutdown:
     if event.returncode:
         raise RuntimeError("the bag could not be played, as it says above")
     return Shutdown(reason="the bag has ended")
-
-
-def end_where_restarts_are_of_no_use(
-    name: str, respawn: bool, clock: Callable[[], float] = time.monotonic
-) -> Callable[[Any, Any], None]:
-    """Return what launch calls when a node has ended; it raises where no restart follows, or helps.
-
-    Args:
-        name: of the node.
-        respawn: whether launch starts it again.
-        clock: monotonic seconds.
-    """
-    began_s, was_well = clock(), False
-
-    def ended(event: Any, context: Any) -> None:
-        nonlocal began_s, was_well
-        now_s = clock()
-        was_well |= now_s - began_s >= STEADY_S
-        began_s = now_s
-        if context.is_shutdown:  # launch ends its nodes itself
-            return
-        if event.returncode == WRONG_INPUT and not was_well:
-            raise RuntimeError(f"the {name} refuses its parameters, as it says above")
-        if not respawn:
-            raise RuntimeError(f"the {name} ended with status {event.returncode}")
-
-    return ended
 
 
 def _session_file() -> str:

@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""`aerial-gnss run`: detector and estimator, each a process that is restarted."""
+"""`aerial-gnss run`: detector and estimator, each a process that is restarted; or the fleet."""
 
 from __future__ import annotations
 
@@ -13,10 +13,11 @@ from typing import Any
 
 from aerial_gnss_ros.adapters.vehicles import vehicle_file, vehicle_names
 from aerial_gnss_ros.commands.notices import note
-from aerial_gnss_ros.core.values.errors import AerialGnssError
+from aerial_gnss_ros.core.values.errors import AerialGnssError, ConfigError
 from aerial_gnss_ros.nodes import require_ros
 from aerial_gnss_ros.nodes.leaving import leave_on_signals
 from aerial_gnss_ros.nodes.ros_arguments import refuse_one_name_for_both
+from aerial_gnss_ros.nodes.schemas import FLEET
 
 NODES = ("detector", "estimator")
 
@@ -46,7 +47,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="both nodes in one process, which is not restarted; needs less memory",
     )  # fmt: skip
     ways.add_argument(
-        "--node", choices=NODES, help="only this node, not restarted (for launch files)"
+        "--node",
+        choices=(*NODES, FLEET),
+        help="only this node, not restarted (for launch files); fleet joins several drones",
     )
     parser.add_argument(
         "--session", type=Path, metavar="FILE",
@@ -71,6 +74,9 @@ def run(args: argparse.Namespace) -> int:
     """Start the nodes and return when a signal ends them."""
     leave_on_signals()
     require_ros()
+    if args.node == FLEET and (args.vehicle or args.session):
+        given = "--vehicle" if args.vehicle else "--session"
+        raise ConfigError(f"{given} is for the nodes of a drone: the fleet has none.")
     if not args.node:
         refuse_one_name_for_both(args.ros_args)
     vehicle = [vehicle_file(args.vehicle)] if args.vehicle else []

@@ -7,7 +7,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from aerial_gnss_ros.nodes.schemas import DETECTOR
+from aerial_gnss_ros.nodes.schemas import DETECTOR, FLEET
 from aerial_gnss_ros.nodes.supervised import Given
 
 
@@ -20,10 +20,11 @@ def only(name: str, given: Given) -> Callable[[], Any]:
     """Return the factory of one node.
 
     Args:
-        name: detector or estimator.
+        name: detector, estimator or fleet.
         given: parameter files, namespace and session.
     """
-    return lambda: _detector(given) if name == DETECTOR else _estimator(given)
+    made = {DETECTOR: _detector, FLEET: _fleet}.get(name, _estimator)
+    return lambda: made(given)
 
 
 def _detector(given: Given) -> Any:
@@ -36,3 +37,9 @@ def _estimator(given: Given) -> Any:
     from aerial_gnss_ros.nodes.estimator_node import EstimatorNode
 
     return EstimatorNode(given)
+
+
+def _fleet(given: Given) -> Any:
+    from aerial_gnss_ros.nodes.fleet_node import FleetNode
+
+    return FleetNode(given)

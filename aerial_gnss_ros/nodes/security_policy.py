@@ -3,6 +3,7 @@
 """Writes SROS2 policies that allow exactly what each node publishes, subscribes to and serves.
 
 python3 -m aerial_gnss_ros.nodes.security_policy --vehicle anafi --namespace drone1 > drone1.xml
+python3 -m aerial_gnss_ros.nodes.security_policy --fleet --params fleet.yaml > fleet.xml
 python3 -m aerial_gnss_ros.nodes.security_policy --all config/security
 """
 
@@ -18,6 +19,7 @@ from xml.sax.saxutils import escape, quoteattr
 
 from aerial_gnss_ros.adapters.feed import Feed, Inputs
 from aerial_gnss_ros.adapters.fleet_messages import PARAMETERS, REQUEST
+from aerial_gnss_ros.adapters.fleet_overview import DRONES
 from aerial_gnss_ros.adapters.overview import OVERVIEW
 from aerial_gnss_ros.adapters.parameter_files import read
 from aerial_gnss_ros.adapters.results import CURRENT, MAP_DATUM, MARKERS
@@ -25,9 +27,10 @@ from aerial_gnss_ros.adapters.sighting_messages import SIGHTINGS
 from aerial_gnss_ros.adapters.transforms import TF, TF_STATIC
 from aerial_gnss_ros.adapters.vehicles import vehicle_file, vehicle_names
 from aerial_gnss_ros.core.config.estimator import EstimatorConfig, estimator_config
+from aerial_gnss_ros.core.config.fleet import FleetConfig, fleet_config
 from aerial_gnss_ros.core.values.errors import AerialGnssError, ConfigError
 from aerial_gnss_ros.detection.config import detector_config
-from aerial_gnss_ros.nodes.schemas import DETECTOR, ESTIMATOR, SCHEMAS
+from aerial_gnss_ros.nodes.schemas import DETECTOR, ESTIMATOR, FLEET, SCHEMAS
 
 ENCLAVE = "/aerial_gnss"
 """Enclave path of the shipped policies, above those of the nodes."""
@@ -82,11 +85,36 @@ def policy(files: Sequence[Path] = (), namespace: str = "/", enclave: str = ENCL
             (*heard, *asked), (),
         ),
     ]  # fmt: skip
+    return _whole(lines)
+
+
+def fleet_policy(files: Sequence[Path] = (), namespace: str = "/", enclave: str = ENCLAVE) -> str:
+    """Return the policy of the fleet as XML; any drone's if the parameters name none.
+
+    Args:
+        files: its parameter files, which name the drones.
+        namespace: of the node.
+        enclave: path above its own.
+
+    Raises:
+        ConfigError: a parameter cannot be used.
+    """
+    config = fleet_config(read(files, SCHEMAS, namespace, lambda _: None)[FLEET])
+    drones = config.drones or ("/*",)
+    published = (
+        CURRENT, MAP_DATUM, MARKERS[0], DRONES[0], *RESULTS, *_transforms(config),
+        *(f"{drone}/{REQUEST[0]}" for drone in drones),
+    )  # fmt: skip
+    heard = [f"{drone}/{topic}" for drone in drones for topic in (SIGHTINGS[0], PARAMETERS[0])]
+    return _whole(_enclave(f"{enclave}/{FLEET}", namespace, FLEET, published, heard, ()))
+
+
+def _whole(lines: Sequence[str]) -> str:
     body = "\n".join(f"    {line}" for line in lines)
     return f'<policy version="0.2.0">\n  <enclaves>\n{body}\n  </enclaves>\n</policy>\n'
 
 
-def _transforms(config: EstimatorConfig) -> list[str]:
+def _transforms(config: EstimatorConfig | FleetConfig) -> list[str]:
     wanted = {TF: config.map.publish_tf, TF_STATIC: config.map.publish_earth_tf}
     return [topic for topic, published in wanted.items() if published]
 
@@ -100,19 +128,31 @@ def texts() -> dict[str, str]:
     for name in vehicle_names():
         with contextlib.suppress(ConfigError):
             found[f"{name}.policy.xml"] = document(name)
+    found["fleet.policy.xml"] = _document(
+        "SROS2 policy of the fleet in the root namespace, for drones in any namespaces.",
+        fleet_policy(),
+    )
     return found
 
 
 def document(vehicle: str) -> str:
     """Return the shipped policy of a vehicle profile."""
-    about = (
+    return _document(
         f"SROS2 policy of detector and estimator with the vehicle profile {vehicle}, in the root "
-        "namespace. In another one: replace ns. Made by `python3 -m "
+        "namespace.",
+        policy([vehicle_file(vehicle)]),
+    )
+
+
+def _document(about: str, text: str) -> str:
+    """Return a shipped policy with its comment."""
+    comment = (
+        f"{about} In another one: replace ns. Made by `python3 -m "
         "aerial_gnss_ros.nodes.security_policy`, which also makes that of your own parameters: "
         "see docs/howto/security.md."
     ).replace("--", "- -")
     head = '<?xml version="1.0" encoding="UTF-8"?>'
-    return f"{head}\n<!-- {about} -->\n{policy([vehicle_file(vehicle)])}"
+    return f"{head}\n<!-- {comment} -->\n{text}"
 
 
 def _enclave(
@@ -150,6 +190,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     """Write the policy for given parameters, or all shipped ones; return the exit status."""
     parser = argparse.ArgumentParser(prog="security_policy", description=__doc__.splitlines()[0])
     parser.add_argument("--vehicle", help=f"profile: {', '.join(vehicle_names())}, or a file")
+    parser.add_argument("--fleet", action="store_true", help="of the fleet, not of a drone")
     parser.add_argument("--params", type=Path, nargs="+", default=[], help="parameter files")
     parser.add_argument("--namespace", default="/", help="of both nodes, such as drone1")
     parser.add_argument("--enclave", default=ENCLAVE, help="above those of both (%(default)s)")
@@ -161,7 +202,8 @@ def main(argv: Sequence[str] | None = None) -> int:
                 (args.all / name).write_text(text, encoding="utf-8")
             return 0
         files = [vehicle_file(args.vehicle)] if args.vehicle else []
-        sys.stdout.write(policy([*files, *args.params], args.namespace, args.enclave))
+        made = fleet_policy if args.fleet else policy
+        sys.stdout.write(made([*files, *args.params], args.namespace, args.enclave))
     except (AerialGnssError, OSError) as error:
         sys.stderr.write(f"security_policy: {error}\n")
         return 2

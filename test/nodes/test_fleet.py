@@ -134,7 +134,9 @@ def test_two_live_drones_with_an_outage_are_joined_as_in_a_replay(two, start, ro
         )
         for name, more in (("a", ()), ("b", ("-r", "sightings:=raw/sightings")))
     ]  # fmt: skip
-    fleet = start("aerial_gnss_ros.nodes.fleet", *SIM_TIME, "-p", "drones:=[a, b]")
+    fleet = start(
+        "aerial_gnss_ros.cli", "run", "--node", "fleet", *SIM_TIME, "-p", "drones:=[a, b]"
+    )
     link, told, fixes = Link(ros), [], {}
     listener = ros.node("listener")
     listener.create_subscription(
@@ -227,3 +229,18 @@ def test_what_is_wrong_with_a_drone_is_said_and_the_other_goes_on(ros, tmp_path)
 def test_a_fleet_without_drones_is_refused():
     with pytest.raises(ConfigError, match="drones is empty"):
         FleetNode()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["--vehicle", "anafi"], "--vehicle is for the nodes of a drone: the fleet has none"),
+        (["--session", "x"], "--session is for the nodes of a drone"),
+        ([], "drones is empty: give the drones' namespaces"),
+    ],
+)
+def test_what_is_not_of_a_fleet_is_one_sentence(capsys, arguments, words):
+    assert main(["run", "--node", "fleet", *arguments]) == 2
+    said = capsys.readouterr().err
+    assert words in said
+    assert "Traceback" not in said

@@ -1,8 +1,8 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""The launch file, as far as it can be tried without ROS' launch packages.
+"""The launch files, as far as it can be tried without ROS' launch packages.
 
-These are not on PyPI, so stand-ins record what the file asks for. What is not tried here: that
+These are not on PyPI, so stand-ins record what the files ask for. What is not tried here: that
 launch itself accepts it. `aerial-gnss run` with the resulting arguments is tried for real.
 """
 
@@ -31,8 +31,14 @@ class Recorded(SimpleNamespace):
 
 
 @pytest.fixture
-def launch_file(repository, monkeypatch):
-    """Return the launch file as a module."""
+def launch_file(loaded):
+    """Return the launch file of a drone as a module."""
+    return loaded("aerial_gnss.launch.py")
+
+
+@pytest.fixture
+def loaded(repository, monkeypatch):
+    """Return a function that returns a launch file as a module."""
     modules = {
         "launch": ["LaunchContext", "LaunchDescription"],
         "launch.actions": ["DeclareLaunchArgument", "LogInfo", "OpaqueFunction", "Shutdown"],
@@ -45,11 +51,15 @@ def launch_file(repository, monkeypatch):
         for kind in classes:
             setattr(module, kind, type(kind, (Recorded,), {}))
         monkeypatch.setitem(sys.modules, name, module)
-    path = repository / "launch" / "aerial_gnss.launch.py"
-    spec = importlib.util.spec_from_file_location("aerial_gnss_launch", path)
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
+
+    def load(name):
+        path = repository / "launch" / name
+        spec = importlib.util.spec_from_file_location(path.stem.replace(".", "_"), path)
+        module = importlib.util.module_from_spec(spec)
+        spec.loader.exec_module(module)
+        return module
+
+    return load
 
 
 def started(launch_file, **given):
@@ -82,29 +92,7 @@ def test_defaults_start_two_processes_that_are_started_again(launch_file):
     assert session.parent.stat().st_mode & 0o077 == 0
 
 
-def test_wrong_input_ends_launch_and_a_death_does_not(launch_file):
-    now = [0.0]
-
-    def ended(after_s, status, handler, is_shutdown=False):
-        now[0] += after_s
-        context = SimpleNamespace(is_shutdown=is_shutdown)
-        handler(SimpleNamespace(returncode=status), context)
-
-    def watch(respawn=True):
-        return launch_file.end_where_restarts_are_of_no_use("detector", respawn, lambda: now[0])
-
-    handler = watch()
-    for status in (0, 1, -11, 130):
-        ended(1.0, status, handler)
-    with pytest.raises(RuntimeError, match="detector refuses its parameters"):
-        ended(1.0, 2, handler)
-    handler = watch()
-    ended(30.0, -9, handler)
-    ended(1.0, 2, handler)  # its parameters were right: the model's file may come again
-    handler = watch(respawn=False)
-    ended(30.0, 0, handler, is_shutdown=True)
-    with pytest.raises(RuntimeError, match="detector ended with status -11"):
-        ended(1.0, -11, handler)
+def test_the_end_of_a_node_is_judged(launch_file):
     assert all(callable(node.on_exit) for node in started(launch_file))
 
 
@@ -162,10 +150,6 @@ def test_rviz_shows_the_topics_of_the_namespace_where_it_is_installed(launch_fil
     assert "Fixed Frame: drone1/map\n" in text
     player = started(launch_file, rviz="true", bag="/flight")[3]
     assert player.arguments[0] == "play"
-    outer = SimpleNamespace(launch_configurations={"ros_namespace": "/fleet"})
-    assert launch_file._namespace(outer, "drone1") == "fleet/drone1"
-    assert launch_file._namespace(outer, "") == "fleet"
-    assert launch_file._namespace(outer, "/drone1") == "/drone1"
 
 
 def test_without_rviz_a_sentence_says_so_and_the_nodes_run(launch_file, monkeypatch):
@@ -196,3 +180,31 @@ def test_run_understands_what_launch_gives_it(launch_file, start, tmp_path):
     programs[0].wait_for(f"aerial-gnss: .*{model}")
     programs[1].wait_for(r"\[drone1.estimator\]: method filter; .* fix /drone1/fix")
     assert programs[1].end() == 0
+
+
+def test_the_fleet_is_a_process_that_is_started_again(loaded):
+    file = loaded("fleet.launch.py")
+    (node,) = started(file)
+    assert (node.arguments, node.namespace, node.parameters) == (
+        ["run", "--node", "fleet"], "fleet", []
+    )  # fmt: skip
+    assert (node.respawn, node.respawn_delay, node.ros_arguments) == (True, 1.0, [])
+    context = SimpleNamespace(is_shutdown=False)
+    node.on_exit(SimpleNamespace(returncode=1), context)
+    with pytest.raises(RuntimeError, match="the fleet refuses its parameters"):
+        node.on_exit(SimpleNamespace(returncode=2), context)
+
+
+def test_every_argument_of_the_fleet_reaches_its_place(loaded):
+    node, page = started(
+        loaded("fleet.launch.py"), drones="/drone1, /drone2", namespace="shore", params="/a.yaml",
+        use_sim_time="true", enclave="/boat", respawn="false", log_level="debug", view="192.0.2.1",
+    )  # fmt: skip
+    assert node.arguments == [
+        "run", "--node", "fleet", "--params", "/a.yaml", "--enclave", "/boat"
+    ]  # fmt: skip
+    assert node.parameters == [{"drones": ["/drone1", "/drone2"], "use_sim_time": True}]
+    assert (node.namespace, node.respawn) == ("shore", False)
+    assert node.ros_arguments == ["--log-level", "debug"]
+    assert page.arguments == ["view", "--bind", "192.0.2.1", "--namespace", "shore"]
+    assert "drones" in {leaf.name for leaf in leaves(SCHEMAS["fleet"])}

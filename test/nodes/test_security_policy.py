@@ -11,7 +11,7 @@ import pytest
 
 from aerial_gnss_ros.adapters.vehicles import vehicle_names
 from aerial_gnss_ros.nodes import security_policy
-from aerial_gnss_ros.nodes.security_policy import policy, texts
+from aerial_gnss_ros.nodes.security_policy import fleet_policy, policy, texts
 
 
 @pytest.mark.parametrize("name", sorted(texts()))
@@ -26,6 +26,7 @@ def test_only_a_profile_that_needs_a_place_first_has_none(repository):
     assert missing == {"fixed_camera.policy.xml"}
     shipped = {path.name for path in (repository / "config" / "security").iterdir()}
     assert shipped == set(texts())
+    assert "fleet.policy.xml" in shipped
 
 
 def allowed(text, node):
@@ -78,6 +79,35 @@ def test_all_that_the_live_nodes_open_is_allowed(ros, hovering, tmp_path):
     assert left_out(["/drone1/fix", "/drone2/detections"], allowed(text, "detector")["publish"])
 
 
+def test_all_that_the_live_fleet_opens_is_allowed_and_nothing_of_another_drone(ros, tmp_path):
+    pytest.importorskip("rclpy", reason="ROS 2 is not installed")
+    from aerial_gnss_ros.nodes.fleet_node import FleetNode
+    from aerial_gnss_ros.nodes.supervised import Given
+
+    path = tmp_path / "p.yaml"
+    path.write_text("/**/fleet: {ros__parameters: {drones: [/drone1, drone2]}}")
+    node = ros.add(FleetNode(Given([path], "shore")))
+    rules = allowed(fleet_policy([path], "shore"), "fleet")
+    opened = {
+        "publish": node.get_publisher_names_and_types_by_node,
+        "subscribe": node.get_subscriber_names_and_types_by_node,
+        "reply": node.get_service_names_and_types_by_node,
+    }
+    for verb, names_of in opened.items():
+        names = [one for one, _ in names_of("fleet", "/shore")]
+        assert names
+        assert left_out(names, rules[verb]) == [], verb
+    assert left_out(["/shore/robots/aqua_1/fix", "/shore/drones"], rules["publish"]) == []
+    assert "/drone1/sightings" in rules["subscribe"]
+    assert left_out(["/drone3/sightings"], rules["subscribe"])
+    shipped = allowed(texts()["fleet.policy.xml"], "fleet")
+    assert (
+        left_out(["/drone3/sightings", "/drone3/sightings/parameters"], shipped["subscribe"]) == []
+    )
+    assert left_out(["/drone3/sightings/request"], shipped["publish"]) == []
+    assert left_out(["/drone3/fix"], shipped["publish"])
+
+
 def test_a_topic_whose_message_has_versions_is_allowed_in_each(repository):
     text = (repository / "config" / "security" / "px4_uxrce.policy.xml").read_text()
     heard = allowed(text, "estimator")["subscribe"]
@@ -95,5 +125,10 @@ def test_the_program_writes_the_policy_of_given_parameters(capsys, tmp_path):
     assert "<topic>/autopilot/fix</topic>" in out
     assert '<enclave path="/boat/estimator">' in out
     assert 'ns="/drone1"' in out
+    path.write_text("fleet: {ros__parameters: {drones: [/drone1]}}")
+    assert security_policy.main(["--fleet", *arguments[:2]]) == 0
+    out = capsys.readouterr().out
+    assert "<topic>/drone1/sightings</topic>" in out
+    assert '<enclave path="/aerial_gnss/fleet">' in out
     assert security_policy.main(["--vehicle", "submarine"]) == 2
     assert "security_policy: submarine is not a vehicle profile" in capsys.readouterr().err
