@@ -36,6 +36,7 @@ TEST = [
     "pynmea2>=1.19",  # reads back what --nmea sends
     "pyais>=3.3",  # reads back what --ais sends
     "motmetrics>=1.4",
+    "trimesh>=4.5",  # meshes of robots
     "selenium>=4.10",  # drives the browser that opens the page of `view`
     # other programs' readers of our maps
     "gpxpy>=1.6",
@@ -65,6 +66,7 @@ EXTRAS = {
     "mavlink": ["pymavlink>=2.4.41"],  # aerial-gnss stream --mavlink, --gps-input
     "ais": ["pyais>=3.3"],  # aerial-gnss stream --ais
     "ultralytics": ["ultralytics>=8.3", "onnx>=1.15"],  # AGPL-3.0: training, .pt and .engine models
+    "mesh": ["trimesh>=4.5"],  # aerial-gnss simulate --robot-model FILE
     "identity": ["motmetrics>=1.4"],  # IDF1 and identity switches in `aerial-gnss evaluate`
     "test": TEST,
     "lint": LINT,

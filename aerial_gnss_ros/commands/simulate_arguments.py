@@ -121,8 +121,9 @@ def _robot_arguments(group: Any) -> None:
     )  # fmt: skip
     group.add_argument(
         "--robot-model", type=robot_models, default=(AQUA,), metavar="MODEL[,MODEL]",
-        help=f"shape of the robots and name of their class: {', '.join(MODELS)}; of several, the "
-        f"robots of a flight take turns (default {AQUA})",
+        help=f"shape of the robots and name of their class: {', '.join(MODELS)}, or a mesh "
+        f"file (.obj, .gltf, .glb; metres); of several, the robots of a flight take turns (default "
+        f"{AQUA})",
     )  # fmt: skip
     group.add_argument(
         "--dives", action="store_true", help="robots dive out of sight from time to time"
@@ -136,9 +137,12 @@ def robot_models(text: str) -> tuple[str, ...]:
         argparse.ArgumentTypeError: there is no such model.
     """
     try:
-        return tuple(robot_model(name.strip()).name for name in text.split(","))
+        names = tuple(name.strip() for name in text.split(","))
+        for name in names:
+            robot_model(name)
     except ConfigError as error:
         raise argparse.ArgumentTypeError(str(error)) from error
+    return names
 
 
 def _sensor_arguments(group: Any) -> None:

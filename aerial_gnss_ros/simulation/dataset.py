@@ -15,6 +15,7 @@ from aerial_gnss_ros.bags.partial import partial
 from aerial_gnss_ros.core.values.errors import ConfigError, OutputError
 from aerial_gnss_ros.detection.images import write_jpeg
 from aerial_gnss_ros.simulation.labels import RobotLabel
+from aerial_gnss_ros.simulation.robot_models import robot_model
 from aerial_gnss_ros.simulation.samples import DatasetConfig, labelled, sample_source
 from aerial_gnss_ros.simulation.workers import shared
 
@@ -81,7 +82,7 @@ def _write_all(
             done += images
             if progress is not None:
                 progress(done, total)
-    names = f"  0: {config.variety.robot_model}"
+    names = f"  0: {robot_model(config.variety.robot_model).name}"
     splits = "\n".join(f"{split}: images/{split}" for split in config.counts)
     (folder / "data.yaml").write_text(f"{splits}\nnames:\n{names}\n", encoding="utf-8")
 

@@ -89,12 +89,12 @@ def _random_robots(
             continue
         if all(np.hypot(*(place - other)) > apart for other in places):
             places.append(place)
-    livery = sorted(LIVERIES)
+    livery, called = sorted(LIVERIES), robot_model(variety.robot_model).name
     robots = []
     for i, place in enumerate(places):
         robots.append(
             RobotState(
-                robot_id=f"{variety.robot_model}_{i + 1:02d}",
+                robot_id=f"{called}_{i + 1:02d}",
                 east=float(place[0]),
                 north=float(place[1]),
                 course=float(rng.uniform(-np.pi, np.pi)),
@@ -105,7 +105,7 @@ def _random_robots(
                 pitch=float(rng.normal(0.0, 0.08)),
                 livery=livery[int(rng.integers(len(livery)))],
                 paint=_random_paint(rng) if rng.random() < variety.painted else None,
-                class_name=variety.robot_model,
+                class_name=called,
                 model=variety.robot_model,
             )
         )

@@ -49,7 +49,7 @@ class RobotState:
         class_name: What a detector calls it.
         livery: Key of `LIVERIES`.
         paint: Hull, deck and stripe instead of the livery's, reflectance blue, green, red.
-        model: Its shape, a key of `robot_models.MODELS`.
+        model: Its shape, a name for `robot_models.robot_model`.
     """
 
     robot_id: str

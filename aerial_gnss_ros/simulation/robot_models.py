@@ -1,11 +1,13 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Shapes of the rendered robots: hexapod, torpedo, box and catamaran, in metres."""
+"""Shapes of the rendered robots: hexapod, torpedo, box, catamaran, or from a file, in metres."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from pathlib import Path
 
 import numpy as np
 
@@ -13,6 +15,8 @@ from aerial_gnss_ros.core.values.errors import ConfigError
 from aerial_gnss_ros.simulation import hexapod
 from aerial_gnss_ros.simulation.hexapod import LIVERIES, Paint, RobotState
 from aerial_gnss_ros.simulation.mesh import Mesh, block, join, sheet, tube
+from aerial_gnss_ros.simulation.mesh_file import ENDINGS, read_mesh
+from aerial_gnss_ros.text.sentences import shown
 
 AQUA = "aqua"
 """The model that the shipped detector was trained on."""
@@ -142,14 +146,36 @@ MODELS: dict[str, RobotModel] = {
 
 
 def robot_model(name: str) -> RobotModel:
-    """Return a model by its name.
+    """Return a model by its name, or from the mesh file of that path; its name is then the stem.
 
     Raises:
-        ConfigError: there is none of this name.
+        ConfigError: there is none of this name, or the file has none.
     """
+    if name.lower().endswith(ENDINGS):
+        return _of_file(name)
     if name not in MODELS:
-        raise ConfigError(f"there is no robot model {name!r}; choose one of {', '.join(MODELS)}.")
+        raise ConfigError(
+            f"there is no robot model {name!r}; choose one of {', '.join(MODELS)}, or give a mesh "
+            f"file ({', '.join(ENDINGS)})."
+        )
     return MODELS[name]
+
+
+@lru_cache(maxsize=16)
+def _of_file(name: str) -> RobotModel:
+    mesh, coloured = read_mesh(Path(name))
+    stem = Path(name).stem
+    if not stem.replace("_", "").replace("-", "").isalnum() or stem in MODELS:
+        raise ConfigError(
+            f"the robot model {shown(name)} gives its class the name {shown(stem)}; rename the "
+            "file to letters, digits, _ and -, and to no model of the simulation."
+        )
+    length, width, height = np.ptp(mesh.vertices, axis=0).tolist()
+
+    def build(_phase: float, paint: Paint) -> Mesh:
+        return replace(mesh, colours=np.where(coloured[:, None], mesh.colours, paint[0]))
+
+    return RobotModel(stem, length, width, height, build)
 
 
 def placed_robot(state: RobotState) -> Mesh:

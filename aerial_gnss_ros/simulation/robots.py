@@ -45,7 +45,7 @@ class SwimPlan:
         beacons: so many of them, the first ones, stay and are called `beacon_class`.
         beacon_class: what a detector calls these; also the stem of their names; empty: their
             model.
-        models: their shapes, keys of `robot_models.MODELS`; the robots take turns.
+        models: their shapes, names for `robot_models.robot_model`; the robots take turns.
     """
 
     slowest_mps: float = 0.15
@@ -87,7 +87,7 @@ class SwimPlan:
         """Return the classes of so many robots."""
         shapes = self.shapes(count)
         return tuple(
-            (self.beacon_class if i < self.beacons else self.class_name) or shape
+            (self.beacon_class if i < self.beacons else self.class_name) or robot_model(shape).name
             for i, shape in enumerate(shapes)
         )
 

@@ -39,7 +39,7 @@ class Variety:
         distractors: mean number of other objects.
         flotsam: mean number of further objects of random shape and colour.
         wind_mps: wind speed, which sets waves and foam; None: drawn by the renderer.
-        robot_model: shape of the robots, a key of `robot_models.MODELS`.
+        robot_model: shape of the robots, a name for `robot_models.robot_model`.
     """
 
     height_m: tuple[float, float] = (5.0, 60.0)

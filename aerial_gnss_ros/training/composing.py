@@ -32,6 +32,7 @@ from aerial_gnss_ros.simulation.filling import Stage, random_stage
 from aerial_gnss_ros.simulation.hexapod import RobotState
 from aerial_gnss_ros.simulation.labels import RobotLabel
 from aerial_gnss_ros.simulation.over_photograph import PhotographRenderer
+from aerial_gnss_ros.simulation.robot_models import robot_model
 from aerial_gnss_ros.simulation.samples import labelled, moved
 from aerial_gnss_ros.simulation.scene import random_scene
 from aerial_gnss_ros.simulation.staging import Variety
@@ -254,7 +255,11 @@ def write_composed(
                 rows = _write(place, name, made, int(rng.integers(*_QUALITIES)))
                 writer.writerows(rows)
                 robots += len(rows)
-        write_data_file(place / "data.yaml", [plan.variety.robot_model], {SPLIT: "images/train"})
+        write_data_file(
+            place / "data.yaml",
+            [robot_model(plan.variety.robot_model).name],
+            {SPLIT: "images/train"},
+        )
     return robots
 
 

@@ -93,10 +93,11 @@ def random_shot(
     scene, sea = _random_light(rng, ranges)
     scene = with_wind(rng, scene, variety.wind_mps)
     robots = _random_robots(rng, ranges, view, variety) if rng.random() < occupied else ()
+    longer = max(1.0, robot_model(variety.robot_model).length / LENGTH) if robots else 1.0
     kinds = PROPS if ranges.props == "floating" else HARBOUR
-    props = _random_props(rng, kinds, view, robots, variety.distractors)
+    props = _random_props(rng, kinds, view, robots, variety.distractors, longer)
     if variety.flotsam:
-        props += _random_props(rng, KINDS, view, robots, variety.flotsam)
+        props += _random_props(rng, KINDS, view, robots, variety.flotsam, longer)
     return Shot(view, scene, sea, robots, props)
 
 
@@ -203,11 +204,15 @@ def _in_window(rng: np.random.Generator, view: View) -> Array | None:
 
 
 def _random_props(
-    rng: np.random.Generator, kinds: Kinds, view: View, robots: tuple[Robot, ...], mean: float
+    rng: np.random.Generator,
+    kinds: Kinds,
+    view: View,
+    robots: tuple[Robot, ...],
+    mean: float,
+    longer: float,
 ) -> tuple[Prop, ...]:
     props = []
-    longest = max((robot_model(r.class_name).length for r in robots), default=LENGTH)
-    clear = 0.4 * max(1.0, longest / LENGTH)
+    clear = 0.4 * longer
     for _ in range(_count(rng, mean)):
         place = _in_window(rng, view)
         yaw = rng.uniform(-np.pi, np.pi)
