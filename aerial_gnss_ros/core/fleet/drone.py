@@ -4,10 +4,9 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 from numpy.typing import NDArray
+from scipy.special import ndtr
 
 from aerial_gnss_ros.core.config.estimator import EstimatorConfig
 from aerial_gnss_ros.core.filter.linearization import CameraView
@@ -86,24 +85,24 @@ class Drone:
         """Return whether its last image is not older than some time."""
         return self.last is not None and now_ns - self.last.pose.stamp_ns <= patience_s * 1e9
 
-    def shows(self, errors: Array, place: Array, spread: Array) -> float:
-        """Return the probability that a robot is well inside its last image.
+    def shows(self, errors: Array, places: Array, spreads: Array) -> Array:
+        """Return the probabilities (m,) that robots are well inside its last image.
 
         Args:
             errors: (7,) of the drone.
-            place: (2,) of the robot, East, North, m.
-            spread: (2, 2) covariance of that, m².
+            places: (m, 2) of the robots, East, North, m.
+            spreads: (m, 2, 2) covariances of these, m².
         """
-        if self.view is None:
-            return 0.0
-        camera, linear = self.view.camera, linearise(self.view, errors, place[None])
-        if not linear.seen[0]:
-            return 0.0
-        pixel = linear.by_place[0] @ spread @ linear.by_place[0].T
-        edge, inside = EDGE * min(camera.width, camera.height), 1.0
-        for axis, size in enumerate((camera.width, camera.height)):
-            wide = math.sqrt(2.0 * float(pixel[axis, axis])) + 1e-9
-            at = float(linear.pixels[0, axis])
-            low, high = (at - edge) / wide, (size - edge - at) / wide
-            inside *= max(0.5 * (math.erf(low) + math.erf(high)), 0.0)
-        return inside
+        found = np.zeros(len(places))
+        if self.view is None or not len(places):
+            return found
+        camera, linear = self.view.camera, linearise(self.view, errors, places)
+        seen, pixels = linear.seen, linear.pixels[linear.seen]
+        by_place = linear.by_place[seen]
+        pixel = by_place @ spreads[seen] @ by_place.swapaxes(1, 2)
+        wide = np.sqrt(np.einsum("maa->ma", pixel)) + 1e-9
+        size = np.array([camera.width, camera.height])
+        edge = EDGE * float(size.min())
+        inside = ndtr((size - edge - pixels) / wide) - ndtr((edge - pixels) / wide)
+        found[seen] = np.maximum(inside, 0.0).prod(axis=1)
+        return found

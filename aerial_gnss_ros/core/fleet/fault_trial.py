@@ -17,8 +17,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from aerial_gnss_ros.core.fleet.constellations import TUNING as CONSTELLATIONS
-from aerial_gnss_ros.core.fleet.constellations import log_normal, missed
+from aerial_gnss_ros.core.fleet.constellations import Candidates, matchings, missed
 from aerial_gnss_ros.core.fleet.fault import FAULTS, Suspicion
 from aerial_gnss_ros.core.fleet.shared_state import joint_prior
 from aerial_gnss_ros.core.fleet.snapshot import Placed, Snapshot
@@ -37,6 +36,11 @@ class FaultTrialTuning:
     compass_step: float = math.radians(20.0)
     """Steps of a faulty compass at which matchings are sought, rad: less than what is linear.
     Judged."""
+    followed: int = 3
+    """Number of these that are linearised again: those that fit best. Judged."""
+    robots: tuple[int, int] = 6, 15
+    """Greatest number of robots of the first and of the second image, those in the middle: a few
+    tell a fault as well as all. Judged: 3 ms for a matching of these."""
 
 
 TUNING = FaultTrialTuning()
@@ -85,34 +89,21 @@ def trials(
         share: of the receivers' variance that is common.
         speed: one sigma of a robot's velocity, each axis, m/s.
     """
-    stated: dict[tuple[int, int], Agreed] = {}
-    numbers = sorted(snapshots)
-
-    def prior(one: int, other: int, wrong: int | None, more: Array) -> Array:
-        found = joint_prior([stationary[one], stationary[other]], share)
-        place = COUNT if wrong == other else 0
-        found[place : place + COUNT, place : place + COUNT] += np.diag(more)
-        return found
-
-    for one in numbers:
-        for other in numbers:
-            if one < other:
-                pair = _PairOfImages(snapshots[one], snapshots[other], speed)
-                stated[one, other] = pair.agreed(prior(one, other, None, np.zeros(COUNT)))
     found = []
-    for wrong in numbers:
+    for wrong in sorted(snapshots):
+        others = [other for other in sorted(snapshots) if other != wrong]
+        # The wrong drone comes first.
+        pairs = {k: _PairOfImages(snapshots[wrong], snapshots[k], speed) for k in others}
+        priors = {k: joint_prior([stationary[wrong], stationary[k]], share) for k in others}
+        stated = {k: pairs[k].agreed(priors[k]) for k in others}
         for fault in FAULTS:
             ratio, matched, errors = 0.0, list[tuple[str, int, str]](), list[Array]()
-            for other in (each for each in numbers if each != wrong):
-                # The wrong drone comes first.
-                pair = _PairOfImages(snapshots[wrong], snapshots[other], speed)
-                law = prior(wrong, other, wrong, fault.variances)
-                starts = _starts(fault.sensor)
-                agreed = max((pair.agreed(law, start) for start in starts), key=_by_likelihood)
-                by_none = stated[min(wrong, other), max(wrong, other)]
-                ratio += agreed.log_likelihood - by_none.log_likelihood
-                own, others = snapshots[wrong].labels, snapshots[other].labels
-                matched += [(own[i], other, others[j]) for i, j in agreed.pairs]
+            more = np.diag(np.concatenate([fault.variances, np.zeros(COUNT)]))
+            for k in others:
+                agreed = pairs[k].best(priors[k] + more, _starts(fault.sensor))
+                ratio += agreed.log_likelihood - stated[k].log_likelihood
+                own, theirs = snapshots[wrong].labels, snapshots[k].labels
+                matched += [(own[i], k, theirs[j]) for i, j in agreed.pairs]
                 errors.append(agreed.errors[:COUNT])
             mean = np.mean(errors, axis=0)
             found.append(Trial(Suspicion(wrong, fault, ratio), mean, tuple(matched)))
@@ -147,110 +138,90 @@ class _PairOfImages:
 
     def __init__(self, first: Snapshot, second: Snapshot, speed: float) -> None:
         self._both = first, second
-        self._possible = np.array([[a == b for b in second.class_ids] for a in first.class_ids])
+        places = [one.placed(np.zeros(COUNT)).places for one in self._both]
+        middle = np.nanmean(np.concatenate(places), axis=0)
+        self._rows = tuple(
+            _nearest(of, middle, most) for of, most in zip(places, TUNING.robots, strict=True)
+        )
+        self._possible = np.array(
+            [[first.class_ids[a] == second.class_ids[b] for b in self._rows[1]]
+             for a in self._rows[0]]
+        )  # fmt: skip
         between = speed * 1e-9 * abs(first.scene_ns - second.scene_ns)
         self._moved = between**2 * np.eye(2)
 
-    def agreed(self, prior: Array, start: Array | None = None) -> Agreed:
+    def best(self, prior: Array, starts: list[Array]) -> Agreed:
+        """Return how they agree best, sought at some errors (14,) of the drones."""
+        first = [self.agreed(prior, start, 1) for start in starts]
+        order = np.argsort([-one.log_likelihood for one in first], kind="stable")
+        followed = [starts[k] for k in order[: TUNING.followed]]
+        return max((self.agreed(prior, start) for start in followed), key=_by_likelihood)
+
+    def agreed(self, prior: Array, start: Array | None = None, steps: int = TUNING.steps) -> Agreed:
         """Return how they agree if the drones' errors have a prior (14, 14)."""
         at = np.zeros(2 * COUNT) if start is None else start
         found = Agreed(-math.inf, (), at)
-        for _ in range(TUNING.steps):
-            placed = self._both[0].placed(at[:COUNT]), self._both[1].placed(at[COUNT:])
-            if not all(np.isfinite(one.places).all() for one in placed):
+        for _ in range(steps):
+            first, second = (
+                one.placed(errors).some(rows)
+                for one, errors, rows in zip(
+                    self._both, (at[:COUNT], at[COUNT:]), self._rows, strict=True
+                )
+            )
+            if not (np.isfinite(first.places).all() and np.isfinite(second.places).all()):
                 break
-            found = self._linear(placed, at, prior)
+            found = self._linear(first, second, at, prior)
             if not found.pairs:
                 break
             at = found.errors
         return found
 
-    def _linear(self, placed: tuple[Placed, Placed], at: Array, prior: Array) -> Agreed:
+    def _linear(self, first: Placed, second: Placed, at: Array, prior: Array) -> Agreed:
         """Return how they agree by places and derivatives at some errors (14,)."""
-        (first, second), m, n = placed, len(placed[0].places), len(placed[1].places)
-        by_errors = np.zeros((m, n, 2, 2 * COUNT))
-        by_errors[..., :COUNT] = -first.by_errors[:, None]
-        by_errors[..., COUNT:] = second.by_errors[None]
-        offsets = second.places[None] - first.places[:, None] - by_errors @ at
+        m, count = len(first.places), len(first.places) + len(second.places)
+        by_errors = np.zeros((count, 2, 2 * COUNT))
+        by_errors[:m, :, :COUNT], by_errors[m:, :, COUNT:] = first.by_errors, second.by_errors
+        places = np.concatenate([first.places, second.places]) - by_errors @ at
         flat = by_errors.reshape(-1, 2 * COUNT)
-        covariance = (flat @ prior @ flat.T).reshape(m, n, 2, m, n, 2)
-        for i in range(m):
-            covariance[i, :, :, i] += (first.white[i] + self._moved)[None, :, None]
-        for j in range(n):
-            covariance[:, j, :, :, j] += second.white[j][None, :, None]
-        best = max(
-            ((self._log_likelihood(offsets, covariance, pairs, placed, at), pairs)
-             for pairs in _matchings(offsets, covariance, self._possible)),
-        )  # fmt: skip
-        return Agreed(*best, _posterior(offsets, covariance, by_errors, prior, best[1]))
-
-    def _log_likelihood(
-        self, offsets: Array, covariance: Array, pairs: Pairs, placed: tuple[Placed, Placed],
-        at: Array,
-    ) -> float:  # fmt: skip
-        """Return the log likelihood of a matching against robots anywhere nearby, nats.
-
-        Unlike those of one hypothesis, likelihoods of different ones need a common reference:
-        unmatched robots have a uniform density.
-        """
-        apart, spread = _of_pairs(offsets, covariance, pairs)
-        found = log_normal(apart, spread) if pairs else 0.0
-        found += len(pairs) * math.log(2.0 * math.pi * CONSTELLATIONS.nearby_m**2)
-        for side in (0, 1):
-            other = self._both[1 - side].drone
-            errors = at[COUNT * (1 - side) : COUNT * (2 - side)]
-            matched = {pair[side] for pair in pairs}
-            for k, place in enumerate(placed[side].places):
-                if k not in matched:
-                    spread = placed[side].white[k]
-                    found += float(missed(np.array([other.shows(errors, place, spread)]))[0])
-        return found
+        covariance = (flat @ prior @ flat.T).reshape(count, 2, count, 2)
+        every = np.arange(count)
+        covariance[every, :, every] += np.concatenate([first.white + self._moved, second.white])
+        candidates = Candidates.of(places, covariance, self._possible)
+        shown = self._both[0].drone, self._both[1].drone
+        first_in_view = shown[1].shows(at[COUNT:], first.places, first.white)
+        second_in_view = shown[0].shows(at[:COUNT], second.places, second.white)
+        if len(self._rows[0]) < len(self._both[0].labels):
+            second_in_view[:] = 0.0  # it may be one of those that were left out
+        best = matchings(candidates, first_in_view, second_in_view)[0]
+        likely = best.gain + missed(first_in_view).sum() + missed(second_in_view).sum()
+        errors = _posterior(candidates, by_errors, prior, best.pairs)
+        pairs = tuple((int(self._rows[0][i]), int(self._rows[1][j])) for i, j in best.pairs)
+        return Agreed(float(likely), pairs, errors)
 
 
-def _matchings(offsets: Array, covariance: Array, possible: NDArray[np.bool_]) -> set[Pairs]:
-    """Return matchings that some one pair implies, and that without pairs.
+def _nearest(places: Array, middle: Array, most: int) -> NDArray[np.intp]:
+    """Return the rows of the robots (n, 2) nearest to a point, in their order."""
+    apart = np.square(places - middle).sum(axis=1)
+    return np.sort(np.argsort(apart, kind="stable")[:most])
 
-    If one pair is one robot, that fixes most of what the drones' errors do to all others.
+
+def _posterior(candidates: Candidates, by_errors: Array, prior: Array, pairs: Pairs) -> Array:
+    """Return the errors (14,) by which pairs come closest.
+
+    Args:
+        candidates: of which the pairs are some.
+        by_errors: (m + n, 2, 14) derivatives of the robots' places.
+        prior: (14, 14) of the errors.
+        pairs: of rows in the two sets.
     """
-    m, n = possible.shape
-    flat, blocks = offsets.reshape(-1, 2), covariance.reshape(m * n, 2, m * n, 2)
-    same, found = CONSTELLATIONS.same_m**2 * np.eye(2), set[Pairs]([()])
-    diagonal = np.einsum("kakb->kab", blocks)
-    for k in np.flatnonzero(possible.ravel()).tolist():
-        spread = blocks[k, :, k] + same
-        if flat[k] @ np.linalg.solve(spread, flat[k]) > CONSTELLATIONS.gate:
-            continue
-        gain = blocks[:, :, k] @ np.linalg.inv(spread)
-        rest = flat - gain @ flat[k]
-        left = diagonal - gain @ blocks[k].transpose(1, 0, 2) + same
-        squared = (rest[:, None] @ np.linalg.solve(left, rest[..., None]))[:, 0, 0]
-        squared[k] = 0.0
-        taken: list[tuple[int, int]] = []
-        for other in np.argsort(squared).tolist():
-            i, j = divmod(other, n)
-            free = all(i != a and j != b for a, b in taken)
-            if free and possible[i, j] and squared[other] <= CONSTELLATIONS.gate:
-                taken.append((i, j))
-        found.add(tuple(sorted(taken)))
-    return found
-
-
-def _posterior(
-    offsets: Array, covariance: Array, by_errors: Array, prior: Array, pairs: Pairs
-) -> Array:
-    """Return the errors (14,) by which pairs come closest."""
     if not pairs:
         return np.zeros(2 * COUNT)
-    first, second = np.array(pairs).T
-    H = by_errors[first, second].reshape(-1, 2 * COUNT)
-    apart, spread = _of_pairs(offsets, covariance, pairs)
-    found: Array = -prior @ H.T @ np.linalg.solve(spread, apart)
+    chosen = set(pairs)
+    both = zip(candidates.first.tolist(), candidates.second.tolist(), strict=True)
+    some = np.array([k for k, pair in enumerate(both) if pair in chosen])
+    i, j = candidates.first[some], candidates.second[some] + candidates.count
+    H = (by_errors[j] - by_errors[i]).reshape(-1, 2 * COUNT)
+    size = 2 * len(some)
+    spread = candidates.covariance[some][:, :, some].reshape(size, size)
+    found: Array = -prior @ H.T @ np.linalg.solve(spread, candidates.offsets[some].ravel())
     return found
-
-
-def _of_pairs(offsets: Array, covariance: Array, pairs: Pairs) -> tuple[Array, Array]:
-    """Return the offsets (2 k,) of k pairs, and their covariance with that of box centres."""
-    first, second = np.array(pairs, np.intp).reshape(-1, 2).T
-    apart = offsets[first, second].ravel()
-    spread = covariance[first, second][:, :, first, second].reshape(len(apart), len(apart))
-    return apart, spread + CONSTELLATIONS.same_m**2 * np.eye(len(apart))

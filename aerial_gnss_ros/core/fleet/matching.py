@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+from collections import defaultdict
 from collections.abc import Iterator
 from dataclasses import dataclass
 
@@ -11,13 +12,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aerial_gnss_ros.core.fleet.constellations import TUNING as CONSTELLATIONS
-from aerial_gnss_ros.core.fleet.constellations import matchings
+from aerial_gnss_ros.core.fleet.constellations import Candidates, matchings
 from aerial_gnss_ros.core.fleet.drone import Drone
 from aerial_gnss_ros.core.fleet.robots import FleetRobot
 from aerial_gnss_ros.core.fleet.shared_state import SharedState
 from aerial_gnss_ros.core.models.platform_model import COUNT
 
 Array = NDArray[np.float64]
+Indices = NDArray[np.intp]
 _Sides = tuple[list[int], list[int], tuple[int | None, int | None]]
 """Places of robots of two sets, and the drone that does not show those of each."""
 
@@ -29,8 +31,8 @@ class MatchingTuning:
     every_s: float = 0.2
     """How often robots are matched, s: their covariances change no faster. Judged."""
     sure: float = 0.999
-    """Probability of a matching from which its robots are one: a wrong one is a confident wrong
-    position, a late one costs precision. Judged."""
+    """Probability of a pair, by all matchings that contain it, from which it is one robot: a wrong
+    one is a confident wrong position, a late one costs precision. Judged."""
     sure_s: float = 1.0
     """Time for which it must be so sure, s. Judged."""
     apart: float = 0.95
@@ -185,25 +187,31 @@ class RobotMatching:
         """
         if not possible.any():
             return []
-        offsets, covariance = _apart(state, mine, others)
+        sides = np.array([*mine, *others], np.intp)
+        places, covariance = _of_robots(state, sides)
+        candidates = Candidates.of(places, covariance, possible)
+        blocks = np.einsum("iaib->iab", covariance)
+        count = len(mine)
         in_view = [
-            np.array([self._in_view(state, drone, slot) for slot in side])
-            for drone, side in zip(views, (mine, others), strict=True)
+            self._in_view(state, drone, places[side], blocks[side])
+            for drone, side in zip(views, (slice(count), slice(count, None)), strict=True)
         ]
-        weighed = matchings(offsets, covariance, possible, in_view[0], in_view[1])
-        surely = possible & (np.minimum.outer(*in_view) > TUNING.in_view)
-        for a, b in np.argwhere(surely).tolist():
-            self._contradict(robots, mine[a], others[b], offsets[a, b])
-        for side, index in ((mine, 0), (others, 1)):
-            shares = dict.fromkeys(side, 0.0)
-            for one in weighed:
-                for pair in one.pairs:
-                    shares[side[pair[index]]] += one.probability
-            for i, share in shares.items():
-                likely[i] = max(likely[i], share)
-        if weighed[0].probability < TUNING.sure:
-            return []
-        return [(mine[a], others[b]) for a, b in weighed[0].pairs]
+        shares: defaultdict[tuple[int, int], float] = defaultdict(float)
+        each: defaultdict[int, float] = defaultdict(float)
+        for weighed in matchings(candidates, *in_view):
+            for a, b in weighed.pairs:
+                shares[mine[a], others[b]] += weighed.probability
+                each[mine[a]] += weighed.probability
+                each[others[b]] += weighed.probability
+        for i, share in each.items():
+            likely[i] = max(likely[i], share)
+        found = [pair for pair, share in shares.items() if share >= TUNING.sure]
+        clear = possible & (np.minimum.outer(*in_view) > TUNING.in_view)
+        one = {i for pair in found for i in pair}
+        clear &= ~np.logical_or.outer([i in one for i in mine], [j in one for j in others])
+        for a, b in np.argwhere(clear).tolist():
+            self._contradict(robots, mine[a], others[b], places[count + b] - places[a])
+        return found
 
     def _contradict(self, robots: list[FleetRobot], i: int, j: int, offset: Array) -> None:
         """Note two robots that are in view of each other's drone and that it does not show.
@@ -216,25 +224,25 @@ class RobotMatching:
             if nearer and len(robots[one].labels) <= len(robots[other].labels):
                 self._rivals[one] = apart
 
-    def _in_view(self, state: SharedState, drone: int | None, slot: int) -> float:
-        """Return the probability that a robot is in a drone's view."""
+    def _in_view(
+        self, state: SharedState, drone: int | None, places: Array, blocks: Array
+    ) -> Array:
+        """Return the probabilities (n,) that robots are in a drone's view.
+
+        Args:
+            state: the filter.
+            drone: number of the drone; None: nothing is known of its view.
+            places: (n, 2) of the robots, East, North, m.
+            blocks: (n, 2, 2) covariances of these, m².
+        """
         if drone is None or not self._drones[drone].recent(self._weighed_ns or 0, TUNING.fresh_s):
-            return 0.0
-        place, spread = state.joint.robots[slot, :2], state.joint.blocks()[slot, :2, :2]
-        return self._drones[drone].shows(state.platform(drone)[0], place, spread)
+            return np.zeros(len(places))
+        errors = state.platform(drone)[0]
+        return self._drones[drone].shows(errors, places, blocks)
 
 
-def _apart(state: SharedState, first: list[int], second: list[int]) -> tuple[Array, Array]:
-    """Return offsets (m, n, 2) from robots to others, and their covariance (m, n, 2, m, n, 2)."""
-    joint, m, n = state.joint, len(first), len(second)
-    places = joint.robots[:, :2]
-    own = (COUNT + 4 * np.array([*first, *second])[:, None] + np.arange(2)).ravel()
-    P = joint.covariance[np.ix_(own, own)]
-    by = np.zeros((m, n, 2, m + n, 2))
-    for i in range(m):
-        for j in range(n):
-            by[i, j, :, m + j] = np.eye(2)
-            by[i, j, :, i] = -np.eye(2)
-    flat = by.reshape(2 * m * n, -1)
-    covariance = (flat @ P @ flat.T).reshape(m, n, 2, m, n, 2)
-    return places[second][None] - places[first][:, None], covariance
+def _of_robots(state: SharedState, slots: Indices) -> tuple[Array, Array]:
+    """Return the places (k, 2) of some robots, and their covariance (k, 2, k, 2)."""
+    own, k = (COUNT + 4 * slots[:, None] + np.arange(2)).ravel(), len(slots)
+    covariance = state.joint.covariance[np.ix_(own, own)].reshape(k, 2, k, 2)
+    return state.joint.robots[slots, :2], covariance

@@ -34,6 +34,10 @@ class Placed:
     by_errors: Array
     white: Array
 
+    def some(self, rows: NDArray[np.intp]) -> Placed:
+        """Return some of them."""
+        return Placed(self.places[rows], self.by_errors[rows], self.white[rows])
+
 
 class Snapshot:
     """The boxes of the robots that a drone's last image measured.

@@ -46,14 +46,14 @@ def test_a_jump_that_is_believed_is_no_motion(looked):
 def test_a_robot_is_expected_where_the_camera_looks(looked):
     drone, _, _ = looked
     errors, sure, unsure = np.zeros(7), 0.01 * np.eye(2), 100.0 * np.eye(2)
-    assert drone.shows(errors, np.zeros(2), sure) > 0.99
-    assert drone.shows(errors, np.array([0.0, 300.0]), sure) < 0.01
     behind = 3.0 * drone.view.measured.position[:2]
-    assert drone.shows(errors, behind, sure) < 0.01
-    assert 0.05 < drone.shows(errors, np.zeros(2), unsure) < 0.9
-    assert (
-        Drone("c", estimator_config({"noise.set": "rtk"})).shows(errors, np.zeros(2), sure) == 0.0
-    )
+    places = np.array([[0.0, 0.0], [0.0, 300.0], behind, [0.0, 0.0]])
+    shown = drone.shows(errors, places, np.stack([sure, sure, sure, unsure]))
+    assert shown[0] > 0.99
+    assert shown[1:3].max() < 0.01
+    assert 0.05 < shown[3] < 0.9
+    other = Drone("c", estimator_config({"noise.set": "rtk"}))
+    assert other.shows(errors, places, np.stack([sure] * 4)).tolist() == [0.0] * 4
 
 
 def test_its_last_image_grows_old(looked):
