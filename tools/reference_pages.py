@@ -379,6 +379,8 @@ def _fleet_topics() -> Iterator[list[str]]:
         "[Each drone](../howto/drones.md): agreement, offset, delay, names; JSON, each second."
     )
     yield ["out", f"`{DRONES[0]}`", _type(DRONES[1]), meaning]
+    meaning = "For [view](../howto/view.md): as an estimator's, with all `drones`."
+    yield ["out", f"`{OVERVIEW[0]}`", _type(OVERVIEW[1]), meaning]
 
 
 def _example() -> FrameResult:

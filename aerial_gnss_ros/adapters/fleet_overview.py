@@ -1,15 +1,22 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""The topic `drones`: each drone of a fleet, how it agrees with the others, and names, as JSON."""
+"""What a fleet says of its drones, as JSON: topic `drones`, and `overview` for the page."""
 
 from __future__ import annotations
 
 import json
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
+from dataclasses import replace
 from typing import Any
 
+import numpy as np
+
+from aerial_gnss_ros.adapters.overview import DroneInFleet, Light, overview_text
 from aerial_gnss_ros.core.fleet.shore import Link
+from aerial_gnss_ros.core.georeferencing.footprint import outline
+from aerial_gnss_ros.core.values.estimates import FrameResult
+from aerial_gnss_ros.core.values.overview import Overview
 
 DRONES = ("drones", "std_msgs/msg/String")
 
@@ -54,6 +61,34 @@ def drones_text(stamp_ns: int, links: Iterable[Link]) -> str:
         for link in links
     ]
     return json.dumps({"version": 1, "stamp_ns": stamp_ns, "drones": drones})
+
+
+def fleet_overview_text(
+    result: FrameResult, now_ns: int, links: Iterable[Link], lights: Sequence[Light] = ()
+) -> str:
+    """Return the overview of a fleet: its robots, and each drone with what its camera shows.
+
+    Args:
+        result: of the fleet.
+        now_ns: the clock by which ages count, ns.
+        links: to the drones.
+        lights: of the fleet.
+    """
+    count = len(result.estimates)
+    unknown = np.full((count, 2), np.nan)
+    seen = Overview(replace(result, pose=None), np.empty((0, 2)), unknown, unknown[:, 0])
+    drones = [
+        DroneInFleet(
+            link.drone,
+            link.seen.stamp_ns,
+            link.seen.pose,
+            outline(link.seen.pose, link.seen.camera, link.config.surface.max_range),
+            tuple(link.update.names[one] for one in link.seen.labels if one in link.update.names),
+        )
+        for link in links
+        if link.seen is not None and link.update is not None
+    ]
+    return overview_text(seen, now_ns, (), lights, drones)
 
 
 def _plain(value: Any) -> Any:

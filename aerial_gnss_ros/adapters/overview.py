@@ -14,6 +14,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from aerial_gnss_ros.core.config.area_of_operation import Polygon
 from aerial_gnss_ros.core.telemetry.input_status import InputState, InputStatus
@@ -43,8 +44,31 @@ class Light:
     words: str
 
 
+@dataclass(frozen=True)
+class DroneInFleet:
+    """One of several drones, for an overview of all.
+
+    Attributes:
+        name: of the drone.
+        stamp_ns: of its newest image, ns.
+        pose: of its camera then.
+        footprint: (n, 2) as in `Overview`.
+        sees: the fleet's names of the robots in that image.
+    """
+
+    name: str
+    stamp_ns: int
+    pose: CameraPose
+    footprint: NDArray[np.float64]
+    sees: tuple[str, ...]
+
+
 def overview_text(
-    overview: Overview, now_ns: int, area: Sequence[Polygon], lights: Sequence[Light] = ()
+    overview: Overview,
+    now_ns: int,
+    area: Sequence[Polygon],
+    lights: Sequence[Light] = (),
+    drones: Sequence[DroneInFleet] = (),
 ) -> str:
     """Return the JSON text of an overview.
 
@@ -53,13 +77,14 @@ def overview_text(
         now_ns: the clock by which ages count, ns.
         area: the area of operation, rings of longitude and latitude in degrees.
         lights: of the inputs.
+        drones: of a fleet, whose overview has no drone and footprint of its own.
     """
     result = overview.result
     fields = {
         "stamp_ns": result.stamp_ns,
         "now_ns": now_ns,
         "drone": None if result.pose is None else _drone(result.pose),
-        "footprint": [_place(*row) for row in overview.footprint.tolist()],
+        "footprint": _outline(overview.footprint),
         "image_size": overview.image_size,
         "robots": [
             _robot(one, pixel, depth)
@@ -71,6 +96,8 @@ def overview_text(
         "area": [[ring[:, ::-1].tolist() for ring in polygon] for polygon in area],
         "lights": [vars(light) for light in lights],
     }
+    if drones:
+        fields["drones"] = [_drone_in_fleet(one) for one in drones]
     return json.dumps(fields, allow_nan=False, separators=(",", ":"))
 
 
@@ -112,6 +139,20 @@ def _drone(pose: CameraPose) -> dict[str, Any]:
         "camera_heading_deg": _number(heading, 1),
         "camera_below_horizon_deg": _number(math.degrees(math.atan2(-up, level)), 1),
     }
+
+
+def _drone_in_fleet(one: DroneInFleet) -> dict[str, Any]:
+    return {
+        "name": one.name,
+        "stamp_ns": one.stamp_ns,
+        **_drone(one.pose),
+        "footprint": _outline(one.footprint),
+        "sees": list(one.sees),
+    }
+
+
+def _outline(footprint: NDArray[np.float64]) -> list[list[float]]:
+    return [_place(*row) for row in footprint.tolist()]
 
 
 def _robot(one: RobotEstimate, pixel: list[float], depth: float) -> dict[str, Any]:

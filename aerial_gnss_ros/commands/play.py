@@ -7,13 +7,19 @@ from __future__ import annotations
 import argparse
 import math
 import time
+from contextlib import ExitStack
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from aerial_gnss_ros.bags.reader import BagReader, open_bag
+from aerial_gnss_ros.commands.drone_arguments import drone_file
 from aerial_gnss_ros.commands.notices import note
 from aerial_gnss_ros.core.values.errors import InputError
 from aerial_gnss_ros.nodes import require_ros
 from aerial_gnss_ros.nodes.played_topics import inputs
+
+if TYPE_CHECKING:
+    from aerial_gnss_ros.nodes.fleet_bag import FleetBag
 
 _AFTER_S = 4.0  # longer than max_wait, so that the last images get their answer
 _LINGER_S = 0.5  # a large message lies in this process's memory until it has been read
@@ -26,7 +32,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "use_sim_time, such as `aerial-gnss run --ros-args -p use_sim_time:=true`. The space bar "
         "pauses, so do the services ~/pause, ~/resume and ~/toggle_paused."
     )
-    parser.add_argument("bags", nargs="+", type=Path, metavar="BAG", help="rosbag2 recordings")
+    parser.add_argument("bags", nargs="*", type=Path, metavar="BAG", help="rosbag2 recordings")
+    parser.add_argument(
+        "--drone", type=drone_file, action="append", default=[], metavar="NAME=BAG",
+        help="recording of one of several drones, in place of BAG, played below its name; repeated "
+        "for each drone",
+    )  # fmt: skip
     parser.add_argument("--rate", type=float, default=1.0, help="2 plays twice as fast")
     parser.add_argument(
         "--start",
@@ -42,7 +53,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--namespace", default="", help="namespace for the topics, such as drone1")
     parser.add_argument(
         "--wait-for", nargs="+", default=[], metavar="NODE",
-        help="wait until these nodes have subscribed, such as detector estimator",
+        help="wait until these nodes have subscribed, such as detector estimator, or with --drone "
+        "drone1/estimator",
     )  # fmt: skip
     parser.add_argument(
         "--wait", type=float, default=60.0, metavar="S", help="longest wait, s (%(default)g)"
@@ -60,12 +72,18 @@ def run(args: argparse.Namespace) -> int:
         raise InputError(f"--rate must be above 0, not {args.rate:g}.")
     if not (math.isfinite(args.start) and args.start >= 0.0):
         raise InputError(f"--start must be 0 s or more, not {args.start:g}.")
+    if bool(args.bags) == bool(args.drone):
+        raise InputError("give BAG, or --drone NAME=BAG for each of several drones, one of both.")
+    names = [name for name, _ in args.drone]
+    if len(set(names)) < len(names):
+        raise InputError("two drones have one name; each needs its own.")
     require_ros()
     from aerial_gnss_ros.nodes import process
     from aerial_gnss_ros.nodes.transport import use_large_data_profile
 
     use_large_data_profile()
-    with open_bag(args.bags) as bag:
+    with ExitStack() as opened:
+        bag = _opened(args, opened)
         if args.start > 0.0 and args.start * 1e9 >= bag.end_ns - bag.start_ns:
             raise InputError(
                 f"--start {args.start:g} s is after the end: the recording lasts "
@@ -74,7 +92,16 @@ def run(args: argparse.Namespace) -> int:
         return process.work(lambda: _play(args, bag), ["aerial-gnss", "--ros-args", *args.ros_args])
 
 
-def _play(args: argparse.Namespace, bag: BagReader) -> None:
+def _opened(args: argparse.Namespace, opened: ExitStack) -> BagReader | FleetBag:
+    """Return what is to be played."""
+    if not args.drone:
+        return opened.enter_context(open_bag(args.bags))
+    from aerial_gnss_ros.nodes.fleet_bag import FleetBag
+
+    return FleetBag({name: opened.enter_context(open_bag([path])) for name, path in args.drone})
+
+
+def _play(args: argparse.Namespace, bag: BagReader | FleetBag) -> None:
     import rclpy
 
     from aerial_gnss_ros.nodes.listening import valid_names

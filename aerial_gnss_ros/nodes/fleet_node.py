@@ -17,16 +17,23 @@ from aerial_gnss_ros.adapters.fleet_messages import (
     drone_parameters,
     request_text,
 )
-from aerial_gnss_ros.adapters.fleet_overview import DRONES, drone_values, drones_text
+from aerial_gnss_ros.adapters.fleet_overview import (
+    DRONES,
+    drone_values,
+    drones_text,
+    fleet_overview_text,
+)
+from aerial_gnss_ros.adapters.overview import OVERVIEW
 from aerial_gnss_ros.adapters.sighting_messages import SIGHTINGS, sent_sighting
 from aerial_gnss_ros.core.config.fleet import FleetConfig, fleet_config
 from aerial_gnss_ros.core.config.noise import Noise
 from aerial_gnss_ros.core.fleet.shore import Link, Shore
 from aerial_gnss_ros.core.values.errors import ConfigError, InputError
-from aerial_gnss_ros.core.values.estimates import MapDatum
+from aerial_gnss_ros.core.values.estimates import FrameResult, MapDatum
 from aerial_gnss_ros.nodes import qos
 from aerial_gnss_ros.nodes.diagnostics import OK, STALE, WARN, Status
 from aerial_gnss_ros.nodes.inputs import ONCE
+from aerial_gnss_ros.nodes.on_demand import LOOK_S, OnDemandTopic
 from aerial_gnss_ros.nodes.positions import PositionTopics
 from aerial_gnss_ros.nodes.ros_messages import message
 from aerial_gnss_ros.nodes.schemas import FLEET
@@ -60,13 +67,17 @@ class FleetNode(SupervisedNode):
             self, config.map, config.updates, Noise().value("correlation_time_s")
         )
         self._drones = self.announce(*DRONES, qos.latched())
+        overviews = self.announce(*OVERVIEW, qos.latched())
+        self._overviews = OnDemandTopic(overviews, self._overview_message)
         self._requests: dict[str, Publisher] = {}
         self._stamp_ns = self._results = 0
         for source in config.drones:
             self._hear(source)
         self.every(ADVANCE_S, self._advance)
         self.every(REQUEST_S, self._request)
-        self.claim(DRONES[0])
+        self.every(LOOK_S, self._overviews.look)
+        for topic in (DRONES[0], OVERVIEW[0]):
+            self.claim(topic)
         self.get_logger().info(f"joins {', '.join(config.drones)}")
 
     def _hear(self, source: str) -> None:
@@ -111,7 +122,12 @@ class FleetNode(SupervisedNode):
         if result is not None:
             self._results += 1
             self._stamp_ns = result.stamp_ns
-            self._positions.send(result)
+            self._overviews.keep(self._positions.send(result))
+
+    def _overview_message(self, result: FrameResult) -> Any:
+        """Return a result with all drones as JSON text for the page, by this node's clock."""
+        text = fleet_overview_text(result, self.now_ns(), self._shore.links.values())
+        return message(OVERVIEW[1], {"data": text})
 
     def _request(self) -> None:
         """Ask for what was lost, and say how the drones are."""

@@ -122,11 +122,11 @@ class OverviewListener:
             yield message
 
     def lights(self) -> Iterator[Light]:
-        """Yield the lines of this drone's nodes in the diagnostics not fetched yet."""
+        """Yield the lines of this drone's nodes, or the fleet's, in the diagnostics not fetched."""
         prefix = self._node.get_namespace().strip("/")
         names = {
-            f"{prefix}/{name}".lstrip("/"): "" if name == "estimator" else f"{name} "
-            for name in ("estimator", "detector")
+            f"{prefix}/{name}".lstrip("/"): f"{name} " if name == "detector" else ""
+            for name in ("estimator", "detector", "fleet")
         }
         while (message := self._take("diagnostics")) is not None:
             yield from lights_of(message, names)

@@ -26,6 +26,7 @@ from aerial_gnss_ros.adapters.stamps import stamp_fields
 from aerial_gnss_ros.bags.reader import BagReader, Recorded, Topic, open_bag
 from aerial_gnss_ros.core.values.errors import AerialGnssError, InputError, RosError
 from aerial_gnss_ros.nodes import process, qos
+from aerial_gnss_ros.nodes.fleet_bag import FleetBag
 from aerial_gnss_ros.nodes.played_topics import DETECTIONS, IMAGES, moved
 from aerial_gnss_ros.nodes.ros_messages import message, message_class
 from aerial_gnss_ros.nodes.transport import use_large_data_profile
@@ -60,7 +61,7 @@ class Player:
     def __init__(
         self,
         node: Node,
-        bag: BagReader,
+        bag: BagReader | FleetBag,
         topics: Collection[str] | None = None,
         rate: float = 1.0,
         *,
@@ -118,7 +119,7 @@ class Player:
         """Wait until each node subscribes to a played topic; return those that do not.
 
         Args:
-            names: of the nodes, in this node's namespace.
+            names: of the nodes, in this node's namespace or below it, such as drone1/estimator.
             timeout_s: longest wait, s.
             going_on: ends the wait when it returns False.
         """
@@ -131,10 +132,10 @@ class Player:
 
     def _heard_by(self, name: str) -> bool:
         played = {publisher.topic_name for publisher in self._publishers.values()}
+        below, _, own = name.strip("/").rpartition("/")
+        namespace = f"{self._node.get_namespace().rstrip('/')}/{below}".rstrip("/") or "/"
         try:
-            found = self._node.get_subscriber_names_and_types_by_node(
-                name, self._node.get_namespace()
-            )
+            found = self._node.get_subscriber_names_and_types_by_node(own, namespace)
         except NodeNameNonExistentError:
             return False
         return any(topic in played for topic, _ in found)

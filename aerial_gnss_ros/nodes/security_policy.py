@@ -102,7 +102,7 @@ def fleet_policy(files: Sequence[Path] = (), namespace: str = "/", enclave: str 
     config = fleet_config(read(files, SCHEMAS, namespace, lambda _: None)[FLEET])
     drones = config.drones or ("/*",)
     published = (
-        CURRENT, MAP_DATUM, MARKERS[0], DRONES[0], *RESULTS, *_transforms(config),
+        CURRENT, MAP_DATUM, MARKERS[0], OVERVIEW[0], DRONES[0], *RESULTS, *_transforms(config),
         *(f"{drone}/{REQUEST[0]}" for drone in drones),
     )  # fmt: skip
     heard = [f"{drone}/{topic}" for drone in drones for topic in (SIGHTINGS[0], PARAMETERS[0])]

@@ -141,6 +141,7 @@ class Live:
             "end_ns": self._paths.begin_ns,
             "paths": self._paths.robots(),
             "drone_path": self._paths.drone(),
+            "drone_paths": self._paths.drones(),
         }
         return hello(fields, pictures=True, tiles=self._tiles)
 

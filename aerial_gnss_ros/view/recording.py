@@ -6,13 +6,14 @@ from __future__ import annotations
 
 import json
 from bisect import bisect_right
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from aerial_gnss_ros.adapters.overview import OVERVIEW
+from aerial_gnss_ros.bags.drone_tables import DroneFlight, read_drones
 from aerial_gnss_ros.bags.plan import resolve
 from aerial_gnss_ros.bags.reader import BagReader
 from aerial_gnss_ros.bags.replay import Replay
@@ -67,6 +68,7 @@ class Recording:
             "end_ns": self.end_ns,
             "paths": self.paths.robots(),
             "drone_path": self.paths.drone(),
+            "drone_paths": self.paths.drones(),
         }
 
     def at(self, seconds: float) -> dict[str, Any]:
@@ -124,7 +126,9 @@ def recorded_overviews(bag: BagReader, namespace: str) -> list[str] | None:
 
 
 def tabled_overviews(table: Path) -> list[str]:
-    """Return overviews made of positions.csv: robots only, without drone, footprint and lights.
+    """Return overviews made of positions.csv: without footprint and lights.
+
+    Drones are in them if they are of a fleet: drones.csv has their paths.
 
     Args:
         table: of a result without recorded overviews.
@@ -154,10 +158,31 @@ def tabled_overviews(table: Path) -> list[str]:
             robots.setdefault(stamp_ns, []).append(one)
     unknown: dict[str, Any] = {"drone": None, "image_size": None}
     unknown |= {key: [] for key in ("footprint", "references", "area", "lights")}
-    return [
-        json.dumps({"stamp_ns": stamp_ns, "now_ns": stamp_ns, "robots": found, **unknown})
-        for stamp_ns, found in sorted(robots.items())
-    ]
+    flights = read_drones(table.parent / "drones.csv")
+    texts = []
+    for stamp_ns, found in sorted(robots.items()):
+        fields = {"stamp_ns": stamp_ns, "now_ns": stamp_ns, "robots": found, **unknown}
+        if flights:
+            fields["drones"] = _drones_at(flights, stamp_ns)
+        texts.append(json.dumps(fields))
+    return texts
+
+
+def _drones_at(flights: Mapping[str, DroneFlight], stamp_ns: int) -> list[dict[str, Any]]:
+    """Return each drone as of its last row not after a stamp; none before its first one."""
+    found = []
+    for name, flight in flights.items():
+        row = int(np.searchsorted(flight.path.stamps_ns, stamp_ns, "right")) - 1
+        if row < 0:
+            continue
+        own_ns = int(flight.path.stamps_ns[row])
+        place = np.degrees([flight.path.latitude[row], flight.path.longitude[row]]).round(9)
+        found.append({
+            "name": name, "stamp_ns": own_ns, "place": place.tolist(), "height_m": None,
+            "camera_heading_deg": None, "camera_below_horizon_deg": None, "footprint": [],
+            "sees": [robot for robot, stamps in flight.seen.items() if own_ns in stamps],
+        })  # fmt: skip
+    return found
 
 
 def replayed_overviews(flight: Replay, on_message: Callable[[int], None]) -> Iterator[str]:

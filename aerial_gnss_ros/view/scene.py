@@ -23,7 +23,7 @@ MARGIN_PX = 8.0
 
 
 class Paths:
-    """Paths of the drone and of all robots.
+    """Paths of the drone, or of all of a fleet, and of all robots.
 
     Args:
         begin_ns: the time from which seconds count, ns.
@@ -33,6 +33,7 @@ class Paths:
         self.begin_ns = begin_ns
         self._robots: dict[str, _Path] = {}
         self._drone = _Path()
+        self._drones: dict[str, _Path] = {}
 
     def add(self, fields: Mapping[str, Any]) -> None:
         """Add an overview."""
@@ -40,6 +41,8 @@ class Paths:
         drone = fields["drone"]
         if drone is not None:
             self._drone.add([time_s, *drone["place"], 1])
+        for one in fields.get("drones", ()):
+            self._drones.setdefault(one["name"], _Path()).add([time_s, *one["place"], 1])
         for robot in fields["robots"]:
             point = [time_s, *robot["place"], int(robot["state"] == "confirmed")]
             self._robots.setdefault(robot["id"], _Path(robot["class"])).add(point)
@@ -51,6 +54,10 @@ class Paths:
     def drone(self) -> list[Point]:
         """Return the points of the drone's path."""
         return self._drone.points
+
+    def drones(self) -> dict[str, list[Point]]:
+        """Return the points of the path of each drone of a fleet."""
+        return {name: path.points for name, path in self._drones.items()}
 
     def lost(self, fields: Mapping[str, Any], now_ns: int) -> list[dict[str, Any]]:
         """Return the robots that were known before an overview and are not in it.

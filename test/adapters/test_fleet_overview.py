@@ -9,11 +9,16 @@ import math
 from types import SimpleNamespace
 
 import numpy as np
+import pytest
 
-from aerial_gnss_ros.adapters.fleet_overview import drones_text
+from aerial_gnss_ros.adapters.fleet_overview import drones_text, fleet_overview_text
+from aerial_gnss_ros.core.camera.model import CameraModel
 from aerial_gnss_ros.core.config.estimator import EstimatorConfig
 from aerial_gnss_ros.core.fleet.agreement import Agreement
 from aerial_gnss_ros.core.fleet.shore import Link
+from aerial_gnss_ros.core.geometry.frames import matrix_from_rpy
+from aerial_gnss_ros.core.values.camera_pose import CameraPose
+from aerial_gnss_ros.core.values.estimates import FrameResult
 
 
 def no_constant(name):
@@ -42,3 +47,27 @@ def test_each_drone_is_told_and_what_is_not_known_is_null():
     }  # fmt: skip
     assert (second["names"], second["delay_s"]) == ({}, None)
     assert (second["disagrees"], second["fault"]) == (False, "")
+
+
+def test_the_page_gets_all_drones_with_what_they_show_and_the_fleets_names():
+    lens = np.array([[500.0, 0.0, 320.0], [0.0, 500.0, 240.0], [0.0, 0.0, 1.0]])
+    camera = CameraModel(640, 480, "plumb_bob", lens)
+    links = []
+    for name, height in (("a", 10.0), ("b", 20.0)):
+        down = matrix_from_rpy(0.0, math.radians(90.0), 0.0)
+        pose = CameraPose(5, 0.23, -1.04, height, height, down)
+        link = Link(name, name, EstimatorConfig())
+        link.seen = SimpleNamespace(stamp_ns=9, pose=pose, camera=camera, labels=("x", "", "y"))
+        link.update = SimpleNamespace(names={"x": "aqua_7"})
+        links.append(link)
+    result = FrameResult(9, "camera", (), (), None, links[0].seen.pose)
+    silent = Link("c", "c", EstimatorConfig())
+    text = fleet_overview_text(result, 12, [*links, silent])
+    fields = json.loads(text, parse_constant=no_constant)
+    assert (fields["drone"], fields["footprint"], fields["now_ns"]) == (None, [], 12)
+    assert [one["name"] for one in fields["drones"]] == ["a", "b"]
+    assert [one["height_m"] for one in fields["drones"]] == [10.0, 20.0]
+    assert [one["sees"] for one in fields["drones"]] == [["aqua_7"]] * 2
+    size = [np.ptp(np.array(one["footprint"]), axis=0).max() for one in fields["drones"]]
+    assert size[1] == pytest.approx(2.0 * size[0], rel=1e-3)
+    assert fields["drones"][0]["stamp_ns"] == 9

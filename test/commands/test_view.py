@@ -188,6 +188,32 @@ def test_a_result_without_overviews_shows_its_table(page, replay, flight, tmp_pa
         assert driver.find_elements("css selector", ".drone-icon") == []
 
 
+@pytest.mark.browser
+def test_all_drones_of_a_fleet_are_on_the_map(page, tmp_path):
+    two, joined = tmp_path / "two", tmp_path / "joined"
+    made = ["--drones", "2", "--no-images", "--duration", "4", "-o", str(two)]
+    assert cli.main(["simulate", *made]) == 0
+    given = [f"--drone={name}={two / name}" for name in "ab"]
+    assert cli.main(["replay", *given, "-o", str(joined), "--no-bag", "--no-figures"]) == 0
+    url = page(joined)
+    with browser() as driver:
+        driver.get(url)
+        rows = wait_for(driver, f"const rows = (() => {{ {ROWS} }})(); return rows.length && rows")
+        assert rows[0].split()[:2] == ["aqua_1", "seen"]
+        shown = "return [...document.querySelectorAll('.name.drone')].map((one) => one.innerText)"
+        assert sorted(wait_for(driver, shown)) == ["a", "b"]
+        assert len(driver.find_elements("css selector", ".drone-icon")) == 2
+        assert not driver.find_element("id", "camera").is_displayed()
+        driver.execute_script(
+            "const s = document.getElementById('slider'); s.value = s.max; s.oninput()"
+        )
+        driver.find_element("css selector", "#robots tbody tr").click()
+        words = wait_for(driver, "return document.getElementById('card-text').innerText")
+        assert "in the last image of a, b; " in words
+        assert re.search(r"m from a, bearing \d{3}°; .* m from b, bearing", words)
+        assert complaints(driver) == []
+
+
 def test_two_results_are_one_too_many(replay, flight, tmp_path, capsys):
     bag = flight.write(tmp_path / "bag")
     for name in ("a", "b"):

@@ -16,6 +16,7 @@ import pytest
 pytest.importorskip("rclpy", reason="ROS 2 is not installed")
 from aerial_gnss_ros.adapters.fleet_messages import drone_parameters
 from aerial_gnss_ros.adapters.fleet_overview import DRONES
+from aerial_gnss_ros.adapters.overview import OVERVIEW
 from aerial_gnss_ros.adapters.sighting_messages import SIGHTINGS, sent_sighting
 from aerial_gnss_ros.adapters.stamps import nanoseconds
 from aerial_gnss_ros.bags.reader import open_bag
@@ -143,6 +144,11 @@ def test_two_live_drones_with_an_outage_are_joined_as_in_a_replay(two, start, ro
         message_class(DRONES[1]), DRONES[0], lambda m: told.append(json.loads(m.data)),
         qos.latched(),
     )  # fmt: skip
+    shown = []
+    listener.create_subscription(
+        message_class(OVERVIEW[1]), OVERVIEW[0], lambda m: shown.append(json.loads(m.data)),
+        qos.latched(),
+    )  # fmt: skip
     for name in ("aqua_1", "aqua_2", "aqua_3"):
         listener.create_subscription(
             message_class("sensor_msgs/msg/NavSatFix"), f"/robots/{name}/fix",
@@ -171,6 +177,10 @@ def test_two_live_drones_with_an_outage_are_joined_as_in_a_replay(two, start, ro
     ros.spin(2.0)  # and stays there
     assert caught_up()
     assert link.lost == set(OUTAGE)
+    seen = {one["name"]: set(one["sees"]) for one in shown[-1]["drones"]}
+    assert seen.keys() == {"a", "b"}
+    assert all(seen[name] and seen[name] <= {*names[name].values()} for name in "ab")
+    assert {one["id"] for one in shown[-1]["robots"]} == fixes.keys()
     last = {one["drone"]: one for one in told[-1]["drones"]}
     assert [last[name]["lost"] for name in "ab"] == [0, 0]
     assert not [key for one in last.values() for key in one if key.startswith("refused")]

@@ -8,9 +8,11 @@ import pytest
 
 rclpy = pytest.importorskip("rclpy", reason="ROS 2 is not installed")
 
+from sensor_msgs.msg import NavSatFix  # noqa: E402
 from std_srvs.srv import Trigger  # noqa: E402
 
 from aerial_gnss_ros import cli  # noqa: E402
+from aerial_gnss_ros.nodes import qos  # noqa: E402
 from aerial_gnss_ros.nodes.estimator_node import EstimatorNode  # noqa: E402
 from aerial_gnss_ros.nodes.supervised import Given  # noqa: E402
 
@@ -48,6 +50,27 @@ def test_a_recording_without_its_clock_is_said_to_be_one(ros, start, flight):
     sentence = next(one for one in said if "use_sim_time" in one)
     assert sentence.startswith("images are stamped 2023-11-14 22:13:2")  # the first may be missed
     assert "UTC, but this node's clock says" in sentence
+
+
+def test_recordings_of_several_drones_are_played_below_their_names(ros, start, flight):
+    listener, came = ros.node("listener"), {"a": [], "b": []}
+    for name, stamps in came.items():
+        listener.create_subscription(
+            NavSatFix, f"/{name}/fix", lambda m, to=stamps: to.append(m.header.stamp),
+            qos.sensor(50),
+        )  # fmt: skip
+    bag = flight("boxes")
+    given = [part for name in came for part in ("--drone", f"{name}={bag}")]
+    program = start("aerial_gnss_ros.cli", "play", *given, "--rate", "4", "--wait-for", "listener")
+    ros.spin_until(lambda: len(came["a"]) > 20 and len(came["b"]) > 20)
+    assert came["a"][-1].sec == pytest.approx(came["b"][-1].sec, abs=1)
+    program.wait_for("played")
+
+
+@pytest.mark.parametrize("arguments", [[], ["x", "--drone", "a=x"]])
+def test_a_recording_or_several_drones_are_played_not_both(capsys, arguments):
+    assert cli.main(["play", *arguments]) == 2
+    assert "give BAG, or --drone NAME=BAG" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(

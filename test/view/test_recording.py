@@ -10,10 +10,12 @@ from pathlib import Path
 
 import pytest
 
+from aerial_gnss_ros.bags.drone_tables import DRONE_COLUMNS
 from aerial_gnss_ros.bags.reader import open_bag
+from aerial_gnss_ros.bags.tables import POSITION_COLUMNS
 from aerial_gnss_ros.bags.writer import LATCHED, BagWriter
 from aerial_gnss_ros.core.values.errors import InputError
-from aerial_gnss_ros.view.recording import Recording, recorded_overviews
+from aerial_gnss_ros.view.recording import Recording, recorded_overviews, tabled_overviews
 
 MADE = runpy.run_path(str(Path(__file__).with_name("overviews.py")))
 BEGIN, SECOND, overview, robot = (MADE[name] for name in ("BEGIN", "SECOND", "overview", "robot"))
@@ -93,3 +95,23 @@ def test_with_two_drones_one_must_be_chosen(tmp_path):
 def test_a_bag_without_overviews_has_none(tmp_path):
     with bag_with(tmp_path, "my_overview") as bag:
         assert recorded_overviews(bag, "") is None
+
+
+def test_a_table_of_a_fleet_shows_each_drone_where_it_was_last(tmp_path):
+    half = SECOND // 2
+    robots = [
+        f"{BEGIN + k * SECOND // 10},a,aqua,13.0,-59.0,0,1,0,1,0,0,confirmed" for k in range(8)
+    ]
+    (tmp_path / "positions.csv").write_text("\n".join([",".join(POSITION_COLUMNS), *robots]))
+    rows = [
+        f"{BEGIN + k * half},{name},1,1,0,0,1,1,0,,{13.5 + k},-59.5,{sees}"
+        for k, name, sees in ((0, "a", "a"), (1, "a", ""), (1, "b", "a"))
+    ]
+    (tmp_path / "drones.csv").write_text("\n".join([",".join(DRONE_COLUMNS), *rows]))
+    texts = [json.loads(text) for text in tabled_overviews(tmp_path / "positions.csv")]
+    (first,), (_, last) = texts[4]["drones"], texts[5]["drones"]
+    assert (first["name"], first["place"], first["sees"]) == ("a", [13.5, -59.5], ["a"])
+    assert (last["name"], last["place"], last["sees"]) == ("b", [14.5, -59.5], ["a"])
+    assert [one["sees"] for one in texts[7]["drones"]] == [[], ["a"]]
+    (tmp_path / "drones.csv").unlink()
+    assert "drones" not in json.loads(tabled_overviews(tmp_path / "positions.csv")[0])

@@ -56,6 +56,16 @@ def test_a_very_long_path_is_thinned_and_goes_on_to_its_end():
     assert points[-1][0] >= count - 5
 
 
+def test_each_drone_of_a_fleet_has_a_path_of_its_own():
+    def drones(t):
+        return [{"name": name, "place": [13.0 + k, 0.1 * t]} for k, name in enumerate("ab")]
+
+    paths = paths_of(*(overview(t, drone=None, drones=drones(t)) for t in (0.0, 1.0)))
+    assert paths.drone() == []
+    assert paths.drones() == {"a": [[0.0, 13.0, 0.0, 1], [1.0, 13.0, 0.1, 1]],
+                              "b": [[0.0, 14.0, 0.0, 1], [1.0, 14.0, 0.1, 1]]}  # fmt: skip
+
+
 def test_a_robot_that_is_no_longer_published_is_lost_where_it_was_measured_last():
     paths = paths_of(
         overview(0.0, robot("a", 0.0), robot("b", 0.0)),

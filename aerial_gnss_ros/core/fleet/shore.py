@@ -19,6 +19,7 @@ from aerial_gnss_ros.core.fleet.gaps import Gaps
 from aerial_gnss_ros.core.fleet.history import TUNING as HISTORY
 from aerial_gnss_ros.core.fleet.history import History
 from aerial_gnss_ros.core.fleet.outbox import SECOND_NS, SentSighting
+from aerial_gnss_ros.core.fleet.sighting import Sighting
 from aerial_gnss_ros.core.geometry.geodesy import LocalMap
 from aerial_gnss_ros.core.values.errors import ConfigError, InputError
 from aerial_gnss_ros.core.values.estimates import FrameResult, MapDatum
@@ -52,6 +53,7 @@ class Link:
         delay_s: from the newest scene to its arrival, by this computer's clock, s; NaN at first.
         newest_ns: time of the newest scene, ns; 0 at first.
         update: result of its last sighting; None at first.
+        seen: that sighting; None at first.
     """
 
     drone: str
@@ -62,6 +64,7 @@ class Link:
     delay_s: float = math.nan
     newest_ns: int = 0
     update: FleetUpdate | None = None
+    seen: Sighting | None = None
     rates: Counter[int] = field(default_factory=Counter)
 
     def floods(self, scene_ns: int) -> bool:
@@ -238,7 +241,7 @@ class Shore:
         by_name = {one.drone: one for one in self.links.values()}
         for sent, update in applied:
             if sent.drone in by_name:
-                by_name[sent.drone].update = update
+                by_name[sent.drone].update, by_name[sent.drone].seen = update, sent.sighting
         if not applied:
             return None
         sent, update = applied[-1]

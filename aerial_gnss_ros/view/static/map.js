@@ -6,9 +6,17 @@ import { age, beside, course, metres, outline, WORDS } from "./format.js";
 
 const L = window.L;
 const DEEPEST = 24;
+const SILENT_S = 3; // a drone of a fleet that has sent no image for so long
+export const ALONE = "drone";
 const icon = (path) => `<svg class="drone-icon" width="40" height="40" viewBox="-20 -20 40 40"><path d="${path}"></path></svg>`;
 const DRONE = icon("M0-17 L12 13 L0 6 L-12 13 Z"), DRONE_DOWN = icon("M0-13 L13 0 L0 13 L-13 0 Z");
 const SIDES = { right: [12, 0], left: [-12, 0], bottom: [0, 10], top: [0, -10] };
+
+/** The drone of a scene, or all of a fleet. */
+export function dronesOf(scene) {
+  if (scene.drones) return scene.drones;
+  return scene.drone ? [{ ...scene.drone, name: ALONE, stamp_ns: scene.now_ns, footprint: scene.footprint }] : [];
+}
 
 export class SeaMap {
   constructor(element, chosen, pointed) {
@@ -23,8 +31,7 @@ export class SeaMap {
     this.ends = [];
     this.grid = L.layerGroup().addTo(this.map);
     this.area = L.layerGroup().addTo(this.map);
-    this.footprint = L.polygon([], { className: "shape footprint", interactive: false }).addTo(this.map);
-    this.flown = L.polyline([], { className: "shape path flown", interactive: false }).addTo(this.map);
+    this.drones = new Map();
     this.ruler = L.layerGroup().addTo(this.map);
     this.map.on("moveend zoomend", () => {
       this.drawGrid();
@@ -45,7 +52,11 @@ export class SeaMap {
   /** Draw a scene; `old` is true where there is no news. */
   draw(scene, old, late) {
     this.scene = scene;
-    this.drawDrone(scene);
+    const drones = dronesOf(scene);
+    for (const drone of drones) this.drawDrone(drone, scene, late);
+    for (const [name, drawn] of this.drones) {
+      if (!drones.some((drone) => drone.name === name)) drawn.group.remove();
+    }
     this.drawArea(scene.area);
     this.drawReferences(scene.references);
     const names = new Set(scene.robots.map((robot) => robot.id));
@@ -57,29 +68,41 @@ export class SeaMap {
       }
     }
     this.placeLabels();
-    if (!this.placed && (scene.robots.length || scene.drone)) {
+    if (!this.placed && (scene.robots.length || drones.length)) {
       this.placed = true;
       this.showAll();
     }
   }
 
-  drawDrone({ drone, footprint }) {
-    if (!drone) {
-      this.footprint.setLatLngs([]);
-      return;
-    }
-    this.footprint.setLatLngs(footprint);
-    const heading = drone.camera_heading_deg;
+  drawDrone(drone, scene, late) {
+    const heading = drone.camera_heading_deg, drawn = this.droneOf(drone.name);
     const shape = L.divIcon({ html: heading === null ? DRONE_DOWN : DRONE, iconSize: [40, 40] });
-    if (!this.drone) {
-      this.drone = L.marker(drone.place, { icon: shape, interactive: false, zIndexOffset: 1000 }).addTo(this.map);
-      this.drone.bindTooltip("", { permanent: true, direction: "right", offset: [18, 0], className: "name drone" });
+    if (!drawn.marker) {
+      drawn.marker = L.marker(drone.place, { icon: shape, interactive: false, zIndexOffset: 1000 });
+      drawn.marker.bindTooltip("", { permanent: true, direction: "right", offset: [18, 0], className: "name drone" });
     }
-    this.drone.setIcon(shape);
-    this.drone.setLatLng(drone.place);
-    const svg = this.drone.getElement()?.firstElementChild;
+    drawn.marker.addTo(drawn.group);
+    drawn.group.addTo(this.map);
+    drawn.footprint.setLatLngs(drone.footprint);
+    drawn.marker.setIcon(shape);
+    drawn.marker.setLatLng(drone.place);
+    const svg = drawn.marker.getElement()?.firstElementChild;
     if (svg && heading !== null) svg.style.transform = `rotate(${heading}deg)`;
-    this.drone.setTooltipContent(text(["drone", `${drone.height_m === null ? "–" : metres(drone.height_m)} up`]));
+    const silent = (scene.now_ns - drone.stamp_ns) * 1e-9 + late;
+    drawn.marker.getElement()?.classList.toggle("silent", silent > SILENT_S);
+    drawn.note = drone.height_m === null ? "" : `${metres(drone.height_m)} up`;
+    if (silent > SILENT_S) drawn.note = `silent for ${age(silent)}`;
+    drawn.marker.setTooltipContent(text([drone.name, drawn.note]));
+  }
+
+  droneOf(name) {
+    if (!this.drones.has(name)) {
+      const group = L.layerGroup().addTo(this.map);
+      const footprint = L.polygon([], { className: "shape footprint", interactive: false }).addTo(group);
+      const flown = L.polyline([], { className: "shape path flown", interactive: false }).addTo(this.map);
+      this.drones.set(name, { group, footprint, flown, note: "" });
+    }
+    return this.drones.get(name);
   }
 
   drawRobot(robot, scene, old, late) {
@@ -109,7 +132,9 @@ export class SeaMap {
   /** Put each name to the side where it covers least of the others; what is seen comes first. */
   placeLabels() {
     const taken = [], rank = { confirmed: 0, coasting: 1, old: 1, lost: 2 };
-    if (this.drone) taken.push(labelBox(this.map.latLngToContainerPoint(this.drone.getLatLng()), "right", "drone", "25 m up"));
+    for (const [name, { marker, note }] of this.drones) {
+      if (marker) taken.push(labelBox(this.map.latLngToContainerPoint(marker.getLatLng()), "right", name, note));
+    }
     const drawn = [...this.robots.entries()].sort(([, a], [, b]) => rank[a.state] - rank[b.state]);
     const points = drawn.map(([, one]) => this.map.latLngToContainerPoint(one.place));
     for (const point of points) taken.push([point.x - 9, point.y - 9, point.x + 9, point.y + 9]);
@@ -128,9 +153,9 @@ export class SeaMap {
   }
 
   /** Draw the paths up to a time. */
-  drawPaths(paths, drone, untilS) {
+  drawPaths(paths, drones, untilS) {
     const until = (points) => points.filter((point) => point[0] <= untilS);
-    this.flown.setLatLngs(until(drone).map(place));
+    for (const [name, points] of Object.entries(drones)) this.droneOf(name).flown.setLatLngs(until(points).map(place));
     for (const [name, points] of Object.entries(paths)) {
       if (!this.paths.has(name)) {
         const line = (kind) => L.polyline([], { className: `shape path ${kind}`, interactive: false }).addTo(this.map);
@@ -192,7 +217,7 @@ export class SeaMap {
   showAll() {
     if (!this.scene) return;
     const places = this.scene.robots.map((robot) => robot.place);
-    if (this.scene.drone) places.push(this.scene.drone.place, ...this.scene.footprint);
+    for (const drone of dronesOf(this.scene)) places.push(drone.place, ...drone.footprint);
     if (places.length) this.map.fitBounds(L.latLngBounds(places).pad(0.1), { maxZoom: 21, animate: false });
     this.drawGrid();
   }

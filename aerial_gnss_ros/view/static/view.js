@@ -3,7 +3,7 @@
 // The page of `aerial-gnss view`: receives scenes from the server and draws them.
 
 import { age, course, decimal, duration, ellipse, metres, nautical, WORDS } from "./format.js";
-import { SeaMap } from "./map.js";
+import { ALONE, dronesOf, SeaMap } from "./map.js";
 import { drawClock, Lights, Picture, RobotList } from "./panel.js";
 
 const SILENT_S = 2; // without news for so long, positions are old
@@ -62,6 +62,7 @@ function begin(hello) {
   const first = state.hello === null;
   state.hello = hello;
   document.title = `${hello.title} · aerial_gnss_ros`;
+  if (hello.drone_path.length) hello.drone_paths[ALONE] = hello.drone_path;
   get("camera").hidden = false;
   get("picture").hidden = !hello.pictures;
   get("no-images").hidden = hello.pictures;
@@ -80,7 +81,7 @@ function extendPaths(scene) {
   const add = (path, point) => {
     if (!path.length || point[0] - path.at(-1)[0] >= POINT_S) path.push(point);
   };
-  if (scene.drone) add(hello.drone_path, [time, ...scene.drone.place, 1]);
+  for (const drone of dronesOf(scene)) add((hello.drone_paths[drone.name] ??= []), [time, ...drone.place, 1]);
   for (const robot of scene.robots) {
     if (robot.state !== "lost") add((hello.paths[robot.id] ??= []), [time, ...robot.place, robot.state === "confirmed" ? 1 : 0]);
   }
@@ -101,10 +102,11 @@ function draw() {
   else banner("");
   lights.draw(state.lights ?? []);
   if (!scene) return;
+  if (scene.drones) get("camera").hidden = true; // a fleet has no image of its own
   const time = scene.now_ns + late * 1e9;
   drawClock(time);
   map.draw(scene, old, late);
-  map.drawPaths(hello.paths, hello.drone_path, (time - hello.begin_ns) / 1e9 + 0.01);
+  map.drawPaths(hello.paths, hello.drone_paths, (time - hello.begin_ns) / 1e9 + 0.01);
   list.draw(scene, old, late, state.selected);
   drawCard(scene, old, late);
   if (!hello.live) {
@@ -135,9 +137,12 @@ function drawCard(scene, old, late) {
     const within = robot.covariance_m2 ? `95 % ${shown === "old" ? "was" : "is"} within ${metres(ellipse(robot.covariance_m2).long)}` : "";
     words.push(within || "nothing bounds where it is now");
   }
-  if (scene.drone) {
-    const { distance, bearing } = course(scene.drone.place, place);
-    words.push(`${metres(distance)} from the drone, bearing ${String(Math.round(bearing) % 360).padStart(3, "0")}°`);
+  const seen = robot ? (scene.drones ?? []).filter((drone) => drone.sees.includes(robot.id)).map((drone) => drone.name) : [];
+  if (seen.length) words.push(`in the last image of ${seen.join(", ")}`);
+  for (const drone of dronesOf(scene)) {
+    const { distance, bearing } = course(drone.place, place);
+    const from = scene.drones ? drone.name : "the drone";
+    words.push(`${metres(distance)} from ${from}, bearing ${String(Math.round(bearing) % 360).padStart(3, "0")}°`);
   }
   get("card-text").textContent = `${words.join("; ")}.`;
 }

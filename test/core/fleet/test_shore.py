@@ -78,6 +78,8 @@ def test_both_drones_are_joined_though_one_is_late(shore, flown):
         assert (one.latitude, one.longitude) == (other.latitude, other.longitude)
     assert shore.links["north/a"].delay_s == pytest.approx(0.1)
     assert shore.links["b"].delay_s == pytest.approx(2.0)
+    for link in shore.links.values():
+        assert link.seen is sent[link.drone][-1].sighting
     assert shore.links["b"].update.report.drone == "b"
     assert shore.links["b"].gaps.repeated == 0
     assert shore.advance() is None
