@@ -3,6 +3,7 @@
 """Several drones together: errors and covariances against the bound of all of their boxes.
 
 python benchmarks/fleet.py --flown fleet.jsonl --seeds 4 --markdown docs/results/fleet.md
+python benchmarks/fleet.py --grid --flown grid.jsonl --seeds 1 --markdown docs/results/fleet.md
 
 Each flight is flown by each drone's own estimator, and what these see is joined. The receivers'
 common share is 0, 0.5 and 1 in turn, while the filter assumes 0.5. `--flown` keeps the flights: a
@@ -15,8 +16,9 @@ import argparse
 import json
 import math
 import sys
+import textwrap
 import time
-from collections import defaultdict
+from collections import Counter, defaultdict
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -27,7 +29,7 @@ from tables import columns, show
 
 from aerial_gnss_ros.core.config.estimator import EstimatorConfig, estimator_config
 from aerial_gnss_ros.core.estimation.estimator import Estimator
-from aerial_gnss_ros.core.fleet.fleet import Fleet
+from aerial_gnss_ros.core.fleet.fleet import Fleet, FleetUpdate
 from aerial_gnss_ros.core.fleet.sighting import Sighting, SightingTap
 from aerial_gnss_ros.core.geometry.geodesy import LocalMap
 from aerial_gnss_ros.core.tracker.protocol import Tracking
@@ -46,6 +48,8 @@ Array = NDArray[np.float64]
 
 LAST_S = 10.0
 """Length of the end of each flight that is judged, s."""
+FIRST_S = 5.0
+"""Time that is given to find out which robots are one, s."""
 SHARES = (0.0, 0.5, 1.0)
 
 
@@ -101,6 +105,17 @@ CELLS = (
     Cell("hover", "opposite", 30.0, RTK, told=True, robots=1, duration_s=60.0),
 )
 
+MIXED = {"hover": "opposite", "orbit": "opposite", "mixed": "above"}
+GRID = tuple(
+    Cell("orbit" if kind == "mixed" else kind, formation, height_m, ("consumer",) * drones, speed)
+    for drones in (2, 4)
+    for kind, formation in MIXED.items()
+    for height_m in (10.0, 30.0, 80.0)
+    for speed in (0.0, 0.3)
+)
+"""Two and four drones that hover or circle evenly around the robots, or one circles and the others
+hover above."""
+
 
 @dataclass(frozen=True)
 class Record:
@@ -118,6 +133,7 @@ class Record:
         joined: number of robots under one name for all drones that saw them.
         names: number of names published from 5 s before the end on.
         ms: processor time of the fleet for a sighting, ms.
+        agree: share of the drones' names, from 5 s on, that stand for the fleet's of that robot.
     """
 
     cell: int
@@ -131,6 +147,7 @@ class Record:
     joined: int
     names: int
     ms: float
+    agree: float = math.nan
 
 
 def fly(number: int, cell: Cell, seed: int, share: float) -> Record:
@@ -146,8 +163,9 @@ def fly(number: int, cell: Cell, seed: int, share: float) -> Record:
         sightings += [(sighting.pose.stamp_ns, name, sighting) for sighting in seen]
     sightings.sort(key=lambda item: item[:2])
     fleet, began = Fleet(configs, local), time.process_time()
-    published = [fleet.update(name, seen).estimates for _, name, seen in sightings]
+    updates = [(name, seen, fleet.update(name, seen)) for _, name, seen in sightings]
     spent = time.process_time() - began
+    published = [update.estimates for _, _, update in updates]
     squared, nees = _errors(made["a"], local, published)
     drones = [true_drone(one, configs[name]) for name, one in made.items()]
     end = round(LAST_S * made["a"].clock.rate_hz)
@@ -157,8 +175,39 @@ def fly(number: int, cell: Cell, seed: int, share: float) -> Record:
     return Record(
         number, seed, share, squared, tuple(alone), trace(limits), trace(first), nees,
         sum(len(robot.labels) == len(made) for robot in fleet.robots), len(names),
-        1e3 * spent / len(sightings),
+        1e3 * spent / len(sightings), agreement(made, updates),
     )  # fmt: skip
+
+
+def agreement(
+    made: dict[str, Experiment], updates: list[tuple[str, Sighting, FleetUpdate]]
+) -> float:
+    """Return the share of the drones' names that stand for the robot that the fleet's name does.
+
+    A name of the fleet stands for the robot whose boxes it is used for most often, and a robot has
+    one name: that which is used for it most often.
+    """
+    frames = {name: {f.stamp_ns: f for f in one.frames()} for name, one in made.items()}
+    used = list[tuple[str | None, str]]()
+    for name, seen, update in updates:
+        if (seen.stamp_ns - START_NS) * 1e-9 < FIRST_S:
+            continue
+        true = made[name].projected(frames[name][seen.stamp_ns])
+        for label, pixel in zip(seen.labels, seen.pixels, strict=True):
+            if label:
+                nearest = int(np.square(true.centers - pixel).sum(axis=1).argmin())
+                used.append((update.names.get(label), str(true.names[nearest])))
+    pairs = Counter(used)
+    of_name, of_robot = dict[str | None, str](), dict[str, str | None]()
+    for (name, robot), _ in pairs.most_common():
+        if name is not None:
+            of_name.setdefault(name, robot)
+            of_robot.setdefault(robot, name)
+    right = sum(
+        count for (name, robot), count in pairs.items()
+        if name is not None and of_name[name] == robot and of_robot[robot] == name
+    )  # fmt: skip
+    return right / max(len(used), 1)
 
 
 def drones_of(cell: Cell, seed: int, share: float) -> dict[str, Experiment]:
@@ -243,7 +292,7 @@ def trace(limits: Array) -> float:
 
 HEADS = [
     "flight", "RMS, m", "bound, m", "RMS / bound", "alone, m", "gain", "bound's gain",
-    "NEES/2: share 0", "0.5", "1", "joined", "ms",
+    "NEES/2: share 0", "0.5", "1", "joined", "names, %", "ms",
 ]  # fmt: skip
 
 
@@ -260,8 +309,20 @@ def row(words: str, records: list[Record], robots: int) -> list[str]:
     return [
         words, f"{both:.3f}", f"{limit:.3f}", f"{both / limit:.2f}", f"{alone:.3f}",
         f"{alone / both:.2f}", f"{root([r.bound_alone for r in records]) / limit:.2f}", *nees,
-        f"{joined} of {len(records)}", f"{np.mean([r.ms for r in records]):.1f}",
+        f"{joined} of {len(records)}", f"{100.0 * np.nanmean([r.agree for r in records]):.1f}",
+        f"{np.mean([r.ms for r in records]):.1f}",
     ]  # fmt: skip
+
+
+def pooled(records: list[Record]) -> str:
+    """Return a sentence on all flights, each by its own bound."""
+    ratio = math.sqrt(float(np.mean([r.together / r.bound for r in records])))
+    nees = float(np.mean([r.nees for r in records]))
+    names = 100.0 * float(np.nanmean([r.agree for r in records]))
+    return (
+        f"{len(records)} flights; over all of them, RMS / bound is {ratio:.2f}, NEES/2 {nees:.2f}, "
+        f"and {names:.1f} % of the drones' names agree with the fleet's."
+    )
 
 
 def main() -> int:
@@ -270,6 +331,7 @@ def main() -> int:
     parser.add_argument("--seeds", type=int, default=4, help="of each cell and share (default 4)")
     parser.add_argument("--flown", type=Path, help="file that keeps the flights")
     parser.add_argument("--cells", type=int, nargs="*", help="numbers of cells (default all)")
+    parser.add_argument("--grid", action="store_true", help="fly the grid of cells instead")
     parser.add_argument("--markdown", type=Path, help="where to write the table")
     given = parser.parse_args()
     records: dict[tuple[int, int], Record] = {}
@@ -277,23 +339,24 @@ def main() -> int:
         for line in given.flown.read_text(encoding="utf-8").splitlines():
             one = Record(**json.loads(line))
             records[one.cell, one.seed] = one
-    chosen = range(len(CELLS)) if given.cells is None else given.cells
+    cells, first = (GRID, 1_000_000) if given.grid else (CELLS, 0)
+    chosen = range(len(cells)) if given.cells is None else given.cells
     for repeat in range(given.seeds):
         for number in chosen:
             for k, share in enumerate(SHARES):
-                seed = 10_000 * (number + 1) + 10 * repeat + k
+                seed = first + 10_000 * (number + 1) + 10 * repeat + k
                 if (number, seed) in records:
                     continue
-                records[number, seed] = fly(number, CELLS[number], seed, share)
+                records[number, seed] = fly(number, cells[number], seed, share)
                 if given.flown is not None:
                     with given.flown.open("a", encoding="utf-8") as kept:
                         kept.write(json.dumps(asdict(records[number, seed])) + "\n")
     of: dict[int, list[Record]] = defaultdict(list)
     for (number, _), one in sorted(records.items()):
         of[number].append(one)
-    rows = [row(CELLS[n].words, found, CELLS[n].robots) for n, found in sorted(of.items())]
-    flights = sum(map(len, of.values()))
-    show(f"{flights} flights.\n\n" + columns(HEADS, rows), given.markdown)
+    rows = [row(cells[n].words, found, cells[n].robots) for n, found in sorted(of.items())]
+    flown = [one for found in of.values() for one in found]
+    show(f"{textwrap.fill(pooled(flown), 120)}\n\n" + columns(HEADS, rows), given.markdown)
     return 0
 
 

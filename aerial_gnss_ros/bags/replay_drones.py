@@ -99,8 +99,9 @@ class DronesReplay:
 
     def _tapped(self, name: str, tracker: Tracking) -> SightingTap:
         assert isinstance(tracker, Tracker)  # noqa: S101 - the default one
-        self._taps[name] = SightingTap(tracker)
-        return self._taps[name]
+        tap = self._taps.setdefault(name, SightingTap(tracker))
+        tap.follow(tracker)
+        return tap
 
     @property
     def message_count(self) -> int:

@@ -46,7 +46,7 @@ class SightingTopics:
         self._again: dict[tuple[int, int], None] = {}  # session and number, in order
         self._values, self._told = values, ""
         self._datum: MapDatum | None = None
-        self._taps: list[SightingTap] = []
+        self._tap: SightingTap | None = None
         estimator.wrap_tracking(self._tapped)
         self._sent = node.announce(*SIGHTINGS, qos.sightings())
         self._parameters = node.announce(*PARAMETERS, qos.latched())
@@ -70,15 +70,17 @@ class SightingTopics:
         if datum is not None:
             self._datum = datum
             self._tell()
-        for seen in self._taps[0].drain():
+        for seen in self._tap.drain() if self._tap is not None else ():
             sent = self._outbox.add(seen)
             if self._sent.get_subscription_count():
                 self._publish(self._sent, SIGHTINGS[1], sighting_text(sent))
 
     def _tapped(self, tracker: Tracking) -> SightingTap:
         assert isinstance(tracker, Tracker)  # noqa: S101 - the default one
-        self._taps.append(SightingTap(tracker))
-        return self._taps[0]
+        if self._tap is None:
+            self._tap = SightingTap(tracker)
+        self._tap.follow(tracker)
+        return self._tap
 
     def _tell(self) -> None:
         """Publish the parameters if they have changed."""

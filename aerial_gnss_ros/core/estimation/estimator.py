@@ -114,11 +114,16 @@ class Estimator:
         self._images = ImageQueue(self._patience_ns, self.dropped)
         self._ready: list[FrameResult] = []
         self._newest_image_ns: int | None = None
+        self._wrap: Callable[[Tracking], Tracking] = _as_it_is
         self._estimates: tuple[RobotEstimate, ...] = ()
         self._platform: tuple[PlatformError, ...] = ()
 
     def wrap_tracking(self, wrap: Callable[[Tracking], Tracking]) -> None:
-        """Put something around the tracker that sees what it is given and returns."""
+        """Put something around the tracker that sees what it is given and returns.
+
+        It is called again where the estimator begins anew with another tracker.
+        """
+        self._wrap = wrap
         self._pipeline.tracking = wrap(self._pipeline.tracking)
 
     @property
@@ -360,7 +365,7 @@ class Estimator:
             return
         self._forget_robots()
         self._config = doubt.unknown
-        tracking = Tracker(doubt.unknown, self._identity, self._log)
+        tracking = self._wrap(Tracker(doubt.unknown, self._identity, self._log))
         self._pipeline.search_latency(doubt.unknown, tracking, doubt.search)
         self._guard = Guard(self._pipeline, self._identity, self._origin, self._log, (Estimator,))
         self._log.counts["latency_doubted"] += 1
@@ -431,6 +436,10 @@ class Estimator:
         self._identity.release()
         self._names.reset()
         self._estimates, self._platform = (), ()
+
+
+def _as_it_is(tracking: Tracking) -> Tracking:
+    return tracking
 
 
 def _patience_ns(config: EstimatorConfig) -> int:

@@ -80,6 +80,10 @@ class SightingTap:
         self._tracker = tracker
         self.sightings: list[Sighting] = []
 
+    def follow(self, tracker: Tracker) -> None:
+        """Go on with another tracker: the estimator has begun anew."""
+        self._tracker = tracker
+
     def drain(self) -> list[Sighting]:
         """Return the sightings since the last call."""
         found, self.sightings = self.sightings, []

@@ -109,9 +109,13 @@ class Flown:
 
 def fly(
     *, kind="hover", formation="opposite", count=2, share=0.5, noises=("consumer", "consumer"),
-    seed=1, robots=3, speed=0.0, places=None, duration=12.0, spoil=None, missed=0.0, **plan,
+    seed=1, robots=3, speed=0.0, places=None, duration=12.0, spoil=None, missed=0.0,
+    set_=None, **plan,
 ):  # fmt: skip
-    """Fly several drones; `spoil` changes the telemetry that an estimator gets."""
+    """Fly several drones.
+
+    `spoil` changes the telemetry that an estimator gets, `set_` are parameters of all of them.
+    """
     plans = [sensor_plan(noise) for noise in noises[:count]]
 
     def first(flight, others):
@@ -125,13 +129,14 @@ def fly(
     made = together(first, flown, Formation(formation, count, share), seed, plans)
     configs, sightings, alone = {}, {}, {}
     for (name, one), noise in zip(made.items(), noises, strict=False):
-        settings = {"noise.set": noise, "fix.altitude_datum": "ellipsoid"}
+        settings = {"noise.set": noise, "fix.altitude_datum": "ellipsoid"} | (set_ or {})
         configs[name] = estimator_config(settings)
         own = estimator_config(settings | {"tracks.find_moored": False})
         estimator, taps = Estimator(own), []
 
         def tapped(tracker, taps=taps):
-            taps.append(SightingTap(tracker))
+            taps.append(taps[0] if taps else SightingTap(tracker))
+            taps[0].follow(tracker)
             return taps[0]
 
         estimator.wrap_tracking(tapped)

@@ -74,3 +74,14 @@ def test_a_jump_of_the_receiver_is_told(fleet_of):
     assert abs(last.believed[1] - 40.0) < 2.0
     assert last.labels
     assert last.doubt[0, 1, 1] > 20.0**2
+
+
+def test_a_drone_that_begins_to_estimate_its_latency_still_tells_what_it_sees(fleet_of):
+    """Its poses are then those of the latency that it has found."""
+    late = {"camera.latency_s": 1.0, "camera.find_latency": True}
+    flown = fleet_of(kind="orbit", count=1, noises=("rtk",), seed=3, duration=20.0, set_=late)
+    seen = flown.sightings["a"]
+    assert len(seen) > 190
+    last = seen[-1]
+    assert 1e-9 * abs(last.stamp_ns - last.pose.stamp_ns) < 0.05
+    assert len([label for label in last.labels if label]) == 3
