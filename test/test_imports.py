@@ -168,7 +168,8 @@ loaded = 0
 for module in pkgutil.walk_packages({NAME}.__path__, "{NAME}."):
     # What of benchmarking/ a command needs is loaded by it; the rest are programs with nodes. A
     # network's class is torch's; who trains one imports it, and says what is missing.
-    left_out = ("{NAME}.nodes", "{NAME}.benchmarking", "{NAME}.training.second_look_network")
+    networks = tuple("{NAME}.training." + name for name in ("second_look_network", "small_network"))
+    left_out = ("{NAME}.nodes", "{NAME}.benchmarking", *networks)
     if not module.name.startswith(left_out):
         importlib.import_module(module.name)
         loaded += 1

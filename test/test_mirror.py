@@ -67,6 +67,7 @@ TESTED_WITH = {
     ),
     "teaching/test_session.py": "teaching/carry teaching/tracks",
     "training/test_second_look.py": "training/proposals training/second_look_network",
+    "training/test_small.py": "training/small_network training/small_samples",
     "training/test_supervise.py": "training/offline training/results training/worker",
     "training/test_train.py": "training/export",
 }
