@@ -118,6 +118,7 @@ class LatencyBank:
         positions: Array,
         rotations: Array,
         anew: Mask | None = None,
+        interpolation: Array | None = None,
     ) -> LatencyFit | None:
         """Update with an image; return its fit, None if no robot was known before.
 
@@ -127,9 +128,10 @@ class LatencyBank:
             positions: (h, 3) of the camera for each latency, m.
             rotations: (h, 3, 3) camera FLU in `map`.
             anew: (h,) whether robots begin anew at their boxes; None: none do.
+            interpolation: (h, 6) variances of the poses, see `Views`.
         """
         self._forget(now.stamp_ns)
-        views = Views(positions, rotations @ FLU_FROM_OPTICAL)
+        views = Views(positions, rotations @ FLU_FROM_OPTICAL, interpolation)
         if self._seen_ns and passed > 0.0:
             self._predict(passed, now.fix_covariance, views, rotations)
         names = list(self._seen_ns)

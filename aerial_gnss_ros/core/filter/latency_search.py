@@ -24,7 +24,13 @@ from aerial_gnss_ros.core.filter.latency_bank import BankObservation, LatencyBan
 from aerial_gnss_ros.core.filter.latency_evidence import LatencyEvidence, disturbed
 from aerial_gnss_ros.core.filter.latency_reappearance import Reappearance
 from aerial_gnss_ros.core.filter.latency_views import Views
-from aerial_gnss_ros.core.filter.pose_lattice import SLOPE_NOISE, STEP_NS, STEP_S, PoseLattice
+from aerial_gnss_ros.core.filter.pose_lattice import (
+    SLOPE_NOISE,
+    STEP_NS,
+    STEP_S,
+    PoseLattice,
+    SampledPose,
+)
 from aerial_gnss_ros.core.geometry.frames import FLU_FROM_OPTICAL
 from aerial_gnss_ros.core.geometry.geodesy import LocalMap
 from aerial_gnss_ros.core.geometry.map_pose import MapPose
@@ -60,6 +66,10 @@ class LatencySearchTuning:
     most_bend_rad: float = 0.05
     """The same of the orientation, rad: a gimbal that starts at 60 deg/s has less, one that jumps
     by 12 deg has more. Judged."""
+    elsewhere_squares: float = 10.0
+    """Mean normalised squared distance of boxes from those of the last image, at the latency that
+    fits best, from which the picture has jumped, and robots begin anew: 2 is right, 15 the most.
+    Judged."""
     posterior_steps: int = 20
     """Grid points of the posterior between two candidates. Judged."""
     most_waiting: int = 100
@@ -136,6 +146,7 @@ class LatencySearch:
             self._cost = -2.0 * self.excess * self.evidence.gains(self.excess)
             self._images = max(self._images, 1.0)
         self.evidence = None
+        self._conclude(self._posterior())
 
     @property
     def searches(self) -> bool:
@@ -194,16 +205,20 @@ class LatencySearch:
         self._last_ns = seen.stamp_ns
         # A larger latency is an earlier pose.
         positions, rotations = positions[::-1], rotations[::-1]
-        anew = None
+        between = self._lattice.interpolation(first, last, passed)
+        between = None if between is None else between[::-1]
+        anew = again = None
         if self.evidence is not None:
             anew = disturbed(1e-9 * seen.stamp_ns - self.corrections, self._lattice.jumps_s)
-        fit = self._bank.update(seen, passed, positions, rotations, anew)
+            views = Views(positions, rotations @ FLU_FROM_OPTICAL, between)
+            again = self._reappearance.update(seen.camera, centers, passed, views)
+            if again is not None and again[0].min() > TUNING.elsewhere_squares:
+                self._bank.reset()
+        fit = self._bank.update(seen, passed, positions, rotations, anew, between)
         self._add(fit, passed)
         if self.evidence is not None:
-            views = Views(positions, rotations @ FLU_FROM_OPTICAL)
             self.evidence.note_jumps(self._lattice.jumps_s)
-            fits = [self._reappearance.update(seen.camera, centers, passed, views)]
-            fits += [] if fit is None else [(fit.squares, fit.size)]
+            fits = [again, None if fit is None else (fit.squares, fit.size)]
             self.evidence.add(seen.stamp_ns * 1e-9, [one for one in fits if one is not None])
         return True
 
@@ -249,7 +264,12 @@ class LatencySearch:
         if isinstance(samples, MissingTelemetry):
             return samples.can_arrive
         pose = self._posing.pose(samples)
-        return False if isinstance(pose, Reason) else MapPose.of(pose, self._local)
+        if isinstance(pose, Reason):
+            return False
+        shown = MapPose.of(pose, self._local)
+        if not pose.interpolation.any():
+            return shown
+        return SampledPose(shown.position, shown.rotation, pose.interpolation * pose.gaps_s)
 
 
 def _is_smooth(positions: Array, rotations: Array) -> bool:

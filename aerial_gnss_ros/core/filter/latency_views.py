@@ -19,10 +19,17 @@ Mask = NDArray[np.bool_]
 
 @dataclass(frozen=True)
 class Views:
-    """The camera for each of h latencies: positions (h, 3) in `map`, optical axes (h, 3, 3)."""
+    """The camera for each of h latencies: positions (h, 3) in `map`, optical axes (h, 3, 3).
+
+    Attributes:
+        positions, optical: these.
+        interpolation: (h, 6) variances of the pose between samples of telemetry, beyond its white
+            noise; None: there are none.
+    """
 
     positions: Array
     optical: Array
+    interpolation: Array | None = None
 
     def offsets(self, places: Array) -> Array:
         """Return offsets (h, m, 3) from the cameras to positions (h, m, 2) on the water, m."""
@@ -54,6 +61,8 @@ class Views:
         turned = by_point.reshape(*shape, 2, 3) @ self.optical.swapaxes(1, 2)[:, None]
         by_place = turned[..., :2]
         moved = by_place @ by_pose(offsets)
+        if self.interpolation is not None:
+            white = white + self.interpolation[:, None, None]
         noise = (moved * white) @ moved.swapaxes(2, 3)
         return pixels.reshape(*shape, 2), by_place, noise, seen.reshape(shape)
 

@@ -45,6 +45,19 @@ class PoseLatticeTuning:
 
 TUNING = PoseLatticeTuning()
 
+
+@dataclass(frozen=True)
+class SampledPose(MapPose):
+    """A pose between samples of telemetry.
+
+    Attributes:
+        interpolation: (6,) variances by interpolation, see `CameraPose`, times the time for which
+            these errors last, m² s and rad² s.
+    """
+
+    interpolation: Array
+
+
 PoseAt = Callable[[int], "MapPose | bool"]
 """The camera in `map` at a time, ns; without a pose, whether its telemetry may still arrive."""
 
@@ -57,6 +70,9 @@ def smoothed(values: Array) -> Array:
     """
     n = len(values) - 2 * MARGIN
     return np.asarray(sum(w * values[i : i + n] for i, w in enumerate(WEIGHTS.tolist())))
+
+
+_NONE = np.zeros(6)
 
 
 class PoseLattice:
@@ -77,6 +93,7 @@ class PoseLattice:
         """Forget everything."""
         self._first = self._next = 0
         self._poses: list[MapPose] = []  # immutable: a snapshot shares them
+        self._sampled = False
         self.jumps_s: tuple[float, ...] = ()
 
     def fill(self, first: int, last: int, pose_at: PoseAt, final: bool) -> bool:
@@ -95,6 +112,7 @@ class PoseLattice:
                 return False
             if isinstance(pose, bool):
                 pose = MapPose(np.full(3, np.nan), np.full((3, 3), np.nan))
+            self._sampled |= isinstance(pose, SampledPose)
             self._poses.append(pose)
             self._look_for_jump()
             self._next += 1
@@ -119,6 +137,22 @@ class PoseLattice:
             if most > least and changed < TUNING.same_rate * most:
                 jump_s = (self._next - len(last) // 2) * STEP_S
                 self.jumps_s = (*self.jumps_s, jump_s)[-TUNING.most_jumps :]
+
+    def interpolation(self, first: int, last: int, passed: float) -> Array | None:
+        """Return (n, 6) variances of some poses by interpolation; None: none has any.
+
+        Images between the same samples share an error: together they count for one.
+
+        Args:
+            first: index of the first.
+            last: index of the last.
+            passed: time since the image before, s.
+        """
+        if not self._sampled or passed <= 0.0:
+            return None
+        poses = self._poses[first - self._first : last + 1 - self._first]
+        lasting = [one.interpolation if isinstance(one, SampledPose) else _NONE for one in poses]
+        return np.array(lasting) / passed
 
     def between(self, first: int, last: int, fraction: float) -> tuple[Array, Array]:
         """Return positions (n, 3) and rotations (n, 3, 3) at `fraction` after each of some poses.

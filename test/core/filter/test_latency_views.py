@@ -47,3 +47,12 @@ def test_the_derivative_by_the_place_and_the_noise_are_those_of_differences(sea)
     np.testing.assert_allclose(
         noise, 0.04 * by_east[..., :, None] * by_east[..., None, :], rtol=1e-3, atol=1e-3
     )
+
+
+def test_a_pose_between_samples_is_less_certain(sea):
+    seen, white = views(60.0, 60.0), np.array([0.04, 0.0, 0.0, 0.0, 0.0, 0.0])
+    places, _ = seen.places(sea.camera, PIXELS)
+    between = Views(seen.positions, seen.optical, np.outer([0.0, 3.0], white))
+    _, _, noise, _ = between.measured(sea.camera, places, white)
+    assert noise[0].any()
+    np.testing.assert_allclose(noise[1], 4.0 * noise[0], rtol=1e-3)

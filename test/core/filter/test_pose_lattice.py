@@ -12,6 +12,7 @@ from aerial_gnss_ros.core.filter.pose_lattice import (
     SLOPE_NOISE,
     STEP_NS,
     PoseLattice,
+    SampledPose,
     smoothed,
 )
 from aerial_gnss_ros.core.geometry.frames import matrix_from_rpy
@@ -72,3 +73,19 @@ def test_a_step_is_a_jump_and_a_camera_that_begins_to_turn_is_none():
     np.testing.assert_allclose(between, 3.1, atol=0.15)
     assert jumps(lambda t: 1.0 * max(t - 3.0, 0.0)) == ()
     assert jumps(lambda t: 0.02 * (t > 3.0)) == ()
+
+
+def test_what_interpolation_leaves_lasts_for_the_gap():
+    def pose_at(stamp_ns: int) -> MapPose:
+        place, turn = np.array([0.0, 0.0, 9.0]), np.eye(3)
+        if stamp_ns // STEP_NS != 15:
+            return MapPose(place, turn)
+        return SampledPose(place, turn, 0.5 * np.arange(6.0))
+
+    lattice = PoseLattice(50)
+    assert lattice.fill(30, 33, lambda _ns: MapPose(np.zeros(3), np.eye(3)), False)
+    assert lattice.interpolation(30, 33, 0.1) is None
+    assert lattice.fill(10, 20, pose_at, False)
+    noise = lattice.interpolation(14, 16, 0.1)
+    np.testing.assert_allclose(noise, np.outer([0.0, 1.0, 0.0], 5.0 * np.arange(6.0)))
+    assert lattice.interpolation(14, 16, 0.0) is None
