@@ -43,8 +43,7 @@ class CameraConfig:
     find_latency: bool = key(
         False,
         "Find out in flight whether images come by another latency than latency_s, and estimate it "
-        "from then on: robots get new labels then. Stamps that jump, or a gimbal that runs away, "
-        "may look like a latency, therefore off: latency_s is taken for exact, unless "
+        "from then on; robots keep their labels. False: latency_s is taken for exact, unless "
         "noise.latency_s is above 0.",
     )
     offset_m: tuple[float, ...] = key(

@@ -11,8 +11,9 @@ images older than the last one processed, which are dropped and counted in `drop
 
 from __future__ import annotations
 
-from collections import Counter
+from collections import Counter, deque
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 from aerial_gnss_ros.core.camera.model import CameraModel
@@ -25,6 +26,7 @@ from aerial_gnss_ros.core.estimation.health import Health, RobotSummary, summary
 from aerial_gnss_ros.core.estimation.image_queue import ImageQueue
 from aerial_gnss_ros.core.estimation.intake import Intake
 from aerial_gnss_ros.core.estimation.latency_doubt import LatencyDoubt
+from aerial_gnss_ros.core.estimation.latency_trial import LatencyTrial
 from aerial_gnss_ros.core.estimation.origin_file import OriginKeeper
 from aerial_gnss_ros.core.estimation.overview import overview
 from aerial_gnss_ros.core.estimation.pipeline import Pipeline
@@ -102,7 +104,8 @@ class Estimator:
             self._origin,
             self._log,
         )
-        self._guard = Guard(self._pipeline, self._identity, self._origin, self._log, (Estimator,))
+        self._guard = self._new_guard()
+        self._behind: deque[DetectionFrame] = deque()
         finds = config.camera.find_latency and tracking is None
         searches = config.noise.value("latency_s") > 0.0
         self._doubt = LatencyDoubt(config, self._inputs) if finds and not searches else None
@@ -125,6 +128,9 @@ class Estimator:
         """
         self._wrap = wrap
         self._pipeline.tracking = wrap(self._pipeline.tracking)
+
+    def _new_guard(self) -> Guard:
+        return Guard(self._pipeline, self._identity, self._origin, self._log, (Estimator,))
 
     @property
     def events(self) -> list[str]:
@@ -308,6 +314,8 @@ class Estimator:
         trouble = self._origin.accept(fix, lasted_s, bool(self._estimates))
         if before is not None and self._origin.local is not before:
             self._pipeline.reset()
+            if self._doubt is not None:
+                self._doubt.trial = None
         return trouble
 
     def begin_elsewhere(self, moved: str) -> None:
@@ -331,7 +339,11 @@ class Estimator:
         samples = attempt(self._inputs.at, scene_ns)  # on failure the image is refused
         if isinstance(samples, MissingTelemetry) and samples.can_arrive and not final:
             return False
+        if self._behind:
+            self._catch_up()
         result = self._guard.result(frame, samples)
+        if self._doubt is not None:
+            result = self._doubt.covered(result)
         self._images.pop()  # by now: an exception that ends the program leaves it in the queue
         stamped = self._time.stamped(result) if self._time.begins else result
         self._estimates = stamped.estimates
@@ -343,8 +355,8 @@ class Estimator:
         self._ready.append(stamped)
         if self._keeps_files:
             self._keep_names(result)
-        if self._doubt is not None and frame.stamp_ns >= self._doubt.due_ns:
-            self._weigh_latency(self._doubt, frame.stamp_ns)
+        if self._doubt is not None and self._doubt.open:
+            self._weigh_latency(self._doubt, frame, result)
         if self._found_again.names and self._found_again.failed(result):
             self._log.add(
                 "Robots are not detected where they were before time was reset: it is another "
@@ -353,27 +365,49 @@ class Estimator:
             self._forget_robots()
         return True
 
-    def _weigh_latency(self, doubt: LatencyDoubt, stamp_ns: int) -> None:
+    def _weigh_latency(
+        self, doubt: LatencyDoubt, frame: DetectionFrame, result: FrameResult
+    ) -> None:
         """Estimate the latency from now on if it seems to be another one."""
         local, seen = self._origin.local, self._pipeline.measured
-        if local is None or seen is None or seen[0].detections.stamp_ns != stamp_ns:
-            return
-        doubted = attempt(doubt.update, *seen, local)
-        if isinstance(doubted, Exception):
+        measured = None
+        if local is not None and seen is not None and seen[0].detections.stamp_ns == frame.stamp_ns:
+            measured = seen[1]
+            if frame.stamp_ns >= doubt.due_ns and attempt(doubt.update, *seen, local) is not None:
+                self._doubt = None
+                return
+        found = attempt(doubt.try_another, frame, result, measured, self._origin, self._identity)
+        if isinstance(found, Exception):
             self._doubt = None
-        if doubted is not True:
-            return
-        self._forget_robots()
-        self._config = doubt.unknown
-        tracking = self._wrap(Tracker(doubt.unknown, self._identity, self._log))
-        self._pipeline.search_latency(doubt.unknown, tracking, doubt.search)
-        self._guard = Guard(self._pipeline, self._identity, self._origin, self._log, (Estimator,))
+        elif found is not None:
+            self._take_over(found, doubt.unknown)
+
+    def _take_over(self, trial: LatencyTrial, config: EstimatorConfig) -> None:
+        """Publish what was tracked with another latency from the next image on."""
+        settled = trial.settled(self._pipeline.end())
+        self.used += settled.used
+        self._count(settled.refused)
+        late = self._time.refused(settled.refused)
+        last = self._ready[-1]
+        self._ready[-1] = replace(last, used=last.used + settled.used, late=(*last.late, *late))
+        trial.log.join(self._log)
+        self._config, self._identity, self._pipeline = config, trial.identity, trial.pipeline
+        self._pipeline.tracking = self._wrap(self._pipeline.tracking)
+        self._behind = deque(frame for frame, _ in trial.waiting)
+        self._guard = self._new_guard()
         self._log.counts["latency_doubted"] += 1
         self._log.add(
             "Boxes do not fit camera.latency_s: the latency of the images is estimated from now "
-            "on, positions are as uncertain as that makes them, and robots get new labels. State "
-            "camera.latency_s if you know it."
+            "on, and positions are as uncertain as that makes them. State camera.latency_s if you "
+            "know it."
         )
+
+    def _catch_up(self) -> None:
+        """Take in images that were published with the configured latency, in the right order."""
+        behind, self._behind = self._behind, deque()
+        for frame in behind:
+            scene_ns = frame.stamp_ns - self._pipeline.latency.scene_ns
+            self._guard.result(frame, attempt(self._inputs.at, scene_ns))
 
     def _keep_names(self, result: FrameResult) -> None:
         """Save labels if due; positions matter more than the file."""
@@ -406,6 +440,8 @@ class Estimator:
         else:
             cleared = "telemetry is cleared; robots that are where they were keep their labels"
             self._inputs.clear()
+            if self._doubt is not None:
+                self._doubt.trial = None
             self._time.step(by_ns, self._images.last_ns or 0)
             self._found_again.expect(self._estimates)
         self._newest_image_ns = None
@@ -430,6 +466,7 @@ class Estimator:
     def _forget_robots(self) -> None:
         if self._doubt is not None and self._doubt.open:
             self._doubt.reset()
+        self._behind.clear()
         self._found_again.reset()
         self._pipeline.reset()
         self._guard.reset()

@@ -5,6 +5,10 @@
 Nearly all flights have the configured latency (images and telemetry of one clock); of the others,
 any latency within 3 s is as likely as another. `LatencyEvidence` says what images tell of each.
 
+As another latency becomes likelier, it is tried (`LatencyTrial`), beside the configured one, whose
+positions are published with covariances that contain those of the trial. So a doubt costs time of
+the processor, and nothing else, until it is decided.
+
 The question is closed once it is decided, or after `decided_s` in motion: a latency does not begin
 in mid-flight, unlike a fault.
 """
@@ -18,12 +22,17 @@ import numpy as np
 
 from aerial_gnss_ros.core.camera.posed_frame import PosedFrame
 from aerial_gnss_ros.core.config.estimator import EstimatorConfig
+from aerial_gnss_ros.core.estimation.latency_trial import LatencyTrial
 from aerial_gnss_ros.core.filter.latency_evidence import LatencyEvidence
 from aerial_gnss_ros.core.filter.latency_search import LatencySearch
 from aerial_gnss_ros.core.geometry.geodesy import LocalMap
 from aerial_gnss_ros.core.geometry.map_pose import MapPose
 from aerial_gnss_ros.core.geometry.rotation_vectors import rotation_vector
+from aerial_gnss_ros.core.identity.labels import Labels
 from aerial_gnss_ros.core.telemetry.buffers import TelemetryBuffers
+from aerial_gnss_ros.core.telemetry.map_origin import MapOrigin
+from aerial_gnss_ros.core.values.detection_frame import DetectionFrame
+from aerial_gnss_ros.core.values.estimates import FrameResult
 
 
 @dataclass(frozen=True)
@@ -32,9 +41,17 @@ class LatencyDoubtTuning:
 
     elsewhere: float = 0.1
     """Probability before any image that the latency is another one. Judged."""
+    tried_nats: float = -1.0
+    """Log odds of another latency from which it is tried: before it is the likelier one, so that
+    its tracks are ready then. Judged."""
+    dropped_nats: float = -2.0
+    """Log odds below which a trial ends. Judged."""
     doubted_nats: float = 0.25
-    """Log odds of another latency at which it is looked for: one event alone does not decide.
-    Judged."""
+    """Log odds of another latency from which it is taken for right: one event alone does not
+    decide. Judged."""
+    fewer_robots: float = 0.5
+    """Mean number of robots that a trial may measure less than the configured latency, whose tracks
+    are older, and be taken for right. Judged."""
     settled_nats: float = -3.0
     """Log likelihood of the best other latency at which the configured one is right. Judged."""
     settled_apart_s: float = 0.25
@@ -70,6 +87,7 @@ class LatencyDoubt:
     Attributes:
         open: whether it is undecided.
         doubted: whether another latency was found likelier.
+        trial: tracks with another latency, while it is likely enough.
         due_ns: stamp of the next image that is wanted, ns.
         unknown: the configuration of a latency that is not known.
         search: what has been learnt of other latencies.
@@ -77,16 +95,19 @@ class LatencyDoubt:
 
     def __init__(self, config: EstimatorConfig, inputs: TelemetryBuffers) -> None:
         self.open, self.doubted = True, False
+        self.trial: LatencyTrial | None = None
         self._inputs = inputs
         self.unknown = _unknown(config)
         self.search = LatencySearch(self.unknown, inputs)
         self.search.evidence = LatencyEvidence(self.search.corrections)
         self._moved_s = 0.0
+        self._nats = -math.inf
         self.reset()
 
     def reconfigure(self, config: EstimatorConfig) -> EstimatorConfig:
         """Use another configuration; return the one that the filter is to use."""
         self.unknown = _unknown(config)
+        self.trial = None
         if self.open:
             former, self.search = self.search, LatencySearch(self.unknown, self._inputs)
             self.search.follow(former)
@@ -95,11 +116,12 @@ class LatencyDoubt:
     def reset(self) -> None:
         """Begin anew with other robots; what images told of the latency stays."""
         self.search.reset()
+        self.trial = None
         self._last: tuple[int, MapPose] | None = None
         self.due_ns = ALWAYS_NS if self.open else NEVER_NS
 
-    def update(self, scene: PosedFrame, measured: dict[str, int], local: LocalMap) -> bool:
-        """Take in an image that is due; return True, once, if another latency is likelier.
+    def update(self, scene: PosedFrame, measured: dict[str, int], local: LocalMap) -> None:
+        """Take in an image that is due.
 
         Args:
             scene: its boxes and the camera's pose.
@@ -108,7 +130,7 @@ class LatencyDoubt:
         """
         evidence = self.search.evidence
         if not self.open or evidence is None:
-            return False
+            return
         stamp_ns = scene.detections.stamp_ns
         self.search.compare(scene, measured, local)
         self._moved_s += self._moved(stamp_ns, scene.in_map)
@@ -118,14 +140,57 @@ class LatencyDoubt:
         gains = np.delete(gains, evidence.configured)
         prior = math.log(TUNING.elsewhere / (1.0 - TUNING.elsewhere))
         best = float(gains.max())
-        nats = prior + best + math.log(float(np.exp(gains - best).mean()))
-        self.doubted = nats > TUNING.doubted_nats
+        self._nats = prior + best + math.log(float(np.exp(gains - best).mean()))
         settled = self._moved_s > TUNING.decided_s or float(far.max()) < TUNING.settled_nats
-        self.open = not (self.doubted or settled)
+        endless = self._moved_s > 2.0 * TUNING.decided_s
+        if self._nats < (TUNING.tried_nats if settled else TUNING.dropped_nats) or endless:
+            self.trial = None
+        self.open = self.trial is not None or not settled
         self.due_ns = stamp_ns + round(TUNING.interval_s * 1e9) if self.open else NEVER_NS
-        if not self.open:
-            self.search.conclude()
-        return self.doubted
+
+    def try_another(
+        self,
+        frame: DetectionFrame,
+        result: FrameResult,
+        measured: dict[str, int] | None,
+        origin: MapOrigin,
+        labels: Labels,
+    ) -> LatencyTrial | None:
+        """Take an image to the trial, if there is one; return it, once, if its latency is right.
+
+        Args:
+            frame: the image's boxes.
+            result: of it, published.
+            measured: index of the box of each labelled robot; None: the image had no pose.
+            origin: of `map`.
+            labels: of the published robots.
+        """
+        if self.trial is None:
+            if not self.open or self._nats < TUNING.tried_nats:
+                return None  # the question is closed, or the configured latency is far likelier
+            self.trial = LatencyTrial(self.unknown, self._inputs, origin, labels, self._learnt())
+        self.trial.add(frame, result, measured)
+        likelier = self._nats > TUNING.doubted_nats
+        self.doubted = likelier and self.trial.balance > -TUNING.fewer_robots
+        if not self.doubted:
+            return None
+        self.open, self.due_ns = False, NEVER_NS
+        found, self.trial = self.trial, None
+        found.learn(self._learnt())
+        return found
+
+    def _learnt(self) -> LatencySearch:
+        """Return a search that goes on from what decided."""
+        search = LatencySearch(self.unknown, self._inputs)
+        search.follow(self.search)
+        search.conclude()
+        return search
+
+    def covered(self, result: FrameResult) -> FrameResult:
+        """Return a result with covariances that contain what another latency would make of it."""
+        if self.trial is None:
+            return result
+        return self.trial.covered(result, 1.0 / (1.0 + math.exp(-self._nats)))
 
     def _moved(self, stamp_ns: int, pose: MapPose) -> float:
         """Return the time since the last image, s; 0 if the camera has hardly moved or turned."""

@@ -114,19 +114,6 @@ class Pipeline:
             self._camera_change.reset()
             self._frozen.recalibrate()
 
-    def search_latency(
-        self, config: EstimatorConfig, tracking: Tracking, search: LatencySearch
-    ) -> None:
-        """Begin anew with a latency that is not known.
-
-        Args:
-            config: states its sigma.
-            tracking: likewise.
-            search: what is known of it.
-        """
-        self.reset()
-        self._config, self.tracking, self.latency = config, tracking, search
-
     def reset(self) -> None:
         """Drop all tracks."""
         self.tracking.reset()

@@ -4,7 +4,9 @@
 
 from __future__ import annotations
 
+import copy
 import math
+from collections import Counter
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
@@ -38,9 +40,15 @@ class LabelsTuning:
     `robots` lists them: they may have dived before the first image. Judged."""
     new_later: float = 0.1
     """The same in any later `tracks.coast_s` seconds, when few can still be submerged. Judged."""
+    most_boxes: int = 5000
+    """Number of boxes whose labels another tracker has told that are kept: 30 s of 15 images a
+    second with ten robots. Judged."""
 
 
 TUNING = LabelsTuning()
+
+Box = tuple[int, float, float]
+"""Stamp of an image, ns, and centre of a box in it, px."""
 
 
 @dataclass(frozen=True)
@@ -52,12 +60,14 @@ class ConfirmedTrack:
         stamp_ns: of the image, ns.
         position: (2,) East, North in `map`, m.
         covariance: (2, 2) of the position, the platform's share included, m².
+        boxes: that showed it so far.
     """
 
     class_id: str
     stamp_ns: int
     position: Array
     covariance: Array
+    boxes: tuple[Box, ...] = ()
 
 
 class Labels:
@@ -86,6 +96,27 @@ class Labels:
         self._names = LabelRegistry(frozenset(self._bindings), dict(saved.numbers), numbered)
         self._waiting = {robot.name: robot for robot in saved.robots}
         self._known: dict[str, SavedRobot | RobotEstimate] = dict(self._waiting)
+        self._told: dict[Box, str] = {}
+        self._followed: set[str] = set()
+
+    def beside(self) -> Labels:
+        """Return labels for another tracker of the same images; numbers are issued once for both.
+
+        It calls a robot as this tracker calls its boxes, see `tell`.
+        """
+        other = copy.copy(self)
+        other.go_own_way()
+        return other
+
+    def go_own_way(self) -> None:
+        """Share only the numbers with the labels that these were copied from."""
+        self._waiting, self._known, self._told = dict(self._waiting), dict(self._known), {}
+
+    def tell(self, boxes: dict[Box, str]) -> None:
+        """Note how another tracker calls the robots in some boxes."""
+        self._told.update(boxes)
+        for box in list(self._told)[: -TUNING.most_boxes]:
+            del self._told[box]
 
     def reconfigure(self, config: EstimatorConfig) -> None:
         """Use the speeds of another configuration's classes from now on."""
@@ -94,9 +125,11 @@ class Labels:
     def assign(self, sightings: list[ConfirmedTrack], local: LocalMap) -> list[str]:
         """Return a label for each robot confirmed in one image.
 
-        Saved labels take precedence over bound ones, and bound ones over numbers.
+        Labels that another tracker has told take precedence over saved ones, these over bound ones,
+        and bound ones over numbers.
         """
         given: dict[int, str] = {}
+        self._follow(sightings, given)
         self._take_up(sightings, given, local)
         self._bind(sightings, given, local)
         for i, sighting in enumerate(sightings):
@@ -153,6 +186,20 @@ class Labels:
             robots = tuple(replace(one, last_seen_ns=one.last_seen_ns - shift_ns) for one in robots)
         return SavedNames(robots, dict(self._names.numbers))
 
+    def _follow(self, sightings: list[ConfirmedTrack], given: dict[int, str]) -> None:
+        """Call robots as another tracker has called most of their boxes; each label once."""
+        if not self._told:
+            return
+        for i, sighting in enumerate(sightings):
+            names = Counter(self._told[box] for box in sighting.boxes if box in self._told)
+            if not names:
+                continue
+            ((name, _),) = names.most_common(1)
+            if name not in self._followed:
+                self._followed = {*self._followed, name}
+                self._waiting.pop(name, None)
+                given[i] = name
+
     def _take_up(
         self, sightings: list[ConfirmedTrack], given: dict[int, str], local: LocalMap
     ) -> None:
@@ -162,6 +209,7 @@ class Labels:
         latitude = np.array([robot.latitude for robot in waiting])
         longitude = np.array([robot.longitude for robot in waiting])
         spread, allowed = self._reach(waiting, sightings)
+        allowed[:, list(given)] = False
         offsets = _offsets(local.positions(latitude, longitude), sightings)
         squared, log_determinant = mahalanobis(offsets, spread)
         allowed &= squared <= self._threshold

@@ -211,4 +211,5 @@ class TrackConfirmation:
     def _confirmed_track(self, track: Track, row: int) -> ConfirmedTrack:
         mean, covariance = self._table.filter.moments()
         place = mean[row, :2], covariance[row, :2, :2]
-        return ConfirmedTrack(track.class_id, track.last_seen_ns, *place)
+        boxes = track.pending_boxes
+        return ConfirmedTrack(track.class_id, track.last_seen_ns, *place, boxes)

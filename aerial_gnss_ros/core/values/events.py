@@ -55,5 +55,10 @@ class Events:
 
     def drain(self) -> list[str]:
         """Return the sentences and clear them."""
-        taken, self.sentences = self.sentences, []
+        taken = self.sentences.copy()
+        self.sentences.clear()  # in place: another one may share them
         return taken
+
+    def join(self, other: Events) -> None:
+        """Forget everything, and say in another's name from now on."""
+        self.sentences, self.counts, self._told = other.sentences, other.counts, other._told

@@ -5,11 +5,14 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 import pytest
 
 from aerial_gnss_ros.core.config.estimator import estimator_config
+from aerial_gnss_ros.core.estimation import latency_doubt
 
 STATED = {
     "noise.gnss_offset_m": 0.02,
@@ -53,6 +56,16 @@ def test_a_latency_that_nobody_states_is_found(sea, late_s):
     assert abs(found.value - late_s) < 4.0 * found.sigma
     assert engine.happened["latency_doubted"] == 1
     assert any("the latency of the images is estimated" in str(one) for one in engine.events)
+    before, after = (
+        {
+            one.robot_id
+            for result in results
+            for one in result.estimates
+            if known is bool(latency(result))
+        }
+        for known in (False, True)
+    )
+    assert after <= before  # no robot gets a new label then
     ends = [result for result in results if result.estimates][-1].estimates
     truth = np.array([place(0.0) for place in ROBOTS.values()])
     for one in ends:
@@ -67,6 +80,46 @@ def test_the_configured_latency_is_kept_to_the_last_bit(sea):
         assert not engine.happened["latency_doubted"]
     assert flown[0]
     assert flown[0] == flown[1]
+
+
+def test_a_trial_leaves_positions_and_labels_as_they_are(sea, monkeypatch):
+    """The other latency is tried from the first image on, and never believed."""
+    tuning = replace(latency_doubt.TUNING, tried_nats=-50.0, dropped_nats=-60.0, doubted_nats=60.0)
+    flown = []
+    for find in (True, False):
+        engine = sea.estimator(STATED | {"camera.find_latency": find})
+        monkeypatch.setattr(latency_doubt, "TUNING", tuning)
+        flown.append(sea.play(engine, late_world(sea, 0.0), 8.0, images=5))
+        assert (engine._doubt is not None and engine._doubt.trial is not None) is find
+    tried, alone = flown
+    assert len(tried) == len(alone)
+    for one, other in zip(tried, alone, strict=True):
+        assert [(e.robot_id, *e.position) for e in one.estimates] == [
+            (e.robot_id, *e.position) for e in other.estimates
+        ]
+        assert one.rejections == other.rejections
+    wider = [e.sigma for e in tried[-1].estimates]
+    assert wider != [e.sigma for e in alone[-1].estimates]
+
+
+def test_what_surrounds_the_tracker_also_sees_the_other_latency(sea):
+    engine, seen = sea.estimator(STATED), []
+
+    def tapped(tracking):
+        update = tracking.update
+
+        def tap(frame, *given):
+            seen.append(frame.latency)
+            return update(frame, *given)
+
+        tracking.update = tap
+        return tracking
+
+    engine.wrap_tracking(tapped)
+    sea.play(engine, late_world(sea, 1.0), 18.0, images=5)
+    assert engine.happened["latency_doubted"] == 1
+    assert seen[0] is None
+    assert seen[-1] is not None
 
 
 def test_by_default_it_is_not_doubted(sea):
@@ -107,6 +160,31 @@ def test_telemetry_that_is_wrong_is_no_latency(sea, drone, wrong_deg):
     engine = sea.estimator(STATED)
     sea.play(engine, world, 16.0, images=5)
     assert not engine.happened["latency_doubted"]
+
+
+def test_pictures_that_jump_are_no_latency(sea):
+    """Boxes are off by 150 px for three seconds: what robots did then is not compared."""
+    world = late_world(sea, 0.0, lambda t: (2.0 * math.sin(0.3 * t), 0.0, 30.0))
+    frame = world.frame
+
+    def jumping(t):
+        shown = frame(t)
+        return replace(shown, centers=shown.centers + 150.0 * (8.0 < t < 11.0))
+
+    world.frame = jumping
+    engine = sea.estimator(STATED)
+    bank, anew = engine._doubt.search._bank, []
+    reset, update = bank.reset, bank.update
+    bank.reset = lambda: anew.append(None) or reset()
+    bank.update = lambda now, *given: seen.append((len(anew), now.stamp_ns)) or update(now, *given)
+    seen = []
+    sea.play(engine, world, 20.0, images=5)
+    assert not engine.happened["latency_doubted"]
+    times = [
+        (ns - seen[0][1]) * 1e-9 for (before, _), (after, ns) in pairwise(seen) if after > before
+    ]
+    begin_s = (sea.stamp(0.0) - seen[0][1]) * 1e-9
+    np.testing.assert_allclose(np.array(times) - begin_s, [8.0, 11.0], atol=0.5)
 
 
 def test_a_steady_camera_tells_nothing(sea):

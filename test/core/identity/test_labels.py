@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -45,6 +46,19 @@ def _identity(bindings=(), saved=(), log=None):
 
 def _seen(east, north, class_id="aqua", t=100):
     return ConfirmedTrack(class_id, t * SECOND, np.array([east, north]), np.eye(2) * 2.0)
+
+
+def test_another_tracker_of_the_same_boxes_gives_the_same_labels():
+    first = _identity(saved=[("aqua_1", (0.0, 0.0), 90)])
+    assert first.assign([_seen(0.0, 0.0), _seen(50.0, 0.0)], LOCAL) == ["aqua_1", "aqua_2"]
+    other = first.beside()
+    other.tell({(1, 5.0, 5.0): "aqua_2", (2, 6.0, 6.0): "aqua_2", (2, 9.0, 9.0): "aqua_1"})
+    one = replace(_seen(80.0, 9.0), boxes=((1, 5.0, 5.0), (2, 6.0, 6.0), (2, 9.0, 9.0)))
+    again = replace(_seen(90.0, 9.0), boxes=((2, 6.0, 6.0),))
+    assert other.assign([_seen(70.0, 0.0), one], LOCAL) == ["aqua_3", "aqua_2"]
+    assert other.assign([again], LOCAL) == ["aqua_4"]  # each label once
+    assert first.assign([_seen(99.0, 0.0)], LOCAL) == ["aqua_5"]  # and each number
+    assert {one.name for one in first.saved().robots} == {one.name for one in other.saved().robots}
 
 
 STARTS = (("leader", "aqua", (0.0, 0.0)), ("second", "Aqua", (12.0, 0.0)))

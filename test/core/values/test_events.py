@@ -27,3 +27,18 @@ def test_the_oldest_go_when_nobody_listens():
         log.add(str(number))
     reported = log.drain()
     assert (len(reported), reported[0], reported[-1]) == (MAX_KEPT, "2", str(MAX_KEPT + 1))
+
+
+def test_one_that_has_joined_another_speaks_in_its_name():
+    log, trial = Events(), Events()
+    log.warn_once("fix", "one")
+    trial.add("never")
+    trial.join(log)
+    trial.warn_once("fix", "never")
+    trial.add("two")
+    trial.counts["found"] += 1
+    assert log.drain() == ["one", "two"]
+    trial.add("three")
+    log.add("four")
+    assert trial.drain() == ["three", "four"]
+    assert log.counts["found"] == 1

@@ -1,0 +1,173 @@
+# Copyright 2026 aerial_gnss_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""The images a second time, with a latency that is not known: what if it is another one?
+
+While the odds are open, the configured latency's tracks go on and are published, and these run
+beside them on the same images. A doubt that turns out wrong is dropped, and nothing has changed;
+one that turns out right is published from the next image on. Robots keep their labels: the same box
+shows the same robot to both.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from aerial_gnss_ros.core.config.estimator import EstimatorConfig
+from aerial_gnss_ros.core.estimation.pipeline import Pipeline
+from aerial_gnss_ros.core.filter.latency_search import LatencySearch
+from aerial_gnss_ros.core.identity.labels import Box, Labels
+from aerial_gnss_ros.core.telemetry.buffers import TelemetryBuffers
+from aerial_gnss_ros.core.telemetry.map_origin import MapOrigin
+from aerial_gnss_ros.core.telemetry.scene import MissingTelemetry
+from aerial_gnss_ros.core.tracker.box_account import Settled
+from aerial_gnss_ros.core.tracker.tracker import Tracker
+from aerial_gnss_ros.core.values.detection_frame import DetectionFrame
+from aerial_gnss_ros.core.values.estimates import FrameResult, RobotEstimate
+from aerial_gnss_ros.core.values.events import Events
+from aerial_gnss_ros.core.values.rejection import Rejection
+
+
+@dataclass(frozen=True)
+class LatencyTrialTuning:
+    """Chosen numbers of this module, with their units and where they come from."""
+
+    memory: float = 0.9
+    """Weight of an image in the balance of measured robots, of the next one's. Judged."""
+    most_waiting: int = 1000
+    """Greatest number of images that wait for telemetry. Judged."""
+    kept_ns: int = 10_000_000_000
+    """How long published positions are compared with those of this trial, ns. Judged."""
+
+
+TUNING = LatencyTrialTuning()
+
+
+class LatencyTrial:
+    """Tracks robots with a latency that is not known.
+
+    Args:
+        config: states its sigma.
+        inputs: telemetry buffers.
+        origin: of `map`.
+        labels: of the robots that are published.
+        search: what is known of the latency.
+
+    Attributes:
+        pipeline: that of this latency.
+        identity: labels of its robots.
+        log: what it would say.
+        waiting: images that it has not taken yet.
+        balance: mean number of robots that its images measure beyond those of the configured
+            latency.
+    """
+
+    def __init__(
+        self,
+        config: EstimatorConfig,
+        inputs: TelemetryBuffers,
+        origin: MapOrigin,
+        labels: Labels,
+        search: LatencySearch,
+    ) -> None:
+        self._inputs = inputs
+        self.log = Events()
+        self.identity = labels.beside()
+        tracking = Tracker(config, self.identity, self.log)
+        self.pipeline = Pipeline(config, inputs, tracking, origin, self.log)
+        self.pipeline.latency = search
+        self.waiting: deque[tuple[DetectionFrame, int]] = deque()
+        self.balance = 0.0
+        self._published: dict[str, deque[RobotEstimate]] = {}
+        self._apart: dict[str, RobotEstimate] = {}
+        self._refused: set[Box] = set()
+
+    def add(
+        self, frame: DetectionFrame, result: FrameResult, measured: dict[str, int] | None
+    ) -> None:
+        """Take in an image after the configured latency has.
+
+        Args:
+            frame: its boxes.
+            result: what is published of it.
+            measured: the box of each labelled robot; None: it had no pose.
+        """
+        boxes = frame.centers.tolist()
+        self.identity.tell(
+            {(frame.stamp_ns, *boxes[i]): name for name, i in (measured or {}).items()}
+        )
+        for one in result.estimates:
+            kept = self._published.setdefault(one.robot_id, deque())
+            kept.append(one)
+            while frame.stamp_ns - kept[0].stamp_ns > TUNING.kept_ns:
+                kept.popleft()
+        self.waiting.append((frame, len(measured or {})))
+        while self.waiting and self._take(*self.waiting[0]):
+            self.waiting.popleft()
+
+    def learn(self, search: LatencySearch) -> None:
+        """Go on with another search if that knows the latency better."""
+        own, other = self.pipeline.latency.found, search.found
+        if own is not None and other is not None and other[1] < own[1]:
+            self.pipeline.latency = search
+
+    def settled(self, boxes: Settled) -> Settled:
+        """Return the decision on boxes that were pending: what the trial has not refused is used.
+
+        Args:
+            boxes: what the configured latency's tracker has decided on ending.
+        """
+        refused = tuple(one for one in boxes.refused if _box(one) in self._refused)
+        return Settled(boxes.used + len(boxes.refused) - len(refused), refused)
+
+    def covered(self, result: FrameResult, probability: float) -> FrameResult:
+        """Return a published result whose covariances contain this trial's positions.
+
+        They are the second moments of the mixture of both about the published mean.
+
+        Args:
+            result: by the configured latency.
+            probability: of another latency.
+        """
+        estimates = []
+        for one in result.estimates:
+            other = self._apart.get(one.robot_id)
+            then = None if other is None else self._then(other)
+            if other is None or then is None:
+                estimates.append(one)
+                continue
+            off = np.concatenate([other.position - then.position, other.velocity - then.velocity])
+            spread = other.covariance + np.outer(off, off)
+            mixed = (1.0 - probability) * one.covariance + probability * spread
+            estimates.append(replace(one, covariance=mixed))
+        return replace(result, estimates=tuple(estimates))
+
+    def _then(self, other: RobotEstimate) -> RobotEstimate | None:
+        """Return what was published of a robot at the time of this trial's estimate."""
+        same = (
+            one for one in self._published.get(other.robot_id, ()) if one.stamp_ns == other.stamp_ns
+        )
+        return next(same, None)
+
+    def _take(self, frame: DetectionFrame, known: int) -> bool:
+        """Process an image; return False while telemetry of its scene may still come."""
+        scene_ns = frame.stamp_ns - self.pipeline.latency.scene_ns
+        samples = self._inputs.at(scene_ns)
+        late = len(self.waiting) > TUNING.most_waiting
+        if isinstance(samples, MissingTelemetry) and samples.can_arrive and not late:
+            return False
+        result = self.pipeline.result(frame, samples)
+        self.pipeline.tracking.check()
+        self._apart = {one.robot_id: one for one in result.estimates}
+        self._refused.update(map(_box, (*result.rejections, *result.late)))
+        seen = self.pipeline.measured
+        if seen is not None and seen[0].detections.stamp_ns == frame.stamp_ns:
+            more = len(seen[1]) - known
+            self.balance = TUNING.memory * self.balance + (1.0 - TUNING.memory) * more
+        return True
+
+
+def _box(refused: Rejection) -> Box:
+    return refused.stamp_ns, refused.u_px, refused.v_px

@@ -1,0 +1,97 @@
+# Copyright 2026 aerial_gnss_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""What a trial of another latency does to what is published meanwhile, and to pending boxes."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from aerial_gnss_ros.core.config.estimator import estimator_config
+from aerial_gnss_ros.core.estimation.latency_trial import LatencyTrial
+from aerial_gnss_ros.core.filter.latency_search import LatencySearch
+from aerial_gnss_ros.core.identity.labels import Labels
+from aerial_gnss_ros.core.telemetry.buffers import TelemetryBuffers
+from aerial_gnss_ros.core.telemetry.map_origin import MapOrigin
+from aerial_gnss_ros.core.tracker.box_account import Settled
+from aerial_gnss_ros.core.values.estimates import FrameResult, RobotEstimate, State
+from aerial_gnss_ros.core.values.events import Events
+from aerial_gnss_ros.core.values.rejection import Reason, Rejection
+
+SECOND = 1_000_000_000
+
+
+def estimate(stamp_ns, east, covariance, name="aqua_1"):
+    place = np.array([east, 5.0])
+    return RobotEstimate(
+        stamp_ns, name, "aqua", State.CONFIRMED, 0.2, -1.0, 0.0, place, np.zeros(2),
+        covariance * np.eye(4), stamp_ns,
+    )  # fmt: skip
+
+
+def result(stamp_ns, *estimates, refused=()):
+    return FrameResult(stamp_ns, "camera", estimates, refused, None)
+
+
+@pytest.fixture
+def trial(sea):
+    """Return a trial whose images give what its list of results says."""
+    config = estimator_config({**sea.origin, "noise.latency_s": 1.0})
+    inputs = TelemetryBuffers(config)
+    found = LatencyTrial(
+        config,
+        inputs,
+        MapOrigin(config, None, Events()),
+        Labels(config),
+        LatencySearch(config, inputs),
+    )
+    found.gives = []
+    found._inputs = SimpleNamespace(at=lambda _ns: None)
+    found.pipeline = SimpleNamespace(
+        result=lambda _frame, _samples: found.gives.pop(0),
+        latency=SimpleNamespace(scene_ns=0),
+        tracking=SimpleNamespace(check=lambda: None),
+        measured=None,
+    )
+    return found
+
+
+def test_published_covariances_contain_the_other_position(sea, trial):
+    now = sea.stamp(1.0)
+    published = result(now, estimate(now, 10.0, 1.0), estimate(now, 30.0, 1.0, "aqua_2"))
+    trial.gives = [result(now, estimate(now, 14.0, 3.0))]
+    trial.add(sea.boxes(1.0, [[640.0, 360.0]]), published, {"aqua_1": 0})
+    covered = trial.covered(published, 0.25)
+    one, other = covered.estimates
+    assert one.position[0] == 10.0  # the configured latency's positions stay
+    assert one.covariance[0, 0] == pytest.approx(0.75 * 1.0 + 0.25 * (3.0 + 4.0**2))
+    assert one.covariance[1, 1] == pytest.approx(0.75 * 1.0 + 0.25 * 3.0)
+    np.testing.assert_array_equal(other.covariance, np.eye(4))  # unknown to the trial
+
+
+def test_positions_of_different_times_are_not_compared(sea, trial):
+    then, now = sea.stamp(1.0), sea.stamp(2.0)
+    trial.gives = [result(then, estimate(then, 14.0, 3.0))]
+    trial.add(sea.boxes(2.0, []), result(now, estimate(now, 10.0, 1.0)), None)
+    published = result(now, estimate(now, 10.0, 1.0))
+    assert trial.covered(published, 0.25).estimates[0].covariance[0, 0] == 1.0
+
+
+def test_a_pending_box_is_refused_if_the_trial_refuses_it_too(sea, trial):
+    now = sea.stamp(1.0)
+    boxes = [Rejection(now, Reason.UNCONFIRMED, u, 5.0) for u in (1.0, 2.0, 3.0)]
+    trial.gives = [result(now, refused=(Rejection(now, Reason.GATED, 2.0, 5.0),))]
+    trial.add(sea.boxes(1.0, []), result(now), {})
+    assert trial.settled(Settled(4, tuple(boxes))) == Settled(6, (boxes[1],))
+
+
+def test_the_better_known_latency_is_gone_on_with(trial):
+    own = trial.pipeline.latency
+    own.found = (1.0, 0.1)
+    trial.learn(SimpleNamespace(found=(1.1, 0.2)))
+    assert trial.pipeline.latency is own
+    better = SimpleNamespace(found=(1.1, 0.05))
+    trial.learn(better)
+    assert trial.pipeline.latency is better
