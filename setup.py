@@ -65,6 +65,10 @@ EXTRAS = {
     "blender": ['bpy>=5.0,<5.1; python_version == "3.11"'],
     "mavlink": ["pymavlink>=2.4.41"],  # aerial-gnss stream --mavlink, --gps-input
     "ais": ["pyais>=3.3"],  # aerial-gnss stream --ais
+    "training": [
+        "torch>=2.2",
+        "onnx>=1.15",
+    ],  # aerial-gnss teach, second looks: BSD-3-Clause, Apache-2.0
     "ultralytics": ["ultralytics>=8.3", "onnx>=1.15"],  # AGPL-3.0: training, .pt and .engine models
     "mesh": ["trimesh>=4.5"],  # aerial-gnss simulate --robot-model FILE
     "identity": ["motmetrics>=1.4"],  # IDF1 and identity switches in `aerial-gnss evaluate`

@@ -9,6 +9,10 @@ are sure; unsure ones would be asked about.
 
 python benchmarks/teach.py IMAGES --labels labels.csv --kind swimmer --first 31
 python benchmarks/teach.py FLIGHT_BAG
+
+With --train a detector is trained on these labels, and scored on --score: another flight of the
+same robots, or (with --labels) the images that are not among the first. Every box on no robot is
+false, two on one robot count once.
 """
 
 from __future__ import annotations
@@ -20,7 +24,9 @@ import tempfile
 import time
 from collections import Counter
 from collections.abc import Sequence
-from dataclasses import dataclass
+from contextlib import nullcontext
+from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -31,16 +37,23 @@ from aerial_gnss_ros.bags.reader import open_bag
 from aerial_gnss_ros.core.config.estimator import EstimatorConfig
 from aerial_gnss_ros.core.values.errors import InputError
 from aerial_gnss_ros.detection.config import DetectorConfig
+from aerial_gnss_ros.detection.images import read_image
+from aerial_gnss_ros.detection.select import load_detector
 from aerial_gnss_ros.teaching.clicks import Click
+from aerial_gnss_ros.teaching.dataset import write_dataset
+from aerial_gnss_ros.teaching.learning import NETWORK, Plan, learn
 from aerial_gnss_ros.teaching.recording import Recording, extract
 from aerial_gnss_ros.teaching.session import Session
 from aerial_gnss_ros.teaching.telemetry import bag_views
 from aerial_gnss_ros.teaching.tracks import Sight, overlap
 from aerial_gnss_ros.text.json_text import parse_json
+from aerial_gnss_ros.training.labelled import LabelledImage, Truth
+from aerial_gnss_ros.training.labelled_bag import read_bag
 from aerial_gnss_ros.training.picture_labels import PictureLabels
+from aerial_gnss_ros.training.score import match
 
 Array = NDArray[np.float64]
-Truth = list[list[tuple[str, Array, str]]]
+Labels = list[list[tuple[str, Array, str]]]
 """Class, box (centre, size) and robot (empty: unknown) of each label, by frame."""
 RIGHT_IOU, RIGHT_PX = 0.5, 8.0
 COVERED_IOU = 0.1
@@ -78,6 +91,8 @@ def main() -> None:
     parser.add_argument("--first", type=int, help="only so many images from the start")
     parser.add_argument("--last", type=int, help="only so many images at the end")
     parser.add_argument("--blind", action="store_true", help="without telemetry")
+    parser.add_argument("--train", action="store_true", help="train a detector and score it")
+    parser.add_argument("--score", type=Path, metavar="FLIGHT_BAG", help="flight to score on")
     parser.add_argument("--clicks", type=Path, metavar="JSON", help="write the clicks that it made")
     args = parser.parse_args()
     with tempfile.TemporaryDirectory() as name:
@@ -94,6 +109,51 @@ def main() -> None:
         clicks = _teach(session, truth)
         if args.clicks is not None:
             args.clicks.write_text(json.dumps({"marks": clicks}, indent=1), encoding="utf-8")
+        if args.train:
+            _train(args, session, folder)
+
+
+def _train(args: argparse.Namespace, session: Session, folder: Path) -> None:
+    """Train, and print scores on images that were neither labelled nor learnt from."""
+    began, used = time.perf_counter(), time.process_time()
+    write_dataset(session, folder)
+    learnt = learn(folder, Plan(threads=1), lambda *_args: nullcontext(lambda _done: None))
+    print(f"trained on {learnt.boxes} boxes in {time.perf_counter() - began:.0f} s, "
+          f"{time.process_time() - used:.0f} s of one core; on {learnt.robots} labels kept aside "
+          f"precision {learnt.precision:.3f}, recall {learnt.recall:.3f}, threshold "
+          f"{learnt.threshold:g}")  # fmt: skip
+    config = DetectorConfig(
+        model="anomaly", second_look=str(folder / NETWORK), score_threshold=learnt.threshold
+    )
+    detector, images = load_detector(config), _unseen(args)
+    found = [(detector.detect(image.read()), image.truth) for image in images]
+    for least in (0.5, 0.3):  # a flight's truth knows one class
+        hits = boxes = labels = 0
+        for boxes_found, truth in found:
+            matched = match(
+                replace(boxes_found, class_ids=np.zeros(len(boxes_found), np.int64)), truth, least
+            )
+            hits += int((matched.robot >= 0).sum())
+            boxes += int((matched.robot >= -1).sum())
+            labels += int(truth.counted.sum())
+        print(f"on {len(found)} unseen images, IoU {least}: {labels} labels, precision "
+              f"{hits / max(1, boxes):.3f}, recall {hits / max(1, labels):.3f}")  # fmt: skip
+
+
+def _unseen(args: argparse.Namespace) -> list[LabelledImage]:
+    if args.score is not None:
+        return list(read_bag(args.score))
+    files = sorted(f for f in args.recording.iterdir() if f.suffix.lower() in IMAGE_ENDINGS)
+    table = PictureLabels(args.labels, ())
+    made = []
+    for file in files[args.first :]:
+        own = table.of(file.name, (0, 0))
+        corners = own.corners[[kind == args.kind for kind in own.classes]]
+        count = len(corners)
+        truth = Truth(corners, np.ones(count, bool), np.ones(count), np.ones(count),
+                      np.zeros(count, np.int64))  # fmt: skip
+        made.append(LabelledImage(file.name, truth, partial(read_image, file)))
+    return made
 
 
 def _extract(args: argparse.Namespace, name: Path, folder: Path) -> None:
@@ -114,9 +174,9 @@ def _extract(args: argparse.Namespace, name: Path, folder: Path) -> None:
     extract(open_pictures(source), folder, 5000, views, lambda _done: None)
 
 
-def _labels(args: argparse.Namespace, recording: Recording) -> Truth:
+def _labels(args: argparse.Namespace, recording: Recording) -> Labels:
     table = PictureLabels(args.labels, ())
-    truth: Truth = []
+    truth: Labels = []
     for name in recording.names:
         own = table.of(name, recording.size)
         if own is None:
@@ -129,7 +189,7 @@ def _labels(args: argparse.Namespace, recording: Recording) -> Truth:
     return truth
 
 
-def _bag_truth(path: Path, recording: Recording) -> Truth:
+def _bag_truth(path: Path, recording: Recording) -> Labels:
     found: dict[str, list[tuple[str, Array, str]]] = {}
     with open_bag([path]) as bag:
         topics = {name for name in bag.topics if name.endswith("truth/labels")}
@@ -152,7 +212,7 @@ def _bag_truth(path: Path, recording: Recording) -> Truth:
     return [found.get(name, []) for name in recording.names]
 
 
-def _teach(session: Session, truth: Truth) -> list[dict]:
+def _teach(session: Session, truth: Labels) -> list[dict]:
     made, robots, refused = [], Counter(), set()
     for clicks in range(MOST_CLICKS + 1):
         count, missed = _compare(session, truth)
@@ -184,7 +244,7 @@ def _teach(session: Session, truth: Truth) -> list[dict]:
     return made
 
 
-def _compare(session: Session, truth: Truth) -> tuple[Count, list[tuple[int, int]]]:
+def _compare(session: Session, truth: Labels) -> tuple[Count, list[tuple[int, int]]]:
     count, missed = Count(), []
     for frame, labels in enumerate(truth):
         boxes = {r: of[frame] for r, of in session.tracks.items() if frame in of}

@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""`aerial-gnss teach`: labels of a whole recording from a few clicks, for a detector of one's own.
+"""`aerial-gnss teach`: from a few clicks to labels of a whole recording and a detector.
 
 The folder that it writes keeps frames and marks: started again with it, the work goes on.
 """
@@ -22,10 +22,11 @@ from aerial_gnss_ros.commands.configuration import Configuration, configuration
 from aerial_gnss_ros.commands.configuration import add_arguments as add_configuration
 from aerial_gnss_ros.commands.ending import ended_cleanly
 from aerial_gnss_ros.commands.progress import progress
-from aerial_gnss_ros.core.values.errors import ConfigError, InputError
+from aerial_gnss_ros.core.values.errors import ConfigError, InputError, ModelError
 from aerial_gnss_ros.teaching.clicks import read_clicks
 from aerial_gnss_ros.teaching.dataset import FEW, FOLDER, Written, write_dataset
 from aerial_gnss_ros.teaching.geometry import View
+from aerial_gnss_ros.teaching.learning import NETWORK, PARAMETERS, Learnt, Plan, learn, parameters
 from aerial_gnss_ros.teaching.project import FILE
 from aerial_gnss_ros.teaching.recording import FOLDER as FRAMES
 from aerial_gnss_ros.teaching.recording import Recording, extract
@@ -72,6 +73,18 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--port", type=int, default=PORT, metavar="N",
         help="TCP port of the page (%(default)s; 0: any free)",
     )  # fmt: skip
+    parser.add_argument(
+        "--no-train", action="store_true", help="write the data set, and train no detector on it"
+    )
+    parser.add_argument(
+        "--water", type=Path, metavar="FOLDER",
+        help="images of water without any robot: robots are pasted on them, too, and what floats "
+        "there is none",
+    )  # fmt: skip
+    parser.add_argument(
+        "--threads", type=int, default=0, metavar="N",
+        help="processor threads of the training (default 0: one for each core)",
+    )  # fmt: skip
     parser.add_argument("--undo", action="store_true", help="take back the last mark first")
     parser.add_argument("--json", action="store_true", help="print the summary as JSON")
     add_configuration(parser)
@@ -81,6 +94,8 @@ def run(args: argparse.Namespace) -> int:
     """Label a recording."""
     if not 0 <= args.port <= 65535:
         raise ConfigError(f"--port must be 0 to 65535, not {args.port}.")
+    if not 0 <= args.threads <= 256:
+        raise ConfigError(f"--threads must lie within 0 to 256, not {args.threads}.")
     if not 2 <= args.frames <= 5000:
         raise ConfigError(f"--frames must lie within 2 to 5000, not {args.frames}.")
     with ended_cleanly():
@@ -111,18 +126,66 @@ def run(args: argparse.Namespace) -> int:
                 "JSON (see aerial-gnss teach --help)."
             )
         written = write_dataset(session, args.output)
+        if not args.json:
+            print("\n".join(_as_text(args.output, session, written)))
+        learnt = _learn(args, written)
     if args.json:
-        print(json.dumps(_as_dict(args.output, session, written), indent=2))
-    else:
-        print("\n".join(_as_text(args.output, session, written)))
+        print(json.dumps({**_as_dict(args.output, session, written), **_figures(learnt)}, indent=2))
+    elif learnt is not None:
+        print("\n".join(_advice(args.output, learnt)))
     return 0
+
+
+def _learn(args: argparse.Namespace, written: Written) -> Learnt | None:
+    """Train a detector; None, with the reason said, if that is not wanted or not possible."""
+    if args.no_train or sum(written.boxes.values()) < FEW:
+        return None
+    try:
+        return learn(args.output, Plan(args.water, threads=args.threads), progress)
+    except (InputError, ModelError) as error:
+        print(f"no detector: {error}", file=sys.stderr)
+        return None
+
+
+def _figures(learnt: Learnt | None) -> dict[str, Any]:
+    if learnt is None:
+        return {}
+    figures = {
+        "threshold": learnt.threshold, "precision": round(learnt.precision, 4),
+        "recall": round(learnt.recall, 4), "images": learnt.images, "robots": learnt.robots,
+        "training_s": learnt.training_s, "image_ms": learnt.image_ms,
+    }  # fmt: skip
+    return {"detector": figures}
+
+
+def _advice(output: Path, learnt: Learnt) -> list[str]:
+    score = "the part kept aside has no labels, so nothing is known about its quality"
+    if learnt.robots:
+        score = (
+            f"on the {counted(learnt.images, 'image')} kept aside, with "
+            f"{counted(learnt.robots, 'label')}: precision {learnt.precision:.3f}, recall "
+            f"{learnt.recall:.3f}"
+        )
+    return [
+        (
+            f"{output / NETWORK}: trained in {learnt.training_s:.0f} s on "
+            f"{counted(learnt.boxes, 'box')}, {learnt.image_ms:.0f} ms an image"
+        ),
+        f"  {score}",
+        f"put into detector.yaml (or give --params {output / PARAMETERS}):",
+        parameters(output, learnt).rstrip(),
+    ]
 
 
 def _page(args: argparse.Namespace, session: Session) -> None:
     """Serve the page to this computer until a signal."""
 
     def write(now: Session) -> str:
-        return "\n".join(_as_text(args.output, now, write_dataset(now, args.output)))
+        written = write_dataset(now, args.output)
+        lines = _as_text(args.output, now, written)
+        if sum(written.boxes.values()) >= FEW and not args.no_train:
+            lines.append("Ctrl-C in the terminal ends this page and trains a detector on it.")
+        return "\n".join(lines)
 
     def began(url: str) -> None:
         print(f"open {url} in a browser; Ctrl-C ends and writes the data set.", file=sys.stderr)
@@ -190,10 +253,6 @@ def _as_text(output: Path, session: Session, written: Written) -> list[str]:
         lines.append(
             f"{counted(boxes, 'box')} are too few to train on; mark more frames, until there are "
             f"{FEW} at the least."
-        )
-    else:
-        lines.append(
-            f"next: aerial-gnss train {output / FOLDER} -o {output / 'run'} (extra [ultralytics])"
         )
     return lines
 

@@ -122,7 +122,8 @@ class DetectorConfig:
         "auto",
         "A small network that rescores uncertain boxes from an enlarged crop with more context: "
         "fewer false boxes, for about half a millisecond each. auto: MODEL_second_look.onnx beside "
-        "the model, if it exists. off: none. Or the path of one.",
+        "the model, if it exists. off: none. Or the path of one. With the model anomaly: what "
+        "aerial-gnss teach has trained; it names the classes.",
     )
     class_names: tuple[str, ...] = key(
         (),

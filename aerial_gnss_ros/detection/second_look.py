@@ -67,16 +67,23 @@ class SecondLook:
         return judged
 
     def run(self, shown: NDArray[np.uint8], traits: NDArray[np.float32]) -> NDArray[np.float64]:
-        """Return the network's scores (n,) of views and traits.
+        """Return the network's scores (n,) of views and traits; (n, k) if it has k classes.
 
         Raises:
-            ModelError: the runtime failed.
+            ModelError: the runtime failed, or the file has another number of classes than it says.
         """
         try:
             (found,) = self._session.run([OUTPUT], dict(zip(INPUTS, (shown, traits), strict=True)))
         except Exception as error:  # ONNX Runtime has no common error
             raise ModelError(f"the second look failed: {error}") from error
-        return np.asarray(found, dtype=np.float64).reshape(len(shown))
+        scores = np.asarray(found, dtype=np.float64)
+        classes = self.terms.class_names
+        if scores.shape != ((len(shown), len(classes)) if classes else (len(shown),)):
+            raise ModelError(
+                f"{self.name} gives scores of the shape {scores.shape} for {len(shown)} boxes and "
+                f"{len(classes)} classes; train it again."
+            )
+        return scores
 
 
 def words(detector: Detector, second: SecondLook | None) -> str:

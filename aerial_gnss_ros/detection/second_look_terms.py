@@ -17,7 +17,6 @@ from aerial_gnss_ros.text.json_text import parse_json
 METADATA = "second_look"
 INPUTS, OUTPUT = ("views", "traits"), "scores"
 ODDS_UNIT = 3.0  # scale of log odds, as given to the network
-_MOST = 32  # greatest number of boxes of an image; each costs about half a millisecond
 
 
 @dataclass(frozen=True)
@@ -31,6 +30,9 @@ class Terms:
         least: shortest side of the near view in the image, px.
         from_score: boxes below are not rescored, and so not reported.
         to_score: boxes above keep their score.
+        most: greatest number of boxes of an image; each costs about half a millisecond.
+        class_names: of a network that gives a score for each class; empty: one score, and the
+            detector's class.
     """
 
     side: int = 64
@@ -39,6 +41,8 @@ class Terms:
     least: float = 30.0
     from_score: float = 0.03
     to_score: float = 0.8
+    most: int = 32
+    class_names: tuple[str, ...] = ()
 
     @classmethod
     def read(cls, metadata: Mapping[str, str], where: str) -> Terms:
@@ -50,7 +54,9 @@ class Terms:
         try:
             stored = cls(**parse_json(metadata[METADATA]))
             stored.check()
-            stored = replace(stored, side=int(stored.side))
+            stored = replace(
+                stored, side=int(stored.side), class_names=tuple(map(str, stored.class_names))
+            )
         except (KeyError, TypeError, ValueError, OverflowError) as error:
             raise ModelError(
                 f"{where} is not a network for the second look; give one that "
@@ -67,6 +73,8 @@ class Terms:
             and 0.0 < self.near <= self.wide <= 100.0
             and 0.0 <= self.least <= 10_000.0
             and 0.0 <= self.from_score <= self.to_score <= 1.0
+            and 1 <= self.most <= 10_000
+            and isinstance(self.class_names, tuple | list)
         ):
             raise ValueError(self.text[:200])
 
@@ -78,7 +86,7 @@ class Terms:
     def doubtful(self, scores: NDArray[np.float64]) -> NDArray[np.int64]:
         """Return the indices of the boxes to rescore, from scores with the best first."""
         within = (scores >= self.from_score) & (scores < self.to_score)
-        return np.flatnonzero(within)[:_MOST]
+        return np.flatnonzero(within)[: self.most]
 
 
 def log_odds(scores: NDArray[np.float64] | float) -> NDArray[np.float64]:

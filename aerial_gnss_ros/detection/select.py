@@ -17,6 +17,7 @@ from aerial_gnss_ros.detection.engine_card import engine_of
 from aerial_gnss_ros.detection.network import NetworkDetector
 from aerial_gnss_ros.detection.search import searching
 from aerial_gnss_ros.detection.second_look import SecondLook
+from aerial_gnss_ros.detection.taught import TaughtDetector
 
 AUTO, OFF = "auto", "off"
 SECOND_LOOK_SUFFIX = "_second_look.onnx"
@@ -37,14 +38,20 @@ def load_detector(config: DetectorConfig) -> Detector:
     Raises:
         ConfigError: a back end that cannot read the model, a .pt file without consent, or a search
             mode that the model anomaly does not have.
-        ModelError: the model is missing, is not a model, has another input or output, or a fixed
-            input size that `search.mode` excludes.
+        ModelError: the model is missing, is not a model, has another input or output, a fixed
+            input size that `search.mode` excludes, or a second look that was trained on boxes of
+            another detector.
     """
-    if config.model == ANOMALY:
-        return AnomalyDetector(config)
     second = second_look(config)
+    if config.model == ANOMALY:
+        return AnomalyDetector(config) if second is None else TaughtDetector(config, second)
     if second is None:
         return searching(_load(config), config)
+    if second.terms.class_names:
+        raise ModelError(
+            f"{second.name} was taught with the model {ANOMALY} and judges its boxes only; set "
+            f"model to {ANOMALY}."
+        )
     least = min(config.score_threshold, second.terms.from_score)
     return searching(_load(replace(config, score_threshold=least)), config, second)
 
@@ -55,7 +62,7 @@ def second_look(config: DetectorConfig) -> SecondLook | None:
     Raises:
         ModelError: the configured one is missing or invalid.
     """
-    if config.second_look == OFF:
+    if config.second_look == OFF or (config.model, config.second_look) == (ANOMALY, AUTO):
         return None
     if config.second_look != AUTO:
         return SecondLook(find_model(config.second_look, "the second look"), config.threads)

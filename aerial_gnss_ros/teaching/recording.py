@@ -18,9 +18,10 @@ from aerial_gnss_ros.bags.pictures import Source
 from aerial_gnss_ros.core.values.errors import InputError
 from aerial_gnss_ros.detection.base import Image
 from aerial_gnss_ros.detection.images import read_image, write_jpeg
+from aerial_gnss_ros.detection.outline import outlined
 from aerial_gnss_ros.teaching.alignment import Transform, align, small
 from aerial_gnss_ros.teaching.geometry import View, moved, view_of
-from aerial_gnss_ros.teaching.proposals import Proposals, Proposer, clutter, looks, outlined
+from aerial_gnss_ros.teaching.proposals import Proposals, Proposer, clutter, looks
 
 Array = NDArray[np.float64]
 

@@ -7,6 +7,7 @@ from __future__ import annotations
 import math
 import warnings
 from collections.abc import Callable
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -39,8 +40,6 @@ _EASY = (
 _SOFT = 0.01  # labels of 0.01 and 0.99: a few are wrong
 _REPORTED_EVERY = 500
 _NOISY, _NOISE = 0.5, 0.03  # share of the views with more noise, its greatest standard deviation
-_GREYED = 0.4  # share of the views whose colours are faded
-_EXCHANGED = 0.3  # share of the views whose colours are exchanged
 _MEASURED = 2048  # boxes on which normalisations are restored
 _WIDTHS = (24, 32, 64, 96)
 _HIDDEN = 64
@@ -51,25 +50,45 @@ _WAYS = np.array([
 """A square's rotations and reflections; the odd ones exchange height and width."""
 
 
-class Network(nn.Module):  # type: ignore[misc]  # torch is optional
-    """Views (n, 6, side, side) and traits (n, 3) to log odds (n,)."""
+@dataclass(frozen=True)
+class Variation:
+    """How much the colours of views are varied.
 
-    def __init__(self) -> None:
+    Attributes:
+        greyed: share of the views whose colours are faded.
+        exchanged: share of the views whose colours are exchanged: what is no robot may have any
+            colour. Not for robots that are known by theirs.
+    """
+
+    greyed: float = 0.4
+    exchanged: float = 0.3
+
+
+class Network(nn.Module):  # type: ignore[misc]  # torch is optional
+    """Views (n, 6, side, side) and traits (n, 3) to log odds: (n,), or (n, classes).
+
+    Args:
+        classes: number of classes that it tells apart; 0: it says only whether a box fits.
+    """
+
+    def __init__(self, classes: int = 0) -> None:
         super().__init__()
+        self.classes = classes
         first, second, third, fourth = _WIDTHS
         self.body = nn.Sequential(
             _halved(6, first), _halved(first, second), _Residual(second), _halved(second, third),
             _Residual(third), _halved(third, fourth), _Residual(fourth),
         )  # fmt: skip
         self.head = nn.Sequential(
-            nn.Linear(2 * fourth + 3, _HIDDEN), nn.SiLU(), nn.Linear(_HIDDEN, 1)
+            nn.Linear(2 * fourth + 3, _HIDDEN), nn.SiLU(), nn.Linear(_HIDDEN, max(1, classes))
         )
 
     def forward(self, views: Any, traits: Any) -> Any:
         """Return log odds that a box fits a robot."""
         seen = self.body(views)
         features = torch.cat([seen.mean((2, 3)), seen.amax((2, 3)), traits], 1)
-        return self.head(features)[:, 0]
+        odds = self.head(features)
+        return odds if self.classes else odds[:, 0]
 
 
 class _Residual(nn.Module):  # type: ignore[misc]
@@ -102,6 +121,7 @@ class _FromBytes(nn.Module):  # type: ignore[misc]
         values = _scaled(views.permute(0, 3, 1, 2).float() / 255.0)
         odds = self.share.weight * self.network(values, traits)
         first = (1.0 - self.share.weight) * ODDS_UNIT * traits[:, 0]
+        first = first[:, None] if self.network.classes else first
         return torch.sigmoid(odds + first + self.share.shift)
 
 
@@ -135,43 +155,106 @@ def fit(
     """
     if threads:
         torch.set_num_threads(threads)
-    torch.manual_seed(seed)
-    rng = np.random.default_rng(seed)
-    network = Network()
-    if start is not None:
-        fill(network, start)
-        _restore_normalisation(network, proposals, terms, rng)
-        network.train()
-    network.to(memory_format=torch.channels_last)
-    optimizer = torch.optim.AdamW(network.parameters(), lr=_RATE, weight_decay=_DECAY)
-    mean = {name: value.clone() for name, value in network.state_dict().items()}
-    chances, losses = drawing(proposals), []
-    first = _RATE if start is None else _FURTHER_RATE
+    fitting = Fitting(proposals, terms, steps, seed, start=start)
+    losses = []
     for step in range(steps):
-        rate = (
-            first * min(1.0, (step + 1) / _WARM_UP) * 0.5 * (1 + math.cos(math.pi * step / steps))
+        losses.append(fitting.advance())
+        if report is not None and (step + 1) % _REPORTED_EVERY == 0:
+            report(step + 1, float(np.mean(losses[-_REPORTED_EVERY:])))
+    return fitting.averaged()
+
+
+class Fitting:
+    """A training, step by step, which can be stored and gone on with.
+
+    Args:
+        proposals: as for `fit`.
+        terms: of the look.
+        steps: planned; the learning rate falls over them.
+        seed: as for `fit`.
+        wanted: (n, k) 1 where a proposal is of a class, else 0; None: one output, `is_robot`.
+        variation: of the views.
+        start: as for `fit`.
+    """
+
+    def __init__(
+        self,
+        proposals: Proposals,
+        terms: Terms,
+        steps: int,
+        seed: int,
+        wanted: NDArray[np.float32] | None = None,
+        variation: Variation | None = None,
+        start: Path | None = None,
+    ) -> None:
+        torch.manual_seed(seed)
+        self._rng = np.random.default_rng(seed)
+        self._proposals, self._terms, self._steps = proposals, terms, steps
+        self._variation = variation or Variation()
+        self._wanted = proposals.is_robot.astype(np.float32) if wanted is None else wanted
+        self.step = 0
+        self.network = Network(0 if wanted is None else wanted.shape[1])
+        if start is not None:
+            fill(self.network, start)
+            _restore_normalisation(self.network, proposals, terms, self._rng)
+            self.network.train()
+        self.network.to(memory_format=torch.channels_last)
+        self._optimizer = torch.optim.AdamW(
+            self.network.parameters(), lr=_RATE, weight_decay=_DECAY
         )
-        for group in optimizer.param_groups:
+        self._mean = {name: value.clone() for name, value in self.network.state_dict().items()}
+        self._chances = drawing(proposals)
+        self._first = _RATE if start is None else _FURTHER_RATE
+
+    def advance(self) -> float:
+        """Learn from one batch; return its loss."""
+        warm = min(1.0, (self.step + 1) / _WARM_UP)
+        rate = self._first * warm * 0.5 * (1 + math.cos(math.pi * self.step / self._steps))
+        for group in self._optimizer.param_groups:
             group["lr"] = rate + 1e-5
-        chosen = rng.choice(len(proposals), _BATCH, p=chances)
-        views, traits = _varied(proposals, chosen, terms, rng)
+        chosen = self._rng.choice(len(self._proposals), _BATCH, p=self._chances)
+        views, traits = _varied(self._proposals, chosen, self._terms, self._rng, self._variation)
         with torch.autocast("cpu", dtype=torch.bfloat16):
-            odds = network(views.contiguous(memory_format=torch.channels_last), traits)
-        wanted = torch.from_numpy(proposals.is_robot[chosen].astype(np.float32))
+            odds = self.network(views.contiguous(memory_format=torch.channels_last), traits)
+        wanted = torch.from_numpy(self._wanted[chosen])
         loss = functional.binary_cross_entropy_with_logits(
             odds.float(), wanted * (1.0 - 2.0 * _SOFT) + _SOFT
         )
-        optimizer.zero_grad()
+        self._optimizer.zero_grad()
         loss.backward()
-        nn.utils.clip_grad_norm_(network.parameters(), 5.0)
-        optimizer.step()
-        _average(mean, network, min(_AVERAGED, (step + 1) / (step + 11)))
-        losses.append(float(loss.detach()))
-        if report is not None and (step + 1) % _REPORTED_EVERY == 0:
-            report(step + 1, float(np.mean(losses[-_REPORTED_EVERY:])))
-    network.load_state_dict(mean)
-    network.eval()
-    return network
+        nn.utils.clip_grad_norm_(self.network.parameters(), 5.0)
+        self._optimizer.step()
+        _average(self._mean, self.network, min(_AVERAGED, (self.step + 1) / (self.step + 11)))
+        self.step += 1
+        return float(loss.detach())
+
+    def averaged(self) -> Network:
+        """Return the network with the mean of its last states, for use."""
+        network = Network(self.network.classes)
+        network.load_state_dict({name: value.clone() for name, value in self._mean.items()})
+        network.to(memory_format=torch.channels_last)
+        network.eval()
+        return network
+
+    def state(self) -> dict[str, Any]:
+        """Return all that a continuation needs, for `torch.save`."""
+        return {
+            "step": self.step,
+            "network": self.network.state_dict(),
+            "mean": self._mean,
+            "optimizer": self._optimizer.state_dict(),
+            "numpy": self._rng.bit_generator.state,
+            "torch": torch.get_rng_state(),
+        }
+
+    def restore(self, state: dict[str, Any]) -> None:
+        """Go on from a state."""
+        self.step = state["step"]
+        self.network.load_state_dict(state["network"])
+        self._mean = state["mean"]
+        self._optimizer.load_state_dict(state["optimizer"])
+        self._rng.bit_generator.state = state["numpy"]
+        torch.set_rng_state(state["torch"])
 
 
 def drawing(proposals: Proposals) -> NDArray[np.float64]:
@@ -195,7 +278,11 @@ def _average(mean: dict[str, Any], network: Network, kept: float) -> None:
 
 
 def _varied(
-    proposals: Proposals, chosen: NDArray[np.int64], terms: Terms, rng: np.random.Generator
+    proposals: Proposals,
+    chosen: NDArray[np.int64],
+    terms: Terms,
+    rng: np.random.Generator,
+    variation: Variation,
 ) -> tuple[Any, Any]:
     """Return augmented views and traits of some proposals."""
     count = len(chosen)
@@ -216,7 +303,7 @@ def _varied(
     offset = rng.normal(0.0, 0.04, (count, 1, 1, 1))
     seen = seen * torch.from_numpy(np.exp(light).astype(np.float32))
     seen = seen + torch.from_numpy(offset.astype(np.float32))
-    seen = _faded(seen, rng)
+    seen = _faded(seen, rng, variation)
     noise = np.where(rng.random(count) < _NOISY, rng.uniform(0.0, _NOISE, count), 0.0)
     sizes = torch.from_numpy(noise.astype(np.float32)).reshape(-1, 1, 1, 1)
     seen = (seen + sizes * torch.randn_like(seen)).clamp(0.0, 1.0)
@@ -227,15 +314,25 @@ def _varied(
     return _scaled(seen), torch.from_numpy(traits)
 
 
-def _faded(seen: Any, rng: np.random.Generator) -> Any:
+def network_inputs(proposals: Proposals, terms: Terms) -> tuple[Any, Any]:
+    """Return the views and traits of proposals as the exported network sees them."""
+    edge = (proposals.views.shape[1] - terms.side) // 2
+    here = slice(edge, edge + terms.side)
+    seen = torch.from_numpy(proposals.views[:, here, here]).permute(0, 3, 1, 2).float() / 255.0
+    return _scaled(seen), torch.from_numpy(proposals.traits)
+
+
+def _faded(seen: Any, rng: np.random.Generator, variation: Variation) -> Any:
     """Return views (n, 6, side, side), some with faded or exchanged colours, near and wide alike.
 
     What is no robot may have any colour, whatever colours it had in training.
     """
     count = len(seen)
-    share = np.where(rng.random(count) < _GREYED, rng.random(count), 0.0).astype(np.float32)
+    share = np.where(rng.random(count) < variation.greyed, rng.random(count), 0.0).astype(
+        np.float32
+    )
     order = np.tile(np.arange(3), (count, 1))
-    order[rng.random(count) < _EXCHANGED] = rng.permutation(3)
+    order[rng.random(count) < variation.exchanged] = rng.permutation(3)
     columns = torch.from_numpy(np.hstack([order, order + 3]))
     seen = seen[torch.arange(count)[:, None], columns]
     both = seen.reshape(count, 2, 3, *seen.shape[2:])
@@ -298,7 +395,7 @@ def _restore_normalisation(
     with torch.no_grad():
         for _ in range(_MEASURED // _BATCH):
             chosen = rng.choice(len(proposals), _BATCH, p=drawing(proposals))
-            network(*_varied(proposals, chosen, terms, rng))
+            network(*_varied(proposals, chosen, terms, rng, Variation()))
         for hook in hooks:
             hook.remove()
         for conv, norm in zip(convolutions, norms, strict=True):

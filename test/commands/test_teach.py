@@ -4,15 +4,18 @@
 
 from __future__ import annotations
 
+import importlib.util
 import json
 import re
 
 import cv2
 import numpy as np
 import pytest
+import yaml
 
 from aerial_gnss_ros import cli
 from aerial_gnss_ros.commands import teach as command
+from aerial_gnss_ros.teaching.learning import Learnt
 from aerial_gnss_ros.teaching.recording import Recording
 from aerial_gnss_ros.training.labelled_bag import read_bag
 from aerial_gnss_ros.training.layout import open_dataset
@@ -57,7 +60,7 @@ def _clicks(bag, path):
 def test_one_click_each_labels_a_flight_with_telemetry(flight, tmp_path, capsys):
     work = tmp_path / "mine"
     clicks = _clicks(flight, tmp_path / "clicks.json")
-    assert teach(flight, "-o", work, "--clicks", clicks, "--json") == 0
+    assert teach(flight, "-o", work, "--clicks", clicks, "--json", "--no-train") == 0
     said, shown = capsys.readouterr()
     assert "carried by telemetry (10 of 10 cameras known)" in shown
     about = json.loads(said)
@@ -84,16 +87,25 @@ def test_one_click_each_labels_a_flight_with_telemetry(flight, tmp_path, capsys)
     assert right >= 0.95 * boxes
 
 
+@pytest.fixture(name="drawn")
+def _drawn():
+    """Return a maker of a folder of noisy water with one yellow robot that swims to the right."""
+    return _draw
+
+
 @pytest.fixture(name="video")
 def _video(tmp_path):
-    """A folder of eight images of noisy water with one yellow robot that swims to the right."""
-    folder, rng = tmp_path / "video", np.random.default_rng(2)
+    return _draw(tmp_path / "video", 8)
+
+
+def _draw(folder, count):
+    rng = np.random.default_rng(2)
     folder.mkdir()
-    for i in range(8):
+    for i in range(count):
         noise = cv2.GaussianBlur(rng.normal(0.0, 12.0, (240, 320)), (0, 0), 1.5)[..., None]
         image = np.clip(np.array([110.0, 120.0, 70.0]) + noise, 0, 255).astype(np.uint8)
         cv2.rectangle(image, (60 + 5 * i, 100), (89 + 5 * i, 117), (40, 210, 230), -1)
-        cv2.imwrite(str(folder / f"{i}.png"), image)
+        cv2.imwrite(str(folder / f"{i:0{len(str(count - 1))}d}.png"), image)
     return folder
 
 
@@ -113,6 +125,47 @@ def test_work_goes_on_where_it_was_left(video, tmp_path, capsys, monkeypatch):
     assert teach(video, "-o", work, "--undo") == 0
     assert "8 boxes (fin 8) from 1 mark" in capsys.readouterr().out
     assert not list(work.glob(".*"))
+
+
+def test_without_torch_labels_are_written_with_what_to_install(
+    tmp_path, capsys, monkeypatch, drawn
+):
+    """And too few boxes, or --no-train, say nothing of torch."""
+    real = importlib.util.find_spec
+    monkeypatch.setattr(
+        importlib.util, "find_spec", lambda name: None if name == "torch" else real(name)
+    )
+    clicks = _say(tmp_path / "clicks.json", [{"frame": 2, "x": 85, "y": 108}])
+    long, work = drawn(tmp_path / "long", 24), tmp_path / "mine"
+    assert teach(long, "-o", work, "--clicks", clicks) == 0
+    out, err = capsys.readouterr()
+    assert "24 boxes (robot 24) from 1 mark" in out
+    (said,) = [line for line in err.splitlines() if line.startswith("no detector")]
+    assert re.search(r"needs torch; install it with .*\[training\]", said)
+    assert len(list((work / "dataset/labels/train").iterdir())) == 19
+    assert teach(long, "-o", work, "--clicks", clicks, "--no-train") == 0
+    assert "torch" not in capsys.readouterr().err
+    assert teach(long, "-o", work, "--threads", "-1") == 2
+    assert "--threads must lie within 0 to 256" in capsys.readouterr().err
+
+
+def test_what_was_learnt_is_told_with_what_to_put_into_the_parameters(
+    tmp_path, capsys, monkeypatch, drawn
+):
+    learnt = Learnt("0", ("fin",), 0.62, 5, 20, 19, 1, 800, 61.4, 42.0)
+    monkeypatch.setattr(command, "learn", lambda *_args: learnt)
+    clicks = _say(tmp_path / "clicks.json", [{"frame": 2, "x": 85, "y": 108}])
+    work = tmp_path / "mine"
+    assert teach(drawn(tmp_path / "long", 24), "-o", work, "--clicks", clicks) == 0
+    said = capsys.readouterr().out
+    assert "on the 5 images kept aside, with 20 labels: precision 0.950, recall 0.950" in said
+    assert "trained in 61 s on 800 boxes, 42 ms an image" in said
+    shown = yaml.safe_load(said[said.index("/**/detector:") :])["/**/detector"]["ros__parameters"]
+    assert shown == {
+        "model": "anomaly", "second_look": str(work / "taught.onnx"), "score_threshold": 0.62,
+    }  # fmt: skip
+    assert teach(tmp_path / "long", "-o", work, "--clicks", clicks, "--json") == 0
+    assert json.loads(capsys.readouterr().out)["detector"]["recall"] == 0.95
 
 
 def test_a_killed_copy_of_the_frames_begins_anew(video, tmp_path):

@@ -1,0 +1,98 @@
+# Copyright 2026 aerial_gnss_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""What a taught network learns from: what stands out in labelled images, with its class."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aerial_gnss_ros.detection.base import Image
+from aerial_gnss_ros.detection.second_look_terms import Terms, traits
+from aerial_gnss_ros.detection.taught import Proposer
+from aerial_gnss_ros.detection.views import views
+from aerial_gnss_ros.detection.yolo import iou
+from aerial_gnss_ros.training.cut_paste import Cutout, pasted
+from aerial_gnss_ros.training.labelled import LabelledImage, Truth
+from aerial_gnss_ros.training.proposals import ROOM, Proposals, joined, judged
+
+Frame = tuple[Image, Truth]
+_REAL = 3.0  # weight of what was seen against what was pasted
+
+
+@dataclass(frozen=True)
+class Examples:
+    """Boxes with their classes.
+
+    Attributes:
+        proposals: the boxes; those of rare classes weigh as much as those of frequent ones.
+        wanted: (n, k) 1 where a box is of a class, else 0.
+    """
+
+    proposals: Proposals
+    wanted: NDArray[np.float32]
+
+
+def examples_of(
+    images: Iterable[Frame], variants: Iterable[Frame], terms: Terms, classes: int
+) -> Examples:
+    """Return the examples of labelled images, and of variants made of them.
+
+    Args:
+        images: in which every robot is labelled; each is needed only once.
+        variants: the same, less weighted.
+        terms: of the network.
+        classes: how many there are.
+    """
+    proposer = Proposer(terms)
+    seen = [_of(proposer, frame, terms) for frame in images]
+    made = [_of(proposer, frame, terms) for frame in variants]
+    both = joined([*(one.times(_REAL) for one, _ in seen), *(one for one, _ in made)])
+    kinds = np.concatenate([kind for _, kind in (*seen, *made)])
+    wanted = (kinds[:, None] == np.arange(classes)).astype(np.float32)
+    weights = both.weights.copy()
+    totals = [weights[kinds == number].sum() for number in range(classes)]
+    for number, total in enumerate(totals):
+        if total > 0.0:
+            weights[kinds == number] *= sum(totals) / total
+    return Examples(Proposals(both.views, both.traits, both.scores, both.is_robot, weights), wanted)
+
+
+def varied(
+    rng: np.random.Generator,
+    waters: Sequence[LabelledImage],
+    robots: Sequence[Cutout],
+    count: int,
+    each: int,
+) -> Iterator[Frame]:
+    """Yield images of water with robots pasted into them.
+
+    Args:
+        rng: all randomness.
+        waters: to paste on, taken in turn.
+        robots: cut out.
+        count: of images.
+        each: robots an image at most.
+    """
+    for number in range(count if robots else 0):
+        water = waters[
+            number * len(waters) // count if count < len(waters) else number % len(waters)
+        ]
+        yield pasted(rng, water.read(), water.truth, robots, each)
+
+
+def _of(proposer: Proposer, frame: Frame, terms: Terms) -> tuple[Proposals, NDArray[np.int64]]:
+    """Return what stands out in an image, and its classes: -1 is no robot."""
+    image, truth = frame
+    found = proposer.detect(image)
+    is_robot, weights = judged(found.xyxy, truth)
+    kinds = np.full(len(found), -1, dtype=np.int64)
+    if len(truth.corners) and len(found):
+        best = iou(found.xyxy, truth.corners).argmax(axis=1)
+        kinds = np.where(is_robot, truth.class_ids[best], -1)
+    shown = views(image, found.xywh, terms, ROOM)
+    own = Proposals(shown, traits(found.xywh, found.scores), found.scores, is_robot, weights)
+    return own, kinds
